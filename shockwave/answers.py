@@ -53,7 +53,7 @@ def predict(scene: Scene, chain: Chain | None = None, **settings: Any) -> Outcom
     if scenario is None:
         return Predictor(**settings).predict(cast("Shock", scene), cast("Chain", chain))
     predictor = _predictor(scenario, settings)
-    scenario = scenario.covered_by(predictor.name)
+    scenario = scenario.covered_by(predictor.name, predictor.contact)
     outcome = predictor.predict(scenario.shock, scenario.chain)
     return evolve(outcome, scenario=scenario.name, limit=scenario.limit)
 

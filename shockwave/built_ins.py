@@ -77,7 +77,7 @@ ENTRIES = {
     ],
     "materials": [_material(row) for row in json.loads(_LIBRARY.read_text(encoding="utf-8"))],
     "models": [
-        Entry("section-4", "shockwave.prediction.section4_arrays:MODEL", _RELATIONS, takes="alpha"),
+        Entry("section-4", "shockwave.prediction.section4_arrays:MODEL", _RELATIONS, takes="alpha exponent"),
         Entry("moments", "shockwave.prediction.moments:MODEL", _LAW),
         Entry("auto", "shockwave.studies.automatic_model:MODEL", _CHEAPEST, takes="rtol"),
     ],

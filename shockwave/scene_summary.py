@@ -42,6 +42,8 @@ class Scene:
         R [m], E [Pa], nu, rho [kg/m^3].
     granules : int or None
         None for a semi-infinite chain.
+    contact : dict or None
+        Contact law in the form of a scenario block; None for Hertz's.
     notes : tuple of str
         Changes that were made to the given record.
     """
@@ -55,11 +57,17 @@ class Scene:
     poisson_ratio: float
     density: float
     granules: int | None
+    contact: dict[str, Any] | None = None
     notes: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, shock: Shock, chain: Chain) -> Scene:
         """The scene of ``shock`` on ``chain``."""
+        contact = None
+        if chain.contact is not None:
+            from shockwave.chain.description import plain  # for such chains only
+
+            contact = plain(chain.contact)
         return cls(
             profile=type(shock.profile).__name__,
             peak_force=shock.peak_force,
@@ -70,6 +78,7 @@ class Scene:
             poisson_ratio=chain.material.poisson_ratio,
             density=chain.material.density,
             granules=chain.count,
+            contact=contact,
             notes=tuple(shock.profile.notes),
         )
 
@@ -82,7 +91,8 @@ class Scene:
         length = "semi-infinite" if self.granules is None else f"{self.granules} granules"
         stiffness = f"E {si(self.youngs_modulus, 'Pa')}, nu {self.poisson_ratio:.4g}"
         chain = f"R {si(self.radius, 'm')}, {stiffness}, rho {self.density:.5g} kg/m^3, {length}"
-        return [("shock", self.shock), ("chain", chain)]
+        contact = ", ".join(f"{name} {value:.5g}" for name, value in (self.contact or {}).items() if name != "model")
+        return [("shock", self.shock), ("chain", chain), *[("contact", contact)] * bool(contact)]
 
     @property
     def shock(self) -> str:
@@ -103,8 +113,8 @@ class ChainScene:
         The ``impact`` block of a scenario; None for a shock.
     chain : dict
         The ``chain`` block of a scenario, in SI units.
-    granules : int
-        Number of granules, without a striker.
+    granules : int or None
+        Number of granules, without a striker; None for a semi-infinite chain.
     lines : tuple of (str, str)
         Label and text of every part.
     notes : tuple of str
@@ -114,7 +124,7 @@ class ChainScene:
     shock: dict[str, Any] | None = field(hash=False)
     impact: dict[str, Any] | None = field(hash=False)
     chain: dict[str, Any] = field(hash=False)
-    granules: int
+    granules: int | None
     lines: tuple[tuple[str, str], ...]
     notes: tuple[str, ...] = ()
 
@@ -132,7 +142,7 @@ class ChainScene:
         else:
             own["impact"] = plain(excitation)
             first = ("impact", text(excitation))
-        return cls(chain=plain(chain), granules=chain.count or 0, lines=(first, *lines(chain)), **own)
+        return cls(chain=plain(chain), granules=chain.count, lines=(first, *lines(chain)), **own)
 
     def to_dict(self) -> dict[str, Any]:
         """Shock, impact and chain; the notes stand among the warnings of the result."""

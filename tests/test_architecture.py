@@ -105,10 +105,11 @@ SLOW = "scipy", "pint", "cattrs", "pluggy", "importlib.metadata", "concurrent", 
 #: Modules for chains beyond equal spheres.
 FEATURES = (
     *(f"shockwave.chain.{name}" for name in ("contact_law", "coverage", "damping", "description", "ends", "features")),
-    *(f"shockwave.chain.{name}" for name in ("impact", "layout", "segments")),
+    *(f"shockwave.chain.{name}" for name in ("impact", "layout", "segments", "power_wave")),
     *(f"shockwave.measurement.{name}" for name in ("chain_result", "chain_s", "chain_text", "repeated_runs")),
     *(f"shockwave.simulation.{name}" for name in ("assembly", "chain_", "_chains", "general_")),
     "shockwave.scenario.chain_",
+    "shockwave.prediction.impulse_law",
 )
 OTHER_PROFILES = tuple(f"shockwave.profiles.{name}" for name in ("exponential", "triangular", "record"))
 

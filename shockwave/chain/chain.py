@@ -20,6 +20,8 @@ if TYPE_CHECKING:  # a chain of equal spheres does not need them
 
 # Range of the energy scale [J] for which the energies of the weakest and the strongest wave are floats.
 _ENERGIES = (1e-200, 1e250)
+#: Exponent p of Hertz's contact force F = k d^p.
+HERTZ = 1.5
 # Range of t0/T0 for which the double integrals of the shock and powers of it are floats.
 _RATIOS = (1e-30, 1e12)
 
@@ -47,7 +49,8 @@ def _contact(value: Any) -> Any:
 class Chain:
     """A row of elastic spheres; by default they are equal and touch without compression, and both ends are free.
 
-    All features beyond equal spheres need a finite chain.
+    All features beyond equal spheres need a finite chain, except a precompression and another power of the overlap as
+    contact force.
 
     Parameters
     ----------
@@ -153,9 +156,24 @@ class Chain:
         return self.material.youngs_modulus / (1 - self.material.poisson_ratio**2)
 
     @property
+    def exponent(self) -> float:
+        """Exponent p of the contact force F = k d^p."""
+        power = self._power_contact
+        return HERTZ if power is None else power.exponent
+
+    @property
     def contact_stiffness(self) -> float:
-        """Stiffness k in Hertz's law F = k d^(3/2) for equal spheres, sqrt(2 R) E / (3 (1 - nu^2)) [N/m^1.5]."""
-        return math.sqrt(2 * self.radius) * self.plane_strain_modulus / 3
+        """Stiffness k of F = k d^p between equal spheres [N/m^p]; Hertz's is sqrt(2 R) E / (3 (1 - nu^2))."""
+        power = self._power_contact
+        return math.sqrt(2 * self.radius) * self.plane_strain_modulus / 3 if power is None else power.stiffness
+
+    @property
+    def _power_contact(self) -> PowerContact | None:
+        if self.contact is None:
+            return None
+        from shockwave.chain.contact_law import PowerContact  # a chain with Hertz's law does not need it
+
+        return self.contact if isinstance(self.contact, PowerContact) else None
 
     def momentum_parameter(self, coefficient: float) -> float:
         """Momentum parameter A of eq. (4c) [N^(1/6) s]: a solitary wave of peak force F has the momentum A F^(5/6).
@@ -184,14 +202,20 @@ class Scales:
 
     @classmethod
     def of(cls, chain: Chain, force: float) -> Scales:
-        """Make the scales of ``chain`` with ``force`` F0 [N] as the unit: T0 = sqrt(m) k^(-1/3) F0^(-1/6).
+        """Make the scales of ``chain`` with ``force`` F0 [N] as the unit.
+
+        The unit of time is T0 = m^(1/2) k^(-1/(2p)) F0^(-(p-1)/(2p)), for Hertz's law sqrt(m) k^(-1/3) F0^(-1/6).
 
         Raises
         ------
         InvalidValueError
             If the energies of waves are not representable as floats.
         """
-        time = math.sqrt(chain.granule_mass) / math.cbrt(chain.contact_stiffness) / force ** (1 / 6)
+        p, mass = chain.exponent, math.sqrt(chain.granule_mass)
+        if p == HERTZ:
+            time = mass / math.cbrt(chain.contact_stiffness) / force ** (1 / 6)
+        else:
+            time = mass * chain.contact_stiffness ** (-0.5 / p) * force ** (-0.5 * (p - 1) / p)
         scales = cls(force, time, chain.granule_mass, 2 * chain.radius)
         if not _ENERGIES[0] < scales.energy < _ENERGIES[1]:
             problem = f"must give waves an energy that a floating-point number can hold (got {force:g} N)"

@@ -3,33 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Literal, TypeAlias
 
 from attrs import evolve
 
-from shockwave.chain.chain import Chain
+from shockwave.chain.chain import HERTZ, Chain
 from shockwave.chain.impact import Impact
 from shockwave.chain.segments import Segment, Taper, each_segment
 from shockwave.errors import Fault, NotCoveredError
 
 # Key of a record that keeps negative forces.
 _PULLING = "shock.parameters.negative"
+#: Contact forces that a method covers: Hertz's with the stiffness of the materials or with any, or every power.
+Contact: TypeAlias = Literal["hertz", "stiffness", "exponent"]
 
 
 def scene_faults(chain: Chain, excitation: object) -> list[Fault]:
     """Errors of a chain beyond equal spheres, or under an impact."""
     struck = isinstance(excitation, Impact)
     if chain.count is None:
-        why = ", because a striker needs a finite chain" if struck else ""
-        return [Fault("chain.granules", f"must be given{why} (got nothing)")]
+        needed = "must be given, because a striker needs a finite chain (got nothing)"
+        return [Fault("chain.granules", needed)] if struck else []
     if chain.count + struck + (chain.end is not None) < 2:
         return [Fault("chain.granules", "must give a contact (got 1 granule; add granules, a wall or a striker)")]
     return []
 
 
-def reduced(chain: Chain) -> Chain | None:
-    """The chain as one of equal granules with free ends, given by their number; None if it has further features."""
+def reduced(chain: Chain, contact: Contact = "exponent") -> Chain | None:
+    """The chain as one of equal granules with free ends, given by their number; None if it has further features.
+
+    An endless chain keeps its contact law if it is one of these.
+    """
     if chain.is_uniform:
         return chain
+    if chain.count is None:
+        return None if next(_further(chain, contact), None) else chain
     # a single granule is not a chain
     if chain.count == 1 or next(_further(chain), None) is not None:
         return None
@@ -39,19 +47,21 @@ def reduced(chain: Chain) -> Chain | None:
     return evolve(chain, material=first.material or chain.material, radius=radius, granules=chain.count)
 
 
-def covered(chain: Chain, excitation: object, method: str) -> Chain:
+def covered(chain: Chain, excitation: object, method: str, contact: Contact = "hertz") -> Chain:
     """The chain as one of equal granules, given by their number, for a ``method`` that covers no others.
+
+    ``contact`` states which contact forces of endless chains it covers.
 
     Raises
     ------
     NotCoveredError
         If the scene has further features; it lists all of them.
     """
-    equal = reduced(chain)
+    equal = reduced(chain, contact)
     pulls = getattr(getattr(excitation, "profile", None), "pulls", False)
     if equal is not None and not isinstance(excitation, Impact) and not pulls:
         return equal
-    features = [] if chain.is_uniform else [(f"chain.{path}", reason) for path, reason in _further(chain)]
+    features = [] if chain.is_uniform else [(f"chain.{path}", reason) for path, reason in _further(chain, contact)]
     if isinstance(excitation, Impact):
         features.append(("impact", "a striker"))
     if pulls:
@@ -64,7 +74,7 @@ def covered(chain: Chain, excitation: object, method: str) -> Chain:
     )
 
 
-def _further(chain: Chain) -> Iterator[tuple[str, str]]:
+def _further(chain: Chain, contact: Contact = "hertz") -> Iterator[tuple[str, str]]:
     """Path below ``chain`` and description of every feature beyond equal granules with free ends."""
     segments = [*each_segment(chain.granules)] if isinstance(chain.granules, Sequence) else []
     for place, segment in segments:
@@ -77,7 +87,11 @@ def _further(chain: Chain) -> Iterator[tuple[str, str]]:
             yield f"granules{place}", "a taper" if taper else "granules of another kind"
             break
     names = {"end": "a wall", "precompression": "a static force", "gravity": "gravity", "damping": "damping"}
-    for name, text in (names | {"contact": "another contact law"}).items():
+    if chain.count is not None or contact == "hertz":
+        names["contact"] = "another contact law"
+    elif chain.exponent != HERTZ and contact == "stiffness":
+        yield "contact", f"the exponent {chain.exponent:g}"
+    for name, text in names.items():
         if getattr(chain, name):
             yield name, text
 

@@ -20,6 +20,10 @@ _TYPES: Mapping[str, tuple[Any, str]] = {
     "contact": (PowerContact | ContactLaw, "a PowerContact or a ContactLaw"),
 }
 
+#: Exponents of the contact force for which the waves of an endless chain are computed: nearer to 1 they are too long,
+#: and beyond, the granules behave nearly as hard spheres do.
+WAVE_EXPONENTS = (1.05, 6.0)
+
 
 def check_features(granules: Granules, **features: Any) -> None:
     """Check the features of a chain, named as the arguments of `Chain`.
@@ -42,9 +46,17 @@ def check_features(granules: Granules, **features: Any) -> None:
 
 def _of_length(granules: Granules, given: Mapping[str, Any]) -> Iterator[Fault]:
     """Errors of features that need a finite chain, or one that is not too long."""
+    contact = given.get("contact")
     if granules is None:
         for name in given:
+            if name == "precompression" or (name == "contact" and isinstance(contact, PowerContact)):
+                continue
             yield Fault(name, "must be left out for a semi-infinite chain (give the number of granules)")
+        if isinstance(contact, PowerContact) and "precompression" not in given:
+            least, most = WAVE_EXPONENTS
+            if not least <= contact.exponent <= most:
+                rule = f"must be >= {least:g} and <= {most:g} for the waves of a semi-infinite chain"
+                yield Fault("contact.exponent", f"{rule} (got {contact.exponent:g}; give the number of granules)")
     elif isinstance(granules, int) and granules > MOST_GRANULES:
         names = ", ".join(given)
         yield Fault("granules", f"must be <= {MOST_GRANULES} for a chain with {names} (got {granules})")

@@ -1,15 +1,17 @@
 """The solitary wave of a chain of equal spheres: its exact constants and its properties in SI units.
 
 In scaled units (mass, contact stiffness and peak force 1) the overlap r at a contact satisfies the fixed-point equation
-``c^2 r = Tri * r^(3/2)``, where Tri is the unit triangle on [-1, 1] as a function of the granule number and * denotes
-convolution. The constants below follow from its solution.
+``c^2 r = Tri * r^p``, where p is the exponent of the contact force, Tri is the unit triangle on [-1, 1] as a function
+of the granule number and * denotes convolution. The constants below follow from its solution for Hertz's p = 3/2.
 """
 
 from __future__ import annotations
 
+import math
+
 from attrs import asdict, frozen
 
-from shockwave.chain.chain import Chain, Scales
+from shockwave.chain.chain import HERTZ, Chain, Scales
 
 #: Speed in granules per unit of time; it scales as F^(1/6).
 SPEED = 0.905515776419121
@@ -27,6 +29,63 @@ PAPER_COEFFICIENT = 13 / 3
 EXACT_COEFFICIENT = 4.344507853978653
 #: Impulse limit: a shock of vanishing duration gives F = IMPULSE_LIMIT F0 S^(6/5), S = impulse / (A F0^(5/6)), A exact.
 IMPULSE_LIMIT = 1.1681817
+
+
+@frozen
+class WaveLaw:
+    """The solitary wave of peak force 1 in scaled units, and its scaling with the peak force.
+
+    Attributes
+    ----------
+    exponent : float
+        p of the contact force d^p.
+    speed, momentum, granule_velocity, energy, width : float
+        As `SPEED`, `MOMENTUM`, `GRANULE_VELOCITY`, `ENERGY` and `WIDTH`, for this exponent.
+    """
+
+    exponent: float
+    speed: float
+    momentum: float
+    granule_velocity: float
+    energy: float
+    width: float
+
+    @property
+    def of_speed(self) -> float:
+        """Power of the peak force with which the speed scales, and the duration inversely: (p - 1)/(2p)."""
+        return (self.exponent - 1) / (2 * self.exponent)
+
+    @property
+    def of_momentum(self) -> float:
+        """Power of the peak force with which momentum and granule velocities scale: (p + 1)/(2p)."""
+        return (self.exponent + 1) / (2 * self.exponent)
+
+    @property
+    def of_energy(self) -> float:
+        """Power of the peak force with which the energy scales: (p + 1)/p."""
+        return (self.exponent + 1) / self.exponent
+
+    @property
+    def spread(self) -> float:
+        """Length of the wave over that for Hertz's law, at least 1: near p = 1 waves are long."""
+        return max(self.width * self.speed / (WIDTH * SPEED), 1.0)
+
+    def time(self, force: float) -> float:
+        """Characteristic time of a wave of this peak force, in which it passes ``speed`` contacts."""
+        return math.pow(max(force, 1e-30), -self.of_speed)
+
+
+#: The wave of a chain with Hertz's contact force.
+HERTZ_WAVE = WaveLaw(HERTZ, SPEED, MOMENTUM, GRANULE_VELOCITY, ENERGY, WIDTH)
+
+
+def wave_law(exponent: float) -> WaveLaw:
+    """The solitary wave for contact forces d^p with this exponent p > 1."""
+    if exponent == HERTZ:
+        return HERTZ_WAVE
+    from shockwave.chain.power_wave import solved  # Hertz's contact force does not need it
+
+    return WaveLaw(exponent, *solved(exponent))
 
 
 @frozen
@@ -57,19 +116,19 @@ class SolitaryWave:
     @classmethod
     def of(cls, peak_force: float, chain: Chain, coefficient: float = EXACT_COEFFICIENT) -> SolitaryWave:
         """Make the wave of ``peak_force`` [N] in ``chain``; ``coefficient`` of A gives its momentum, eq. (4b)."""
-        scales = Scales.of(chain, peak_force)
+        scales, law = Scales.of(chain, peak_force), wave_law(chain.exponent)
         return cls(
             peak_force=peak_force,
-            momentum=MOMENTUM * (coefficient / EXACT_COEFFICIENT) * scales.momentum,
-            energy=ENERGY * scales.energy,
-            speed=SPEED * scales.wave_speed,
-            width=WIDTH * scales.time,
-            granule_velocity=GRANULE_VELOCITY * scales.velocity,
+            momentum=law.momentum * (coefficient / EXACT_COEFFICIENT) * scales.momentum,
+            energy=law.energy * scales.energy,
+            speed=law.speed * scales.wave_speed,
+            width=law.width * scales.time,
+            granule_velocity=law.granule_velocity * scales.velocity,
         )
 
-    def stronger(self, ratio: float) -> SolitaryWave:
+    def stronger(self, ratio: float, exponent: float = HERTZ) -> SolitaryWave:
         """Make the wave of ``ratio`` times the peak force in the same chain."""
-        speed = ratio ** (1 / 6)
+        speed = ratio ** ((exponent - 1) / (2 * exponent))
         velocity = ratio / speed
         force, momentum, energy = ratio * self.peak_force, velocity * self.momentum, velocity * velocity * self.energy
         of_granules = velocity * self.granule_velocity

@@ -11,7 +11,7 @@ from attrs import field, frozen
 from shockwave.chain.chain import Chain
 from shockwave.chain.yielding import Yielding
 from shockwave.errors import NumericalError
-from shockwave.limit import LAST, WALL, LeavingForce, Limit, Verdict, plain_verdict, verdict
+from shockwave.limit import LAST, WALL, WAVE, LeavingForce, Limit, Verdict, plain_verdict, verdict
 from shockwave.measurement.contact_peaks import ContactPeak, last_force
 from shockwave.measurement.recording import Recording, plain
 from shockwave.measurement.result import Cost
@@ -76,15 +76,16 @@ class ChainResult:
         Name of the integrator; ``compiled`` or ``numpy``, the code that integrated the chain.
     scene : ChainScene
         Summary of excitation and chain.
-    contact_count : int
-        Number of contacts of the chain, including the contact with a wall, which is the last one.
+    contact_count : int or None
+        Number of contacts of the chain, including the contact with a wall, which is the last one; None in an endless
+        chain.
     contacts : tuple of ContactPeak
         Greatest total force at each reported contact, in the order of the contacts; force and time are 0 at a contact
         that never closes. Error estimates are relative to the dynamic part of the force.
     greatest_force : ContactPeak
         Greatest force at any contact.
-    last_contact : ContactPeak
-        Greatest force at the last contact, which is that with the wall if there is one.
+    last_contact : ContactPeak or None
+        Greatest force at the last contact, which is that with the wall if there is one; None in an endless chain.
     transmitted : Transmitted or None
         Force on the wall; None if the end is free.
     end : float
@@ -92,7 +93,8 @@ class ChainResult:
     arrival_time : float or None
         Time at which the leading wave reaches the last contact [s]; None if it does not.
     velocities : tuple of float
-        Velocities of all granules at the end of the simulated time [m/s], the striker first.
+        Velocities of all granules at the end of the simulated time [m/s], the striker first; in an endless chain, of
+        those that the waves have reached.
     recoil_velocities, recoil_momentum : tuple of float or None, float or None
         Velocities [m/s], first granule first, and total momentum [N s] of the granules at the struck end that move
         backwards at the end of the simulated time; None under precompression or gravity.
@@ -139,10 +141,10 @@ class ChainResult:
     integrator: str
     backend: str
     scene: ChainScene
-    contact_count: int
+    contact_count: int | None
     contacts: tuple[ContactPeak, ...]
     greatest_force: ContactPeak
-    last_contact: ContactPeak
+    last_contact: ContactPeak | None
     transmitted: Transmitted | None
     end: float
     arrival_time: float | None
@@ -183,7 +185,9 @@ class ChainResult:
 
     @property
     def leaving(self) -> LeavingForce:
-        """The force that leaves the chain: on the wall, or at the last contact."""
+        """The force that leaves the chain: on the wall, at the last contact, or of the wave in an endless chain."""
+        if self.last_contact is None:
+            return LeavingForce(name=WAVE, remedy="simulate a finite chain")
         name = LAST if self.transmitted is None else WALL
         return last_force(name, self.last_contact, self.arrival_time is not None)
 

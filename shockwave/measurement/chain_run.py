@@ -7,13 +7,13 @@ import math
 import numpy as np
 from attrs import define, evolve, field
 
-from shockwave.chain.solitary_wave import SPEED
+from shockwave.chain.chain import HERTZ
 from shockwave.measurement.course import Course
 from shockwave.measurement.measured_wave import MeasuredWave
-from shockwave.measurement.peak_log import Peak, PeakLog, characteristic_time
+from shockwave.measurement.peak_log import Peak, PeakLog
 from shockwave.measurement.rebound import EJECTED, departed, rebounding
 from shockwave.measurement.wave_reading import Probe, Transit, measured
-from shockwave.measurement.waves import PASSED, PASSING, Outlook, distance_from_limit
+from shockwave.measurement.waves import PASSING, Outlook, distance_from_limit, passage_time
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import Integrator
@@ -24,8 +24,8 @@ from shockwave.simulation.problem import ChainProblem, Primary, chain_energy
 _INTERVAL = 12.0
 # Its least share of the time.
 _SHARE = 0.25
-# Time for which steps are kept, in characteristic times of the weakest wave: from before until after a wave has passed.
-_KEPT = 3.2 * PASSED
+# Time for which steps are kept, in passage times of the weakest wave: from before until after a wave has passed.
+_KEPT = 3.2
 # Contacts that the front may pass before waves other than the leading one are measured even if they have not settled:
 # a constant, and a number for each characteristic time of the duration of the shock.
 _BUDGET = 160.0
@@ -164,7 +164,7 @@ class ChainRun:
             If the integrator fails.
         """
         stretch = self._advance(self.problem.duration)
-        self.work = chain_energy(stretch.x[-1], stretch.v[-1])
+        self.work = chain_energy(stretch.x[-1], stretch.v[-1], self.problem.exponent)
         self._driven_steps = self.steps
         if self._expected > stretch.end:
             stretch = self._advance(self._expected)
@@ -177,11 +177,13 @@ class ChainRun:
             self._transits = self._at_end(self._free_end)
         # two heads may belong to the same wave where it has passed
         transits = {(each.peak.contact, each.peak.time): each for each in self._transits}
-        self.waves = measured(list(transits.values()), self.problem, getattr(self.integrator, "compiled", None))
+        # the compiled code reads waves of Hertz's law
+        compiled = getattr(self.integrator, "compiled", None) if self.problem.exponent == HERTZ else None
+        self.waves = measured(list(transits.values()), self.problem, compiled)
         self.measured = stretch.end
         self._keep_velocities(self.problem.duration + _COMPARED * (self.measured - self.problem.duration))
         self.momentum += float(np.sum(v))
-        self.energy += chain_energy(x, v)
+        self.energy += chain_energy(x, v, self.problem.exponent)
         ejected = EJECTED * max((wave.granule_velocity for wave in self.waves), default=0.0)
         self.recoils, loose = rebounding(v, ejected)
         since = stretch.end - _LATE * (stretch.end - self.problem.duration)
@@ -211,6 +213,11 @@ class ChainRun:
         return granules is not None and self.log.front >= granules - 1 - _REACH
 
     @property
+    def _reach(self) -> int:
+        """Distance in granules at which a wave and an end of the chain affect each other."""
+        return int(_REACH * self.problem.wave.spread)
+
+    @property
     def compared(self) -> tuple[float, FloatArray]:
         """Time at which a coarser run is compared with this one, and the velocities of the granules.
 
@@ -224,7 +231,7 @@ class ChainRun:
     @property
     def _budget(self) -> float:
         """Number of contacts that the front may pass before waves that have not settled are measured, too."""
-        return _BUDGET + _BUDGET_RATE * self.problem.duration
+        return (_BUDGET + _BUDGET_RATE * self.problem.duration) * self.problem.wave.spread**2
 
     @property
     def _expected(self) -> float:
@@ -232,12 +239,12 @@ class ChainRun:
         found = self.leading
         if found is None or self.problem.granules is not None or found.contact > self._budget:
             return 0.0
-        return _LATER * found.time + PASSED * characteristic_time(found.peak)
+        return _LATER * found.time + passage_time(self.problem.wave, found.peak)
 
     @property
     def _kept(self) -> float:
         """Time for which steps are kept: from before the weakest wave has passed until after it has."""
-        return _KEPT * characteristic_time(self.wave_threshold * self.log.strongest)
+        return _KEPT * passage_time(self.problem.wave, self.wave_threshold * self.log.strongest)
 
     def _advance(self, until: float) -> Stretch:
         """Integrate to ``until``; the last stretch."""
@@ -273,7 +280,7 @@ class ChainRun:
             if not outlook.heads:
                 return False
             self._lead = outlook.heads[0]
-        speed = SPEED / characteristic_time(self._lead.force)
+        speed = self.problem.wave.speed / self.problem.wave.time(self._lead.force)
         front = self._lead.contact + (stretch.end - self._lead.time) * speed
         budget = self._budget
         if front <= budget:
@@ -312,8 +319,9 @@ class ChainRun:
         x, v = stretch.x[-1], stretch.v[-1]
         last = settled[-1]
         begin = outlook.heads[last + 1].contact if last + 1 < len(outlook.heads) else free_granules(x, v)
-        end = outlook.heads[last].contact - _REACH
-        speed, overlap = outlook.least ** (5 / 6), outlook.least ** (2 / 3)
+        end = outlook.heads[last].contact - self._reach
+        exponent = self.problem.exponent
+        speed, overlap = outlook.least**self.problem.wave.of_momentum, outlook.least ** (1 / exponent)
         motion = np.maximum(np.abs(v[begin:end]) / speed, np.abs(x[begin:end] - x[begin + 1 : end + 1]) / overlap)
         if not motion.size or motion.min() > self.later_doubt:
             return
@@ -321,7 +329,7 @@ class ChainRun:
         self._measure(outlook, settled)
         self._removed += len(settled)
         self.momentum += float(v[granules:].sum())
-        self.energy += chain_energy(x, v) - chain_energy(x[:granules], v[:granules])
+        self.energy += chain_energy(x, v, exponent) - chain_energy(x[:granules], v[:granules], exponent)
         self.log.removed = (granules - 1, stretch.end, outlook.strongest)
         self.shortened += ((stretch.end, granules),)
         origin = self._course.shorten(granules)
@@ -349,9 +357,11 @@ class ChainRun:
             head = outlook.heads[wave]
             doubt = distance_from_limit(head, self.log) + abs(head.force / peak.force - 1)
             if place not in self._ready:
-                ahead = outlook.heads[wave - 1].contact - PASSING if wave else self.log.removed[0]
-                motion = np.abs(self._recent[-1][0].v[-1, head.contact + _REACH : ahead])
-                doubt = _UNSETTLED * (doubt + _AHEAD_SHARE * float(motion.sum()) / head.force ** (5 / 6))
+                passing = int(PASSING * self.problem.wave.spread)
+                ahead = outlook.heads[wave - 1].contact - passing if wave else self.log.removed[0]
+                motion = np.abs(self._recent[-1][0].v[-1, head.contact + self._reach : ahead])
+                wave_momentum = head.force**self.problem.wave.of_momentum
+                doubt = _UNSETTLED * (doubt + _AHEAD_SHARE * float(motion.sum()) / wave_momentum)
         return peak, doubt
 
     def _transit(self, outlook: Outlook, place: int, wave: int) -> Transit:

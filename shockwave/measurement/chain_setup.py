@@ -1,4 +1,4 @@
-"""Setup of a simulation of a finite chain: units, the scaled problem, and the reported contacts."""
+"""Setup of a simulation of a finite or precompressed chain: units, the scaled problem, and the reported contacts."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.ends import Wall
 from shockwave.chain.impact import Impact
 from shockwave.chain.layout import Layout
+from shockwave.chain.segments import MOST_GRANULES
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.errors import InvalidValueError
 from shockwave.measurement.recording import reported_contacts
@@ -22,13 +23,26 @@ from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.registry import load
-from shockwave.simulation.assembly import Assembly
+from shockwave.simulation.assembly import Assembly, integrate
 from shockwave.simulation.backend import chosen
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.problem import ChainProblem
 
 # Least simulated time over the rise time: earlier, the free-particle displacement loses its digits in rounding.
 _LEAST_TIME = 0.01
+
+# Contacts of an endless chain that are reported unless they are requested.
+_ENDLESS = (0, 1, 2, 5, 10, 20, 50, 100)
+# Simulated time after the shock, over the time at which the leading wave arrives at the last of them, as for a finite
+# chain; tolerance of the step in the run that gives this time, and its significant digits.
+_ARRIVALS = 3.0
+_TOLERANCE = 1e-4
+_DIGITS = 3
+# Greatest force over that of the shock; waves reach less than half of it, and none is faster than sound under it.
+_GREATEST = 8.0
+# Granules ahead of a sound wave that it moves, a constant and a number per cube root of its way.
+_AHEAD = 30
+_AHEAD_RATE = 10
 
 
 @frozen(eq=False)
@@ -53,6 +67,8 @@ class ChainSetup:
         The compiled module, or None for NumPy.
     reported : array of int
         Contacts to report.
+    end : float or None
+        End of the simulated time, scaled, if the options do not state it; None for the default of a finite chain.
     """
 
     excitation: Shock | Impact
@@ -64,16 +80,21 @@ class ChainSetup:
     method: type[Integrator] | None
     compiled: ModuleType | None
     reported: npt.NDArray[np.intp]
+    end: float | None = None
 
     @classmethod
     def of(cls, options: SimulateOptions, excitation: Shock | Impact, chain: Chain) -> ChainSetup:
-        """Lay out and scale a chain.
+        """Lay out and scale a chain; of an endless one, as many granules as its waves reach.
 
         Raises
         ------
         InvalidValueError
             If a value is out of range, or a contact of the options is not one of the chain.
+        NumericalError
+            If the time at which the leading wave arrives at the last reported contact of an endless chain is not found.
         """
+        if chain.count is None and isinstance(excitation, Shock):
+            return _endless(options, excitation, chain)
         layout = Layout.of(chain, excitation)
         scales = _scales(layout, excitation, chain)
         assembly = _assembly(layout, scales, excitation)
@@ -98,7 +119,7 @@ class ChainSetup:
         """Requested end of the simulated time, scaled."""
         until, force = self.options.until, self.assembly.force
         if until is None:
-            return None
+            return self.end
         if force is not None and until < _LEAST_TIME * force.rise_time * self.scales.time:
             least = _LEAST_TIME * force.rise_time * self.scales.time
             problem = f"must be at least {least:g} s, a hundredth of the rise time (got {until:g} s)"
@@ -114,6 +135,31 @@ class ChainSetup:
         """Contacts whose errors decide whether the tolerance is met: those that the result shows."""
         wall = [len(forces) - 1] if self.has_wall else []
         return np.unique(np.concatenate((self.reported, [np.argmax(forces)], wall)).astype(np.intp))
+
+
+def _endless(options: SimulateOptions, shock: Shock, chain: Chain) -> ChainSetup:
+    """The part of an endless chain that the waves reach within the simulated time."""
+    contacts = options.contacts or _ENDLESS
+    others = evolve(options, contacts=(), record=(), interval=None)
+    part = ChainSetup.of(others, shock, evolve(chain, granules=contacts[-1] + 2))
+    end = part.until
+    if end is None:
+        motion = integrate(part.assembly, _TOLERANCE, compiled=part.compiled, integrator=part.method)
+        duration = 0.0 if part.assembly.force is None else part.assembly.force.duration
+        end = motion.end if motion.arrival is None else duration + _ARRIVALS * motion.arrival
+        # rounded, so that it does not depend on the code that integrated the part
+        end = float(f"{end:.{_DIGITS}g}")
+    p, force = part.layout.pairs.exponent, (chain.precompression + _GREATEST * shock.peak_force) / part.scales.force
+    reached = max(contacts[-1], end * math.sqrt(p) * force ** ((p - 1) / (2 * p)))
+    granules = math.ceil(reached + _AHEAD + _AHEAD_RATE * math.cbrt(reached))
+    if granules > MOST_GRANULES:
+        name = "contacts" if options.until is None else "until"
+        got = f"got {contacts[-1]}" if options.until is None else f"got {options.until:g} s"
+        problem = f"must be less, since the waves reach {granules} granules, more than {MOST_GRANULES} ({got})"
+        raise InvalidValueError.of(name, problem)
+    whole = ChainSetup.of(others, shock, evolve(chain, granules=granules))
+    filled = evolve(whole.options, contacts=options.contacts, record=options.record, interval=options.interval)
+    return evolve(whole, chain=chain, options=filled, reported=np.array(contacts), end=end)
 
 
 def _compiled(backend: str) -> ModuleType | None:

@@ -53,10 +53,15 @@ _LARGE_OVERLAP = 0.1
 _STILL_ACTING = 0.01
 # Least velocity of a granule that flies off, relative to the fastest granule.
 _EJECTED = 1e-3
+#: Warning for endless chains.
+NO_LIMIT = (
+    "The peak force of the leading wave far along the chain is not determined: under precompression it approaches its"
+    " limit too slowly. The forces at the contacts are accurate."
+)
 
 
 def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: Chain) -> ChainResult:
-    """Simulate a finite chain with an excitation, and estimate the errors of the forces.
+    """Simulate a finite or precompressed chain with an excitation, and estimate the errors of the forces.
 
     Raises
     ------
@@ -81,6 +86,8 @@ def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: 
     yielding = _yielding(case, motion)
     if error := beyond_elastic(chain, lambda: yielding):
         raise error
+    endless = chain.count is None
+    reached = _reached(motion.v) if endless else count
     return ChainResult(
         excitation=excitation,
         chain=chain,
@@ -88,14 +95,14 @@ def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: 
         integrator=motion.integrator,
         backend="numpy" if case.compiled is None else "compiled",
         scene=ChainScene.of(excitation, chain),
-        contact_count=len(motion.forces),
+        contact_count=None if endless else len(motion.forces),
         contacts=runs.reported,
         greatest_force=runs.greatest,
-        last_contact=runs.peak(-1),
+        last_contact=None if endless else runs.peak(-1),
         transmitted=Transmitted(**asdict(runs.peak(-1)), impulse=impulse * scales.momentum) if case.has_wall else None,
         end=motion.end * scales.time,
-        arrival_time=None if motion.arrival is None else motion.arrival * scales.time,
-        velocities=tuple(velocities.tolist()),
+        arrival_time=None if endless or motion.arrival is None else motion.arrival * scales.time,
+        velocities=tuple(velocities[:reached].tolist()),
         recoil_velocities=None if rebounding is None else tuple((-rebounding).tolist()),
         recoil_momentum=None if rebounding is None else 0.0 - math.fsum(masses[: len(rebounding)] * rebounding),
         spall_velocities=None if spalls is None else tuple(spalls.tolist()),
@@ -103,14 +110,20 @@ def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: 
         applied_momentum=momentum * scales.momentum,
         applied_energy=energy * scales.energy,
         dissipated_energy=motion.dissipated * scales.energy,
-        segments=tuple(_segments(case, motion)),
+        segments=tuple(_segments(case, motion, reached)),
         end_energy=(float(motion.kinetic[-1]) + motion.end_energy) * scales.energy if movable else None,
         yielding=yielding,
         momentum_defect=abs(carried + impulse - momentum) / momentum,
         energy_defect=abs(motion.energy_balance) / energy,
         characteristic_time=scales.time,
         cost=Cost(steps=runs.steps, force_evaluations=runs.evaluations, seconds=time.perf_counter() - begin),
-        warnings=(*notes, *_missed(runs), *_unphysical(case, motion), *_unfinished(case, motion, velocities, apart)),
+        warnings=(
+            *notes,
+            *_missed(runs),
+            *_unphysical(case, motion),
+            *_unfinished(case, motion, velocities, apart),
+            *[NO_LIMIT] * endless,
+        ),
         on_demand=_record,
     )
 
@@ -181,8 +194,13 @@ def _unfinished(
             yield "The striker may be struck again after the simulated time: its restitution is provisional."
 
 
-def _segments(case: ChainSetup, motion: Motion) -> Iterator[SegmentEnergy]:
-    """Energy of each segment."""
+def _reached(v: FloatArray) -> int:
+    """Number of granules that the waves have reached."""
+    return 1 + int(np.flatnonzero(v).max(initial=0))
+
+
+def _segments(case: ChainSetup, motion: Motion, granules: int) -> Iterator[SegmentEnergy]:
+    """Energy of each segment, of so many granules in all."""
     count, energies = case.granules, case.scales.energy * motion.kinetic[: case.granules]
     halves = case.scales.energy / 2 * motion.potential
     energies[:-1] += halves[: count - 1]
@@ -191,7 +209,7 @@ def _segments(case: ChainSetup, motion: Motion) -> Iterator[SegmentEnergy]:
         energies[-1] += 2 * halves[-1]
     begins = [0, *(np.flatnonzero(np.diff(case.layout.segments)) + 1).tolist(), count]
     for begin, end in pairwise(begins):
-        yield SegmentEnergy(first=begin, last=end - 1, energy=math.fsum(energies[begin:end]))
+        yield SegmentEnergy(first=begin, last=min(end, granules) - 1, energy=math.fsum(energies[begin:end]))
 
 
 def _apart(case: ChainSetup, motion: Motion) -> npt.NDArray[np.bool_]:
@@ -251,6 +269,8 @@ def _record(result: ChainResult) -> Recording:
     times = sample_times(options, scales, result.end / scales.time, count)
     with time_limit(None if options.timeout is None else options.timeout - result.cost.seconds):
         motion = histories(case, result.end / scales.time, times)
+    if result.chain.count is None:
+        count = _reached(motion.v)
     recorded: dict[str, FloatArray] = {}
     if "forces" in options.record:
         forces = scales.force * motion.samples_forces

@@ -62,7 +62,8 @@ def chain_answer(result: ChainResult) -> Iterator[tuple[str, str]]:
         yield from result.yielding.facts()
     arrival = result.arrival_time
     wave = "does not reach the end" if arrival is None else f"arrives at {si(arrival, 's', _TIME_DIGITS)}"
-    yield "simulated", f"to {si(result.end, 's', _TIME_DIGITS)}; the leading wave {wave}"
+    wave = "" if result.contact_count is None else f"; the leading wave {wave}"
+    yield "simulated", f"to {si(result.end, 's', _TIME_DIGITS)}{wave}"
 
 
 def chain_balances(result: ChainResult) -> Iterator[tuple[str, str]]:
@@ -76,7 +77,7 @@ def chain_balances(result: ChainResult) -> Iterator[tuple[str, str]]:
 
 def place_of(result: ChainResult, contact: int) -> str:
     """The number of a contact, marked if it is with the wall."""
-    return f"{contact} (wall)" if result.transmitted and contact == result.contact_count - 1 else str(contact)
+    return f"{contact} (wall)" if result.transmitted and contact + 1 == result.contact_count else str(contact)
 
 
 def span(segment: SegmentEnergy) -> str:

@@ -47,7 +47,7 @@ class Course(abc.ABC):
 
     def __init__(self, problem: ChainProblem, integrator: Integrator) -> None:
         self.problem, self.integrator = problem, integrator
-        self.log = PeakLog(integrator.tolerance)
+        self.log = PeakLog(integrator.tolerance, problem.wave)
         self.now, self.steps = 0.0, 0
         self.stretch = Stretch((), *np.zeros((3, 1, 1)))
 
@@ -117,7 +117,7 @@ class _Compiled(Course):
         self._set(size=integrator.first_size(stops[0], None), until=stops[0], granules=self._granules)
         self._set(rise_time=problem.rise_time, peak_force=problem.peak_force, duration=problem.duration)
         self._set(length=problem.granules or 0, tolerance=integrator.tolerance)
-        tables = integrator.tableau.packed, problem.path.rows, problem.path.coefficients, stops
+        tables = integrator.tableau.packed_for(problem.exponent), problem.path.rows, problem.path.coefficients, stops
         self._continue = partial(cast(ModuleType, integrator.compiled).march, *tables, self._state)
         self._chain = np.zeros((3, self._granules))
         self._rows = _MOST_STEPS + 1 if kept else 0

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from attrs import evolve
 
-from shockwave.chain.solitary_wave import SPEED
+from shockwave.chain.solitary_wave import wave_law
 from shockwave.errors import NumericalError
 from shockwave.measurement.course import Course
 from shockwave.measurement.measured_wave import Passage
@@ -38,8 +38,8 @@ def passage_at(result: SimulationResult, contact: int) -> Passage:
     exact = beyond >= 0 and not feels_end
     error = result.error_estimate
     if exact:
-        # The speed of the exact wave scales as the sixth root of the peak force.
-        time, force = found.time + beyond / (SPEED * found.peak ** (1 / 6)), found.peak
+        wave = wave_law(result.chain.exponent)
+        time, force = found.time + beyond / (wave.speed * found.peak**wave.of_speed), found.peak
         # The deviation from the limit where the peak was measured decreases at least by this factor per contact.
         error += abs(found.last / found.peak - 1) * _DECREASE**beyond
     else:
@@ -95,7 +95,7 @@ def record(result: SimulationResult) -> Recording:
     kept: dict[str, FloatArray] = {}
     contacts = options.contacts if result.chain.count is None else reported_contacts(options, result.chain.count - 1)
     if "forces" in options.record:
-        forces = contact_forces(x)
+        forces = contact_forces(x, result.chain.exponent)
         at = [forces[contact] if contact < len(forces) else 0 * times for contact in contacts]
         kept["forces"] = scales.force * np.array(at).T
     if "field" in options.record:
@@ -104,7 +104,7 @@ def record(result: SimulationResult) -> Recording:
         kept["velocities"] = scales.velocity * v[:moved].T
     if "energies" in options.record:
         kept["kinetic_energy"] = scales.energy * 0.5 * np.sum(v * v, axis=0)
-        kept["contact_energy"] = scales.energy * np.sum(contact_energies(x), axis=0)
+        kept["contact_energy"] = scales.energy * np.sum(contact_energies(x, result.chain.exponent), axis=0)
     return Recording(times=np.asarray(times * scales.time), contacts=contacts, **kept)
 
 

@@ -12,10 +12,13 @@ import numpy as np
 from attrs import define, field
 from numpy.polynomial.polynomial import polyder, polyval
 
+from shockwave.chain.chain import HERTZ
+from shockwave.chain.solitary_wave import HERTZ_WAVE, WaveLaw
 from shockwave.numerics import bracketed_root, product
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import LONGEST_STEP
 from shockwave.simulation.march import Span, Stretch
+from shockwave.simulation.problem import power_force, stiffenings
 
 # Noise floor of a chain at rest: weaker peaks, over the strongest so far, are ignored.
 _FLOOR = 1e-4
@@ -30,6 +33,9 @@ _CORRECTIONS = 4
 _NEAR = 1e-5
 # Fraction of its peak force that a wave keeps at least from one contact to the next few.
 _SAME_WAVE = 0.5
+
+# Longest time of a wave to the next contact, in its characteristic times: several times the usual one.
+_PATIENCE = 6.0
 
 #: Matrix from the value and the first three derivatives, each over its factorial, at 0 and at 1 to the powers 0 to 7.
 POWERS = np.eye(8)
@@ -72,13 +78,15 @@ _ROW = np.dtype(list(zip(Peak._fields[1:], ("i8", "i8", "i8", "f8", "f8"), stric
 class PeakLog:
     """All maxima in time of the contact forces that are above the noise floor.
 
-    ``tolerance`` is the error tolerance of a step. Peaks are located on the integrator's interpolant if a polynomial
-    between the ends of the step is less accurate than that; with 0 always. The first ``count`` rows of ``table`` are
-    the peaks, and ``last`` the index of the last peak at each contact. ``removed`` are the contact ahead of which waves
-    have been removed from the chain, the time, and the peak force of the strongest of them.
+    ``tolerance`` is the error tolerance of a step, ``wave`` the solitary wave of the chain. Peaks are located on the
+    integrator's interpolant if a polynomial between the ends of the step is less accurate than that; with 0 always. The
+    first ``count`` rows of ``table`` are the peaks, and ``last`` the index of the last peak at each contact.
+    ``removed`` are the contact ahead of which waves have been removed from the chain, the time, and the peak force of
+    the strongest of them.
     """
 
     tolerance: float = 0.0
+    wave: WaveLaw = HERTZ_WAVE
     strongest: float = 0.0
     removed: tuple[int, float, float] = (0, -math.inf, 0.0)
     count: int = 0
@@ -123,25 +131,26 @@ class PeakLog:
         steps, contacts = np.nonzero((closing[:-1] > 0) & (closing[1:] <= 0))
         ends = np.array((steps, steps + 1))
         overlap = np.maximum(stretch.x[ends, contacts] - stretch.x[ends, contacts + 1], 0.0).max(axis=0)
-        forces = overlap * np.sqrt(overlap)
+        exponent = self.wave.exponent
+        forces = power_force(overlap, exponent)
         strongest = np.maximum.accumulate(np.append(self.strongest, forces))
         self.strongest = float(strongest[-1])
         reached = forces > _FLOOR * strongest[1:]
         if not reached.any():
             return
         steps, contacts = steps[reached], contacts[reached]
-        times, overlaps = _maxima(stretch, steps, contacts)
+        times, overlaps = _maxima(stretch, steps, contacts, exponent)
         self.reserve(len(times), stretch.x.shape[1])
         located = (steps.tolist(), contacts.tolist(), times.tolist(), overlaps.tolist())
         for step, contact, time, overlap in zip(*located, strict=True):
             span = stretch.spans[step]
-            force = max(overlap, 0.0) ** 1.5
-            loss = _LOSS * force * ((span.end - span.begin) / characteristic_time(force)) ** 8
+            force = max(overlap, 0.0) ** exponent
+            loss = _LOSS * force * ((span.end - span.begin) / self.wave.time(force)) ** 8
             if contact == 0:  # the shock acts on one of its granules, which the polynomial does not include
                 time, overlap = _sought(span, contact)
             elif loss > _NEGLIGIBLE * self.tolerance:
-                time, overlap = _corrected(span, contact, time)
-            self.add(contact, time, max(overlap, 0.0) ** 1.5)
+                time, overlap = _corrected(span, contact, time, exponent)
+            self.add(contact, time, max(overlap, 0.0) ** exponent)
 
     def add(self, contact: int, time: float, force: float) -> None:
         """Log a maximum; it must be later than all previous ones at this contact."""
@@ -164,10 +173,10 @@ class PeakLog:
         """
         contact, since, most = self.removed
         # the log is in the order of time but for the length of a step
-        begin = bisect_left(self._copied()[1], now - _patience(_FLOOR * self.strongest) - LONGEST_STEP)
+        begin = bisect_left(self._copied()[1], now - self._patience(_FLOOR * self.strongest) - LONGEST_STEP)
         peaks = self.table[begin : self.count]
         time, force, at = peaks["time"], peaks["force"], peaks["contact"]
-        under_way = now - time < 6.0 * np.maximum(force, 1e-30) ** (-1 / 6)
+        under_way = now - time < _PATIENCE * np.maximum(force, 1e-30) ** -self.wave.of_speed
         # Weaker peaks must not hide the wave that has just passed.
         strong = (force >= share * force[under_way].max(initial=most)).nonzero()[0]
         latest = np.full(at.max(initial=-1) + 2, -1)
@@ -184,7 +193,7 @@ class PeakLog:
     def trail(self, head: Peak, contacts: int) -> Trail:
         """Peaks of the wave at ``head`` and at the preceding ``contacts``, as far as it can be traced back."""
         behind, times, forces = self._copied()
-        rows, row, time, patience = [head.row], head.behind, head.time, _patience(_SAME_WAVE * head.force)
+        rows, row, time, patience = [head.row], head.behind, head.time, self._patience(_SAME_WAVE * head.force)
         for _ in range(contacts):
             if row < 0 or time - times[row] >= patience:
                 break
@@ -203,6 +212,10 @@ class PeakLog:
             earliest.append(self.peak(row))
         return earliest
 
+    def _patience(self, force: float) -> float:
+        """Longest time of a wave of this peak force to the next contact."""
+        return _PATIENCE * self.wave.time(force)
+
     def _copied(self) -> tuple[list[int], list[float], list[float]]:
         """Columns ``behind``, ``time`` and ``force`` as lists, of which single elements are found faster."""
         behind, times, forces = self._lists
@@ -214,10 +227,11 @@ class PeakLog:
         return behind, times, forces
 
 
-def force_rates(overlap: FloatArray, closing: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Contact forces d^(3/2) and their rates of change, from overlaps d and their rates of change ``closing``."""
-    root = np.sqrt(np.maximum(overlap, 0.0))
-    return root**3, 1.5 * root * closing
+def force_rates(overlap: FloatArray, closing: FloatArray, exponent: float) -> tuple[FloatArray, FloatArray]:
+    """Contact forces d^p and their rates of change, from overlaps d and their rates of change ``closing``."""
+    closed = np.maximum(overlap, 0.0)
+    power = stiffenings(closed, exponent)
+    return power**3 if exponent == HERTZ else power * closed, exponent * power * closing
 
 
 def powers_between(begin: FloatArray, end: FloatArray, size: FloatArray) -> FloatArray:
@@ -246,13 +260,15 @@ def hermite_data(begin: FloatArray, end: FloatArray, size: FloatArray) -> FloatA
     return np.concatenate((begin * scale, end * scale))
 
 
-def _maxima(stretch: Stretch, steps: np.ndarray, contacts: np.ndarray) -> tuple[FloatArray, FloatArray]:
+def _maxima(
+    stretch: Stretch, steps: np.ndarray, contacts: np.ndarray, exponent: float
+) -> tuple[FloatArray, FloatArray]:
     """Times and values of the largest overlaps of these contacts in these steps, from the states at their ends."""
     # The granules of the contact and their neighbours; at an end of the chain a granule is repeated, without force.
     rows = np.array((steps, steps + 1))[..., None]
     columns = np.clip(contacts[:, None] + np.arange(-1, 3), 0, stretch.x.shape[1] - 1)
     overlap, closing = -np.diff(stretch.x[rows, columns]), -np.diff(stretch.v[rows, columns])
-    changes = [rate[..., 0] - 2 * rate[..., 1] + rate[..., 2] for rate in force_rates(overlap, closing)]
+    changes = [rate[..., 0] - 2 * rate[..., 1] + rate[..., 2] for rate in force_rates(overlap, closing, exponent)]
     jets = np.array((overlap[..., 1], closing[..., 1], *changes))
     size = np.diff(stretch.times)[steps]
     powers = powers_between(jets[:, 0], jets[:, 1], size)
@@ -266,13 +282,13 @@ def _maxima(stretch: Stretch, steps: np.ndarray, contacts: np.ndarray) -> tuple[
     return stretch.times[steps] + share * size, polyval(share, powers, tensor=False)
 
 
-def _corrected(span: Span, contact: int, time: float) -> tuple[float, float]:
+def _corrected(span: Span, contact: int, time: float, exponent: float) -> tuple[float, float]:
     """Time and value of the largest overlap near ``time``, by Newton's method on the integrator's interpolant."""
     first = contact - 1
     for _ in range(_CORRECTIONS):
         x, v = span.at(time)
         near = x[first : contact + 3].tolist()
-        before, here, *after = (max(a - b, 0.0) ** 1.5 for a, b in pairwise(near))
+        before, here, *after = (max(a - b, 0.0) ** exponent for a, b in pairwise(near))
         slowing = 2 * here - before - sum(after)
         closing = float(v[contact] - v[contact + 1])
         end = min(max(time + closing / slowing, span.begin), span.end) if slowing > 0 else time
@@ -295,13 +311,3 @@ def _sought(span: Span, contact: int) -> tuple[float, float]:
     time = bracketed_root(closing, span.begin, span.end, "peak") if differ else span.end
     x, _ = span.at(time)
     return time, float(x[contact] - x[contact + 1])
-
-
-def characteristic_time(force: float) -> float:
-    """Characteristic time of a wave of this peak force, in which it passes 0.9 contacts."""
-    return math.pow(max(force, 1e-30), -1 / 6)
-
-
-def _patience(force: float) -> float:
-    """Longest time of a wave of this peak force to the next contact: several times the usual one."""
-    return 6.0 * characteristic_time(force)

@@ -272,7 +272,10 @@ def _simulate_all(scenes: Sequence[tuple[Shock | Impact, Chain]], setup: Setup) 
 
 
 def equal_granules(excitation: object, chain: Chain) -> Chain | None:
-    """The chain as equal granules with free ends; None if the scene has further features."""
+    """The chain as equal granules with free ends; None if the scene has further features.
+
+    An endless chain keeps its contact law.
+    """
     if not isinstance(chain, Chain) or (chain.is_uniform and isinstance(excitation, Shock)):
         return chain
     from shockwave.chain.coverage import reduced

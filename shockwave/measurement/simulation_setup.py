@@ -8,8 +8,8 @@ from types import ModuleType
 import numpy as np
 from attrs import evolve, frozen
 
-from shockwave.chain.chain import Chain, Scales
-from shockwave.chain.solitary_wave import MOMENTUM
+from shockwave.chain.chain import HERTZ, Chain, Scales
+from shockwave.chain.solitary_wave import wave_law
 from shockwave.errors import NumericalError
 from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
@@ -106,7 +106,8 @@ class Setup:
         if problem.rises_again:
             # Such a leading wave is examined late, when its changes are as small as the step errors.
             tighter *= _TIGHTER
-        caution: float = getattr(self.method, "caution", 1.0)
+        # the harder a contact, the more an error of its overlap changes its force
+        caution: float = getattr(self.method, "caution", 1.0) * min(HERTZ / problem.exponent, 1.0) ** 2
         return Request(
             problem,
             tolerance=max(min(caution * rtol, _LOOSEST_STEP) * tighter, _TIGHTEST_STEP),
@@ -169,10 +170,11 @@ def scaled(shock: Shock, chain: Chain) -> tuple[ChainProblem, Scales]:
     # The scaled rise time determines the result. Its last digits depend on the units in use; they are rounded off, so
     # that the same scene in other units, or scaled to another chain, is the same problem to the last bit.
     ratio = float(f"{own.rise_time(shock.rise_time):.{_DIGITS}g}")
-    strength = ratio * shock.profile.total_area / MOMENTUM
-    force = min(1.0, strength**1.2)
+    exponent, wave = chain.exponent, wave_law(chain.exponent)
+    strength = ratio * shock.profile.total_area / wave.momentum
+    force = min(1.0, strength ** (2 * exponent / (exponent + 1)))
     scales = own if force == 1.0 else Scales.of(chain, shock.peak_force * force)
-    problem = ChainProblem(shock.profile, ratio * force ** (1 / 6), 1 / force, chain.count)
+    problem = ChainProblem(shock.profile, ratio * force**wave.of_speed, 1 / force, chain.count, exponent)
     cost = _COST * problem.duration**2
     if cost > _MAX_COST:
         raise NumericalError(

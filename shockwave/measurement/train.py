@@ -117,7 +117,7 @@ def _train(
     it is known.
     """
     begin = time.perf_counter()
-    most = int(_MOST_CONTACTS + _MOST_RATE * problem.duration)
+    most = int((_MOST_CONTACTS + _MOST_RATE * problem.duration) * problem.wave.spread**2)
     first, later = (max(min(each * setup.rtol, _MOST_DOUBT), _LEAST_DOUBT) for each in (share, _LATER_DOUBT))
     arguments = (setup.options.wave_threshold, first, later, most)
     fine = ChainRun(problem, setup.integrator(), *arguments, "wave train, run 1 of 2", found).finished()
@@ -192,9 +192,10 @@ def _greatest(fine: ChainRun, coarse: PeakLog, scales: Scales) -> ContactPeak | 
 
 
 def _energy_error(fine: ChainRun) -> float:
-    """Relative error of a peak force, which scales as the 3/5 power of energy, from the energy defect."""
+    """Relative error of a peak force, which scales as a power of the energy, from the energy defect."""
     # the defect shows errors of both runs, as at a contact that opens
-    return 0.6 * abs(fine.energy / fine.work - 1) if fine.work else 0.0
+    exponent = fine.problem.exponent
+    return exponent / (exponent + 1) * abs(fine.energy / fine.work - 1) if fine.work else 0.0
 
 
 def _waves(fine: ChainRun, traced: list[Peak], coarse: PeakLog, scales: Scales) -> tuple[MeasuredWave, ...]:

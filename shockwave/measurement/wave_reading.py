@@ -12,12 +12,12 @@ import numpy as np
 from attrs import define, field, frozen
 
 from shockwave.measurement.measured_wave import MeasuredWave
-from shockwave.measurement.peak_log import POWERS, Peak, PeakLog, characteristic_time, force_rates, hermite_data
-from shockwave.measurement.waves import PASSED
+from shockwave.measurement.peak_log import POWERS, Peak, PeakLog, force_rates, hermite_data
+from shockwave.measurement.waves import passage_time
 from shockwave.numerics import product
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.march import Stretch
-from shockwave.simulation.problem import ChainProblem
+from shockwave.simulation.problem import ChainProblem, power_force
 
 # Gauss nodes and weights of a step, as fractions of it; powers 0 to 7 and their derivatives at the nodes.
 _LEGENDRE = np.polynomial.legendre.leggauss(8)
@@ -82,7 +82,7 @@ class Probe:
 
     def transit(self, peak: Peak, log: PeakLog, doubt: float) -> Transit:
         """The wave with the maximum ``peak``; ``doubt`` is the bound on its distance from the limit."""
-        reach = 2 * PASSED * characteristic_time(peak.force)
+        reach = 2 * passage_time(log.wave, peak.force)
         begin = max(log.peak(peak.previous).time if peak.previous >= 0 else 0.0, peak.time - reach)
         end = min(log.following(peak), peak.time + reach)
         times, states = np.concatenate(self._times), np.concatenate(self._states, axis=1)
@@ -129,7 +129,7 @@ def _samples(transits: list[Transit], problem: ChainProblem) -> tuple[FloatArray
     ends = [0, *accumulate(len(transit.times) for transit in transits)]
     times = np.concatenate([transit.times for transit in transits])
     x, v = np.concatenate([transit.states for transit in transits], axis=1)
-    forces, rates = force_rates(x[:, :-1] - x[:, 1:], v[:, :-1] - v[:, 1:])
+    forces, rates = force_rates(x[:, :-1] - x[:, 1:], v[:, :-1] - v[:, 1:], problem.exponent)
     jets = np.array((x[:, 1:3], v[:, 1:3], forces[:, :-1] - forces[:, 1:], rates[:, :-1] - rates[:, 1:]))
     within = np.ones(len(times) - 1, bool)
     within[[end - 1 for end in ends[1:-1]]] = False  # no step leads from one wave to the next
@@ -148,7 +148,7 @@ def _samples(transits: list[Transit], problem: ChainProblem) -> tuple[FloatArray
         positions[:, steps, 0] += _free(problem, nodes[steps].T.ravel())[0].reshape(len(_NODES), -1)
     force = np.maximum(positions[..., 0] - positions[..., 1], 0.0).T
     velocity = _between(_SLOPES_BETWEEN, known[..., 1]).T / size
-    return nodes, force * np.sqrt(force), velocity, size * _WEIGHTS, known[..., 1].T
+    return nodes, power_force(force, problem.exponent), velocity, size * _WEIGHTS, known[..., 1].T
 
 
 def _between(weights: FloatArray, known: FloatArray) -> FloatArray:

@@ -7,8 +7,8 @@ from bisect import bisect
 from itertools import pairwise
 from operator import neg
 
-from shockwave.chain.solitary_wave import ENERGY, SPEED
-from shockwave.measurement.peak_log import Peak, PeakLog, Trail, characteristic_time
+from shockwave.chain.solitary_wave import WIDTH, WaveLaw
+from shockwave.measurement.peak_log import Peak, PeakLog, Trail
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.march import free_granules
 from shockwave.simulation.problem import contact_energies
@@ -19,10 +19,10 @@ _STRIDE = 10
 _STEP = 5
 # Largest fraction of the contacts passed so far for which the decrease of a bound is extrapolated.
 _AHEAD = 0.4
-#: Number of contacts, from its head backwards, that a wave may still be passing.
+#: Number of contacts, from its head backwards, that a wave may still be passing; more if waves are wider than Hertz's.
 PASSING = 10
-#: Time in which the tail of a wave of peak force 1 passes: 3.5 widths of 1.56 characteristic times.
-PASSED = 3.5 * 1.56
+# Time in which the tail of a wave of peak force 1 passes: 3.5 widths of 1.56 characteristic times.
+_PASSED = 3.5 * 1.56
 # Number of granules behind its peak over which a wave extends.
 _BACK = 3
 # Waves are followed down to this fraction of the threshold.
@@ -42,6 +42,11 @@ _MOST_CHANGE = 30.0
 _HIDDEN = _MARGIN / (7.5 * _STRIDE)
 # Slowest decrease of the deviation from the limit, per stride, that can be distinguished from noise.
 _SLOWEST = 0.97
+
+
+def passage_time(wave: WaveLaw, force: float) -> float:
+    """Time in which the tail of a wave of this peak force passes a contact."""
+    return _PASSED * (wave.width / WIDTH) * wave.time(force)
 
 
 class Outlook:
@@ -79,9 +84,9 @@ class Outlook:
     def passed(self, wave: int) -> Trail:
         """The peaks of a wave from the foremost contact through which all of it has passed, if there is one."""
         if wave not in self._trails:
-            trail = self._log.trail(self.heads[wave], 2 * _STRIDE + _STEP + PASSING)
+            trail = self._log.trail(self.heads[wave], 2 * _STRIDE + _STEP + int(PASSING * self._log.wave.spread))
             self._length[wave] = len(trail.rows)
-            latest = self._now - PASSED * characteristic_time(self.heads[wave].force)
+            latest = self._now - passage_time(self._log.wave, self.heads[wave].force)
             first = bisect(trail.times, -latest, key=neg)
             self._trails[wave] = Trail(trail.rows[first:], trail.times[first:], trail.forces[first:])
         return self._trails[wave]
@@ -106,14 +111,14 @@ class Outlook:
         trail = self.passed(wave)
         contacts = 2 * _STRIDE + _STEP + 1 - float(len(trail.rows))
         if not trail.rows:  # all of the wave passes a contact later
-            contacts += PASSED * SPEED - self._length.get(wave, 0)
+            contacts += passage_time(self._log.wave, 1.0) * self._log.wave.speed - self._length.get(wave, 0)
         if contacts <= 0:
             doubt, before = _doubt(trail.forces, self._noise), _doubt(trail.forces[_STEP:], self._noise)
             if not allowed < doubt < before < math.inf:
                 return 0.0
             contacts = _STEP * math.log(doubt / allowed) / math.log(before / doubt)
             contacts = min(contacts, max(_STRIDE, _AHEAD * self.heads[wave].contact))
-        return contacts * characteristic_time(self.heads[wave].force) / SPEED
+        return contacts * self._log.wave.time(self.heads[wave].force) / self._log.wave.speed
 
     def is_complete(self, x: FloatArray, v: FloatArray) -> bool:
         """Whether nothing behind these waves can form another wave; ``x`` and ``v`` are the present state."""
@@ -121,7 +126,7 @@ class Outlook:
         if any(self.least <= self.heads[wave].force * (1 + self.bound(wave)) for wave in weak):
             return False
         rearmost = self.heads[-1].contact if self.heads else self._log.removed[0]
-        return _nothing_to_come(x, v, rearmost, self.least)
+        return _nothing_to_come(x, v, rearmost, self.least, self._log.wave)
 
 
 def _doubt(forces: list[float], noise: float) -> float:
@@ -177,11 +182,11 @@ def _ratio(later: float, earlier: float) -> float:
     return later / earlier if earlier > 0 else math.inf
 
 
-def _nothing_to_come(x: FloatArray, v: FloatArray, rearmost: int, least_force: float) -> bool:
+def _nothing_to_come(x: FloatArray, v: FloatArray, rearmost: int, least_force: float, wave: WaveLaw) -> bool:
     """Whether the energy behind the rearmost wave is too small to form a wave of ``least_force``."""
-    first, last = free_granules(x, v), max(rearmost - _BACK, 0)
+    first, last = free_granules(x, v), max(rearmost - int(_BACK * wave.spread), 0)
     if first >= last:
         return True
-    energy = 0.5 * v[first:last] ** 2 + contact_energies(x)[first:last]
+    energy = 0.5 * v[first:last] ** 2 + contact_energies(x, wave.exponent)[first:last]
     # The energy of all granules counts, because distant granules may still collide.
-    return float(energy.sum()) < ENERGY * math.pow(least_force, 5 / 3)
+    return float(energy.sum()) < wave.energy * math.pow(least_force, wave.of_energy)

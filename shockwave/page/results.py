@@ -136,7 +136,7 @@ def _simulate_chain(scenario: Scenario) -> Any:
     """Simulate a chain beyond equal spheres, with the forces that are drawn."""
     plain = evolve(scenario.simulate, contacts=(), record=(), interval=None)
     result: Any = simulate_with(plain, scenario.excitation, scenario.chain)
-    contacts = result.contact_count
+    contacts = result.contact_count or len(result.velocities)
     options = evolve(
         result.options,
         contacts=range(0, contacts, -(-contacts // _CONTACTS)),

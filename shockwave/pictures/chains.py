@@ -39,10 +39,11 @@ def peak_forces(ax: Axes, result: ChainResult) -> Axes:
     if static.any():
         ax.plot(contacts, static, color=GREY, linewidth=1.0, linestyle=":", label="static force")
     if result.transmitted is not None:
-        wall = result.contact_count - 1
-        ax.plot([wall], [result.transmitted.peak_force], "s", color=VERMILION, markersize=4.5, label="wall")
+        wall = result.transmitted
+        ax.plot([wall.contact], [wall.peak_force], "s", color=VERMILION, markersize=4.5, label="wall")
     _borders(ax, result, vertical=True)
-    ax.set(xlim=(-0.5, result.contact_count - 0.5), ylim=(0, 1.08 * float(forces.max()) or 1.0))
+    last = contacts[-1] if result.contact_count is None else result.contact_count - 1
+    ax.set(xlim=(-0.5, last + 0.5), ylim=(0, 1.08 * float(forces.max()) or 1.0))
     ax.locator_params(axis="x", integer=True)
     return finish(ax, ("contact", ""), ("greatest force", "N"))
 
@@ -108,6 +109,8 @@ def wall_force(ax: Axes, result: ChainResult) -> Axes:
 
 def _borders(ax: Axes, result: ChainResult, vertical: bool) -> None:
     """Lines at the contacts between granules of different materials."""
+    if result.chain.count is None:
+        return
     materials = Layout.of(result.chain, result.excitation).materials
     borders = [contact for contact, (one, other) in enumerate(pairwise(materials)) if one != other]
     if len(borders) > _MOST_BORDERS:

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from attrs import field, frozen
 
-from shockwave.chain.chain import Scales
+from shockwave.chain.chain import HERTZ, Scales
 from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.profiles.base import Areas, ShockProfile
 from shockwave.profiles.guard import trusted
@@ -34,12 +34,30 @@ class ScaledShock:
         t0/T0.
     momentum_parameter : float
         A F0^(-1/6) / T0, the momentum of a solitary wave of peak force 1.
+    exponent : float
+        p of the contact force d^p. Only models that take ``exponent`` are given others than Hertz's 3/2.
     """
 
     profile: ShockProfile
     areas: Areas
     rise_time: float
     momentum_parameter: float
+    exponent: float = HERTZ
+
+    @property
+    def of_time(self) -> float:
+        """Power of the peak force with which the duration of a wave scales inversely, (p - 1)/(2p): 1/6."""
+        return (self.exponent - 1) / (2 * self.exponent)
+
+    @property
+    def of_momentum(self) -> float:
+        """Power of the peak force with which the momentum of a wave scales, (p + 1)/(2p): 5/6."""
+        return (self.exponent + 1) / (2 * self.exponent)
+
+    @property
+    def of_force(self) -> float:
+        """Power of the momentum with which the peak force of a wave scales, 2p/(p + 1): 6/5."""
+        return 2 * self.exponent / (self.exponent + 1)
 
     @property
     def duration(self) -> float:

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from attrs import asdict, field, frozen
 
+from shockwave.chain.chain import Chain
 from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.chain.yielding import Yielding
 from shockwave.limit import WAVE, LeavingForce, Limit, Verdict, plain_verdict, verdict
@@ -34,8 +35,13 @@ class Exponents:
     youngs_modulus: float
 
     @classmethod
-    def of(cls, sensitivity: float) -> Exponents:
-        """Make the exponents from d ln F / d ln A; A scales as R^(4/3) rho^(1/2) E^(-1/3), eq. (4c)."""
+    def of(cls, sensitivity: float, chain: Chain) -> Exponents:
+        """Make the exponents from d ln F / d ln A; A scales as R^(4/3) rho^(1/2) E^(-1/3), eq. (4c).
+
+        If the contact stiffness is given, A scales as the square root of the mass, R^(3/2) rho^(1/2).
+        """
+        if chain.contact is not None:
+            return cls(1.5 * sensitivity, sensitivity / 2, 0.0)
         return cls(4 / 3 * sensitivity, sensitivity / 2, -sensitivity / 3)
 
 

@@ -10,10 +10,10 @@ from typing import Any, Literal
 import numpy as np
 from attrs import evolve, frozen
 
-from shockwave.chain.chain import Chain, Scales
-from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, MOMENTUM, PAPER_COEFFICIENT, SolitaryWave
+from shockwave.chain.chain import HERTZ, Chain, Scales
+from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, PAPER_COEFFICIENT, SolitaryWave, wave_law
 from shockwave.chain.yielding import beyond_elastic, yielding_of
-from shockwave.errors import InvalidValueError
+from shockwave.errors import Fault, InvalidValueError, NotCoveredError
 from shockwave.fields import Quantity, quantity
 from shockwave.prediction.accuracy_of_many import Ranges, accuracies
 from shockwave.prediction.expected_error import (
@@ -186,20 +186,25 @@ class Predictor:
         """The model, for messages."""
         return f"model {self.model!r}"
 
+    @property
+    def contact(self) -> Literal["stiffness", "exponent"]:
+        """Contact forces that the model covers; see `shockwave.chain.coverage.Contact`."""
+        return "exponent" if "exponent" in find("models", self.model).takes.split() else "stiffness"
+
     def _covered(self, shock: Shock, chain: Chain) -> Chain:
         """The chain as a number of equal granules; raises NotCoveredError if it has further features."""
         equal = isinstance(chain, Chain) and chain.is_uniform and isinstance(shock, Shock) and not shock.profile.pulls
         if isinstance(chain, Chain) and not equal:
             from shockwave.chain.coverage import covered  # not needed for equal granules
 
-            chain = covered(chain, shock, self.name)
+            chain = covered(chain, shock, self.name, self.contact)
         check_scene(shock, chain)
         return chain
 
     def _scaled(self, shock: Shock, chain: Chain) -> ScaledShock:
         areas = shock.profile.areas(self.quadrature)
         ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
-        return ScaledShock(shock.profile, areas, ratio, self._momentum_parameter)
+        return ScaledShock(shock.profile, areas, ratio, self._momentum_parameter(chain.exponent), chain.exponent)
 
     def _outcome(
         self,
@@ -220,11 +225,11 @@ class Predictor:
             "peak_force": answer.amplitudes[0] * shock.peak_force,
             "amplification": answer.amplitudes[0],
             "relation": answer.relation,
-            "waves": tuple(map(unit.stronger, answer.amplitudes)),
+            "waves": tuple(unit.stronger(ratio, chain.exponent) for ratio in answer.amplitudes),
             "applied_momentum": scaled.impulse * scales.momentum,
             "conditions": conditions(scaled.areas, shock.profile.duration_ratio),
             "trace": tuple(step.in_units(scales.time) for step in answer.trace),
-            "exponents": None if answer.sensitivity is None else Exponents.of(answer.sensitivity),
+            "exponents": None if answer.sensitivity is None else Exponents.of(answer.sensitivity, chain),
             "areas": scaled.areas,
             "momentum_coefficient": coefficient,
             "scene": Scene.of(shock, chain),
@@ -250,6 +255,10 @@ class Predictor:
         answer: ScaledAnswer,
         ranges: Callable[[], Sequence[float]],
     ) -> Accuracy[Any, Any]:
+        if chain.exponent != HERTZ:
+            from shockwave.prediction.impulse_law import accuracy_of  # Hertz's law does not need it
+
+            return accuracy_of(shock, scaled, answer)
         *values, least, most = ranges()
         peak, low, high = (value * shock.peak_force for value in values)
         problem = "" if chain.count is None else chain_problem(chain.count, scaled)
@@ -340,8 +349,12 @@ class Predictor:
         for index, (shock, each) in enumerate(zip(shocks, chains, strict=True)):
             check_scene(shock, each)
             try:
-                if not each.is_uniform:
+                if not each.is_uniform or shock.profile.pulls:
                     chains[index] = each = self._covered(shock, each)
+                    if each.exponent != HERTZ:
+                        rule = "must be 1.5 where many shocks are predicted at once"
+                        got = f"got {each.exponent:g}; predict one at a time"
+                        raise NotCoveredError([Fault("chain.contact.exponent", f"{rule} ({got})")])
                 profile = shock.profile
                 unit = scales(each, shock.peak_force)
                 rise_time = unit.rise_time(shock.rise_time)
@@ -360,7 +373,7 @@ class Predictor:
             areas=tuple(areas for _, _, areas in shapes.values()),
             shapes=np.array([number for number, _ in given.values()], dtype=np.intp),
             rise_times=np.array([time for _, time in given.values()], dtype=float),
-            momentum_parameter=self._momentum_parameter,
+            momentum_parameter=self._momentum_parameter(HERTZ),
         )
         return ScaledShocks(scaled, list(given), units, failures)
 
@@ -368,6 +381,5 @@ class Predictor:
     def _settings(self) -> Settings:
         return Settings(self.alpha, self.equal_tolerance, self.wave_threshold, self.rtol)
 
-    @property
-    def _momentum_parameter(self) -> float:
-        return MOMENTUM * coefficient_of(self.momentum_coefficient) / EXACT_COEFFICIENT
+    def _momentum_parameter(self, exponent: float) -> float:
+        return wave_law(exponent).momentum * coefficient_of(self.momentum_coefficient) / EXACT_COEFFICIENT

@@ -11,7 +11,8 @@ alphaF0 tA >= n t0 and L >= tA      single     (5f)
 ==================================  =========  =======================================
 
 The relation to the shock's peak force is decided beforehand, by (5d) for a train and by (5e) otherwise. In the code
-``unit`` is A F0^(-1/6), the momentum of a wave of peak force 1.
+``unit`` is A F0^(-1/6), the momentum of a wave of peak force 1. For a contact force d^p with another p than 3/2 the
+powers of the force are those of its solitary wave.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ import math
 import numpy as np
 from attrs import evolve
 
+from shockwave.chain.chain import HERTZ
 from shockwave.numerics import bracketed_root, newton_root
 from shockwave.prediction.model_interface import (
     Inequality,
@@ -62,11 +64,12 @@ def regime(shock: ScaledShock) -> tuple[Regime, tuple[Inequality, ...]]:
     """Regime of a scaled shock by the table above, with the inequalities that decide it."""
     time_of_wave = shock.momentum_parameter
     long_enough = constant_alpha(shock) * time_of_wave
-    statement = "alphaF0 A F0^(-1/6) {} n t0"
+    wave = f"A F0^(-{'1/6' if shock.exponent == HERTZ else f'{shock.of_time:.4g}'})"
+    statement = f"alphaF0 {wave} {{}} n t0"
     if long_enough < shock.duration:
         return "train", (Inequality(statement.format("<"), long_enough, shock.duration, "(5d)", "train"),)
     split = Inequality(statement.format(">="), long_enough, shock.duration, "(5e)", "one wave")
-    statement = "total impulse / F0 {} A F0^(-1/6)"
+    statement = f"total impulse / F0 {{}} {wave}"
     if shock.impulse < time_of_wave:
         step = Inequality(statement.format("<"), shock.impulse, time_of_wave, "4.2.2", "ejection")
         return "ejection", (split, step)
@@ -83,9 +86,10 @@ def relation_of(ratio: float, tolerance: float) -> Relation:
 def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
     """Answer of section 4 for a scaled shock, by the table above."""
     kind, (split, *momentum) = regime(shock)
-    statement, share = "total impulse / F0 vs. A F0^(-1/6)", shock.impulse
+    wave = split.statement.split(" ", 1)[1].rsplit(" ", 3)[0]
+    statement, share = f"total impulse / F0 vs. {wave}", shock.impulse
     if kind == "train":
-        statement = "impulse / F0 until alphaF0 A F0^(-1/6) vs. A F0^(-1/6)"
+        statement = f"impulse / F0 until alphaF0 {wave} vs. {wave}"
         share = shock.at(split.left)[0]
     unit = shock.momentum_parameter
     relation = relation_of(share / unit, settings.equal_tolerance)
@@ -94,8 +98,8 @@ def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
         return _train(shock, settings, relation, trace)
     if kind == "ejection":
         return _ejection(shock, relation, trace)
-    amplitude = (shock.impulse / unit) ** 1.2  # (5f)
-    return ScaledAnswer("single", relation, (amplitude,), trace, sensitivity=-1.2)
+    amplitude = (shock.impulse / unit) ** shock.of_force  # (5f)
+    return ScaledAnswer("single", relation, (amplitude,), trace, sensitivity=-shock.of_force)
 
 
 def _ejection(shock: ScaledShock, relation: Relation, trace: tuple[Inequality, ...]) -> ScaledAnswer:
@@ -112,14 +116,14 @@ def _ejection(shock: ScaledShock, relation: Relation, trace: tuple[Inequality, .
     total = ratio + added / shock.momentum_parameter
     # d/d ln A: the ratio decreases as 1/A, and the window grows at its beginning, where the force is F.
     slope = -ratio * (1 - 2 * force / shock.areas.total)
-    amplitude = total**1.2  # (5h)
+    amplitude = total**shock.of_force  # (5h)
     warnings = (CONTRADICTION,) * (amplitude > 1 and relation == "less")
     return ScaledAnswer(
         "ejection",
         relation,
         (amplitude,),
         trace,
-        sensitivity=1.2 * slope / total,
+        sensitivity=shock.of_force * slope / total,
         ejection=ScaledEjection(virtual, added, window / n),
         warnings=warnings,
     )
@@ -139,11 +143,11 @@ def _train(shock: ScaledShock, settings: Settings, relation: Relation, trace: tu
     alpha = constant_alpha(shock)
     if literal:
         primary, end, roots, warnings = _literal_primary(shock)
-        reach = 2 * primary / (2 * primary - (2 - alpha)) - 1 / 6
+        reach = 2 * primary / (2 * primary - (2 - alpha)) - shock.of_time
     else:
         end = _passage_time(shock, 0.0, 0.0, alpha, 0.0)
-        primary = (alpha * shock.momentum_parameter / end) ** 6
-        roots, warnings, reach = (primary,), [], -1 / 6
+        primary = (alpha * shock.momentum_parameter / end) ** (1 / shock.of_time)
+        roots, warnings, reach = (primary,), [], -shock.of_time
     if end >= shock.duration:
         warnings.append(ENTIRE)
     later = _later_waves(shock, settings.wave_threshold * primary, end)
@@ -155,7 +159,7 @@ def _train(shock: ScaledShock, settings: Settings, relation: Relation, trace: tu
     # Implicit derivative of A F^(5/6) = I(t), t = alpha(F) A F^(-1/6); ``reach`` is d ln t / d ln F for constant A.
     impulse, force = shock.at(end)
     weight = end * force / impulse
-    slope = 5 / 6 - weight * reach
+    slope = shock.of_momentum - weight * reach
     return ScaledAnswer(
         "train",
         relation,
@@ -180,20 +184,21 @@ def _passage_time(shock: ScaledShock, start: float, before: float, alpha: float,
 
     If the wave collects impulse for the time d, its peak force is F = (alpha unit / d)^6 and its momentum unit F^(5/6).
     The impulse increases with d and the momentum decreases, so there is exactly one root. The logarithm of d times the
-    fifth root of the impulse is nearly linear in ln d.
+    fifth root of the impulse is nearly linear in ln d. For other exponents of the contact force the powers differ.
     """
     unit = shock.momentum_parameter
+    root = (shock.exponent - 1) / (shock.exponent + 1)
 
     def excess(time: float) -> tuple[float, float]:
         until, force = shock.at(start + time)
         impulse = until - before
         if impulse <= 0:
             return -math.inf, 1.0
-        return math.log(time / (alpha * unit)) + 0.2 * math.log(impulse / unit), 1 + 0.2 * time * force / impulse
+        return math.log(time / (alpha * unit)) + root * math.log(impulse / unit), 1 + root * time * force / impulse
 
     # Below ``lower`` even the full peak force gives too little impulse; at ``upper`` the remaining impulse suffices.
-    lower = 0.99 * unit * alpha ** (5 / 6)
-    enough = alpha * unit * (unit / (shock.impulse - before)) ** 0.2
+    lower = 0.99 * unit * alpha**shock.of_momentum
+    enough = alpha * unit * (unit / (shock.impulse - before)) ** root
     upper = 1.01 * max(shock.duration - start, enough, lower)
     return newton_root(excess, lower, upper, guess, "time of a wave in the train (5i)")
 
@@ -206,7 +211,7 @@ def _later_waves(shock: ScaledShock, least: float, end: float) -> list[float]:
     while len(waves) < MOST_WAVES and shock.impulse - before > NOTHING_LEFT * shock.impulse:
         last, passage = passage, _passage_time(shock, end, before, alpha, guess)
         guess = passage * passage / last if last else passage
-        peak = (alpha * shock.momentum_parameter / passage) ** 6
+        peak = (alpha * shock.momentum_parameter / passage) ** (1 / shock.of_time)
         if peak < least:
             break
         waves.append(peak)
@@ -220,25 +225,25 @@ def _literal_primary(shock: ScaledShock) -> tuple[float, float, tuple[float, ...
     unit, deviation = shock.momentum_parameter, 2 - constant_alpha(shock)
 
     def time(force: float) -> float:
-        return unit * (2 * force - deviation) * math.pow(force, -1 / 6)
+        return unit * (2 * force - deviation) * math.pow(force, -shock.of_time)
 
     def force_at(end: float) -> float:
         # For F above the deviation the time exceeds unit F^(5/6), which gives the upper end of the bracket.
-        upper = 1.01 * max(deviation, math.pow(end / unit, 1.2))
+        upper = 1.01 * max(deviation, math.pow(end / unit, shock.of_force))
         return bracketed_root(lambda force: time(force) - end, upper * 1e-15, upper, "force of a time in (5c)")
 
     def missing(force: float) -> float:
-        return unit * math.pow(force, 5 / 6) - shock.at(max(time(force), 0.0))[0]
+        return unit * math.pow(force, shock.of_momentum) - shock.at(max(time(force), 0.0))[0]
 
     grid = [force_at(end) for end in _scan_times(shock)]
-    grid.append(max(1.1 * math.pow(shock.impulse / unit, 1.2), 1.01 * grid[-1]))
+    grid.append(max(1.1 * math.pow(shock.impulse / unit, shock.of_force), 1.01 * grid[-1]))
     signs = [missing(force) for force in grid]
     changes = [i for i in range(len(grid) - 1) if signs[i] * signs[i + 1] < 0 or signs[i] == 0]
     roots = tuple(bracketed_root(missing, grid[i], grid[i + 1], "a root of (5c) as printed") for i in changes)
     # Only a root with a time within the shock is a train; rounding errors may place the end itself just inside.
     inside = [root for root in roots if time(root) < shock.duration * (1 - 1e-9)]
     if not inside:
-        whole = (shock.impulse / unit) ** 1.2
+        whole = (shock.impulse / unit) ** shock.of_force
         sentence = (
             "(5c) as printed has no root within the shock, so the leading wave is assumed to carry the entire impulse."
             " Set alpha: constant, or simulate, to obtain a reliable peak force."

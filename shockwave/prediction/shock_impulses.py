@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from attrs import frozen
 
-from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
+from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM, wave_law
 from shockwave.prediction.gauss_impulses import gauss
 from shockwave.prediction.model_interface import Indices, ScaledShock, Shocks
 from shockwave.profiles.base import ShockProfile
@@ -196,7 +196,8 @@ def _together(jobs: Sequence[tuple[FloatArray, FloatArray]]) -> Iterator[tuple[I
 def spread_of(shock: ScaledShock) -> float:
     """Spread tau of the pulse of a shock; see `Pulse`."""
     _, deviation, _ = _moments(shock.profile)
-    return float(deviation * shock.rise_time / MOMENTUM * (shock.impulse / MOMENTUM) ** 0.2)
+    p, unit = shock.exponent, wave_law(shock.exponent).momentum
+    return float(deviation * shock.rise_time / unit * (shock.impulse / unit) ** ((p - 1) / (p + 1)))
 
 
 def _length(shock: ScaledShock) -> float:

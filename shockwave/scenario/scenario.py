@@ -95,8 +95,10 @@ class Scenario:
         """The shock, or the impact in its place."""
         return self.shock if self.impact is None else self.impact
 
-    def covered_by(self, method: str) -> Scenario:
+    def covered_by(self, method: str, contact: Literal["hertz", "stiffness", "exponent"] = "hertz") -> Scenario:
         """The scenario with its chain as a number of equal granules, for a ``method`` that covers no other.
+
+        ``contact`` states which contact forces it covers; see `shockwave.chain.coverage.Contact`.
 
         Raises
         ------
@@ -108,7 +110,7 @@ class Scenario:
         from shockwave.chain.coverage import covered
 
         try:
-            return evolve(self, chain=covered(self.chain, self.excitation, method))
+            return evolve(self, chain=covered(self.chain, self.excitation, method, contact))
         except NotCoveredError as error:
             raise self.located(error) from None
 

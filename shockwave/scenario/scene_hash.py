@@ -60,7 +60,7 @@ def _chain(chain: Chain) -> dict[str, Any]:
         from shockwave.chain.description import plain
 
         equal = reduced(chain)
-        if equal is None:
+        if equal is None or equal.contact is not None:
             return dict(plain(chain, names=False))
         chain = equal
     constants = ("youngs_modulus", "poisson_ratio", "density")

@@ -1,6 +1,7 @@
 /* Search for the leading wave of several shocks, one per lane: the algorithm of numpy_backend.py in C.
 
-   Scaled units: mass and contact stiffness 1. Row j of an array contains granule j of all lanes, so that the element
+   Scaled units: mass and contact stiffness 1. The contact force is d^p of the overlap d, with Hertz's p = 3/2 unless the
+   method is followed by another exponent. Row j of an array contains granule j of all lanes, so that the element
    of granule j is e = j * lanes + lane; neighbours are `lanes` elements apart. The arithmetic does not depend on the
    number of lanes: the results of a shock are identical to the last bit, whether it runs alone or among others (as
    long as products and sums are not fused, see setup.py).
@@ -29,6 +30,7 @@
 #define BLOCK 8           /* elements processed at a time: the lanes of one granule, or eight granules of one lane */
 #define MIN_OVERLAP 1e-40 /* smaller overlaps count as zero: arithmetic with subnormal numbers is slow */
 #define MAX_STAGES 17
+#define HERTZ 1.5
 
 /* Half a block as one value. Code for values that are wider than the vectors of the processor would be many times
    slower. */
@@ -45,6 +47,7 @@ typedef long long Choice __attribute__((vector_size(HALF * sizeof(double))));
 
 typedef struct {
     int stages, error_order, last_is_next;
+    double exponent;
     const double *c, *a, *b, *bp, *e, *ep; /* a: stages x stages, row by row */
 } Method;
 
@@ -53,7 +56,9 @@ static int method_of(const double *data, Py_ssize_t size, Method *method)
     int s;
     if (size < 3 || !(data[0] >= 2 && data[0] <= MAX_STAGES && data[1] >= 0 && data[1] < 100)) return 0;
     s = (int)data[0];
-    if (size != 3 + s * (s + 5)) return 0;
+    if (size != 3 + s * (s + 5) && size != 4 + s * (s + 5)) return 0;
+    method->exponent = size == 4 + s * (s + 5) ? data[size - 1] : HERTZ;
+    if (!(method->exponent > 1 && method->exponent < 100)) return 0;
     method->stages = s;
     method->error_order = (int)data[1];
     method->last_is_next = data[2] != 0;
@@ -71,11 +76,12 @@ static int method_of(const double *data, Py_ssize_t size, Method *method)
 /* Arrays of a window, each with at least `lanes` zeros before its first element and spare elements after its last. */
 typedef struct {
     long lanes, room; /* room: number of elements of each array */
+    double exponent;
     double *block;
     double *x, *v, *x1, *v1, *y, *f, *late, *since, *k[MAX_STAGES];
 } Window;
 
-static int window_of(Window *w, long lanes, long rows)
+static int window_of(Window *w, long lanes, long rows, double exponent)
 {
     long pad = (lanes + BLOCK - 1) / BLOCK * BLOCK, i;
     double **const arrays[] = {&w->x, &w->v, &w->x1, &w->v1, &w->y, &w->f, &w->late, &w->since};
@@ -84,6 +90,7 @@ static int window_of(Window *w, long lanes, long rows)
     w->block = NULL;
     if (rows > (LONG_MAX / (named + MAX_STAGES) - 3 * pad) / lanes) return 0;
     w->lanes = lanes;
+    w->exponent = exponent;
     w->room = rows * lanes;
     w->block = calloc((size_t)((named + MAX_STAGES) * (w->room + 3 * pad)), sizeof(double));
     if (!w->block) return 0;
@@ -117,9 +124,11 @@ static void stage(long n, int terms, double c, const double *a, const double *h,
     for (e = n; e < n + lanes; e++) y[e] = x[e];
     for (e = 0; e < lanes; e++) y[e] += shift[e];
     for (e = 0; e < n; e++) {
-        const double gap = y[e] - y[e + lanes], overlap = gap > MIN_OVERLAP ? gap : 0;
-        f[e] = overlap * sqrt(overlap);
+        const double gap = y[e] - y[e + lanes];
+        f[e] = gap > MIN_OVERLAP ? gap : 0;
     }
+    if (w->exponent == HERTZ) for (e = 0; e < n; e++) f[e] = f[e] * sqrt(f[e]);
+    else for (e = 0; e < n; e++) f[e] = f[e] > 0 ? f[e] * pow(f[e], w->exponent - 1) : 0;
     for (e = 0; e < n; e++) out[e] = f[e - lanes] - f[e];
 }
 
@@ -257,7 +266,7 @@ static void attempt(const Method *m, Window *w, long n, const double *h, const d
 {
     int i;
 #ifdef AVX2
-    if (__builtin_cpu_supports("avx2")) {
+    if (__builtin_cpu_supports("avx2") && w->exponent == HERTZ) {
         for (i = 1; i < m->stages; i++)
             stage_wide(n, i, m->c[i], m->a + i * m->stages, h, shift + i * BLOCK, w);
         combine_wide(n, m, h, w, worst);
@@ -293,6 +302,7 @@ enum { RUNNING, KNOWN, TOO_LONG, AT_END, FAILED };   /* STATUS */
 #define FAR 1e30       /* position of the granule beyond a free end, out of reach */
 #define FEW 5          /* largest number of lanes that run faster one by one */
 #define FLOOR 1e-4     /* smallest peak force */
+#define FREE_FLIGHT 2.075 /* a granule of velocity v makes a wave of less than (this times v)^(2p/(p + 1)) */
 #define WEAK 0.2       /* smallest overlap of a peak behind the front */
 #define REACH 8        /* number of contacts that a free end affects */
 #define FIRST_STEP 0.05
@@ -301,7 +311,7 @@ enum { RUNNING, KNOWN, TOO_LONG, AT_END, FAILED };   /* STATUS */
 #define SLACK 0.1      /* largest force of a contact at which the chain may be cut, over that of the front */
 #define TREND 4        /* number of contacts over which the growth of a wave is measured */
 #define RECENT 6.0     /* longest time in which a wave passes from one contact to the next */
-/* error of a step in which a contact opens or closes, over its length and the 3/2 power of the change of the overlap: the
+/* error of a step in which a contact opens or closes, over its length and the force at the change of the overlap: the
    force has no second derivative there, which the embedded method may not detect */
 #define KINK 0.03
 #define TALLER 0.999   /* fraction of the peak force of the front above which a wave may be as strong */
@@ -327,7 +337,10 @@ typedef struct {
     int stopped;
 } Batch;
 
-static double overlap_force(double d) { return d > 0 ? d * sqrt(d) : 0; }
+/* d^(p - 1) */
+static double stiffening(double exponent, double d) { return exponent == HERTZ ? sqrt(d) : pow(d, exponent - 1); }
+
+static double overlap_force(const Window *w, double d) { return d > 0 ? d * stiffening(w->exponent, d) : 0; }
 
 /* Enlarges the arrays to this number of rows, and keeps their contents. */
 static int make_room(Window *w, long rows)
@@ -336,7 +349,7 @@ static int make_room(Window *w, long rows)
     long i;
     const size_t size = (size_t)w->room * sizeof(double);
     if (rows <= w->room / w->lanes) return 1;
-    if (!window_of(&larger, w->lanes, rows + rows / 2)) return 0;
+    if (!window_of(&larger, w->lanes, rows + rows / 2, w->exponent)) return 0;
     if (!w->block) { *w = larger; return 1; }
     memcpy(larger.x, w->x, size);
     memcpy(larger.v, w->v, size);
@@ -401,7 +414,7 @@ static void start_job(const Method *m, Batch *batch, Window *w, Lane *lane, int 
 /* Force at contact j of lane l in state x. */
 static double contact_force(const Window *w, const double *x, long j, int l)
 {
-    return overlap_force(x[j * w->lanes + l] - x[(j + 1) * w->lanes + l]);
+    return overlap_force(w, x[j * w->lanes + l] - x[(j + 1) * w->lanes + l]);
 }
 
 /* Peak force that a wave or a granule in free flight behind the front may reach, over that of the front. */
@@ -423,7 +436,7 @@ static double strongest_behind(const double *job, const Window *w, const Lane *l
         if (lane->t - w->since[e] < RECENT && grown > most) most = grown;
         if (force > most) most = force;
         if (w->v[e] > 0 && force == 0 && (j == 0 || contact_force(w, w->x, j - 1, l) == 0)) {
-            const double thrown = 2.4 * pow(w->v[e], 1.2);
+            const double thrown = pow(FREE_FLIGHT * w->v[e], 2 * w->exponent / (w->exponent + 1));
             if (thrown > most) most = thrown;
         }
     }
@@ -460,7 +473,7 @@ static void cut(const Method *m, const double *job, Window *w, Lane *lane, int l
     for (j = 0; j < rows; j++) {
         const double v = w->v[j * w->lanes + l], d = w->x[j * w->lanes + l] - w->x[(j + 1) * w->lanes + l];
         lane->removed_momentum += v;
-        lane->removed_energy += 0.5 * v * v + 0.4 * overlap_force(d) * (d > 0 ? d : 0);
+        lane->removed_energy += 0.5 * v * v + 1 / (w->exponent + 1) * overlap_force(w, d) * (d > 0 ? d : 0);
     }
     for (i = 0; i < 5; i++)
         for (j = 0; j < left; j++) state[i][j * w->lanes + l] = state[i][(j + rows) * w->lanes + l];
@@ -535,14 +548,14 @@ static int read_peak(const Method *m, Window *w, Window *part, Lane *lane, int l
         d = part->x1[at] - part->x1[at + 1];
         v = part->v1[at] - part->v1[at + 1];
         a = (at > 0 ? contact_force(part, part->x1, at - 1, 0) : 0) + contact_force(part, part->x1, at + 1, 0)
-            - 2 * overlap_force(d);
+            - 2 * overlap_force(w, d);
         if (lane->driven && j == 0) a += applied(lane, lane->t + share * h, h);
         left = a < 0 ? -v / a : h;
         *time = lane->t + share * h + left;
-        *force = overlap_force(d + 0.5 * v * left);
+        *force = overlap_force(w, d + 0.5 * v * left);
         if (fabs(left) < near) return 1;
         *time = lane->t + share * h;
-        *force = overlap_force(d);
+        *force = overlap_force(w, d);
         if (v > 0) low = share;
         else high = share;
         share += left / h;
@@ -617,7 +630,7 @@ static int observe(const Method *m, const Batch *batch, Window *w, Window *part,
     if (!(v0 > 0 && v1 <= 0)) return 1;
     if (contact <= lane->head && w->x1[e] - w->x1[next] + (j ? 0 : after[0]) < WEAK) return 1;
     share = crossing(v0, v1, h * (first[e] - first[next]), h * (last[e] - last[next]), &closed);
-    force = overlap_force(w->x[e] - w->x[next] + (j ? 0 : before[0]) + h * closed);
+    force = overlap_force(w, w->x[e] - w->x[next] + (j ? 0 : before[0]) + h * closed);
     if (force < FLOOR) return 1;
     time = lane->t + share * h;
     if (contact <= lane->head) {
@@ -660,7 +673,7 @@ WIDE static void passed(long n, long lanes, const double *v, const double *v1, c
 /* ---------------------------------------------------------------- integration */
 
 /* Writes the result of a lane. */
-static void finish(const Batch *batch, const Window *w, const Lane *lane, int l)
+static void finish(const Batch *batch, const Window *w, Lane *lane, int l)
 {
     double *found = batch->found + FOUND * lane->job, momentum = lane->removed_momentum, energy = lane->removed_energy;
     double wave_momentum = 0, wave_energy = 0;
@@ -668,7 +681,7 @@ static void finish(const Batch *batch, const Window *w, const Lane *lane, int l)
     while (from > 0 && contact_force(w, w->x, from - 1, l) < contact_force(w, w->x, from, l)) from--;
     for (j = 0; j < lane->count; j++) {
         const double v = w->v[j * w->lanes + l], d = w->x[j * w->lanes + l] - w->x[(j + 1) * w->lanes + l];
-        const double held = 0.5 * v * v + 0.4 * overlap_force(d) * (d > 0 ? d : 0);
+        const double held = 0.5 * v * v + 1 / (w->exponent + 1) * overlap_force(w, d) * (d > 0 ? d : 0);
         momentum += v;
         energy += held;
         if (j > from) { wave_momentum += v; wave_energy += held; }
@@ -760,7 +773,7 @@ static int control(const Method *m, const double *job, Lane *lane, double h, dou
     lane->effort += (double)lane->count * m->stages;
     lane->evaluations += m->stages - m->last_is_next;
     if (error <= 1 && jolt > 1) {
-        lane->h = h * (jolt < 300 ? pow(jolt, -0.4) : 0.1); /* both velocity and length of the step make the change */
+        lane->h = h * (jolt < 300 ? pow(jolt, -1 / (m->exponent + 1)) : 0.1); /* both velocity and length of the step make the change */
         lane->rejected = 1;
         return 0;
     }
@@ -828,7 +841,7 @@ static void find_kinks(const Window *w, const Lane *lanes, double (*path)[4], Tr
     for (l = (int)w->lanes; l < BLOCK; l++) if (trial->kink[l] > trial->kink[0]) trial->kink[0] = trial->kink[l];
     for (l = 0; l < w->lanes; l++) {
         const int counts = lanes[l].job >= 0 && (lanes[l].driven || lanes[l].kinks);
-        trial->kink[l] = counts ? KINK * trial->kink[l] * sqrt(trial->kink[l]) * trial->h[l] : 0;
+        trial->kink[l] = counts ? KINK * trial->kink[l] * stiffening(w->exponent, trial->kink[l]) * trial->h[l] : 0;
     }
 }
 
@@ -967,7 +980,7 @@ static int copy_lane(const Window *wide, int l, Window *w)
     const long rows = wide->room / wide->lanes;
     long j;
     memset(w, 0, sizeof *w);
-    if (!window_of(w, 1, rows)) return 0;
+    if (!window_of(w, 1, rows, wide->exponent)) return 0;
     for (j = 0; j < rows; j++) {
         const long e = j * wide->lanes + l;
         w->x[j] = wide->x[e];
@@ -988,7 +1001,8 @@ static int run(const Method *m, Batch *batch, long width)
     int l, busy, ok;
     memset(&part, 0, sizeof part);
     part.lanes = 1;
-    ok = window_of(&w, width, 64);
+    part.exponent = m->exponent;
+    ok = window_of(&w, width, 64, m->exponent);
     while (ok && batch->next < batch->count) {
         for (l = busy = 0; l < width; l++) {
             start_job(m, batch, &w, lanes + l, l);
@@ -1166,16 +1180,16 @@ static int meets(const March *r, double h)
 
 /* Overlap at local contact j and its first three derivatives, from positions and velocities whose first granule is
    displaced by `shift`. */
-static void jet(const double *x, const double *v, const double *shift, long j, double *derivatives)
+static void jet(const double *x, const double *v, const double *shift, long j, double exponent, double *derivatives)
 {
     double force[3], rate[3];
     long i;
     for (i = 0; i < 3; i++) {
         const long k = j + i - 1;
         const double d = k < 0 ? 0 : x[k] + (k ? 0 : shift[0]) - x[k + 1], u = k < 0 ? 0 : v[k] + (k ? 0 : shift[1]) - v[k + 1];
-        const double root = d > 0 ? sqrt(d) : 0;
-        force[i] = root * root * root;
-        rate[i] = 1.5 * root * u;
+        const double root = d > 0 ? stiffening(exponent, d) : 0;
+        force[i] = exponent == HERTZ ? root * root * root : root * d;
+        rate[i] = exponent * root * u;
         if (i == 1) { derivatives[0] = d; derivatives[1] = u; }
     }
     derivatives[2] = force[0] - 2 * force[1] + force[2];
@@ -1240,18 +1254,19 @@ static int log_maximum(March *r, long j, double h)
     Lane *lane = &r->lane;
     const double none[2] = {0};
     const double *before = j < 2 ? r->path[0] : none, *after = j < 2 ? r->path[0] + 2 : none;
+    const double slowing = -(w->exponent - 1) / (2 * w->exponent);
     double begin[4], end[4], share, overlap, time, force;
-    jet(w->x, w->v, before, j, begin);
-    jet(w->x1, w->v1, after, j, end);
+    jet(w->x, w->v, before, j, w->exponent, begin);
+    jet(w->x1, w->v1, after, j, w->exponent, end);
     if (!(begin[1] > 0 && end[1] <= 0)) return 1;
-    force = overlap_force(begin[0] > end[0] ? begin[0] : end[0]);
+    force = overlap_force(w, begin[0] > end[0] ? begin[0] : end[0]);
     if (force > r->state[STRONGEST]) r->state[STRONGEST] = force;
     if (!(force > LEAST_PEAK * r->state[STRONGEST])) return 1;
     share = summit(begin, end, h, &overlap);
-    force = overlap > 0 ? overlap * sqrt(overlap) : 0;
+    force = overlap_force(w, overlap);
     time = lane->t + share * h;
     /* the shock acts on one of the granules of the first contact, which the polynomial does not include */
-    if ((lane->base + j == 0 || LOSS * force * pow(h / pow(force > 1e-30 ? force : 1e-30, -1.0 / 6), 8)
+    if ((lane->base + j == 0 || LOSS * force * pow(h / pow(force > 1e-30 ? force : 1e-30, slowing), 8)
                                     > NEGLIGIBLE * lane->tolerance)
         && !read_peak(r->method, w, &r->part, lane, 0, j, h, share, NEAR, &time, &force)) return 0;
     log_peak(r, lane->base + j, time, force);
@@ -1336,7 +1351,7 @@ static int march_on(March *r)
         /* the waves of an endless chain forget what happens to the granules behind them */
         jolt = lane->kinks ? trial.kink[0] / lane->tolerance : 0;
         if (jolt > 1) {
-            jolt = lane->tolerance * pow(jolt, 0.4 * (r->method->error_order + 1));
+            jolt = lane->tolerance * pow(jolt, 1 / (r->method->exponent + 1) * (r->method->error_order + 1));
             if (jolt > trial.worst[0]) trial.worst[0] = jolt;
         }
         if (control(r->method, job, lane, trial.h[0], trial.worst[0], 0, trial.stop[0])) {
@@ -1454,7 +1469,7 @@ static int read_wave(const double *times, const double *x, const double *v, long
             for (j = 6; j >= 0; j--) overlap = overlap * node[k] + p[j];
             for (j = 6; j >= 1; j--) slope = slope * node[k] + (double)j * q[j];
             time[NODES * i + k] = times[i] + size * node[k];
-            force[NODES * i + k] = overlap_force(overlap);
+            force[NODES * i + k] = overlap > 0 ? overlap * sqrt(overlap) : 0;
             velocity[NODES * i + k] = slope / size;
             weight[NODES * i + k] = size * node_weight[k];
         }
@@ -1646,6 +1661,7 @@ static PyObject *march(PyObject *self, PyObject *args)
         if (lane->driven) free_path(&lane->path, lane->t, &r.path[0][0], &r.path[0][1]);
         r.batch.expired = PyTuple_GetItem(args, 11);
         r.w.lanes = r.part.lanes = 1;
+        r.w.exponent = r.part.exponent = method.exponent;
         r.batch.thread = PyEval_SaveThread();
         ok = load(&r, (long)state[FLYING], (long)state[GRANULE_COUNT]) && march_on(&r) ? 2 : 1;
         PyEval_RestoreThread(r.batch.thread);
@@ -1715,7 +1731,7 @@ static PyObject *attempt_once(PyObject *self, PyObject *args)
                                            (double)(view[1].len / (Py_ssize_t)(ROW * sizeof(double))), 0,
                                            view[2].len / (Py_ssize_t)(2 * sizeof(double))));
     padded = (n + BLOCK) / BLOCK * BLOCK;
-    if (!ok || !window_of(&w, 1, padded + BLOCK)) {
+    if (!ok || !window_of(&w, 1, padded + BLOCK, m.exponent)) {
         for (i = 0; i < 5; i++) PyBuffer_Release(view + i);
         return ok ? PyErr_NoMemory() : PyErr_Format(PyExc_ValueError, "buffers do not fit one another");
     }

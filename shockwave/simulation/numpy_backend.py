@@ -12,7 +12,7 @@ from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.nystroem import Nystroem, kink
 from shockwave.simulation.one_step import Attempt
-from shockwave.simulation.peak_limit import KEPT, NOISE, STRIDE, crossing, hertz, limit, window_energy
+from shockwave.simulation.peak_limit import KEPT, NOISE, STRIDE, contact_force, crossing, limit, window_energy
 from shockwave.simulation.problem import Passage, Primary, Request, Status, chain_acceleration, contact_forces
 from shockwave.simulation.time_limit import expired
 
@@ -45,8 +45,8 @@ _SLACK = 0.1
 _TALLER = 0.999
 # Error of the leading wave, over the amount by which another wave exceeds it.
 _RIVAL = 2.0
-# A granule in free flight with velocity v makes a wave of less than this times v^1.2.
-_FREE_FLIGHT = 2.4
+# A granule in free flight with velocity v makes a wave of less than (this times v)^(2p/(p + 1)).
+_FREE_FLIGHT = 2.075
 # Position of the granule beyond a free end, out of reach of all others.
 _FAR = 1e30
 
@@ -71,6 +71,7 @@ class _Force:
     """
 
     path: Callable[[float], tuple[float, float]] | None
+    exponent: float
     rounded_end: float
     end: float
     impulses: list[float] = field(factory=list)
@@ -78,9 +79,9 @@ class _Force:
 
     def __call__(self, time: float, y: FloatArray) -> FloatArray:
         if self.path is None:
-            return chain_acceleration(y)
+            return chain_acceleration(y, exponent=self.exponent)
         path, impulse = self.path(self.end if time == self.rounded_end else float(time))
-        result = chain_acceleration(y, path)
+        result = chain_acceleration(y, path, self.exponent)
         self.impulses.append(impulse)
         self.first.append(result.item(0))
         return result
@@ -98,6 +99,7 @@ class _Window:
         self.request = request
         self.problem = request.problem
         self.method = method
+        self.exponent = request.problem.exponent
         self.stops = [*request.problem.stops, math.inf]
         self.base = 0
         self.head = -1
@@ -133,6 +135,9 @@ class _Window:
     def _set(self, arrays: Iterable[FloatArray]) -> None:
         self.x, self.v, self.a, self.late, self.since = arrays
 
+    def _force(self, overlap: float) -> float:
+        return contact_force(overlap, self.exponent)
+
     # ---------------------------------------------------------------- steps
 
     def step(self) -> None:
@@ -142,11 +147,12 @@ class _Window:
         size = left if self.size >= left else min(self.size, left / 2)
         at_stop = size >= left
         end = self.stops[0] if at_stop else self.time + size
-        force = _Force(self.problem.free if self.driven else None, self.time + size, end)
+        force = _Force(self.problem.free if self.driven else None, self.exponent, self.time + size, end)
         tried = self.method.attempt(force, self.time, size, self.x, self.v, self.a)
         free = self.problem.free(end) if self.driven else (0.0, 0.0)
         # only while the force acts: nothing catches up with a wave from the contacts that open behind it
-        jolt = kink(self.x[:-1], tried.x[:-1], (self.free[0], free[0]), size) if self.driven else 0.0
+        paths = self.free[0], free[0]
+        jolt = kink(self.x[:-1], tried.x[:-1], paths, size, self.exponent) if self.driven else 0.0
         if not self._control(size, float(tried.error) / self.request.tolerance, jolt / self.request.tolerance, at_stop):
             return
         if self.driven:
@@ -162,7 +168,7 @@ class _Window:
         factor = _SAFETY * max(error, 1e-12) ** (-1 / (self.method.error_order + 1)) if error == error else 0.0
         if error <= 1 < jolt:
             # both velocity and length of the step make the change of the overlap
-            self.size = size * (jolt**-0.4 if jolt < 300 else 0.1)
+            self.size = size * (jolt ** (-1 / (self.exponent + 1)) if jolt < 300 else 0.1)
             self.rejected = True
             return False
         if not error <= 1:
@@ -231,15 +237,15 @@ class _Window:
         most = self.head - self.base - self.request.rear_of(self.peaks[-1].force) if self.peaks else 0
         if most < _ROWS:
             return
-        forces = contact_forces(self.x[most - _ROWS : most + 1])[::-1]
+        forces = contact_forces(self.x[most - _ROWS : most + 1], self.exponent)[::-1]
         weakest = int(np.argmin(forces))
         if not forces[weakest] < _SLACK * self.peaks[-1].force or self._strongest_behind() > _TALLER:
             return
         rows = most - weakest
         self.removed_momentum += math.fsum(self.v[:rows].tolist())
-        self.removed_energy += window_energy(self.x[: rows + 1], self.v[:rows])
+        self.removed_energy += window_energy(self.x[: rows + 1], self.v[:rows], self.exponent)
         self._set([array[rows:].copy() for array in self._arrays()])
-        self.a[0] = -hertz(self.x.item(0) - self.x.item(1))  # no neighbour behind
+        self.a[0] = -self._force(self.x.item(0) - self.x.item(1))  # no neighbour behind
         self.base += rows
 
     # ---------------------------------------------------------------- peaks
@@ -262,7 +268,7 @@ class _Window:
             if self.base + j <= self.head and now + (0.0 if j else free[0]) < _WEAK:
                 continue
             share, moved = crossing(*rates)
-            force = hertz(then + (0.0 if j else self.free[0]) + size * moved)
+            force = self._force(then + (0.0 if j else self.free[0]) + size * moved)
             if force < _FLOOR:
                 continue
             if self.base + j > self.head:
@@ -298,7 +304,7 @@ class _Window:
         for _ in range(60):
             part = share * size
             time = self.time + part
-            force = _Force(self.problem.free if driven else None, time, time)
+            force = _Force(self.problem.free if driven else None, self.exponent, time, time)
             tried = self.method.attempt(force, self.time, part, x, v, a)
             self.evaluations += self.method.tableau.evaluations
             free = self.problem.free(time) if driven else (0.0, 0.0)
@@ -306,17 +312,18 @@ class _Window:
             tried.v[0] += free[1]
             overlaps = (tried.x[:-1] - tried.x[1:]).tolist()
             closing = float(tried.v[at] - tried.v[at + 1])
-            slope = (hertz(overlaps[at - 1]) if at else 0.0) + hertz(overlaps[at + 1]) - 2 * hertz(overlaps[at])
+            slope = (self._force(overlaps[at - 1]) if at else 0.0) + self._force(overlaps[at + 1])
+            slope -= 2 * self._force(overlaps[at])
             if driven and j == 0:
                 slope += self._applied_force(time, size)
             left = -closing / slope if slope < 0 else size
             if abs(left) < 1e-4:
-                return Passage(self.base + j, time + left, hertz(overlaps[at] + 0.5 * closing * left))
+                return Passage(self.base + j, time + left, self._force(overlaps[at] + 0.5 * closing * left))
             low, high = (share, high) if closing > 0 else (low, share)
             share += left / size
             if not low < share < high:
                 share = (low + (1.0 if low < 1 < high else high)) / 2
-        return Passage(self.base + j, time, hertz(overlaps[at]))
+        return Passage(self.base + j, time, self._force(overlaps[at]))
 
     def _applied_force(self, time: float, size: float) -> float:
         """Applied force at ``time`` in a step of this size, from the difference of the impulse."""
@@ -352,17 +359,17 @@ class _Window:
             same[:back] = False
             change[same] = np.abs(late[same] - late[np.flatnonzero(same) - back]) / back
         grown = late + np.minimum(self.request.growing * change, late)
-        forces = contact_forces(self.x[: front + 1])
+        forces = contact_forces(self.x[: front + 1], self.exponent)
         v = self.v[:front]
         flying = (forces == 0) & (np.append(0.0, forces[:-1]) == 0) & (v > 0)
-        thrown = _FREE_FLIGHT * np.where(flying, v, 0.0) ** 1.2
+        thrown = (_FREE_FLIGHT * np.where(flying, v, 0.0)) ** (1 / self.problem.wave.of_momentum)
         recent = np.where(self.time - since < _RECENT, grown, 0.0)
         return float(np.max([recent, forces, thrown])) / self.peaks[-1].force
 
     def primary(self) -> Primary:
         """The leading wave, from the smallest force behind its peak, and the balances of the chain."""
         v = self.v[:-1]
-        forces = contact_forces(self.x).tolist()
+        forces = contact_forces(self.x, self.exponent).tolist()
         foot = max(self.head - self.base, 0)
         while foot > 0 and forces[foot - 1] < forces[foot]:
             foot -= 1
@@ -380,10 +387,10 @@ class _Window:
             doubt=self.limit[1],
             speed=0.0 if previous is none else STRIDE / float(last.time - previous.time),
             momentum=math.fsum(v[foot + 1 :].tolist()),
-            energy=window_energy(self.x[foot + 1 :], v[foot + 1 :]),
+            energy=window_energy(self.x[foot + 1 :], v[foot + 1 :], self.exponent),
             foot=forces[foot],
             chain_momentum=self.removed_momentum + math.fsum(v.tolist()),
-            chain_energy=self.removed_energy + window_energy(self.x, v),
+            chain_energy=self.removed_energy + window_energy(self.x, v, self.exponent),
             work=self.work,
             impulse=self.applied[1],
             free_path=self.applied[0],

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
@@ -13,16 +12,15 @@ from typing import ClassVar, Literal
 import numpy as np
 from attrs import define, field, frozen
 
+from shockwave.chain.chain import HERTZ
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import Acceleration
 from shockwave.simulation.one_step import Attempt, OneStep, Scalar
-from shockwave.simulation.problem import ChainAcceleration, overlaps
+from shockwave.simulation.problem import ChainAcceleration, overlaps, stiffening
 
 _NONE = np.empty(0)
-# Error of a step in which a contact opens or closes, over its length and the 3/2 power of the change of the overlap.
+# Error of a step in which a contact opens or closes, over its length and the force at the change of the overlap.
 _KINK = 0.03
-# Power of this error in the step size: both velocity and length of the step make the change of the overlap.
-_KINK_POWER = 0.4
 #: Exact coefficients by name of the method: nodes ``c``, rows ``a`` of the stages, weights ``b_prime`` of the velocity,
 #: and ``error_b_prime``, their difference from those of the embedded method.
 _EXACT = json.loads((Path(__file__).parent / "tableaux.json").read_text(encoding="utf-8"))
@@ -58,6 +56,10 @@ class Tableau:
         """Number of acceleration evaluations per step, excluding the one at its start."""
         return len(self.nodes) + (not self.last_is_first)
 
+    def packed_for(self, exponent: float) -> FloatArray:
+        """``packed``, followed by the exponent of the contact force if that is not Hertz's."""
+        return self.packed if exponent == HERTZ else np.append(self.packed, exponent)
+
     @classmethod
     def of(cls, name: str, error_order: int) -> Tableau:
         """The tableau of a published method; its weights of the position are b_i = b'_i (1 - c_i)."""
@@ -74,7 +76,7 @@ class Tableau:
         return cls(c[1:], stages, weights, last_is_first, packed)
 
 
-def kink(x: FloatArray, end: FloatArray, paths: Sequence[float], size: float) -> float:
+def kink(x: FloatArray, end: FloatArray, paths: Sequence[float], size: float, exponent: float) -> float:
     """Error of a step from ``x`` to ``end`` due to contacts that open or close.
 
     The force has no second derivative there, which the embedded method may not detect. ``paths`` are the free-particle
@@ -84,7 +86,7 @@ def kink(x: FloatArray, end: FloatArray, paths: Sequence[float], size: float) ->
     before[0] += paths[0]
     after[0] += paths[1]
     change = float(np.abs(after - before)[before * after < 0].max(initial=0.0))
-    return _KINK * change * math.sqrt(change) * size
+    return _KINK * change * stiffening(change, exponent) * size
 
 
 def _fractions(texts: list[str]) -> np.ndarray:
@@ -119,8 +121,10 @@ class Nystroem(OneStep):
         if not isinstance(chain, ChainAcceleration) or chain.problem.granules is None:
             return tried
         paths = [chain.problem.free(float(each))[0] if chain.driven else 0.0 for each in (time, time + size)]
-        error = kink(x, tried.x, paths, float(size)) / self.tolerance
-        limited = self.tolerance * error ** (_KINK_POWER * (self.error_order + 1)) if error > 1 else 0.0
+        exponent = chain.problem.exponent
+        error = kink(x, tried.x, paths, float(size), exponent) / self.tolerance
+        # both velocity and length of the step make the change of the overlap
+        limited = self.tolerance * error ** (1 / (exponent + 1) * (self.error_order + 1)) if error > 1 else 0.0
         return tried._replace(error=max(float(tried.error), limited))
 
     def _attempt(
@@ -156,7 +160,7 @@ class Nystroem(OneStep):
         problem = chain.problem
         tables = (problem.path.rows, problem.path.coefficients) if chain.driven else (_NONE, _NONE)
         after = np.empty_like(state)
-        method = self.tableau.packed
+        method = self.tableau.packed_for(problem.exponent)
         error = compiled.attempt(method, *tables, state, after, time, size, problem.rise_time, problem.peak_force)
         self.evaluations += self.tableau.evaluations
         x, v, a = after.reshape(3, -1)

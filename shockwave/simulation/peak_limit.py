@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from shockwave.quadrature import FloatArray
+from shockwave.simulation.problem import power_force, stiffening
 
 #: Number of contacts between the peaks that are used for the limit.
 STRIDE = 4
@@ -86,12 +87,12 @@ def crossing(v0: float, v1: float, slope0: float, slope1: float) -> tuple[float,
     return share, share * (v0 + share * (slope0 / 2 + share * (c / 3 + share * d / 4)))
 
 
-def hertz(overlap: float) -> float:
+def contact_force(overlap: float, exponent: float) -> float:
     """Contact force at an overlap, in scaled units."""
-    return overlap * math.sqrt(overlap) if overlap > 0 else 0.0
+    return overlap * stiffening(overlap, exponent) if overlap > 0 else 0.0
 
 
-def window_energy(x: FloatArray, v: FloatArray) -> float:
+def window_energy(x: FloatArray, v: FloatArray, exponent: float) -> float:
     """Energy of granules with velocities v and of their contacts; x contains one more granule."""
     closed = np.maximum(x[:-1] - x[1:], 0.0)
-    return math.fsum((0.5 * v * v + 0.4 * closed * closed * np.sqrt(closed)).tolist())
+    return math.fsum((0.5 * v * v + 1 / (exponent + 1) * closed * power_force(closed, exponent)).tolist())

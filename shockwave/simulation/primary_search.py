@@ -37,9 +37,10 @@ def find_primaries(requests: Sequence[Request], method: type[Nystroem], compiled
     if len(requests) == 1:
         return _search_compiled(compiled, method, requests)
     # Shocks with similar run times are grouped, so that none waits for a much longer one.
-    groups: dict[int, list[int]] = {}
+    groups: dict[tuple[float, int], list[int]] = {}
     for index, request in enumerate(requests):
-        groups.setdefault(int(math.log(max(request.problem.duration, _SHORT), 4)), []).append(index)
+        decade = int(math.log(max(request.problem.duration, _SHORT), 4))
+        groups.setdefault((request.problem.exponent, decade), []).append(index)
     found: dict[int, Primary] = {}
     for group in groups.values():
         group.sort(key=lambda index: requests[index].problem.duration, reverse=True)
@@ -75,7 +76,8 @@ def _search_compiled(compiled: ModuleType, method: type[Nystroem], requests: Seq
     lanes = 1 if len(requests) < _WIDTH else _WIDTH
     passages = array("d", wanted)
     tables = array("d", jobs), rows, coefficients, array("d", stops), passages, found
-    compiled.primary(method.tableau.packed, *tables, lanes, expired)
+    packed = method.tableau.packed_for(requests[0].problem.exponent)
+    compiled.primary(packed, *tables, lanes, expired)
     triples = zip(*[iter(passages)] * 3, strict=True)
     answers = []
     for first, request in zip(range(0, len(found), _NUMBERS), requests, strict=True):

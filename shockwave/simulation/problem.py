@@ -1,5 +1,7 @@
 """The scaled problem: eq. (1) with mass and contact stiffness 1, and the force of the shock eliminated.
 
+The contact force is d^p of the overlap d, with p = 3/2 for Hertz's law.
+
 The position of the first granule is x1 = y1 + g(t), where g'' is the applied force: g is the free-particle
 displacement, which is known exactly. The equation for y1 contains no force, only the smooth shift g in the first
 overlap, so that kinks and infinite slopes of the force do not reduce the order of the integrator.
@@ -9,6 +11,7 @@ overlap, so that kinks and infinite slopes of the force do not reduce the order 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from enum import IntEnum
 from functools import cached_property
@@ -17,6 +20,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from attrs import field, frozen
 
+from shockwave.chain.chain import HERTZ
+from shockwave.chain.solitary_wave import WaveLaw, wave_law
+from shockwave.numerics import elementwise
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.guard import trusted
 from shockwave.profiles.power_law import ManyPowers, Powers
@@ -74,6 +80,8 @@ class ChainProblem:
         In scaled units.
     granules : int or None
         Number of granules; None for an infinite chain.
+    exponent : float
+        p of the contact force d^p.
     duration : float
         Duration of the force.
     """
@@ -82,7 +90,13 @@ class ChainProblem:
     rise_time: float
     peak_force: float
     granules: int | None = None
+    exponent: float = HERTZ
     duration: float = field(init=False)
+
+    @cached_property
+    def wave(self) -> WaveLaw:
+        """The solitary wave of the chain."""
+        return wave_law(self.exponent)
 
     @duration.default
     def _duration(self) -> float:
@@ -159,10 +173,28 @@ class ChainAcceleration:
     driven: bool
 
     def __call__(self, time: float, y: FloatArray) -> FloatArray:
-        return chain_acceleration(y, self.problem.free(time)[0] if self.driven else 0.0)
+        return chain_acceleration(y, self.problem.free(time)[0] if self.driven else 0.0, self.problem.exponent)
 
 
-def chain_acceleration(y: FloatArray, shift: float = 0.0) -> FloatArray:
+def stiffening(overlap: float, exponent: float) -> float:
+    """The power p - 1 of an overlap; the root for Hertz's p, which is equal to the last bit everywhere."""
+    return math.sqrt(overlap) if exponent == HERTZ else math.pow(overlap, exponent - 1)
+
+
+def stiffenings(overlap: FloatArray, exponent: float) -> FloatArray:
+    """The power p - 1 of these overlaps, zero or positive."""
+    if exponent == HERTZ:
+        return np.asarray(np.sqrt(overlap))
+    # the steps amplify a difference in the last digit
+    return elementwise(lambda each: math.pow(each, exponent - 1), overlap)
+
+
+def power_force(overlap: FloatArray, exponent: float = HERTZ) -> FloatArray:
+    """Contact forces at these overlaps, zero or positive."""
+    return np.asarray(overlap * stiffenings(overlap, exponent))
+
+
+def chain_acceleration(y: FloatArray, shift: float = 0.0, exponent: float = HERTZ) -> FloatArray:
     """Accelerations of granules at ``y``, with the first at ``y[0] + shift``; shape (granules,)."""
     forces = np.zeros(len(y) + 1)
     contacts = forces[1:-1]
@@ -170,7 +202,7 @@ def chain_acceleration(y: FloatArray, shift: float = 0.0) -> FloatArray:
     if shift:
         contacts[0] = (y[0] + shift) - y[1]
     np.maximum(contacts, 0.0, out=contacts)
-    contacts *= np.sqrt(contacts)
+    contacts *= stiffenings(contacts, exponent)
     return np.asarray(forces[:-1] - forces[1:])
 
 
@@ -179,20 +211,19 @@ def overlaps(x: FloatArray) -> FloatArray:
     return np.asarray(x[:-1] - x[1:])
 
 
-def contact_forces(x: FloatArray) -> FloatArray:
+def contact_forces(x: FloatArray, exponent: float = HERTZ) -> FloatArray:
     """Contact forces, shape (granules - 1,)."""
-    closed = np.maximum(overlaps(x), 0.0)
-    return np.asarray(closed * np.sqrt(closed))
+    return power_force(np.maximum(overlaps(x), 0.0), exponent)
 
 
-def contact_energies(x: FloatArray) -> FloatArray:
+def contact_energies(x: FloatArray, exponent: float = HERTZ) -> FloatArray:
     """Elastic energy of each contact, shape (granules - 1,)."""
-    return np.asarray(0.4 * contact_forces(x) * np.maximum(overlaps(x), 0.0))
+    return np.asarray(1 / (exponent + 1) * contact_forces(x, exponent) * np.maximum(overlaps(x), 0.0))
 
 
-def chain_energy(x: FloatArray, v: FloatArray) -> float:
+def chain_energy(x: FloatArray, v: FloatArray, exponent: float = HERTZ) -> float:
     """Total energy of granules and contacts."""
-    return float(0.5 * np.sum(v * v) + np.sum(contact_energies(x)))
+    return float(0.5 * np.sum(v * v) + np.sum(contact_energies(x, exponent)))
 
 
 # ---------------------------------------------------------------- search for the leading wave
@@ -248,8 +279,9 @@ class Request:
     @property
     def rear(self) -> int:
         if not self.problem.is_long:
-            return _REAR
-        return next(rear for least, rear in _LONG_REARS if self.tolerance >= least)
+            return math.ceil(_REAR * self.problem.wave.spread)
+        rear = next(rear for least, rear in _LONG_REARS if self.tolerance >= least)
+        return math.ceil(rear * self.problem.wave.spread)
 
     @property
     def growing(self) -> float:

@@ -221,7 +221,7 @@ def _refused(scenario: Scenario, sweep: Sweep) -> list[Fault]:
     """Features for which the prediction refuses all points: those of the first scene that do not vary."""
     names = [name for axis in sweep.axes for name in axis.names]
     try:
-        scenario.covered_by(scenario.predictor.name)
+        scenario.covered_by(scenario.predictor.name, scenario.predictor.contact)
     except NotCoveredError as error:
         return [fault for fault in error.faults if not any(name.startswith(fault.path) for name in names)]
     return []
