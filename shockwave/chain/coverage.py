@@ -18,6 +18,10 @@ _PULLING = "shock.parameters.negative"
 def scene_faults(chain: Chain, excitation: object) -> list[Fault]:
     """Errors of a chain beyond equal spheres, or under an impact."""
     struck = isinstance(excitation, Impact)
+    if chain.packing is not None and struck:
+        return [Fault("chain.packing", f"must be left out under an impact (got {chain.packing!r})")]
+    if chain.packing is not None and chain.count is None:
+        return []
     if chain.count is None:
         why = ", because a striker needs a finite chain" if struck else ""
         return [Fault("chain.granules", f"must be given{why} (got nothing)")]
@@ -27,8 +31,8 @@ def scene_faults(chain: Chain, excitation: object) -> list[Fault]:
 
 
 def reduced(chain: Chain) -> Chain | None:
-    """The chain as one of equal granules with free ends, given by their number; None if it has further features."""
-    if chain.is_uniform:
+    """The chain as equal granules with free ends, given by their number, or a packing; None for further features."""
+    if chain.is_uniform or chain.packing is not None:
         return chain
     # a single granule is not a chain
     if chain.count == 1 or next(_further(chain), None) is not None:
@@ -37,6 +41,27 @@ def reduced(chain: Chain) -> Chain | None:
     first = next(segment for _, segment in each_segment(chain.granules))
     radius = _kind(chain, first)[0]
     return evolve(chain, material=first.material or chain.material, radius=radius, granules=chain.count)
+
+
+def predictable(chain: Chain, excitation: object, method: str) -> Chain:
+    """The chain as equal granules in front of its fixed wall, if it has one, or in a packing; see `covered`.
+
+    Raises
+    ------
+    NotCoveredError
+        If the scene has further features, or a striker hits a packing; it lists all of them.
+    """
+    if isinstance(excitation, Impact):
+        free = chain if chain.packing else _with_free_end(chain)
+        return covered(free, None, method)
+    return evolve(covered(_with_free_end(chain), excitation, method), packing=chain.packing)
+
+
+def _with_free_end(chain: Chain) -> Chain:
+    """The chain with a free end in place of a fixed wall, and as a line of beads if it has a packing."""
+    if chain.packing is not None:
+        return evolve(chain, packing=None)
+    return evolve(chain, end=None) if chain.end is not None and chain.end.mass is None else chain
 
 
 def covered(chain: Chain, excitation: object, method: str) -> Chain:
@@ -49,7 +74,8 @@ def covered(chain: Chain, excitation: object, method: str) -> Chain:
     """
     equal = reduced(chain)
     pulls = getattr(getattr(excitation, "profile", None), "pulls", False)
-    if equal is not None and not isinstance(excitation, Impact) and not pulls:
+    plain = equal is not None and equal.packing is None
+    if equal is not None and plain and not isinstance(excitation, Impact) and not pulls:
         return equal
     features = [] if chain.is_uniform else [(f"chain.{path}", reason) for path, reason in _further(chain)]
     if isinstance(excitation, Impact):
@@ -77,7 +103,7 @@ def _further(chain: Chain) -> Iterator[tuple[str, str]]:
             yield f"granules{place}", "a taper" if taper else "granules of another kind"
             break
     names = {"end": "a wall", "precompression": "a static force", "gravity": "gravity", "damping": "damping"}
-    for name, text in (names | {"contact": "another contact law"}).items():
+    for name, text in (names | {"contact": "another contact law", "packing": "a packing"}).items():
         if getattr(chain, name):
             yield name, text
 

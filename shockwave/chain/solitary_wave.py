@@ -57,7 +57,7 @@ class SolitaryWave:
     @classmethod
     def of(cls, peak_force: float, chain: Chain, coefficient: float = EXACT_COEFFICIENT) -> SolitaryWave:
         """Make the wave of ``peak_force`` [N] in ``chain``; ``coefficient`` of A gives its momentum, eq. (4b)."""
-        scales = Scales.of(chain, peak_force)
+        scales = Scales.of(chain, peak_force / chain.contact_share)
         return cls(
             peak_force=peak_force,
             momentum=MOMENTUM * (coefficient / EXACT_COEFFICIENT) * scales.momentum,

@@ -227,10 +227,11 @@ def _outcome_row(outcome: Outcome) -> _Row:
 def _estimate_cells(outcome: Outcome) -> _Row:
     from shockwave.prediction.outcome_text import estimate_figures
 
-    if outcome.estimate is None:
-        return {"estimate": "not known", "range": "-"}
-    peak, ends = estimate_figures(outcome.estimate)
-    return {"estimate": peak, "range": ends}
+    peak, ends = ("not known", "-") if outcome.estimate is None else estimate_figures(outcome.estimate)
+    cells = {"estimate": peak, "range": ends}
+    if outcome.transmitted is not None:
+        cells["estimated wall force"], cells["range of wall force"] = estimate_figures(outcome.transmitted)
+    return cells
 
 
 def _simulation_row(result: SimulationResult | ChainResult) -> _Row:
@@ -270,9 +271,13 @@ def _comparison_row(both: Comparison) -> _Row:
     predicted = both.predicted
     simulated = both.simulated
     published = both.published
-    if predicted is None:
+    if predicted is None or both.error is None:
         row = _simulation_row(simulated)
-        return row | {"simulation error": row.pop("error")}
+        row["simulation error"] = row.pop("error")
+        if predicted is not None:
+            row |= _estimate_cells(predicted)
+            row["error"] = "-" if both.wall_error is None else error_text(both.wall_error)
+        return row
     row = {
         "scenario": predicted.scenario or "-",
         **_verdict_cell(both),
