@@ -148,7 +148,7 @@ class Chain:
     def is_uniform(self) -> bool:
         """Whether the chain is described by material, radius and number of granules, at least 2, alone."""
         parts = (self.end, self.damping, self.contact, self.packing)
-        plain = all(part is None for part in parts) and not (self.precompression or self.gravity)
+        plain = parts == (None, None, None, None) and not (self.precompression or self.gravity)
         return plain and not isinstance(self.granules, tuple) and self.granules != 1
 
     @property

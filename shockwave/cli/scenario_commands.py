@@ -181,6 +181,7 @@ def curve(options: Namespace) -> int:
 
 # Columns that a narrow screen leaves out, the last named first.
 _SPARE = (
+    *("range", "wall estimate", "wall range"),
     *("wall force", "(3)", "expected error", "relation", "regime", "ejected", "waves", "published error", "virtual t0"),
     *("published t0", "amplification", "wall impulse", "simulation error"),
 )
@@ -220,7 +221,7 @@ def _outcome_row(outcome: Outcome) -> _Row:
         "(3)": _conditions(outcome),
         "regime": outcome.regime,
         "waves": str(len(outcome.waves)),
-        "relation": outcome.relation,
+        "relation": outcome.relation or "-",
     }
 
 
@@ -229,9 +230,10 @@ def _estimate_cells(outcome: Outcome) -> _Row:
 
     peak, ends = ("not known", "-") if outcome.estimate is None else estimate_figures(outcome.estimate)
     cells = {"estimate": peak, "range": ends}
-    if outcome.transmitted is not None:
-        cells["estimated wall force"], cells["range of wall force"] = estimate_figures(outcome.transmitted)
-    return cells
+    if outcome.transmitted is None:
+        return cells
+    peak, ends = estimate_figures(outcome.transmitted)
+    return {"wall estimate": peak, "wall range": ends, **cells}
 
 
 def _simulation_row(result: SimulationResult | ChainResult) -> _Row:
@@ -322,6 +324,8 @@ def _wave_count(result: SimulationResult) -> str:
 
 
 def _conditions(outcome: Outcome) -> str:
+    if not outcome.conditions:  # of a striker
+        return "-"
     return "hold" if all(condition.holds for condition in outcome.conditions) else alarm(_FAILS)
 
 

@@ -210,7 +210,7 @@ class Predictor:
             check_scene(impact, chain)
         from shockwave.prediction.striker import striker_outcome
 
-        return striker_outcome(impact, chain, self.model, self.name)
+        return striker_outcome(impact, chain, self.name)
 
     def _scaled(self, shock: Shock, chain: Chain) -> ScaledShock:
         areas = shock.profile.areas(self.quadrature)

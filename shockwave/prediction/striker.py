@@ -20,6 +20,8 @@ from shockwave.prediction.outcome import Accuracy, Estimate, Outcome
 from shockwave.scene_summary import ChainScene
 from shockwave.text import printed
 
+# The law, as a model of its own.
+_NAME = "striker"
 # Relative half-width of the range: a constant, and a factor of |log2(k_s/k)|^1.4 for a contact of the striker with the
 # stiffness k_s in place of k.
 _LAW_ERROR = 1e-4
@@ -67,8 +69,8 @@ class StrikerOutcome(Outcome):
         return printed(self, "shockwave.prediction.outcome_text:striker_text")
 
 
-def striker_outcome(impact: Impact, chain: Chain, model: str, method: str) -> StrikerOutcome:
-    """Predict the waves of ``impact``; ``method`` names the ``model`` in messages.
+def striker_outcome(impact: Impact, chain: Chain, method: str) -> StrikerOutcome:
+    """Predict the waves of ``impact``; messages name ``method``.
 
     Raises
     ------
@@ -92,14 +94,14 @@ def striker_outcome(impact: Impact, chain: Chain, model: str, method: str) -> St
         error += _SHORT_ERROR
     problem = _problem(ratio, stiffness, equal.count)
     known = Accuracy(
-        None if problem else Estimate(peak, peak * (1 - error), peak * (1 + error), "striker"),
+        None if problem else Estimate(peak, peak * (1 - error), peak * (1 + error), _NAME),
         problem or None,
         None if problem else (-error, error),
         (warning_of(problem),) * bool(problem),
     )
     return StrikerOutcome(
-        model=model,
-        method="striker",
+        model=_NAME,
+        method=_NAME,
         relation=None,
         peak_force=peak,
         amplification=None,
