@@ -3,7 +3,7 @@
     python docs/check_wall.py
 
 draws 500 shocks of all kinds and 200 strikers on chains of random lengths before walls of random stiffness, none of
-which were used in the fit of the laws, and writes two tables into ``docs/chain-laws.md``. It takes about five minutes.
+which were used in the fit of the laws, and writes two tables into ``docs/chain-laws.md``. It takes about a minute.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
     python docs/fit_chain_laws.py
 
-writes ``shockwave/prediction/chain_laws.json`` in about ten minutes. ``--only wall`` (or ``striker``, ``damping``)
+writes ``shockwave/prediction/chain_laws.json`` in a few minutes. ``--only wall`` (or ``striker``, ``damping``)
 fits one of the laws and keeps the others.
 """
 
@@ -48,6 +48,8 @@ def simulated(granules: int, until: float, mass_ratio: float = 1.0, chain: sw.Ch
     return sw.simulate(striker, evolve(chain, granules=granules), until=until * TIME, **options)
 
 
+# Decimals of the coefficients.
+DIGITS = 11
 # Tolerance of the simulations, and allowed error of the logarithm of the leading wave and of the rebound.
 LEADING_RTOL = 1e-9
 LEADING_ACCURACY = 1e-7
@@ -105,7 +107,7 @@ def plain(pieces: Sequence[Piece]) -> dict[str, Any]:
     """Pieces for the file."""
     return {
         "edges": [pieces[0].begin, *(piece.end for piece in pieces)],
-        "coefficients": [[float(f"{each:.10g}") for each in piece.coefficients] for piece in pieces],
+        "coefficients": [[round(each, DIGITS) for each in piece.coefficients] for piece in pieces],
     }
 
 

@@ -180,16 +180,15 @@ class Chain:
 
     @property
     def contact_stiffness(self) -> float:
-        """Stiffness k of F = k d^p [N/m^p]; Hertz's between equal spheres is sqrt(2 R) E / (3 (1 - nu^2)).
+        """Stiffness k of F = k d^p between equal spheres [N/m^p]; Hertz's is sqrt(2 R) E / (3 (1 - nu^2)).
 
         In a packing it is that of a bead and the next layer, z cos(theta)^(5/2) times as much.
         """
-        power = self._power_contact
-        if power is not None:
+        if (power := self._power_contact) is not None:
             return power.stiffness
         contacts, cosine = self.contacts
-        layer = contacts * cosine * cosine * math.sqrt(cosine)
-        return math.sqrt(2 * self.radius) * self.plane_strain_modulus / 3 * layer
+        bundle = contacts * cosine * cosine * math.sqrt(cosine)
+        return math.sqrt(2 * self.radius) * self.plane_strain_modulus / 3 * bundle
 
     @property
     def _power_contact(self) -> PowerContact | None:

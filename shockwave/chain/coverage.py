@@ -60,9 +60,9 @@ def predictable(chain: Chain, excitation: object, method: str, contact: Contact 
         If the scene has further features, or a striker hits a packing; it lists all of them.
     """
     if isinstance(excitation, Impact):
-        free = chain if chain.packing else _with_free_end(chain)
-        return covered(free, None, method)
-    return evolve(covered(_with_free_end(chain), excitation, method, contact), packing=chain.packing)
+        return covered(chain if chain.packing else _with_free_end(chain), None, method)
+    equal = covered(_with_free_end(chain), excitation, method, contact)
+    return equal if chain.packing is None else evolve(equal, packing=chain.packing)
 
 
 def _with_free_end(chain: Chain) -> Chain:

@@ -181,7 +181,7 @@ def curve(options: Namespace) -> int:
 
 # Columns that a narrow screen leaves out, the last named first.
 _SPARE = (
-    *("range", "wall estimate", "wall range"),
+    *("wall estimate", "wall range"),
     *("wall force", "(3)", "expected error", "relation", "regime", "ejected", "waves", "published error", "virtual t0"),
     *("published t0", "amplification", "wall impulse", "simulation error"),
 )
@@ -277,7 +277,8 @@ def _comparison_row(both: Comparison) -> _Row:
         row = _simulation_row(simulated)
         row["simulation error"] = row.pop("error")
         if predicted is not None:
-            row |= _estimate_cells(predicted)
+            cells = _estimate_cells(predicted)
+            row |= {name: cell for name, cell in cells.items() if "wall" in name or predicted.wall is None}
             row["error"] = "-" if both.wall_error is None else error_text(both.wall_error)
         return row
     row = {

@@ -11,10 +11,10 @@ import numpy as np
 from attrs import evolve, frozen
 
 from shockwave.chain.chain import HERTZ, Chain, Scales
-from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, PAPER_COEFFICIENT, SolitaryWave, wave_law
+from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, SolitaryWave, coefficient_of, wave_law
 from shockwave.chain.yielding import beyond_elastic, yielding_of
 from shockwave.errors import Fault, InvalidValueError, NotCoveredError
-from shockwave.fields import Quantity, quantity
+from shockwave.fields import quantity
 from shockwave.prediction.accuracy_of_many import Ranges, accuracies, contact_forces
 from shockwave.prediction.expected_error import (
     FIRST_CONTACTS,
@@ -55,26 +55,7 @@ from shockwave.scene_summary import ChainScene, Scene, check_scene
 if TYPE_CHECKING:  # a shock on equal granules does not need it
     from shockwave.chain.impact import Impact
 
-#: Leading number of A by name.
-MOMENTUM_COEFFICIENTS = {"exact": EXACT_COEFFICIENT, "paper": PAPER_COEFFICIENT}
 _RTOL = "relative tolerance of the peak force of the leading wave; for model auto, 1e-3 if omitted"
-MOMENTUM_COEFFICIENT = Quantity("", "leading number of A", at_least=0.01, at_most=1000)
-
-
-def coefficient_of(choice: str | float) -> float:
-    """Leading number of A, eq. (4c), for ``"exact"``, ``"paper"`` or a number between 0.01 and 1000.
-
-    Raises
-    ------
-    InvalidValueError
-        For any other value.
-    """
-    if isinstance(choice, str) and choice in MOMENTUM_COEFFICIENTS:
-        return MOMENTUM_COEFFICIENTS[choice]
-    if MOMENTUM_COEFFICIENT.problem(choice) is not None:
-        rule = f"must be 'exact', 'paper' or a number {MOMENTUM_COEFFICIENT.rule}"
-        raise InvalidValueError.of("momentum_coefficient", f"{rule} (got {choice!r})")
-    return float(choice)
 
 
 @frozen
@@ -171,7 +152,9 @@ class Predictor:
         for shock, given in zip(shocks, chains, strict=True):
             try:
                 if not isinstance(shock, Shock):
-                    found.append(self._struck(shock, given))
+                    from shockwave.prediction.striker import striker_outcome  # not needed for a shock
+
+                    found.append(striker_outcome(shock, given, self.name))
                     continue
                 chain = self._covered(shock, given)
                 one = self._scaled(shock, chain)
@@ -208,15 +191,6 @@ class Predictor:
         check_scene(shock, chain)
         return chain
 
-    def _struck(self, impact: Any, chain: Any) -> Outcome:
-        from shockwave.chain.impact import Impact  # not needed for a shock
-
-        if not (isinstance(impact, Impact) and isinstance(chain, Chain)):
-            check_scene(impact, chain)
-        from shockwave.prediction.striker import striker_outcome
-
-        return striker_outcome(impact, chain, self.name)
-
     def _scaled(self, shock: Shock, chain: Chain) -> ScaledShock:
         areas = shock.profile.areas(self.quadrature)
         ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
@@ -237,6 +211,7 @@ class Predictor:
         force = shock.peak_force * chain.contact_share
         unit = SolitaryWave.of(force, chain, coefficient)
         chain_assumed = ", on a semi-infinite chain" if answer.reason and chain.count is not None else ""
+        walled = chain if given.end is None else evolve(chain, end=given.end)
         common: dict[str, Any] = {
             "model": self.model,
             "method": answer.method or self.model,
@@ -253,8 +228,8 @@ class Predictor:
             "momentum_coefficient": coefficient,
             "scene": Scene.of(shock, chain) if given.end is None else ChainScene.of(shock, given),
             "wall": None if given.end is None else given.end.stiffness_ratio(chain.material),
-            "first_yield": partial(yielding_of, chain if given.end is None else evolve(chain, end=given.end)),
-            "on_demand": partial(self._accuracy, shock, given, scaled, answer, ranges),
+            "first_yield": partial(yielding_of, walled),
+            "on_demand": partial(self._accuracy, shock, walled, scaled, answer, ranges),
         }
         if answer.ejection is not None:
             return EjectionOutcome(
@@ -282,18 +257,19 @@ class Predictor:
         *values, least, most = ranges()
         force = shock.peak_force * chain.contact_share
         peak, low, high = (value * force for value in values)
-        problem = "" if chain.count is None else chain_problem(chain.count, scaled)
+        on_wall, problem = 0.0, "" if chain.count is None else chain_problem(chain.count, scaled)
         if chain.count is not None and chain.end is not None:
-            from shockwave.prediction.chain_laws import unformed  # not needed without a wall
+            from shockwave.prediction.chain_laws import unformed, wall_factor  # not needed without a wall
 
             problem, below, above = unformed(chain.count, scaled.duration)
             low, high = low * (1 - below), high * (1 + above)
+            on_wall = peak * float(wall_factor(chain.end.stiffness_ratio(chain.material)))
         problem = problem or (unbounded(scaled, force) if math.isnan(peak) else "")
         failed = "" if answer.states_error else failed_conditions(scaled)
         warnings = [*[failed] * bool(failed), *answer.warnings, *[warning_of(problem)] * bool(problem)]
         own = answer.states_error and answer.expected_error is not None
         method = (answer.method or self.model) if own else "moments"
-        yielding = yielding_of(chain, answer.amplitudes[0] * force if problem else peak)
+        yielding = yielding_of(chain, answer.amplitudes[0] * force if problem else peak, 0.0 if problem else on_wall)
         warnings += yielding.warnings if yielding is not None else ()
         return Accuracy(
             None if problem else Estimate(peak, low, high, method),

@@ -222,8 +222,7 @@ def _refused(scenario: Scenario, sweep: Sweep) -> list[Fault]:
     """Features for which the prediction refuses all points: those of the first scene that do not vary."""
     names = [name for axis in sweep.axes for name in axis.names]
     try:
-        predictor = scenario.predictor
-        predictable(scenario.chain, scenario.excitation, predictor.name, predictor.contact)
+        predictable(scenario.chain, scenario.excitation, scenario.predictor.name, scenario.predictor.contact)
     except NotCoveredError as error:
         faults: Sequence[Fault] = getattr(scenario.located(error), "faults", ())
         return [fault for fault in faults if not any(name.startswith(fault.path) for name in names)]
