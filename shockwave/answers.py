@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from attrs import evolve
 
-from shockwave.errors import InvalidValueError
+from shockwave.errors import InvalidValueError, NotCoveredError
 from shockwave.fields import text_of
 from shockwave.options import SimulateOptions
 
@@ -29,14 +29,14 @@ _default_options = functools.cache(SimulateOptions)
 
 
 def predict(scene: Scene, chain: Chain | None = None, **settings: Any) -> Outcome:
-    """Predict the waves that a shock generates.
+    """Predict the waves that a shock or a striker generates, and the force on a wall.
 
     Parameters
     ----------
-    scene : Scenario, path-like or Shock
-        A scenario or its file, or a shock on ``chain``.
+    scene : Scenario, path-like, Shock or Impact
+        A scenario or its file, or a shock or striker on ``chain``.
     chain : Chain, optional
-        The chain, if ``scene`` is a shock.
+        The chain, if ``scene`` is a shock or a striker.
     **settings
         Settings of `Predictor`, which replace those of the scenario.
 
@@ -51,10 +51,11 @@ def predict(scene: Scene, chain: Chain | None = None, **settings: Any) -> Outcom
 
     scenario = _scenario(scene, chain)
     if scenario is None:
-        return Predictor(**settings).predict(cast("Shock", scene), cast("Chain", chain))
-    predictor = _predictor(scenario, settings)
-    scenario = scenario.covered_by(predictor.name, predictor.contact)
-    outcome = predictor.predict(scenario.shock, scenario.chain)
+        return Predictor(**settings).predict(cast("Shock | Impact", scene), cast("Chain", chain))
+    try:
+        outcome = _predictor(scenario, settings).predict(scenario.excitation, scenario.chain)
+    except NotCoveredError as error:
+        raise scenario.located(error) from None
     return evolve(outcome, scenario=scenario.name, limit=scenario.limit)
 
 

@@ -46,6 +46,8 @@ class Scene:
         Contact law in the form of a scenario block; None for Hertz's.
     notes : tuple of str
         Changes that were made to the given record.
+    packing : str or None
+        Packing in which a plane wave travels.
     """
 
     profile: str
@@ -59,6 +61,7 @@ class Scene:
     granules: int | None
     contact: dict[str, Any] | None = None
     notes: tuple[str, ...] = ()
+    packing: str | None = None
 
     @classmethod
     def of(cls, shock: Shock, chain: Chain) -> Scene:
@@ -80,17 +83,21 @@ class Scene:
             granules=chain.count,
             contact=contact,
             notes=tuple(shock.profile.notes),
+            packing=chain.packing,
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """The numbers; the notes stand among the warnings of the result."""
-        return asdict(self, filter=lambda attribute, _: attribute.name != "notes")
+        """The numbers, and the packing if there is one; the notes stand among the warnings of the result."""
+        left_out = ("notes",) if self.packing else ("notes", "packing")
+        return asdict(self, filter=lambda attribute, _: attribute.name not in left_out)
 
     def facts(self) -> list[tuple[str, str]]:
         """Label and text of the shock and of the chain."""
         length = "semi-infinite" if self.granules is None else f"{self.granules} granules"
         stiffness = f"E {si(self.youngs_modulus, 'Pa')}, nu {self.poisson_ratio:.4g}"
         chain = f"R {si(self.radius, 'm')}, {stiffness}, rho {self.density:.5g} kg/m^3, {length}"
+        if self.packing:
+            chain += f", packing {self.packing}: forces per contact, shock per bead"
         contact = ", ".join(f"{name} {value:.5g}" for name, value in (self.contact or {}).items() if name != "model")
         return [("shock", self.shock), ("chain", chain), *[("contact", contact)] * bool(contact)]
 

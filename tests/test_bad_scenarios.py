@@ -33,7 +33,7 @@ MARKED = {
     "unknown-key": (
         _chain("material: copper, radius: 1, |diametr: 2"), "chain.diametr",
         "unknown key (got 'diametr'; did you mean 'diameter'? known: material, diameter, radius, granules, end, "
-        "precompression, gravity, damping, contact, elastic_only)",
+        "precompression, gravity, damping, packing, contact, elastic_only)",
     ),
     "parameter-of-none": (_shock("}", ", parameters: {|n: 1}}"), "shock.parameters.n", "no keys are allowed here"),
     "missing-size": ("|" + _chain("material: copper"), "chain.diameter", "or give radius"),

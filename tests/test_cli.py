@@ -62,8 +62,8 @@ def test_compare_of_one_scene_shows_the_published_figures(capsys: pytest.Capture
 def test_every_shipped_scene_is_compared(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
     found = document(capsys, "compare", "--json", "--rtol", "1e-4", str(scene))
     assert found["simulated"]["error_estimate"] < 1e-4
-    if scene.parent.name in ("chains", "validation"):  # beyond equal spheres, so that no model covers them
-        assert (found["predicted"], found["errors"]) == (None, None)
+    if scene.parent.name in ("chains", "validation"):  # beyond equal spheres, without a limit of the leading wave
+        assert not found["errors"] or found["errors"]["peak_force"] is None
         return
     error = found["errors"]["peak_force"]
     assert error == found["predicted"]["peak_force"] / found["simulated"]["peak_force"] - 1

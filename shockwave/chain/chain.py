@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from attrs import field, frozen
+from attrs.validators import optional
 
 from shockwave.chain.material import Material, checked_material
 from shockwave.errors import InvalidValueError
@@ -25,6 +26,10 @@ HERTZ = 1.5
 # Range of t0/T0 for which the double integrals of the shock and powers of it are floats.
 _RATIOS = (1e-30, 1e12)
 
+
+# Packing -> number of contacts of a bead with the next layer, and cosine of their angle to the direction of travel.
+_PACKINGS = {"hexagonal": (2, math.sqrt(3) / 2), "fcc-111": (3, math.sqrt(2 / 3))}
+Packing = Literal["hexagonal", "fcc-111"]
 
 GRANULES = Quantity("", "number of granules", at_least=1, at_most=1e9, whole=True, optional=True)
 
@@ -75,6 +80,10 @@ class Chain:
         Contact law, by default Hertz's.
     elastic_only : bool
         Whether to refuse results with forces beyond first yield, default False.
+    packing : "hexagonal" or "fcc-111", optional
+        Regular packing in which a plane wave travels along a close-packed normal, layer by layer. The chain is then a
+        line of beads of successive layers; it has no other features. The peak force of a shock is the force on each
+        bead of the first layer, and all resulting forces are those of single contacts.
 
     Raises
     ------
@@ -94,6 +103,7 @@ class Chain:
     damping: Damping | None = None
     contact: PowerContact | ContactLaw | None = field(default=None, converter=_contact)
     elastic_only: bool = field(default=False, validator=one_of(False, True))
+    packing: Packing | None = field(default=None, validator=optional(one_of(*_PACKINGS)))
 
     def __init__(
         self,
@@ -108,6 +118,7 @@ class Chain:
         damping: Damping | None = None,
         contact: PowerContact | ContactLaw | None = None,
         elastic_only: bool = False,
+        packing: Packing | None = None,
     ) -> None:
         self.__attrs_init__(
             material=material,
@@ -119,22 +130,28 @@ class Chain:
             damping=damping,
             contact=contact,
             elastic_only=elastic_only,
+            packing=packing,
         )
         for name, value in (("mass", self.granule_mass), ("stiffness", self.contact_stiffness)):
             if not (math.isfinite(value) and value > 0):
                 problem = f"must give granules a {name} that a floating-point number can hold (got {value:g})"
                 raise InvalidValueError.of("radius", problem)
-        if not self.is_uniform:
+        if self.is_uniform:
+            return
+        features = {name: getattr(self, name) for name in ("end", "precompression", "gravity", "damping", "contact")}
+        if packing is None:
             from shockwave.chain.features import check_features  # needed only here
 
-            names = ("granules", "end", "precompression", "gravity", "damping", "contact")
-            check_features(**{name: getattr(self, name) for name in names})
+            check_features(self.granules, **features)
+        elif any(features.values()) or isinstance(self.granules, tuple):
+            problem = f"must be left out for a chain with further features (got {packing!r})"
+            raise InvalidValueError.of("packing", problem)
 
     @property
     def is_uniform(self) -> bool:
         """Whether the chain is described by material, radius and number of granules, at least 2, alone."""
-        parts = (self.end, self.damping, self.contact)
-        plain = parts == (None, None, None) and not (self.precompression or self.gravity)
+        parts = (self.end, self.damping, self.contact, self.packing)
+        plain = parts == (None, None, None, None) and not (self.precompression or self.gravity)
         return plain and not isinstance(self.granules, tuple) and self.granules != 1
 
     @property
@@ -163,9 +180,15 @@ class Chain:
 
     @property
     def contact_stiffness(self) -> float:
-        """Stiffness k of F = k d^p between equal spheres [N/m^p]; Hertz's is sqrt(2 R) E / (3 (1 - nu^2))."""
-        power = self._power_contact
-        return math.sqrt(2 * self.radius) * self.plane_strain_modulus / 3 if power is None else power.stiffness
+        """Stiffness k of F = k d^p between equal spheres [N/m^p]; Hertz's is sqrt(2 R) E / (3 (1 - nu^2)).
+
+        In a packing it is that of a bead and the next layer, z cos(theta)^(5/2) times as much.
+        """
+        if (power := self._power_contact) is not None:
+            return power.stiffness
+        contacts, cosine = self.contacts
+        bundle = contacts * cosine * cosine * math.sqrt(cosine)
+        return math.sqrt(2 * self.radius) * self.plane_strain_modulus / 3 * bundle
 
     @property
     def _power_contact(self) -> PowerContact | None:
@@ -175,6 +198,22 @@ class Chain:
 
         return self.contact if isinstance(self.contact, PowerContact) else None
 
+    @property
+    def contacts(self) -> tuple[int, float]:
+        """Contacts z of a granule with the next ones, and cosine of their angle theta to the direction of travel."""
+        return (1, 1.0) if self.packing is None else _PACKINGS[self.packing]
+
+    @property
+    def contact_share(self) -> float:
+        """Force at a contact over that between a granule and the next ones, 1 / (z cos(theta))."""
+        contacts, cosine = self.contacts
+        return 1 / (contacts * cosine)
+
+    @property
+    def spacing(self) -> float:
+        """Distance of neighbouring granules or layers, 2 R cos(theta) [m]."""
+        return 2 * self.radius * self.contacts[1]
+
     def momentum_parameter(self, coefficient: float) -> float:
         """Momentum parameter A of eq. (4c) [N^(1/6) s]: a solitary wave of peak force F has the momentum A F^(5/6).
 
@@ -182,7 +221,9 @@ class Chain:
         """
         # Multiplied factor by factor so that no intermediate power overflows.
         density, radius = self.material.density, self.radius
-        per_size = math.cbrt(density / self.plane_strain_modulus) * math.pow(density, 1 / 6)
+        contacts, cosine = self.contacts
+        modulus = self.plane_strain_modulus * (contacts * cosine * cosine * math.sqrt(cosine))
+        per_size = math.cbrt(density / modulus) * math.pow(density, 1 / 6)
         return coefficient * per_size * radius * math.cbrt(radius)
 
 
@@ -192,13 +233,14 @@ class Scales:
 
     Eq. (1) is invariant under x -> l x, t -> l^(-1/4) t, F -> l^(3/2) F, so that one scaled problem covers all
     chains. The attributes are the SI values of the scaled units: force [N], time [s], mass [kg] and granule spacing
-    [m].
+    [m]; and the force at a contact over that on a granule, which differs from 1 in packings.
     """
 
     force: float
     time: float
     mass: float
     granule_spacing: float
+    contact_share: float = 1.0
 
     @classmethod
     def of(cls, chain: Chain, force: float) -> Scales:
@@ -216,7 +258,7 @@ class Scales:
             time = mass / math.cbrt(chain.contact_stiffness) / force ** (1 / 6)
         else:
             time = mass * chain.contact_stiffness ** (-0.5 / p) * force ** (-0.5 * (p - 1) / p)
-        scales = cls(force, time, chain.granule_mass, 2 * chain.radius)
+        scales = cls(force, time, chain.granule_mass, chain.spacing, chain.contact_share)
         if not _ENERGIES[0] < scales.energy < _ENERGIES[1]:
             problem = f"must give waves an energy that a floating-point number can hold (got {force:g} N)"
             raise InvalidValueError.of("peak_force", problem)
@@ -236,6 +278,11 @@ class Scales:
             limits = f"{least:g} to {most:g} times the characteristic time of the chain, {self.time:g} s"
             raise InvalidValueError.of("rise_time", f"must be {limits} (got {seconds:g} s)")
         return ratio
+
+    @property
+    def contact_force(self) -> float:
+        """Force at a contact where that on a granule is the unit of force [N]."""
+        return self.force * self.contact_share
 
     @property
     def momentum(self) -> float:

@@ -21,6 +21,10 @@ Contact: TypeAlias = Literal["hertz", "stiffness", "exponent"]
 def scene_faults(chain: Chain, excitation: object) -> list[Fault]:
     """Errors of a chain beyond equal spheres, or under an impact."""
     struck = isinstance(excitation, Impact)
+    if chain.packing is not None and struck:
+        return [Fault("chain.packing", f"must be left out under an impact (got {chain.packing!r})")]
+    if chain.packing is not None and chain.count is None:
+        return []
     if chain.count is None:
         needed = "must be given, because a striker needs a finite chain (got nothing)"
         return [Fault("chain.granules", needed)] if struck else []
@@ -30,11 +34,11 @@ def scene_faults(chain: Chain, excitation: object) -> list[Fault]:
 
 
 def reduced(chain: Chain, contact: Contact = "exponent") -> Chain | None:
-    """The chain as one of equal granules with free ends, given by their number; None if it has further features.
+    """The chain as equal granules with free ends, given by their number, or a packing; None for further features.
 
     An endless chain keeps its contact law if it is one of these.
     """
-    if chain.is_uniform:
+    if chain.is_uniform or chain.packing is not None:
         return chain
     if chain.count is None:
         return None if next(_further(chain, contact), None) else chain
@@ -45,6 +49,27 @@ def reduced(chain: Chain, contact: Contact = "exponent") -> Chain | None:
     first = next(segment for _, segment in each_segment(chain.granules))
     radius = _kind(chain, first)[0]
     return evolve(chain, material=first.material or chain.material, radius=radius, granules=chain.count)
+
+
+def predictable(chain: Chain, excitation: object, method: str, contact: Contact = "hertz") -> Chain:
+    """The chain as equal granules in front of its fixed wall, if it has one, or in a packing; see `covered`.
+
+    Raises
+    ------
+    NotCoveredError
+        If the scene has further features, or a striker hits a packing; it lists all of them.
+    """
+    if isinstance(excitation, Impact):
+        return covered(chain if chain.packing else _with_free_end(chain), None, method)
+    equal = covered(_with_free_end(chain), excitation, method, contact)
+    return equal if chain.packing is None else evolve(equal, packing=chain.packing)
+
+
+def _with_free_end(chain: Chain) -> Chain:
+    """The chain with a free end in place of a fixed wall, and as a line of beads if it has a packing."""
+    if chain.packing is not None:
+        return evolve(chain, packing=None)
+    return evolve(chain, end=None) if chain.end is not None and chain.end.mass is None else chain
 
 
 def covered(chain: Chain, excitation: object, method: str, contact: Contact = "hertz") -> Chain:
@@ -59,7 +84,8 @@ def covered(chain: Chain, excitation: object, method: str, contact: Contact = "h
     """
     equal = reduced(chain, contact)
     pulls = getattr(getattr(excitation, "profile", None), "pulls", False)
-    if equal is not None and not isinstance(excitation, Impact) and not pulls:
+    plain = equal is not None and equal.packing is None
+    if equal is not None and plain and not isinstance(excitation, Impact) and not pulls:
         return equal
     features = [] if chain.is_uniform else [(f"chain.{path}", reason) for path, reason in _further(chain, contact)]
     if isinstance(excitation, Impact):
@@ -87,6 +113,7 @@ def _further(chain: Chain, contact: Contact = "hertz") -> Iterator[tuple[str, st
             yield f"granules{place}", "a taper" if taper else "granules of another kind"
             break
     names = {"end": "a wall", "precompression": "a static force", "gravity": "gravity", "damping": "damping"}
+    names["packing"] = "a packing"
     if chain.count is not None or contact == "hertz":
         names["contact"] = "another contact law"
     elif chain.exponent != HERTZ and contact == "stiffness":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, Literal
 
 from attrs import field, frozen
@@ -41,6 +42,12 @@ class Wall:
     mass: float | None = quantity("kg", "mass of a movable wall", above=0, default=None)
     stiffness: float = quantity("N/m", "stiffness of the spring behind a movable wall", at_least=0, default=0.0)
     damping: float = quantity("N*s/m", "coefficient of the dashpot behind a movable wall", at_least=0, default=0.0)
+
+    def stiffness_ratio(self, granules: Material) -> float:
+        """Stiffness of the contact of a granule with the wall over that of two equal granules, at most 2 sqrt(2)."""
+        own = granules if self.material == "same" else self.material
+        share = own.compliance / granules.compliance if isinstance(own, Material) else 0.0
+        return 2 * math.sqrt(2) / (1 + share)
 
     def __attrs_post_init__(self) -> None:
         for name in ("stiffness", "damping"):

@@ -156,23 +156,19 @@ def _pairs(
     chain: Chain, materials: tuple[Material, ...], radii: FloatArray, masses: FloatArray, wall: Wall | None
 ) -> Pairs:
     """Properties of all contacts: E* and R* of two bodies, k = 4/3 E* sqrt(R*), and reduced masses."""
-    compliances = np.array([_compliance(one) for one in materials])
+    compliances = np.array([one.compliance for one in materials])
     curvatures, inverse_masses = 1 / radii, 1 / masses
     if wall is not None:
         own = wall.material
-        compliances = np.append(compliances, _compliance(own) if isinstance(own, Material) else 0.0)
+        compliances = np.append(compliances, own.compliance if isinstance(own, Material) else 0.0)
         curvatures = np.append(curvatures, 0.0)
         inverse_masses = np.append(inverse_masses, 0.0 if wall.mass is None else 1 / wall.mass)
     moduli, reduced, shared = (1 / (one[:-1] + one[1:]) for one in (compliances, curvatures, inverse_masses))
-    stiffnesses = 4 / 3 * moduli * np.sqrt(reduced)
+    contacts, cosine = chain.contacts
+    stiffnesses = 4 / 3 * moduli * np.sqrt(reduced) * (contacts * math.pow(cosine, 2.5))
     if isinstance(chain.contact, PowerContact):
         return Pairs(moduli, reduced, shared, np.full(reduced.shape, chain.contact.stiffness), chain.contact.exponent)
     return Pairs(moduli, reduced, shared, stiffnesses, HERTZ)
-
-
-def _compliance(material: Material) -> float:
-    """(1 - nu^2)/E [1/Pa]."""
-    return (1 - material.poisson_ratio**2) / material.youngs_modulus
 
 
 def _static_forces(chain: Chain, masses: FloatArray, striker: bool, contacts: int) -> FloatArray:

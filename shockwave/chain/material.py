@@ -43,6 +43,11 @@ class Material:
     name: str = field(default="")
     source: str = field(default="")
 
+    @property
+    def compliance(self) -> float:
+        """(1 - nu^2)/E [1/Pa]."""
+        return (1 - self.poisson_ratio**2) / self.youngs_modulus
+
 
 def material(name: str) -> Material:
     """The material of this name from the library or from a plugin.

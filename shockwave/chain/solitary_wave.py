@@ -116,7 +116,7 @@ class SolitaryWave:
     @classmethod
     def of(cls, peak_force: float, chain: Chain, coefficient: float = EXACT_COEFFICIENT) -> SolitaryWave:
         """Make the wave of ``peak_force`` [N] in ``chain``; ``coefficient`` of A gives its momentum, eq. (4b)."""
-        scales, law = Scales.of(chain, peak_force), wave_law(chain.exponent)
+        scales, law = Scales.of(chain, peak_force / chain.contact_share), wave_law(chain.exponent)
         return cls(
             peak_force=peak_force,
             momentum=law.momentum * (coefficient / EXACT_COEFFICIENT) * scales.momentum,

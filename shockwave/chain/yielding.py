@@ -58,13 +58,23 @@ def first_yield_force(radius: _Number, modulus: _Number, strength: _Number) -> _
     return math.pi**3 / 6 * size * size * pressure * pressure * pressure
 
 
-def yielding_of(chain: Chain, peak_force: float) -> Yielding | None:
-    """First yield in a chain of equal granules with a peak force [N]; None if the yield strength is not known."""
+def yielding_of(chain: Chain, peak_force: float, on_wall: float = 0.0) -> Yielding | None:
+    """First yield in a chain of equal granules with a peak force [N], and at its fixed wall with the force ``on_wall``.
+
+    None if the yield strength is not known.
+    """
     strength = chain.material.yield_strength
     if strength is None:
         return None
     first = first_yield_force(chain.radius / 2, chain.plane_strain_modulus / 2, strength)
-    return Yielding(first_yield_force=first, peak_ratio=peak_force / first)
+    ratio = peak_force / first
+    if chain.end is not None and on_wall:
+        softer = min(strength, getattr(chain.end.material, "yield_strength", None) or strength)
+        # E* over that of two granules, from the ratio of the stiffnesses
+        modulus = chain.end.stiffness_ratio(chain.material) / math.sqrt(2) * chain.plane_strain_modulus / 2
+        at_wall = first_yield_force(chain.radius, modulus, softer)
+        first, ratio = min(first, at_wall), max(ratio, on_wall / at_wall)
+    return Yielding(first_yield_force=first, peak_ratio=ratio)
 
 
 def beyond_elastic(chain: Chain, yielding: Callable[[], Yielding | None]) -> InvalidValueError | None:

@@ -181,6 +181,7 @@ def curve(options: Namespace) -> int:
 
 # Columns that a narrow screen leaves out, the last named first.
 _SPARE = (
+    *("wall estimate", "wall range"),
     *("wall force", "(3)", "expected error", "relation", "regime", "ejected", "waves", "published error", "virtual t0"),
     *("published t0", "amplification", "wall impulse", "simulation error"),
 )
@@ -220,17 +221,19 @@ def _outcome_row(outcome: Outcome) -> _Row:
         "(3)": _conditions(outcome),
         "regime": outcome.regime,
         "waves": str(len(outcome.waves)),
-        "relation": outcome.relation,
+        "relation": outcome.relation or "-",
     }
 
 
 def _estimate_cells(outcome: Outcome) -> _Row:
     from shockwave.prediction.outcome_text import estimate_figures
 
-    if outcome.estimate is None:
-        return {"estimate": "not known", "range": "-"}
-    peak, ends = estimate_figures(outcome.estimate)
-    return {"estimate": peak, "range": ends}
+    peak, ends = ("not known", "-") if outcome.estimate is None else estimate_figures(outcome.estimate)
+    cells = {"estimate": peak, "range": ends}
+    if outcome.transmitted is None:
+        return cells
+    peak, ends = estimate_figures(outcome.transmitted)
+    return {"wall estimate": peak, "wall range": ends, **cells}
 
 
 def _simulation_row(result: SimulationResult | ChainResult) -> _Row:
@@ -270,9 +273,14 @@ def _comparison_row(both: Comparison) -> _Row:
     predicted = both.predicted
     simulated = both.simulated
     published = both.published
-    if predicted is None:
+    if predicted is None or both.error is None:
         row = _simulation_row(simulated)
-        return row | {"simulation error": row.pop("error")}
+        row["simulation error"] = row.pop("error")
+        if predicted is not None:
+            cells = _estimate_cells(predicted)
+            row |= {name: cell for name, cell in cells.items() if "wall" in name or predicted.wall is None}
+            row["error"] = "-" if both.wall_error is None else error_text(both.wall_error)
+        return row
     row = {
         "scenario": predicted.scenario or "-",
         **_verdict_cell(both),
@@ -317,6 +325,8 @@ def _wave_count(result: SimulationResult) -> str:
 
 
 def _conditions(outcome: Outcome) -> str:
+    if not outcome.conditions:  # of a striker
+        return "-"
     return "hold" if all(condition.holds for condition in outcome.conditions) else alarm(_FAILS)
 
 

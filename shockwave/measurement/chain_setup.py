@@ -179,7 +179,7 @@ def _scales(layout: Layout, excitation: Shock | Impact, chain: Chain) -> Scales:
     def of(force: float) -> Scales:
         """Units with T0 = m^(1/2) k^(-1/(2p)) F^(-(p-1)/(2p))."""
         time = math.sqrt(mass) * stiffness ** (-0.5 / power) * force ** (-0.5 * (power - 1) / power)
-        return Scales(force, time, mass, 2 * chain.radius)
+        return Scales(force, time, mass, chain.spacing, chain.contact_share)
 
     if isinstance(excitation, Impact):
         # (m^p v^2p k)^(1/(p+1)), factor by factor so that no intermediate power overflows

@@ -47,7 +47,7 @@ def passage_at(result: SimulationResult, contact: int) -> Passage:
     return Passage(
         contact=contact,
         arrival_time=time * result.scales.time,
-        peak_force=force * result.scales.force,
+        peak_force=force * result.scales.contact_force,
         exact=exact,
         error_estimate=error,
     )
@@ -97,7 +97,7 @@ def record(result: SimulationResult) -> Recording:
     if "forces" in options.record:
         forces = contact_forces(x, result.chain.exponent)
         at = [forces[contact] if contact < len(forces) else 0 * times for contact in contacts]
-        kept["forces"] = scales.force * np.array(at).T
+        kept["forces"] = scales.contact_force * np.array(at).T
     if "field" in options.record:
         moved = 1 + max(np.flatnonzero(x.any(axis=1)), default=-1)
         kept["displacements"] = scales.energy / scales.force * x[:moved].T

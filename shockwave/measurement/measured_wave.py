@@ -8,7 +8,7 @@ from shockwave.chain.chain import Scales
 
 # Attribute of a wave -> attribute of `Scales` that is its unit.
 _UNITS = {
-    "peak_force": "force",
+    "peak_force": "contact_force",
     "momentum": "momentum",
     "energy": "energy",
     "speed": "wave_speed",

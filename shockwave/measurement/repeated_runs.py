@@ -78,7 +78,7 @@ class Runs(NamedTuple):
         scales, motion = self.case.scales, self.motion
         return ContactPeak(
             contact=contact % len(motion.forces),
-            peak_force=float(motion.forces[contact]) * scales.force,
+            peak_force=float(motion.forces[contact]) * scales.contact_force,
             time=float(motion.force_times[contact]) * scales.time,
             error_estimate=float(self.errors[contact]),
             static_force=float(self.case.layout.static_forces[contact]),

@@ -134,12 +134,12 @@ class SimulationResult:
     @property
     def peak_force(self) -> float:
         """Peak force of the leading wave [N]."""
-        return self.found.peak * self.scales.force
+        return self.found.peak * self.scales.contact_force
 
     @property
     def amplification(self) -> float:
         """Peak force of the leading wave over that of the shock."""
-        return self.peak_force / self.shock.peak_force
+        return self.peak_force / (self.shock.peak_force * self.chain.contact_share)
 
     @property
     def applied_momentum(self) -> float:

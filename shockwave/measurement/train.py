@@ -156,7 +156,7 @@ def _train(
             " be missing or inaccurate. A higher wave_threshold excludes them.",
         )
     if fine.unfollowed_force > setup.options.wave_threshold * fine.log.top().force:
-        bound = si(fine.unfollowed_force * scales.force, "N")
+        bound = si(fine.unfollowed_force * scales.contact_force, "N")
         warnings = (*warnings, f"Granules may collide after the end of the run, with forces below {bound}.")
     if fine.unread:
         warnings = (*warnings, f"Waves that could not be measured and are left out: {fine.unread}.")
@@ -187,7 +187,10 @@ def _greatest(fine: ChainRun, coarse: PeakLog, scales: Scales) -> ContactPeak | 
         return None
     error = abs(coarse.top().force / top.force - 1) + _energy_error(fine) + fine.integrator.tolerance
     return ContactPeak(
-        contact=top.contact, peak_force=top.force * scales.force, time=top.time * scales.time, error_estimate=error
+        contact=top.contact,
+        peak_force=top.force * scales.contact_force,
+        time=top.time * scales.time,
+        error_estimate=error,
     )
 
 

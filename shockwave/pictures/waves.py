@@ -105,7 +105,7 @@ def space_time(ax: Axes, result: SimulationResult) -> Axes:
     settled = [wave for wave in result.waves if wave.error_estimate is not None]
     for number, wave in enumerate(settled, start=1):
         if wave.speed is not None:
-            front = wave.arrival_time + (ends - wave.contact) * 2 * result.chain.radius / wave.speed
+            front = wave.arrival_time + (ends - wave.contact) * result.chain.spacing / wave.speed
             look: dict[str, Any] = {"color": BLUE, "linewidth": 0.7, "linestyle": "--", "path_effects": halo()}
             ax.plot(front, ends, label=f"front {number}", **look)
     return finish(ax, ("time", "s"), ("contact", ""), legend=False)

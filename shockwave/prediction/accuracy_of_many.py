@@ -65,9 +65,15 @@ def accuracies(
             notes.setdefault(warning_of(problem), []).append(index)
         for note in shocks[index].profile.notes:
             notes.setdefault(note, []).append(index)
-    forces = np.array([shock.peak_force for shock in shocks], dtype=float)
+    forces = contact_forces(shocks, chains)
     warnings = [f"{_numbered(indices)}: {note}" for note, indices in notes.items()]
     return Accuracy(estimates * forces[:, None], None, errors, (*found.warnings, *warnings))
+
+
+def contact_forces(shocks: Sequence[Shock], chains: Sequence[Chain]) -> FloatArray:
+    """Peak forces of shocks at single contacts, of which there are several in packings [N]."""
+    forces = [shock.peak_force * chain.contact_share for shock, chain in zip(shocks, chains, strict=True)]
+    return np.array(forces, dtype=float)
 
 
 def _numbered(indices: Sequence[int]) -> str:

@@ -14,12 +14,12 @@ from attrs import asdict, field, frozen
 from shockwave.chain.chain import Chain
 from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.chain.yielding import Yielding
-from shockwave.limit import WAVE, LeavingForce, Limit, Verdict, plain_verdict, verdict
+from shockwave.limit import LAST, WALL, WAVE, LeavingForce, Limit, Verdict, plain_verdict, verdict
 from shockwave.prediction.model_interface import Inequality, Regime, Relation
 from shockwave.profiles.base import Areas
 from shockwave.profiles.conditions import Condition
 from shockwave.quadrature import FloatArray
-from shockwave.scene_summary import Scene
+from shockwave.scene_summary import ChainScene, Scene
 from shockwave.text import facts, limits, printed, strong
 
 
@@ -61,6 +61,21 @@ class Estimate:
     low: float
     high: float
     method: str
+
+
+@frozen
+class WallForce:
+    """A-priori estimate of the greatest force on a wall.
+
+    Attributes
+    ----------
+    peak_force, low, high : float
+        Estimate and the ends of its range [N], in which the force lies for at least 98 % of shocks of any kind.
+    """
+
+    peak_force: float
+    low: float
+    high: float
 
 
 _Estimate = TypeVar("_Estimate")
@@ -119,12 +134,13 @@ class Outcome(_OnDemand[Estimate | None, tuple[float, float] | None]):
         Name of the scenario, if there is one; name of the model.
     method, reason : str
         Method that gave the peak force: the model itself, or the method that it selected, with the reason.
-    relation : str
-        ``less``, ``equal`` or ``greater``: peak force of the leading wave relative to that of the shock, (5d) or (5e).
+    relation : str or None
+        ``less``, ``equal`` or ``greater``: peak force of the leading wave relative to that of the shock, (5d) or (5e);
+        None for a striker.
     peak_force : float
         Peak force of the leading wave [N].
-    amplification : float
-        Peak force of the leading wave over that of the shock.
+    amplification : float or None
+        Peak force of the leading wave over that of the shock; None for a striker.
     waves : tuple of SolitaryWave
         Waves, leading wave first.
     applied_momentum : float
@@ -142,56 +158,77 @@ class Outcome(_OnDemand[Estimate | None, tuple[float, float] | None]):
         Inequalities that decided; both sides in seconds.
     exponents : Exponents or None
         Scaling with radius, density and stiffness; None where the relation has no derivative.
-    areas : Areas
-        Areas a1 and a2 with their errors, eq. (3).
+    areas : Areas or None
+        Areas a1 and a2 with their errors, eq. (3); None for a striker.
     momentum_coefficient : float
         Leading number of A, eq. (4c).
-    scene : Scene
-        Summary of shock and chain.
+    scene : Scene or ChainScene
+        Summary of excitation and chain.
+    wall : float or None
+        Stiffness of the contact with the wall over that of the other contacts; None without a wall.
     limit : Limit or None
         Limit of the force that leaves the chain.
     first_yield : callable
-        Function that computes the first yield of the contacts for a peak force [N].
+        Function that computes the first yield of the contacts for a peak force and a force on the wall [N].
     on_demand : callable
         Function that computes the accuracy when it is accessed.
     """
 
-    regime: ClassVar[Regime]
+    @property
+    def regime(self) -> Regime:
+        """``ejection``, ``single`` or ``train``."""
+        raise NotImplementedError
 
     scenario: str | None = None
     model: str
     method: str
     reason: str = ""
-    relation: Relation
+    relation: Relation | Any
     peak_force: float
-    amplification: float
+    amplification: float | Any
     waves: tuple[SolitaryWave, ...]
     applied_momentum: float
     conditions: tuple[Condition, ...]
     trace: tuple[Inequality, ...]
     exponents: Exponents | None
-    areas: Areas
+    areas: Areas | None
     momentum_coefficient: float
-    scene: Scene
+    scene: Scene | ChainScene
+    wall: float | None = None
     limit: Limit | None = None
-    first_yield: Callable[[float], Yielding | None] = field(eq=False, repr=False)
+    first_yield: Callable[..., Yielding | None] = field(eq=False, repr=False)
     on_demand: Callable[[], Accuracy[Estimate | None, tuple[float, float] | None]] = field(eq=False, repr=False)
+
+    @property
+    def transmitted(self) -> WallForce | None:
+        """Greatest force on the wall, from the estimate; None without a wall or an estimate."""
+        found = self.estimate
+        if self.wall is None or found is None:
+            return None
+        from shockwave.prediction.chain_laws import wall_factor  # not needed without a wall
+
+        factor = float(wall_factor(self.wall))
+        return WallForce(factor * found.peak_force, factor * found.low, factor * found.high)
 
     @property
     def verdict(self) -> Verdict | None:
         """Verdict on the limit, from the estimate; None without a limit."""
-        found = self.estimate
-        if self.scene.granules is not None:
-            known = LeavingForce(name="force at the last contact", remedy="simulate")
-        elif found is None:
-            known = LeavingForce(name=WAVE, remedy="simulate")
-        else:
-            known = LeavingForce(name=WAVE, value=found.peak_force, low=found.low, high=found.high, remedy="simulate")
+        found: Estimate | WallForce | None = self.estimate
+        name = WAVE
+        if self.wall is not None:
+            found, name = self.transmitted, WALL
+        elif self.scene.granules is not None:
+            found, name = None, LAST
+        ends = {} if found is None else {"value": found.peak_force, "low": found.low, "high": found.high}
+        known = LeavingForce(name=name, **ends, remedy="simulate")
         return None if self.limit is None else verdict(self.limit, known)
 
     @property
     def yielding(self) -> Yielding | None:
         """First yield of the contacts, for the estimate if there is one; None if the yield strength is not known."""
+        if self.transmitted is not None:
+            assert self.estimate is not None
+            return self.first_yield(self.estimate.peak_force, self.transmitted.peak_force)
         return self.first_yield(self.peak_force if self.estimate is None else self.estimate.peak_force)
 
     @property
@@ -201,11 +238,12 @@ class Outcome(_OnDemand[Estimate | None, tuple[float, float] | None]):
 
     def to_dict(self) -> dict[str, Any]:
         """Document printed by ``predict --json``: SI floats, no NaN."""
-        left_out = ("on_demand", "limit", "first_yield")
+        left_out = ("on_demand", "limit", "first_yield", "wall")
         values = asdict(self, filter=lambda attribute, _: attribute.name not in left_out, value_serializer=_plain)
         own = {"regime": self.regime, "reason": self.reason or None, "ejection": None, "scene": self.scene.to_dict()}
         own["yield"] = None if self.yielding is None else asdict(self.yielding)
-        return {**values, **asdict(self.accuracy, value_serializer=_plain), **own, "verdict": plain_verdict(self)}
+        accuracy, wall = asdict(self.accuracy, value_serializer=_plain), self.transmitted
+        return {**values, **accuracy, **own, "transmitted": wall and asdict(wall), "verdict": plain_verdict(self)}
 
     def __str__(self) -> str:
         return printed(self, "shockwave.prediction.outcome_text:outcome_text")

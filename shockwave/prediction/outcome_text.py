@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from shockwave.limit import verdict_facts
 from shockwave.prediction.model_interface import Inequality
-from shockwave.prediction.outcome import EjectionOutcome, Estimate, Outcome
+from shockwave.prediction.outcome import EjectionOutcome, Estimate, Outcome, WallForce
 from shockwave.profiles.conditions import Condition
 from shockwave.text import alarm, facts, limits, notes, range_text, si, significant_digits, strong, table
+
+if TYPE_CHECKING:  # only for impacts
+    from shockwave.prediction.striker import StrikerOutcome
 
 # Printed quantities of a wave, with their units.
 _WAVE = {"peak_force": "N", "momentum": "N s", "energy": "J", "speed": "m/s", "width": "s"}
@@ -41,16 +45,43 @@ def outcome_text(outcome: Outcome) -> str:
     return "\n".join(lines)
 
 
+def striker_text(outcome: StrikerOutcome) -> str:
+    """The peak force with its expected error, the striker, then the waves and the scene."""
+    name = f"{outcome.scenario}: " if outcome.scenario else ""
+    count = outcome.wave_count
+    facts_of_striker = [
+        ("waves", f"{count if count <= len(outcome.waves) else f'about {count}'} of 0.4 % of the leading wave or more"),
+        ("striker", f"{outcome.mass_ratio:.4g} times the mass of a granule; velocity afterwards {_after(outcome)}"),
+    ]
+    lines = [
+        strong(name + estimate_text(outcome)),
+        *facts(verdict_facts(outcome)),
+        *limits(outcome_limits(outcome)),
+        *facts(facts_of_striker),
+        "",
+        wave_table(outcome),
+        "",
+        *facts([*outcome_details(outcome), *outcome.scene.facts()]),
+    ]
+    return "\n".join(lines)
+
+
+def _after(outcome: StrikerOutcome) -> str:
+    return si(outcome.velocity, "m/s", 4) if outcome.velocity else "about 0"
+
+
 def estimate_text(outcome: Outcome) -> str:
-    """The estimated peak force with its range, or that there is none."""
-    found = outcome.estimate
+    """The estimated force on the wall, if there is one, and of the leading wave with ranges, or that there is none."""
+    found, wall = outcome.estimate, outcome.transmitted
     if found is None:
-        return f"leading wave not known a priori: {outcome.no_estimate}"
+        unknown = "leading wave" if outcome.wall is None else "force on the wall"
+        return f"{unknown} not known a priori: {outcome.no_estimate}"
     peak, ends = estimate_figures(found)
-    return f"leading wave {peak}, range {ends} (method: {found.method})"
+    wave = f"leading wave {peak}, range {ends} (method: {found.method})"
+    return wave if wall is None else "force on the wall {}, range {}; {}".format(*estimate_figures(wall), wave)
 
 
-def estimate_figures(found: Estimate) -> tuple[str, str]:
+def estimate_figures(found: Estimate | WallForce) -> tuple[str, str]:
     """The estimate and its range, with the digits that the range supports."""
     spread = max(found.high / found.peak_force - 1, 1 - found.low / found.peak_force)
     peak, low, high = (si(value, "N", error=spread) for value in (found.peak_force, found.low, found.high))

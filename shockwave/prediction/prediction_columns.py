@@ -74,6 +74,8 @@ def prediction_columns(
         np.array(each, dtype=float)[scaled.shapes]
         for each in ([each.total for each in scaled.areas], [profile.duration_ratio for profile in scaled.profiles])
     )
+    amplification = estimates[:, 0].copy()
+    forces = forces * np.array([chains[place].contact_share for place in places])
     peak, low, high = (estimates * forces[:, None]).T
     known = np.isfinite(errors[:, 0])
     numbers = {
@@ -84,7 +86,7 @@ def prediction_columns(
         "estimate": peak,
         "estimate_low": low,
         "estimate_high": high,
-        "estimate_amplification": peak / forces,
+        "estimate_amplification": amplification,
         "applied_momentum": scaled.rise_times * areas * momenta,
         "virtual_rise_time": found.virtual_rise_time * times,
         "added_momentum": found.added_momentum * momenta,

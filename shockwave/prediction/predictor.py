@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache, partial
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from attrs import evolve, frozen
@@ -15,7 +15,7 @@ from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, PAPER_COEFFICIENT, 
 from shockwave.chain.yielding import beyond_elastic, yielding_of
 from shockwave.errors import Fault, InvalidValueError, NotCoveredError
 from shockwave.fields import Quantity, quantity
-from shockwave.prediction.accuracy_of_many import Ranges, accuracies
+from shockwave.prediction.accuracy_of_many import Ranges, accuracies, contact_forces
 from shockwave.prediction.expected_error import (
     FIRST_CONTACTS,
     chain_problem,
@@ -50,7 +50,10 @@ from shockwave.profiles.conditions import conditions
 from shockwave.profiles.guard import is_value
 from shockwave.profiles.shock import Shock
 from shockwave.registry import blame, find, load
-from shockwave.scene_summary import Scene, check_scene
+from shockwave.scene_summary import ChainScene, Scene, check_scene
+
+if TYPE_CHECKING:  # a shock on equal granules does not need it
+    from shockwave.chain.impact import Impact
 
 #: Leading number of A by name.
 MOMENTUM_COEFFICIENTS = {"exact": EXACT_COEFFICIENT, "paper": PAPER_COEFFICIENT}
@@ -125,25 +128,26 @@ class Predictor:
                 rule = f"must be left out for model {self.model!r}, which does not use it"
                 raise InvalidValueError.of(name, f"{rule} (got {value!r})")
 
-    def predict(self, shock: Shock, chain: Chain) -> Outcome:
+    def predict(self, shock: Shock | Impact, chain: Chain) -> Outcome:
         """Predict the outcome of ``shock`` on ``chain``.
 
         Parameters
         ----------
-        shock : Shock
-            Profile, peak force and rise time.
+        shock : Shock or Impact
+            Profile, peak force and rise time; or a striker, whose waves follow from a law of its own with every model.
         chain : Chain
-            Material and radius; for a finite chain the expected error may not be known.
+            Material and radius, and a fixed wall if there is one; for a finite chain the expected error may not be
+            known.
 
         Returns
         -------
         Outcome
-            An `EjectionOutcome`, `SingleOutcome` or `TrainOutcome`.
+            An `EjectionOutcome`, `SingleOutcome` or `TrainOutcome`; a `StrikerOutcome` for an impact.
 
         Raises
         ------
         NotCoveredError
-            If the scene has features beyond a shock on equal granules with free ends.
+            If the scene has features beyond equal granules with free ends or a fixed wall.
         InvalidValueError
             If ``shock`` is not a Shock or ``chain`` not a Chain.
         NumericalError
@@ -154,7 +158,7 @@ class Predictor:
             raise found
         return found
 
-    def predict_each(self, shocks: Sequence[Shock], chains: Sequence[Chain]) -> list[Outcome | Exception]:
+    def predict_each(self, shocks: Sequence[Shock | Impact], chains: Sequence[Chain]) -> list[Outcome | Exception]:
         """Predict the outcome of each of ``shocks`` on its chain, or return its error; see `predict`.
 
         The accuracies of all outcomes are computed together, when the first of them is accessed.
@@ -164,9 +168,12 @@ class Predictor:
         answers: list[ScaledAnswer] = []
         found: list[Outcome | Exception] = []
         ranges = Ranges(scaled, answers, self._settings)
-        for shock, chain in zip(shocks, chains, strict=True):
+        for shock, given in zip(shocks, chains, strict=True):
             try:
-                chain = self._covered(shock, chain)
+                if not isinstance(shock, Shock):
+                    found.append(self._struck(shock, given))
+                    continue
+                chain = self._covered(shock, given)
                 one = self._scaled(shock, chain)
                 with blame("models", model):
                     answer: ScaledAnswer = model(one, self._settings)
@@ -175,7 +182,7 @@ class Predictor:
                 continue
             scaled.append(one)
             answers.append(answer)
-            found.append(self._outcome(shock, chain, one, answer, partial(ranges, len(scaled) - 1)))
+            found.append(self._outcome(shock, chain, given, one, answer, partial(ranges, len(scaled) - 1)))
         for index, each in enumerate(found):
             if isinstance(each, Outcome):
                 found[index] = beyond_elastic(chains[index], partial(getattr, each, "yielding")) or each
@@ -192,14 +199,23 @@ class Predictor:
         return "exponent" if "exponent" in find("models", self.model).takes.split() else "stiffness"
 
     def _covered(self, shock: Shock, chain: Chain) -> Chain:
-        """The chain as a number of equal granules; raises NotCoveredError if it has further features."""
+        """The chain as a number of equal granules before a wall; raises NotCoveredError for further features."""
         equal = isinstance(chain, Chain) and chain.is_uniform and isinstance(shock, Shock) and not shock.profile.pulls
         if isinstance(chain, Chain) and not equal:
-            from shockwave.chain.coverage import covered  # not needed for equal granules
+            from shockwave.chain.coverage import predictable  # not needed for equal granules
 
-            chain = covered(chain, shock, self.name, self.contact)
+            chain = predictable(chain, shock, self.name, self.contact)
         check_scene(shock, chain)
         return chain
+
+    def _struck(self, impact: Any, chain: Any) -> Outcome:
+        from shockwave.chain.impact import Impact  # not needed for a shock
+
+        if not (isinstance(impact, Impact) and isinstance(chain, Chain)):
+            check_scene(impact, chain)
+        from shockwave.prediction.striker import striker_outcome
+
+        return striker_outcome(impact, chain, self.name)
 
     def _scaled(self, shock: Shock, chain: Chain) -> ScaledShock:
         areas = shock.profile.areas(self.quadrature)
@@ -210,19 +226,23 @@ class Predictor:
         self,
         shock: Shock,
         chain: Chain,
+        given: Chain,
         scaled: ScaledShock,
         answer: ScaledAnswer,
         ranges: Callable[[], Sequence[float]],
     ) -> Outcome:
+        """The outcome on the ``given`` chain, which amounts to ``chain``, and a wall if it has one."""
         scales = Scales.of(chain, shock.peak_force)
         coefficient = coefficient_of(self.momentum_coefficient)
-        unit = SolitaryWave.of(shock.peak_force, chain, coefficient)
+        force = shock.peak_force * chain.contact_share
+        unit = SolitaryWave.of(force, chain, coefficient)
         chain_assumed = ", on a semi-infinite chain" if answer.reason and chain.count is not None else ""
+        walled = chain if given.end is None else evolve(chain, end=given.end)
         common: dict[str, Any] = {
             "model": self.model,
             "method": answer.method or self.model,
             "reason": answer.reason + chain_assumed,
-            "peak_force": answer.amplitudes[0] * shock.peak_force,
+            "peak_force": answer.amplitudes[0] * force,
             "amplification": answer.amplitudes[0],
             "relation": answer.relation,
             "waves": tuple(unit.stronger(ratio, chain.exponent) for ratio in answer.amplitudes),
@@ -232,9 +252,10 @@ class Predictor:
             "exponents": None if answer.sensitivity is None else Exponents.of(answer.sensitivity, chain),
             "areas": scaled.areas,
             "momentum_coefficient": coefficient,
-            "scene": Scene.of(shock, chain),
-            "first_yield": partial(yielding_of, chain),
-            "on_demand": partial(self._accuracy, shock, chain, scaled, answer, ranges),
+            "scene": Scene.of(shock, chain) if given.end is None else ChainScene.of(shock, given),
+            "wall": None if given.end is None else given.end.stiffness_ratio(chain.material),
+            "first_yield": partial(yielding_of, walled),
+            "on_demand": partial(self._accuracy, shock, walled, scaled, answer, ranges),
         }
         if answer.ejection is not None:
             return EjectionOutcome(
@@ -244,7 +265,7 @@ class Predictor:
                 window_ratio=answer.ejection.window_ratio,
             )
         if answer.regime == "train":
-            return TrainOutcome(**common, roots=tuple(root * shock.peak_force for root in answer.roots))
+            return TrainOutcome(**common, roots=tuple(root * force for root in answer.roots))
         return SingleOutcome(**common)
 
     def _accuracy(
@@ -260,14 +281,21 @@ class Predictor:
 
             return accuracy_of(shock, scaled, answer)
         *values, least, most = ranges()
-        peak, low, high = (value * shock.peak_force for value in values)
-        problem = "" if chain.count is None else chain_problem(chain.count, scaled)
-        problem = problem or (unbounded(scaled, shock.peak_force) if math.isnan(peak) else "")
+        force = shock.peak_force * chain.contact_share
+        peak, low, high = (value * force for value in values)
+        on_wall, problem = 0.0, "" if chain.count is None else chain_problem(chain.count, scaled)
+        if chain.count is not None and chain.end is not None:
+            from shockwave.prediction.chain_laws import unformed, wall_factor  # not needed without a wall
+
+            problem, below, above = unformed(chain.count, scaled.duration)
+            low, high = low * (1 - below), high * (1 + above)
+            on_wall = peak * float(wall_factor(chain.end.stiffness_ratio(chain.material)))
+        problem = problem or (unbounded(scaled, force) if math.isnan(peak) else "")
         failed = "" if answer.states_error else failed_conditions(scaled)
         warnings = [*[failed] * bool(failed), *answer.warnings, *[warning_of(problem)] * bool(problem)]
         own = answer.states_error and answer.expected_error is not None
         method = (answer.method or self.model) if own else "moments"
-        yielding = yielding_of(chain, answer.amplitudes[0] * shock.peak_force if problem else peak)
+        yielding = yielding_of(chain, answer.amplitudes[0] * force if problem else peak, 0.0 if problem else on_wall)
         warnings += yielding.warnings if yielding is not None else ()
         return Accuracy(
             None if problem else Estimate(peak, low, high, method),
@@ -312,7 +340,7 @@ class Predictor:
         results = Peaks.of(len(shocks))
         results.amplification[places] = found.amplification
         results.method[places] = np.where(found.method == "", self.model, found.method)
-        forces = np.array([shock.peak_force for shock in shocks], dtype=float)
+        forces = contact_forces(shocks, chains)
         for index, each in enumerate(chains):
             if error := beyond_elastic(each, partial(yielding_of, each, results.amplification[index] * forces[index])):
                 failures.setdefault(index, str(error))

@@ -16,7 +16,7 @@ from typing import Any
 import attrs
 from attrs import evolve, frozen
 
-from shockwave.chain.chain import Chain
+from shockwave.chain.chain import Chain, Packing
 from shockwave.chain.material import Material
 from shockwave.fields import DIAMETER, Quantity, quantity_of
 from shockwave.options import SimulateOptions
@@ -137,6 +137,7 @@ CHAIN = (
     _CHAIN["precompression"],
     _CHAIN["gravity"],
     Key("damping", default=None, meaning="a mapping of model and its parameters"),
+    evolve(_CHAIN["packing"], annotation=Packing, meaning="packing in which a plane wave travels"),
     Key("contact", default=None, meaning="exponent and stiffness, or model and its parameters; if omitted, Hertz's"),
     evolve(_CHAIN["elastic_only"], annotation=bool),
 )

@@ -67,7 +67,8 @@ def _chain(chain: Chain) -> dict[str, Any]:
     material = {name: getattr(chain.material, name) for name in constants}
     if chain.material.yield_strength is not None:
         material["yield_strength"] = chain.material.yield_strength
-    return {"material": material, "radius": chain.radius, "granules": chain.granules}
+    packing = {} if chain.packing is None else {"packing": chain.packing}
+    return {"material": material, "radius": chain.radius, "granules": chain.granules, **packing}
 
 
 def _excitation(scenario: Scenario) -> dict[str, Any]:

@@ -29,6 +29,7 @@ from shockwave.text import error_text, facts, limits, notes, paragraph, si, stro
 
 if TYPE_CHECKING:
     from shockwave.chain.impact import Impact
+    from shockwave.measurement.chain_result import ChainResult
 
 
 @frozen(kw_only=True)
@@ -42,10 +43,11 @@ class Comparison:
     simulated : SimulationResult or ChainResult
         The simulation; a ChainResult for a chain beyond equal spheres.
     error : float or None
-        Relative error of the predicted peak force, uncertain by ``simulated.error_estimate``; None without prediction.
+        Relative error of the predicted peak force, uncertain by ``simulated.error_estimate``; None without prediction,
+        and for a ChainResult.
     relation : str or None
-        ``less``, ``equal`` or ``greater`` by simulation, with the predictor's tolerance of equality; None without
-        prediction.
+        ``less``, ``equal`` or ``greater`` by simulation, with the predictor's tolerance of equality; None where
+        ``error`` is.
     published : Published or None
         Figures printed in a source for the same scene.
     reason : str or None
@@ -66,12 +68,17 @@ class Comparison:
             "scenario": self.simulated.scenario,
             "predicted": predicted and predicted.to_dict(),
             "simulated": self.simulated.to_dict(),
-            "errors": predicted and {"peak_force": self.error},
+            "errors": predicted and {"peak_force": self.error, "transmitted": self.wall_error},
             "relations": predicted and {"predicted": predicted.relation, "simulated": self.relation},
             "published": None if self.published is None else asdict(self.published),
             "reason": self.reason,
             "verdict": plain_verdict(self),
         }
+
+    @property
+    def wall_error(self) -> float | None:
+        """Relative error of the predicted force on the wall; None where it is not predicted."""
+        return wall_error(self.predicted, self.simulated)
 
     @property
     def verdict(self) -> Verdict | None:
@@ -109,19 +116,28 @@ def compare(
         predicted = predictor.predict(cast(Shock, shock), chain)
     except NotCoveredError as error:
         features = ", ".join(fault.path for fault in error.faults)
-        reason = f"{predictor.model} covers shocks on chains of equal granules with free ends, without {features}"
+        reason = f"{predictor.model} covers chains of equal granules with free ends or a fixed wall, without {features}"
     simulated = simulate_with(options, shock, chain) if options is not None else simulate(shock, chain, **asked)
     if predicted is None:
         return Comparison(predicted=None, simulated=simulated, error=None, relation=None, reason=reason)
     return beside(predicted, simulated, predictor.equal_tolerance)
 
 
-def beside(predicted: Outcome, simulated: SimulationResult, equal_tolerance: float) -> Comparison:
+def beside(predicted: Outcome, simulated: SimulationResult | ChainResult, equal_tolerance: float) -> Comparison:
     """The two answers side by side; forces that differ by less than ``equal_tolerance`` are called equal."""
+    if simulated.peak_force is None or simulated.amplification is None:
+        return Comparison(predicted=predicted, simulated=simulated, error=None, relation=None)
     excess = simulated.amplification - 1
     relation: Relation = "equal" if abs(excess) <= equal_tolerance else "greater" if excess > 0 else "less"
     error = predicted.peak_force / simulated.peak_force - 1
     return Comparison(predicted=predicted, simulated=simulated, error=error, relation=relation)
+
+
+def wall_error(predicted: Outcome | None, simulated: Any) -> float | None:
+    """Relative error of the predicted force on the wall; None where it is not predicted or the wave does not arrive."""
+    if predicted is None or predicted.transmitted is None or not simulated.transmitted.peak_force:
+        return None
+    return float(predicted.transmitted.peak_force / simulated.transmitted.peak_force - 1)
 
 
 def _figures(published: Published) -> str:
@@ -139,12 +155,15 @@ def comparison_text(both: Comparison) -> str:
     predicted, simulated = both.predicted, both.simulated
     if predicted is None:
         return "\n".join([str(simulated), "", *paragraph("  no prediction: ", both.reason or "", 4)])
+    answers = [("estimate", estimate_text(predicted))]
+    if both.error is None:
+        error = [] if both.wall_error is None else [("error", f"wall force {error_text(both.wall_error)}")]
+        return "\n".join([str(simulated), "", "  predicted", *facts(answers + error), "", wave_table(predicted)])
     name = f"{predicted.scenario}: " if predicted.scenario else ""
     waves = wave_tables(simulated)  # integrates the train, whose warnings and cost belong to the lines around
     warnings = dict.fromkeys([*outcome_limits(predicted), *result_limits(simulated)])
-    answers = [
-        ("estimate", estimate_text(predicted)),
-        ("error", f"{predicted.model} {error_text(both.error or 0.0)}"),
+    answers += [
+        ("error", f"{predicted.model} {error_text(both.error)}"),
         ("relation", f"predicted {predicted.relation}, simulated {both.relation} (relative to the shock)"),
     ]
     if both.published is not None:

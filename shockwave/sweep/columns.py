@@ -12,7 +12,7 @@ from shockwave.measurement.result import SimulationResult
 from shockwave.prediction.outcome import Outcome
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.sweep_block import Run
-from shockwave.studies.comparison import Comparison
+from shockwave.studies.comparison import Comparison, wall_error
 from shockwave.sweep.definition import NOTES, Column
 
 if TYPE_CHECKING:
@@ -32,11 +32,17 @@ class Answer(NamedTuple):
     compared: Comparison | None = None
 
     @property
+    def wall_error(self) -> float | None:
+        """Relative error of the predicted force on the wall."""
+        return wall_error(self.predicted, self.simulated)
+
+    @property
     def estimate_amplification(self) -> float | None:
         """Estimate over the peak force of the shock."""
-        if self.predicted is None or self.predicted.estimate is None:
+        found = self.predicted
+        if found is None or found.estimate is None or found.amplification is None:
             return None
-        return self.predicted.estimate.peak_force / self.predicted.scene.peak_force
+        return found.estimate.peak_force / found.peak_force * found.amplification
 
     @property
     def verdict(self) -> Verdict | None:
@@ -114,6 +120,11 @@ _ESTIMATE = (
     _number("estimate_high", "N", "upper end of the range of the estimate", "predicted.estimate.high"),
     _number("estimate_amplification", "", "estimate divided by the peak force of the shock", "estimate_amplification"),
 )
+_PREDICTED_WALL = (
+    _number("transmitted", "N", "a-priori estimate of the force on a wall", "predicted.transmitted.peak_force"),
+    _number("transmitted_low", "N", "lower end of its range", "predicted.transmitted.low"),
+    _number("transmitted_high", "N", "upper end of its range", "predicted.transmitted.high"),
+)
 _PREDICTED = (
     _count("waves", "number of predicted waves", lambda answer: len(answer.predicted.waves)),
     _number("applied_momentum", "N s", "impulse of the shock", "predicted.applied_momentum"),
@@ -149,6 +160,7 @@ _COMPARED = (
 )
 
 
+_WALL_ERROR = (_number("transmitted_error", "", "relative error of the predicted force on the wall", "wall_error"),)
 _LAST = (
     _number("scaled_rise_time", "", "t0/T0, rise time divided by the characteristic time of the chain", "rise_time"),
     _number("scaled_duration", "", "n t0/T0, duration divided by the characteristic time of the chain", "duration"),
@@ -188,17 +200,19 @@ def chain_reads(scenario: Scenario, predicted: bool) -> tuple[Read, ...]:
     ]
     wall = () if scenario.chain.end is None else _WALL
     own = (*_CHAIN, *wall, _CHAIN_ERROR, *(() if scenario.impact is None else (_STRIKER,)), _DISSIPATED, *forces)
-    return (*((*_predicted("predicted_"), *_ESTIMATE) if predicted else ()), *own, *_LAST[-1:])
+    if predicted:
+        own = (*_predicted("predicted_"), *_ESTIMATE, *(wall and _PREDICTED_WALL), *own, *(wall and _WALL_ERROR))
+    return (*own, *_LAST[-1:])
 
 
-def reads(run: Run, train: bool, finite: bool = False) -> tuple[Read, ...]:
+def reads(run: Run, train: bool, finite: bool = False, wall: bool = False) -> tuple[Read, ...]:
     """Return the columns of a sweep that does ``run`` and measures the whole ``train`` or the leading wave only.
 
-    ``finite`` states whether some of the chains are finite.
+    ``finite`` states whether some of the chains are finite, and ``wall`` whether they have a wall.
     """
     more = (*(_TRAIN if train else ()), *(_FINITE if finite else ()))
     if run == "predict":
-        return (*_predicted(""), *_ESTIMATE, *_PREDICTED, *_LAST)
+        return (*_predicted(""), *_ESTIMATE, *(_PREDICTED_WALL if wall else ()), *_PREDICTED, *_LAST)
     if run == "simulate":
         return (*_SIMULATED, *_PRIMARY, *more, *_LAST)
     return (*_predicted("predicted_"), *_ESTIMATE, *_SIMULATED, *_COMPARED, *more, *_LAST)

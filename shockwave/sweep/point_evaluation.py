@@ -18,6 +18,7 @@ from attrs import evolve
 
 import shockwave
 from shockwave.chain.chain import Chain, Scales
+from shockwave.chain.coverage import predictable
 from shockwave.errors import Fault, NotCoveredError, UsageError, message_of
 from shockwave.files import read_bytes
 from shockwave.measurement.result import SimulationResult
@@ -80,7 +81,7 @@ class Points:
         )
         run = self.sweep.run
         finite = scenario.chain.granules is not None or any("chain.granules" in axis.names for axis in self.sweep.axes)
-        self._columns = reads(run, self.train, finite)
+        self._columns = reads(run, self.train, finite, wall=scenario.chain.end is not None)
         if self.chains:
             refused = _refused(scenario, self.sweep)
             if refused and run == "predict":
@@ -207,7 +208,7 @@ def _valid(result: _T | BaseException) -> _T:
 
 def _has_features(scene: Scenario | FamilyScene) -> bool:
     """Whether a scene may have features beyond a shock on equal granules."""
-    return scene.impact is not None or not scene.chain.is_uniform
+    return scene.impact is not None or not (scene.chain.is_uniform or scene.chain.packing)
 
 
 def _is_feature(name: str) -> bool:
@@ -221,9 +222,10 @@ def _refused(scenario: Scenario, sweep: Sweep) -> list[Fault]:
     """Features for which the prediction refuses all points: those of the first scene that do not vary."""
     names = [name for axis in sweep.axes for name in axis.names]
     try:
-        scenario.covered_by(scenario.predictor.name, scenario.predictor.contact)
+        predictable(scenario.chain, scenario.excitation, scenario.predictor.name, scenario.predictor.contact)
     except NotCoveredError as error:
-        return [fault for fault in error.faults if not any(name.startswith(fault.path) for name in names)]
+        faults: Sequence[Fault] = getattr(scenario.located(error), "faults", ())
+        return [fault for fault in faults if not any(name.startswith(fault.path) for name in names)]
     return []
 
 

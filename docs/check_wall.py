@@ -1,0 +1,132 @@
+"""Predicted forces on walls held against simulations.
+
+    python docs/check_wall.py
+
+draws 500 shocks of all kinds and 200 strikers on chains of random lengths before walls of random stiffness, none of
+which were used in the fit of the laws, and writes two tables into ``docs/chain-laws.md``. It takes about a minute.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from attrs import evolve, frozen
+from check_waves import CHAIN, FORCE, shock_of
+from judge_auto import write_table
+from shock_kinds import ALL
+
+import shockwave as sw
+from shockwave.chain import Scales
+
+PAGE = Path(__file__).parent / "chain-laws.md"
+SEED = 20263
+SHOCKS, STRIKERS = 500, 200
+UNIT = Scales.of(CHAIN, FORCE).time
+# Longest shock [T0], and its bands in the table.
+LONGEST = 60.0
+BANDS = (0.0, 2.0, 5.0, 15.0, LONGEST)
+# Relative tolerance of the simulations.
+RTOL = 1e-5
+# Share of rigid walls.
+RIGID_SHARE = 0.2
+
+
+@frozen
+class Check:
+    """Result of one case: a number by which the cases are ordered, the simulated force, and the ends of its range.
+
+    All forces are relative to the estimate; None if there is none.
+    """
+
+    number: float
+    force: float | None
+    low: float = 0.0
+    high: float = 0.0
+
+    @property
+    def holds(self) -> bool:
+        """Whether the range holds, within the error of the simulation."""
+        return self.force is not None and self.low - RTOL <= self.force <= self.high + RTOL
+
+
+def walled(draw: np.random.Generator, granules: int) -> sw.Chain:
+    """A chain before a wall of random stiffness."""
+    share = draw.uniform(0.02, 0.999)
+    soft = evolve(CHAIN.material, youngs_modulus=CHAIN.material.youngs_modulus * share / (1 - share))
+    material: Any = "rigid" if draw.random() < RIGID_SHARE else soft
+    return evolve(CHAIN, granules=granules, end=sw.Wall(material=material))
+
+
+def checked(number: float, excitation: sw.Shock | sw.Impact, chain: sw.Chain) -> Check:
+    """Prediction and simulation of one case."""
+    predicted = sw.predict(excitation, chain).transmitted
+    if predicted is None:
+        return Check(number, None)
+    assert chain.count is not None
+    last = chain.count - 1 + isinstance(excitation, sw.Impact)
+    simulated = sw.simulate(excitation, chain, rtol=RTOL, contacts=[last]).transmitted.peak_force
+    figures = (force / predicted.peak_force for force in (simulated, predicted.low, predicted.high))
+    return Check(number, *figures)
+
+
+def shock(number: int) -> Check:
+    """One shock on a chain of the least to four times the length in which its wave forms."""
+    draw = np.random.default_rng([SEED, number])
+    one = shock_of(number % len(ALL), number, SEED, LONGEST)
+    duration = one.duration / UNIT
+    granules = round(float(np.exp(draw.uniform(np.log(9 + duration), np.log(60 + 6 * duration)))))
+    return checked(duration, one, walled(draw, granules))
+
+
+def striker(number: int) -> Check:
+    """One striker of a random size and material; the number is the mass ratio."""
+    draw = np.random.default_rng([SEED, 1, number])
+    ratio = float(np.exp(draw.uniform(*np.log([1e-3, 50.0]))))
+    density = float(np.exp(draw.uniform(*np.log([0.3, 3.0]))))
+    radius = CHAIN.radius * (ratio / density) ** (1 / 3)
+    modulus = CHAIN.material.youngs_modulus * float(np.exp(draw.uniform(*np.log([0.3, 3.0]))))
+    material = evolve(CHAIN.material, youngs_modulus=modulus, density=density * CHAIN.material.density)
+    granules = round((10 + 6 * ratio**0.5) * draw.uniform(1.05, 3))
+    impact = sw.Impact(velocity=0.5, radius=radius, material=material)
+    return checked(ratio, impact, walled(draw, granules))
+
+
+def rows(found: list[Check], bands: tuple[float, ...], name: str) -> Iterator[str]:
+    """The table: cases by their number, and all of them."""
+    yield f"| {name} | cases | estimated | range holds, % | simulated over estimate | range |"
+    yield "|---|---|---|---|---|---|"
+    for low, high in (*pairwise(bands), (bands[0], bands[-1])):
+        here = [one for one in found if low <= one.number <= high]
+        known = [one for one in here if one.force is not None]
+        held = 100 * np.mean([one.holds for one in known])
+        force = [one.force for one in known]
+        ends = f"{np.mean([one.low for one in known]):.3f} to {np.mean([one.high for one in known]):.3f}"
+        where = "all" if (low, high) == (bands[0], bands[-1]) else f"{low:g} to {high:g}"
+        yield f"| {where} | {len(here)} | {len(known)} | {held:.1f} | {min(force):.3f} to {max(force):.3f} | {ends} |"
+
+
+def main() -> None:
+    """Check all cases, and write and print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=SHOCKS)
+    count = parser.parse_args().count
+    tables = {
+        "shocks on walls": rows([shock(number) for number in range(count)], BANDS, "duration, $T_0$"),
+        "strikers and walls": rows(
+            [striker(number) for number in range(min(count, STRIKERS))], (1e-3, 0.1, 1.0, 5.0, 50.0), "mass ratio"
+        ),
+    }
+    for name, lines in tables.items():
+        table = list(lines)
+        print(name, *table, sep="\n")
+        if count == SHOCKS:
+            write_table(PAGE, name, table[2:])
+
+
+if __name__ == "__main__":
+    main()
