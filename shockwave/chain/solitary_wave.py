@@ -12,6 +12,8 @@ import math
 from attrs import asdict, frozen
 
 from shockwave.chain.chain import HERTZ, Chain, Scales
+from shockwave.errors import InvalidValueError
+from shockwave.fields import Quantity
 
 #: Speed in granules per unit of time; it scales as F^(1/6).
 SPEED = 0.905515776419121
@@ -29,6 +31,25 @@ PAPER_COEFFICIENT = 13 / 3
 EXACT_COEFFICIENT = 4.344507853978653
 #: Impulse limit: a shock of vanishing duration gives F = IMPULSE_LIMIT F0 S^(6/5), S = impulse / (A F0^(5/6)), A exact.
 IMPULSE_LIMIT = 1.1681817
+#: Leading number of A by name.
+MOMENTUM_COEFFICIENTS = {"exact": EXACT_COEFFICIENT, "paper": PAPER_COEFFICIENT}
+MOMENTUM_COEFFICIENT = Quantity("", "leading number of A", at_least=0.01, at_most=1000)
+
+
+def coefficient_of(choice: str | float) -> float:
+    """Leading number of A, eq. (4c), for ``"exact"``, ``"paper"`` or a number between 0.01 and 1000.
+
+    Raises
+    ------
+    InvalidValueError
+        For any other value.
+    """
+    if isinstance(choice, str) and choice in MOMENTUM_COEFFICIENTS:
+        return MOMENTUM_COEFFICIENTS[choice]
+    if MOMENTUM_COEFFICIENT.problem(choice) is not None:
+        rule = f"must be 'exact', 'paper' or a number {MOMENTUM_COEFFICIENT.rule}"
+        raise InvalidValueError.of("momentum_coefficient", f"{rule} (got {choice!r})")
+    return float(choice)
 
 
 @frozen

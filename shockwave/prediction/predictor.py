@@ -11,10 +11,10 @@ import numpy as np
 from attrs import evolve, frozen
 
 from shockwave.chain.chain import HERTZ, Chain, Scales
-from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, PAPER_COEFFICIENT, SolitaryWave, wave_law
+from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, SolitaryWave, coefficient_of, wave_law
 from shockwave.chain.yielding import beyond_elastic, yielding_of
 from shockwave.errors import Fault, InvalidValueError, NotCoveredError
-from shockwave.fields import Quantity, quantity
+from shockwave.fields import quantity
 from shockwave.prediction.accuracy_of_many import Ranges, accuracies, contact_forces
 from shockwave.prediction.expected_error import (
     FIRST_CONTACTS,
@@ -55,26 +55,7 @@ from shockwave.scene_summary import ChainScene, Scene, check_scene
 if TYPE_CHECKING:  # a shock on equal granules does not need it
     from shockwave.chain.impact import Impact
 
-#: Leading number of A by name.
-MOMENTUM_COEFFICIENTS = {"exact": EXACT_COEFFICIENT, "paper": PAPER_COEFFICIENT}
 _RTOL = "relative tolerance of the peak force of the leading wave; for model auto, 1e-3 if omitted"
-MOMENTUM_COEFFICIENT = Quantity("", "leading number of A", at_least=0.01, at_most=1000)
-
-
-def coefficient_of(choice: str | float) -> float:
-    """Leading number of A, eq. (4c), for ``"exact"``, ``"paper"`` or a number between 0.01 and 1000.
-
-    Raises
-    ------
-    InvalidValueError
-        For any other value.
-    """
-    if isinstance(choice, str) and choice in MOMENTUM_COEFFICIENTS:
-        return MOMENTUM_COEFFICIENTS[choice]
-    if MOMENTUM_COEFFICIENT.problem(choice) is not None:
-        rule = f"must be 'exact', 'paper' or a number {MOMENTUM_COEFFICIENT.rule}"
-        raise InvalidValueError.of("momentum_coefficient", f"{rule} (got {choice!r})")
-    return float(choice)
 
 
 @frozen
@@ -171,7 +152,9 @@ class Predictor:
         for shock, given in zip(shocks, chains, strict=True):
             try:
                 if not isinstance(shock, Shock):
-                    found.append(self._struck(shock, given))
+                    from shockwave.prediction.striker import striker_outcome  # not needed for a shock
+
+                    found.append(striker_outcome(shock, given, self.name))
                     continue
                 chain = self._covered(shock, given)
                 one = self._scaled(shock, chain)
@@ -207,15 +190,6 @@ class Predictor:
             chain = predictable(chain, shock, self.name, self.contact)
         check_scene(shock, chain)
         return chain
-
-    def _struck(self, impact: Any, chain: Any) -> Outcome:
-        from shockwave.chain.impact import Impact  # not needed for a shock
-
-        if not (isinstance(impact, Impact) and isinstance(chain, Chain)):
-            check_scene(impact, chain)
-        from shockwave.prediction.striker import striker_outcome
-
-        return striker_outcome(impact, chain, self.name)
 
     def _scaled(self, shock: Shock, chain: Chain) -> ScaledShock:
         areas = shock.profile.areas(self.quadrature)

@@ -17,7 +17,7 @@ from shockwave.prediction.chain_laws import MASS_RATIOS, RIGID, striker_count, s
 from shockwave.prediction.expected_error import warning_of
 from shockwave.prediction.model_interface import Regime
 from shockwave.prediction.outcome import Accuracy, Estimate, Outcome
-from shockwave.scene_summary import ChainScene
+from shockwave.scene_summary import ChainScene, check_scene
 from shockwave.text import printed
 
 # The law, as a model of its own.
@@ -74,9 +74,13 @@ def striker_outcome(impact: Impact, chain: Chain, method: str) -> StrikerOutcome
 
     Raises
     ------
+    InvalidValueError
+        If ``impact`` is neither a shock nor an Impact, or ``chain`` not a Chain.
     NotCoveredError
         If the chain has features beyond equal granules with free ends or a fixed wall.
     """
+    if not (isinstance(impact, Impact) and isinstance(chain, Chain)):
+        check_scene(impact, chain)
     equal = predictable(chain, impact, method)
     radius, material = impact.radius or chain.radius, impact.material or chain.material
     mass = 4 / 3 * math.pi * material.density * radius**3

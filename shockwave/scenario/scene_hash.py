@@ -11,7 +11,7 @@ import attrs
 import numpy as np
 
 from shockwave.chain.chain import Chain
-from shockwave.prediction.predictor import coefficient_of
+from shockwave.chain.solitary_wave import coefficient_of
 from shockwave.profiles.base import ShockProfile
 from shockwave.scenario.block_keys import keys_of
 from shockwave.scenario.scenario import Scenario
