@@ -1,14 +1,16 @@
-"""Predicted forces on walls held against simulations.
+"""Laws of walls, strikers and damping, and predicted forces on walls, held against simulations.
 
     python docs/check_wall.py
 
 draws 500 shocks of all kinds and 200 strikers on chains of random lengths before walls of random stiffness, none of
-which were used in the fit of the laws, and writes two tables into ``docs/chain-laws.md``. It takes about a minute.
+which were used in the fit of the laws, and 500 points of each law, and writes three tables into
+``docs/chain-laws.md``. It takes a few minutes.
 """
 
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -17,11 +19,14 @@ from typing import Any
 import numpy as np
 from attrs import evolve, frozen
 from check_waves import CHAIN, FORCE, shock_of
+from fit_chain_laws import FORCE as FIT_FORCE
+from fit_chain_laws import decay, impulse_limit, leading, simulated, wall_ratio
 from judge_auto import write_table
 from shock_kinds import ALL
 
 import shockwave as sw
 from shockwave.chain import Scales
+from shockwave.prediction import chain_laws as laws
 
 PAGE = Path(__file__).parent / "chain-laws.md"
 SEED = 20263
@@ -32,6 +37,9 @@ LONGEST = 60.0
 BANDS = (0.0, 2.0, 5.0, 15.0, LONGEST)
 # Relative tolerance of the simulations.
 RTOL = 1e-5
+# Mass ratios and ends of the bands of A/T of the errors of the laws.
+MASSES = (1e-3, 100.0)
+DAMPINGS = (0.0, 0.03, 0.05)
 # Share of rigid walls.
 RIGID_SHARE = 0.2
 
@@ -110,12 +118,40 @@ def rows(found: list[Check], bands: tuple[float, ...], name: str) -> Iterator[st
         yield f"| {where} | {len(here)} | {len(known)} | {held:.1f} | {min(force):.3f} to {max(force):.3f} | {ends} |"
 
 
+def law_rows(count: int) -> Iterator[str]:
+    """The table: greatest relative errors of the laws at random points."""
+    draw = np.random.default_rng([SEED, 2])
+    wave = simulated(120, 100.0, rtol=1e-12, contacts=[50]).contacts[0].peak_force / FIT_FORCE
+    kappa = laws.RIGID * draw.uniform(0, 1, count) ** 2
+    factor = np.array([wall_ratio(each, wave) for each in kappa]) * kappa**0.4
+    ratios = np.exp(draw.uniform(*np.log(MASSES), count))
+    first = np.exp([leading(math.log(each)) for each in ratios]) * [impulse_limit(each) for each in ratios]
+    errors = {
+        "wall factor": laws.wall_factor(kappa) / factor,
+        f"leading wave of a striker, $\\mu$ from {MASSES[0]:g} to {MASSES[1]:g}": laws.striker_waves(ratios)[:, 0]
+        / first,
+    }
+    for low, high in pairwise(DAMPINGS):
+        found: list[float] = []
+        while len(found) < count:
+            damping = draw.uniform(low, high)
+            # the characteristic time of the wave of this striker is about 1.1
+            n, times = decay(1.1 * damping, 150)
+            found += (laws.damped_decay(n, min(1.1 * damping / times[0], high)) * (times / times[0]) ** 6).tolist()
+        errors[f"decay, $A/T$ from {low:g} to {high:g}"] = np.array(found)
+    yield "| law | points | greatest relative error |"
+    yield "|---|---|---|"
+    for name, each in errors.items():
+        yield f"| {name} | {len(each)} | {np.abs(each - 1).max():.1g} |"
+
+
 def main() -> None:
     """Check all cases, and write and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=SHOCKS)
     count = parser.parse_args().count
     tables = {
+        "errors of the laws": law_rows(count),
         "shocks on walls": rows([shock(number) for number in range(count)], BANDS, "duration, $T_0$"),
         "strikers and walls": rows(
             [striker(number) for number in range(min(count, STRIKERS))], (1e-3, 0.1, 1.0, 5.0, 50.0), "mass ratio"
