@@ -106,8 +106,9 @@ class _Parts:
             live = self.live(state, span)
             if self.until == math.inf and not (live.any() or state.f.any() or (state.w > 0).any()):
                 status = Status.DONE
-            elif not self.advance(state.f, live, span):
-                status = Status.FAILED
+            elif (reached := self.advance(state.f, live, span)) is not Status.DONE:
+                status = reached
+                break
             elif self.time >= self.until:
                 status = Status.DONE
             elif self.effort > own.most_work:
@@ -162,8 +163,8 @@ class _Parts:
             for a, b in pairwise(cuts):
                 yield a, b, max(a - _MARGIN, low), min(b + _MARGIN, high)
 
-    def advance(self, f: FloatArray, live: npt.NDArray[np.bool_], span: float) -> bool:
-        """Advance all bodies by ``span``; whether that succeeds."""
+    def advance(self, f: FloatArray, live: npt.NDArray[np.bool_], span: float) -> Status:
+        """Advance all bodies by ``span``; the status is DONE, or that of the part that does not reach the end."""
         own, job, end = self.own, self.job, self.time + span
         end = self.until if end >= self.until else end
         # free flight, with small forces between quiet granules
@@ -184,7 +185,7 @@ class _Parts:
             chain_march.run(part, self.compiled)
             status, _time, arrival, work, steps, evaluations, _size = part.found.tolist()
             if status != Status.DONE:
-                return False
+                return Status(int(status))
             self.steps, self.effort = self.steps + steps, self.effort + evaluations * (high - low)
             self.work += work
             if high == self.bodies:
@@ -205,7 +206,7 @@ class _Parts:
         self.time, self.next_sample = end, self.next_sample + len(times)
         if self.arrival >= 0 and self.until == math.inf:
             self.until = max(own.duration + 3 * self.arrival, end)
-        return True
+        return Status.DONE
 
     def part(self, first: int, low: int, high: int, f: FloatArray, end: float, times: FloatArray) -> Job:
         """The job of bodies low to high, between contacts of constant force, from the row of the first of these."""
