@@ -186,7 +186,7 @@ class Chain:
         """
         if (power := self._power_contact) is not None:
             return power.stiffness
-        contacts, cosine = self.contacts
+        contacts, cosine = self.next_contacts
         bundle = contacts * cosine * cosine * math.sqrt(cosine)
         return math.sqrt(2 * self.radius) * self.plane_strain_modulus / 3 * bundle
 
@@ -199,20 +199,20 @@ class Chain:
         return self.contact if isinstance(self.contact, PowerContact) else None
 
     @property
-    def contacts(self) -> tuple[int, float]:
+    def next_contacts(self) -> tuple[int, float]:
         """Contacts z of a granule with the next ones, and cosine of their angle theta to the direction of travel."""
         return (1, 1.0) if self.packing is None else _PACKINGS[self.packing]
 
     @property
     def contact_share(self) -> float:
         """Force at a contact over that between a granule and the next ones, 1 / (z cos(theta))."""
-        contacts, cosine = self.contacts
+        contacts, cosine = self.next_contacts
         return 1 / (contacts * cosine)
 
     @property
     def spacing(self) -> float:
         """Distance of neighbouring granules or layers, 2 R cos(theta) [m]."""
-        return 2 * self.radius * self.contacts[1]
+        return 2 * self.radius * self.next_contacts[1]
 
     def momentum_parameter(self, coefficient: float) -> float:
         """Momentum parameter A of eq. (4c) [N^(1/6) s]: a solitary wave of peak force F has the momentum A F^(5/6).
@@ -221,7 +221,7 @@ class Chain:
         """
         # Multiplied factor by factor so that no intermediate power overflows.
         density, radius = self.material.density, self.radius
-        contacts, cosine = self.contacts
+        contacts, cosine = self.next_contacts
         modulus = self.plane_strain_modulus * (contacts * cosine * cosine * math.sqrt(cosine))
         per_size = math.cbrt(density / modulus) * math.pow(density, 1 / 6)
         return coefficient * per_size * radius * math.cbrt(radius)

@@ -164,7 +164,7 @@ def _pairs(
         curvatures = np.append(curvatures, 0.0)
         inverse_masses = np.append(inverse_masses, 0.0 if wall.mass is None else 1 / wall.mass)
     moduli, reduced, shared = (1 / (one[:-1] + one[1:]) for one in (compliances, curvatures, inverse_masses))
-    contacts, cosine = chain.contacts
+    contacts, cosine = chain.next_contacts
     stiffnesses = 4 / 3 * moduli * np.sqrt(reduced) * (contacts * math.pow(cosine, 2.5))
     if isinstance(chain.contact, PowerContact):
         return Pairs(moduli, reduced, shared, np.full(reduced.shape, chain.contact.stiffness), chain.contact.exponent)
