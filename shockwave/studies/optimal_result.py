@@ -8,7 +8,7 @@ from typing import Any
 from attrs import asdict, field, frozen
 
 from shockwave.studies.requirements import Requirement
-from shockwave.text import facts, limits, si, strong, table
+from shockwave.text import facts, notes, si, strong, table
 
 # Relative error shown for quantities of the chain itself.
 _EXACT = 1e-5
@@ -109,7 +109,6 @@ class OptimalDesign:
     def __str__(self) -> str:
         shown = self.best or self.nearest
         lines = [strong(f"{self.scenario or 'design'}: {self.why or self._values(shown)}")]
-        lines += limits(self.warnings)
         details = [("nearest", self._values(shown))] if self.best is None else []
         for one in self.requirements:
             if shown is not None:
@@ -121,7 +120,7 @@ class OptimalDesign:
         if self.ranking:
             header = (*(name.rpartition(".")[2] for name in self.vary), self.least_label, "")
             lines += ["", table(header, [self._row(one) for one in self.ranking])]
-        return "\n".join(lines)
+        return "\n".join([*lines, *notes(self.warnings)])
 
     @property
     def least_label(self) -> str:
