@@ -102,8 +102,10 @@ class Verdict:
             return "is not known"
         if self.low is None or self.high is None:
             return f"{si(self.value, 'N', 2)} or more" if self.low else f"{si(self.value, 'N', 2)}, error not known"
-        error = (self.high - self.low) / 2 / self.value
-        value, low, high = (si(force, "N", error=error) for force in (self.value, self.low, self.high))
+        error = (self.high - self.low) / 2 / self.value if self.value else 1.0
+        value = si(self.value, "N", error=error)
+        # finer than the value, so that rounding moves no end across the limit
+        low, high = (si(force, "N", error=error / 10) for force in (self.low, self.high))
         return f"{value}, range {low} to {high}" if error > _SMALL else value
 
 

@@ -69,7 +69,9 @@ def _with_free_end(chain: Chain) -> Chain:
     """The chain with a free end in place of a fixed wall, and as a line of beads if it has a packing."""
     if chain.packing is not None:
         return evolve(chain, packing=None)
-    return evolve(chain, end=None) if chain.end is not None and chain.end.mass is None else chain
+    fixed = chain.end is not None and chain.end.mass is None
+    # gravity needs the wall, and is refused with it
+    return evolve(chain, end=None) if fixed and not chain.gravity else chain
 
 
 def covered(chain: Chain, excitation: object, method: str, contact: Contact = "hertz") -> Chain:

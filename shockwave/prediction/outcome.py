@@ -78,6 +78,8 @@ class WallForce:
     high: float
 
 
+# Stiffness of the contact with a wall, over that of the others, below which waves of a train add up on the wall.
+_SOFT = 0.15
 _Estimate = TypeVar("_Estimate")
 _Error = TypeVar("_Error")
 
@@ -201,14 +203,23 @@ class Outcome(_OnDemand[Estimate | None, tuple[float, float] | None]):
 
     @property
     def transmitted(self) -> WallForce | None:
-        """Greatest force on the wall, from the estimate; None without a wall or an estimate."""
+        """Greatest force on the wall, from the estimate; None without a wall or an estimate.
+
+        The last granules stay at a soft wall so long that later waves add to the force. Its upper end is then that of
+        one wave with the energy of all: the force on a soft wall scales as the energy to the power 3/5. Where only the
+        leading wave is predicted, this energy is bounded by the momentum of the shock.
+        """
         found = self.estimate
         if self.wall is None or found is None:
             return None
         from shockwave.prediction.chain_laws import wall_factor  # not needed without a wall
 
         factor = float(wall_factor(self.wall))
-        return WallForce(factor * found.peak_force, factor * found.low, factor * found.high)
+        leading, energy = self.waves[0], sum(wave.energy for wave in self.waves)
+        if len(self.waves) == 1:
+            energy *= max(self.applied_momentum / leading.momentum, 1.0)
+        several = (energy / leading.energy) ** 0.6 if self.wall < _SOFT else 1.0
+        return WallForce(factor * found.peak_force, factor * found.low, several * factor * found.high)
 
     @property
     def verdict(self) -> Verdict | None:

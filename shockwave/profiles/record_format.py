@@ -156,7 +156,8 @@ def force_factor(form: RecordFormat, name: str, unit: str, notes: list[str]) -> 
         stated = next((each for each in order if FORCE_NAMES[each] & words), None)
     if stated not in (None, kind):
         remedy = f"set {_KEYS[str(stated)]}" if kind == "force" else f"delete {_KEYS[kind].partition(',')[0]}"
-        problem = f"must be that of a {kind}, not of a {stated} (got {text_of(unit or name)}; {remedy})"
+        article = "an" if stated.startswith("a") else "a"
+        problem = f"must be that of a {kind}, not of {article} {stated} (got {text_of(unit or name)}; {remedy})"
         raise InvalidValueError.of(path, problem)
     if not (form.unit or unit) and kind == "force" and words <= FORCE_NAMES[kind]:
         hint = "A header such as 'force [N]', or unit, states the unit."

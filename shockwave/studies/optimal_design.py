@@ -256,6 +256,8 @@ class _Search:
             rtol,
             waves="primary",
             backend=options.backend,
+            contacts=options.contacts,
+            until=options.until,
         )
 
     def option(self, values: Mapping[str, Any], scene: Scenario, result: Any, margin: float) -> OptimalOption | None:

@@ -227,9 +227,11 @@ def _quantile(batches: FloatArray, share: float) -> Estimate:
 
 def indices(outputs: FloatArray) -> FloatArray:
     """First and total indices, shape (2, parameters, outputs), of outputs of shape (outputs, parameters + 2, n)."""
-    own = outputs.copy()  # SciPy may subtract the mean in place
+    # SciPy may subtract the mean in place, and does not take a single output of a single parameter
+    own = np.repeat(outputs, 2, axis=0) if outputs.shape[:2] == (1, 3) else outputs.copy()
     parts: Any = {"f_A": own[:, 0], "f_B": own[:, 1], "f_AB": own[:, 2:].swapaxes(0, 1)}
     with np.errstate(invalid="ignore", divide="ignore"):
         found = sobol_indices(func=parts, n=outputs.shape[-1])
     # for one parameter SciPy omits its axis; an output without variance has no shares
-    return np.nan_to_num([one.reshape(len(outputs), -1).T for one in (found.first_order, found.total_order)], posinf=0)
+    shares = [one.reshape(len(own), -1).T[:, : len(outputs)] for one in (found.first_order, found.total_order)]
+    return np.nan_to_num(shares, posinf=0)

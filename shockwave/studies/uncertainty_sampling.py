@@ -13,7 +13,7 @@ from shockwave.chain.chain import Chain
 from shockwave.chain.impact import Impact
 from shockwave.errors import Fault, InvalidValueError
 from shockwave.fields import Quantity as Number
-from shockwave.limit import WAVE, Limit
+from shockwave.limit import WAVE, Limit, verdict
 from shockwave.profiles.shock import Shock
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
@@ -178,8 +178,13 @@ def _of_forces(
     points, outputs, errors = sampled(drawn, draws, seed, evaluate)
     reached: tuple[Any, Any] = (None, None)
     if scenario.limit is not None:
-        reached = exceedance(scenario.limit, quantities.pop().label, outputs[:, -1, 0], float(errors[-1]))
-        outputs = outputs[:, :-1]
+        leaving, forces, outputs = result.leaving, outputs[:, -1, 0], outputs[:, :-1]
+        quantities.pop()
+        if leaving.high is None or not np.isfinite(forces).all():
+            # no force that leaves the chain is known: the simulated time ends before, or there is no limit
+            reached = None, verdict(scenario.limit, evolve(leaving, high=None))
+        else:
+            reached = exceedance(scenario.limit, leaving.name, forces, float(errors[-1]))
     shares = estimates(indices, outputs)
     slopes = []
     for one in drawn:

@@ -69,9 +69,9 @@ def scenario_of(scene: Scenario | Shock | Impact, chain: Chain | None) -> Scenar
 
 
 def is_covered(scenario: Scenario) -> bool:
-    """Whether curves cover the scenario: a shock on equal granules with free ends and Hertz's contacts."""
+    """Whether curves cover the scenario: a shock on a row of equal granules with free ends and Hertz's contacts."""
     equal = equal_granules(scenario.excitation, scenario.chain)
-    return equal is not None and equal.contact is None
+    return equal is not None and equal.contact is None and equal.packing is None
 
 
 def data_of(scenario: Scenario) -> Mapping[str, Any]:
