@@ -228,3 +228,50 @@ def test_the_probability_is_printed(tmp_path: Path, capsys: pytest.CaptureFixtur
     file = written(tmp_path, more=f"{UNCERTAIN}\nlimit: {{force: 1 kN}}")
     assert cli.main(["uncertainty", file, "--draws", "1024"]) == 0
     assert "exceedance        probability 0.000%, between 0.000% and 0.293%" in capsys.readouterr().out
+
+
+# ---------------------------------------------------------------- scenes beyond one row of equal spheres
+
+
+def test_uncertainties_of_a_packing_are_those_of_its_contacts(tmp_path: Path) -> None:
+    file = written(tmp_path, ", packing: hexagonal", "uncertainty: {shock.peak_force: 5 %}")
+    nominal = sw.uncertainty(sw.load_scenario(file), draws=256).quantities[0].nominal
+    assert nominal == pytest.approx(sw.simulate(file).peak_force, rel=1e-4)
+
+
+def test_a_force_without_a_limit_along_the_chain_leaves_the_verdict_open(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    # one parameter and one quantity, too
+    more = "simulate: {contacts: [0]}\nuncertainty: {shock.peak_force: 5 %}"
+    file = written(tmp_path, ", precompression: 2 N", more)
+    assert cli.main(["uncertainty", file, "--draws", "256", "--json", "--limit", "60 N"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["exceedance"] is None
+    assert (found["verdict"]["decision"], found["verdict"]["value"]) == ("undecided", None)
+
+
+def test_a_wave_that_has_not_arrived_leaves_the_verdict_open(tmp_path: Path) -> None:
+    more = "simulate: {until: 50 us}\nuncertainty: {shock.peak_force: 5 %, shock.rise_time: 5 %}"
+    scene = sw.load_scenario(written(tmp_path, ", granules: 30, end: {wall: same}", more))
+    found = sw.uncertainty(scene, draws=256, limit=sw.Limit(force=60.0))
+    assert found.verdict is not None
+    assert found.verdict.decision == "undecided"
+    assert "undecided for the limit of 60 N" in str(found)
+
+
+def test_gravity_leaves_a_comparison_without_prediction(tmp_path: Path) -> None:
+    file = written(tmp_path, ", granules: 10, gravity: 9.81, end: {wall: rigid}")
+    assert sw.compare(file).predicted is None
+    with pytest.raises(sw.NotCoveredError, match=r"scene.yaml:2:\d+: chain.gravity: must be left out"):
+        sw.predict(file)
+
+
+def test_waves_that_add_up_on_a_soft_wall_are_in_its_range() -> None:
+    steel = sw.material("stainless-steel-302")
+    soft = sw.Wall(material=sw.material("ptfe"))
+    chain = sw.Chain(material=steel, diameter=9.5e-3, granules=47, end=soft)
+    impact = sw.Impact(velocity=0.15, diameter=29.3e-3)
+    known = sw.predict(impact, chain).transmitted
+    assert known is not None
+    assert known.low < sw.simulate(impact, chain).transmitted.peak_force < known.high
