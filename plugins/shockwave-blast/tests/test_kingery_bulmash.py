@@ -108,7 +108,7 @@ def test_conditions_hold_over_the_whole_range_with_the_longest_rise(burst: Burst
         ({"burst": "air"}, r"burst: must be 'surface' or 'free-air' \(got 'air'\)"),
         ({"loading": None}, r"loading: must be 'reflected' or 'incident' \(got None\)"),
         ({"charge_mass": 0}, r"charge_mass: must be > 0 kg \(got 0\)"),
-        ({"standoff": "2 m"}, r"standoff: must be > 0 m \(got '2 m'\)"),
+        ({"standoff": "2 N"}, r"standoff: must be a length, such as '9\.5 mm' \(got '2 N'\)"),
         ({"loaded_radius": -1}, r"loaded_radius: must be > 0 m \(got -1\)"),
         ({"rise_fraction": 0.1}, r"rise_fraction: must be >= 1e-06 and <= 0\.05 \(got 0\.1\)"),
     ],
