@@ -4,7 +4,7 @@
 
 draws 500 shocks of all kinds and 200 strikers on chains of random lengths before walls of random stiffness, none of
 which were used in the fit of the laws, and 500 points of each law, and writes three tables into
-``docs/chain-laws.md``. It takes a few minutes.
+``docs/chain-laws.md``. It takes about two minutes.
 """
 
 from __future__ import annotations
