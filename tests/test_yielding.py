@@ -101,3 +101,49 @@ def test_the_refusal_names_the_place_in_the_file(command: str, tmp_path: Path, c
     file.write_text(json.dumps({"chain": chain, "shock": pulse}))
     assert cli.main([command, str(file)]) == 3
     assert "s.yaml:1:69: chain.elastic_only: must be left out" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("mass", "stiffer"), [(0.3, 1.0), (3.0, 1.0), (30.0, 2.0)], ids=["light", "heavy", "heavier and stiffer"]
+)
+def test_a_prediction_compares_the_contact_of_the_striker(mass: float, stiffer: float) -> None:
+    chain = attrs.evolve(BEADS, granules=60)
+    modulus = stiffer * BEARING.youngs_modulus
+    own = attrs.evolve(BEARING, yield_strength=1e9, density=mass * BEARING.density, youngs_modulus=modulus)
+    impact = sw.Impact(velocity=0.2, material=own)
+    predicted, simulated = sw.predict(impact, chain).yielding, sw.simulate(impact, chain).yielding
+    assert predicted is not None
+    assert simulated is not None
+    assert predicted.first_yield_force == pytest.approx(simulated.first_yield_force, rel=1e-12)
+    # the force at the contact of the striker, on which the ratio depends most, is accurate to 0.2 %
+    assert predicted.peak_ratio == pytest.approx(simulated.peak_ratio, rel=3e-3)
+
+
+def test_a_prediction_without_an_estimate_compares_the_wall() -> None:
+    chain = attrs.evolve(BEADS, granules=5, end=sw.Wall(material="rigid"))
+    found = sw.predict(shock(40.0), chain)
+    assert found.transmitted is None
+    assert found.yielding is not None
+    rigid = float(sw.wall_factor(2 * 2**0.5)) * found.peak_force
+    # F_y of a sphere on a rigid flat is that of two spheres: R* is twice, and E* twice as large
+    assert found.yielding.peak_ratio == pytest.approx(rigid / found.yielding.first_yield_force, rel=1e-12)
+
+
+POWER = attrs.evolve(BEADS, contact=sw.PowerContact(exponent=2, stiffness=1e10))
+
+
+@pytest.mark.parametrize(
+    ("excitation", "chain"),
+    [(sw.Impact(velocity=2.0), attrs.evolve(BEADS, granules=40)), (shock(400.0), POWER)],
+    ids=["striker", "another exponent"],
+)
+def test_every_prediction_warns_beyond_elastic_validity(excitation: Any, chain: sw.Chain) -> None:
+    document = sw.predict(excitation, chain).to_dict()
+    assert document["yield"]["peak_ratio"] > 1
+    assert any("elastic validity" in warning for warning in document["warnings"])
+
+
+def test_predictions_of_many_compare_the_wall() -> None:
+    walled = attrs.evolve(ELASTIC, granules=40, end=sw.Wall(material="rigid"))
+    found = sw.Predictor().predict_many([shock(20.0), shock(60.0)], walled)
+    assert [index for index, _ in found.failures] == [1]

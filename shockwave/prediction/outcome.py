@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +13,7 @@ from attrs import asdict, field, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.chain.solitary_wave import SolitaryWave
-from shockwave.chain.yielding import Yielding
+from shockwave.chain.yielding import Yielding, yielding_of
 from shockwave.limit import LAST, WALL, WAVE, LeavingForce, Limit, Verdict, plain_verdict, verdict
 from shockwave.prediction.model_interface import Inequality, Regime, Relation
 from shockwave.profiles.base import Areas
@@ -21,6 +21,9 @@ from shockwave.profiles.conditions import Condition
 from shockwave.quadrature import FloatArray
 from shockwave.scene_summary import ChainScene, Scene
 from shockwave.text import facts, limits, printed, strong
+
+if TYPE_CHECKING:  # a shock does not need it
+    from shockwave.chain.impact import Impact
 
 
 @frozen
@@ -76,6 +79,16 @@ class WallForce:
     peak_force: float
     low: float
     high: float
+
+
+def first_yield(chain: Chain, peak_force: float, striker: tuple[Impact, float] | None = None) -> Yielding | None:
+    """First yield of the contacts for a leading wave of this peak force [N]; see `yielding_of`."""
+    on_wall = 0.0
+    if chain.end is not None:
+        from shockwave.prediction.chain_laws import wall_factor  # not needed without a wall
+
+        on_wall = float(wall_factor(chain.end.stiffness_ratio(chain.material))) * peak_force
+    return yielding_of(chain, peak_force, on_wall, striker)
 
 
 # Stiffness of the contact with a wall, over that of the others, below which waves of a train add up on the wall.
@@ -171,7 +184,7 @@ class Outcome(_OnDemand[Estimate | None, tuple[float, float] | None]):
     limit : Limit or None
         Limit of the force that leaves the chain.
     first_yield : callable
-        Function that computes the first yield of the contacts for a peak force and a force on the wall [N].
+        Function that computes the first yield of the contacts for the peak force of the leading wave [N].
     on_demand : callable
         Function that computes the accuracy when it is accessed.
     """
@@ -236,11 +249,12 @@ class Outcome(_OnDemand[Estimate | None, tuple[float, float] | None]):
 
     @property
     def yielding(self) -> Yielding | None:
-        """First yield of the contacts, for the estimate if there is one; None if the yield strength is not known."""
-        if self.transmitted is not None:
-            assert self.estimate is not None
-            return self.first_yield(self.estimate.peak_force, self.transmitted.peak_force)
+        """First yield of the contacts, for the estimate if there is one; None if no yield strength is known."""
         return self.first_yield(self.peak_force if self.estimate is None else self.estimate.peak_force)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        return (*self.accuracy.warnings, *(self.yielding.warnings if self.yielding else ()))
 
     @property
     def shown_error(self) -> float:
@@ -254,7 +268,8 @@ class Outcome(_OnDemand[Estimate | None, tuple[float, float] | None]):
         own = {"regime": self.regime, "reason": self.reason or None, "ejection": None, "scene": self.scene.to_dict()}
         own["yield"] = None if self.yielding is None else asdict(self.yielding)
         accuracy, wall = asdict(self.accuracy, value_serializer=_plain), self.transmitted
-        return {**values, **accuracy, **own, "transmitted": wall and asdict(wall), "verdict": plain_verdict(self)}
+        own |= {"warnings": list(self.warnings), "transmitted": wall and asdict(wall), "verdict": plain_verdict(self)}
+        return {**values, **accuracy, **own}
 
     def __str__(self) -> str:
         return printed(self, "shockwave.prediction.outcome_text:outcome_text")
