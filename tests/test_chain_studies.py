@@ -207,3 +207,15 @@ def test_a_comparison_without_predictions_has_no_empty_columns(file: Path) -> No
     assert "transmitted_force" in named
     assert "restitution" not in named
     assert [name for name in table if table[name].isna().all() and name != "notes"] == []
+
+
+def test_pulling_forces_are_simulated_in_an_uncertainty(tmp_path: Path) -> None:
+    record = "{times: [0, 1e-5, 2e-5, 3e-5, 4e-5], forces: [0, 50, 0, -5, 0], negative: keep}"
+    pulling = scene(
+        tmp_path / "pulling.yaml",
+        "chain: {material: bearing-steel-52100, diameter: 9.5 mm}\n"
+        f"shock: {{profile: tabulated, parameters: {record}}}\nuncertainty: {{shock.peak_force: 5 %}}\n",
+    )
+    found = sw.uncertainty(pulling, draws=256)
+    assert isinstance(found, sw.SimulatedUncertainty)
+    assert found.quantities[0].nominal == pytest.approx(sw.simulate(pulling, rtol=1e-6).peak_force, rel=1e-4)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import attrs
+import numpy as np
 import pytest
 
 import shockwave as sw
@@ -14,6 +15,8 @@ from shockwave import built_ins, cli
 from shockwave.chain.yielding import yielding_of
 from shockwave.errors import InvalidValueError
 from shockwave.registry import load
+from shockwave.scenario.scene_family import Family
+from shockwave.studies.varied_scenes import primaries
 
 #: The beads of the two published figures.
 STEEL = attrs.evolve(load("materials", "stainless-steel-302"), yield_strength=600e6)
@@ -147,3 +150,59 @@ def test_predictions_of_many_compare_the_wall() -> None:
     walled = attrs.evolve(ELASTIC, granules=40, end=sw.Wall(material="rigid"))
     found = sw.Predictor().predict_many([shock(20.0), shock(60.0)], walled)
     assert [index for index, _ in found.failures] == [1]
+
+# ---------------------------------------------------------------- studies
+
+SIZES = ["--vary", "chain.radius", "--between", "3 mm", "8 mm", "--target", "peak_force = 70 N"]
+
+
+def elastic(tmp_path: Path, peak_force: str, spread: str = "5 %") -> Path:
+    file = tmp_path / "s.yaml"
+    chain = {"material": {**attrs.asdict(BEARING)}, "radius": 4.75e-3, "elastic_only": True}
+    pulse = {"profile": "triangular", "peak_force": peak_force, "rise_time": "20 us", "duration_ratio": 3}
+    file.write_text(json.dumps({"chain": chain, "shock": pulse, "uncertainty": {"chain.radius": spread}}))
+    return file
+
+
+@pytest.mark.parametrize(
+    ("arguments", "start"),
+    [(["uncertainty"], "{}:1:"), (["curve"], "{}:1:"), (["design", *SIZES], "--between: must contain only valid cases")],
+    ids=["uncertainty", "curve", "design"],
+)
+def test_studies_of_curves_refuse_forces_beyond_first_yield(
+    arguments: list[str], start: str, tmp_path: Path, capsys: Any
+) -> None:
+    file = elastic(tmp_path, "90 N")
+    assert cli.main([arguments[0], str(file), *arguments[1:]]) > 0
+    message = capsys.readouterr().err
+    assert message.startswith(start.format(file))
+    assert "must be left out for forces beyond first yield" in message
+
+
+def test_a_draw_beyond_first_yield_is_refused(tmp_path: Path) -> None:
+    scene = sw.load_scenario(elastic(tmp_path, "60 N", "1 %"))
+    forces = sw.uncertainty(scene, draws=256)
+    assert isinstance(forces, sw.Uncertainty)
+    # first yield scales as the square of the radius: some of the draws are beyond it, although the scenario is not
+    with pytest.raises(InvalidValueError, match=r"got a peak force of 1\.\d+ times the force of first yield"):
+        sw.uncertainty(scene, spreads={"chain.radius": "10 %"}, draws=256)
+
+
+def test_the_yield_of_a_draw_is_that_of_its_scene(tmp_path: Path) -> None:
+    scene = sw.load_scenario(elastic(tmp_path, "60 N"))
+    values = {"chain.radius": [3e-3], "chain.material.youngs_modulus": [3e11], "chain.material.poisson_ratio": [0.1]}
+    drawn = {name: np.array(value) for name, value in values.items()}
+    with pytest.raises(InvalidValueError) as refused:
+        primaries(scene, drawn, 1e-4)
+    own = Family(scene).scenario({name: value for name, (value,) in values.items()})
+    with pytest.raises(InvalidValueError) as known:
+        sw.simulate(own.shock, own.chain)
+    # three digits of the ratio are printed
+    assert str(refused.value) == str(known.value)
+
+
+def test_a_ranking_leaves_out_materials_beyond_first_yield() -> None:
+    names = ["bearing-steel-52100", "copper", "ptfe"]
+    found = sw.design(shock(40.0), ELASTIC, vary="chain.material", target={"peak_force": "50 N"}, among=names)
+    assert [one.value for one in found.table] == names[:1]
+    assert found.warnings[-1].endswith("copper, ptfe")

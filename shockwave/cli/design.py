@@ -8,7 +8,7 @@ import sys
 from attrs import evolve
 
 from shockwave.cli.output import check_output, of_arguments, print_result
-from shockwave.cli.scenario_commands import loaded
+from shockwave.cli.scenario_commands import loaded, located
 from shockwave.errors import InvalidValueError, ScenarioError, UnknownNameError, UsageError
 from shockwave.fields import listed
 from shockwave.scenario.block_keys import MATERIALS
@@ -30,7 +30,7 @@ def design(options: argparse.Namespace) -> int:
     (scenario,) = loaded([options.file], _SWEPT, options.output)
     among = options.among and [part.strip() for part in options.among.split(",") if part.strip()]
     try:
-        with of_arguments(options):
+        with of_arguments(options), located(scenario):
             wanted = [parts_of(text, "target") for text in options.target]
             alone = len(options.vary) == len(wanted) == 1 and not (options.budget or options.least)
             if alone and (numbers or wanted[0][1] == "="):
@@ -99,7 +99,7 @@ def uncertainty(options: argparse.Namespace) -> int:
 
     (scenario,) = loaded([options.file], _SWEPT)
     try:
-        with of_arguments(options):
+        with of_arguments(options), located(scenario):
             found = run(scenario, draws=options.draws, seed=options.seed, rtol=options.rtol, limit=options.limit)
     except InvalidValueError as error:
         # errors of the block are errors of the file

@@ -12,6 +12,7 @@ from attrs import asdict, evolve, frozen
 from shockwave.chain.chain import Chain
 from shockwave.chain.impact import Impact
 from shockwave.chain.solitary_wave import SolitaryWave
+from shockwave.chain.yielding import require_elastic
 from shockwave.errors import InvalidValueError
 from shockwave.fields import Quantity, text_of
 from shockwave.measurement.simulate import simulate
@@ -42,6 +43,8 @@ _SIMULATION_RTOL = 1e-8
 # Greatest difference between a simulation and the curve, over the error of the curve, for a solution: in shorter chains
 # the wave has not formed.
 _LARGEST_DIFFERENCE = 5.0
+# Warning on materials of a chain that must be elastic.
+_BEYOND = "left out, because a force exceeds first yield or a yield strength is not known: "
 # Tolerance of the simulations that are fitted, over that of the fit.
 _SIMULATED_SHARE = 0.1
 
@@ -157,7 +160,17 @@ class _Search:
         compared = list(dict.fromkeys(names or [entry.name for entry in entries("materials")]))
         for name in compared:
             find("materials", name)
-        options = [self.option(name) for name in counted("materials", compared)]
+        options: list[AnyOption] = []
+        beyond: dict[str, InvalidValueError] = {}
+        for name in counted("materials", compared):
+            try:
+                options.append(self.option(name))
+            except InvalidValueError as error:
+                if error.faults[0].path != "chain.elastic_only":
+                    raise
+                beyond[name] = error
+        if not options:
+            raise beyond[compared[0]]
         first, *others = sorted(options, key=self.target.distance)
         ranked = [self.simulated(first), *(self.simulated(one) if self.near(one) else one for one in others)]
         return Design(
@@ -169,7 +182,7 @@ class _Search:
             least=min(options, key=lambda one: one.reached),
             most=max(options, key=lambda one: one.reached),
             table=tuple(ranked),
-            warnings=self.notes,
+            warnings=(*self.notes, *[_BEYOND + ", ".join(beyond)] * bool(beyond)),
         )
 
     def along(self, unit: str, between: tuple[float, float], points: int) -> Design:
@@ -239,6 +252,7 @@ class _Search:
         ratio = varied_scenes.rise_time_of(scenario)
         amplification = float(curve.amplification(ratio))
         peak_force = amplification * shock.peak_force
+        require_elastic(chain, peak_force)
         error = float(curve.error(ratio))
         return Option(
             value=value,

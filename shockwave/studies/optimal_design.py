@@ -20,7 +20,6 @@ from shockwave.chain.chain import Chain
 from shockwave.chain.impact import Impact
 from shockwave.chain.layout import mass_and_length
 from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError
-from shockwave.measurement.simulate import simulate_many
 from shockwave.profiles.shock import Shock
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
@@ -33,7 +32,7 @@ from shockwave.scenario.uncertainty import ends_of
 from shockwave.studies import varied_scenes
 from shockwave.studies.optimal_result import OptimalDesign, OptimalOption
 from shockwave.studies.requirements import Requirement
-from shockwave.studies.simulated_quantities import Quantity
+from shockwave.studies.simulated_quantities import Quantity, simulated
 
 # its type declarations do not admit functions of many points at once
 _optimize: Any = optimize
@@ -249,16 +248,7 @@ class _Search:
         needed = {self.least.name, *(one.quantity.name for one in self.requirements)}
         if not scenes or needed <= _OWN.keys():
             return [None] * len(scenes)
-        options = self.family.base.simulate
-        return simulate_many(
-            [scene.excitation for scene in scenes],
-            [scene.chain for scene in scenes],
-            rtol,
-            waves="primary",
-            backend=options.backend,
-            contacts=options.contacts,
-            until=options.until,
-        )
+        return simulated(scenes, rtol)
 
     def option(self, values: Mapping[str, Any], scene: Scenario, result: Any, margin: float) -> OptimalOption | None:
         if isinstance(result, ShockwaveError):

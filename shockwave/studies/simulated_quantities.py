@@ -86,11 +86,24 @@ def simulations(scenes: Sequence[Scenario], rtol: float) -> list[Any]:
 
     Raises
     ------
+    InvalidValueError
+        If a scene is not valid, such as a chain that must be elastic with forces beyond first yield.
     NumericalError
         If a simulation fails.
     """
+    found = simulated(scenes, rtol)
+    failed = [result for result in found if isinstance(result, ShockwaveError)]
+    if failed and isinstance(failed[0], InvalidValueError):
+        raise failed[0]
+    if failed:
+        raise NumericalError(f"{len(failed)} of {len(found)} simulations failed; the first: {failed[0]}")
+    return found
+
+
+def simulated(scenes: Sequence[Scenario], rtol: float) -> list[Any]:
+    """Results of scenes that differ in shock, impact and chain, or their errors."""
     options = scenes[0].simulate
-    found = simulate_many(
+    return simulate_many(
         [scene.excitation for scene in scenes],
         [scene.chain for scene in scenes],
         rtol,
@@ -99,7 +112,3 @@ def simulations(scenes: Sequence[Scenario], rtol: float) -> list[Any]:
         contacts=options.contacts,
         until=options.until,
     )
-    failed = [result for result in found if isinstance(result, ShockwaveError)]
-    if failed:
-        raise NumericalError(f"{len(failed)} of {len(found)} simulations failed; the first: {failed[0]}")
-    return found

@@ -19,6 +19,7 @@ from attrs import evolve
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.impact import Impact
+from shockwave.chain.yielding import require_elastic
 from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.fields import text_of
 from shockwave.measurement.simulate import equal_granules
@@ -41,6 +42,9 @@ _LONGEST = 50.0
 _LIMIT = 1000.0
 # Longest duration if each scene is simulated [characteristic times]: thousands of longer simulations take hours.
 _LONGEST_SIMULATED = 300.0
+
+# Exponents of the force of first yield in parameters that do not change the shape.
+_OF_YIELD = {"chain.radius": 2, "chain.diameter": 2, "chain.material.youngs_modulus": -2}
 
 # Names of values -> attributes; a diameter is stored as a radius.
 _ATTRIBUTES = {"diameter": "radius", "wall": "material", "from": "first", "to": "last"}
@@ -69,9 +73,9 @@ def scenario_of(scene: Scenario | Shock | Impact, chain: Chain | None) -> Scenar
 
 
 def is_covered(scenario: Scenario) -> bool:
-    """Whether curves cover the scenario: a shock on a row of equal granules with free ends and Hertz's contacts."""
+    """Whether curves cover the scenario: a pushing shock on equal granules with free ends and Hertz's contacts."""
     equal = equal_granules(scenario.excitation, scenario.chain)
-    return equal is not None and equal.contact is None and equal.packing is None
+    return equal is not None and (equal.contact, equal.packing) == (None, None) and not scenario.shock.profile.pulls
 
 
 def data_of(scenario: Scenario) -> Mapping[str, Any]:
@@ -192,7 +196,7 @@ def primaries(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float)
     ------
     InvalidValueError
         If a scene is not possible, or its shock is longer than 1000 characteristic times, or 300 if each scene is
-        simulated.
+        simulated; or if the chain must be elastic and a wave is beyond first yield.
     NumericalError
         If a simulation fails.
     """
@@ -203,15 +207,20 @@ def primaries(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float)
 def _by_curve(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float) -> LeadingWaves:
     n = float(scenario.shock.profile.duration_ratio)
     ratios: Any = rise_time_of(scenario)
+    # force of first yield, which scales as R^2 E*^-2, over that of the scenario
+    yields: Any = 1.0
     for name, given in values.items():
         here = value_of(scenario, name)
         if name.endswith("poisson_ratio"):
-            ratios = ratios * ((1 - given**2) / (1 - here**2)) ** (-1 / 3)
+            softer = (1 - given**2) / (1 - here**2)
+            ratios, yields = ratios * softer ** (-1 / 3), yields * softer**2
         else:
-            ratios = ratios * (given / here) ** POWERS[name]
+            ratios, yields = ratios * (given / here) ** POWERS[name], yields * (given / here) ** _OF_YIELD.get(name, 0)
     curve = curve_of(scenario.shock.profile, rtol, float(ratios.max()) * n)
     forces = np.asarray(values.get("shock.peak_force", np.full(ratios.shape, scenario.shock.peak_force)))
-    return curve.amplification(ratios), forces, curve.error(ratios)
+    amplifications = curve.amplification(ratios)
+    require_elastic(scenario.chain, float((amplifications * forces / yields).max()))
+    return amplifications, forces, curve.error(ratios)
 
 
 def _by_simulation(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float) -> LeadingWaves:
