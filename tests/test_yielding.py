@@ -166,7 +166,7 @@ def elastic(tmp_path: Path, peak_force: str, spread: str = "5 %") -> Path:
 
 @pytest.mark.parametrize(
     ("arguments", "start"),
-    [(["uncertainty"], "{}:1:"), (["curve"], "{}:1:"), (["design", *SIZES], "--between: must contain only valid cases")],
+    [(["uncertainty"], "{}:1:"), (["curve"], "{}:1:"), (["design", *SIZES], "--between: must contain only valid")],
     ids=["uncertainty", "curve", "design"],
 )
 def test_studies_of_curves_refuse_forces_beyond_first_yield(

@@ -268,8 +268,8 @@ class Outcome(_OnDemand[Estimate | None, tuple[float, float] | None]):
         own = {"regime": self.regime, "reason": self.reason or None, "ejection": None, "scene": self.scene.to_dict()}
         own["yield"] = None if self.yielding is None else asdict(self.yielding)
         accuracy, wall = asdict(self.accuracy, value_serializer=_plain), self.transmitted
-        own |= {"warnings": list(self.warnings), "transmitted": wall and asdict(wall), "verdict": plain_verdict(self)}
-        return {**values, **accuracy, **own}
+        judged = {"transmitted": wall and asdict(wall), "verdict": plain_verdict(self)}
+        return {**values, **accuracy, "warnings": list(self.warnings), **own, **judged}
 
     def __str__(self) -> str:
         return printed(self, "shockwave.prediction.outcome_text:outcome_text")
