@@ -182,7 +182,7 @@ def test_a_page_on_a_finite_chain_leads_with_the_greatest_force() -> None:
 
 def test_a_page_states_why_there_is_no_estimate() -> None:
     text = plain(undrawn("twelve granules"))
-    assert "not known a priori: in a chain of 12 granules the leading wave may not form" in text
+    assert "not known a priori: in a chain of 12 granules the leading wave does not form" in text
 
 
 def test_a_contact_beyond_the_chain_is_reported() -> None:

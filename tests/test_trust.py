@@ -205,7 +205,7 @@ def test_a_half_sine_of_11_ms_leads_with_an_estimate_that_holds() -> None:
     assert outcome.peak_force < 10
 
 
-@pytest.mark.parametrize(("granules", "known"), [(None, True), (200, True), (60, False)])
+@pytest.mark.parametrize(("granules", "known"), [(None, True), (200, True), (60, True), (37, False)])
 def test_a_finite_chain_has_an_estimate_where_the_wave_forms(granules: int | None, known: bool) -> None:
     chain = attrs.evolve(CHAIN, granules=granules)
     outcome = sw.Predictor().predict(lasting(sw.Triangular(duration_ratio=4), 30.0), chain)

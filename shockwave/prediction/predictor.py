@@ -18,8 +18,8 @@ from shockwave.fields import quantity
 from shockwave.prediction.accuracy_of_many import Ranges, accuracies, contact_forces
 from shockwave.prediction.expected_error import (
     FIRST_CONTACTS,
-    chain_problem,
     failed_conditions,
+    in_chain,
     unbounded,
     warning_of,
 )
@@ -256,14 +256,11 @@ class Predictor:
 
             return accuracy_of(shock, scaled, answer)
         *values, least, most = ranges()
-        force = shock.peak_force * chain.contact_share
+        force, problem = shock.peak_force * chain.contact_share, ""
+        if chain.count is not None:
+            problem, *widened = in_chain(chain, scaled, values, (least, most))
+            *values, least, most = np.hstack(widened).tolist()
         peak, low, high = (value * force for value in values)
-        problem = "" if chain.count is None else chain_problem(chain.count, scaled)
-        if chain.count is not None and chain.end is not None:
-            from shockwave.prediction.chain_laws import unformed  # not needed without a wall
-
-            problem, below, above = unformed(chain.count, scaled.duration)
-            low, high = low * (1 - below), high * (1 + above)
         problem = problem or (unbounded(scaled, force) if math.isnan(peak) else "")
         failed = "" if answer.states_error else failed_conditions(scaled)
         warnings = [*[failed] * bool(failed), *answer.warnings, *[warning_of(problem)] * bool(problem)]
@@ -325,18 +322,18 @@ class Predictor:
             amplification=results.amplification,
             method=results.method,
             failures=tuple(sorted(failures.items())),
-            on_demand=partial(accuracies, shocks, chains, scaled, found, places),
+            on_demand=partial(accuracies, shocks, given, scaled, found, places),
         )
 
     def columns(self, shocks: Sequence[Shock], chains: Sequence[Chain]) -> PredictionColumns | None:
         """Predict shocks, each on its chain, with all results in columns; None for a model that has no such results."""
         model = load("models", self.model)
-        chains = list(chains)
+        given, chains = chains, list(chains)
         if not (isinstance(model, Model) and model.complete) or any(chain.elastic_only for chain in chains):
             return None
         together = self._scaled_many(shocks, chains)
         with blame("models", model):
-            return prediction_columns(model.many(together.shocks, self._settings), together, shocks, chains)
+            return prediction_columns(model.many(together.shocks, self._settings), together, shocks, given)
 
     def _scaled_many(self, shocks: Sequence[Shock], chains: list[Chain]) -> ScaledShocks:
         """Scaled shocks; replaces chains that amount to equal granules."""
