@@ -274,3 +274,12 @@ def test_the_impulses_of_a_symmetric_triangle_have_its_moments() -> None:
     # a triangle of base 3 has the standard deviation 3/sqrt(24)
     assert pulse.spread == pytest.approx(3 / math.sqrt(24) / MOMENTUM * (1.5 / MOMENTUM) ** 0.2, rel=1e-12)
     assert pulse.impulses @ pulse.times**3 == pytest.approx(0, abs=1e-12)
+
+
+def test_an_answer_several_times_too_high_is_said_not_to_hold() -> None:
+    outcome = sw.predict(lasting(sw.Triangular(duration_ratio=3), 0.3), CHAIN)
+    assert all(condition.holds for condition in outcome.conditions)
+    assert outcome.expected_error is not None
+    assert outcome.expected_error[0] > 1
+    assert "does not hold here" in str(outcome)
+    assert "times the estimate" in str(outcome)

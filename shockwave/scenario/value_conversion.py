@@ -121,6 +121,8 @@ def items(values: Sequence[Any], convert: Callable[[Any], Any]) -> list[Any]:
 
 def _unknown(name: str, known: Sequence[str]) -> Wrong:
     hint = hint_of(name, known) if known else "no keys are allowed here"
+    if str(name)[:1].isdigit():
+        hint = "a comma ends a value; write decimals with a point"
     return Wrong((name,), f"unknown key (got {text_of(name)}; {hint})", at_key=True)
 
 

@@ -48,6 +48,10 @@ class Quantity(NamedTuple):
         place = _CONTACT.fullmatch(str(name))
         if place and int(place[1]) < len(contacts):
             return cls(name, "N", f"force at contact {contacts[int(place[1])]}")
+        if place:
+            rule = "must count from 0 in the list simulate.contacts of the scenario"
+            got = f"got {text_of(name)}; the list has {len(contacts)}"
+            raise InvalidValueError.of("target", f"{rule} ({got})")
         known = [*others, *_QUANTITIES, *(f"contacts[{index}].peak_force" for index in range(len(contacts)))]
         hint = hint_of(str(name), known)
         raise InvalidValueError.of("target", f"must be a property of the result (got {text_of(name)}; {hint})")

@@ -31,6 +31,8 @@ _SIMULATED_LEGEND = (
     "(sd: standard deviation; linear sd: from the slopes at the nominal values; +-: half the 95 % confidence interval "
     "of sampling, and the error of the simulations)"
 )
+# Label of the verdict, whose range contains this share of the scenes.
+_VERDICT = "98 % of scenes"
 # Smallest printed error of a share of the variance.
 _LEAST_SHARE = 1e-5
 
@@ -324,7 +326,7 @@ def _page(
     samples = f"{found.draws}, seed {found.seed}; {found.evaluations} including those for the sensitivity indices"
     lines = [
         *(strong(line) for lead in leads for line in paragraph("", lead, 2)),
-        *facts([*verdict_facts(found), *([("exceedance", str(found.exceedance))] if found.exceedance else [])]),
+        *facts([*verdict_facts(found, _VERDICT), *([("exceedance", str(found.exceedance))] if found.exceedance else [])]),
         *limits(found.warnings),
         "",
         variances,
