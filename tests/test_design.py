@@ -245,7 +245,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "among": ({"among": ["ptfe"]}, "among: must be omitted"),
     "points": ({"points": 1}, "points: must be a whole number >= 2"),
     "rtol": ({"rtol": 0.5}, "rtol: must be >= 1e-07 and <= 0.01"),
-    "chain": ({"chain": None}, "scene: must be a Scenario, or a Shock together with a Chain"),
+    "chain": ({"chain": None}, "scene: must be a scenario or its file alone, or a shock"),
 }
 
 

@@ -151,6 +151,7 @@ def test_predictions_of_many_compare_the_wall() -> None:
     found = sw.Predictor().predict_many([shock(20.0), shock(60.0)], walled)
     assert [index for index, _ in found.failures] == [1]
 
+
 # ---------------------------------------------------------------- studies
 
 SIZES = ["--vary", "chain.radius", "--between", "3 mm", "8 mm", "--target", "peak_force = 70 N"]

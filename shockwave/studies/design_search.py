@@ -10,18 +10,16 @@ from typing import Any
 from attrs import asdict, evolve, frozen
 
 from shockwave.chain.chain import Chain
-from shockwave.chain.impact import Impact
 from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.chain.yielding import require_elastic
 from shockwave.errors import InvalidValueError
 from shockwave.fields import Quantity, text_of
 from shockwave.measurement.simulate import simulate
 from shockwave.numerics import crossings
-from shockwave.profiles.shock import Shock
 from shockwave.progress import counted
 from shockwave.registry import entries, find
 from shockwave.scenario.dotted_names import Variable, variable
-from shockwave.scenario.scenario import Scenario
+from shockwave.scenario.scene_argument import Scene
 from shockwave.scenario.scene_family import Family
 from shockwave.scenario.uncertainty import ends_of, is_continuous
 from shockwave.studies import varied_scenes
@@ -50,7 +48,7 @@ _SIMULATED_SHARE = 0.1
 
 
 def design(
-    scene: Scenario | Shock | Impact,
+    scene: Scene,
     chain: Chain | None = None,
     *,
     vary: str,
@@ -65,10 +63,10 @@ def design(
 
     Parameters
     ----------
-    scene : Scenario, Shock or Impact
-        A scenario, or a shock or an impact on ``chain``.
+    scene : Scenario, path-like, Shock or Impact
+        A scenario or its file, or a shock or striker on ``chain``.
     chain : Chain, optional
-        The chain, if ``scene`` is not a scenario.
+        The chain, if ``scene`` is a shock or a striker.
     vary : str
         Dotted name of the parameter: a number of the chain, the shock or the impact, such as ``chain.radius``, or
         ``chain.material``.

@@ -17,16 +17,15 @@ from scipy import optimize
 from scipy.stats import qmc
 
 from shockwave.chain.chain import Chain
-from shockwave.chain.impact import Impact
 from shockwave.chain.layout import mass_and_length
 from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError
-from shockwave.profiles.shock import Shock
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.registry import entries, find
 from shockwave.scenario.block_keys import MATERIALS, WALLS
 from shockwave.scenario.dotted_names import Variable, variable
 from shockwave.scenario.scenario import Scenario
+from shockwave.scenario.scene_argument import Scene
 from shockwave.scenario.scene_family import Family
 from shockwave.scenario.uncertainty import ends_of
 from shockwave.studies import varied_scenes
@@ -64,7 +63,7 @@ _OWN = {"chain.mass": ("kg", "chain mass"), "chain.length": ("m", "chain length"
 
 
 def optimal_design(
-    scene: Scenario | Shock | Impact,
+    scene: Scene,
     chain: Chain | None = None,
     *,
     vary: Mapping[str, Sequence[Any] | None],
@@ -77,10 +76,10 @@ def optimal_design(
 
     Parameters
     ----------
-    scene : Scenario, Shock or Impact
-        A scenario, or a shock or an impact on ``chain``.
+    scene : Scenario, path-like, Shock or Impact
+        A scenario or its file, or a shock or striker on ``chain``.
     chain : Chain, optional
-        The chain, if ``scene`` is not a scenario.
+        The chain, if ``scene`` is a shock or a striker.
     vary : mapping
         Dotted names of the parameters. The value of a number is the pair of the ends of its interval, in SI units or as
         text; that of a material is a list of names, or None for the whole library.

@@ -326,7 +326,7 @@ def _page(
     samples = f"{found.draws}, seed {found.seed}; {found.evaluations} including those for the sensitivity indices"
     lines = [
         *(strong(line) for lead in leads for line in paragraph("", lead, 2)),
-        *facts([*verdict_facts(found, _VERDICT), *([("exceedance", str(found.exceedance))] if found.exceedance else [])]),
+        *facts([*verdict_facts(found, _VERDICT), *[("exceedance", str(found.exceedance))] * bool(found.exceedance)]),
         *limits(found.warnings),
         "",
         variances,

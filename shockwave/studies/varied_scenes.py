@@ -21,7 +21,6 @@ from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.impact import Impact
 from shockwave.chain.yielding import require_elastic
 from shockwave.errors import InvalidValueError, NumericalError
-from shockwave.fields import text_of
 from shockwave.measurement.simulate import equal_granules
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
@@ -30,6 +29,7 @@ from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.registry import entry_of
 from shockwave.scenario.scenario import Scenario
+from shockwave.scenario.scene_argument import Scene, scenario_alone
 from shockwave.scenario.scene_family import Family
 from shockwave.scenario.yaml_document import dotted, steps_of
 from shockwave.studies.scaling_exponents import POWERS, Exponents
@@ -53,22 +53,21 @@ _ATTRIBUTES = {"diameter": "radius", "wall": "material", "from": "first", "to": 
 LeadingWaves = tuple[FloatArray, FloatArray, FloatArray]
 
 
-def scenario_of(scene: Scenario | Shock | Impact, chain: Chain | None) -> Scenario:
+def scenario_of(scene: Scene, chain: Chain | None) -> Scenario:
     """The given scenario, or one of a shock or an impact on a chain; equal granules are given by their number.
 
     Raises
     ------
     InvalidValueError
-        If neither is given.
+        If neither is given, or the scenario stands for a sweep.
+    ShockwaveError
+        As `load_scenario`.
     """
-    if isinstance(scene, Scenario) and chain is None:
-        found = scene
-    elif isinstance(scene, Shock | Impact) and isinstance(chain, Chain):
+    if isinstance(scene, Shock | Impact) and isinstance(chain, Chain):
         given: dict[str, Any] = {"shock" if isinstance(scene, Shock) else "impact": scene, "chain": chain}
         found = Scenario(name="", path=None, predictor=Predictor(), simulate=SimulateOptions(), **given)
     else:
-        problem = f"must be a Scenario, or a Shock together with a Chain (got {text_of(scene)})"
-        raise InvalidValueError.of("scene", problem)
+        found = scenario_alone(scene, chain)
     return evolve(found, chain=equal_granules(found.excitation, found.chain) or found.chain)
 
 
