@@ -288,7 +288,7 @@ class Design:
     @property
     def reachable(self) -> bool:
         """Whether there is a solution."""
-        return bool(self.intervals if self.target.sign != "=" else self.solutions)
+        return bool(self.intervals or (self.solutions if self.target.sign == "=" or self.between is None else ()))
 
     @property
     def spanned(self) -> bool:

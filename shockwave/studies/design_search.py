@@ -170,12 +170,12 @@ class _Search:
         if not options:
             raise beyond[compared[0]]
         first, *others = sorted(options, key=self.target.distance)
-        ranked = [self.simulated(first), *(self.simulated(one) if self.near(one) else one for one in others)]
+        ranked = [self.simulated(first), *(self.simulated(one) if self.fits(one) else one for one in others)]
         return Design(
             scenario=self.family.base.name,
             vary=self.name,
             target=self.target,
-            solutions=tuple(one for one in ranked if self.near(one) and self.meets(one)),
+            solutions=tuple(one for one in ranked if self.fits(one) and self.meets(one)),
             nearest=ranked[0],
             least=min(options, key=lambda one: one.reached),
             most=max(options, key=lambda one: one.reached),
@@ -278,9 +278,15 @@ class _Search:
         """Whether the option meets the target within the error of its curve."""
         return self.target.distance(option) <= max(option.reached_error, self.rtol)
 
+    def fits(self, option: AnyOption) -> bool:
+        """Whether the option meets the target or its inequality."""
+        return self.near(option) or self.target.holds(option.reached - self.target.value)
+
     def meets(self, option: AnyOption) -> bool:
-        """Whether the simulation meets the target within the errors of curve and simulation."""
+        """Whether the simulation meets the target within the errors of curve and simulation, or its inequality."""
         assert option.simulated is not None
+        if self.target.holds(option.simulated.reached - self.target.value):
+            return True
         difference = abs(option.simulated.reached / self.target.value - 1)
         curve_error = max(option.reached_error, self.rtol)
         return difference <= _LARGEST_DIFFERENCE * curve_error + option.simulated.error_estimate
