@@ -218,6 +218,17 @@ def test_the_default_end_is_three_arrivals_after_the_pulse() -> None:
     assert motion.end == pytest.approx(PULSE.duration + 3 * motion.arrival)
 
 
+@pytest.mark.parametrize("code", [None, compiled])
+def test_a_run_ends_when_all_granules_fly_apart_before_a_wave_arrives(code: Any) -> None:
+    # the last granule is so light that no wave reaches it
+    masses = np.array([1.0, 1.0, 1e-4])
+    free = {key: np.zeros(2) for key in ("overlaps", "damping")}
+    chain = uniform(3, inverse_masses=1 / masses, stiffnesses=np.ones(2), fixed_wall=False, **free)
+    motion = integrate(chain, 1e-6, compiled=code)
+    assert motion.arrival is None
+    assert np.all(np.diff(motion.v) > 0)
+
+
 def test_integrators_that_cannot_step_a_chain_refuse() -> None:
     with pytest.raises(InvalidValueError, match=r"integrator: must be rkn64, .* or dop853 .*'verlet'"):
         integrate(uniform(5), 1e-6, integrator=Verlet)

@@ -397,9 +397,11 @@ static void add_work(March *m, double h, double end)
 /* Whether no contact force acts and none can follow. */
 static int is_over(const March *m)
 {
+    /* beyond the last contact a granule flies off freely */
+    const long n = (long)smaller((double)m->n, m->r->contacts);
     long j = 0;
-    while (j < m->n && m->start.f[j + 1] == 0 && !(m->start.w[j] > 0)) j++;
-    return j == m->n && m->r->time >= m->r->duration;
+    while (j < n && m->start.f[j + 1] == 0 && !(m->start.w[j] > 0)) j++;
+    return j == n && m->r->time >= m->r->duration;
 }
 
 /* Sets the time at which the wave arrives at the last contact, and the end of the run if that depends on it. */

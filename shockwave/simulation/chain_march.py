@@ -332,7 +332,8 @@ class _March(Contacts):
 
     def is_over(self, start: End) -> bool:
         """Whether no contact force acts and none can follow."""
-        return self.time >= self.duration and not start.f.any() and not (start.w > 0).any()
+        # beyond the last contact a granule flies off freely
+        return self.time >= self.duration and not start.f.any() and not (start.w[: self.contacts] > 0).any()
 
     def look_for_arrival(self, start: End) -> None:
         """Set the time at which the wave arrives at the last contact, and the end of the run if that depends on it."""
