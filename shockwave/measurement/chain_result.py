@@ -168,7 +168,7 @@ class ChainResult:
     scenario: str | None = None
     limit: Limit | None = None
 
-    #: The limit of the leading wave in a semi-infinite chain of equal granules, which does not exist here.
+    #: The limit of the leading wave in an endless chain of equal granules, which does not exist here.
     peak_force: None = field(default=None, init=False, repr=False)
     amplification: None = field(default=None, init=False, repr=False)
     waves: tuple[()] = field(default=(), init=False, repr=False)

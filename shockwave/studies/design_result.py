@@ -306,7 +306,7 @@ class Design:
             return f"no value gives {self.target} exactly, although it is within the reachable range: it jumps there"
         if self.spanned and self.nearest:
             simulated = f"its simulation gives {self._simulated(self.nearest)} at {self._value(self.nearest)}"
-            return f"{self.target} needs a semi-infinite chain; this chain is too short for the search: {simulated}"
+            return f"{self.target} needs an endless chain; this chain is too short for the search: {simulated}"
         below = self.target.value < self.least.reached
         limit = f"the minimum is {self._at(self.least)}" if below else f"the maximum is {self._at(self.most)}"
         return f"{self.target} is out of reach: {limit}"

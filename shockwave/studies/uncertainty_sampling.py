@@ -109,7 +109,7 @@ def uncertainty(
     """
     scenario = varied_scenes.scenario_of(scene, chain)
     scenario = evolve(scenario, limit=limit or scenario.limit)
-    # curves are those of semi-infinite chains
+    # curves are those of endless chains
     covered = varied_scenes.is_covered(scenario) and (scenario.limit is None or scenario.chain.count is None)
     draws = _DRAWS.checked("draws", (_OF_CURVE if covered else _OF_SIMULATIONS) if draws is None else draws)
     seed, rtol = _SEED.checked("seed", seed), RTOL.checked("rtol", rtol)

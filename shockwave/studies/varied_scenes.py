@@ -120,7 +120,7 @@ def notes_of(scenario: Scenario) -> tuple[str, ...]:
     notes = tuple(scenario.shock.profile.notes)
     if scenario.chain.count is None:
         return notes
-    return (*notes, f"the chain of {scenario.chain.count} granules is treated as semi-infinite")
+    return (*notes, f"the chain of {scenario.chain.count} granules is treated as endless")
 
 
 # ---------------------------------------------------------------- curves
@@ -175,7 +175,7 @@ def family_of(scenario: Scenario, names: Iterable[str]) -> Family:
 
 
 def primaries(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float) -> LeadingWaves:
-    """Leading waves in scenes that differ from ``scenario`` in ``values``; chains are treated as semi-infinite.
+    """Leading waves in scenes that differ from ``scenario`` in ``values``; chains are treated as endless.
 
     Parameters
     ----------
