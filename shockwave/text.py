@@ -10,12 +10,16 @@ import shutil
 import sys
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from itertools import zip_longest
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from attrs import frozen
+
+if TYPE_CHECKING:
+    from jinja2.bccache import Bucket
 
 # Characters that HTML does not admit, and those that turn the direction of the text behind them.
 _UNFIT = "[^\t\n\x20-\x7e\xa0-\u2029\u202f-\u2065\u206a-\ud7ff\ue000-\ufdcf\ufdf0-\ufffd\U00010000-\U0010fffd]"
@@ -232,10 +236,18 @@ def printed(result: object, writer: str) -> str:
 
 def html_of(template: Path, filters: Iterable[Callable[..., object]] = (), **values: object) -> str:
     """A Jinja template, filled in with ``values``, which are escaped."""
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+    from jinja2 import Environment, FileSystemBytecodeCache, FileSystemLoader, StrictUndefined
+
+    class Kept(FileSystemBytecodeCache):
+        """Compiled templates, kept like compiled modules where files can be written."""
+
+        def dump_bytecode(self, bucket: Bucket) -> None:
+            with suppress(OSError):
+                super().dump_bytecode(bucket)
 
     environment = Environment(
         loader=FileSystemLoader(template.parent),
+        bytecode_cache=Kept(str(template.parent / "__pycache__")),
         autoescape=True,
         undefined=StrictUndefined,
         finalize=lambda value: admitted(value) if type(value) is str else value,

@@ -22,6 +22,7 @@ from shockwave.page import findings, normalised, page, scene_hash, written
 from shockwave.page.number_text import formula, percent, quantity
 from shockwave.page.render import parts_in_use
 from shockwave.registry import load
+from shockwave.text import html_of
 
 ROOT = Path(__file__).parent.parent
 ROW1 = ROOT / "profiles" / "paper" / "table2-row1.yaml"
@@ -271,3 +272,15 @@ def test_a_profile_without_parameters_is_identified_by_its_force() -> None:
     shocks = [sw.Shock(profile=Kept(power), peak_force=1.0, rise_time=1e-5) for power in (1.0, 1.0, 1.001)]
     one, same, other = (scene_hash(scenario(shock)) for shock in shocks)
     assert one == same != other
+
+
+def test_a_compiled_template_is_used_again_until_the_template_changes(tmp_path: Path) -> None:
+    template = tmp_path / "page.html.jinja"
+    kept = tmp_path / "__pycache__"
+    for name in ("without a folder to write", "first", "again"):  # the folder is missing at first
+        template.write_text("<p>{{ name }}</p>", encoding="utf-8")
+        assert html_of(template, name=name) == f"<p>{name}</p>\n"
+        kept.mkdir(exist_ok=True)
+    assert len(list(kept.iterdir())) == 1
+    template.write_text("<b>{{ name }}</b>", encoding="utf-8")
+    assert html_of(template, name="new") == "<b>new</b>\n"
