@@ -33,8 +33,7 @@ async function show(request) {
   } catch {
     reply = { fault: "No answer: `shockwave explore` has ended." };
   }
-  $("fault").textContent = reply.fault ?? "";
-  $("fault").hidden = !reply.fault;
+  fail(reply.fault ?? "");
   if (reply.fault) {
     for (const input of document.querySelectorAll("#controls input[type=text]")) input.value = input.defaultValue;
     for (const option of document.querySelectorAll("#controls option")) option.selected = option.defaultSelected;
@@ -59,7 +58,8 @@ async function show(request) {
 
 function fail(fault) {
   $("fault").textContent = fault;
-  $("fault").hidden = false;
+  $("fault").hidden = !fault;
+  if (fault) $("fault").scrollIntoView({ block: "nearest" });
 }
 
 function animate(time) {

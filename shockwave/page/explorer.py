@@ -19,6 +19,7 @@ from markupsafe import Markup
 from shockwave import OWN_DISTRIBUTION, pictures
 from shockwave.chain.layout import Layout
 from shockwave.errors import InvalidValueError, ShockwaveError, UsageError, message_of
+from shockwave.limit import verdict_facts
 from shockwave.measurement.chain_result import ChainResult
 from shockwave.measurement.chain_text import chain_answer, chain_lead
 from shockwave.measurement.result_text import lead_text, result_answer
@@ -27,7 +28,6 @@ from shockwave.page.explorer_charts import APPLIED, LIMIT, PREDICTED, SIMULATED,
 from shockwave.page.explorer_scene import controls, edited, loaded, presets, text_of_file
 from shockwave.page.render import written
 from shockwave.page.results import Findings, findings
-from shockwave.limit import verdict_facts
 from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.outcome_text import estimate_figures, outcome_limits
 from shockwave.text import html_of
@@ -91,7 +91,7 @@ def parts_of(text: str, *names: str) -> dict[str, str]:
         "found": found,
         "predicted": predicted,
         "reason": reason,
-        "groups": controls(found.scenario.document) if "controls" in names else {},
+        "groups": controls(found.scenario.document) if found.scenario.document and "controls" in names else {},
         "figures": list(figures(found, predicted)) if "figures" in names else [],
         "exported": set(drawings(found)),
     }
@@ -100,14 +100,14 @@ def parts_of(text: str, *names: str) -> dict[str, str]:
 
 def figures(found: Findings, predicted: Outcome | None) -> Iterator[Figure]:
     """The charts of a scene and the animation of its beads."""
-    shock, result = found.scenario.shock, found.simulated
-    kept = None if result is None else result.recording
+    shock = found.scenario.shock
+    kept: Any = None if found.simulated is None else found.simulated.recording
     if kept is not None and kept.displacements is not None:
-        moving = kept.displacements.shape[1]
         chain = found.scenario.chain
-        radii = np.full(moving, chain.radius)
-        if chain.count is not None:
+        if found.is_beyond and chain.count is not None:
             radii = Layout.of(chain, found.scenario.excitation).radii
+        else:
+            radii = np.full(kept.displacements.shape[1], chain.radius)
         walled = kept.wall_force is not None
         picture, caption = beads(radii, kept.times, kept.displacements, kept.velocities, walled)
         yield Figure("Beads", picture, caption)
@@ -129,6 +129,7 @@ def figures(found: Findings, predicted: Outcome | None) -> Iterator[Figure]:
 
 
 def _wall(found: Findings, predicted: Any, kept: Any) -> Figure:
+    result: Any = found.simulated
     end = float(kept.times[-1])
     lines = [Series(kept.times, kept.wall_force, "simulated", colour=SIMULATED)]
     if predicted is not None and predicted.transmitted is not None:
@@ -136,7 +137,7 @@ def _wall(found: Findings, predicted: Any, kept: Any) -> Figure:
         lines.insert(0, Series((0.0, end), ends, "estimate", "band", PREDICTED))
     if found.scenario.limit is not None:
         lines.append(Series((0.0, end), [found.scenario.limit.force] * 2, "limit", "dashed", LIMIT))
-    impulse = f"The impulse on the wall is {found.simulated.transmitted.impulse:.3g} N s."
+    impulse = f"The impulse on the wall is {result.transmitted.impulse:.3g} N s."
     picture = chart(lines, ("time", "s"), ("force on the wall", "N"), end)
     return Figure("Force on the wall", picture, impulse, "wall")
 
@@ -163,9 +164,9 @@ def _waves(found: Findings, predicted: Any) -> Iterator[Figure]:
         picture = chart(series, ("wave", ""), ("peak force", "N"), count + 0.5, whole=True)
         yield Figure("Wave train", picture, source="train")
     if isinstance(result, ChainResult):
-        peaks = [(peak.contact, peak.peak_force) for peak in result.contacts]
-        series = [Series(*zip(*peaks, strict=True), colour=SIMULATED)]
-        picture = chart(series, ("contact, from the struck end", ""), ("greatest force", "N"), max(peaks[-1][0], 1))
+        contacts = [peak.contact for peak in result.contacts]
+        series = [Series(contacts, [peak.peak_force for peak in result.contacts], colour=SIMULATED)]
+        picture = chart(series, ("contact, from the struck end", ""), ("greatest force", "N"), max(contacts[-1], 1))
         yield Figure("Greatest force along the chain", picture, source="peaks")
 
 
@@ -247,6 +248,8 @@ def application(first: str) -> Flask:
                 return {"text": text, **parts_of(text, *names, "headline", "estimate", "figures")}
             except ShockwaveError as error:
                 return {"fault": str(error)}
+            except Exception as error:  # the page goes on
+                return {"fault": f"internal error: {message_of(error)} (please report it)"}
 
     @app.post("/export")
     def export() -> ResponseReturnValue:

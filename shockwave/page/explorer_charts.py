@@ -46,7 +46,9 @@ class Series:
     colour: str = BLUE
 
 
-def chart(series: Iterable[Series], x: tuple[str, str], y: tuple[str, str], right: float, whole: bool = False) -> Markup:
+def chart(
+    series: Iterable[Series], x: tuple[str, str], y: tuple[str, str], right: float, whole: bool = False
+) -> Markup:
     """Chart with axes from 0.
 
     Parameters
@@ -109,7 +111,9 @@ def field_map(times: FloatArray, contacts: Sequence[int], forces: FloatArray, la
     return area.whole(parts, ())
 
 
-def beads(radii: FloatArray, times: FloatArray, moved: FloatArray, speeds: FloatArray, wall: bool) -> tuple[Markup, str]:
+def beads(
+    radii: FloatArray, times: FloatArray, moved: FloatArray, speeds: FloatArray, wall: bool
+) -> tuple[Markup, str]:
     """Animation of the first granules, and a caption.
 
     Parameters
@@ -166,9 +170,7 @@ def _mixed(colour: str, share: float) -> str:
 
 _SHADES = 20
 #: Colours from the fastest backward motion over white, at rest, to the fastest forward motion.
-_FILLS = [
-    _mixed(VERMILION if step > 0 else BLUE, abs(step) / _SHADES) for step in range(-_SHADES, _SHADES + 1)
-]
+_FILLS = [_mixed(VERMILION if step > 0 else BLUE, abs(step) / _SHADES) for step in range(-_SHADES, _SHADES + 1)]
 
 
 def _image(levels: FloatArray) -> str:
@@ -252,7 +254,7 @@ def _ticks(low: float, high: float, factor: float, finest: float = 0.0) -> Float
     least = max((high - low) / factor / _MOST_TICKS, finest)
     power = 10.0 ** math.floor(math.log10(least))
     step = next(part * power for part in (1.0, 2.0, 5.0, 10.0) if part * power >= least * (1 - 1e-9)) * factor
-    return step * np.arange(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)
+    return np.asarray(step * np.arange(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1), dtype=float)
 
 
 def _label(value: float) -> str:

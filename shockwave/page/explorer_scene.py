@@ -14,7 +14,7 @@ from attrs import evolve, frozen
 from shockwave.errors import ScenarioError
 from shockwave.fields import DIAMETER, Quantity
 from shockwave.registry import entries, load
-from shockwave.scenario.block_keys import CHAIN, RECORD, WALLS, keys_of, parameters_of, shock_keys
+from shockwave.scenario.block_keys import CHAIN, RECORD, WALLS, parameters_of, shock_keys
 from shockwave.scenario.loader import load_scenario, scenario_of
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.template import template
@@ -87,6 +87,8 @@ def loaded(text: str) -> Scenario:
         problem = f"must be left out here, because a link must not read files ({hint})"
         raise ScenarioError([document.fault(("shock", "parameters", "file"), problem)])
     scenario = scenario_of(document, None)
+    if scenario.sweep is not None:
+        raise ScenarioError([document.fault(("sweep",), "must be left out here, because the page shows a single case")])
     count = scenario.chain.count
     if count is not None and count > _MOST_GRANULES and not scenario.chain.is_uniform:
         problem = f"must be at most {_MOST_GRANULES} here (got {count}; `shockwave simulate` takes more)"
@@ -115,7 +117,7 @@ def _changes(data: dict[str, Any], name: str, value: Any) -> Iterator[tuple[tupl
     chain = data.get("chain")
     chain = chain if isinstance(chain, dict) else {}
     if name == "chain.end":
-        end = chain.get("end") if isinstance(chain.get("end"), dict) else {}
+        end = chain["end"] if isinstance(chain.get("end"), dict) else {}
         finite = chain.get("granules") is not None
         yield ("chain", "end"), None if value in (_ENDLESS, _FREE) else {**end, "wall": str(value).removeprefix(_WALL)}
         yield ("chain", "granules"), None if value == _ENDLESS else chain["granules"] if finite else _GRANULES
@@ -225,9 +227,9 @@ def _of_chain(chain: dict[str, Any]) -> Iterator[Control]:
     if isinstance(granules, list):
         for index, segment in enumerate(granules[:_SEGMENTS]):
             place = f"chain.granules[{index}]"
-            for key in ("count", "repeat"):
-                if key in segment:
-                    yield _number(f"{place}.{key}", f"segment {index + 1}: {key}", segment[key], whole)
+            for number in ("count", "repeat"):
+                if number in segment:
+                    yield _number(f"{place}.{number}", f"segment {index + 1}: {number}", segment[number], whole)
             for control in _of_spheres(segment, place):
                 yield evolve(control, label=f"segment {index + 1}: {control.label}")
     elif granules is not None:
@@ -236,13 +238,12 @@ def _of_chain(chain: dict[str, Any]) -> Iterator[Control]:
     ends = (_FREE,) if isinstance(granules, list) else (_ENDLESS, _FREE)
     walls = (f"{_WALL}{name}" for name in (*WALLS, *_materials()))
     yield Control("chain.end", "end", given, tuple(dict.fromkeys((*ends, given, *walls))))
-    for key in ("precompression", "gravity"):
-        if key in chain:
-            spec = next(own.spec for own in CHAIN if own.name == key)
-            yield _number(f"chain.{key}", key, chain[key], spec)
-    damping = chain.get("damping") or {}
-    for key in damping.keys() - {"model"}:
-        yield Control(f"chain.damping.{key}", f"damping: {key}", str(damping[key]))
+    for key in CHAIN:
+        if key.name in ("precompression", "gravity") and key.name in chain and key.spec is not None:
+            yield _number(f"chain.{key.name}", key.name, chain[key.name], key.spec)
+    for name, value in (chain.get("damping") or {}).items():
+        if name != "model":
+            yield Control(f"chain.damping.{name}", f"damping: {name}", str(value))
 
 
 def _material(name: str, given: Any) -> Control:
