@@ -8,6 +8,7 @@ import socket
 import threading
 import webbrowser
 from collections.abc import Iterator
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -203,7 +204,7 @@ def exported(text: str, source: str, kind: str) -> bytes:
     if kind == "svg":
         return ('<?xml version="1.0" encoding="utf-8"?>\n' + pictures.svg(drawn)).encode()
     picture = io.BytesIO()
-    drawn.savefig(picture, dpi=300, metadata={"Software": None})
+    drawn.savefig(picture, format="png", dpi=300, metadata={"Software": None})
     return picture.getvalue()
 
 
@@ -298,7 +299,8 @@ def serve(file: str | None, port: int, browser: bool) -> None:
     address = f"http://{LOOPBACK}:{own.getsockname()[1]}/"
     logging.getLogger("werkzeug").setLevel(logging.ERROR)
     server = make_server(LOOPBACK, own.getsockname()[1], app, threaded=True, fd=own.fileno())
-    print(f"{address} (Ctrl-C ends)", flush=True)
-    if browser:
-        threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
-    server.serve_forever()  # returns after an interrupt
+    with suppress(KeyboardInterrupt):
+        print(f"{address} (Ctrl-C ends)", flush=True)
+        if browser:
+            threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+        server.serve_forever()

@@ -265,7 +265,7 @@ def _number(name: str, label: str, given: Any, spec: Quantity) -> Control:
         text = f"{value:g} {unit}".rstrip()
     if spec.whole:
         most = max(_MOST_ON_SLIDER, 2 * value)
-        return Control(name, label, f"{value:.0f}", (), "", value, 1, most, whole=True)
+        return Control(name, label, f"{value:.0f}", (), "", value, min(2, value), most, whole=True)
     low = max([value / _SPAN, *(b / factor + (value - b / factor) / _SPAN for b in (spec.above, spec.at_least) if b)])
     high = min([value * _SPAN, *(b / factor - (b / factor - value) / _SPAN for b in (spec.below, spec.at_most) if b)])
     return Control(name, label, text, (), unit, value, low, high if 0 < low < high else 0.0)
