@@ -9,10 +9,11 @@ from collections.abc import Iterable, Sequence
 from typing import Any, Literal
 
 import numpy as np
+import numpy.typing as npt
 from attrs import frozen
 from markupsafe import Markup, escape
 
-from shockwave.pictures.drawing import BLACK, BLUE, FIELD, GREY, MINUS, SKY, VERMILION, si_label, thinned
+from shockwave.pictures.drawing import BLACK, BLUE, FIELD, GREY, MINUS, SKY, VERMILION, si_label
 from shockwave.quadrature import FloatArray
 
 # Size of a chart and the margins around its axes [px of the drawing].
@@ -23,6 +24,8 @@ _BAR = 56
 # Most ticks of an axis, and its limit above the greatest value.
 _MOST_TICKS = 6
 _ROOM = 1.08
+# Sections of a line, as many as a screen resolves.
+_SECTIONS = 300
 # Most cells of a map along the time.
 _MOST_CELLS = 240
 # Marks on the colour bar, relative to the greatest value.
@@ -272,15 +275,23 @@ def _text(x: float, y: float, text: str, anchor: str = "start", more: str = "") 
 # ---------------------------------------------------------------- kinds of series
 
 
+def _thinned(y: FloatArray) -> npt.NDArray[np.intp]:
+    """Indices at which a line is drawn: both ends, and the least and the greatest value of each section."""
+    width = -(-len(y) // _SECTIONS)
+    sections = np.pad(y, (0, -len(y) % width), mode="edge").reshape(-1, width)
+    extremes = [pick(sections, axis=1) + width * np.arange(len(sections)) for pick in (np.argmin, np.argmax)]
+    return np.unique(np.concatenate(([0], *extremes, [len(y) - 1])).clip(0, len(y) - 1))
+
+
 def _line(area: _Area, one: Series) -> str:
-    kept = thinned(np.asarray(one.y))
+    kept = _thinned(np.asarray(one.y))
     dashes = ' stroke-dasharray="5 4"' if one.kind == "dashed" else ""
     points = area.path(np.asarray(one.x)[kept], np.asarray(one.y)[kept])
     return f'<polyline points="{points}" fill="none" stroke="{one.colour}" stroke-width="1.6"{dashes}/>'
 
 
 def _filled(area: _Area, one: Series) -> str:
-    kept = thinned(np.asarray(one.y))
+    kept = _thinned(np.asarray(one.y))
     x, y = np.asarray(one.x)[kept], np.asarray(one.y)[kept]
     points = area.path(np.concatenate((x[:1], x, x[-1:])), np.concatenate(([0.0], y, [0.0])))
     return f'<polygon points="{points}" fill="{SKY}" fill-opacity="0.35" stroke="{one.colour}" stroke-width="1.6"/>'
