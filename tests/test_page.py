@@ -22,7 +22,6 @@ from shockwave.page import findings, normalised, page, scene_hash, written
 from shockwave.page.number_text import formula, percent, quantity
 from shockwave.page.render import parts_in_use
 from shockwave.registry import load
-from shockwave.text import html_of
 
 ROOT = Path(__file__).parent.parent
 ROW1 = ROOT / "profiles" / "paper" / "table2-row1.yaml"
