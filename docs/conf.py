@@ -28,8 +28,9 @@ extensions = [
     "sphinx.ext.intersphinx",
     "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",
+    "sphinx_gallery.gen_gallery",
 ]
-exclude_patterns = ["_build", "gallery"]
+exclude_patterns = ["_build", "gallery", "examples/*.ipynb"]
 templates_path = ["_templates"]
 html_theme = "furo"
 html_title = f"shockwave {__version__}"
@@ -37,6 +38,24 @@ html_static_path = ["_static"]
 html_css_files = ["narrow.css"]
 html_math_renderer = "mathml"
 default_role = "py:obj"
+
+sphinx_gallery_conf = {
+    "examples_dirs": "gallery",
+    "gallery_dirs": "examples",
+    "abort_on_example_error": True,
+    "within_subsection_order": "FileNameSortKey",
+    "image_srcset": ["2x"],
+    # run times are those of one machine
+    "min_reported_time": 1e9,
+    "write_computation_times": False,
+    "download_all_examples": False,
+    "show_signature": False,
+    "backreferences_dir": None,
+}
+# Notebooks are stored without output and run when the pages are built.
+nb_execution_mode = "force"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 120
 
 myst_enable_extensions = ["dollarmath", "substitution"]
 myst_heading_anchors = 3
