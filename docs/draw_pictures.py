@@ -55,14 +55,13 @@ def recorded(name: str, record: tuple[str, ...], contacts: tuple[int, ...]) -> s
 
 
 def landing() -> Figure:
-    """A blow, its way along the chain, and the train of waves into which it separates, with the estimated peak."""
+    """The way of a blow along the chain, and the waves into which it separates, with the range of the estimate."""
     chain = sw.Chain(material=sw.material("stainless-steel-302"), diameter=9.5e-3)
     shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=20.0, rise_time=80e-6)
     result = sw.simulate(shock, chain, contacts=range(80), record=["forces"])
     estimate = sw.predict(shock, chain).estimate
-    figure, (left, middle, right) = pictures.figure(1, 3, (9.6, 2.9))
-    pictures.pulse(left, shock)
-    pictures.space_time(middle, result)
+    figure, (left, right) = pictures.figure(1, 2, (7.6, 3.0))
+    pictures.space_time(left, result)
     pictures.contact_forces(right, result, contacts=[10, 79])
     right.axhspan(estimate.low, estimate.high, color="grey", alpha=0.4)
     return figure
