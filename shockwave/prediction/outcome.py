@@ -164,7 +164,7 @@ class Outcome(Result, _OnDemand[Estimate | None, tuple[float, float] | None]):
         Impulse of the shock [N s].
     conditions : tuple of Condition
         Conditions (3).
-    estimate, no_estimate : Estimate or None, str or None
+    estimate, no_estimate : prediction.outcome.Estimate or None, str or None
         Best a-priori estimate of the peak force; the reason why there is none.
     expected_error : tuple of float or None
         Range of the relative error of ``peak_force``, lowest and highest, observed in simulations of similar shocks;
@@ -173,7 +173,7 @@ class Outcome(Result, _OnDemand[Estimate | None, tuple[float, float] | None]):
         Sentences on the limits of the prediction.
     trace : tuple of Inequality
         Inequalities that decided; both sides in seconds.
-    exponents : Exponents or None
+    exponents : prediction.outcome.Exponents or None
         Scaling with radius, density and stiffness; None where the relation has no derivative.
     areas : Areas or None
         Areas a1 and a2 with their errors, eq. (3); None for a striker.

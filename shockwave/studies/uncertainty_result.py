@@ -134,7 +134,7 @@ class Uncertainty(Result):
         Peak force of the leading wave [N], and its ratio to that of the shock.
     sensitivities : tuple of Sensitivity
         One for each uncertain parameter, in the given order.
-    exponents : Exponents
+    exponents : scaling_exponents.Exponents
         Exponents at the nominal scene.
     model_error : float
         Greatest bound on the relative error of a single peak force; the sampling error is separate.
