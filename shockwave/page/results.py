@@ -147,7 +147,7 @@ def _simulate_chain(scenario: Scenario) -> Any:
     options = evolve(
         result.options,
         contacts=range(0, contacts, -(-contacts // _CONTACTS)),
-        record=("forces",),
+        record=("forces", "field"),
         interval=max(result.end / _SAMPLES, _SHORTEST * result.characteristic_time),
     )
     return evolve(result, options=options)

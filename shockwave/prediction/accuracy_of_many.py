@@ -10,6 +10,7 @@ from attrs import frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.fields import listed
+from shockwave.plausibility import unusual_warnings
 from shockwave.prediction.expected_error import expected_errors, in_chain, warning_of
 from shockwave.prediction.model_interface import Peaks, ScaledAnswer, ScaledShock, Settings, Shocks, one_by_one
 from shockwave.prediction.outcome import Accuracy
@@ -65,7 +66,7 @@ def accuracies(
             )
             if problem:
                 notes.setdefault(warning_of(problem), []).append(index)
-        for note in shocks[index].profile.notes:
+        for note in (*shocks[index].profile.notes, *unusual_warnings(shocks[index], chains[index])):
             notes.setdefault(note, []).append(index)
     forces = contact_forces(shocks, chains)
     warnings = [f"{_numbered(indices)}: {note}" for note, indices in notes.items()]

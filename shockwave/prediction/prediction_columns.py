@@ -9,6 +9,7 @@ import numpy as np
 from attrs import frozen
 
 from shockwave.chain.chain import Chain
+from shockwave.plausibility import unusual_warnings
 from shockwave.prediction.expected_error import (
     FIRST_CONTACTS,
     expected_errors,
@@ -48,7 +49,7 @@ def prediction_columns(
     notes: list[str | None] = []
     for own, place in enumerate(places):
         shock, chain = shocks[place], chains[place]
-        said = list(shock.profile.notes)
+        said = [*shock.profile.notes, *unusual_warnings(shock, chain)]
         if not valid[own]:
             said.append(failed_conditions(scaled.shock(own)))
         said += found.notes.get(own, ())

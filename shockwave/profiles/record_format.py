@@ -116,7 +116,7 @@ class RecordFormat:
 
     @property
     def kind(self) -> str:
-        """Quantity of the record: force, pressure or acceleration."""
+        """Quantity of the record, which is force, pressure or acceleration."""
         return "pressure" if self.area is not None else "acceleration" if self.mass is not None else "force"
 
 

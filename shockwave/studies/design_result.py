@@ -12,24 +12,15 @@ from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.errors import InvalidValueError
 from shockwave.fields import Quantity as Number
 from shockwave.fields import text_of
+from shockwave.result_base import Result
 from shockwave.scenario.block_keys import Key
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.value_conversion import converted
-from shockwave.studies.requirements import Sign
+from shockwave.studies.requirements import TARGETS, Sign
 from shockwave.studies.scaling_exponents import Exponents
 from shockwave.studies.simulated_quantities import Quantity
 from shockwave.text import facts, limits, paragraph, si, strong, table
 
-#: Properties of the leading wave that can be the target -> SI unit.
-TARGETS = {
-    "peak_force": "N",
-    "amplification": "",
-    "momentum": "N*s",
-    "energy": "J",
-    "speed": "m/s",
-    "width": "s",
-    "granule_velocity": "m/s",
-}
 # Columns of the table that a narrow screen leaves out, the last named first.
 _SPARE = ("peak force", "chain", "speed", "width", "amplification", "granule", "simulated")
 _LEGEND = (
@@ -182,7 +173,7 @@ class Option(AnyOption):
         Mass of one granule [kg], mass of the chain over its length [kg/m].
     chain_mass : float or None
         Mass of all granules [kg], if their number is given.
-    exponents : Exponents
+    exponents : scaling_exponents.Exponents
         Exponents of the peak force with respect to the parameters of the chain and the shock.
     """
 
@@ -241,8 +232,8 @@ class SimulatedOption(AnyOption):
         return {name: si(force, unit) for name, (force, unit) in forces.items() if force is not None}
 
 
-@frozen(kw_only=True)
-class Design:
+@frozen(kw_only=True, repr=False)
+class Design(Result):
     """The result of a design.
 
     Attributes
@@ -309,6 +300,13 @@ class Design:
         below = self.target.value < self.least.reached
         limit = f"the minimum is {self._at(self.least)}" if below else f"the maximum is {self._at(self.most)}"
         return f"{self.target} is out of reach: {limit}"
+
+    _brief = ("scenario", "vary", "target.name", "target", "solutions", "table")
+    _tables = (("table", "value"),)
+
+    @property
+    def _units(self) -> dict[str, str]:
+        return {"value": self.unit, "reached": self.target.unit}
 
     def to_dict(self) -> dict[str, Any]:
         """The document that ``design --json`` prints: SI floats."""

@@ -19,6 +19,7 @@ from scipy.stats import qmc
 from shockwave.chain.chain import Chain
 from shockwave.chain.layout import mass_and_length
 from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError
+from shockwave.log import logger
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.registry import entries, find
@@ -186,6 +187,7 @@ class _Search:
             if self.meets(verified) or not self.meets(other):
                 break
             verified = self.verified(other)
+        logger.info("design of %s: %d scenes simulated", self.family.base.name, len(tried))
         return OptimalDesign(
             scenario=self.family.base.name,
             vary=tuple(one.variable.name for one in self.parameters),

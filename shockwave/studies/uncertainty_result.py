@@ -8,9 +8,11 @@ from typing import Any
 
 from attrs import asdict, field, frozen
 
-from shockwave.limit import Verdict, verdict_facts
+from shockwave.limit import Exceedance, Verdict, verdict_facts
 from shockwave.quadrature import FloatArray
+from shockwave.result_base import Result
 from shockwave.studies.scaling_exponents import Exponents
+from shockwave.tables import Table, along
 from shockwave.text import facts, limits, paragraph, si, strong, table
 
 # Columns of the variance table that a narrow screen leaves out, the last named first.
@@ -116,32 +118,8 @@ class Sensitivity(Parameter):
     amplification_total: Estimate
 
 
-@frozen(kw_only=True)
-class Exceedance:
-    """Probability that the force that leaves the chain reaches a limit.
-
-    Attributes
-    ----------
-    limit : float
-        The limit [N].
-    probability : float
-        Fraction of the scenes whose force is not below the limit.
-    low, high : float
-        Interval of the probability, which includes the 95 % confidence interval of sampling and the error of each
-        force.
-    """
-
-    limit: float
-    probability: float
-    low: float
-    high: float
-
-    def __str__(self) -> str:
-        return f"probability {self.probability:.3%}, between {self.low:.3%} and {self.high:.3%}"
-
-
-@frozen(kw_only=True)
-class Sampled:
+@frozen(kw_only=True, repr=False)
+class Sampled(Result):
     """A sample of scenes.
 
     Attributes
@@ -168,7 +146,7 @@ class Sampled:
     values: Mapping[str, FloatArray] = field(eq=False, repr=False)
 
 
-@frozen(kw_only=True)
+@frozen(kw_only=True, repr=False)
 class Uncertainty(Sampled):
     """Distribution of the peak force of the leading wave for uncertain parameters.
 
@@ -182,7 +160,7 @@ class Uncertainty(Sampled):
         Peak force of the leading wave [N], and its ratio to that of the shock.
     sensitivities : tuple of Sensitivity
         One for each uncertain parameter, in the given order.
-    exponents : Exponents
+    exponents : scaling_exponents.Exponents
         Exponents at the nominal scene.
     model_error : float
         Greatest bound on the relative error of a single peak force; the sampling error is separate.
@@ -197,6 +175,17 @@ class Uncertainty(Sampled):
     exponents: Exponents
     model_error: float
     peak_forces: FloatArray = field(eq=False, repr=False)
+
+    _brief = ("scenario", "peak_force.mean", "peak_force.sd", "draws", "method")
+    _tables = (("quantiles", "probability"), ("draws", "draw"))
+
+    def _table(self, name: str) -> Table:
+        if name == "draws":
+            units: Any = {one.name: one.unit for one in self.sensitivities}
+            return along("draw", range(self.draws), {"peak_force": self.peak_forces, **self.values}, units)
+        statistics = {"peak_force": self.peak_force, "amplification": self.amplification}
+        found = {each: _quantiles(one) for each, one in statistics.items()}
+        return along("probability", [*self.peak_force.quantiles], found)
 
     def to_dict(self) -> dict[str, Any]:
         """The document that ``uncertainty --json`` prints: SI floats, without the draws."""
@@ -265,7 +254,7 @@ class QuantityStatistics(Statistics):
         return self.unit and f" {self.unit.replace('*', ' ')}"
 
 
-@frozen(kw_only=True)
+@frozen(kw_only=True, repr=False)
 class SimulatedUncertainty(Sampled):
     """Distributions of the forces in a chain beyond equal spheres for uncertain parameters, from simulations.
 
@@ -285,6 +274,17 @@ class SimulatedUncertainty(Sampled):
     parameters: tuple[Parameter, ...]
     quantities: tuple[QuantityStatistics, ...]
     outputs: Mapping[str, FloatArray] = field(eq=False, repr=False)
+
+    _brief = ("scenario", "quantities", "parameters", "draws")
+    _tables = (("quantiles", "probability"), ("draws", "draw"))
+
+    def _table(self, name: str) -> Table:
+        units: Any = {one.name: one.unit.replace("*", " ") for one in self.quantities}
+        if name == "draws":
+            units |= {one.name: one.unit for one in self.parameters}
+            return along("draw", range(self.draws), {**self.outputs, **self.values}, units)
+        found = {one.name: _quantiles(one) for one in self.quantities}
+        return along("probability", [*self.quantities[0].quantiles], found, units)
 
     def to_dict(self) -> dict[str, Any]:
         """The document that ``uncertainty --json`` prints: SI floats, without the draws."""
@@ -308,6 +308,10 @@ class SimulatedUncertainty(Sampled):
         details = [("simulations", f"largest relative error of a scene: {errors}")]
         legends = _SHARES_LEGEND, _SIMULATED_LEGEND
         return _page(self, leads, table(header, rows, header[2:]), columns, legends, details)
+
+
+def _quantiles(one: Statistics) -> list[float]:
+    return [estimate.value for estimate in one.quantiles.values()]
 
 
 def _page(

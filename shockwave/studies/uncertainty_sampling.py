@@ -13,6 +13,7 @@ from shockwave.chain.chain import Chain
 from shockwave.errors import Fault, InvalidValueError
 from shockwave.fields import Quantity as Number
 from shockwave.limit import WAVE, Limit, verdict
+from shockwave.log import logger
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.scenario.scenario import Scenario
@@ -117,6 +118,7 @@ def uncertainty(
         raise InvalidValueError.of("draws", f"must be a power of 2, such as 4096 (got {draws})")
     drawn = [Distribution.of(spread, scenario) for spread in _spreads(scenario, spreads)]
     progressed(WORK, 0, draws * (len(drawn) + 2))
+    logger.info("uncertainty of %s: %d scenes", scenario.name, draws * (len(drawn) + 2))
     return (_of_leading_wave if covered else _of_forces)(scenario, drawn, draws, seed, rtol)
 
 

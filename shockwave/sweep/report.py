@@ -9,11 +9,12 @@ from typing import Any
 
 from attrs import asdict, frozen
 
+from shockwave.result_base import Result
 from shockwave.text import facts, limits, notes, strong
 
 
-@frozen(kw_only=True)
-class SweepReport:
+@frozen(kw_only=True, repr=False)
+class SweepReport(Result):
     """Outcome of a sweep, or its progress.
 
     Attributes
@@ -48,6 +49,8 @@ class SweepReport:
     files: tuple[Path, ...] = ()
     notes: tuple[str, ...] = ()
 
+    _brief = ("folder", "points", "done", "failed", "crashed")
+
     @property
     def left(self) -> int:
         """Number of points that have not been run."""
@@ -55,7 +58,7 @@ class SweepReport:
 
     @property
     def exit_code(self) -> int:
-        """Exit status of the command line: 0 if every point has a result, else 1."""
+        """Exit status of the command line, 0 if every point has a result, else 1."""
         return 0 if self.done == self.points else 1
 
     def to_dict(self) -> dict[str, Any]:
