@@ -20,11 +20,14 @@
 #define WIDE
 #endif
 
-#define BLOCK 8          /* partial sums of a long sum; arrays are padded with zeros to a multiple */
+#define BLOCK 32         /* partial sums of a long sum, so many that additions need not wait for one another; arrays are
+                            padded with zeros to a multiple */
 #define PADDED(n) (((n) + BLOCK - 1) / BLOCK * BLOCK)
 
-/* Half a block as one value. */
-#define HALF (BLOCK / 2)
+/* Several numbers as one value: a vector of the widest processors, and half of one. */
+#define LANES (BLOCK / 4)
+typedef double Wide __attribute__((vector_size(LANES * sizeof(double)), aligned(sizeof(double)), may_alias));
+#define HALF (LANES / 2)
 typedef double Vector __attribute__((vector_size(HALF * sizeof(double)), aligned(sizeof(double)), may_alias));
 typedef long long Whole __attribute__((vector_size(HALF * sizeof(double)), aligned(sizeof(double)), may_alias));
 #define VECTOR(address) (*(Vector *)(address))
@@ -32,7 +35,7 @@ typedef long long Whole __attribute__((vector_size(HALF * sizeof(double)), align
 
 /* See gauss_impulses.py and moments.py for the meaning of the constants of the same names. */
 #define STABLE 32
-#define ORTHOGONAL 16
+#define ORTHOGONAL 32
 #define ROUNDING 1e-14
 #define MOST_STEPS 60
 #define SETTLED 1e-9
@@ -43,20 +46,20 @@ typedef long long Whole __attribute__((vector_size(HALF * sizeof(double)), align
 
 /* ---------------------------------------------------------------- a pulse as a few impulses */
 
-static double total_of(const double *partial)
-{
-    return ((partial[0] + partial[4]) + (partial[1] + partial[5])) + ((partial[2] + partial[6]) + (partial[3] + partial[7]));
-}
-
 /* Sum of the products of two arrays of padded length. */
 WIDE static double dot(const double *one, const double *other, long n)
 {
-    double partial[BLOCK] = {0};
+    const Wide *const a = (const Wide *)one, *const b = (const Wide *)other;
+    Wide sum = {0}, second = sum, third = sum, fourth = sum;
     long i;
-    int b;
-    for (i = 0; i < n; i += BLOCK)
-        for (b = 0; b < BLOCK; b++) partial[b] += one[i + b] * other[i + b];
-    return total_of(partial);
+    for (i = 0; i < n / LANES; i += 4) {
+        sum += a[i] * b[i];
+        second += a[i + 1] * b[i + 1];
+        third += a[i + 2] * b[i + 2];
+        fourth += a[i + 3] * b[i + 3];
+    }
+    sum = (sum + second) + (third + fourth);
+    return ((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7]));
 }
 
 WIDE static void subtract(double *from, double factor, const double *values, long n)
@@ -75,15 +78,10 @@ WIDE static void scale_by(double *values, double factor, long n)
 WIDE static double follow(const double *position, const double *vector, const double *last, double beside, double *next,
                           long n)
 {
-    double partial[BLOCK] = {0}, diagonal;
+    double diagonal;
     long i;
-    int b;
-    for (i = 0; i < n; i += BLOCK)
-        for (b = 0; b < BLOCK; b++) {
-            next[i + b] = position[i + b] * vector[i + b];
-            partial[b] += vector[i + b] * next[i + b];
-        }
-    diagonal = total_of(partial);
+    for (i = 0; i < n; i++) next[i] = position[i] * vector[i];
+    diagonal = dot(vector, next, n);
     for (i = 0; i < n; i++) next[i] = next[i] - diagonal * vector[i] - beside * last[i];
     return diagonal;
 }
