@@ -299,18 +299,20 @@ WIDE static void exponentials(double *values, long n)
     }
 }
 
-/* Replaces the exponents in the kernel by their exponentials where these are not negligible. */
-static void exponentiate(Kernel *p)
+/* The kernel: exponentials of `factor`, which is negative, times `apart`, where these are not negligible. */
+static void exponentiate(Kernel *p, double factor)
 {
     const long k = p->k;
     long i, j, begin = 0, end = 0;
     for (i = 0; i < k; i++) {
-        for (j = k; j > end && p->kernel[i * k + j - 1] < NEGLIGIBLE; j--) continue;
-        p->last[i] = end = j;
+        const long from = i - i % HALF; /* whole vectors */
+        double *const row = p->kernel + i * k;
+        while (end < k && !(p->apart[i * k + end] * factor < NEGLIGIBLE)) end++;
+        p->last[i] = end;
         while (p->last[begin] <= i) begin++;
         p->first[i] = begin;
-        j = i - i % HALF; /* whole vectors */
-        exponentials(p->kernel + i * k + j, end - j);
+        for (j = from; j < end; j++) row[j] = p->apart[i * k + j] * factor;
+        exponentials(row + from, end - from);
     }
     for (i = 0; i < k; i++)
         for (j = i + 1; j < p->last[i]; j++) p->kernel[j * k + i] = p->kernel[i * k + j];
@@ -371,7 +373,7 @@ static int balance(const Law *law, const double *times, const double *impulses, 
         p->masses[i] = law->peak * impulses[i];
         p->roots[i] = sqrt(p->masses[i]);
         if (!similar) p->vector[i] = 1;
-        for (j = 0; j < k; j++) {
+        for (j = i - i % HALF; j < k; j++) { /* only these are used */
             const double apart = fabs(times[i] - times[j]) / law->width;
             p->apart[i * k + j] = apart * apart * sqrt(apart);
         }
@@ -382,8 +384,7 @@ static int balance(const Law *law, const double *times, const double *impulses, 
     for (step = 0; step < MOST_STEPS; step++) {
         const double growth = exp(force * (POWER / 6));
         double shift = 0, most = 0, norm = 0, value = 0, slope = 0, change;
-        for (i = 0; i < k * k; i++) p->kernel[i] = p->apart[i] * -growth;
-        exponentiate(p);
+        exponentiate(p, -growth);
         for (i = 0; i < k; i++) p->right[i] = p->masses[i] * p->vector[i];
         apply(p);
         for (i = 0; i < k; i++) {
@@ -407,7 +408,7 @@ static int balance(const Law *law, const double *times, const double *impulses, 
         }
         for (i = 0; i < k; i++) {
             double row = 0, bent = 0;
-            for (j = p->first[i]; j < i; j++) {
+            for (j = i + 1; j < p->last[i]; j++) {
                 const double part = p->kernel[i * k + j] * p->right[j];
                 row += part;
                 bent += p->apart[i * k + j] * part;
@@ -437,11 +438,11 @@ static void measure(const Law *law, const double *times, const double *impulses,
     int c;
     for (i = 0; i < k; i++) whole += impulses[i] * p->vector[i] * p->vector[i];
     for (i = 0; i < k; i++)
-        for (j = 0; j < k; j++) {
+        for (j = i - i % HALF; j < k; j++) {
             const double off = (times[i] - times[j]) * unit;
-            p->kernel[i * k + j] = off * off * (-1 / (reach * reach));
+            p->apart[i * k + j] = off * off;
         }
-    exponentiate(p);
+    exponentiate(p, -1 / (reach * reach));
     for (c = 0; c < COLUMNS; c++) found[c] = 0;
     for (i = 0; i < k; i++) {
         double total = 0, before = 0, after = 0, squared = 0, apart = 0, directed, weight, share;
