@@ -19,7 +19,8 @@ from markupsafe import Markup
 
 from shockwave import OWN_DISTRIBUTION, pictures
 from shockwave.chain.layout import Layout
-from shockwave.errors import InvalidValueError, ShockwaveError, UsageError, message_of
+from shockwave.errors import InvalidValueError, NotCoveredError, ShockwaveError, UsageError, message_of
+from shockwave.fields import listed
 from shockwave.limit import verdict_facts
 from shockwave.measurement.chain_result import ChainResult
 from shockwave.measurement.chain_text import chain_answer, chain_lead
@@ -32,7 +33,7 @@ from shockwave.page.results import Findings, findings
 from shockwave.pictures.drawing import BLACK, BLUE, GREEN, GREY, VERMILION
 from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.outcome_text import estimate_figures, outcome_limits
-from shockwave.text import html_of
+from shockwave.text import html_of, si
 
 if TYPE_CHECKING:
     from flask import Flask
@@ -82,8 +83,12 @@ def answered(text: str) -> tuple[Findings, Outcome | None, str]:
         return found, found.predicted, ""
     try:
         return found, scenario.predictor.predict(scenario.excitation, scenario.chain), ""
-    except InvalidValueError as error:
-        return found, None, "; ".join(fault.problem for fault in error.faults)
+    except NotCoveredError as error:
+        return (
+            found,
+            None,
+            f"{scenario.predictor.model} does not cover {listed([fault.path for fault in error.faults], 'and')}",
+        )
     except ShockwaveError as error:
         return found, None, str(error)
 
@@ -91,7 +96,7 @@ def answered(text: str) -> tuple[Findings, Outcome | None, str]:
 def parts_of(text: str, *names: str) -> dict[str, str]:
     """The parts ``names`` of the page for the scenario in ``text``, as HTML: controls, headline, estimate, figures."""
     found, predicted, reason = answered(text)
-    filters = (chain_answer, chain_lead, estimate_figures, lead_text, outcome_limits, result_answer, verdict_facts)
+    filters = chain_answer, chain_lead, estimate_figures, lead_text, outcome_limits, result_answer, si, verdict_facts
     values = {
         "found": found,
         "predicted": predicted,

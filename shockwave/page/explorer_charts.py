@@ -261,7 +261,7 @@ class _Area:
 
 
 def _picture(parts: Iterable[str], width: float = _WIDTH, height: float = _HEIGHT) -> Markup:
-    return Markup(f'<svg viewBox="0 0 {width} {height}" role="img">{"".join(parts)}</svg>')
+    return Markup(f'<svg viewBox="0 0 {width} {height}" aria-hidden="true">{"".join(parts)}</svg>')
 
 
 def _scale(largest: float, unit: str) -> tuple[float, str]:
