@@ -84,11 +84,8 @@ def answered(text: str) -> tuple[Findings, Outcome | None, str]:
     try:
         return found, scenario.predictor.predict(scenario.excitation, scenario.chain), ""
     except NotCoveredError as error:
-        return (
-            found,
-            None,
-            f"{scenario.predictor.model} does not cover {listed([fault.path for fault in error.faults], 'and')}",
-        )
+        places = listed([fault.path for fault in error.faults], "and")
+        return found, None, f"{scenario.predictor.model} does not cover {places}"
     except ShockwaveError as error:
         return found, None, str(error)
 
