@@ -177,6 +177,17 @@ def trust_map() -> Figure:
     return figure
 
 
+def materials() -> Figure:
+    """Ranking of materials for a target."""
+    names = ["ptfe", "nylon-66", "delrin", "pmma", "lead", "brass-260", "copper", "aluminium-6061-t6"]
+    found = sw.design(
+        scene("examples/protector"), vary="chain.material", target={"peak_force": 110.0}, among=names, sign="<="
+    )
+    figure, (ax,) = pictures.ranked_figure(len(found.table))
+    pictures.materials(ax, found)
+    return figure
+
+
 #: Functions that draw the pictures, by file name.
 PICTURES: dict[str, Callable[[], Figure]] = {
     "landing": landing,
@@ -190,6 +201,7 @@ PICTURES: dict[str, Callable[[], Figure]] = {
     "amplification": amplification,
     "work-precision": work_precision,
     "trust-map": trust_map,
+    "materials": materials,
 }
 
 

@@ -10,6 +10,8 @@ from typing import Any
 
 from shockwave.errors import text_of
 
+#: Hint for a decimal comma.
+COMMA = "; numbers have a decimal point and no comma, as in 9.5 mm"
 # Characters of a quantity.
 _LONGEST = 80
 _NUMBER = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]{1,4})?"
@@ -70,6 +72,8 @@ def to_si(value: Any, unit: str) -> float:
         number = math.inf
     except ValueError as error:
         rule = _NAMES.get(unit, f"a quantity in {unit}, such as '2 {unit}'")
+        if isinstance(value, str) and re.match(r"\s*[-+]?[0-9]*,[0-9]", value[:_LONGEST]):
+            got += "; write decimals with a point"
         raise ValueError(f"must be {rule} (got {got}{error})") from None
     if not math.isfinite(number):
         raise ValueError(f"must be finite (got {got})")
@@ -85,7 +89,7 @@ def _from_text(text: str, unit: str) -> float:
     if not (usual and re.fullmatch(_NUMBER, number)):  # compiling the long pattern takes milliseconds
         match = re.fullmatch(_QUANTITY, " ".join(text.split()))
         if match is None:
-            raise ValueError
+            raise ValueError(COMMA if re.search("[0-9],[0-9]", text) else "")
         number, of_unit = match.groups()
         if of_unit is None:
             return float(number)

@@ -115,9 +115,9 @@ def test_warnings_of_a_point_are_in_its_notes(tmp_path: Path) -> None:
     file = written(tmp_path, "sweep: {run: compare, grid: {chain.granules: [3, 100]}}\n")
     swept(file, tmp_path / "out")
     notes = [json.loads(line)["notes"] for line in (tmp_path / "out" / "results.jsonl").read_text().splitlines()]
-    assert "in a chain of 3 granules the leading wave may not form" in notes[0]
+    assert "in a chain of 3 granules the leading wave does not form" in notes[0]
     assert "A longer chain shows the settled waves" in notes[0]
-    assert notes[1] is None or "may not form" not in notes[1]
+    assert notes[1] is None or "does not form" not in notes[1]
 
 
 @pytest.mark.parametrize(("waves", "measured"), [("", False), (", waves: train", True)], ids=["default", "train"])
@@ -414,3 +414,15 @@ def test_starting_the_server_of_workers_leaves_the_environment_unchanged() -> No
     before = dict(os.environ)
     start_server()
     assert dict(os.environ) == before
+
+
+def test_a_sweep_logs_its_begin_and_end_and_batches_only_in_detail(
+    scenario: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level("DEBUG", "shockwave")
+    swept(scenario, tmp_path / "out")
+    told = [record.getMessage() for record in caplog.records if record.levelname == "INFO"]
+    assert len(told) == 2
+    assert "40 of 40 points to run" in told[0]
+    assert "40 of 40 points done, 0 failed" in told[1]
+    assert {record.levelname for record in caplog.records if "recorded" in record.message} == {"DEBUG"}

@@ -158,14 +158,20 @@ _LIST = [
     _option("KIND", f"{', '.join(KINDS)} (default: all)", nargs="?", choices=KINDS, metavar="KIND"),
     _option("--check", "import everything that plugins register, report errors"),
 ]
+_EXPLORE = [
+    _option("FILE", "scenario file to begin with (default: an example)", nargs="?"),
+    _option("--port N", "port on loopback (default: 8042; 0: any)", type=_number(0, 65535, int), default=8042),
+    _option("--no-browser", "print the address only"),
+]
 _NEW = [
     _option("--profile PROFILE", "profile of the shock (default: power-law)", default="power-law"),
     _option("-o --output FILE", "write to FILE, which must not exist (default: stdout)"),
 ]
 _OUTPUT = _option("-o --output FILE", "write to FILE (default: stdout)")
+_COMPLETION = [_option("SHELL", "bash, zsh or fish", choices=("bash", "zsh", "fish"), metavar="SHELL"), _OUTPUT]
 
 #: Commands that print no tables.
-_WITHOUT_TABLES = ("validate", "report", "plot", "new", "schema")
+_WITHOUT_TABLES = ("validate", "report", "explore", "plot", "new", "schema", "completion")
 
 # fmt: off
 #: Name, address of the function below `shockwave.cli`, summary, options.
@@ -175,6 +181,7 @@ _COMMANDS: list[tuple[str, str, str, list[_Option]]] = [
     ("compare", "scenario_commands:compare", "compare prediction and simulation", _SIMULATED),
     ("validate", "scenario_commands:validate", "check scenario files and report all errors", [_FILES, _JSON]),
     ("report", "scenario_commands:report", "write a page on a scenario, with pictures", [_FILE, _LIMIT, _OUTPUT]),
+    ("explore", "explore:explore", "open a page with sliders in the browser", _EXPLORE),
     ("curve", "scenario_commands:curve", "amplification as a function of the rise time", [_FILE, *_CURVE]),
     ("sweep", "sweep:sweep", "run or resume all cases of a sweep", [*_SWEEP, _JSON]),
     ("plot", "plot:plot", "plot the results of a sweep as lines or as a map", _PLOT),
@@ -185,8 +192,19 @@ _COMMANDS: list[tuple[str, str, str, list[_Option]]] = [
     ("list", "registry_commands:list_registered", "list the available profiles, integrators, ...", [*_LIST, _JSON]),
     ("new", "registry_commands:new", "write a scenario with every key and its meaning", _NEW),
     ("schema", "registry_commands:schema", "write a JSON Schema of scenarios for editors", [_OUTPUT]),
+    ("completion", "registry_commands:completion", "write a script that completes commands in a shell", _COMPLETION),
 ]
 # fmt: on
+
+
+class _Version(argparse.Action):
+    """Print the version and the back end, which is looked up only then."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        from shockwave.simulation.backend import lack
+
+        backend = f"numpy; compiled code {lack()}" if lack() else "compiled"
+        parser.exit(message=f"shockwave {__version__} (back end: {backend})\n")
 
 
 def parser(arguments: Sequence[str] = ()) -> argparse.ArgumentParser:
@@ -197,7 +215,7 @@ def parser(arguments: Sequence[str] = ()) -> argparse.ArgumentParser:
     made = argparse.ArgumentParser(
         prog="shockwave", description="Solitary waves in granular chains under shocks.", epilog=_EXITS
     )
-    made.add_argument("--version", action="version", version=f"shockwave {__version__}")
+    made.add_argument("--version", action=_Version, nargs=0, help="print the version and the back end, and exit")
     made.add_argument("--no-plugins", **{**_NO_PLUGINS[1], "default": False})
     commands = made.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for name, address, summary, options in [row for row in _COMMANDS if row[0] in arguments[:1]] or _COMMANDS:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -13,14 +13,19 @@ from attrs import asdict, field, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.chain.solitary_wave import SolitaryWave
-from shockwave.chain.yielding import Yielding
+from shockwave.chain.yielding import Yielding, yielding_of
 from shockwave.limit import LAST, WALL, WAVE, LeavingForce, Limit, Verdict, plain_verdict, verdict
 from shockwave.prediction.model_interface import Inequality, Regime, Relation
 from shockwave.profiles.base import Areas
 from shockwave.profiles.conditions import Condition
 from shockwave.quadrature import FloatArray
+from shockwave.result_base import Result
 from shockwave.scene_summary import ChainScene, Scene
 from shockwave.text import facts, limits, printed, strong
+
+if TYPE_CHECKING:  # a result that is only printed does not need them
+    from shockwave.chain.impact import Impact
+    from shockwave.tables import Table
 
 
 @frozen
@@ -78,6 +83,16 @@ class WallForce:
     high: float
 
 
+def first_yield(chain: Chain, peak_force: float, striker: tuple[Impact, float] | None = None) -> Yielding | None:
+    """First yield of the contacts for a leading wave of this peak force [N]; see `yielding_of`."""
+    on_wall = 0.0
+    if chain.end is not None:
+        from shockwave.prediction.chain_laws import wall_factor  # not needed without a wall
+
+        on_wall = float(wall_factor(chain.end.stiffness_ratio(chain.material))) * peak_force
+    return yielding_of(chain, peak_force, on_wall, striker)
+
+
 # Stiffness of the contact with a wall, over that of the others, below which waves of a train add up on the wall.
 _SOFT = 0.15
 _Estimate = TypeVar("_Estimate")
@@ -124,8 +139,8 @@ def _plain(_: object, __: object, value: Any) -> Any:
     return list(value) if isinstance(value, tuple) else value
 
 
-@frozen(kw_only=True, slots=False)
-class Outcome(_OnDemand[Estimate | None, tuple[float, float] | None]):
+@frozen(kw_only=True, slots=False, repr=False)
+class Outcome(Result, _OnDemand[Estimate | None, tuple[float, float] | None]):
     """A prediction; its class corresponds to its regime.
 
     The estimate, the expected error and the warnings are computed when one of them is first accessed, and then kept.
@@ -171,7 +186,7 @@ class Outcome(_OnDemand[Estimate | None, tuple[float, float] | None]):
     limit : Limit or None
         Limit of the force that leaves the chain.
     first_yield : callable
-        Function that computes the first yield of the contacts for a peak force and a force on the wall [N].
+        Function that computes the first yield of the contacts for the peak force of the leading wave [N].
     on_demand : callable
         Function that computes the accuracy when it is accessed.
     """
@@ -236,16 +251,20 @@ class Outcome(_OnDemand[Estimate | None, tuple[float, float] | None]):
 
     @property
     def yielding(self) -> Yielding | None:
-        """First yield of the contacts, for the estimate if there is one; None if the yield strength is not known."""
-        if self.transmitted is not None:
-            assert self.estimate is not None
-            return self.first_yield(self.estimate.peak_force, self.transmitted.peak_force)
+        """First yield of the contacts, for the estimate if there is one; None if no yield strength is known."""
         return self.first_yield(self.peak_force if self.estimate is None else self.estimate.peak_force)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        return (*self.accuracy.warnings, *(self.yielding.warnings if self.yielding else ()))
 
     @property
     def shown_error(self) -> float:
         """Relative error that limits the printed digits; where it is not known, two digits are printed."""
         return 0.3 if self.expected_error is None else max(map(abs, self.expected_error))
+
+    _brief = ("scenario", "model", "regime", "relation", "peak_force", "amplification", "waves")
+    _tables = (("waves", "wave"), ("conditions", "condition"))
 
     def to_dict(self) -> dict[str, Any]:
         """Document printed by ``predict --json``: SI floats, no NaN."""
@@ -254,13 +273,14 @@ class Outcome(_OnDemand[Estimate | None, tuple[float, float] | None]):
         own = {"regime": self.regime, "reason": self.reason or None, "ejection": None, "scene": self.scene.to_dict()}
         own["yield"] = None if self.yielding is None else asdict(self.yielding)
         accuracy, wall = asdict(self.accuracy, value_serializer=_plain), self.transmitted
-        return {**values, **accuracy, **own, "transmitted": wall and asdict(wall), "verdict": plain_verdict(self)}
+        judged = {"transmitted": wall and asdict(wall), "verdict": plain_verdict(self)}
+        return {**values, **accuracy, "warnings": list(self.warnings), **own, **judged}
 
     def __str__(self) -> str:
         return printed(self, "shockwave.prediction.outcome_text:outcome_text")
 
 
-@frozen(kw_only=True, slots=False)
+@frozen(kw_only=True, slots=False, repr=False)
 class EjectionOutcome(Outcome):
     """One wave, weaker than the shock, and the first granule rebounds (section 4.2.2).
 
@@ -287,14 +307,14 @@ class EjectionOutcome(Outcome):
         return document
 
 
-@frozen(kw_only=True, slots=False)
+@frozen(kw_only=True, slots=False, repr=False)
 class SingleOutcome(Outcome):
     """One wave that carries the entire impulse (section 4.2.3)."""
 
     regime: ClassVar[Regime] = "single"
 
 
-@frozen(kw_only=True, slots=False)
+@frozen(kw_only=True, slots=False, repr=False)
 class TrainOutcome(Outcome):
     """A wave train (sections 4.2.4 and 4.2.5).
 
@@ -309,8 +329,8 @@ class TrainOutcome(Outcome):
     roots: tuple[float, ...] = ()
 
 
-@frozen(kw_only=True, eq=False, slots=False)
-class Predictions(_OnDemand[FloatArray, FloatArray]):
+@frozen(kw_only=True, eq=False, slots=False, repr=False)
+class Predictions(Result, _OnDemand[FloatArray, FloatArray]):
     """Leading waves of many shocks, in the order of the shocks; the accuracy is computed as for `Outcome`.
 
     Attributes
@@ -337,6 +357,15 @@ class Predictions(_OnDemand[FloatArray, FloatArray]):
     method: npt.NDArray[np.str_]
     failures: tuple[tuple[int, str], ...]
     on_demand: Callable[[], Accuracy[FloatArray, FloatArray]] = field(repr=False)
+
+    _brief = ("model", "peak_force.size", "failures")
+    _tables = (("predictions", "shock"),)
+
+    def _table(self, name: str) -> Table:
+        from shockwave.tables import along
+
+        found = {each: getattr(self, each) for each in ("peak_force", "amplification", "method")}
+        return along("shock", range(len(self.method)), found)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Predictions) and self.to_dict() == other.to_dict()
