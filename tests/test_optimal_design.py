@@ -6,6 +6,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import attrs
 import pytest
 
 import shockwave as sw
@@ -210,6 +211,13 @@ def test_the_command_draws_the_ranking_beside_the_front(file: Path, tmp_path: Pa
     assert cli.main(["design", str(file), *vary, "--target", f"{FORCE} <= 1 kN", "-o", str(picture)]) == 0
     width, height = (int.from_bytes(picture.read_bytes()[at : at + 4], "big") for at in (16, 20))
     assert width > 4 * height  # two axes side by side
+
+
+def test_a_search_without_a_simulation_states_the_first_reason(file: Path) -> None:
+    scene = sw.load_scenario(file)
+    scene = attrs.evolve(scene, chain=attrs.evolve(scene.chain, elastic_only=True), document=None)
+    with pytest.raises(sw.NumericalError, match=r"could be simulated; the first: chain.elastic_only: must be left out"):
+        sw.optimal_design(scene, vary={"chain.material": ["ptfe"]}, targets=[f"{FORCE} <= 1 kN"])
 
 
 def test_an_infeasible_design_ends_with_status_1(file: Path, capsys: pytest.CaptureFixture[str]) -> None:

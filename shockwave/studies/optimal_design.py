@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from attrs import evolve, frozen
+from attrs import evolve, field, frozen
 from scipy import optimize
 from scipy.stats import qmc
 
@@ -160,6 +160,7 @@ class _Search:
     requirements: Sequence[Requirement]
     least: Quantity
     seed: int
+    failures: list[ShockwaveError] = field(factory=list)
 
     def run(self) -> OptimalDesign:
         numbers = [one for one in self.parameters if not one.names]
@@ -178,7 +179,8 @@ class _Search:
                 best.append(min(group.found, key=self.rank))
                 tried += group.found
         if not best:
-            raise NumericalError("no scene of the search could be simulated")
+            first = f"; the first: {self.failures[0]}" if self.failures else ""
+            raise NumericalError(f"no scene of the search could be simulated{first}")
         ranked = sorted(best, key=self.rank)
         chosen, *others = ranked
         verified = self.verified(chosen)
@@ -222,7 +224,8 @@ class _Search:
         for one in values:
             try:
                 scenes.append(self.family.scenario(one))
-            except InvalidValueError:
+            except InvalidValueError as error:
+                self.failures.append(error)
                 scenes.append(None)
         possible = [scene for scene in scenes if scene is not None]
         results = iter(self.simulated(possible, rtol))
@@ -240,6 +243,7 @@ class _Search:
 
     def option(self, values: Mapping[str, Any], scene: Scenario, result: Any, margin: float) -> OptimalOption | None:
         if isinstance(result, ShockwaveError):
+            self.failures.append(result)
             return None
         known = {one.quantity: self.read(one.quantity, scene, result) for one in self.requirements}
         known[self.least] = self.read(self.least, scene, result)
