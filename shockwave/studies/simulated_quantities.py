@@ -71,6 +71,25 @@ class Quantity(NamedTuple):
         return None if value is None else (float(value), float(error))
 
 
+def required(quantity: Quantity, result: Any, values: Mapping[str, Any]) -> tuple[float, float]:
+    """Value and estimated relative error of a quantity in the simulation of a scene with these parameters.
+
+    Raises
+    ------
+    InvalidValueError
+        If the result has no value; the message lists the quantities that it has.
+    """
+    found = quantity.read(result)
+    if found is None:
+        place = " and ".join(f"{name} is {one if isinstance(one, str) else f'{one:g}'}" for name, one in values.items())
+        known = ", ".join(name for name in _QUANTITIES if Quantity.named(name).read(result) is not None)
+        rule = "must be a quantity that the simulation of every scene has"
+        raise InvalidValueError.of(
+            "target", f"{rule} (got {quantity.name}, which is null where {place}; known: {known})"
+        )
+    return found
+
+
 def quantities_of(scenario: Scenario, result: Any) -> list[Quantity]:
     """Quantities that a simulation of the scenario reports and that are not zero; contacts only if requested."""
     contacts = scenario.simulate.contacts
