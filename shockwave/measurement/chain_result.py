@@ -75,8 +75,6 @@ class ChainResult(Result):
         Scene and settings.
     integrator, backend : str
         Name of the integrator; ``compiled`` or ``numpy``, the code that integrated the chain.
-    scene : ChainScene
-        Summary of excitation and chain.
     contact_count : int or None
         Number of contacts of the chain, including the contact with a wall, which is the last one; None in an endless
         chain.
@@ -141,7 +139,6 @@ class ChainResult(Result):
     options: SimulateOptions
     integrator: str
     backend: str
-    scene: ChainScene
     contact_count: int | None
     contacts: tuple[ContactPeak, ...]
     greatest_force: ContactPeak
@@ -173,6 +170,11 @@ class ChainResult(Result):
     peak_force: None = field(default=None, init=False, repr=False)
     amplification: None = field(default=None, init=False, repr=False)
     waves: tuple[()] = field(default=(), init=False, repr=False)
+
+    @property
+    def scene(self) -> ChainScene:
+        """Summary of excitation and chain."""
+        return ChainScene.of(self.excitation, self.chain)
 
     @property
     def error_estimate(self) -> float:

@@ -28,7 +28,6 @@ from shockwave.plausibility import unusual_warnings
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.registry import find
-from shockwave.scene_summary import ChainScene
 from shockwave.simulation.assembly import Motion
 from shockwave.simulation.backend import chosen
 from shockwave.simulation.time_limit import time_limit
@@ -95,7 +94,6 @@ def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: 
         options=case.options,
         integrator=motion.integrator,
         backend="numpy" if case.compiled is None else "compiled",
-        scene=ChainScene.of(excitation, chain),
         contact_count=None if endless else len(motion.forces),
         contacts=runs.reported,
         greatest_force=runs.greatest,

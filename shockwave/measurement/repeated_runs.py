@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
+import numpy.typing as npt
 
 from shockwave.errors import NumericalError
 from shockwave.measurement.chain_setup import ChainSetup
@@ -71,17 +71,19 @@ class Runs(NamedTuple):
     @property
     def reported(self) -> tuple[ContactPeak, ...]:
         """The greatest forces at the reported contacts."""
-        return tuple(map(self.peak, self.case.reported.tolist()))
+        return self._peaks(self.case.reported)
 
     def peak(self, contact: int) -> ContactPeak:
         """The greatest force at a contact."""
+        return self._peaks(np.array([contact % len(self.errors)]))[0]
+
+    def _peaks(self, contacts: npt.NDArray[np.intp]) -> tuple[ContactPeak, ...]:
         scales, motion = self.case.scales, self.motion
-        return ContactPeak(
-            contact=contact % len(motion.forces),
-            peak_force=float(motion.forces[contact]) * scales.contact_force,
-            time=float(motion.force_times[contact]) * scales.time,
-            error_estimate=float(self.errors[contact]),
-            static_force=float(self.case.layout.static_forces[contact]),
+        forces, times = motion.forces * scales.contact_force, motion.force_times * scales.time
+        columns = (contacts, *(each[contacts] for each in (forces, times, self.errors, self.case.layout.static_forces)))
+        return tuple(
+            ContactPeak(contact=contact, peak_force=force, time=time, error_estimate=error, static_force=static)
+            for contact, force, time, error, static in zip(*(each.tolist() for each in columns), strict=True)
         )
 
 
@@ -131,11 +133,14 @@ def _errors(case: ChainSetup, coarse: Motion, fine: Motion, tolerance: float) ->
     forces, dynamic, rtol = fine.forces, fine.dynamic_forces, case.rtol
     least = max(_NEGLIGIBLE * float(dynamic.max()), _TINY)
     base = np.maximum(np.maximum(dynamic, least), _LEAST_OF_TOTAL / rtol * forces)
-    near = 2 * _NEIGHBOURS + 1
-    changes = sliding_window_view(np.pad(np.abs(dynamic - coarse.dynamic_forces), _NEIGHBOURS), near)
-    bases = np.maximum(sliding_window_view(np.pad(base, _NEIGHBOURS), near), base[:, None])
+    changes = np.abs(dynamic - coarse.dynamic_forces)
+    relative = changes / base
+    for shift in range(1, _NEIGHBOURS + 1):
+        for here, there in ((slice(shift, None), slice(-shift)), (slice(-shift), slice(shift, None))):
+            near = changes[there] / np.maximum(base[there], base[here])
+            relative[here] = np.maximum(relative[here], near)
     own = tolerance + (0.0 if case.assembly.force is None else case.assembly.force.path.error)
-    errors = ESTIMATE_FACTOR * (changes / bases).max(axis=1) + own + _ROUNDING * forces / base
+    errors = ESTIMATE_FACTOR * relative + own + _ROUNDING * forces / base
     errors[forces <= 0] = 0.0
     judged = case.judged(forces)
     late = np.abs(fine.force_times - coarse.force_times)[judged]
