@@ -37,9 +37,13 @@ class Transmitted(ContactPeak):
     ----------
     impulse : float
         Integral of the total force minus the static force, from 0 to the end of the simulated time [N s].
+    impulse_error : float
+        Estimated relative error of the impulse. Late collisions in a long chain amplify errors, and the impulse depends
+        on them, unlike the greatest force.
     """
 
     impulse: float
+    impulse_error: float
 
 
 @frozen(kw_only=True)

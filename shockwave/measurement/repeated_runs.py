@@ -25,6 +25,9 @@ _HOPELESS = 10.0
 # both sides, for it may vanish by chance at one of them, and the error tolerance of a step; docs/check_chains.py
 # measures how often it holds.
 _NEIGHBOURS = 3
+# Error estimate of the impulse on a wall, over its difference between two runs: the errors of both may be of the same
+# order, since late collisions amplify them, so that the difference may be small by chance.
+_IMPULSE_FACTOR = 5.0
 # Relative rounding error of a total force.
 _ROUNDING = 1e-14
 # Tightest tolerance of a force, over its total; errors are relative to no smaller dynamic part than this one allows.
@@ -50,6 +53,8 @@ class Runs(NamedTuple):
         The best run.
     errors : array, shape (contacts,)
         Error estimates of its greatest forces, relative to their dynamic parts.
+    impulse_error : float
+        Error estimate of the impulse at the last contact, relative to it.
     missed : bool
         Whether a force that the result shows, or its time, misses the tolerance.
     steps, evaluations : int
@@ -59,6 +64,7 @@ class Runs(NamedTuple):
     case: ChainSetup
     motion: Motion
     errors: FloatArray
+    impulse_error: float
     missed: bool
     steps: int
     evaluations: int
@@ -109,7 +115,9 @@ def runs_of(case: ChainSetup) -> Runs:
         steps, evaluations = steps + fine.steps, evaluations + fine.evaluations
         errors, missed = _errors(case, coarse, fine, tolerance)
         if best is None or errors[case.reported].max() < best.errors[case.reported].max():
-            best = Runs(case, fine, errors, missed, steps, evaluations)
+            change = abs(float(fine.impulses[-1] - coarse.impulses[-1]))
+            impulse_error = _IMPULSE_FACTOR * change / max(abs(float(fine.impulses[-1])), _TINY) + tolerance
+            best = Runs(case, fine, errors, impulse_error, missed, steps, evaluations)
         reached = float(errors[case.judged(fine.forces)].max())
         if not missed or tolerance <= _TIGHTEST or reached * _TIGHTER**left > _HOPELESS * case.rtol:
             break
