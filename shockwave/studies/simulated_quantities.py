@@ -63,6 +63,7 @@ class Quantity(NamedTuple):
         """
         value, error = result, result.error_estimate
         for step in steps_of(self.name):
+            error = getattr(value, f"{step}_error", error)
             if isinstance(step, int):
                 value = value[step] if step < len(value) else None
             else:
