@@ -234,15 +234,15 @@ def served(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
         process.communicate()
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT for one process")
 def test_it_listens_on_loopback_alone_and_ends_quietly() -> None:
     with served() as (process, address):
         assert address.startswith("http://127.0.0.1:")
         port = int(address.rstrip("/").rpartition(":")[2])
         socket.create_connection(("127.0.0.1", port), 5).close()
-        others = {"127.0.0.2", *(str(info[4][0]) for info in socket.getaddrinfo(socket.gethostname(), None))}
-        for other in others - {"127.0.0.1"}:
-            with pytest.raises(OSError, match=r".*"):
-                socket.create_connection((other, port), 5)
+        # an address that a server for all of them would answer on
+        with pytest.raises(OSError, match=r".*"):
+            socket.create_connection(("127.0.0.2", port), 5)
         process.send_signal(signal.SIGINT)
         assert process.communicate(timeout=30) == ("", "")
         assert process.returncode == 0
