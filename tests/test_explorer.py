@@ -89,6 +89,17 @@ def test_an_edit_changes_the_text_and_the_results(client: Any) -> None:
         assert after[part] != before[part]
 
 
+def test_a_limit_is_decided_by_the_estimate_and_by_the_simulation(client: Any) -> None:
+    parts = asked(client, text=f"{WALL}limit: {{force: 60 N}}\n")
+    assert parts["estimate"].count("above the limit of 60 N") == 2
+
+
+def test_a_chain_that_no_model_covers_shows_the_simulated_force_first(client: Any) -> None:
+    headline = asked(client, preset="chains/damped")["headline"]
+    assert "Force on the wall, simulated" in headline
+    assert "No estimate: section-4 does not cover chain.granules[1] and chain.damping" in headline
+
+
 def test_the_text_of_an_answer_gives_the_same_answer(client: Any) -> None:
     once = asked(client, text=WALL, edits={"shock.rise_time": "20 us"})
     assert asked(client, text=once["text"]) == once
