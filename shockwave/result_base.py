@@ -13,6 +13,8 @@ from shockwave.text import html_of, in_one_line, si
 if TYPE_CHECKING:  # a result that is only printed needs no arrays
     from shockwave.tables import Table
 
+#: Version of the JSON documents: the next one when a key is removed or changes its meaning; new keys do not count.
+VERSION = {"version": 1}
 # Rows of a table in a notebook.
 _MOST_ROWS = 8
 
@@ -118,4 +120,4 @@ def _text(name: str, value: Any) -> str:
 
     if isinstance(value, float):
         return si(value, unit_of(name.rpartition(".")[2]))
-    return str(len(value) if isinstance(value, tuple) else value)
+    return repr(value) if isinstance(value, str) else str(len(value) if isinstance(value, tuple) else value)

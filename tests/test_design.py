@@ -169,7 +169,7 @@ def test_a_chain_too_short_for_the_search_has_no_solution() -> None:
     assert found.nearest.simulated is not None
     # with three granules the peak force differs by more than 1 %
     assert abs(found.nearest.simulated.reached / 60 - 1) > 1e-2
-    simulated = re.search(r"60 N needs a semi-infinite chain; .* its simulation gives ([\d.]+) N at ", found.why)
+    simulated = re.search(r"60 N needs an endless chain; .* its simulation gives ([\d.]+) N at ", found.why)
     assert simulated
     assert float(simulated[1]) == pytest.approx(found.nearest.simulated.reached, rel=1e-4)
 

@@ -65,7 +65,7 @@ class Chain:
         Default size of the granules [m], above 0; exactly one of the two must be given.
     granules : int or sequence of Segment and Cell, optional
         Number of equal granules, or the segments of the chain, starting at the struck end. By default the chain is
-        semi-infinite. A single granule needs a striker or a wall.
+        endless. A single granule needs a striker or a wall.
     end : Wall, optional
         Wall behind the last granule. By default the end is free.
     precompression : float
@@ -158,7 +158,7 @@ class Chain:
 
     @property
     def count(self) -> int | None:
-        """Number of granules; None for a semi-infinite chain."""
+        """Number of granules; None for an endless chain."""
         if isinstance(self.granules, tuple):
             return sum(part.granules for part in self.granules)
         return self.granules

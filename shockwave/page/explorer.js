@@ -12,8 +12,8 @@ const post = (path, body) =>
 
 // One request at a time. Changes made meanwhile are sent together, so that the page never lags behind a slider.
 async function ask(request) {
-  const merges = waiting && request.edits && waiting.edits;
-  waiting = merges
+  if (waiting && !waiting.edits && request.edits) return; // the controls are about to be replaced
+  waiting = waiting?.edits && request.edits
     ? { edits: { ...waiting.edits, ...request.edits }, controls: waiting.controls || request.controls }
     : request;
   if (busy) return;
@@ -78,7 +78,7 @@ $("controls").addEventListener("input", ({ target }) => {
   const { low, high, unit } = target.dataset;
   const number = low ? Number((low * (high / low) ** target.value).toPrecision(3)) : Number(target.value);
   const text = $(target.dataset.for);
-  text.value = `${number} ${unit ?? ""}`.trim();
+  target.ariaValueText = text.value = `${number} ${unit ?? ""}`.trim();
   ask({ edits: { [text.id]: unit ? text.value : number } });
 });
 $("controls").addEventListener("change", ({ target }) => {
@@ -98,7 +98,7 @@ function copy(text) {
   );
 }
 $("copy").addEventListener("click", () => copy(valid));
-$("link").addEventListener("click", () => copy(location.href));
+$("link").addEventListener("click", () => copy(`${location.origin}/#${encodeURIComponent(valid)}`));
 
 document.addEventListener("click", async ({ target }) => {
   if (target.id === "pause") {

@@ -24,11 +24,10 @@ from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.registry import entries, find
 from shockwave.scenario.block_keys import MATERIALS, WALLS
-from shockwave.scenario.dotted_names import Variable, variable
+from shockwave.scenario.dotted_names import Variable
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_argument import Scene
 from shockwave.scenario.scene_family import Family
-from shockwave.scenario.uncertainty import ends_of
 from shockwave.studies import varied_scenes
 from shockwave.studies.optimal_result import OptimalDesign, OptimalOption
 from shockwave.studies.requirements import Requirement
@@ -131,12 +130,7 @@ class _Parameter:
 
     @classmethod
     def of(cls, name: str, given: Sequence[Any] | None, scenario: Scenario) -> _Parameter:
-        try:
-            found = variable(
-                name, varied_scenes.data_of(scenario), lambda known: known.startswith(("chain.", "shock."))
-            )
-        except InvalidValueError as error:
-            raise InvalidValueError.of("vary", error.faults[0].problem) from None
+        found = varied_scenes.varied(name, scenario)
         if name.endswith(MATERIALS):
             names = tuple(given or [entry.name for entry in entries("materials")])
             for one in names:
@@ -145,14 +139,7 @@ class _Parameter:
             return cls(found, names=names)
         if found.unit is None:
             raise InvalidValueError.of("vary", f"must be numbers or materials (got {name})")
-        if given is None:
-            problem = f"must be the lower and the upper end of the interval of {name} (got nothing)"
-            raise InvalidValueError.of("between", problem)
-        try:
-            low, high = ends_of(found, given)
-        except ValueError as error:
-            raise InvalidValueError.of("between", f"{error} for {name}") from None
-        return cls(found, (low, high))
+        return cls(found, varied_scenes.interval(found, given))
 
     @property
     def wide(self) -> bool:
