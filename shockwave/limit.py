@@ -132,3 +132,27 @@ def verdict_facts(result: Any) -> list[tuple[str, str]]:
 def plain_verdict(result: Any) -> dict[str, Any] | None:
     """The verdict of a result for a document."""
     return None if result.verdict is None else asdict(result.verdict)
+
+
+@frozen(kw_only=True)
+class Exceedance:
+    """Probability that the force that leaves the chain reaches a limit.
+
+    Attributes
+    ----------
+    limit : float
+        The limit [N].
+    probability : float
+        Fraction of the scenes whose force is not below the limit.
+    low, high : float
+        Interval of the probability, which includes the 95 % confidence interval of sampling and the error of each
+        force.
+    """
+
+    limit: float
+    probability: float
+    low: float
+    high: float
+
+    def __str__(self) -> str:
+        return f"probability {self.probability:.3%}, between {self.low:.3%} and {self.high:.3%}"

@@ -230,6 +230,15 @@ def printed(result: object, writer: str) -> str:
     return str(getattr(importlib.import_module(module), name)(result))
 
 
+def in_one_line(result: object) -> str:
+    """Text of ``result`` in which no line is wrapped."""
+    token = _screen.set(Screen(columns=10_000, wide=True))
+    try:
+        return str(result)
+    finally:
+        _screen.reset(token)
+
+
 def html_of(template: Path, filters: Iterable[Callable[..., object]] = (), **values: object) -> str:
     """A Jinja template, filled in with ``values``, which are escaped."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined

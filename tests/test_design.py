@@ -19,7 +19,8 @@ from shockwave.numerics import crossings
 from shockwave.progress import progress_shown
 from shockwave.scenario.scene_family import Family
 from shockwave.studies.design_lines import line_along
-from shockwave.studies.design_result import TARGETS, Target
+from shockwave.studies.design_result import Target
+from shockwave.studies.requirements import TARGETS
 from shockwave.studies.scaling_exponents import POWERS
 from shockwave.studies.varied_scenes import curve_of, duration_of, exponents_of, scenario_of, value_of
 

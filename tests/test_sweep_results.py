@@ -312,5 +312,7 @@ def test_a_data_frame_is_indexed_by_the_variables(folder: Path) -> None:
 @pytest.mark.parametrize("library", ["pandas", "xarray"])
 def test_a_missing_library_is_named(folder: Path, library: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, library, None)
-    with pytest.raises(UsageError, match=f"{library} must be installed .*pip install {library}"):
+    with pytest.raises(
+        UsageError, match=rf"{library} must be installed .*pip install 'granular-shockwave\[notebook\]'"
+    ):
         getattr(load_sweep(folder), f"to_{library}")()

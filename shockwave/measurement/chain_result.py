@@ -16,6 +16,7 @@ from shockwave.measurement.contact_peaks import ContactPeak, last_force
 from shockwave.measurement.recording import Recording, plain
 from shockwave.measurement.result import Cost
 from shockwave.options import SimulateOptions
+from shockwave.result_base import Result
 from shockwave.scene_summary import ChainScene
 from shockwave.text import printed
 
@@ -60,8 +61,8 @@ class SegmentEnergy:
     energy: float
 
 
-@frozen(kw_only=True, slots=False)
-class ChainResult:
+@frozen(kw_only=True, slots=False, repr=False)
+class ChainResult(Result):
     """Result of a simulation of a chain beyond equal spheres, from 0 to the end of the simulated time.
 
     In general the leading wave has no limit in such a chain, so ``peak_force`` and ``amplification`` are None and
@@ -223,6 +224,9 @@ class ChainResult:
     def all_warnings(self) -> tuple[str, ...]:
         """Warnings of the forces and the histories."""
         return (*self.wave_warnings, *self._recording[1])
+
+    _brief = ("scenario", "greatest_force.peak_force", "transmitted.peak_force", "error_estimate", "contacts", "end")
+    _tables = (("contacts", "contact"), ("segments", "segment"), ("recording", "time"))
 
     def to_dict(self) -> dict[str, Any]:
         """Document printed by ``simulate --json``: SI floats, no NaN."""

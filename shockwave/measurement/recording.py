@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from attrs import asdict, frozen, has
@@ -11,6 +11,10 @@ from shockwave.chain.chain import Chain, Scales
 from shockwave.errors import InvalidValueError
 from shockwave.options import SimulateOptions
 from shockwave.quadrature import FloatArray
+from shockwave.result_base import Result
+
+if TYPE_CHECKING:  # a result that is only printed does not need it
+    from shockwave.tables import Table
 
 #: Largest number of contacts that are reported unless they are requested.
 MOST_REPORTED = 1000
@@ -32,7 +36,7 @@ def plain(value: Any) -> Any:
 
 
 @frozen(kw_only=True, eq=False, repr=False)
-class Recording:
+class Recording(Result):
     """Histories at equal time intervals, in SI units; histories that were not requested are None.
 
     Attributes
@@ -61,11 +65,28 @@ class Recording:
     contact_energy: FloatArray | None = None
     wall_force: FloatArray | None = None
 
+    _tables = (("histories", "time"),)
+
     def __repr__(self) -> str:
-        arrays = {name: kept for name, kept in asdict(self, recurse=False).items() if isinstance(kept, np.ndarray)}
-        shapes = (f"{name} {kept.shape}" for name, kept in arrays.items())
+        shapes = (f"{name} {kept.shape}" for name, kept in self._arrays.items())
         span = f"{len(self.times)} times to {self.times[-1]:g} s, {len(self.contacts)} contacts"
         return f"Recording({span}; {', '.join(shapes)})"
+
+    @property
+    def _arrays(self) -> dict[str, FloatArray]:
+        return {name: kept for name, kept in asdict(self, recurse=False).items() if isinstance(kept, np.ndarray)}
+
+    def _table(self, name: str) -> Table:
+        from shockwave.tables import column, coordinate
+
+        table = coordinate("time", self.times)
+        for name, kept in self._arrays.items():
+            if name != "times":
+                second = "contact" if name == "forces" else "granule"
+                places = self.contacts if name == "forces" else range(kept.shape[-1])
+                table |= coordinate(second, places) if kept.ndim > 1 else {}
+                table |= column(name, kept, *("time", second)[: kept.ndim])
+        return table
 
     def to_dict(self) -> dict[str, Any]:
         """Attributes by name, with arrays as lists of SI floats."""

@@ -18,6 +18,7 @@ from shockwave.measurement.measured_wave import MeasuredWave, Passage
 from shockwave.measurement.recording import Recording, plain
 from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
+from shockwave.result_base import Result
 from shockwave.scene_summary import Scene
 from shockwave.simulation.problem import Primary
 from shockwave.text import printed
@@ -85,8 +86,8 @@ class Train:
     warnings: tuple[str, ...] = ()
 
 
-@frozen(kw_only=True, slots=False)
-class SimulationResult:
+@frozen(kw_only=True, slots=False, repr=False)
+class SimulationResult(Result):
     """Result of a direct simulation of eq. (1).
 
     The leading wave is computed at once. The rest of the train is integrated when one of its parts is first accessed
@@ -338,6 +339,9 @@ class SimulationResult:
     def all_warnings(self) -> tuple[str, ...]:
         """Warnings of the waves, the passages and the histories."""
         return (*self.wave_warnings, *self._passages[1], *self._recording[1])
+
+    _brief = ("scenario", "peak_force", "amplification", "error_estimate", "integrator", "backend")
+    _tables = (("waves", "wave"), ("contacts", "contact"), ("passages", "contact"), ("recording", "time"))
 
     def to_dict(self) -> dict[str, Any]:
         """Document printed by ``simulate --json``: SI floats, no NaN."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -19,8 +19,12 @@ from shockwave.prediction.model_interface import Inequality, Regime, Relation
 from shockwave.profiles.base import Areas
 from shockwave.profiles.conditions import Condition
 from shockwave.quadrature import FloatArray
+from shockwave.result_base import Result
 from shockwave.scene_summary import ChainScene, Scene
 from shockwave.text import facts, limits, printed, strong
+
+if TYPE_CHECKING:  # a result that is only printed does not need it
+    from shockwave.tables import Table
 
 
 @frozen
@@ -124,8 +128,8 @@ def _plain(_: object, __: object, value: Any) -> Any:
     return list(value) if isinstance(value, tuple) else value
 
 
-@frozen(kw_only=True, slots=False)
-class Outcome(_OnDemand[Estimate | None, tuple[float, float] | None]):
+@frozen(kw_only=True, slots=False, repr=False)
+class Outcome(Result, _OnDemand[Estimate | None, tuple[float, float] | None]):
     """A prediction; its class corresponds to its regime.
 
     The estimate, the expected error and the warnings are computed when one of them is first accessed, and then kept.
@@ -247,6 +251,9 @@ class Outcome(_OnDemand[Estimate | None, tuple[float, float] | None]):
         """Relative error that limits the printed digits; where it is not known, two digits are printed."""
         return 0.3 if self.expected_error is None else max(map(abs, self.expected_error))
 
+    _brief = ("scenario", "model", "regime", "relation", "peak_force", "amplification", "waves")
+    _tables = (("waves", "wave"), ("conditions", "condition"))
+
     def to_dict(self) -> dict[str, Any]:
         """Document printed by ``predict --json``: SI floats, no NaN."""
         left_out = ("on_demand", "limit", "first_yield", "wall")
@@ -260,7 +267,7 @@ class Outcome(_OnDemand[Estimate | None, tuple[float, float] | None]):
         return printed(self, "shockwave.prediction.outcome_text:outcome_text")
 
 
-@frozen(kw_only=True, slots=False)
+@frozen(kw_only=True, slots=False, repr=False)
 class EjectionOutcome(Outcome):
     """One wave, weaker than the shock, and the first granule rebounds (section 4.2.2).
 
@@ -287,14 +294,14 @@ class EjectionOutcome(Outcome):
         return document
 
 
-@frozen(kw_only=True, slots=False)
+@frozen(kw_only=True, slots=False, repr=False)
 class SingleOutcome(Outcome):
     """One wave that carries the entire impulse (section 4.2.3)."""
 
     regime: ClassVar[Regime] = "single"
 
 
-@frozen(kw_only=True, slots=False)
+@frozen(kw_only=True, slots=False, repr=False)
 class TrainOutcome(Outcome):
     """A wave train (sections 4.2.4 and 4.2.5).
 
@@ -309,8 +316,8 @@ class TrainOutcome(Outcome):
     roots: tuple[float, ...] = ()
 
 
-@frozen(kw_only=True, eq=False, slots=False)
-class Predictions(_OnDemand[FloatArray, FloatArray]):
+@frozen(kw_only=True, eq=False, slots=False, repr=False)
+class Predictions(Result, _OnDemand[FloatArray, FloatArray]):
     """Leading waves of many shocks, in the order of the shocks; the accuracy is computed as for `Outcome`.
 
     Attributes
@@ -337,6 +344,15 @@ class Predictions(_OnDemand[FloatArray, FloatArray]):
     method: npt.NDArray[np.str_]
     failures: tuple[tuple[int, str], ...]
     on_demand: Callable[[], Accuracy[FloatArray, FloatArray]] = field(repr=False)
+
+    _brief = ("model", "peak_force.size", "failures")
+    _tables = (("predictions", "shock"),)
+
+    def _table(self, name: str) -> Table:
+        from shockwave.tables import along
+
+        found = {each: getattr(self, each) for each in ("peak_force", "amplification", "method")}
+        return along("shock", range(len(self.method)), found)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Predictions) and self.to_dict() == other.to_dict()

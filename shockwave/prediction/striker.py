@@ -36,7 +36,7 @@ _FORMED = (40, 10, 0.65)
 _NEARLY = (10, 6, 0.5)
 
 
-@frozen(kw_only=True, slots=False)
+@frozen(kw_only=True, slots=False, repr=False)
 class StrikerOutcome(Outcome):
     """Waves that a striker generates.
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Any, cast
 
 from attrs import asdict, frozen
@@ -24,7 +26,9 @@ from shockwave.prediction.outcome_text import (
 )
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock import Shock
+from shockwave.result_base import Result
 from shockwave.scenario.scenario import Published
+from shockwave.tables import Table, column, coordinate
 from shockwave.text import error_text, facts, limits, notes, paragraph, si, strong
 
 if TYPE_CHECKING:
@@ -32,8 +36,8 @@ if TYPE_CHECKING:
     from shockwave.measurement.chain_result import ChainResult
 
 
-@frozen(kw_only=True)
-class Comparison:
+@frozen(kw_only=True, repr=False)
+class Comparison(Result):
     """A prediction and a simulation of the same scene.
 
     Attributes
@@ -60,6 +64,17 @@ class Comparison:
     relation: Relation | None
     published: Published | None = None
     reason: str | None = None
+
+    _brief = ("simulated.scenario", "predicted.peak_force", "simulated.peak_force", "error", "relation")
+    _tables = (("waves", "wave"),)
+
+    def _table(self, name: str) -> Table | None:
+        if self.predicted is None or not self.simulated.waves:
+            return self.simulated._main_table()
+        parts = (self.predicted, self.simulated)
+        forces = [*zip_longest(*([wave.peak_force for wave in part.waves] for part in parts), fillvalue=math.nan)]
+        table = coordinate("wave", range(len(forces))) | coordinate("source", ["predicted", "simulated"])
+        return table | column("peak_force", forces, "wave", "source")
 
     def to_dict(self) -> dict[str, Any]:
         """The document that ``compare --json`` prints."""

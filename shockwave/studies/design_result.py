@@ -12,24 +12,15 @@ from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.errors import InvalidValueError
 from shockwave.fields import Quantity as Number
 from shockwave.fields import text_of
+from shockwave.result_base import Result
 from shockwave.scenario.block_keys import Key
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.value_conversion import converted
-from shockwave.studies.requirements import Sign
+from shockwave.studies.requirements import TARGETS, Sign
 from shockwave.studies.scaling_exponents import Exponents
 from shockwave.studies.simulated_quantities import Quantity
 from shockwave.text import facts, limits, paragraph, si, strong, table
 
-#: Properties of the leading wave that can be the target -> SI unit.
-TARGETS = {
-    "peak_force": "N",
-    "amplification": "",
-    "momentum": "N*s",
-    "energy": "J",
-    "speed": "m/s",
-    "width": "s",
-    "granule_velocity": "m/s",
-}
 # Columns of the table that a narrow screen leaves out, the last named first.
 _SPARE = ("peak force", "chain", "speed", "width", "amplification", "granule", "simulated")
 _LEGEND = (
@@ -242,8 +233,8 @@ class SimulatedOption:
 AnyOption: TypeAlias = Option | SimulatedOption
 
 
-@frozen(kw_only=True)
-class Design:
+@frozen(kw_only=True, repr=False)
+class Design(Result):
     """The result of a design.
 
     Attributes
@@ -310,6 +301,13 @@ class Design:
         below = self.target.value < self.least.reached
         limit = f"the minimum is {self._at(self.least)}" if below else f"the maximum is {self._at(self.most)}"
         return f"{self.target} is out of reach: {limit}"
+
+    _brief = ("scenario", "vary", "target.name", "target", "solutions", "table")
+    _tables = (("table", "value"),)
+
+    @property
+    def _units(self) -> dict[str, str]:
+        return {"value": self.unit, "reached": self.target.unit}
 
     def to_dict(self) -> dict[str, Any]:
         """The document that ``design --json`` prints: SI floats."""

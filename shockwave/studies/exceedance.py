@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from shockwave.limit import LeavingForce, Limit, Verdict, verdict
+from shockwave.limit import Exceedance, LeavingForce, Limit, Verdict, verdict
 from shockwave.quadrature import FloatArray
 from shockwave.studies.sampling import estimates
-from shockwave.studies.uncertainty_result import Exceedance
 
 # Draws that a fraction is uncertain by at least: with 95 % confidence an event seen never has a probability below 3/n.
 _LEAST_DRAWS = 3.0

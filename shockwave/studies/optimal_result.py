@@ -7,7 +7,9 @@ from typing import Any
 
 from attrs import asdict, field, frozen
 
+from shockwave.result_base import Result
 from shockwave.studies.requirements import Requirement
+from shockwave.tables import Table, along
 from shockwave.text import facts, notes, si, strong, table
 
 # Relative error shown for quantities of the chain itself.
@@ -40,8 +42,8 @@ class OptimalOption:
     verified: bool = False
 
 
-@frozen(kw_only=True)
-class OptimalDesign:
+@frozen(kw_only=True, repr=False)
+class OptimalDesign(Result):
     """Option that meets all requirements with the least of a quantity.
 
     Attributes
@@ -97,6 +99,19 @@ class OptimalDesign:
             if not chosen or sense * one.quantities[name] < sense * chosen[-1].quantities[name]:
                 chosen.append(one)
         return chosen
+
+    _brief = ("scenario", "vary", "least", "best.least", "tried")
+    _tables = (("tried", "option"),)
+
+    def _table(self, name: str) -> Table | None:
+        if not self.tried:
+            return None
+        units = {self.least: self.least_unit, **dict(zip(self.vary, self.units, strict=True))}
+        columns: dict[str, Any] = {self.least: [one.least for one in self.tried]}
+        columns |= zip(self.vary, zip(*(one.values for one in self.tried), strict=True), strict=True)
+        for name, unit in ((one.quantity.name, one.quantity.unit) for one in self.requirements):
+            units[name], columns[name] = unit, [one.quantities[name] for one in self.tried]
+        return along("option", range(len(self.tried)), columns, units)
 
     def to_dict(self) -> dict[str, Any]:
         """The document that ``design --json`` prints: SI floats."""

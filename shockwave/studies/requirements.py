@@ -14,6 +14,16 @@ from shockwave.studies.simulated_quantities import Quantity
 from shockwave.text import si
 from shockwave.units import to_si
 
+#: Properties of the leading wave that can be the target -> SI unit.
+TARGETS = {
+    "peak_force": "N",
+    "amplification": "",
+    "momentum": "N*s",
+    "energy": "J",
+    "speed": "m/s",
+    "width": "s",
+    "granule_velocity": "m/s",
+}
 Sign = Literal["<=", ">=", "="]
 _REQUIREMENT = re.compile(r"\s*([\w.\[\]]+)\s*(<=|>=|=)\s*(.*\S)\s*")
 # Relative width of an equality.

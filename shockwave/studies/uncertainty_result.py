@@ -8,9 +8,11 @@ from typing import Any
 
 from attrs import asdict, field, frozen
 
-from shockwave.limit import Verdict, verdict_facts
+from shockwave.limit import Exceedance, Verdict, verdict_facts
 from shockwave.quadrature import FloatArray
+from shockwave.result_base import Result
 from shockwave.studies.scaling_exponents import Exponents
+from shockwave.tables import Table, along
 from shockwave.text import facts, limits, paragraph, si, strong, table
 
 # Columns of the variance table that a narrow screen leaves out, the last named first.
@@ -114,32 +116,8 @@ class Sensitivity(Parameter):
     amplification_total: Estimate
 
 
-@frozen(kw_only=True)
-class Exceedance:
-    """Probability that the force that leaves the chain reaches a limit.
-
-    Attributes
-    ----------
-    limit : float
-        The limit [N].
-    probability : float
-        Fraction of the scenes whose force is not below the limit.
-    low, high : float
-        Interval of the probability, which includes the 95 % confidence interval of sampling and the error of each
-        force.
-    """
-
-    limit: float
-    probability: float
-    low: float
-    high: float
-
-    def __str__(self) -> str:
-        return f"probability {self.probability:.3%}, between {self.low:.3%} and {self.high:.3%}"
-
-
-@frozen(kw_only=True)
-class Uncertainty:
+@frozen(kw_only=True, repr=False)
+class Uncertainty(Result):
     """Distribution of the peak force of the leading wave for uncertain parameters.
 
     Attributes
@@ -183,6 +161,17 @@ class Uncertainty:
     verdict: Verdict | None = None
     values: Mapping[str, FloatArray] = field(eq=False, repr=False)
     peak_forces: FloatArray = field(eq=False, repr=False)
+
+    _brief = ("scenario", "peak_force.mean", "peak_force.sd", "draws", "method")
+    _tables = (("quantiles", "probability"), ("draws", "draw"))
+
+    def _table(self, name: str) -> Table:
+        if name == "draws":
+            units: Any = {one.name: one.unit for one in self.sensitivities}
+            return along("draw", range(self.draws), {"peak_force": self.peak_forces, **self.values}, units)
+        statistics = {"peak_force": self.peak_force, "amplification": self.amplification}
+        found = {each: _quantiles(one) for each, one in statistics.items()}
+        return along("probability", [*self.peak_force.quantiles], found)
 
     def to_dict(self) -> dict[str, Any]:
         """The document that ``uncertainty --json`` prints: SI floats, without the draws."""
@@ -251,8 +240,8 @@ class QuantityStatistics(Statistics):
         return self.unit and f" {self.unit.replace('*', ' ')}"
 
 
-@frozen(kw_only=True)
-class SimulatedUncertainty:
+@frozen(kw_only=True, repr=False)
+class SimulatedUncertainty(Result):
     """Distributions of the forces in a chain beyond equal spheres for uncertain parameters, from simulations.
 
     Attributes
@@ -286,6 +275,17 @@ class SimulatedUncertainty:
     values: Mapping[str, FloatArray] = field(eq=False, repr=False)
     outputs: Mapping[str, FloatArray] = field(eq=False, repr=False)
 
+    _brief = ("scenario", "quantities", "parameters", "draws")
+    _tables = (("quantiles", "probability"), ("draws", "draw"))
+
+    def _table(self, name: str) -> Table:
+        units: Any = {one.name: one.unit.replace("*", " ") for one in self.quantities}
+        if name == "draws":
+            units |= {one.name: one.unit for one in self.parameters}
+            return along("draw", range(self.draws), {**self.outputs, **self.values}, units)
+        found = {one.name: _quantiles(one) for one in self.quantities}
+        return along("probability", [*self.quantities[0].quantiles], found, units)
+
     def to_dict(self) -> dict[str, Any]:
         """The document that ``uncertainty --json`` prints: SI floats, without the draws."""
         document = asdict(self, filter=lambda attribute, _: attribute.name not in ("values", "outputs"))
@@ -308,6 +308,10 @@ class SimulatedUncertainty:
         details = [("simulations", f"largest relative error of a scene: {errors}")]
         legends = _SHARES_LEGEND, _SIMULATED_LEGEND
         return _page(self, leads, table(header, rows, header[2:]), columns, legends, details)
+
+
+def _quantiles(one: Statistics) -> list[float]:
+    return [estimate.value for estimate in one.quantiles.values()]
 
 
 def _page(

@@ -24,8 +24,10 @@ from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.guard import kept
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
+from shockwave.result_base import Result
 from shockwave.studies.chebyshev_fit import Piece
 from shockwave.studies.universal_curve_fit import CurveData, fitted_curve
+from shockwave.tables import Table, along
 from shockwave.text import facts, paragraph, si, strong
 
 #: Range of the tolerance of a curve.
@@ -42,6 +44,10 @@ _CONSTANTS_ERROR = 3e-9
 _ROUNDING = 1e-12
 # Fraction by which the search for a solution begins below the solution for an impulse.
 _MARGIN = 1e-9
+# Points of the curve in a table, and the shortest over the longest rise time there.
+_SHOWN = 200
+_SHORTEST_SHOWN = 1e-2
+_FUNCTIONS = ("amplification", "error", "slope")
 _HEADER = {"format": "shockwave universal curve", "version": 1}
 # Size limit of a file [bytes]; a curve has some thousands.
 _MOST_BYTES = 2**24
@@ -76,8 +82,8 @@ class CurveAnswer:
         return "\n".join(map(strong, lines))
 
 
-@frozen(init=False, slots=False)
-class UniversalCurve(CurveData):
+@frozen(init=False, slots=False, repr=False)
+class UniversalCurve(Result, CurveData):
     """Amplification as a function of t0/T0, for every semi-infinite chain and every peak force.
 
     With S = (t0/T0) (a1 + a2)/1.652067 the amplification is 1.168181738 S^(6/5) e^g. For short shocks g is
@@ -213,6 +219,13 @@ class UniversalCurve(CurveData):
         first, *others = self._landmarks.tolist()
         least = min(impulse, first) * (1 - _MARGIN)
         return tuple(crossings(lambda ratio: math.log(self.amplification(ratio)) - target, [least, first, *others]))
+
+    _brief = ("shape.profile", "rtol", "longest", "simulations")
+    _tables = (("curve", "rise_time"),)
+
+    def _table(self, name: str) -> Table:
+        ratios = np.geomspace(_SHORTEST_SHOWN, 1, _SHOWN) * self.longest_rise_time
+        return along("rise_time", ratios, {name: getattr(self, name)(ratios) for name in _FUNCTIONS})
 
     def to_dict(self) -> dict[str, Any]:
         """The document that `save` writes, with all digits; it holds the fields of the shape beside the others."""

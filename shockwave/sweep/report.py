@@ -9,11 +9,12 @@ from typing import Any
 
 from attrs import asdict, frozen
 
+from shockwave.result_base import Result
 from shockwave.text import facts, limits, notes, strong
 
 
-@frozen(kw_only=True)
-class SweepReport:
+@frozen(kw_only=True, repr=False)
+class SweepReport(Result):
     """Outcome of a sweep, or its progress.
 
     Attributes
@@ -47,6 +48,8 @@ class SweepReport:
     seconds: float
     files: tuple[Path, ...] = ()
     notes: tuple[str, ...] = ()
+
+    _brief = ("folder", "points", "done", "failed", "crashed")
 
     @property
     def left(self) -> int:

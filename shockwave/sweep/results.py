@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 import math
 import os
@@ -15,11 +14,13 @@ import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 
-from shockwave.errors import UnknownNameError, UsageError
+from shockwave.errors import UnknownNameError
 from shockwave.progress import progressed
+from shockwave.result_base import Result
 from shockwave.sweep.accuracy import accuracy_of, main_quantity
 from shockwave.sweep.definition import NOTES, SweepDefinition, as_text
 from shockwave.sweep.journal import NOT_RUN, Journal
+from shockwave.tables import Table, along, library
 from shockwave.text import facts, limits, si, significant_digits, strong, table
 
 # Significant digits of variables, and of quantities without a known error.
@@ -57,8 +58,8 @@ def _same(one: Mapping[str, npt.NDArray[Any]], other: Mapping[str, npt.NDArray[A
     )
 
 
-@frozen(kw_only=True)
-class SweepResults(SweepDefinition):
+@frozen(kw_only=True, repr=False)
+class SweepResults(Result, SweepDefinition):
     """Definition of a sweep, with the results so far.
 
     Attributes
@@ -75,6 +76,18 @@ class SweepResults(SweepDefinition):
     warnings: tuple[str, ...]
     folder: Path = attrs.field(eq=False)
     _arrays: dict[str, npt.NDArray[Any]] = attrs.field(eq=attrs.cmp_using(eq=_same), repr=False)
+
+    _brief = ("name", "run", "points", "complete")
+    _tables = (("points", "point"),)
+
+    def _table(self, name: str) -> Table:
+        (first, *_), row = self.variables, "point"
+        places: Any = range(self.points)
+        if len(self.variables) == 1 and self.units[first] is not None:
+            row, places = first, self.coordinate(first)
+        main = main_quantity([one.name for one in self.columns if one.kind != "text"])
+        names = dict.fromkeys((main, *self.variables, *self._arrays))
+        return along(row, places, {each: self.values(each).ravel() for each in names if each != row}, self.units)
 
     @property
     def complete(self) -> bool:
@@ -124,7 +137,7 @@ class SweepResults(SweepDefinition):
                 return place
         raise UnknownNameError("variable of the sweep", name, self.variables)
 
-    def to_pandas(self) -> Any:
+    def to_pandas(self, table: str | None = None) -> Any:
         """Return a `pandas.DataFrame` with a row for each point, indexed by the variables; ``attrs`` holds the units.
 
         Raises
@@ -132,14 +145,14 @@ class SweepResults(SweepDefinition):
         UsageError
             If pandas is not installed.
         """
-        pd = _library("pandas")
+        pd = library("pandas")
         names = [*self.variables, *self._arrays]
         frame = pd.DataFrame({name: self.values(name).ravel() for name in names})
         frame = frame.set_index(list(self.variables))
         frame.attrs["units"] = self.units
         return frame
 
-    def to_xarray(self) -> Any:
+    def to_xarray(self, table: str | None = None) -> Any:
         """Return a `xarray.Dataset` of arrays with named axes and units.
 
         An axis is named after the last part of its variable's name; variables that change together share an axis
@@ -150,7 +163,7 @@ class SweepResults(SweepDefinition):
         UsageError
             If xarray is not installed.
         """
-        xr = _library("xarray")
+        xr = library("xarray")
         short = self.short_names
         meanings = {column.name: column.meaning for column in self.columns}
         dimensions: list[str] = []
@@ -230,13 +243,6 @@ class SweepResults(SweepDefinition):
 def _point(values: Mapping[str, Any]) -> str:
     texts = {name: f"{value:g}" if isinstance(value, float) else str(value) for name, value in values.items()}
     return ", ".join(f"{name} {text}" for name, text in texts.items())
-
-
-def _library(name: str) -> Any:
-    try:
-        return importlib.import_module(name)
-    except ImportError as missing:
-        raise UsageError(f"{name} must be installed (got {missing}; pip install {name})") from missing
 
 
 def load_sweep(folder: str | os.PathLike[str]) -> SweepResults:

@@ -1,0 +1,121 @@
+"""Base of all results: a short repr, HTML for notebooks, and their tables for pandas and xarray."""
+
+from __future__ import annotations
+
+import importlib
+from functools import reduce
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from shockwave.errors import UnknownNameError, UsageError
+from shockwave.text import html_of, in_one_line, si
+
+if TYPE_CHECKING:  # a result that is only printed needs no arrays
+    from shockwave.tables import Table
+
+# Rows of a table in a notebook.
+_MOST_ROWS = 8
+
+
+class Result:
+    """Base of results; a subclass names its parts, and overrides `_table` if its tables are arrays.
+
+    Attributes
+    ----------
+    _brief : tuple of str
+        Dotted names of the attributes in the repr; they must be known without further computation.
+    _tables : tuple of (str, str)
+        Names of the tables, the main one first, with the names of their rows. The default `_table` reads the attribute
+        of this name: a tuple of attrs objects, or a result that is a table itself.
+    """
+
+    __slots__ = ()
+    _brief: ClassVar[tuple[str, ...]] = ()
+    _tables: ClassVar[tuple[tuple[str, str], ...]] = ()
+
+    @property
+    def _units(self) -> dict[str, str]:
+        """Units in the tables that differ from those of equally named quantities elsewhere."""
+        return {}
+
+    def __repr__(self) -> str:
+        found = ((name, reduce(_part, name.split("."), self)) for name in self._brief)
+        shown = (f"{name}={_text(name, value)}" for name, value in found if value is not None)
+        return f"<{type(self).__name__} {', '.join(shown)}>"
+
+    def _repr_html_(self) -> str:
+        """HTML for notebooks: answer, warnings, main table and picture, and the full text to unfold."""
+        answer, *rest = in_one_line(self).splitlines()
+        table, rows, picture = self._main_table(), None, ""
+        if table is not None:
+            from shockwave.tables import cells
+
+            rows = cells(table, _MOST_ROWS)
+            try:
+                drawing = importlib.import_module("shockwave.pictures.table_picture")
+                picture = drawing.table_picture(table)
+            except UsageError:  # matplotlib is not installed
+                pass
+        warnings = [line.strip(" !") for line in rest if line.startswith("  ! ")]
+        template = Path(__file__).with_name("notebook.html.jinja")
+        return html_of(template, answer=answer, warnings=warnings, rows=rows, picture=picture, text=str(self))
+
+    def _table(self, name: str) -> Table | None:
+        """The table of this name; None if the result does not have it."""
+        from shockwave.tables import table_of
+
+        value = getattr(self, name)
+        if isinstance(value, Result):
+            return value._main_table()
+        return table_of(value, dict(self._tables)[name], self._units) if value else None
+
+    def _main_table(self) -> Table | None:
+        return next(filter(None, map(self._table, dict(self._tables))), None)
+
+    def _named(self, name: str | None) -> Table:
+        known = [one for one in dict(self._tables) if name in (None, one)]
+        table = next(filter(None, map(self._table, known)), None)
+        if table is None:
+            raise UnknownNameError("table of this result", str(name), filter(self._table, dict(self._tables)))
+        return table
+
+    def to_pandas(self, table: str | None = None) -> Any:
+        """Return a table as a `pandas.DataFrame`, whose ``attrs["units"]`` has the SI unit of each column.
+
+        Parameters
+        ----------
+        table : str, optional
+            Name of the table, such as ``waves`` or ``contacts``; by default the main one.
+
+        Raises
+        ------
+        UnknownNameError
+            If the result does not have the table.
+        UsageError
+            If pandas is not installed.
+        """
+        from shockwave.tables import frame
+
+        return frame(self._named(table))
+
+    def to_xarray(self, table: str | None = None) -> Any:
+        """Return a table as an `xarray.Dataset`, in which each variable has the attribute ``units``.
+
+        Parameters and errors as for `to_pandas`, with xarray.
+        """
+        from shockwave.tables import dataset
+
+        return dataset(self._named(table), {"title": type(self).__name__})
+
+
+def _part(value: Any, name: str) -> Any:
+    """An attribute; None if the result does not have it."""
+    return getattr(value, name, None)
+
+
+def _text(name: str, value: Any) -> str:
+    from shockwave.tables import unit_of
+
+    if isinstance(value, float):
+        return si(value, unit_of(name.rpartition(".")[2]))
+    return str(len(value) if isinstance(value, tuple) else value)

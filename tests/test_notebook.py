@@ -1,0 +1,187 @@
+"""Results in notebooks: short repr, HTML, and their tables for pandas and xarray."""
+
+from __future__ import annotations
+
+import math
+import re
+import sys
+from functools import cache
+from html.parser import HTMLParser
+from typing import Any
+
+import numpy as np
+import pytest
+from attrs import evolve
+
+import shockwave as sw
+from pages import ROOT
+from scenes import CASE_B, CHAIN, STEEL
+from shockwave import cli
+from shockwave.errors import UnknownNameError, UsageError
+
+pytest.importorskip("pandas")
+pytest.importorskip("xarray")
+
+WALLED = sw.Chain(material=STEEL, radius=4.75e-3, granules=8, end=sw.Wall())
+TINY = sw.Chain(material=STEEL, radius=4.75e-3, granules=2, end=sw.Wall())
+SHORT = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=100.0, rise_time=1e-6)
+SPREADS = {"shock.peak_force": "5 %", "chain.radius": "2 %"}
+#: Kind of result -> the computation.
+MAKERS: dict[str, Any] = {
+    "outcome": lambda: sw.predict(CASE_B, CHAIN),
+    "striker": lambda: sw.predict(ROOT / "profiles" / "chains" / "striker.yaml"),
+    "predictions": lambda: sw.Predictor().predict_many([CASE_B, CASE_B], CHAIN),
+    "simulation": lambda: sw.simulate(CASE_B, CHAIN, rtol=1e-4, contacts=[5, 9], record=["forces", "field"]),
+    "chain": lambda: sw.simulate(CASE_B, WALLED, rtol=1e-4),
+    "comparison": lambda: sw.compare(CASE_B, CHAIN, rtol=1e-4),
+    "recording": lambda: result_of("simulation").recording,
+    "curve": lambda: sw.UniversalCurve(sw.Triangular(duration_ratio=3), rtol=1e-2, longest=1.0),
+    "uncertainty": lambda: sw.uncertainty(SHORT, CHAIN, SPREADS, draws=256),
+    "simulated uncertainty": lambda: sw.uncertainty(SHORT, TINY, {"shock.peak_force": "5 %"}, draws=256),
+    "design": lambda: sw.design(
+        sw.load_scenario(ROOT / "profiles" / "examples" / "triangular.yaml"),
+        vary="shock.peak_force",
+        between=("50 N", "200 N"),
+        target={"peak_force": "60 N"},
+        rtol=1e-2,
+    ),
+}
+
+
+@cache
+def result_of(kind: str) -> Any:
+    return MAKERS[kind]()
+
+
+@pytest.fixture(scope="module")
+def sweep(tmp_path_factory: pytest.TempPathFactory) -> sw.SweepResults:
+    folder = tmp_path_factory.mktemp("sweep")
+    text = (ROOT / "profiles" / "examples" / "triangular.yaml").read_text(encoding="utf-8")
+    file = folder / "two.yaml"
+    file.write_text(f"{text}\nsweep: {{grid: {{shock.peak_force: [50 N, 100 N]}}}}\n", encoding="utf-8")
+    assert cli.main(["sweep", str(file), "--out", str(folder / "out"), "--workers", "1"]) == 0
+    return sw.load_sweep(folder / "out")
+
+
+class Tags(HTMLParser):
+    """Tags in the order of a document; unbalanced ones raise."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.seen: list[str] = []
+        self.open: list[str] = []
+        self.feed(text)
+        assert self.open == []
+
+    def handle_starttag(self, tag: str, attrs: object) -> None:
+        self.seen.append(tag)
+        self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: object) -> None:
+        self.seen.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+@pytest.mark.parametrize("kind", MAKERS)
+def test_the_repr_is_one_short_line(kind: str) -> None:
+    shown = repr(result_of(kind))
+    assert "\n" not in shown
+    assert len(shown) < 220
+
+
+def test_the_repr_of_a_simulation_does_not_integrate_the_train() -> None:
+    result = sw.simulate(CASE_B, CHAIN, rtol=1e-4)
+    assert "peak_force=" in repr(result)
+    assert "train" not in vars(result)
+
+
+@pytest.mark.parametrize("kind", MAKERS)
+def test_the_html_has_a_table_and_a_picture(kind: str) -> None:
+    tags = Tags(result_of(kind)._repr_html_()).seen
+    assert "table" in tags
+    assert "svg" in tags
+
+
+def test_the_html_of_a_sweep_has_a_table_and_a_picture(sweep: sw.SweepResults) -> None:
+    assert {"table", "svg"} <= set(Tags(sweep._repr_html_()).seen)
+
+
+def test_without_matplotlib_the_html_has_the_table_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in [name for name in sys.modules if name.partition(".")[0] == "matplotlib"]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    tags = Tags(result_of("chain")._repr_html_()).seen
+    assert "table" in tags
+    assert "svg" not in tags
+
+
+def test_names_in_the_html_are_escaped() -> None:
+    evil = sw.load_scenario(ROOT / "profiles" / "examples" / "triangular.yaml")
+    shown = sw.predict(evolve(evil, name="<script>alert(1)</script>"))._repr_html_()
+    assert "<script>" not in shown
+
+
+def test_pictures_on_one_page_share_no_names() -> None:
+    names = [set(re.findall(r' id="([^"]+)"', result_of(kind)._repr_html_())) for kind in ("chain", "simulation")]
+    assert names[0]
+    assert not names[0] & names[1]
+
+
+@pytest.mark.parametrize("kind", MAKERS)
+def test_both_libraries_get_the_same_units(kind: str) -> None:
+    frame, data = result_of(kind).to_pandas(), result_of(kind).to_xarray()
+    for name, unit in frame.attrs["units"].items():
+        variable = data[name.partition("[")[0]]
+        assert variable.attrs.get("units") == (None if unit is None else unit or "1")
+
+
+def test_a_table_holds_the_values_of_the_result() -> None:
+    result = result_of("simulation")
+    frame = result.to_pandas("waves")
+    assert frame["peak_force"].tolist() == [wave.peak_force for wave in result.waves]
+    assert frame.attrs["units"]["momentum"] == "N s"
+    assert result.to_pandas("passages").index.tolist() == [5, 9]
+
+
+def test_histories_have_axes_of_time_contacts_and_granules() -> None:
+    recording = result_of("recording")
+    data = recording.to_xarray()
+    assert data.forces.dims == ("time", "contact")
+    assert data.contact.values.tolist() == [5, 9]
+    assert data.velocities.dims == ("time", "granule")
+    assert np.array_equal(data.forces.sel(contact=9), recording.forces[:, 1])
+    assert np.array_equal(recording.to_pandas()["forces[9]"], recording.forces[:, 1])
+
+
+def test_a_comparison_has_both_columns_and_nan_for_a_missing_wave() -> None:
+    both = result_of("comparison")
+    forces = both.to_xarray().peak_force
+    assert forces.sel(wave=0, source="predicted") == both.predicted.peak_force
+    counts = (len(both.predicted.waves), len(both.simulated.waves))
+    assert int(np.isnan(forces).sum()) == max(counts) * 2 - sum(counts)
+    assert not math.isnan(forces.sel(wave=0, source="simulated"))
+
+
+def test_draws_of_an_uncertainty_have_their_units() -> None:
+    frame = result_of("uncertainty").to_pandas("draws")
+    assert len(frame) == 256
+    assert frame.attrs["units"] == {"draw": "", "peak_force": "N", "shock.peak_force": "N", "chain.radius": "m"}
+
+
+def test_values_of_a_design_have_the_unit_of_the_parameter() -> None:
+    units = result_of("design").to_pandas().attrs["units"]
+    assert (units["value"], units["reached"], units["rise_time"]) == ("N", "N", "")
+
+
+def test_a_missing_table_is_refused_with_the_known_names() -> None:
+    with pytest.raises(UnknownNameError, match=r"unknown table of this result \(got 'recording'; known: contacts"):
+        result_of("chain").to_pandas("recording")
+
+
+@pytest.mark.parametrize("library", ["pandas", "xarray"])
+def test_a_missing_library_is_named_with_its_installation(library: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, library, None)
+    with pytest.raises(UsageError, match=rf"{library} must be installed .*'granular-shockwave\[notebook\]'"):
+        getattr(result_of("chain"), f"to_{library}")()
