@@ -414,3 +414,15 @@ def test_starting_the_server_of_workers_leaves_the_environment_unchanged() -> No
     before = dict(os.environ)
     start_server()
     assert dict(os.environ) == before
+
+
+def test_a_sweep_logs_its_begin_and_end_and_batches_only_in_detail(
+    scenario: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level("DEBUG", "shockwave")
+    swept(scenario, tmp_path / "out")
+    told = [record.getMessage() for record in caplog.records if record.levelname == "INFO"]
+    assert len(told) == 2
+    assert "40 of 40 points to run" in told[0]
+    assert "40 of 40 points done, 0 failed" in told[1]
+    assert {record.levelname for record in caplog.records if "recorded" in record.message} == {"DEBUG"}

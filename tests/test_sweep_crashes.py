@@ -315,6 +315,18 @@ def cluster() -> Iterator[Any]:
         yield made
 
 
+def test_a_client_of_dask_is_an_executor(tmp_path: Path) -> None:
+    distributed = pytest.importorskip("distributed")
+    settings = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": None, "silence_logs": 50}
+    with (
+        distributed.LocalCluster(host="127.0.0.1", protocol="tcp://", processes=False, **settings) as made,
+        distributed.Client(made, set_as_default=False) as client,
+    ):
+        report = run_sweep(written(tmp_path, 3), tmp_path / "out", client)
+        assert client.status == "running"
+    assert report.done == 3
+
+
 @pytest.mark.slow
 def test_a_killed_worker_of_dask_loses_no_results(scenario: Path, tmp_path: Path, cluster: Any) -> None:
     from distributed import Client

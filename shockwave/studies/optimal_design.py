@@ -20,6 +20,7 @@ from shockwave.chain.chain import Chain
 from shockwave.chain.impact import Impact
 from shockwave.chain.layout import mass_and_length
 from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError
+from shockwave.log import logger
 from shockwave.measurement.simulate import simulate_many
 from shockwave.profiles.shock import Shock
 from shockwave.progress import progressed
@@ -201,6 +202,7 @@ class _Search:
             if self.meets(verified) or not self.meets(other):
                 break
             verified = self.verified(other)
+        logger.info("design of %s: %d scenes simulated", self.family.base.name, len(tried))
         return OptimalDesign(
             scenario=self.family.base.name,
             vary=tuple(one.variable.name for one in self.parameters),

@@ -14,6 +14,7 @@ from shockwave.chain.impact import Impact
 from shockwave.errors import Fault, InvalidValueError
 from shockwave.fields import Quantity as Number
 from shockwave.limit import WAVE, Limit, verdict
+from shockwave.log import logger
 from shockwave.profiles.shock import Shock
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
@@ -118,6 +119,7 @@ def uncertainty(
         raise InvalidValueError.of("draws", f"must be a power of 2, such as 4096 (got {draws})")
     drawn = [Distribution.of(spread, scenario) for spread in _spreads(scenario, spreads)]
     progressed(WORK, 0, draws * (len(drawn) + 2))
+    logger.info("uncertainty of %s: %d scenes", scenario.name, draws * (len(drawn) + 2))
     return (_of_leading_wave if covered else _of_forces)(scenario, drawn, draws, seed, rtol)
 
 

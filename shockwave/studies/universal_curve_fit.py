@@ -14,6 +14,7 @@ from shockwave.chain.material import Material
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.errors import NumericalError
 from shockwave.fields import quantity
+from shockwave.log import logger
 from shockwave.measurement.simulate import simulate
 from shockwave.prediction.short_shock_law import CORRECTION, IMPULSE_LIMIT, correction
 from shockwave.profiles.base import ShockProfile
@@ -182,6 +183,7 @@ def fitted_curve(profile: ShockProfile, rtol: float, longest: float) -> CurveDat
     )
     count = len(simulated.estimates)
     progressed(_WORK, count, count)
+    logger.info("universal curve of %s: %d simulations", shape.profile, count)
     return CurveData(
         shape=shape,
         rtol=rtol,

@@ -15,6 +15,7 @@ from attrs import define, evolve, field
 
 from shockwave.errors import InvalidValueError, UsageError, message_of
 from shockwave.files import read_bytes, write_file
+from shockwave.log import logger
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scenario import Scenario
 from shockwave.sweep.definition import DEFINITION, SweepDefinition
@@ -58,7 +59,7 @@ def points_of(scenario: Scenario | str | os.PathLike[str]) -> Points:
 def run_sweep(
     scenario: Scenario | str | os.PathLike[str],
     folder: str | os.PathLike[str],
-    executor: Executor | str | None = None,
+    executor: Executor | str | Any = None,
     *,
     workers: int | None = None,
     timeout: float | None = None,
@@ -78,8 +79,8 @@ def run_sweep(
         A scenario with a ``sweep`` block.
     folder : path-like
         Folder of the journal and the results: a new one, or that of the same sweep.
-    executor : concurrent.futures.Executor or str, optional
-        An executor, or ``processes`` (default), ``dask`` or ``dask=ADDRESS``.
+    executor : concurrent.futures.Executor, distributed.Client or str, optional
+        An executor or a client of dask, or ``processes`` (default), ``dask`` or ``dask=ADDRESS``.
     workers : int, optional
         Number of workers; default: that of the executor, or the number of cores.
     timeout : float, optional
@@ -136,10 +137,14 @@ def run_sweep(
             content = content_of(points)
             try:
                 with workers_of(executor, workers, timeout) as crew:
+                    logger.info("sweep %s: %d of %d points to run", folder, journal.points - before, journal.points)
                     _Dispatch(content, journal, crew, fail_fast, lambda: progress and progress(report())).run()
             except KeyboardInterrupt:
                 raise SweepInterrupt(report()) from None
-        return evolve(report(), files=write_tables(definition, journal))
+        ended = evolve(report(), files=write_tables(definition, journal))
+        counts = (ended.done, ended.points, ended.failed, ended.crashed, ended.seconds)
+        logger.info("sweep %s: %d of %d points done, %d failed, %d crashed, in %.1f s", folder, *counts)
+        return ended
 
 
 def _definition(journal: Journal, points: Points, accept_versions: bool) -> SweepDefinition:
@@ -222,6 +227,7 @@ class _Dispatch:
 
     def _record(self, batch: list[int], lines: str) -> None:
         self.journal.add(lines)
+        logger.debug("points recorded: %d from %d", len(batch), batch[0])
         self.suspects.difference_update(batch)
         self.show()
 

@@ -73,13 +73,13 @@ def check_executor(name: str) -> None:
 
 
 @contextmanager
-def workers_of(executor: Executor | str | None, count: int | None, timeout: float | None = None) -> Iterator[Workers]:
+def workers_of(executor: Any, count: int | None, timeout: float | None = None) -> Iterator[Workers]:
     """Start or connect to the workers of ``executor``; workers started here are terminated at the end.
 
     Parameters
     ----------
-    executor : concurrent.futures.Executor or str, optional
-        An executor, or ``processes`` (default), ``dask`` or ``dask=ADDRESS``.
+    executor : concurrent.futures.Executor, distributed.Client or str, optional
+        An executor or a client of dask, or ``processes`` (default), ``dask`` or ``dask=ADDRESS``.
     count : int, optional
         Number of workers; default: that of the executor, or the number of cores.
     timeout : float, optional
@@ -107,6 +107,8 @@ def workers_of(executor: Executor | str | None, count: int | None, timeout: floa
         check_executor(executor)
         with _dask(executor.partition("=")[2], count) as remote:
             yield remote
+    elif hasattr(executor, "get_executor"):  # a client of dask
+        yield DaskWorkers(executor, count, import_module("distributed").KilledWorker)
     else:
         yield Workers(executor, count or getattr(executor, "_max_workers", None) or cores())
 
