@@ -101,7 +101,11 @@ class SimulateOptions:
         if self.interval is not None and not self.record:
             problem = f"must be left out without record (got {self.interval:g} s; list what to record)"
             raise InvalidValueError.of("interval", problem)
-        takes = "rtol backend" if self.integrator is None else find("integrators", self.integrator).takes
+        takes = "rtol backend"
+        if self.integrator is not None:
+            method = find("integrators", self.integrator)
+            takes = method.takes
+            object.__setattr__(self, "integrator", method.name)  # which may differ in case
         if takes:
             self.check(self.integrator or "the default integrator", takes.split())
 

@@ -72,7 +72,7 @@ class Plugin:
 
 
 def find(kind: str, name: str) -> Entry:
-    """Entry of ``name``; plugins are searched only if no built-in entry has the name.
+    """Entry of ``name``, regardless of case; plugins are searched only if no built-in entry has the name.
 
     Raises
     ------
@@ -81,10 +81,11 @@ def find(kind: str, name: str) -> Entry:
     PluginError
         When two plugins register it, or when it is unknown but may belong to a plugin that cannot be read.
     """
-    own = _built_in(kind).get(name)
+    own = _built_in(kind).get(name) or _built_in(kind).get(name.lower())
     if own is not None:
         return own
     owners = [entry for entry in _plugin_entries(kind) if entry.name == name]
+    owners = owners or [entry for entry in _plugin_entries(kind) if entry.name.lower() == name.lower()]
     if not owners:
         raise _unknown(kind, name)
     if len(owners) > 1:

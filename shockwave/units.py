@@ -10,6 +10,8 @@ from typing import Any
 
 from shockwave.errors import text_of
 
+#: Hint for a decimal comma.
+COMMA = "; numbers have a decimal point and no comma, as in 9.5 mm"
 # Characters of a quantity.
 _LONGEST = 80
 _NUMBER = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]{1,4})?"
@@ -85,7 +87,7 @@ def _from_text(text: str, unit: str) -> float:
     if not (usual and re.fullmatch(_NUMBER, number)):  # compiling the long pattern takes milliseconds
         match = re.fullmatch(_QUANTITY, " ".join(text.split()))
         if match is None:
-            raise ValueError
+            raise ValueError(COMMA if re.search("[0-9],[0-9]", text) else "")
         number, of_unit = match.groups()
         if of_unit is None:
             return float(number)

@@ -39,10 +39,10 @@ def of_arguments(options: argparse.Namespace) -> Iterator[None]:
         raise UsageError("\n".join(f"--{fault}" for fault in error.faults)) from None
 
 
-def check_output(output: str | None, *endings: str) -> None:
+def check_output(output: str | None, *endings: str, hint: str = "") -> None:
     """Refuse an output file with another ending, before anything is computed."""
     if output and not output.lower().endswith(endings):
-        raise UsageError(f"--output: must end in {listed(endings)} (got {output})")
+        raise UsageError(f"--output: must end in {listed(endings)} (got {output}{hint})")
 
 
 def json_text(document: object) -> str:

@@ -163,9 +163,10 @@ _NEW = [
     _option("-o --output FILE", "write to FILE, which must not exist (default: stdout)"),
 ]
 _OUTPUT = _option("-o --output FILE", "write to FILE (default: stdout)")
+_COMPLETION = [_option("SHELL", "bash, zsh or fish", choices=("bash", "zsh", "fish"), metavar="SHELL"), _OUTPUT]
 
 #: Commands that print no tables.
-_WITHOUT_TABLES = ("validate", "report", "plot", "new", "schema")
+_WITHOUT_TABLES = ("validate", "report", "plot", "new", "schema", "completion")
 
 # fmt: off
 #: Name, address of the function below `shockwave.cli`, summary, options.
@@ -185,8 +186,19 @@ _COMMANDS: list[tuple[str, str, str, list[_Option]]] = [
     ("list", "registry_commands:list_registered", "list the available profiles, integrators, ...", [*_LIST, _JSON]),
     ("new", "registry_commands:new", "write a scenario with every key and its meaning", _NEW),
     ("schema", "registry_commands:schema", "write a JSON Schema of scenarios for editors", [_OUTPUT]),
+    ("completion", "registry_commands:completion", "write a script that completes commands in a shell", _COMPLETION),
 ]
 # fmt: on
+
+
+class _Version(argparse.Action):
+    """Print the version and the back end, which is looked up only then."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        from shockwave.simulation.backend import lack
+
+        backend = f"numpy; compiled code {lack()}" if lack() else "compiled"
+        parser.exit(message=f"shockwave {__version__} (back end: {backend})\n")
 
 
 def parser(arguments: Sequence[str] = ()) -> argparse.ArgumentParser:
@@ -197,7 +209,7 @@ def parser(arguments: Sequence[str] = ()) -> argparse.ArgumentParser:
     made = argparse.ArgumentParser(
         prog="shockwave", description="Solitary waves in granular chains under shocks.", epilog=_EXITS
     )
-    made.add_argument("--version", action="version", version=f"shockwave {__version__}")
+    made.add_argument("--version", action=_Version, nargs=0, help="print the version and the back end, and exit")
     made.add_argument("--no-plugins", **{**_NO_PLUGINS[1], "default": False})
     commands = made.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for name, address, summary, options in [row for row in _COMMANDS if row[0] in arguments[:1]] or _COMMANDS:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from argparse import Namespace
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from attrs import asdict, evolve
@@ -13,6 +14,7 @@ from shockwave import answers
 from shockwave.cli.output import check_output, failure, json_text, written
 from shockwave.errors import Fault, ShockwaveError, UsageError
 from shockwave.files import refuse_inputs
+from shockwave.plausibility import unusual
 from shockwave.progress import counted
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scenario import Scenario
@@ -122,14 +124,18 @@ def validate(options: Namespace) -> int:
     documents = []
     for file in options.files:
         faults: Sequence[Fault] = ()
+        warnings: list[str] = []
         try:
-            load_scenario(file)
+            scenario = load_scenario(file)
+            warnings = [str(scenario.place(fault)) for fault in unusual(scenario.excitation, scenario.chain)]
         except ShockwaveError as error:
             faults = getattr(error, "faults", ()) or [Fault("", str(error))]
             status = max(status, error.exit_code)
-        documents.append({"file": file, "valid": not faults, "faults": [asdict(fault) for fault in faults]})
+        documents.append(
+            {"file": file, "valid": not faults, "faults": [asdict(fault) for fault in faults], "warnings": warnings}
+        )
         if not options.json:
-            print("\n".join(map(str, faults)) or f"{file}: valid")
+            print("\n".join(map(str, faults)) or f"{file}: valid", *limits(warnings), sep="\n")
     if options.json:
         print(json_text(documents if len(documents) > 1 else documents[0]))
     return status
@@ -141,6 +147,8 @@ def report(options: Namespace) -> int:
     from shockwave.page import written as page
     from shockwave.pictures import figure
 
+    if Path(options.output or "").suffix:
+        check_output(options.output, ".html", ".htm", hint="; print this page to a PDF in a browser")
     (scenario,) = loaded([options.file], output=options.output)
     figure()  # what the page needs is looked for before anything is computed
     found = findings(_limited(scenario, options))

@@ -24,6 +24,7 @@ from shockwave.measurement.repeated_runs import Runs, histories, runs_of
 from shockwave.measurement.result import Cost, SimulationResult
 from shockwave.measurement.simulation_setup import scaled
 from shockwave.options import SimulateOptions
+from shockwave.plausibility import unusual_warnings
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.registry import find
@@ -82,7 +83,7 @@ def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: 
     apart, loaded = _apart(case, motion), bool(case.layout.static_forces.any())
     rebounding = None if loaded else _flying(-velocities, apart)
     spalls = None if loaded or case.has_wall else _flying(velocities[::-1], apart[::-1])
-    notes = excitation.profile.notes if isinstance(excitation, Shock) else ()
+    notes = (excitation.profile.notes if isinstance(excitation, Shock) else ()) + unusual_warnings(excitation, chain)
     yielding = _yielding(case, motion)
     if error := beyond_elastic(chain, lambda: yielding):
         raise error

@@ -17,6 +17,7 @@ from shockwave.measurement.recording import check_requests
 from shockwave.measurement.result import SimulationResult, Train
 from shockwave.measurement.simulation_setup import Setup, immeasurable, scaled, setup_of
 from shockwave.options import Backend, Recorded, SimulateOptions, Waves
+from shockwave.plausibility import unusual_warnings
 from shockwave.profiles.shock import Shock
 from shockwave.progress import progressed
 from shockwave.simulation.primary_search import find_primaries
@@ -255,7 +256,12 @@ def _simulate_all(scenes: Sequence[tuple[Shock | Impact, Chain]], setup: Setup) 
             scales=scales,
             found=answer.primary,
             error_estimate=answer.error_estimate,
-            warnings=(*shock.profile.notes, *answer.warnings, *_missed(setup.options, answer)),
+            warnings=(
+                *shock.profile.notes,
+                *unusual_warnings(shock, chain),
+                *answer.warnings,
+                *_missed(setup.options, answer),
+            ),
             seconds=seconds + time.perf_counter() - begin,
             on_demand=_on_demand,
             measured=answer.train,

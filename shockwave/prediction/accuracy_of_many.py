@@ -10,6 +10,7 @@ from attrs import frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.fields import listed
+from shockwave.plausibility import unusual_warnings
 from shockwave.prediction.expected_error import chain_problem, expected_errors, warning_of
 from shockwave.prediction.model_interface import Peaks, ScaledAnswer, ScaledShock, Settings, Shocks, one_by_one
 from shockwave.prediction.outcome import Accuracy
@@ -63,7 +64,7 @@ def accuracies(
         if granules is not None and (problem := chain_problem(granules, scaled.shock(own))):
             estimates[index], errors[index] = np.nan, (-np.inf, np.inf)
             notes.setdefault(warning_of(problem), []).append(index)
-        for note in shocks[index].profile.notes:
+        for note in (*shocks[index].profile.notes, *unusual_warnings(shocks[index], chains[index])):
             notes.setdefault(note, []).append(index)
     forces = contact_forces(shocks, chains)
     warnings = [f"{_numbered(indices)}: {note}" for note, indices in notes.items()]

@@ -9,6 +9,7 @@ import numpy as np
 from attrs import frozen
 
 from shockwave.chain.chain import Chain
+from shockwave.plausibility import unusual_warnings
 from shockwave.prediction.expected_error import (
     FIRST_CONTACTS,
     chain_problem,
@@ -48,7 +49,7 @@ def prediction_columns(
     notes: list[str | None] = []
     for own, place in enumerate(places):
         shock, granules = shocks[place], chains[place].count
-        said = list(shock.profile.notes)
+        said = [*shock.profile.notes, *unusual_warnings(shock, chains[place])]
         if not valid[own]:
             said.append(failed_conditions(scaled.shock(own)))
         said += found.notes.get(own, ())

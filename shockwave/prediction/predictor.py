@@ -15,6 +15,7 @@ from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, SolitaryWave, coeff
 from shockwave.chain.yielding import beyond_elastic, yielding_of
 from shockwave.errors import Fault, InvalidValueError, NotCoveredError
 from shockwave.fields import quantity
+from shockwave.plausibility import unusual_warnings
 from shockwave.prediction.accuracy_of_many import Ranges, accuracies, contact_forces
 from shockwave.prediction.expected_error import (
     FIRST_CONTACTS,
@@ -97,10 +98,12 @@ class Predictor:
     quadrature: str | None = None
 
     def __attrs_post_init__(self) -> None:
-        takes = find("models", self.model).takes.split()
+        model = find("models", self.model)
+        takes = model.takes.split()
+        object.__setattr__(self, "model", model.name)  # which may differ in case
         coefficient_of(self.momentum_coefficient)
         if self.quadrature is not None:
-            find("quadratures", self.quadrature)
+            object.__setattr__(self, "quadrature", find("quadratures", self.quadrature).name)
         if self.alpha not in ("constant", "literal"):
             raise InvalidValueError.of("alpha", f"must be 'constant' or 'literal' (got {self.alpha!r})")
         for name, default in (("alpha", "constant"), ("rtol", None)):
@@ -275,7 +278,12 @@ class Predictor:
             None if problem else Estimate(peak, low, high, method),
             problem or None,
             None if problem or math.isinf(least) else (least, most),
-            (*shock.profile.notes, *warnings, *[FIRST_CONTACTS] * (chain.count is not None)),
+            (
+                *shock.profile.notes,
+                *unusual_warnings(shock, chain),
+                *warnings,
+                *[FIRST_CONTACTS] * (chain.count is not None),
+            ),
         )
 
     def predict_many(self, shocks: Iterable[Shock], chain: Chain | Sequence[Chain]) -> Predictions:

@@ -13,6 +13,7 @@ from shockwave.chain.coverage import predictable
 from shockwave.chain.impact import Impact
 from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, SolitaryWave
 from shockwave.chain.yielding import yielding_of
+from shockwave.plausibility import unusual_warnings
 from shockwave.prediction.chain_laws import MASS_RATIOS, RIGID, striker_count, striker_velocity, striker_waves
 from shockwave.prediction.expected_error import warning_of
 from shockwave.prediction.model_interface import Regime
@@ -101,7 +102,7 @@ def striker_outcome(impact: Impact, chain: Chain, method: str) -> StrikerOutcome
         None if problem else Estimate(peak, peak * (1 - error), peak * (1 + error), _NAME),
         problem or None,
         None if problem else (-error, error),
-        (warning_of(problem),) * bool(problem),
+        (*unusual_warnings(impact, chain), *(warning_of(problem),) * bool(problem)),
     )
     return StrikerOutcome(
         model=_NAME,

@@ -138,7 +138,7 @@ def law(block: str, given: Any) -> Any:
             raise WrongsError([Wrong(("model",), error)]) from None
         except UnknownNameError:
             cls = None
-        if cls is not None and name in known:
+        if cls is not None and name.lower() in map(str.lower, known):
             with blame("contacts", cls):
                 keys = (MODEL, *keys_of(cls))
                 return _made(lambda model, **values: cls(**values), given, keys, _PARSERS.get(cls))

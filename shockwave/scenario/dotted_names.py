@@ -11,7 +11,7 @@ from attrs import frozen
 
 from shockwave.errors import InvalidValueError, ShockwaveError, hint_of
 from shockwave.fields import text_of
-from shockwave.registry import load
+from shockwave.registry import find, load
 from shockwave.scenario.block_keys import BLOCKS, SHOCK, Key, has_chain_blocks, parameters_of, shock_keys
 from shockwave.scenario.value_conversion import converted
 
@@ -85,7 +85,7 @@ def variables(data: Mapping[str, Any], profiles: Sequence[Any] = ()) -> dict[str
             if isinstance(name, str):
                 cls = load("profiles", name)
                 of_shock += shock_keys(cls)
-                parameters += parameters_of(name, cls)
+                parameters += parameters_of(find("profiles", name).name, cls)
     found: dict[str, Variable] = {}
     for block, keys in (BLOCKS | {"shock": (*of_shock, *SHOCK), "shock.parameters": tuple(parameters)}).items():
         for key in keys:

@@ -18,7 +18,7 @@ from shockwave.limit import Limit
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock import Shock
-from shockwave.registry import blame, load
+from shockwave.registry import blame, find, load
 from shockwave.scenario.block_keys import (
     BLOCKS,
     CHAIN,
@@ -341,7 +341,7 @@ class _Loading:
 
     def _profile(self, cls: Any, given: Mapping[str, Any], shock: Mapping[str, Any]) -> Any:
         """Profile of the ``given`` block with the valid values ``shock``; None if the profile has errors."""
-        name = given["profile"]
+        name = find("profiles", given["profile"]).name
         values, valid = self.values(_PARAMETERS, given.get("parameters"), parameters_of(name, cls))
         own = [key for key in keys_of(cls) if key.name == "duration_ratio"]
         if "duration_ratio" not in shock:

@@ -118,12 +118,13 @@ class Scenario:
         """``error``, with the places of its faults in the document where they concern a key there."""
         if self.document is None or not isinstance(error, InvalidValueError):
             return error
-        return type(error)(self._located(fault, self.document) for fault in error.faults)
+        return type(error)(map(self.place, error.faults))
 
-    @staticmethod
-    def _located(fault: Fault, document: Document) -> Fault:
-        steps = steps_of(fault.path)
-        return document.fault(steps, fault.problem, at_key=True) if steps[:2] in document.keys else fault
+    def place(self, fault: Fault) -> Fault:
+        """``fault`` with its place in the document, if its block has a key there."""
+        steps, document = steps_of(fault.path), self.document
+        known = document is not None and steps[:2] in document.keys
+        return document.fault(steps, fault.problem, at_key=True) if document and known else fault
 
     @property
     def files(self) -> tuple[Path, ...]:
@@ -131,5 +132,5 @@ class Scenario:
         if self.path is None or self.document is None:
             return ()
         shock = self.document.data.get("shock") or {}
-        record = (shock.get("parameters") or {}).get("file") if shock.get("profile") == RECORD else None
+        record = (shock.get("parameters") or {}).get("file") if str(shock.get("profile")).lower() == RECORD else None
         return (self.path, self.path.parent / record) if record else (self.path,)

@@ -209,9 +209,9 @@ def _value(key: Key) -> Form:
     if spec is not None:
         form: Form = {"type": "array", "items": _quantity(spec)} if spec.samples else _quantity(spec)
     elif key.kind == "materials":
-        form = {"anyOf": [{"enum": [*key.also, *_names(key.kind)]}, _mapping(keys_of(Material))]}
+        form = {"anyOf": [*_in_any_case([*key.also, *_names(key.kind)]), _mapping(keys_of(Material))]}
     elif key.kind:
-        form = {"enum": _names(key.kind)}
+        form = {"anyOf": _in_any_case(_names(key.kind))}
     else:
         form = _of_kind(key.annotation)
     if key.may_be_none:
@@ -220,6 +220,12 @@ def _value(key: Key) -> Form:
         form = {"description": key.purpose} | form
     stated = isinstance(key.default, str | int | float) and key.default not in (math.inf, -math.inf)
     return form | {"default": key.default} if stated else form
+
+
+def _in_any_case(names: list[str]) -> list[Form]:
+    """These names, which an editor proposes, or the same in another case."""
+    spelt = ("".join(f"[{c.lower()}{c.upper()}]" if c.isalpha() else re.escape(c) for c in name) for name in names)
+    return [{"enum": names}, {"type": "string", "pattern": f"^({'|'.join(spelt)})$"}]
 
 
 def _quantity(spec: Quantity) -> Form:

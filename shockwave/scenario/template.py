@@ -47,9 +47,8 @@ def template(profile: str | None = None) -> str:
     PluginError
         When the plugin that registers it is faulty.
     """
-    name = profile or "power-law"
-    cls = load("profiles", name)
-    owner = find("profiles", name).distribution
+    entry = find("profiles", profile or "power-law")
+    name, owner, cls = entry.name, entry.distribution, load("profiles", entry.name)
     text = resources.files(__package__).joinpath("template.yaml").read_text(encoding="utf-8")
     whole = string.Template(text).substitute(
         profile=_text(name),

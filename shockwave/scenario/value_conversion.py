@@ -15,7 +15,7 @@ from shockwave.fields import Quantity, listed, text_of
 from shockwave.registry import find
 from shockwave.scenario.block_keys import Key
 from shockwave.scenario.yaml_document import Steps
-from shockwave.units import to_si
+from shockwave.units import COMMA, to_si
 
 _NUMBERS = {int: Quantity("", "", whole=True), float: Quantity("", "")}
 
@@ -121,7 +121,8 @@ def items(values: Sequence[Any], convert: Callable[[Any], Any]) -> list[Any]:
 
 def _unknown(name: str, known: Sequence[str]) -> Wrong:
     hint = hint_of(name, known) if known else "no keys are allowed here"
-    return Wrong((name,), f"unknown key (got {text_of(name)}; {hint})", at_key=True)
+    comma = COMMA if name[:1].isdigit() else ""  # {diameter: 9,5 mm} in YAML
+    return Wrong((name,), f"unknown key (got {text_of(name)}{comma}; {hint})", at_key=True)
 
 
 # ---------------------------------------------------------------- one value
@@ -134,7 +135,7 @@ def converted(key: Key, value: Any) -> Any:
         return None
     if spec is None:
         if key.kind and isinstance(value, str) and value not in key.also:
-            find(key.kind, value)
+            value = find(key.kind, value).name
         return _of_kind(value, key.annotation)
     if not spec.samples:
         return _quantity(value, spec)

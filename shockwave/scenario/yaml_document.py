@@ -17,6 +17,7 @@ from attrs import Factory, define, evolve
 from shockwave.errors import Fault, ScenarioError
 from shockwave.fields import text_of
 from shockwave.files import open_regular
+from shockwave.units import COMMA
 
 #: Path from the top of a document to a value: keys of mappings and indices of lists.
 Steps: TypeAlias = tuple[str | int, ...]
@@ -247,7 +248,10 @@ def _mapping(document: Document, node: yaml.Node, path: Steps) -> dict[str, Any]
     for key, inner in node.value:
         where = (*path, key.value)
         if key.tag != _TEXT:
-            problem = f"must have names as keys (got {text_of(key.value)}; put it in quotes if it is a name)"
+            comma = COMMA if str(key.value)[:1].isdigit() else ""
+            problem = (
+                f"must have names as keys (got {text_of(key.value)}{comma or '; put it in quotes if it is a name'})"
+            )
             where = path
         elif key.value in data:
             problem = f"must be given once (got it twice, first in line {document.keys[where].line + 1}; delete one)"

@@ -1,0 +1,77 @@
+"""Usual ranges of quantities, outside which a typing error or a wrong unit is likely; they limit nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+from shockwave.errors import Fault
+from shockwave.text import si
+
+
+class Usual(NamedTuple):
+    """A range in the SI unit ``unit``, with the reason for both ends."""
+
+    low: float
+    high: float
+    unit: str
+    reason: str
+
+
+#: Name of a quantity -> its usual range.
+USUAL = {
+    # Johnson, Contact Mechanics, section 5.5: adhesion is negligible for large bodies and forces only
+    "diameter": Usual(1e-6, 1.0, "m", "smaller granules adhere, larger ones are not elastic spheres"),
+    # the contact time of steel spheres scales as their size: 10 ns for 1 um at 1 m/s, 10 ms for 1 m
+    "rise_time": Usual(1e-12, 1.0, "s", "collisions of granules last 10 ns to 10 ms"),
+    "peak_force": Usual(1e-9, 1e9, "N", "from single grains of powder to explosions at a wall"),
+    # at a kilometre per second the pressure rho c v exceeds the strength of every solid
+    "velocity": Usual(1e-6, 1e3, "m/s", "faster strikers shatter or melt"),
+    # osmium 22 590 kg/m^3; the mass of a piston can be lumped into a sphere
+    "density": Usual(10.0, 1e5, "kg/m**3", "foams have 10 or more, osmium 22 590"),
+    # diamond 1.2 TPa
+    "youngs_modulus": Usual(1e3, 1.3e12, "Pa", "from soft gels to diamond"),
+}
+
+
+def unusual(excitation: Any, chain: Any) -> list[Fault]:
+    """Sentences on the unusual values of a shock or an impact and a chain, with their places in a scenario."""
+    found = []
+    for place, name, value in _values(excitation, chain):
+        low, high, unit, reason = USUAL[name]
+        if not low <= value <= high:
+            expected = f"{low:g} to {high:g} {unit} is expected ({reason})"
+            found.append(Fault(f"{place}.{name}", f"{si(value, unit)} is unusual, as {expected}: check the unit."))
+    return found
+
+
+def unusual_warnings(excitation: Any, chain: Any) -> tuple[str, ...]:
+    """The same as warnings."""
+    return tuple(f"The {fault.path} {fault.problem}" for fault in unusual(excitation, chain))
+
+
+def _values(excitation: Any, chain: Any) -> Iterator[tuple[str, str, float]]:
+    """Places, names and values of all quantities that have a usual range."""
+    if hasattr(excitation, "rise_time"):
+        yield "shock", "peak_force", excitation.peak_force
+        yield "shock", "rise_time", excitation.rise_time
+    else:
+        yield "impact", "velocity", excitation.velocity
+        yield from _sphere("impact", excitation)
+    yield from _sphere("chain", chain)
+    for index, part in enumerate(chain.granules if isinstance(chain.granules, tuple) else ()):
+        place = f"chain.granules[{index}]"
+        yield from _sphere(place, part) if hasattr(part, "count") else ()
+        for inner, segment in enumerate(getattr(part, "cell", ())):
+            yield from _sphere(f"{place}.cell[{inner}]", segment)
+
+
+def _sphere(place: str, part: Any) -> Iterator[tuple[str, str, float]]:
+    """Diameter and material of a part, as far as it has its own."""
+    if part.radius is not None:
+        for radius in (part.radius,) if isinstance(part.radius, float) else (part.radius.first, part.radius.last):
+            yield place, "diameter", 2 * radius
+    if part.material is not None:
+        inner = f"{place}.material"
+        yield inner, "density", part.material.density
+        yield inner, "youngs_modulus", part.material.youngs_modulus
