@@ -13,6 +13,8 @@ from shockwave.text import html_of, in_one_line, si
 if TYPE_CHECKING:  # a result that is only printed needs no arrays
     from shockwave.tables import Table
 
+#: Version of the JSON documents: the next one when a key is removed or changes its meaning; new keys do not count.
+VERSION = {"version": 1}
 # Rows of a table in a notebook.
 _MOST_ROWS = 8
 

@@ -155,7 +155,7 @@ def test_a_run_that_fails_ends_with_1_and_keeps_the_others(
     assert main(["simulate", "--json", "--rtol", "1e-2", SCENE, SCENE]) == 1
     out, err = capsys.readouterr()
     first, second = json.loads(out)
-    assert first == {"scenario": "table 2 row 1", "error": "the step size has vanished"}
+    assert first == {"version": 1, "scenario": "table 2 row 1", "error": "the step size has vanished"}
     assert second["peak_force"] == pytest.approx(50.88311, rel=1e-2)
     assert "the step size has vanished" in err
 

@@ -132,8 +132,9 @@ def kind_and_rule(key: keys.Key) -> tuple[str, str]:
         return kind, key.spec.rule.removesuffix(f" {key.spec.unit}").removeprefix("a whole number ")
     choices = [one for one in (key.annotation, *members) if typing.get_origin(one) is typing.Literal]
     if choices:
-        names = ", ".join(f"`{name}`" for name in typing.get_args(choices[0]))
-        return "list of names" if listed else "name", names
+        names = typing.get_args(choices[0])
+        kind = "whole number" if set(map(type, names)) == {int} else "list of names" if listed else "name"
+        return kind, ", ".join(f"`{name}`" for name in names)
     if key.annotation is bool:
         return "true or false", "-"
     if key.annotation is typing.Any:

@@ -14,6 +14,7 @@ from pebble import ProcessExpired, ProcessPool
 
 from shockwave.benchmark.extreme_cases import CHECKS, Case, Finding, find
 from shockwave.progress import counted
+from shockwave.result_base import VERSION
 from shockwave.simulation.backend import Backend, chosen, lack
 from shockwave.sweep.fork_server import START, start_server
 from shockwave.text import alarm, limits, si, strong, table
@@ -101,7 +102,7 @@ class Stress:
     def to_dict(self) -> dict[str, Any]:
         """The document that ``stress --json`` prints; it contains no NaN."""
         cases = [row.to_dict() for row in self.rows]
-        return {"passed": self.exit_code == 0, "seconds": self.seconds, "cases": cases}
+        return {**VERSION, "passed": self.exit_code == 0, "seconds": self.seconds, "cases": cases}
 
     def __str__(self) -> str:
         """The number of passed cases, the failures, and a table with the failed cases first."""

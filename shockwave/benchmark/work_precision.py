@@ -12,6 +12,7 @@ from typing import Any, NamedTuple, TypeAlias
 from attrs import asdict, evolve, field, frozen
 
 from shockwave.errors import NumericalError, PluginError, message_of
+from shockwave.result_base import VERSION
 from shockwave.text import printed
 
 # Estimated ratio of the run times of one setting and the next coarser one.
@@ -93,7 +94,7 @@ class WorkPrecision:
         document = asdict(self)
         for row in document["rows"]:
             row["problem"] = row["problem"] or None
-        return document
+        return VERSION | document
 
     def __str__(self) -> str:
         return printed(self, "shockwave.benchmark.bench_output:text")

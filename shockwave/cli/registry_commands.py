@@ -13,6 +13,7 @@ from shockwave.cli.parser import KINDS, parser
 from shockwave.errors import PluginError, UsageError
 from shockwave.plugin_check import checked_plugins
 from shockwave.registry import Plugin, entries, plugins
+from shockwave.result_base import VERSION
 from shockwave.simulation.backend import BACKENDS, lack
 from shockwave.text import alarm, paragraph, strong, table
 
@@ -24,7 +25,7 @@ def list_registered(options: argparse.Namespace) -> int:
     kinds = [options.kind] if options.kind else KINDS
     document = {kind: _rows(kind, options.check) for kind in kinds}
     if options.json:
-        print(json_text(document[options.kind] if options.kind else document))
+        print(json_text(document[options.kind] if options.kind else VERSION | document))
     else:
         print("\n\n".join(_text(kind, rows) for kind, rows in document.items()))
     faulty = options.check and any(row["problem"] for row in document.get("plugins", ()))

@@ -16,6 +16,7 @@ from shockwave.errors import Fault, ShockwaveError, UsageError
 from shockwave.files import refuse_inputs
 from shockwave.plausibility import unusual
 from shockwave.progress import counted
+from shockwave.result_base import VERSION
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scenario import Scenario
 from shockwave.text import alarm, error_text, limits, notes, paragraph, range_text, si, strong, table
@@ -80,7 +81,7 @@ def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any]
             text, code = failure(scenario.located(error))
             located = text.startswith(f"{scenario.path}:")
             problems.append(text if located else f"{scenario.path}: {text}")
-            documents.append({"scenario": scenario.name, "error": text})
+            documents.append({**VERSION, "scenario": scenario.name, "error": text})
             status = max(status, code)
         except KeyboardInterrupt:
             problems.append(f"{scenario.path}: interrupted")
@@ -132,7 +133,13 @@ def validate(options: Namespace) -> int:
             faults = getattr(error, "faults", ()) or [Fault("", str(error))]
             status = max(status, error.exit_code)
         documents.append(
-            {"file": file, "valid": not faults, "faults": [asdict(fault) for fault in faults], "warnings": warnings}
+            {
+                **VERSION,
+                "file": file,
+                "valid": not faults,
+                "faults": [asdict(fault) for fault in faults],
+                "warnings": warnings,
+            }
         )
         if not options.json:
             print("\n".join(map(str, faults)) or f"{file}: valid", *limits(warnings), sep="\n")

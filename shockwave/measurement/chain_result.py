@@ -16,7 +16,7 @@ from shockwave.measurement.contact_peaks import ContactPeak, last_force
 from shockwave.measurement.recording import Recording, plain
 from shockwave.measurement.result import Cost
 from shockwave.options import SimulateOptions
-from shockwave.result_base import Result
+from shockwave.result_base import VERSION, Result
 from shockwave.scene_summary import ChainScene
 from shockwave.text import printed
 
@@ -234,7 +234,7 @@ class ChainResult(Result):
         own = {name: plain(getattr(self.options, name)) for name in ("wave_threshold", "rtol", "step")}
         others = {"passages": [], "recoil_error": None, "yield": plain(self.yielding), "scene": self.scene.to_dict()}
         others["verdict"] = plain_verdict(self)
-        return {**document, **own, **others, "warnings": list(self.all_warnings)}
+        return {**VERSION, **document, **own, **others, "warnings": list(self.all_warnings)}
 
     def __str__(self) -> str:
         return printed(self, "shockwave.measurement.chain_text:chain_text")

@@ -18,7 +18,7 @@ from shockwave.measurement.measured_wave import MeasuredWave, Passage
 from shockwave.measurement.recording import Recording, plain
 from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
-from shockwave.result_base import Result
+from shockwave.result_base import VERSION, Result
 from shockwave.scene_summary import Scene
 from shockwave.simulation.problem import Primary
 from shockwave.text import printed
@@ -351,7 +351,7 @@ class SimulationResult(Result):
         options = {"wave_threshold": self.options.wave_threshold, "step": self.options.step}
         others = {**dict.fromkeys(_BEYOND), "yield": plain(self.yielding), "scene": self.scene.to_dict()}
         others["verdict"] = plain_verdict(self)
-        document = {name: plain(getattr(self, name)) for name in _KEYS}
+        document = VERSION | {name: plain(getattr(self, name)) for name in _KEYS}
         return {**document, **ends, **options, **others, "warnings": [*self.all_warnings, *self._contacts[3]]}
 
     def __str__(self) -> str:

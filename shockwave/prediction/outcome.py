@@ -19,7 +19,7 @@ from shockwave.prediction.model_interface import Inequality, Regime, Relation
 from shockwave.profiles.base import Areas
 from shockwave.profiles.conditions import Condition
 from shockwave.quadrature import FloatArray
-from shockwave.result_base import Result
+from shockwave.result_base import VERSION, Result
 from shockwave.scene_summary import ChainScene, Scene
 from shockwave.text import facts, limits, printed, strong
 
@@ -257,7 +257,9 @@ class Outcome(Result, _OnDemand[Estimate | None, tuple[float, float] | None]):
     def to_dict(self) -> dict[str, Any]:
         """Document printed by ``predict --json``: SI floats, no NaN."""
         left_out = ("on_demand", "limit", "first_yield", "wall")
-        values = asdict(self, filter=lambda attribute, _: attribute.name not in left_out, value_serializer=_plain)
+        values = VERSION | asdict(
+            self, filter=lambda attribute, _: attribute.name not in left_out, value_serializer=_plain
+        )
         own = {"regime": self.regime, "reason": self.reason or None, "ejection": None, "scene": self.scene.to_dict()}
         own["yield"] = None if self.yielding is None else asdict(self.yielding)
         accuracy, wall = asdict(self.accuracy, value_serializer=_plain), self.transmitted
@@ -360,6 +362,7 @@ class Predictions(Result, _OnDemand[FloatArray, FloatArray]):
     def to_dict(self) -> dict[str, Any]:
         """Lists of SI floats, with None for unknown numbers."""
         return {
+            **VERSION,
             "model": self.model,
             "peak_force": _numbers(self.peak_force),
             "amplification": _numbers(self.amplification),

@@ -11,7 +11,7 @@ import re
 import typing
 from collections.abc import Mapping
 from functools import cache
-from typing import Any
+from typing import Any, Literal
 
 import attrs
 from attrs import evolve, frozen
@@ -113,7 +113,10 @@ def has_chain_blocks(data: Mapping[str, Any]) -> bool:
 
 # ---------------------------------------------------------------- keys of blocks
 
+#: Versions of the format of scenarios that are read; a scenario without the key has the first one.
+VERSIONS = (1,)
 SCENARIO = (
+    Key("version", annotation=Literal[1], default=1, meaning="version of the format of scenarios"),
     Key("name", annotation=str, meaning="name of the scenario; if omitted, the name of the file"),
     Key("chain", required=True, meaning="a mapping of material, diameter, granules, and further features"),
     Key("shock", required=True, meaning="a mapping of profile, peak_force, rise_time, duration_ratio, parameters"),

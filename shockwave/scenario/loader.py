@@ -10,10 +10,11 @@ from typing import Any
 
 from attrs import define
 
+from shockwave import __version__
 from shockwave.chain.chain import Chain
 from shockwave.chain.material import Material
 from shockwave.errors import Fault, FileAccessError, InvalidValueError, PluginError, ScenarioError, ShockwaveError
-from shockwave.fields import text_of
+from shockwave.fields import listed, text_of
 from shockwave.limit import Limit
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
@@ -24,6 +25,7 @@ from shockwave.scenario.block_keys import (
     CHAIN,
     RECORD,
     SCENARIO,
+    VERSIONS,
     Key,
     has_chain_blocks,
     keys_of,
@@ -88,6 +90,13 @@ def scenario_of(document: Document, path: Path | None, tries: slice = slice(None
         except ShockwaveError as error:
             problems.append(error)
     raise problems[0]
+
+
+def _version(given: Any) -> Any:
+    if given not in VERSIONS:
+        newer = "; a newer shockwave may read it" if isinstance(given, int) and given > VERSIONS[-1] else ""
+        raise ValueError(f"must be {listed(VERSIONS)} for shockwave {__version__} (got {text_of(given)}{newer})")
+    return given
 
 
 @define(eq=False)
@@ -203,7 +212,7 @@ class _Loading:
 
     def scenario(self, whole: Document, sweep: Sweep | None) -> Scenario:
         """Scenario of one scene of ``sweep``; ``whole`` is the document with all of its blocks."""
-        data, _ = self.values((), self.document.data, SCENARIO)
+        data, _ = self.values((), self.document.data, SCENARIO, {"version": _version})
         published, limit = data.get("published"), data.get("limit")
         parts = {
             "name": data.get("name") or (self.path.stem if self.path is not None else self.document.name),

@@ -26,7 +26,7 @@ from shockwave.prediction.outcome_text import (
 )
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock import Shock
-from shockwave.result_base import Result
+from shockwave.result_base import VERSION, Result
 from shockwave.scenario.scenario import Published
 from shockwave.tables import Table, column, coordinate
 from shockwave.text import error_text, facts, limits, notes, paragraph, si, strong
@@ -80,6 +80,7 @@ class Comparison(Result):
         """The document that ``compare --json`` prints."""
         predicted = self.predicted
         return {
+            **VERSION,
             "scenario": self.simulated.scenario,
             "predicted": predicted and predicted.to_dict(),
             "simulated": self.simulated.to_dict(),

@@ -12,7 +12,7 @@ from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.errors import InvalidValueError
 from shockwave.fields import Quantity as Number
 from shockwave.fields import text_of
-from shockwave.result_base import Result
+from shockwave.result_base import VERSION, Result
 from shockwave.scenario.block_keys import Key
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.value_conversion import converted
@@ -314,7 +314,7 @@ class Design(Result):
         document = asdict(self)
         own = ("name", "sign", "value", "unit")
         document["target"] = {name: getattr(self.target, name) for name in own}
-        return {**document, "reachable": self.reachable, "why": self.why}
+        return {**VERSION, **document, "reachable": self.reachable, "why": self.why}
 
     def __str__(self) -> str:
         # materials are in the table already

@@ -7,7 +7,7 @@ from typing import Any
 
 from attrs import asdict, field, frozen
 
-from shockwave.result_base import Result
+from shockwave.result_base import VERSION, Result
 from shockwave.studies.requirements import Requirement
 from shockwave.tables import Table, along
 from shockwave.text import facts, notes, si, strong, table
@@ -119,7 +119,7 @@ class OptimalDesign(Result):
         document["requirements"] = [
             {"quantity": one.quantity.name, "sign": one.sign, "value": one.value} for one in self.requirements
         ]
-        return {**document, "why": self.why}
+        return {**VERSION, **document, "why": self.why}
 
     def __str__(self) -> str:
         shown = self.best or self.nearest

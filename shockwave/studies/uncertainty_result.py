@@ -10,7 +10,7 @@ from attrs import asdict, field, frozen
 
 from shockwave.limit import Exceedance, Verdict, verdict_facts
 from shockwave.quadrature import FloatArray
-from shockwave.result_base import Result
+from shockwave.result_base import VERSION, Result
 from shockwave.studies.scaling_exponents import Exponents
 from shockwave.tables import Table, along
 from shockwave.text import facts, limits, paragraph, si, strong, table
@@ -176,7 +176,7 @@ class Uncertainty(Result):
     def to_dict(self) -> dict[str, Any]:
         """The document that ``uncertainty --json`` prints: SI floats, without the draws."""
         document = asdict(self, filter=lambda attribute, _: attribute.name not in ("values", "peak_forces"))
-        return document | {name: _listed(document[name]) for name in ("peak_force", "amplification")}
+        return VERSION | document | {name: _listed(document[name]) for name in ("peak_force", "amplification")}
 
     def __str__(self) -> str:
         sources = {"curve": "the universal curve of the shape", "simulation": "simulations, as the shape is uncertain"}
@@ -290,7 +290,7 @@ class SimulatedUncertainty(Result):
         """The document that ``uncertainty --json`` prints: SI floats, without the draws."""
         document = asdict(self, filter=lambda attribute, _: attribute.name not in ("values", "outputs"))
         document["quantities"] = list(map(_listed, document["quantities"]))
-        return {**document, "method": "simulation", "peak_force": None, "amplification": None}
+        return {**VERSION, **document, "method": "simulation", "peak_force": None, "amplification": None}
 
     def __str__(self) -> str:
         named = self.quantities

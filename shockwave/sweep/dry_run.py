@@ -16,6 +16,7 @@ from typing import Any
 from attrs import asdict, frozen
 
 from shockwave.progress import progressed
+from shockwave.result_base import VERSION
 from shockwave.scenario.scenario import Scenario
 from shockwave.sweep.definition import DEFINITION, SweepDefinition
 from shockwave.sweep.journal import NOT_RUN, Journal
@@ -73,7 +74,7 @@ class SweepPlan:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the document that ``sweep --dry-run --json`` prints."""
-        return asdict(self)
+        return VERSION | asdict(self)
 
     def __str__(self) -> str:
         workers = "1 worker" if self.workers == 1 else f"{self.workers} workers"

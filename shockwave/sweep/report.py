@@ -9,7 +9,7 @@ from typing import Any
 
 from attrs import asdict, frozen
 
-from shockwave.result_base import Result
+from shockwave.result_base import VERSION, Result
 from shockwave.text import facts, limits, notes, strong
 
 
@@ -65,7 +65,7 @@ class SweepReport(Result):
         """The document that ``sweep --json`` prints."""
         files = [str(file) for file in self.files]
         plain = {"folder": str(self.folder), "files": files, "notes": list(self.notes)}
-        return {**asdict(self), **plain, "left": self.left}
+        return {**VERSION, **asdict(self), **plain, "left": self.left}
 
     def __str__(self) -> str:
         others = {"failed": self.failed, "crashed": self.crashed, "not run": self.left}
