@@ -120,4 +120,4 @@ def _text(name: str, value: Any) -> str:
 
     if isinstance(value, float):
         return si(value, unit_of(name.rpartition(".")[2]))
-    return str(len(value) if isinstance(value, tuple) else value)
+    return repr(value) if isinstance(value, str) else str(len(value) if isinstance(value, tuple) else value)

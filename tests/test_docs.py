@@ -133,7 +133,7 @@ def kind_and_rule(key: keys.Key) -> tuple[str, str]:
     choices = [one for one in (key.annotation, *members) if typing.get_origin(one) is typing.Literal]
     if choices:
         names = typing.get_args(choices[0])
-        kind = "whole number" if set(map(type, names)) == {int} else "list of names" if listed else "name"
+        kind = "list of names" if listed else "whole number" if names == keys.VERSIONS else "name"
         return kind, ", ".join(f"`{name}`" for name in names)
     if key.annotation is bool:
         return "true or false", "-"

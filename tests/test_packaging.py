@@ -73,6 +73,41 @@ def test_every_dependency_has_a_floor_and_the_tests_have_those_of_the_extras() -
     assert extras["test"].items() >= extras["plot"].items() | extras["dask"].items()
 
 
+def workflow() -> dict[str, Any]:
+    """The jobs of the public forge."""
+    document = yaml.safe_load((ROOT / ".github" / "workflows" / "ci.yml").read_text(encoding="utf-8"))
+    jobs: dict[str, Any] = document["jobs"]
+    return jobs
+
+
+def test_the_public_checks_cover_every_system_and_python_version_of_the_classifiers() -> None:
+    matrix = workflow()["tests"]["strategy"]["matrix"]
+    classifiers = project()["classifiers"]
+    versions = [name.rpartition(" ")[2] for name in classifiers if re.fullmatch(r".*:: 3\.\d+", name)]
+    assert matrix["python-version"] == versions
+    assert len([name for name in classifiers if name.startswith("Operating System")]) == len(matrix["os"])
+    assert {name.partition("-")[0] for name in matrix["os"]} == {"ubuntu", "macos", "windows"}
+
+
+def test_the_public_checks_run_every_stage() -> None:
+    run = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    (stages,) = re.findall(r"\$\{\*:-(.*?)\}", run)
+    jobs = workflow()
+    called = [step["run"] for step in jobs["slow"]["steps"] if "run" in step]
+    assert {*jobs["stages"]["strategy"]["matrix"]["stage"], *(one.split()[-1] for one in called)} == {*stages.split()}
+
+
+def test_the_paper_has_what_the_journal_asks_for_and_cites_what_it_lists() -> None:
+    _, header, text = (ROOT / "paper.md").read_text(encoding="utf-8").split("---\n", 2)
+    about = yaml.safe_load(header)
+    assert about.keys() >= {"title", "tags", "authors", "affiliations", "date", "bibliography"}
+    headings = re.findall("^# (.*)", text, re.MULTILINE)
+    assert {"Summary", "Statement of need", "State of the field", "References"} <= {*headings}
+    assert 250 <= len(text.split()) <= 1750
+    listed = re.findall(r"^@\w+\{(\w+),", (ROOT / about["bibliography"]).read_text(encoding="utf-8"), re.MULTILINE)
+    assert {*re.findall(r"@(\w+)", text)} == {*listed}
+
+
 @pytest.mark.parametrize("folder", sorted((ROOT / "plugins").glob("*/")), ids=lambda folder: folder.name)
 def test_sample_plugins_need_no_other_versions_than_shockwave(folder: Path) -> None:
     about = project()
