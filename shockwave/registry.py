@@ -218,7 +218,7 @@ def _registered(plugin: Plugin) -> list[tuple[str, Entry]]:
         for entry in chain.from_iterable(getattr(manager.hook, hook)()):
             if not (isinstance(entry, Entry) and all(isinstance(text, str) for text in entry)):
                 raise TypeError(f"{hook} must return a list of entries with text in all fields (got {entry!r:.80})")
-            if entry.name in _built_in(kind):
+            if entry.name.lower() in _built_in(kind):
                 raise ValueError(f"{KINDS[kind]} {entry.name!r} is a built-in name: choose another")
             claims.append((kind, entry._replace(distribution=plugin.distribution)))
     if not claims:

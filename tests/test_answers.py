@@ -3,10 +3,12 @@
 from pathlib import Path
 from typing import Any
 
+import attrs
 import pint
 import pytest
 
 import shockwave as sw
+from shockwave.scenario.scene_hash import scene_hash
 
 ROOT = Path(__file__).parent.parent
 FILE = ROOT / "profiles" / "paper" / "table1-row1.yaml"
@@ -77,6 +79,34 @@ def test_a_sweep_is_refused() -> None:
 def test_a_scene_that_the_model_does_not_cover_is_located() -> None:
     with pytest.raises(sw.NotCoveredError, match=r"yaml:\d+:\d+: chain"):
         sw.predict(ROOT / "profiles" / "chains" / "taper.yaml")
+
+
+def test_case_does_not_matter_in_the_names_of_a_scenario(tmp_path: Path) -> None:
+    text = """\
+chain: {material: %s, diameter: 9.5 mm}
+shock: {profile: %s, parameters: {times: [0, 1e-5, 4e-5], forces: [0, 100, 0]}}
+predict: {model: %s, quadrature: %s}
+simulate: {integrator: %s, rtol: 1e-4}
+"""
+    names = ("ptfe", "tabulated", "section-4", "tanh-sinh", "rkn64")
+    scenarios = []
+    for index, change in enumerate((str.lower, str.upper, str.title)):
+        file = tmp_path / f"{index}.yaml"
+        file.write_text(text % tuple(map(change, names)), encoding="utf-8")
+        scenarios.append(attrs.evolve(sw.load_scenario(file), name="", path=None))
+    assert scenarios[0] == scenarios[1] == scenarios[2]
+    assert scenarios[1].simulate.integrator == "rkn64"
+
+
+def test_a_scenario_may_state_its_version(tmp_path: Path) -> None:
+    file = tmp_path / "scene.yaml"
+    file.write_text("version: 1\n" + FILE.read_text(encoding="utf-8"), encoding="utf-8")
+    assert scene_hash(sw.load_scenario(file)) == scene_hash(sw.load_scenario(FILE))
+
+
+@pytest.mark.parametrize("answer", [sw.predict, sw.simulate, sw.compare])
+def test_documents_state_their_version(answer: Any) -> None:
+    assert answer(SHOCK, CHAIN).to_dict()["version"] == 1
 
 
 def test_an_unknown_material_is_refused() -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from shockwave import __version__
 from shockwave.errors import FileAccessError, ScenarioError
 from shockwave.scenario.loader import load_scenario
 
@@ -46,6 +47,17 @@ MARKED = {
     "material-is-a-number": (_chain("material: |5, radius: 1"), "chain.material", "must be a mapping"),
     "name-is-a-number": (_with("name: |12"), "name", "must be text (got 12; put it in quotes if it is text)"),
     "wrong-dimension": (_shock("1 us", "|15 kg"), "shock.rise_time", "must be a time, such as '15 us' (got '15 kg')"),
+    "decimal-comma": (_chain("material: copper, diameter: |'9,5 mm'"), "chain.diameter", "a decimal point and no"),
+    "decimal-comma-between-keys": (
+        _chain("material: copper, diameter: 9,|5 mm"), "chain.'5 mm'", "a decimal point and no comma, as in 9.5 mm",
+    ),
+    "thousands": (_shock("1 N", "|'1.000,5 N'"), "shock.peak_force", "a decimal point and no comma"),
+    "newer-version": (
+        _with("version: |2"), "version",
+        f"must be 1 for shockwave {__version__} (got 2; a newer shockwave may read it)",
+    ),
+    "version-as-text": (_with("version: |'1'"), "version", "must be 1 for"),
+    "no-version": (_with("version:|"), "version", "must be 1 for"),
     "nothing-for-a-number": (_shock(" 1 N", "| "), "shock.peak_force", "(got nothing)"),
     # ranges
     "negative-force": (_shock("1 N", "|-1 kN"), "shock.peak_force", "> 0 N (got '-1 kN')"),

@@ -13,6 +13,7 @@ import pytest
 import shockwave as sw
 from shockwave.cli import main
 from shockwave.measurement import simulate
+from shockwave.simulation.backend import lack
 
 ROOT = Path(__file__).parent.parent
 PAPER = ROOT / "profiles" / "paper"
@@ -97,6 +98,10 @@ WRONG = {
     "no-worker": (["sweep", SCENE, "--workers", "0"], "--workers: must be >= 1 and <= 10000 (got 0)"),
     "no-executor": (["sweep", SCENE, "--dry-run", "--executor", "x"], "executor: must be processes, dask or"),
     "check-of-profiles": (["list", "profiles", "--check"], "--check: can be used only with plugins"),
+    "page-as-pdf": (
+        ["report", SCENE, "-o", "x.pdf"],
+        "--output: must end in .html or .htm (got x.pdf; print this page",
+    ),
     "range": (["simulate", "--rtol", "1e-20", SCENE], "--rtol: must be >= 1e-13 and <= 0.01 (got 1e-20)"),
     "contacts": (["simulate", "--contacts", "3,-1", SCENE], "--contacts: must be whole numbers >= 0"),
 }
@@ -111,6 +116,23 @@ def test_a_wrong_call_is_a_usage_error(name: str, capsys: pytest.CaptureFixture[
         status = error.code
     assert status == 2
     assert problem in capsys.readouterr().err
+
+
+def test_the_version_states_the_back_end(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["--version"])
+    assert ended.value.code == 0
+    state = re.escape(f"numpy; compiled code {lack()}" if lack() else "compiled")
+    assert re.fullmatch(rf"shockwave {re.escape(sw.__version__)} \(back end: {state}\)\n", capsys.readouterr().out)
+
+
+def test_without_compiled_code_the_version_says_why(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("shockwave.simulation.backend.compiled", None)
+    with pytest.raises(SystemExit):
+        main(["--version"])
+    assert "(back end: numpy; compiled code not built: needs a C compiler" in capsys.readouterr().out
 
 
 def test_validate_continues_after_a_missing_file(capsys: pytest.CaptureFixture[str]) -> None:

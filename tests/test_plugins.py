@@ -52,6 +52,16 @@ def test_the_error_for_an_unknown_name_states_known_names_and_the_nearest(kind: 
     assert message.endswith(f"; `shockwave list {kind}` shows all)") == shortened
 
 
+@EVERY_KIND
+def test_case_does_not_matter_in_a_name(kind: str) -> None:
+    assert registry.find(kind, BUILT_IN[kind].upper()) == registry.find(kind, BUILT_IN[kind])
+
+
+def test_case_does_not_matter_in_a_name_of_a_plugin(install: Install) -> None:
+    install("test-pulses", name="Test-Pulse")
+    assert registry.find("profiles", "test-pulse").name == "Test-Pulse"
+
+
 def test_a_plugin_is_found_as_installed(install: Install) -> None:
     module = install("test-pulses", name="test-pulse", version="3.4.5")
     entry = registry.find("profiles", "test-pulse")

@@ -31,7 +31,7 @@ SEEN = (
     *("unknown-block", "unknown-key", "parameter-of-none", "predict-is-text", "material-is-a-number"),
     *("name-is-a-number", "nothing-for-a-number", "unknown-material", "unknown-profile", "unknown-alpha"),
     *("times-in-newtons", "missing-size", "missing-density", "both-sizes", "published-without-source"),
-    *("record-of-nothing", "file-and-times"),
+    *("record-of-nothing", "file-and-times", "newer-version", "version-as-text", "no-version"),
 )
 
 
@@ -190,3 +190,9 @@ def test_what_the_loader_takes_is_admitted(tmp_path: Path, text: str, changes: l
     except ShockwaveError:
         return
     assert list(_validator().iter_errors(data)) == []
+
+
+def test_names_in_any_case_are_valid() -> None:
+    text = "chain: {material: PTFE, radius: 1 mm}\n" + SHOCK + "simulate: {integrator: RKN64}\n"
+    assert _faults(text) == []
+    assert _faults(text.replace("RKN64", "RKN65")) != []

@@ -198,7 +198,8 @@ class _Version(argparse.Action):
         from shockwave.simulation.backend import lack
 
         backend = f"numpy; compiled code {lack()}" if lack() else "compiled"
-        parser.exit(message=f"shockwave {__version__} (back end: {backend})\n")
+        print(f"shockwave {__version__} (back end: {backend})")
+        parser.exit()
 
 
 def parser(arguments: Sequence[str] = ()) -> argparse.ArgumentParser:
