@@ -1,7 +1,19 @@
-"""Configuration of Sphinx; the lists of materials, integrators, quadratures and models come from the registry."""
+"""Configuration of Sphinx; the lists of materials, integrators, quadratures and models come from the registry.
+
+The pages are built and read without a network: formulas become MathML, which browsers draw themselves, and the
+inventories of other projects are files of this folder.
+"""
 
 from __future__ import annotations
 
+from typing import Any
+
+from docutils import nodes
+from docutils.utils.math.latex2mathml import tex2mathml
+from sphinx.application import Sphinx
+from sphinx.ext import autosummary
+
+import shockwave
 from shockwave import OWN_DISTRIBUTION, __version__, registry
 
 project = "shockwave"
@@ -9,21 +21,94 @@ author = "The shockwave developers"
 copyright = "2026, the shockwave developers"
 version = release = __version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
-exclude_patterns = ["_build"]
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.intersphinx",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
+    "sphinx_gallery.gen_gallery",
+]
+exclude_patterns = ["_build", "gallery", "examples/*.ipynb"]
+templates_path = ["_templates"]
 html_theme = "furo"
 html_title = f"shockwave {__version__}"
+html_static_path = ["_static"]
+html_css_files = ["narrow.css"]
+html_math_renderer = "mathml"
 default_role = "py:obj"
+
+sphinx_gallery_conf = {
+    "examples_dirs": "gallery",
+    "gallery_dirs": "examples",
+    "abort_on_example_error": True,
+    "within_subsection_order": "FileNameSortKey",
+    "image_srcset": ["2x"],
+    # run times are those of one machine
+    "min_reported_time": 1e9,
+    "write_computation_times": False,
+    "download_all_examples": False,
+    "show_signature": False,
+    "backreferences_dir": None,
+}
+# Notebooks are stored without output and run when the pages are built.
+nb_execution_mode = "force"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 120
 
 myst_enable_extensions = ["dollarmath", "substitution"]
 myst_heading_anchors = 3
 
 napoleon_google_docstring = False
-napoleon_use_ivar = True
+napoleon_use_ivar = False
 napoleon_custom_sections = ["Contract for implementers", "Contract for implementers, beside that of `Integrator`"]
 
 autodoc_member_order = "bysource"
-autodoc_typehints = "none"
+autodoc_typehints = "signature"
+autodoc_typehints_format = "short"
+autodoc_type_aliases = {"ArrayLike": "numpy.typing.ArrayLike", "FloatArray": "numpy.ndarray"}
+# Sentences do not end after these.
+autosummary.WELL_KNOWN_ABBREVIATIONS += ("eq.", "eqs.", "sec.")
+python_maximum_signature_line_length = 88
+# Some names differ by case only, which many file systems ignore.
+autosummary_filename_map = {
+    f"shockwave.{name}": f"shockwave.{name}-function"
+    for name in shockwave.__all__
+    if name.islower() and name.capitalize() in shockwave.__all__
+}
+# Lists of the few objects that signatures name, in the plain format of version 1: the published ones need a network.
+intersphinx_mapping = {
+    "python": ("https://docs.python.org/3", "inventories/python.txt"),
+    "numpy": ("https://numpy.org/doc/stable", "inventories/numpy.txt"),
+    "pandas": ("https://pandas.pydata.org/docs", "inventories/pandas.txt"),
+    "xarray": ("https://docs.xarray.dev/en/stable", "inventories/xarray.txt"),
+}
+
+
+def _formula(translator: Any, node: nodes.math | nodes.math_block) -> None:
+    """Write a formula as MathML; one that cannot be converted ends the build."""
+    block = isinstance(node, nodes.math_block)
+    formula = tex2mathml(node.astext(), as_block=block)
+    translator.body.append(f'<div class="math">{formula}</div>' if block else formula)
+    raise nodes.SkipNode
+
+
+def _public(_app: Sphinx, _name: str, _what: object, _options: object, bases: list[Any]) -> None:
+    """Leave private classes out of the bases of a class."""
+    bases[:] = [base for base in bases if not getattr(base, "__name__", "").startswith("_")] or [object]
+
+
+def _signature(_app: Sphinx, _what: str, name: str, *_: object) -> tuple[str, str] | None:
+    """Shorten the signature of the outcome of which the inherited types are names of another module."""
+    return ("(...)", "") if name == "shockwave.StrikerOutcome" else None
+
+
+def setup(app: Sphinx) -> None:
+    """Register the writer of formulas and the choices of bases and signatures."""
+    app.connect("autodoc-process-signature", _signature)
+    app.connect("autodoc-process-bases", _public)
+    app.add_html_math_renderer("mathml", (_formula, None), (_formula, None))
 
 
 def _materials() -> str:

@@ -54,6 +54,19 @@ def recorded(name: str, record: tuple[str, ...], contacts: tuple[int, ...]) -> s
     return sw.simulate(scene(name).shock, scene(name).chain, contacts=contacts, record=record)  # type: ignore[arg-type]
 
 
+def landing() -> Figure:
+    """The way of a blow along the chain, and the waves into which it separates, with the range of the estimate."""
+    chain = sw.Chain(material=sw.material("stainless-steel-302"), diameter=9.5e-3)
+    shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=20.0, rise_time=80e-6)
+    result = sw.simulate(shock, chain, contacts=range(80), record=["forces"])
+    estimate = sw.predict(shock, chain).estimate
+    figure, (left, right) = pictures.figure(1, 2, (7.6, 3.0))
+    pictures.space_time(left, result)
+    pictures.contact_forces(right, result, contacts=[10, 79])
+    right.axhspan(estimate.low, estimate.high, color="grey", alpha=0.4)
+    return figure
+
+
 @cache
 def compared(name: str) -> sw.Comparison:
     """Prediction and simulation of a scene."""
@@ -164,8 +177,20 @@ def trust_map() -> Figure:
     return figure
 
 
+def materials() -> Figure:
+    """Ranking of materials for a target."""
+    names = ["ptfe", "nylon-66", "delrin", "pmma", "lead", "brass-260", "copper", "aluminium-6061-t6"]
+    found = sw.design(
+        scene("examples/protector"), vary="chain.material", target={"peak_force": 110.0}, among=names, sign="<="
+    )
+    figure, (ax,) = pictures.ranked_figure(len(found.table))
+    pictures.materials(ax, found)
+    return figure
+
+
 #: Functions that draw the pictures, by file name.
 PICTURES: dict[str, Callable[[], Figure]] = {
+    "landing": landing,
     "pulse": pulse,
     "contact-forces": contact_forces,
     "space-time": space_time,
@@ -176,6 +201,7 @@ PICTURES: dict[str, Callable[[], Figure]] = {
     "amplification": amplification,
     "work-precision": work_precision,
     "trust-map": trust_map,
+    "materials": materials,
 }
 
 

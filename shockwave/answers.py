@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import functools
 import os
-from typing import TYPE_CHECKING, Any, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from attrs import evolve
 
-from shockwave.errors import InvalidValueError, NotCoveredError
-from shockwave.fields import text_of
+from shockwave.errors import NotCoveredError
 from shockwave.options import SimulateOptions
 
 if TYPE_CHECKING:
@@ -19,10 +18,8 @@ if TYPE_CHECKING:
     from shockwave.prediction.predictor import Predictor
     from shockwave.profiles.shock import Shock
     from shockwave.scenario.scenario import Scenario
+    from shockwave.scenario.scene_argument import Scene
     from shockwave.studies.comparison import Comparison
-
-    #: A scenario, its file, or an excitation whose chain is given beside it.
-    Scene: TypeAlias = Scenario | str | os.PathLike[str] | Shock | Impact
 
 
 _default_options = functools.cache(SimulateOptions)
@@ -142,34 +139,12 @@ def compare(
 
 
 def _scenario(scene: object, chain: object) -> Scenario | None:
-    """The scenario, loaded if ``scene`` is a path; None for an excitation with a chain.
-
-    Raises
-    ------
-    InvalidValueError
-        If a scenario or a path comes with a chain, or anything else without one.
-    """
-    named = isinstance(scene, str | os.PathLike)
-    if chain is not None and not named:
+    """The scenario, loaded if ``scene`` is a path; None for an excitation with a chain."""
+    if chain is not None and not isinstance(scene, str | os.PathLike):
         return None
-    from shockwave.scenario.scenario import Scenario  # an excitation on a chain does not need it
+    from shockwave.scenario.scene_argument import scenario_alone  # an excitation on a chain does not need it
 
-    if chain is None and named:
-        from shockwave.scenario.loader import load_scenario
-
-        return _single(load_scenario(cast(str, scene)))
-    if chain is None and isinstance(scene, Scenario):
-        return _single(scene)
-    rule = "must be a scenario or its file alone, or a shock or an impact together with a chain"
-    raise InvalidValueError.of("scene", f"{rule} (got {text_of(scene)} {'and' if named else 'without'} a chain)")
-
-
-def _single(scenario: Scenario) -> Scenario:
-    """The scenario, if it describes a single case."""
-    if scenario.sweep is not None:
-        got = f"got a sweep of {len(scenario.sweep)}; shockwave.run_sweep runs it"
-        raise InvalidValueError.of("scene", f"must describe a single case ({got})")
-    return scenario
+    return scenario_alone(scene, chain)
 
 
 def _predictor(scenario: Scenario, settings: dict[str, Any]) -> Predictor:

@@ -6,7 +6,8 @@ from typing import Any, Literal
 
 from attrs import asdict, evolve, frozen
 
-from shockwave.fields import quantity
+from shockwave.errors import InvalidValueError
+from shockwave.fields import quantity, text_of
 from shockwave.text import alarm, si
 
 Decision = Literal["below", "above", "undecided"]
@@ -31,7 +32,16 @@ class Limit:
     force: float = quantity("N", "largest admissible force that leaves the chain", above=0, example="60 N")
 
     def verdict(self, result: Any) -> Verdict:
-        """Verdict on the force that leaves the chain in ``result``, of a prediction or a simulation."""
+        """Verdict on the force that leaves the chain in ``result``, of a prediction or a simulation.
+
+        Raises
+        ------
+        InvalidValueError
+            If it is neither.
+        """
+        if not (hasattr(result, "limit") and hasattr(result, "verdict")):
+            problem = f"must be the result of a prediction or a simulation (got {text_of(result)})"
+            raise InvalidValueError.of("result", problem)
         found: Verdict = evolve(result, limit=self).verdict
         return found
 
@@ -121,12 +131,12 @@ def verdict(limit: Limit, force: LeavingForce) -> Verdict:
     return Verdict(limit=limit.force, **known, decision=decision, force=force.name, remedy=remedy)
 
 
-def verdict_facts(result: Any) -> list[tuple[str, str]]:
+def verdict_facts(result: Any, label: str = "verdict") -> list[tuple[str, str]]:
     """Label and text of the verdict of a result, if it has a limit."""
     found = result.verdict
     if found is None:
         return []
-    return [("verdict", str(found) if found.decision == "below" else alarm(str(found)))]
+    return [(label, str(found) if found.decision == "below" else alarm(str(found)))]
 
 
 def plain_verdict(result: Any) -> dict[str, Any] | None:

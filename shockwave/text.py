@@ -12,10 +12,15 @@ import textwrap
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from functools import cache
 from itertools import zip_longest
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from attrs import frozen
+
+if TYPE_CHECKING:
+    from jinja2 import Template
 
 # Characters that HTML does not admit, and those that turn the direction of the text behind them.
 _UNFIT = "[^\t\n\x20-\x7e\xa0-\u2029\u202f-\u2065\u206a-\ud7ff\ue000-\ufdcf\ufdf0-\ufffd\U00010000-\U0010fffd]"
@@ -241,10 +246,15 @@ def in_one_line(result: object) -> str:
 
 def html_of(template: Path, filters: Iterable[Callable[..., object]] = (), **values: object) -> str:
     """A Jinja template, filled in with ``values``, which are escaped."""
+    return _template(template, tuple(filters)).render(values).lstrip() + "\n"
+
+
+@cache
+def _template(file: Path, filters: tuple[Callable[..., object], ...]) -> Template:
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(
-        loader=FileSystemLoader(template.parent),
+        loader=FileSystemLoader(file.parent),
         autoescape=True,
         undefined=StrictUndefined,
         finalize=lambda value: admitted(value) if type(value) is str else value,
@@ -252,7 +262,7 @@ def html_of(template: Path, filters: Iterable[Callable[..., object]] = (), **val
         lstrip_blocks=True,
     )
     environment.filters |= {function.__name__: function for function in filters}
-    return environment.get_template(template.name).render(values).lstrip() + "\n"
+    return environment.get_template(file.name)
 
 
 def admitted(text: str) -> str:

@@ -43,6 +43,14 @@ def test_a_comparison_of_a_scenario_has_its_published_figures(scene: Any) -> Non
     assert (both.predicted.scenario, both.simulated.scenario) == (sw.load_scenario(FILE).name,) * 2
 
 
+def test_studies_take_a_scenario_or_its_file(scene: Any) -> None:
+    assert sw.uncertainty(scene, spreads={"shock.peak_force": "5 %"}, draws=256).scenario == "table 1 row 1"
+    radius = {"between": ("4 mm", "5 mm"), "target": {"amplification": 1.0}, "points": 2}
+    assert sw.design(scene, vary="chain.radius", **radius).scenario == "table 1 row 1"
+    materials = {"chain.material": ["copper", "brass-260"]}
+    assert sw.optimal_design(scene, vary=materials, targets=["amplification >= 0.1"], least="peak_force").best
+
+
 def test_options_given_replace_those_of_the_scenario() -> None:
     assert sw.simulate(FILE, rtol=1e-4, waves="primary").options.waves == "primary"
     assert sw.simulate(FILE, rtol=1e-4).rtol == 1e-4

@@ -389,3 +389,22 @@ def test_a_sweep_of_packings_is_that_of_chains(tmp_path: Path) -> None:
     found = sw.load_sweep(tmp_path / "out")
     assert found.values("peak_force")[-1] == pytest.approx(last.peak_force, rel=1e-12)
     assert found.values("estimate")[-1] == pytest.approx(last.estimate.peak_force, rel=1e-12)
+
+
+def test_a_striker_needs_a_finite_chain() -> None:
+    with pytest.raises(sw.InvalidValueError, match=r"^chain.granules: must be given, because a striker"):
+        sw.predict(sw.Impact(velocity=1.0), CHAIN)
+
+
+@pytest.mark.parametrize("end", [None, sw.Wall()], ids=["free", "wall"])
+def test_a_wave_needs_as_many_granules_before_any_end(end: sw.Wall | None) -> None:
+    shock = triangle(4.0)
+    needed = 12  # 8, and the duration
+    short, enough = (attrs.evolve(CHAIN, granules=count, end=end) for count in (needed - 1, needed))
+    assert sw.predict(shock, short).estimate is None
+    found, endless = sw.predict(shock, enough).estimate, sw.predict(shock, CHAIN).estimate
+    assert found is not None
+    assert endless is not None
+    assert found.low < endless.low < endless.high < found.high
+    many = sw.Predictor().predict_many([shock], enough)
+    assert many.estimate[0].tolist() == pytest.approx([found.peak_force, found.low, found.high], rel=1e-9)

@@ -164,7 +164,7 @@ def test_the_greatest_force_of_equal_granules_can_be_the_target(tmp_path: Path) 
     [
         ("speed=3", "--target: must be a property of the result (got 'speed'"),
         ("amplification=1", "--target: must be a quantity that the simulation of every scene has"),
-        ("contacts[2].peak_force=1", "did you mean 'contacts[1].peak_force'?"),
+        ("contacts[2].peak_force=1", "--target: must count from 0 in the list simulate.contacts of the scenario"),
     ],
     ids=["wave", "limit", "contact"],
 )
@@ -207,3 +207,15 @@ def test_a_comparison_without_predictions_has_no_empty_columns(file: Path) -> No
     assert "transmitted_force" in named
     assert "restitution" not in named
     assert [name for name in table if table[name].isna().all() and name != "notes"] == []
+
+
+def test_pulling_forces_are_simulated_in_an_uncertainty(tmp_path: Path) -> None:
+    record = "{times: [0, 1e-5, 2e-5, 3e-5, 4e-5], forces: [0, 50, 0, -5, 0], negative: keep}"
+    pulling = scene(
+        tmp_path / "pulling.yaml",
+        "chain: {material: bearing-steel-52100, diameter: 9.5 mm}\n"
+        f"shock: {{profile: tabulated, parameters: {record}}}\nuncertainty: {{shock.peak_force: 5 %}}\n",
+    )
+    found = sw.uncertainty(pulling, draws=256)
+    assert isinstance(found, sw.SimulatedUncertainty)
+    assert found.quantities[0].nominal == pytest.approx(sw.simulate(pulling, rtol=1e-6).peak_force, rel=1e-4)

@@ -14,7 +14,7 @@ import shockwave as sw
 from pages import ROOT
 from scenes import CASE_A, CHAIN, FORCE, POWER, UNITS
 from selection import keeping, thinned
-from shockwave import cli
+from shockwave import cli, pictures
 from shockwave.numerics import crossings
 from shockwave.progress import progress_shown
 from shockwave.scenario.scene_family import Family
@@ -246,7 +246,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "among": ({"among": ["ptfe"]}, "among: must be omitted"),
     "points": ({"points": 1}, "points: must be a whole number >= 2"),
     "rtol": ({"rtol": 0.5}, "rtol: must be >= 1e-07 and <= 0.01"),
-    "chain": ({"chain": None}, "scene: must be a Scenario, or a Shock together with a Chain"),
+    "chain": ({"chain": None}, "scene: must be a scenario or its file alone, or a shock"),
 }
 
 
@@ -273,6 +273,33 @@ def test_the_command_draws_a_picture(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert cli.main(["design", FILE, *arguments, "-o", str(picture)]) == 0
     assert "<svg" in picture.read_text()
     assert capsys.readouterr().err == f"{picture}: written\n"
+
+
+def test_the_command_draws_a_ranking_of_materials(tmp_path: Path) -> None:
+    picture = tmp_path / "ranking.svg"
+    arguments = ["--vary", "chain.material", "--among", "ptfe,brass-260", "--target", "peak_force=110 N"]
+    assert cli.main(["design", FILE, *arguments, "-o", str(picture)]) == 0
+    assert "<svg" in picture.read_text()
+
+
+def test_a_picture_ranks_materials_from_the_top_and_marks_those_that_meet_the_target() -> None:
+    names, target = ["brass-260", "ptfe", "nylon-66"], {"peak_force": "110 N"}
+    found = sw.design(FILE, vary="chain.material", among=names, target=target, sign="<=")
+    _, (ax,) = pictures.ranked_figure(len(names))
+    pictures.materials(ax, found)
+    shown = [label.get_text() for label in ax.get_yticklabels()]
+    assert shown == [option.value for option in found.table]
+    assert ax.get_ylim()[0] > ax.get_ylim()[1]
+    met = next(line for line in ax.get_lines() if line.get_label() == "meets all")
+    assert {shown[int(place)] for place in met.get_ydata()} == {"ptfe"}
+
+
+def test_materials_meet_an_inequality() -> None:
+    names, target = ["brass-260", "ptfe", "nylon-66"], {"peak_force": "120 N"}
+    found = sw.design(FILE, vary="chain.material", among=names, target=target, sign="<=")
+    assert {option.value for option in found.solutions} == {"ptfe", "nylon-66"}
+    assert found.reachable
+    assert str(found).startswith("material nylon-66 or ptfe gives a peak force <= 120 N")
 
 
 @pytest.mark.parametrize(

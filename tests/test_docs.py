@@ -4,6 +4,8 @@
 """
 
 import argparse
+import importlib
+import inspect
 import json
 import os
 import re
@@ -21,7 +23,7 @@ import shockwave as sw
 from distributions import install
 from pages import DOCS, PAGES, ROOT, Block, blocks_of, code_in, table
 from selection import keeping
-from shockwave import built_ins, cli, registry
+from shockwave import built_ins, cli, pictures, registry
 from shockwave.cli.parser import KINDS, parser
 from shockwave.fields import quantity_of
 from shockwave.limit import Limit
@@ -263,7 +265,18 @@ def test_exit_statuses_are_those_of_the_errors() -> None:
     assert listed == {name: error.exit_code for name, error in errors.items() if name != "ShockwaveError"}
 
 
-def test_api_page_names_every_public_name_once() -> None:
-    text = (DOCS / "api.md").read_text(encoding="utf-8")
-    named = re.findall(r"auto(?:class|function|exception):: shockwave\.(\w+)", text)
-    assert sorted(named) == sorted(sw.__all__)
+#: Names that have a page of their own: those listed by ``autosummary``.
+WITH_A_PAGE = re.findall(r"^   ~?(shockwave\.[\w.]+)$", (DOCS / "api.md").read_text(encoding="utf-8"), re.MULTILINE)
+
+
+def test_every_public_name_has_one_page() -> None:
+    assert sorted(name for name in WITH_A_PAGE if name.count(".") == 1) == sorted(f"shockwave.{n}" for n in sw.__all__)
+    assert len(WITH_A_PAGE) == len(set(WITH_A_PAGE))
+    drawn = {f"shockwave.pictures.{name}" for name, own in vars(pictures).items() if inspect.isfunction(own)}
+    assert drawn == {name for name in WITH_A_PAGE if name.startswith("shockwave.pictures.")}
+
+
+@pytest.mark.parametrize("name", [name for name in WITH_A_PAGE if name.count(".") > 1])
+def test_other_names_with_a_page_exist_and_are_described(name: str) -> None:
+    module, _, own = name.rpartition(".")
+    assert inspect.getdoc(getattr(importlib.import_module(module), own))

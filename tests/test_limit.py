@@ -275,3 +275,9 @@ def test_waves_that_add_up_on_a_soft_wall_are_in_its_range() -> None:
     known = sw.predict(impact, chain).transmitted
     assert known is not None
     assert known.low < sw.simulate(impact, chain).transmitted.peak_force < known.high
+
+
+@pytest.mark.parametrize("result", [3, "text", None], ids=["number", "text", "nothing"])
+def test_a_verdict_needs_a_result(result: object) -> None:
+    with pytest.raises(sw.InvalidValueError, match=r"^result: must be the result of a prediction or a simulation"):
+        sw.Limit(force=3.0).verdict(result)

@@ -203,6 +203,15 @@ def test_the_command_draws_the_front(file: Path, tmp_path: Path) -> None:
     assert picture.stat().st_size > 1000
 
 
+def test_the_command_draws_the_ranking_beside_the_front(file: Path, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    picture = tmp_path / "ranking.png"
+    vary = ["--vary", "chain.granules[1].material", "--among", "ptfe,nylon-66"]
+    assert cli.main(["design", str(file), *vary, "--target", f"{FORCE} <= 1 kN", "-o", str(picture)]) == 0
+    width, height = (int.from_bytes(picture.read_bytes()[at : at + 4], "big") for at in (16, 20))
+    assert width > 4 * height  # two axes side by side
+
+
 def test_an_infeasible_design_ends_with_status_1(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     given = ["--vary", "chain.granules[1].material", "--target", "chain.mass <= 1e-9 kg"]
     assert cli.main(["design", str(file), *given]) == 1

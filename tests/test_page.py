@@ -182,7 +182,7 @@ def test_a_page_on_a_finite_chain_leads_with_the_greatest_force() -> None:
 
 def test_a_page_states_why_there_is_no_estimate() -> None:
     text = plain(undrawn("twelve granules"))
-    assert "not known a priori: in a chain of 12 granules the leading wave may not form" in text
+    assert "not known a priori: in a chain of 12 granules the leading wave does not form" in text
 
 
 def test_a_contact_beyond_the_chain_is_reported() -> None:
@@ -271,3 +271,19 @@ def test_a_profile_without_parameters_is_identified_by_its_force() -> None:
     shocks = [sw.Shock(profile=Kept(power), peak_force=1.0, rise_time=1e-5) for power in (1.0, 1.0, 1.001)]
     one, same, other = (scene_hash(scenario(shock)) for shock in shocks)
     assert one == same != other
+
+
+@pytest.mark.parametrize(
+    ("excitation", "estimated"),
+    [
+        ({"shock": triangle(0.5)}, "Estimate: force on the wall "),
+        ({"shock": None, "impact": sw.Impact(velocity=1.0)}, "Waves of the striker by its law"),
+    ],
+    ids=["shock", "striker"],
+)
+def test_a_page_on_a_wall_shows_the_estimate(excitation: dict[str, Any], estimated: str) -> None:
+    walled = evolve(scenario(triangle(0.5)), **excitation)
+    text = without_pictures(findings(evolve(walled, chain=evolve(CHAIN, granules=30, end=sw.Wall()))))
+    parsed(text)
+    assert "Estimate: force on the wall " in plain(text)
+    assert estimated in plain(text)

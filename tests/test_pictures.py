@@ -152,7 +152,7 @@ def test_a_pulse_has_the_force_and_areas_of_the_shock(ax: Axes) -> None:
     # ticks are in the unit of the label
     assert ax.xaxis.get_major_formatter()(1.5e-5, 0) == "15"
     # a1 = 1/(1 + eta1), a2 = (n - 1)/(1 + eta2)
-    assert key_of(ax) == ["rise, $a_1$ = 0.6667 $F_0 t_0$", "decay, $a_2$ = 1 $F_0 t_0$"]
+    assert key_of(ax) == ["rise, a₁ = 0.6667 F₀ t₀", "decay, a₂ = 1 F₀ t₀"]
 
 
 def test_margins_are_those_of_the_conditions(ax: Axes) -> None:
@@ -160,7 +160,7 @@ def test_margins_are_those_of_the_conditions(ax: Axes) -> None:
     profile = sw.PowerLaw(rise_exponent=2, decay_exponent=2, duration_ratio=4)
     pictures.conditions(ax, sw.Shock(profile=profile, peak_force=1.0, rise_time=1.0))
     margins = [text.get_text().partition("\n")[2] for text in ax.get_yticklabels()]
-    assert margins == ["+0.6667 $t_0$, holds", "\N{MINUS SIGN}0.1667 $t_0$, fails", "+0.5 $t_0$, holds"]
+    assert margins == ["+0.6667 t₀, holds", "\N{MINUS SIGN}0.1667 t₀, fails", "+0.5 t₀, holds"]
     ends = [one.get_xdata()[0] for one in ax.get_lines() if one.get_marker() in ("o", "X")]  # type: ignore[index]
     assert ends == pytest.approx([0.5, -0.2, 0.2])
 

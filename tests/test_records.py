@@ -161,6 +161,32 @@ def test_a_key_that_contradicts_the_header_is_refused(tmp_path, header, key, val
 
 
 @pytest.mark.parametrize(
+    ("header", "unit", "got"),
+    [
+        ("time [s],p [kPa]", "N", r"got 'kPa' in the header, although unit is N; set area"),
+        ("time [s],force [N]", "kPa", "got unit kPa; set area"),
+    ],
+    ids=["header", "key"],
+)
+def test_a_pressure_beside_a_unit_of_force_needs_the_area(tmp_path, header, unit, got):
+    path = tmp_path / "pulse.csv"
+    path.write_text(f"{header}\n{COMMA}")
+    with pytest.raises(InvalidValueError, match=got):
+        read_record(path, RecordFormat(unit=unit))
+
+
+def test_a_skipped_header_is_not_replaced_by_assumptions(tmp_path):
+    path = tmp_path / "pulse.csv"
+    path.write_text(f"Points,3\ntime [ms],force [kN]\n{COMMA}")
+    assert not read_record(path, RecordFormat(skip_rows=1)).notes
+    with pytest.raises(InvalidValueError) as refused:
+        read_record(path, RecordFormat(skip_rows=2))
+    assert [fault.path for fault in refused.value.faults] == ["unit of time", "unit of force"]
+    assert "skip fewer, or set time_unit" in str(refused.value)
+    assert read_record(path, RecordFormat(skip_rows=2, time_unit="ms", unit="kN")).notes == ()
+
+
+@pytest.mark.parametrize(
     ("settings", "sentence"),
     [
         ({"area": 1.0, "mass": 1.0}, "mass: must be left out if area is given"),

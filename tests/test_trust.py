@@ -205,7 +205,7 @@ def test_a_half_sine_of_11_ms_leads_with_an_estimate_that_holds() -> None:
     assert outcome.peak_force < 10
 
 
-@pytest.mark.parametrize(("granules", "known"), [(None, True), (200, True), (60, False)])
+@pytest.mark.parametrize(("granules", "known"), [(None, True), (200, True), (60, True), (37, False)])
 def test_a_finite_chain_has_an_estimate_where_the_wave_forms(granules: int | None, known: bool) -> None:
     chain = attrs.evolve(CHAIN, granules=granules)
     outcome = sw.Predictor().predict(lasting(sw.Triangular(duration_ratio=4), 30.0), chain)
@@ -274,3 +274,12 @@ def test_the_impulses_of_a_symmetric_triangle_have_its_moments() -> None:
     # a triangle of base 3 has the standard deviation 3/sqrt(24)
     assert pulse.spread == pytest.approx(3 / math.sqrt(24) / MOMENTUM * (1.5 / MOMENTUM) ** 0.2, rel=1e-12)
     assert pulse.impulses @ pulse.times**3 == pytest.approx(0, abs=1e-12)
+
+
+def test_an_answer_several_times_too_high_is_said_not_to_hold() -> None:
+    outcome = sw.predict(lasting(sw.Triangular(duration_ratio=3), 0.3), CHAIN)
+    assert all(condition.holds for condition in outcome.conditions)
+    assert outcome.expected_error is not None
+    assert outcome.expected_error[0] > 1
+    assert "does not hold here" in str(outcome)
+    assert "times the estimate" in str(outcome)

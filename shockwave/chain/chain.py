@@ -120,6 +120,8 @@ class Chain:
         elastic_only: bool = False,
         packing: Packing | None = None,
     ) -> None:
+        if radius is None and diameter is None:
+            raise InvalidValueError.of("radius", "must be given (got nothing; or give diameter)")
         self.__attrs_init__(
             material=material,
             radius=radius_of(radius, diameter),

@@ -10,10 +10,13 @@ from attrs import evolve
 from shockwave.chain.chain import HERTZ, Chain
 from shockwave.chain.impact import Impact
 from shockwave.chain.segments import Segment, Taper, each_segment
-from shockwave.errors import Fault, NotCoveredError
+from shockwave.errors import Fault, InvalidValueError, NotCoveredError
 
 # Key of a record that keeps negative forces.
 _PULLING = "shock.parameters.negative"
+# Scopes of methods.
+_EQUAL_GRANULES = "shocks on chains of equal granules with free ends"
+_PREDICTABLE = "shocks and strikers on chains of equal granules with a free end or a fixed wall"
 #: Contact forces that a method covers: Hertz's with the stiffness of the materials or with any, or every power.
 Contact: TypeAlias = Literal["hertz", "stiffness", "exponent"]
 
@@ -57,11 +60,15 @@ def predictable(chain: Chain, excitation: object, method: str, contact: Contact 
     Raises
     ------
     NotCoveredError
-        If the scene has further features, or a striker hits a packing; it lists all of them.
+        If the scene has further features; it lists all of them.
+    InvalidValueError
+        If a striker hits an endless chain or a packing.
     """
     if isinstance(excitation, Impact):
-        return covered(chain if chain.packing else _with_free_end(chain), None, method)
-    equal = covered(_with_free_end(chain), excitation, method, contact)
+        if faults := scene_faults(chain, excitation):
+            raise InvalidValueError(faults)
+        return covered(_with_free_end(chain), None, method, scope=_PREDICTABLE)
+    equal = covered(_with_free_end(chain), excitation, method, contact, _PREDICTABLE)
     return equal if chain.packing is None else evolve(equal, packing=chain.packing)
 
 
@@ -74,10 +81,12 @@ def _with_free_end(chain: Chain) -> Chain:
     return evolve(chain, end=None) if fixed and not chain.gravity else chain
 
 
-def covered(chain: Chain, excitation: object, method: str, contact: Contact = "hertz") -> Chain:
+def covered(
+    chain: Chain, excitation: object, method: str, contact: Contact = "hertz", scope: str = _EQUAL_GRANULES
+) -> Chain:
     """The chain as one of equal granules, given by their number, for a ``method`` that covers no others.
 
-    ``contact`` states which contact forces of endless chains it covers.
+    ``contact`` states which contact forces of endless chains it covers, ``scope`` its scope in messages.
 
     Raises
     ------
@@ -94,7 +103,7 @@ def covered(chain: Chain, excitation: object, method: str, contact: Contact = "h
         features.append(("impact", "a striker"))
     if pulls:
         features.append((_PULLING, "pulling forces"))
-    rule = f"must be left out for {method}, which covers only shocks on chains of equal granules with free ends"
+    rule = f"must be left out for {method}, which covers only {scope}"
     rules = {_PULLING: f"must be zero for {method}, which covers no negative forces"}
     raise NotCoveredError(
         Fault(path, f"{rules.get(path, rule)} (got {reason}; simulate instead)")

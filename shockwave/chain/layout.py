@@ -32,7 +32,7 @@ class Layout:
 
     Attributes
     ----------
-    masses, radii : ndarray, shape (granules,)
+    masses, radii : ndarray, shape (n_granules,)
         Masses [kg] and radii [m].
     materials : tuple of Material
         Material of each granule.
@@ -40,11 +40,11 @@ class Layout:
         Index in ``Chain.granules`` of the segment of each granule; -1 for a striker.
     pairs : Pairs
         Properties of the contacts.
-    static_forces : ndarray, shape (contacts,)
+    static_forces : ndarray, shape (n_contacts,)
         Contact forces of precompression and gravity [N].
-    overlaps : ndarray, shape (contacts,)
+    overlaps : ndarray, shape (n_contacts,)
         Initial overlaps [m]: the static overlap, or minus the gap.
-    damping_coefficients : ndarray, shape (contacts,)
+    damping_coefficients : ndarray, shape (n_contacts,)
         c of the damping force c d^q d' [N s/m^(q + 1)], zeros without damping.
     damping_power : float
         q.

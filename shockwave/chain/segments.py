@@ -38,7 +38,7 @@ class Taper:
 
     @property
     def half(self) -> Taper:
-        """The taper with half the sizes: that of the radii, if this one is of diameters."""
+        """The taper with half the sizes, that of the radii, if this one is of diameters."""
         return Taper(first=self.first / 2, last=self.last / 2, spacing=self.spacing)
 
     def sizes(self, count: int) -> list[float]:

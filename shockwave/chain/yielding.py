@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from attrs import frozen
 
@@ -12,6 +12,9 @@ from shockwave.chain.chain import Chain
 from shockwave.errors import InvalidValueError
 from shockwave.quadrature import FloatArray
 from shockwave.text import si
+
+if TYPE_CHECKING:  # a shock does not need it
+    from shockwave.chain.impact import Impact
 
 _Number = TypeVar("_Number", float, FloatArray)
 # Pressure at the centre of the contact at first yield, over the yield strength: 1.6 for a Poisson ratio of 0.3
@@ -58,23 +61,37 @@ def first_yield_force(radius: _Number, modulus: _Number, strength: _Number) -> _
     return math.pi**3 / 6 * size * size * pressure * pressure * pressure
 
 
-def yielding_of(chain: Chain, peak_force: float, on_wall: float = 0.0) -> Yielding | None:
+def yielding_of(
+    chain: Chain, peak_force: float, on_wall: float = 0.0, striker: tuple[Impact, float] | None = None
+) -> Yielding | None:
     """First yield in a chain of equal granules with a peak force [N], and at its fixed wall with the force ``on_wall``.
 
-    None if the yield strength is not known.
+    ``striker`` is a striker with the force at its contact [N]. Contacts of bodies without a yield strength do not
+    count, unless the chain must be elastic; the result is None then, or if no yield strength is known.
     """
-    strength = chain.material.yield_strength
-    if strength is None:
+    own, curvature = chain.material, 1 / chain.radius
+    contacts: list[tuple[float, Any, float]] = [(peak_force, own, curvature)]
+    if chain.end is not None:
+        contacts.append((on_wall, own if chain.end.material == "same" else chain.end.material, 0.0))
+    if striker is not None:
+        impact, force = striker
+        contacts.append((force, impact.material or own, 1 / (impact.radius or chain.radius)))
+    firsts, ratios = [], []
+    for force, other, curved in contacts:
+        known = [each for each in (own.yield_strength, getattr(other, "yield_strength", None)) if each is not None]
+        if known:
+            modulus = 1 / (own.compliance + getattr(other, "compliance", 0.0))
+            firsts.append(first_yield_force(1 / (curvature + curved), modulus, min(known)))
+            ratios.append(force / firsts[-1])
+    if not firsts or (chain.elastic_only and len(firsts) < len(contacts)):
         return None
-    first = first_yield_force(chain.radius / 2, chain.plane_strain_modulus / 2, strength)
-    ratio = peak_force / first
-    if chain.end is not None and on_wall:
-        softer = min(strength, getattr(chain.end.material, "yield_strength", None) or strength)
-        # E* over that of two granules, from the ratio of the stiffnesses
-        modulus = chain.end.stiffness_ratio(chain.material) / math.sqrt(2) * chain.plane_strain_modulus / 2
-        at_wall = first_yield_force(chain.radius, modulus, softer)
-        first, ratio = min(first, at_wall), max(ratio, on_wall / at_wall)
-    return Yielding(first_yield_force=first, peak_ratio=ratio)
+    return Yielding(first_yield_force=min(firsts), peak_ratio=max(ratios))
+
+
+def require_elastic(chain: Chain, peak_force: float) -> None:
+    """Raise InvalidValueError if the chain must be elastic, and a leading wave of this peak force [N] is beyond."""
+    if error := beyond_elastic(chain, lambda: yielding_of(chain, peak_force)):
+        raise error
 
 
 def beyond_elastic(chain: Chain, yielding: Callable[[], Yielding | None]) -> InvalidValueError | None:

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import argparse
 import sys
+from typing import TYPE_CHECKING
 
 from attrs import evolve
 
 from shockwave.cli.output import check_output, of_arguments, print_result
-from shockwave.cli.scenario_commands import loaded
+from shockwave.cli.scenario_commands import loaded, located
 from shockwave.errors import InvalidValueError, ScenarioError, UnknownNameError, UsageError
 from shockwave.fields import listed
 from shockwave.scenario.block_keys import MATERIALS
 from shockwave.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 # Hint in the error for a scenario with a sweep.
 _SWEPT = "delete the `sweep` block"
@@ -30,7 +34,7 @@ def design(options: argparse.Namespace) -> int:
     (scenario,) = loaded([options.file], _SWEPT, options.output)
     among = options.among and [part.strip() for part in options.among.split(",") if part.strip()]
     try:
-        with of_arguments(options):
+        with of_arguments(options), located(scenario):
             wanted = [parts_of(text, "target") for text in options.target]
             alone = len(options.vary) == len(wanted) == 1 and not (options.budget or options.least)
             if alone and (numbers or wanted[0][1] == "="):
@@ -47,16 +51,13 @@ def _one(options: argparse.Namespace, scenario: Scenario, wanted: tuple[str, str
 
     name, sign, value = wanted
     (vary,), between = options.vary, next(iter(options.between), None)
-    if options.output and vary == "chain.material":
-        raise UsageError("--output must be omitted for chain.material (there is no axis for materials)")
     search = {"vary": vary, "target": {name: value}, "sign": sign, "between": between, "among": among}
     found = run(scenario, **search, points=options.points, rtol=options.rtol)
     print_result(found, options.json)
     if options.output:
-        sheet, (ax,) = pictures.figure()
-        pictures.design(ax, found)
-        pictures.save(sheet, options.output)
-        print(f"{options.output}: written", file=sys.stderr)
+        sheet, (ax,) = pictures.figure() if found.between else pictures.ranked_figure(len(found.table))
+        (pictures.design if found.between else pictures.materials)(ax, found)
+        _save(sheet, options.output)
     # the ranking of materials is a result if the target lies in their range
     ranked = found.between is None and found.spanned
     if not found.why or ranked:
@@ -83,14 +84,24 @@ def _several(options: argparse.Namespace, scenario: Scenario, numbers: list[str]
     )
     print_result(found, options.json)
     if options.output:
-        sheet, (ax,) = pictures.figure()
-        pictures.pareto(ax, found)
-        pictures.save(sheet, options.output)
-        print(f"{options.output}: written", file=sys.stderr)
+        ranked = found.ranking
+        sheet, axes = pictures.ranked_figure(len(ranked), 2) if ranked else pictures.figure()
+        if ranked:
+            pictures.materials(axes[0], found)
+        pictures.pareto(axes[-1], found)
+        _save(sheet, options.output)
     if not found.why:
         return 0
     print(f"{options.file}: {found.why}", file=sys.stderr)
     return 1
+
+
+def _save(sheet: Figure, output: str) -> None:
+    """Write a picture."""
+    from shockwave import pictures
+
+    pictures.save(sheet, output)
+    print(f"{output}: written", file=sys.stderr)
 
 
 def uncertainty(options: argparse.Namespace) -> int:
@@ -99,7 +110,7 @@ def uncertainty(options: argparse.Namespace) -> int:
 
     (scenario,) = loaded([options.file], _SWEPT)
     try:
-        with of_arguments(options):
+        with of_arguments(options), located(scenario):
             found = run(scenario, draws=options.draws, seed=options.seed, rtol=options.rtol, limit=options.limit)
     except InvalidValueError as error:
         # errors of the block are errors of the file

@@ -158,6 +158,11 @@ _LIST = [
     _option("KIND", f"{', '.join(KINDS)} (default: all)", nargs="?", choices=KINDS, metavar="KIND"),
     _option("--check", "import everything that plugins register, report errors"),
 ]
+_EXPLORE = [
+    _option("FILE", "scenario file to begin with (default: an example)", nargs="?"),
+    _option("--port N", "port on loopback (default: 8042; 0: any)", type=_number(0, 65535, int), default=8042),
+    _option("--no-browser", "print the address only"),
+]
 _NEW = [
     _option("--profile PROFILE", "profile of the shock (default: power-law)", default="power-law"),
     _option("-o --output FILE", "write to FILE, which must not exist (default: stdout)"),
@@ -166,7 +171,7 @@ _OUTPUT = _option("-o --output FILE", "write to FILE (default: stdout)")
 _COMPLETION = [_option("SHELL", "bash, zsh or fish", choices=("bash", "zsh", "fish"), metavar="SHELL"), _OUTPUT]
 
 #: Commands that print no tables.
-_WITHOUT_TABLES = ("validate", "report", "plot", "new", "schema", "completion")
+_WITHOUT_TABLES = ("validate", "report", "explore", "plot", "new", "schema", "completion")
 
 # fmt: off
 #: Name, address of the function below `shockwave.cli`, summary, options.
@@ -176,6 +181,7 @@ _COMMANDS: list[tuple[str, str, str, list[_Option]]] = [
     ("compare", "scenario_commands:compare", "compare prediction and simulation", _SIMULATED),
     ("validate", "scenario_commands:validate", "check scenario files and report all errors", [_FILES, _JSON]),
     ("report", "scenario_commands:report", "write a page on a scenario, with pictures", [_FILE, _LIMIT, _OUTPUT]),
+    ("explore", "explore:explore", "open a page with sliders in the browser", _EXPLORE),
     ("curve", "scenario_commands:curve", "amplification as a function of the rise time", [_FILE, *_CURVE]),
     ("sweep", "sweep:sweep", "run or resume all cases of a sweep", [*_SWEEP, _JSON]),
     ("plot", "plot:plot", "plot the results of a sweep as lines or as a map", _PLOT),

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,7 @@ from attrs import asdict, evolve
 
 from shockwave import answers
 from shockwave.cli.output import check_output, failure, json_text, written
-from shockwave.errors import Fault, ShockwaveError, UsageError
+from shockwave.errors import Fault, InvalidValueError, ShockwaveError, UsageError
 from shockwave.files import refuse_inputs
 from shockwave.plausibility import unusual
 from shockwave.progress import counted
@@ -58,6 +59,15 @@ def loaded(files: Sequence[str], remedy: str = "", output: str | None = None) ->
     if output:
         refuse_inputs(output, (file for scenario in scenarios for file in scenario.files))
     return scenarios
+
+
+@contextmanager
+def located(scenario: Scenario) -> Iterator[None]:
+    """Report an invalid value with its place in the file."""
+    try:
+        yield
+    except InvalidValueError as error:
+        raise scenario.located(error) from None
 
 
 def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any], _Row], legend: str = "") -> int:
@@ -187,7 +197,8 @@ def curve(options: Namespace) -> int:
         return 0
     answer: object = strong(f"t0/T0 = {ratio:.6g} is beyond the range of this curve (increase --longest)")
     if ratio <= found.longest_rise_time:
-        answer = found.answer(scenario.shock, scenario.chain)
+        with located(scenario):
+            answer = found.answer(scenario.shock, scenario.chain)
     print(answer, *limits(notes_of(scenario)), "", found, sep="\n")
     return 0
 

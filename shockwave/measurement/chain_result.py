@@ -186,7 +186,7 @@ class ChainResult(Result):
 
     @property
     def leaving(self) -> LeavingForce:
-        """The force that leaves the chain: on the wall, at the last contact, or of the wave in an endless chain."""
+        """The force that leaves the chain, on the wall, at the last contact, or of the wave in an endless chain."""
         if self.last_contact is None:
             return LeavingForce(name=WAVE, remedy="simulate a finite chain")
         name = LAST if self.transmitted is None else WALL

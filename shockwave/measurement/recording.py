@@ -45,9 +45,9 @@ class Recording(Result):
         Times [s].
     contacts : tuple of int
         Contacts of the columns of ``forces``.
-    forces : array, shape (k, contacts), or None
+    forces : array, shape (k, n_contacts), or None
         Contact forces [N].
-    displacements, velocities : array, shape (k, granules), or None
+    displacements, velocities : array, shape (k, n_granules), or None
         Displacements [m] and velocities [m/s] of all granules that have moved by the end.
     kinetic_energy, contact_energy : array, shape (k,), or None
         Kinetic energy and contact energy of the chain [J], the latter counted from the static state, both with those

@@ -164,7 +164,7 @@ class SimulationResult(Result):
 
     @property
     def backend(self) -> str:
-        """Backend that integrated the chain: ``compiled`` or ``numpy``."""
+        """Backend that integrated the chain, ``compiled`` or ``numpy``."""
         return self.options.backend
 
     @property
@@ -268,7 +268,7 @@ class SimulationResult(Result):
 
     @property
     def leaving(self) -> LeavingForce:
-        """The force that leaves the chain: at the last contact, or of the leading wave in a semi-infinite chain."""
+        """The force that leaves the chain, at the last contact, or of the leading wave in a semi-infinite chain."""
         if self.chain.granules is None:
             return LeavingForce.measured(WAVE, self.peak_force, self.error_estimate * self.peak_force)
         return last_force(LAST, self._contacts[2])

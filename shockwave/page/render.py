@@ -19,7 +19,7 @@ from shockwave.measurement.result_text import greatest_text
 from shockwave.page.drawings import drawn
 from shockwave.page.number_text import formula, percent, quantity, small
 from shockwave.page.results import Findings, findings
-from shockwave.prediction.outcome_text import estimate_figures
+from shockwave.prediction.outcome_text import estimate_figures, estimate_text
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import conditions
 from shockwave.progress import counted
@@ -62,7 +62,7 @@ def written(found: Findings) -> str:
     if found.is_beyond:
         from shockwave.measurement.chain_text import chain_answer, chain_balances, chain_lead, chosen, span
 
-        filters = (*filters, chain_answer, chain_balances, chain_lead, chosen, span)
+        filters = (*filters, chain_answer, chain_balances, chain_lead, chosen, estimate_text, span)
         scene = ChainScene.of(found.scenario.excitation, found.scenario.chain)
         about: dict[str, Any] = {"conditions": (), "scene": scene}
     else:
@@ -131,7 +131,7 @@ def parts_in_use(found: Findings) -> Iterator[tuple[str, str, str]]:
     used: list[tuple[str, Entry | None]] = []
     if found.scenario.shock is not None:
         used.append(("profile", entry_of("profiles", type(found.scenario.shock.profile))))
-    if found.predicted is not None:
+    if found.predicted is not None and found.scenario.impact is None:
         used.append(("model", find("models", found.predicted.model)))
     if found.simulated is not None:
         used.append(("integrator", find("integrators", found.simulated.integrator)))

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 from attrs import evolve, frozen
 
-from shockwave.errors import ShockwaveError
+from shockwave.errors import NotCoveredError, ShockwaveError
 from shockwave.measurement.measured_wave import Passage
 from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulate import equal_granules, immeasurable, scaled, simulate_with
@@ -43,7 +43,7 @@ class Findings:
     simulated : SimulationResult, ChainResult or None
         The simulation, with histories unless the shock is too long; None if it failed.
     comparison : Comparison or None
-        The comparison; None if either failed.
+        The comparison; None if either failed, or for a chain beyond equal spheres.
     passages : tuple of Passage
         Passages of the leading wave at the requested contacts.
     failures : tuple of str
@@ -67,8 +67,8 @@ class Findings:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings of the prediction and the simulation, without duplicates."""
-        predicted = () if self.predicted is None else self.predicted.warnings
+        """Warnings of the prediction, unless only its estimate is shown, and the simulation, without duplicates."""
+        predicted = () if self.predicted is None or self.is_beyond else self.predicted.warnings
         simulated = () if self.simulated is None else self.simulated.wave_warnings
         return tuple(dict.fromkeys((*predicted, *simulated)))
 
@@ -76,12 +76,11 @@ class Findings:
 def findings(scenario: Scenario) -> Findings:
     """Predict and simulate ``scenario``; if one fails, the other is still computed."""
     failures: list[str] = []
-    predictor, predicted = scenario.predictor, None
+    tolerance = scenario.predictor.equal_tolerance
     equal = equal_granules(scenario.excitation, scenario.chain)
     if equal is not None:
         scenario = evolve(scenario, chain=equal)
-        predicted = _attempt(failures, "The prediction failed", predictor.predict, scenario.shock, equal)
-        predicted = predicted and evolve(predicted, limit=scenario.limit)
+    predicted = _attempt(failures, "The prediction failed", _predict, scenario)
     simulate = _simulate_chain if equal is None else _simulate
     simulated = _attempt(failures, "The simulation failed", simulate, scenario)
     simulated = simulated and evolve(simulated, limit=scenario.limit)
@@ -98,7 +97,7 @@ def findings(scenario: Scenario) -> Findings:
         scenario=scenario,
         predicted=predicted,
         simulated=simulated,
-        comparison=beside(predicted, simulated, predictor.equal_tolerance) if predicted and simulated else None,
+        comparison=beside(predicted, simulated, tolerance) if predicted and simulated and equal else None,
         passages=tuple(filter(None, passages)),
         failures=tuple(failures),
         text=scenario.path.read_text(encoding="utf-8-sig", errors="replace") if scenario.path else "",
@@ -110,6 +109,14 @@ def _attempt(failures: list[str], failure: str, compute: Callable[..., _T], *arg
         return compute(*arguments)
     except ShockwaveError as error:
         failures.append(f"{failure}: {error}.")
+        return None
+
+
+def _predict(scenario: Scenario) -> Outcome | None:
+    """The prediction; None if the model does not cover the scene."""
+    try:
+        return evolve(scenario.predictor.predict(scenario.excitation, scenario.chain), limit=scenario.limit)
+    except NotCoveredError:
         return None
 
 
@@ -140,7 +147,7 @@ def _simulate_chain(scenario: Scenario) -> Any:
     options = evolve(
         result.options,
         contacts=range(0, contacts, -(-contacts // _CONTACTS)),
-        record=("forces",),
+        record=("forces", "field"),
         interval=max(result.end / _SAMPLES, _SHORTEST * result.characteristic_time),
     )
     return evolve(result, options=options)

@@ -127,7 +127,7 @@ def _frame(ax: Axes, least: float, most: float, highest: float, mark: float | No
     if mark is not None and least <= mark <= most:
         ax.axvline(mark, color=BLACK, linewidth=0.9, linestyle="-.", label="this shock")
     ax.set(xscale="log", xlim=(least, most), ylim=(0, 1.14 * highest))
-    return finish(ax, ("rise time / characteristic time, $t_0/T_0$", ""), ("amplification", ""))
+    return finish(ax, ("rise time / characteristic time, t₀/T₀", ""), ("amplification", ""))
 
 
 def universal_curves(ax: Axes, curves: Mapping[str, Any], mark: float | None = None) -> Axes:

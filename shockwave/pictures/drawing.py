@@ -80,16 +80,16 @@ def literal(text: str) -> str:
 
 def label_axis(ax: Axes, axis: Literal["x", "y"], name: str, unit: str = "") -> None:
     """Label an axis ``name (unit)``, with an SI prefix in label and ticks; scale and limits must be final."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
     chosen = ax.xaxis if axis == "x" else ax.yaxis
     low, high = ax.get_xlim() if axis == "x" else ax.get_ylim()
     logarithmic = chosen.get_scale() == "log"
     few = logarithmic and high < _FEW_DECADES * low
     factor = 1.0
+    chosen.set_minor_locator(NullLocator())  # more lines than a column can hold, each as expensive as a label
     if few:
         chosen.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        chosen.set_minor_formatter(NullFormatter())
     elif logarithmic:  # a formula for each tick would take longer than the rest of the axis
         chosen.set_major_formatter(FuncFormatter(lambda value, _: power_of_ten(round(math.log10(value)))))
     if few or (unit and not logarithmic):

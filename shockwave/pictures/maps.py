@@ -135,5 +135,5 @@ def trust_map(
         hatch(ax, edges, ~np.asarray(holds, dtype=bool), "conditions (3) fail", "////")
     bar = colour_scale(ax, drawn, "error (%)", spacing="uniform", ticks=_BOUNDS)
     bar.ax.set_yticklabels([f"{100 * bound:+.0f}".replace("-", MINUS) for bound in _BOUNDS])
-    x_label, y_label = ("duration / characteristic time, $n t_0/T_0$", ""), ("duration ratio, $n$", "")
+    x_label, y_label = ("duration / characteristic time, n t₀/T₀", ""), ("duration ratio, n", "")
     return finish(ax, x_label, y_label, legend=False)

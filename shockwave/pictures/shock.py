@@ -20,8 +20,10 @@ if TYPE_CHECKING:
 
 # Points of the rise, and of the decay.
 _POINTS = 240
-# Symbols of a statement in the notation of TeX.
-_FORMULA = ((">=", r"\geq"), ("<=", r"\leq"), ("a1", "a_1"), ("a2", "a_2"))
+# Symbols of a statement; formulas in TeX would take longer than the rest of a picture.
+_FORMULA = ((">=", "≥"), ("<=", "≤"), ("a1", "a₁"), ("a2", "a₂"), ("-", MINUS))
+# Symbol of the virtual rise time.
+_VIRTUAL = "t\N{COMBINING CIRCUMFLEX ACCENT}₀"
 
 
 def pulse(ax: Axes, shock: Shock) -> Axes:
@@ -39,10 +41,10 @@ def pulse(ax: Axes, shock: Shock) -> Axes:
     x = shock.rise_time * s
     y = shock.peak_force * shock.profile.force(s)
     for name, value, inside, colour, hatch in (
-        ("rise, $a_1$", areas.rise.value, x <= shock.rise_time, SKY, "////"),
-        ("decay, $a_2$", areas.decay.value, x >= shock.rise_time, ORANGE, r"\\\\"),
+        ("rise, a₁", areas.rise.value, x <= shock.rise_time, SKY, "////"),
+        ("decay, a₂", areas.decay.value, x >= shock.rise_time, ORANGE, r"\\\\"),
     ):
-        label = f"{name} = {value:.4g} $F_0 t_0$"
+        label = f"{name} = {value:.4g} F₀ t₀"
         area(ax, x[inside], 0.0, y[inside], colour, hatch, label)
     kept = thinned(y)
     ax.plot(x[kept], y[kept], color=BLACK, linewidth=1.2)
@@ -74,7 +76,7 @@ def conditions(ax: Axes, shock: Shock) -> Axes:
             statement = statement.replace(plain, symbol)
         # adding zero takes the sign from a zero
         margin = f"{round(condition.margin, 9) + 0.0:+.4g}".replace("-", MINUS)
-        labels.append(f"${statement}$\n{margin} $t_0$, {'holds' if condition.holds else 'fails'}")
+        labels.append(f"{statement}\n{margin} t₀, {'holds' if condition.holds else 'fails'}")
     ax.axvline(0, color=BLACK, linewidth=0.8)
     ax.set(xlim=(-1.08, 1.08), xticks=(-1, -0.5, 0, 0.5, 1), ylim=(2.6, -0.6))
     ax.set_yticks(range(len(labels)), labels)
@@ -108,17 +110,17 @@ def correction_area(ax: Axes, shock: Shock, outcome: Outcome) -> Axes:
     s = _abscissae(profile)
     begin = max(n * virtual - (virtual - shock.rise_time), 0.0)
     added = np.unique(np.append(s[s > begin / virtual], begin / virtual))
-    label = rf"added: 2 $\times$ area = {si_label(outcome.added_momentum, 'N s')}"
+    label = f"added: 2 \N{MULTIPLICATION SIGN} area = {si_label(outcome.added_momentum, 'N s')}"
     area(ax, virtual * added, 0.0, force * profile.force(added), ORANGE, "////", label)
     for time, name, colour, line in (
-        (shock.rise_time, "shock, $t_0$", BLUE, "-"),
-        (virtual, r"virtual shock, $\hat{t}_0$", VERMILION, "--"),
+        (shock.rise_time, "shock, t₀", BLUE, "-"),
+        (virtual, f"virtual shock, {_VIRTUAL}", VERMILION, "--"),
     ):
         label = f"{name} = {si_label(time, 's')}"
         y = force * profile.force(s)
         kept = thinned(y)
         ax.plot(time * s[kept], y[kept], color=colour, linewidth=1.4, linestyle=line, label=label)
-    ax.axvline(begin, color=BLACK, linewidth=0.7, linestyle=":", label=r"$n \hat{t}_0 - \Delta t_0$")
+    ax.axvline(begin, color=BLACK, linewidth=0.7, linestyle=":", label=f"n {_VIRTUAL} {MINUS} Δt₀")
     return _force_against_time(ax, n * virtual, force)
 
 

@@ -11,7 +11,7 @@ from attrs import frozen
 from shockwave.chain.chain import Chain
 from shockwave.fields import listed
 from shockwave.plausibility import unusual_warnings
-from shockwave.prediction.expected_error import chain_problem, expected_errors, warning_of
+from shockwave.prediction.expected_error import expected_errors, in_chain, warning_of
 from shockwave.prediction.model_interface import Peaks, ScaledAnswer, ScaledShock, Settings, Shocks, one_by_one
 from shockwave.prediction.outcome import Accuracy
 from shockwave.profiles.shock import Shock
@@ -60,10 +60,12 @@ def accuracies(
     for own, index in enumerate(places):
         if own in found.failures:
             continue
-        granules = chains[index].count
-        if granules is not None and (problem := chain_problem(granules, scaled.shock(own))):
-            estimates[index], errors[index] = np.nan, (-np.inf, np.inf)
-            notes.setdefault(warning_of(problem), []).append(index)
+        if chains[index].count is not None:
+            problem, estimates[index], errors[index] = in_chain(
+                chains[index], scaled.shock(own), estimates[index], errors[index]
+            )
+            if problem:
+                notes.setdefault(warning_of(problem), []).append(index)
         for note in (*shocks[index].profile.notes, *unusual_warnings(shocks[index], chains[index])):
             notes.setdefault(note, []).append(index)
     forces = contact_forces(shocks, chains)

@@ -41,16 +41,6 @@ HEAVY = 1.79
 WAVES = 6
 #: Least peak force of a wave that counts, relative to the leading wave.
 THRESHOLD = 4e-3
-# Fewest granules before a wall, and additional ones per T0 of the duration.
-_FEWEST = 8
-# Relative widening of the range of the wave before a wall in so short a chain: for long shocks at the lower and at the
-# upper end, and for all shocks at both ends.
-_BELOW = 0.42
-_ABOVE = 0.1
-_FIRST = 0.003
-# Rate at which it decreases with the number of additional granules over the duration, and shortest long duration [T0].
-_SETTLING = 0.65
-_LONG = 5.0
 #: Greatest ratio A/T of the law of damping.
 MOST_DAMPING = 0.05
 
@@ -121,26 +111,6 @@ def wall_factor(stiffness_ratio: npt.ArrayLike) -> FloatArray:
     """
     kappa = _checked("stiffness_ratio", stiffness_ratio, 0.0, RIGID * (1 + 1e-12), "from 0 to 2 sqrt(2)")
     return np.asarray(kappa**0.4 * _pieces("wall", "factor")(kappa))
-
-
-def unformed(granules: int, duration: float) -> tuple[str, float, float]:
-    """Reason why the leading wave does not form before a wall, and relative widening of its range at both ends.
-
-    Parameters
-    ----------
-    granules : int
-        Number of granules.
-    duration : float
-        Duration of the shock over T0.
-    """
-    spare = granules - _FEWEST - duration
-    if spare < 0:
-        needed = math.ceil(_FEWEST + duration)
-        where = f"in a chain of {granules} granules the leading wave does not form before it meets the wall"
-        return f"{where} (it needs {needed} granules); simulate", 0.0, 0.0
-    decay = math.exp(-_SETTLING * spare / (duration + _LONG))
-    below, above = (each * duration / (duration + _LONG) + _FIRST for each in (_BELOW, _ABOVE))
-    return "", below * decay, above * decay
 
 
 def striker_waves(mass_ratio: npt.ArrayLike) -> FloatArray:

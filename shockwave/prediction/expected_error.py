@@ -8,10 +8,12 @@ errors of shocks that were not used in the fit lay in these ranges.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
 
+from shockwave.chain.chain import Chain
 from shockwave.prediction.model_interface import Peaks, ScaledShock, Settings, Shocks
 from shockwave.prediction.moments import FARTHEST, peaks
 from shockwave.prediction.shock_impulses import LASTING, spread_of, turns
@@ -19,9 +21,17 @@ from shockwave.profiles.conditions import conditions, hold
 from shockwave.quadrature import FloatArray
 from shockwave.text import si
 
-# Fewest granules in which the leading wave of a short shock forms, and additional ones per T0 of the duration.
-_GRANULES = 40
-_GRANULES_PER_TIME = 5
+# Fewest granules in which the leading wave of a short shock forms; a longer one needs one more per T0 of its duration.
+_FEWEST = 8
+# Relative widening of the range of the wave in so short a chain: for long shocks at the lower and at the upper end, and
+# for all shocks at both ends, before a wall and a free end.
+_BELOW = 0.42
+_ABOVE = 0.1
+_AT_WALL = 0.003
+_AT_FREE_END = 0.02
+# Rate at which it decreases with the number of additional granules over the duration, and shortest long duration [T0].
+_SETTLING = 0.65
+_LONG = 5.0
 
 #: Warning for finite chains.
 FIRST_CONTACTS = (
@@ -81,16 +91,42 @@ def failed_conditions(shock: ScaledShock) -> str:
     return f"Section 4 does not hold here: the shock violates the conditions (3) ({failed})." if failed else ""
 
 
-def chain_problem(granules: int, shock: ScaledShock) -> str:
-    """Reason why the leading wave does not form in a chain of so many granules; empty if it forms.
+def in_chain(
+    chain: Chain, shock: ScaledShock, estimate: Sequence[float], error: Sequence[float]
+) -> tuple[str, FloatArray, FloatArray]:
+    """Estimate and range of the error in a chain, finite or not, from those in an endless one.
 
-    The waves of several peaks separate slowly, so for them no finite chain is long enough.
+    Parameters
+    ----------
+    chain : Chain
+        Equal granules with a free end or a fixed wall.
+    shock : ScaledShock
+        The shock.
+    estimate, error : sequence of float
+        Estimate with the ends of its range, and lowest and highest relative error, in an endless chain.
+
+    Returns
+    -------
+    str
+        Reason why the leading wave does not form; empty if it forms.
+    numpy.ndarray, shape (3,)
+        Estimate with the ends of its range; NaN if it does not form.
+    numpy.ndarray, shape (2,)
+        Range of the error; infinite if it does not form.
     """
-    where = f"in a chain of {granules} granules"
-    if turns(shock):
-        return f"{where} the waves of several peaks may not separate; simulate"
-    needed = math.ceil(_GRANULES + _GRANULES_PER_TIME * shock.duration)
-    return f"{where} the leading wave may not form (it needs {needed} granules); simulate" * (granules < needed)
+    if chain.count is None:
+        return "", np.array(estimate), np.array(error)
+    duration = shock.duration
+    spare = chain.count - _FEWEST - duration
+    if spare < 0:
+        where = f"in a chain of {chain.count} granules the leading wave does not form"
+        problem = f"{where} (it needs {math.ceil(_FEWEST + duration)} granules); simulate"
+        return problem, np.full(3, np.nan), np.array([-np.inf, np.inf])
+    decay = math.exp(-_SETTLING * spare / (duration + _LONG))
+    always = _AT_FREE_END if chain.end is None else _AT_WALL
+    below, above = ((each * duration / (duration + _LONG) + always) * decay for each in (_BELOW, _ABOVE))
+    ends = np.array([1 - below, 1 + above])
+    return "", np.multiply(estimate, [1, *ends]), (1 + np.array(error)) / ends[::-1] - 1
 
 
 def unbounded(shock: ScaledShock, force: float) -> str:

@@ -13,7 +13,7 @@ from attrs import asdict, field, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.chain.solitary_wave import SolitaryWave
-from shockwave.chain.yielding import Yielding
+from shockwave.chain.yielding import Yielding, yielding_of
 from shockwave.limit import LAST, WALL, WAVE, LeavingForce, Limit, Verdict, plain_verdict, verdict
 from shockwave.prediction.model_interface import Inequality, Regime, Relation
 from shockwave.profiles.base import Areas
@@ -23,7 +23,8 @@ from shockwave.result_base import VERSION, Result
 from shockwave.scene_summary import ChainScene, Scene
 from shockwave.text import facts, limits, printed, strong
 
-if TYPE_CHECKING:  # a result that is only printed does not need it
+if TYPE_CHECKING:  # a result that is only printed does not need them
+    from shockwave.chain.impact import Impact
     from shockwave.tables import Table
 
 
@@ -80,6 +81,16 @@ class WallForce:
     peak_force: float
     low: float
     high: float
+
+
+def first_yield(chain: Chain, peak_force: float, striker: tuple[Impact, float] | None = None) -> Yielding | None:
+    """First yield of the contacts for a leading wave of this peak force [N]; see `yielding_of`."""
+    on_wall = 0.0
+    if chain.end is not None:
+        from shockwave.prediction.chain_laws import wall_factor  # not needed without a wall
+
+        on_wall = float(wall_factor(chain.end.stiffness_ratio(chain.material))) * peak_force
+    return yielding_of(chain, peak_force, on_wall, striker)
 
 
 # Stiffness of the contact with a wall, over that of the others, below which waves of a train add up on the wall.
@@ -153,7 +164,7 @@ class Outcome(Result, _OnDemand[Estimate | None, tuple[float, float] | None]):
         Impulse of the shock [N s].
     conditions : tuple of Condition
         Conditions (3).
-    estimate, no_estimate : Estimate or None, str or None
+    estimate, no_estimate : prediction.outcome.Estimate or None, str or None
         Best a-priori estimate of the peak force; the reason why there is none.
     expected_error : tuple of float or None
         Range of the relative error of ``peak_force``, lowest and highest, observed in simulations of similar shocks;
@@ -162,7 +173,7 @@ class Outcome(Result, _OnDemand[Estimate | None, tuple[float, float] | None]):
         Sentences on the limits of the prediction.
     trace : tuple of Inequality
         Inequalities that decided; both sides in seconds.
-    exponents : Exponents or None
+    exponents : prediction.outcome.Exponents or None
         Scaling with radius, density and stiffness; None where the relation has no derivative.
     areas : Areas or None
         Areas a1 and a2 with their errors, eq. (3); None for a striker.
@@ -175,7 +186,7 @@ class Outcome(Result, _OnDemand[Estimate | None, tuple[float, float] | None]):
     limit : Limit or None
         Limit of the force that leaves the chain.
     first_yield : callable
-        Function that computes the first yield of the contacts for a peak force and a force on the wall [N].
+        Function that computes the first yield of the contacts for the peak force of the leading wave [N].
     on_demand : callable
         Function that computes the accuracy when it is accessed.
     """
@@ -240,11 +251,12 @@ class Outcome(Result, _OnDemand[Estimate | None, tuple[float, float] | None]):
 
     @property
     def yielding(self) -> Yielding | None:
-        """First yield of the contacts, for the estimate if there is one; None if the yield strength is not known."""
-        if self.transmitted is not None:
-            assert self.estimate is not None
-            return self.first_yield(self.estimate.peak_force, self.transmitted.peak_force)
+        """First yield of the contacts, for the estimate if there is one; None if no yield strength is known."""
         return self.first_yield(self.peak_force if self.estimate is None else self.estimate.peak_force)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        return (*self.accuracy.warnings, *(self.yielding.warnings if self.yielding else ()))
 
     @property
     def shown_error(self) -> float:
@@ -263,7 +275,8 @@ class Outcome(Result, _OnDemand[Estimate | None, tuple[float, float] | None]):
         own = {"regime": self.regime, "reason": self.reason or None, "ejection": None, "scene": self.scene.to_dict()}
         own["yield"] = None if self.yielding is None else asdict(self.yielding)
         accuracy, wall = asdict(self.accuracy, value_serializer=_plain), self.transmitted
-        return {**values, **accuracy, **own, "transmitted": wall and asdict(wall), "verdict": plain_verdict(self)}
+        judged = {"transmitted": wall and asdict(wall), "verdict": plain_verdict(self)}
+        return {**values, **accuracy, "warnings": list(self.warnings), **own, **judged}
 
     def __str__(self) -> str:
         return printed(self, "shockwave.prediction.outcome_text:outcome_text")

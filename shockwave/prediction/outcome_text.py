@@ -25,6 +25,8 @@ _REGIMES = {
 }
 # A train of which only the leading wave is listed.
 _LONE = "1 wave; later waves are below wave_threshold or are not predicted"
+# Least relative error of an answer that is wrong.
+_WRONG = 1.0
 _RELATIONS = {"less": "less than", "equal": "about equal to", "greater": "greater than"}
 
 
@@ -127,8 +129,14 @@ def _decision(outcome: Outcome) -> Iterator[tuple[str, str]]:
     elif outcome.estimate is None or outcome.estimate.method != outcome.method:
         peak = f"peak force {si(outcome.peak_force, 'N', error=error)}"
         holds = all(condition.holds for condition in outcome.conditions)
-        fails = f"does not hold here, nor do its regime, relation and waves: {peak}, error not known"
-        yield outcome.model, f"{peak}, expected error {range_text(outcome.expected_error)}" if holds else alarm(fails)
+        fails, known = "does not hold here, nor do its regime, relation and waves:", outcome.expected_error
+        if not holds:
+            answer = alarm(f"{fails} {peak}, error not known")
+        elif known and known[0] > _WRONG:
+            answer = alarm(f"{fails} {peak}, {1 + known[0]:.2g} times the estimate")
+        else:
+            answer = f"{peak}, expected error {range_text(known)}"
+        yield outcome.model, answer
     ratio = f"{outcome.amplification:.{significant_digits(outcome.amplification, error)}g}"
     waves = _LONE if outcome.regime == "train" and count == 1 else _REGIMES[outcome.regime].format(count=count)
     yield "regime", f"{outcome.regime}: {waves}"

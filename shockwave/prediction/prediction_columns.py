@@ -12,9 +12,9 @@ from shockwave.chain.chain import Chain
 from shockwave.plausibility import unusual_warnings
 from shockwave.prediction.expected_error import (
     FIRST_CONTACTS,
-    chain_problem,
     expected_errors,
     failed_conditions,
+    in_chain,
     unbounded,
     warning_of,
 )
@@ -48,17 +48,19 @@ def prediction_columns(
     unknown = np.isnan(estimates[:, 0])
     notes: list[str | None] = []
     for own, place in enumerate(places):
-        shock, granules = shocks[place], chains[place].count
-        said = [*shock.profile.notes, *unusual_warnings(shock, chains[place])]
+        shock, chain = shocks[place], chains[place]
+        said = [*shock.profile.notes, *unusual_warnings(shock, chain)]
         if not valid[own]:
             said.append(failed_conditions(scaled.shock(own)))
         said += found.notes.get(own, ())
-        problem = "" if granules is None else chain_problem(granules, scaled.shock(own))
+        problem = ""
+        if chain.count is not None:
+            problem, estimates[own], errors[own] = in_chain(chain, scaled.shock(own), estimates[own], errors[own])
         problem = problem or (unbounded(scaled.shock(own), shock.peak_force) if unknown[own] else "")
         if problem:
             said.append(warning_of(problem))
             estimates[own], errors[own] = np.nan, (-np.inf, np.inf)
-        if granules is not None:
+        if chain.count is not None:
             said.append(FIRST_CONTACTS)
         notes.append("; ".join(dict.fromkeys(said)) or None)
     forces, rise_times, times, momenta = (

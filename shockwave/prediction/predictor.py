@@ -12,15 +12,15 @@ from attrs import evolve, frozen
 
 from shockwave.chain.chain import HERTZ, Chain, Scales
 from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, SolitaryWave, coefficient_of, wave_law
-from shockwave.chain.yielding import beyond_elastic, yielding_of
+from shockwave.chain.yielding import beyond_elastic
 from shockwave.errors import Fault, InvalidValueError, NotCoveredError
 from shockwave.fields import quantity
 from shockwave.plausibility import unusual_warnings
 from shockwave.prediction.accuracy_of_many import Ranges, accuracies, contact_forces
 from shockwave.prediction.expected_error import (
     FIRST_CONTACTS,
-    chain_problem,
     failed_conditions,
+    in_chain,
     unbounded,
     warning_of,
 )
@@ -44,6 +44,7 @@ from shockwave.prediction.outcome import (
     Predictions,
     SingleOutcome,
     TrainOutcome,
+    first_yield,
 )
 from shockwave.prediction.prediction_columns import PredictionColumns, prediction_columns
 from shockwave.profiles.base import Areas, ShockProfile
@@ -231,7 +232,7 @@ class Predictor:
             "momentum_coefficient": coefficient,
             "scene": Scene.of(shock, chain) if given.end is None else ChainScene.of(shock, given),
             "wall": None if given.end is None else given.end.stiffness_ratio(chain.material),
-            "first_yield": partial(yielding_of, walled),
+            "first_yield": partial(first_yield, walled),
             "on_demand": partial(self._accuracy, shock, walled, scaled, answer, ranges),
         }
         if answer.ejection is not None:
@@ -258,22 +259,16 @@ class Predictor:
 
             return accuracy_of(shock, scaled, answer)
         *values, least, most = ranges()
-        force = shock.peak_force * chain.contact_share
+        force, problem = shock.peak_force * chain.contact_share, ""
+        if chain.count is not None:
+            problem, *widened = in_chain(chain, scaled, values, (least, most))
+            *values, least, most = np.hstack(widened).tolist()
         peak, low, high = (value * force for value in values)
-        on_wall, problem = 0.0, "" if chain.count is None else chain_problem(chain.count, scaled)
-        if chain.count is not None and chain.end is not None:
-            from shockwave.prediction.chain_laws import unformed, wall_factor  # not needed without a wall
-
-            problem, below, above = unformed(chain.count, scaled.duration)
-            low, high = low * (1 - below), high * (1 + above)
-            on_wall = peak * float(wall_factor(chain.end.stiffness_ratio(chain.material)))
         problem = problem or (unbounded(scaled, force) if math.isnan(peak) else "")
         failed = "" if answer.states_error else failed_conditions(scaled)
         warnings = [*[failed] * bool(failed), *answer.warnings, *[warning_of(problem)] * bool(problem)]
         own = answer.states_error and answer.expected_error is not None
         method = (answer.method or self.model) if own else "moments"
-        yielding = yielding_of(chain, answer.amplitudes[0] * force if problem else peak, 0.0 if problem else on_wall)
-        warnings += yielding.warnings if yielding is not None else ()
         return Accuracy(
             None if problem else Estimate(peak, low, high, method),
             problem or None,
@@ -312,6 +307,7 @@ class Predictor:
         chains = [chain] * len(shocks) if isinstance(chain, Chain) else list(chain)
         if len(chains) != len(shocks):
             raise InvalidValueError.of("chain", f"must be one, or one for each shock (got {len(chains)})")
+        given = list(chains)
         together = self._scaled_many(shocks, chains)
         scaled, places, failures = together.shocks, together.places, together.failures
         model, leading = load("models", self.model), evolve(self._settings, wave_threshold=math.inf)
@@ -323,8 +319,8 @@ class Predictor:
         results.amplification[places] = found.amplification
         results.method[places] = np.where(found.method == "", self.model, found.method)
         forces = contact_forces(shocks, chains)
-        for index, each in enumerate(chains):
-            if error := beyond_elastic(each, partial(yielding_of, each, results.amplification[index] * forces[index])):
+        for index, each in enumerate(given):
+            if error := beyond_elastic(each, partial(first_yield, each, results.amplification[index] * forces[index])):
                 failures.setdefault(index, str(error))
                 results.amplification[index] = np.nan
         results.method[list(failures)] = ""
@@ -334,18 +330,18 @@ class Predictor:
             amplification=results.amplification,
             method=results.method,
             failures=tuple(sorted(failures.items())),
-            on_demand=partial(accuracies, shocks, chains, scaled, found, places),
+            on_demand=partial(accuracies, shocks, given, scaled, found, places),
         )
 
     def columns(self, shocks: Sequence[Shock], chains: Sequence[Chain]) -> PredictionColumns | None:
         """Predict shocks, each on its chain, with all results in columns; None for a model that has no such results."""
         model = load("models", self.model)
-        chains = list(chains)
+        given, chains = chains, list(chains)
         if not (isinstance(model, Model) and model.complete) or any(chain.elastic_only for chain in chains):
             return None
         together = self._scaled_many(shocks, chains)
         with blame("models", model):
-            return prediction_columns(model.many(together.shocks, self._settings), together, shocks, chains)
+            return prediction_columns(model.many(together.shocks, self._settings), together, shocks, given)
 
     def _scaled_many(self, shocks: Sequence[Shock], chains: list[Chain]) -> ScaledShocks:
         """Scaled shocks; replaces chains that amount to equal granules."""

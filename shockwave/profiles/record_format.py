@@ -116,7 +116,7 @@ class RecordFormat:
 
     @property
     def kind(self) -> str:
-        """Quantity of the record: force, pressure or acceleration."""
+        """Quantity of the record, which is force, pressure or acceleration."""
         return "pressure" if self.area is not None else "acceleration" if self.mass is not None else "force"
 
 
@@ -129,6 +129,7 @@ def time_factor(form: RecordFormat, name: str, unit: str, notes: list[str]) -> f
         If it is not a unit of time.
     """
     if not (form.time_unit or unit) and _words(name) <= TIME_NAMES:
+        _check_header(form, name, "unit of time", "time_unit")
         hint = "A header such as 'time [s]', or time_unit, states the unit."
         notes.append(f"The time column has no unit: seconds are assumed. {hint}")
         return 1.0
@@ -150,16 +151,22 @@ def force_factor(form: RecordFormat, name: str, unit: str, notes: list[str]) -> 
     kind, words = form.kind, _words(name)
     base, path = _UNITS[kind], f"unit of {kind}"
     order = (kind, *_UNITS)  # that of the kind first, because it may need no import of pint
-    if unit:
-        stated = next((each for each in order if not math.isnan(_factor(unit, _UNITS[each]))), None)
-    else:
-        stated = next((each for each in order if FORCE_NAMES[each] & words), None)
-    if stated not in (None, kind):
-        remedy = f"set {_KEYS[str(stated)]}" if kind == "force" else f"delete {_KEYS[kind].partition(',')[0]}"
-        article = "an" if stated.startswith("a") else "a"
-        problem = f"must be that of a {kind}, not of {article} {stated} (got {text_of(unit or name)}; {remedy})"
-        raise InvalidValueError.of(path, problem)
+
+    def measured(unit: str) -> str | None:
+        """The quantity that is measured in a unit."""
+        return next((each for each in order if not math.isnan(_factor(unit, _UNITS[each]))), None)
+
+    stated = measured(unit) if unit else next((each for each in order if FORCE_NAMES[each] & words), None)
+    for got, found in ((text_of(unit or name), stated), (f"unit {form.unit}", form.unit and measured(form.unit))):
+        if found and found != kind:
+            remedy = f"set {_KEYS[found]}" if kind == "force" else f"delete {_KEYS[kind].partition(',')[0]}"
+            if form.unit and found == stated:
+                got = f"{got} in the header, although unit is {form.unit}"
+            article = "an" if found.startswith("a") else "a"
+            problem = f"must be that of a {kind}, not of {article} {found} (got {got}; {remedy})"
+            raise InvalidValueError.of(path, problem)
     if not (form.unit or unit) and kind == "force" and words <= FORCE_NAMES[kind]:
+        _check_header(form, name, path, "unit")
         hint = "A header such as 'force [N]', or unit, states the unit."
         notes.append(f"The force column has no unit: newtons are assumed. {hint}")
         factor = 1.0
@@ -180,6 +187,13 @@ def force_factor(form: RecordFormat, name: str, unit: str, notes: list[str]) -> 
     if form.scale is not None or form.sign < 0:
         notes.append(f"The values were multiplied by {(form.scale or 1.0) * form.sign:g}.")
     return factor * (form.scale or 1.0) * form.sign
+
+
+def _check_header(form: RecordFormat, name: str, path: str, key: str) -> None:
+    """Refuse a column without a header below skipped lines, one of which may be the header."""
+    if form.skip_rows and not name:
+        got = f"got no header below {form.skip_rows} skipped lines; skip fewer, or set {key}"
+        raise InvalidValueError.of(path, f"must be stated ({got})")
 
 
 def is_unit(name: str) -> bool:

@@ -128,7 +128,7 @@ class Scenario:
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """Files from which the scenario was read: its own and that of its record."""
+        """Files from which the scenario was read, its own and that of its record."""
         if self.path is None or self.document is None:
             return ()
         shock = self.document.data.get("shock") or {}

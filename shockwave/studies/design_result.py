@@ -149,7 +149,7 @@ class Option:
         Mass of one granule [kg], mass of the chain over its length [kg/m].
     chain_mass : float or None
         Mass of all granules [kg], if their number is given.
-    exponents : Exponents
+    exponents : scaling_exponents.Exponents
         Exponents of the peak force with respect to the parameters of the chain and the shock.
     simulated : Simulated or None
         Simulation of the scene, for solutions and for the nearest option.
@@ -279,7 +279,7 @@ class Design(Result):
     @property
     def reachable(self) -> bool:
         """Whether there is a solution."""
-        return bool(self.intervals if self.target.sign != "=" else self.solutions)
+        return bool(self.intervals or (self.solutions if self.target.sign == "=" or self.between is None else ()))
 
     @property
     def spanned(self) -> bool:

@@ -10,17 +10,16 @@ from typing import Any
 from attrs import asdict, evolve, frozen
 
 from shockwave.chain.chain import Chain
-from shockwave.chain.impact import Impact
 from shockwave.chain.solitary_wave import SolitaryWave
+from shockwave.chain.yielding import require_elastic
 from shockwave.errors import InvalidValueError
 from shockwave.fields import Quantity, text_of
 from shockwave.measurement.simulate import simulate
 from shockwave.numerics import crossings
-from shockwave.profiles.shock import Shock
 from shockwave.progress import counted
 from shockwave.registry import entries, find
 from shockwave.scenario.dotted_names import Variable, variable
-from shockwave.scenario.scenario import Scenario
+from shockwave.scenario.scene_argument import Scene
 from shockwave.scenario.scene_family import Family
 from shockwave.scenario.uncertainty import ends_of, is_continuous
 from shockwave.studies import varied_scenes
@@ -42,12 +41,14 @@ _SIMULATION_RTOL = 1e-8
 # Greatest difference between a simulation and the curve, over the error of the curve, for a solution: in shorter chains
 # the wave has not formed.
 _LARGEST_DIFFERENCE = 5.0
+# Warning on materials of a chain that must be elastic.
+_BEYOND = "left out, because a force exceeds first yield or a yield strength is not known: "
 # Tolerance of the simulations that are fitted, over that of the fit.
 _SIMULATED_SHARE = 0.1
 
 
 def design(
-    scene: Scenario | Shock | Impact,
+    scene: Scene,
     chain: Chain | None = None,
     *,
     vary: str,
@@ -62,10 +63,10 @@ def design(
 
     Parameters
     ----------
-    scene : Scenario, Shock or Impact
-        A scenario, or a shock or an impact on ``chain``.
+    scene : Scenario, path-like, Shock or Impact
+        A scenario or its file, or a shock or striker on ``chain``.
     chain : Chain, optional
-        The chain, if ``scene`` is not a scenario.
+        The chain, if ``scene`` is a shock or a striker.
     vary : str
         Dotted name of the parameter: a number of the chain, the shock or the impact, such as ``chain.radius``, or
         ``chain.material``.
@@ -157,19 +158,29 @@ class _Search:
         compared = list(dict.fromkeys(names or [entry.name for entry in entries("materials")]))
         for name in compared:
             find("materials", name)
-        options = [self.option(name) for name in counted("materials", compared)]
+        options: list[AnyOption] = []
+        beyond: dict[str, InvalidValueError] = {}
+        for name in counted("materials", compared):
+            try:
+                options.append(self.option(name))
+            except InvalidValueError as error:
+                if error.faults[0].path != "chain.elastic_only":
+                    raise
+                beyond[name] = error
+        if not options:
+            raise beyond[compared[0]]
         first, *others = sorted(options, key=self.target.distance)
-        ranked = [self.simulated(first), *(self.simulated(one) if self.near(one) else one for one in others)]
+        ranked = [self.simulated(first), *(self.simulated(one) if self.fits(one) else one for one in others)]
         return Design(
             scenario=self.family.base.name,
             vary=self.name,
             target=self.target,
-            solutions=tuple(one for one in ranked if self.near(one) and self.meets(one)),
+            solutions=tuple(one for one in ranked if self.fits(one) and self.meets(one)),
             nearest=ranked[0],
             least=min(options, key=lambda one: one.reached),
             most=max(options, key=lambda one: one.reached),
             table=tuple(ranked),
-            warnings=self.notes,
+            warnings=(*self.notes, *[_BEYOND + ", ".join(beyond)] * bool(beyond)),
         )
 
     def along(self, unit: str, between: tuple[float, float], points: int) -> Design:
@@ -239,6 +250,7 @@ class _Search:
         ratio = varied_scenes.rise_time_of(scenario)
         amplification = float(curve.amplification(ratio))
         peak_force = amplification * shock.peak_force
+        require_elastic(chain, peak_force)
         error = float(curve.error(ratio))
         return Option(
             value=value,
@@ -266,9 +278,15 @@ class _Search:
         """Whether the option meets the target within the error of its curve."""
         return self.target.distance(option) <= max(option.reached_error, self.rtol)
 
+    def fits(self, option: AnyOption) -> bool:
+        """Whether the option meets the target or its inequality."""
+        return self.near(option) or self.target.holds(option.reached - self.target.value)
+
     def meets(self, option: AnyOption) -> bool:
-        """Whether the simulation meets the target within the errors of curve and simulation."""
+        """Whether the simulation meets the target within the errors of curve and simulation, or its inequality."""
         assert option.simulated is not None
+        if self.target.holds(option.simulated.reached - self.target.value):
+            return True
         difference = abs(option.simulated.reached / self.target.value - 1)
         curve_error = max(option.reached_error, self.rtol)
         return difference <= _LARGEST_DIFFERENCE * curve_error + option.simulated.error_estimate

@@ -17,24 +17,22 @@ from scipy import optimize
 from scipy.stats import qmc
 
 from shockwave.chain.chain import Chain
-from shockwave.chain.impact import Impact
 from shockwave.chain.layout import mass_and_length
 from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError
 from shockwave.log import logger
-from shockwave.measurement.simulate import simulate_many
-from shockwave.profiles.shock import Shock
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.registry import entries, find
 from shockwave.scenario.block_keys import MATERIALS, WALLS
 from shockwave.scenario.dotted_names import Variable, variable
 from shockwave.scenario.scenario import Scenario
+from shockwave.scenario.scene_argument import Scene
 from shockwave.scenario.scene_family import Family
 from shockwave.scenario.uncertainty import ends_of
 from shockwave.studies import varied_scenes
 from shockwave.studies.optimal_result import OptimalDesign, OptimalOption
 from shockwave.studies.requirements import Requirement
-from shockwave.studies.simulated_quantities import Quantity
+from shockwave.studies.simulated_quantities import Quantity, simulated
 
 # its type declarations do not admit functions of many points at once
 _optimize: Any = optimize
@@ -66,7 +64,7 @@ _OWN = {"chain.mass": ("kg", "chain mass"), "chain.length": ("m", "chain length"
 
 
 def optimal_design(
-    scene: Scenario | Shock | Impact,
+    scene: Scene,
     chain: Chain | None = None,
     *,
     vary: Mapping[str, Sequence[Any] | None],
@@ -79,10 +77,10 @@ def optimal_design(
 
     Parameters
     ----------
-    scene : Scenario, Shock or Impact
-        A scenario, or a shock or an impact on ``chain``.
+    scene : Scenario, path-like, Shock or Impact
+        A scenario or its file, or a shock or striker on ``chain``.
     chain : Chain, optional
-        The chain, if ``scene`` is not a scenario.
+        The chain, if ``scene`` is a shock or a striker.
     vary : mapping
         Dotted names of the parameters. The value of a number is the pair of the ends of its interval, in SI units or as
         text; that of a material is a list of names, or None for the whole library.
@@ -251,16 +249,7 @@ class _Search:
         needed = {self.least.name, *(one.quantity.name for one in self.requirements)}
         if not scenes or needed <= _OWN.keys():
             return [None] * len(scenes)
-        options = self.family.base.simulate
-        return simulate_many(
-            [scene.excitation for scene in scenes],
-            [scene.chain for scene in scenes],
-            rtol,
-            waves="primary",
-            backend=options.backend,
-            contacts=options.contacts,
-            until=options.until,
-        )
+        return simulated(scenes, rtol)
 
     def option(self, values: Mapping[str, Any], scene: Scenario, result: Any, margin: float) -> OptimalOption | None:
         if isinstance(result, ShockwaveError):

@@ -48,6 +48,10 @@ class Quantity(NamedTuple):
         place = _CONTACT.fullmatch(str(name))
         if place and int(place[1]) < len(contacts):
             return cls(name, "N", f"force at contact {contacts[int(place[1])]}")
+        if place:
+            rule = "must count from 0 in the list simulate.contacts of the scenario"
+            got = f"got {text_of(name)}; the list has {len(contacts)}"
+            raise InvalidValueError.of("target", f"{rule} ({got})")
         known = [*others, *_QUANTITIES, *(f"contacts[{index}].peak_force" for index in range(len(contacts)))]
         hint = hint_of(str(name), known)
         raise InvalidValueError.of("target", f"must be a property of the result (got {text_of(name)}; {hint})")
@@ -86,11 +90,24 @@ def simulations(scenes: Sequence[Scenario], rtol: float) -> list[Any]:
 
     Raises
     ------
+    InvalidValueError
+        If a scene is not valid, such as a chain that must be elastic with forces beyond first yield.
     NumericalError
         If a simulation fails.
     """
+    found = simulated(scenes, rtol)
+    failed = [result for result in found if isinstance(result, ShockwaveError)]
+    if failed and isinstance(failed[0], InvalidValueError):
+        raise failed[0]
+    if failed:
+        raise NumericalError(f"{len(failed)} of {len(found)} simulations failed; the first: {failed[0]}")
+    return found
+
+
+def simulated(scenes: Sequence[Scenario], rtol: float) -> list[Any]:
+    """Results of scenes that differ in shock, impact and chain, or their errors."""
     options = scenes[0].simulate
-    found = simulate_many(
+    return simulate_many(
         [scene.excitation for scene in scenes],
         [scene.chain for scene in scenes],
         rtol,
@@ -99,7 +116,3 @@ def simulations(scenes: Sequence[Scenario], rtol: float) -> list[Any]:
         contacts=options.contacts,
         until=options.until,
     )
-    failed = [result for result in found if isinstance(result, ShockwaveError)]
-    if failed:
-        raise NumericalError(f"{len(failed)} of {len(found)} simulations failed; the first: {failed[0]}")
-    return found

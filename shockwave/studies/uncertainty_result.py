@@ -33,6 +33,8 @@ _SIMULATED_LEGEND = (
     "(sd: standard deviation; linear sd: from the slopes at the nominal values; +-: half the 95 % confidence interval "
     "of sampling, and the error of the simulations)"
 )
+# Label of the verdict, whose range contains this share of the scenes.
+_VERDICT = "98 % of scenes"
 # Smallest printed error of a share of the variance.
 _LEAST_SHARE = 1e-5
 
@@ -132,7 +134,7 @@ class Uncertainty(Result):
         Peak force of the leading wave [N], and its ratio to that of the shock.
     sensitivities : tuple of Sensitivity
         One for each uncertain parameter, in the given order.
-    exponents : Exponents
+    exponents : scaling_exponents.Exponents
         Exponents at the nominal scene.
     model_error : float
         Greatest bound on the relative error of a single peak force; the sampling error is separate.
@@ -328,7 +330,7 @@ def _page(
     samples = f"{found.draws}, seed {found.seed}; {found.evaluations} including those for the sensitivity indices"
     lines = [
         *(strong(line) for lead in leads for line in paragraph("", lead, 2)),
-        *facts([*verdict_facts(found), *([("exceedance", str(found.exceedance))] if found.exceedance else [])]),
+        *facts([*verdict_facts(found, _VERDICT), *[("exceedance", str(found.exceedance))] * bool(found.exceedance)]),
         *limits(found.warnings),
         "",
         variances,

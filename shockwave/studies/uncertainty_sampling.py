@@ -10,15 +10,14 @@ import numpy as np
 from attrs import asdict, evolve
 
 from shockwave.chain.chain import Chain
-from shockwave.chain.impact import Impact
 from shockwave.errors import Fault, InvalidValueError
 from shockwave.fields import Quantity as Number
 from shockwave.limit import WAVE, Limit, verdict
 from shockwave.log import logger
-from shockwave.profiles.shock import Shock
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.scenario.scenario import Scenario
+from shockwave.scenario.scene_argument import Scene
 from shockwave.scenario.scene_family import Family
 from shockwave.scenario.uncertainty import Spread, read
 from shockwave.scenario.value_conversion import WrongsError
@@ -67,7 +66,7 @@ _SLOPE_RTOL = 1e-6
 
 
 def uncertainty(
-    scene: Scenario | Shock | Impact,
+    scene: Scene,
     chain: Chain | None = None,
     spreads: Mapping[str, Any] | None = None,
     *,
@@ -80,10 +79,10 @@ def uncertainty(
 
     Parameters
     ----------
-    scene : Scenario, Shock or Impact
-        A scenario, or a shock or an impact on ``chain``.
+    scene : Scenario, path-like, Shock or Impact
+        A scenario or its file, or a shock or striker on ``chain``.
     chain : Chain, optional
-        The chain, if ``scene`` is not a scenario.
+        The chain, if ``scene`` is a shock or a striker.
     spreads : mapping, optional
         Dotted names and distributions, as in the ``uncertainty`` block, which they replace.
     draws : int, optional

@@ -15,6 +15,7 @@ from attrs import asdict, evolve, frozen
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import MOMENTUM
+from shockwave.chain.yielding import require_elastic
 from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.fields import Quantity, text_of
 from shockwave.files import parse_json, read_bytes, structured, write_file
@@ -186,7 +187,8 @@ class UniversalCurve(Result, CurveData):
         Raises
         ------
         InvalidValueError
-            If the shock has another shape, or is longer than the curve covers.
+            If the shock has another shape, or is longer than the curve covers, or if the chain must be elastic and the
+            wave is beyond first yield.
         """
         if not chain.is_uniform:
             from shockwave.chain.coverage import covered  # not needed for equal granules
@@ -197,6 +199,7 @@ class UniversalCurve(Result, CurveData):
             raise InvalidValueError.of("profile", f"{rule} (got {text_of(shock.profile)})")
         ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
         value = float(self.amplification(ratio))
+        require_elastic(chain, value * shock.peak_force)
         return CurveAnswer(
             peak_force=value * shock.peak_force, amplification=value, error=float(self.error(ratio)), rise_time=ratio
         )

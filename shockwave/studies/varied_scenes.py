@@ -19,8 +19,8 @@ from attrs import evolve
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.impact import Impact
+from shockwave.chain.yielding import require_elastic
 from shockwave.errors import InvalidValueError, NumericalError
-from shockwave.fields import text_of
 from shockwave.measurement.simulate import equal_granules
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
@@ -29,6 +29,7 @@ from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.registry import entry_of
 from shockwave.scenario.scenario import Scenario
+from shockwave.scenario.scene_argument import Scene, scenario_alone
 from shockwave.scenario.scene_family import Family
 from shockwave.scenario.yaml_document import dotted, steps_of
 from shockwave.studies.scaling_exponents import POWERS, Exponents
@@ -42,6 +43,9 @@ _LIMIT = 1000.0
 # Longest duration if each scene is simulated [characteristic times]: thousands of longer simulations take hours.
 _LONGEST_SIMULATED = 300.0
 
+# Exponents of the force of first yield in parameters that do not change the shape.
+_OF_YIELD = {"chain.radius": 2, "chain.diameter": 2, "chain.material.youngs_modulus": -2}
+
 # Names of values -> attributes; a diameter is stored as a radius.
 _ATTRIBUTES = {"diameter": "radius", "wall": "material", "from": "first", "to": "last"}
 
@@ -49,29 +53,28 @@ _ATTRIBUTES = {"diameter": "radius", "wall": "material", "from": "first", "to": 
 LeadingWaves = tuple[FloatArray, FloatArray, FloatArray]
 
 
-def scenario_of(scene: Scenario | Shock | Impact, chain: Chain | None) -> Scenario:
+def scenario_of(scene: Scene, chain: Chain | None) -> Scenario:
     """The given scenario, or one of a shock or an impact on a chain; equal granules are given by their number.
 
     Raises
     ------
     InvalidValueError
-        If neither is given.
+        If neither is given, or the scenario stands for a sweep.
+    ShockwaveError
+        As `load_scenario`.
     """
-    if isinstance(scene, Scenario) and chain is None:
-        found = scene
-    elif isinstance(scene, Shock | Impact) and isinstance(chain, Chain):
+    if isinstance(scene, Shock | Impact) and isinstance(chain, Chain):
         given: dict[str, Any] = {"shock" if isinstance(scene, Shock) else "impact": scene, "chain": chain}
         found = Scenario(name="", path=None, predictor=Predictor(), simulate=SimulateOptions(), **given)
     else:
-        problem = f"must be a Scenario, or a Shock together with a Chain (got {text_of(scene)})"
-        raise InvalidValueError.of("scene", problem)
+        found = scenario_alone(scene, chain)
     return evolve(found, chain=equal_granules(found.excitation, found.chain) or found.chain)
 
 
 def is_covered(scenario: Scenario) -> bool:
-    """Whether curves cover the scenario: a shock on a row of equal granules with free ends and Hertz's contacts."""
+    """Whether curves cover the scenario: a pushing shock on equal granules with free ends and Hertz's contacts."""
     equal = equal_granules(scenario.excitation, scenario.chain)
-    return equal is not None and equal.contact is None and equal.packing is None
+    return equal is not None and (equal.contact, equal.packing) == (None, None) and not scenario.shock.profile.pulls
 
 
 def data_of(scenario: Scenario) -> Mapping[str, Any]:
@@ -192,7 +195,7 @@ def primaries(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float)
     ------
     InvalidValueError
         If a scene is not possible, or its shock is longer than 1000 characteristic times, or 300 if each scene is
-        simulated.
+        simulated; or if the chain must be elastic and a wave is beyond first yield.
     NumericalError
         If a simulation fails.
     """
@@ -203,15 +206,20 @@ def primaries(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float)
 def _by_curve(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float) -> LeadingWaves:
     n = float(scenario.shock.profile.duration_ratio)
     ratios: Any = rise_time_of(scenario)
+    # force of first yield, which scales as R^2 E*^-2, over that of the scenario
+    yields: Any = 1.0
     for name, given in values.items():
         here = value_of(scenario, name)
         if name.endswith("poisson_ratio"):
-            ratios = ratios * ((1 - given**2) / (1 - here**2)) ** (-1 / 3)
+            softer = (1 - given**2) / (1 - here**2)
+            ratios, yields = ratios * softer ** (-1 / 3), yields * softer**2
         else:
-            ratios = ratios * (given / here) ** POWERS[name]
+            ratios, yields = ratios * (given / here) ** POWERS[name], yields * (given / here) ** _OF_YIELD.get(name, 0)
     curve = curve_of(scenario.shock.profile, rtol, float(ratios.max()) * n)
     forces = np.asarray(values.get("shock.peak_force", np.full(ratios.shape, scenario.shock.peak_force)))
-    return curve.amplification(ratios), forces, curve.error(ratios)
+    amplifications = curve.amplification(ratios)
+    require_elastic(scenario.chain, float((amplifications * forces / yields).max()))
+    return amplifications, forces, curve.error(ratios)
 
 
 def _by_simulation(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float) -> LeadingWaves:

@@ -58,7 +58,7 @@ class SweepReport(Result):
 
     @property
     def exit_code(self) -> int:
-        """Exit status of the command line: 0 if every point has a result, else 1."""
+        """Exit status of the command line, 0 if every point has a result, else 1."""
         return 0 if self.done == self.points else 1
 
     def to_dict(self) -> dict[str, Any]:

@@ -1,0 +1,36 @@
+"""
+Triangle and half-sine
+======================
+
+Two pulses of the same peak force and duration. While the pulse is short, only its impulse counts, so the half-sine wins
+by the ratio of the areas, to the power 6/5; a long pulse is felt with its shape.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import shockwave as sw
+
+chain = sw.Chain(material=sw.material("stainless-steel-302"), diameter="9.5 mm")
+times = np.linspace(0, 1, 401)
+triangle = sw.Triangular(duration_ratio=2)
+half_sine = sw.Tabulated(times=times, forces=np.maximum(np.sin(np.pi * times), 0))
+
+rises = np.geomspace(2e-6, 300e-6, 21)
+forces = {}
+for name, profile in {"triangle": triangle, "half-sine": half_sine}.items():
+    shocks = [sw.Shock(profile=profile, peak_force=10.0, rise_time=rise) for rise in rises]
+    forces[name] = [one.peak_force for one in sw.simulate_many(shocks, chain, waves="primary")]
+
+ratio = np.array(forces["half-sine"]) / forces["triangle"]
+print(f"shortest pulse: {ratio[0]:.4f}, limit (4/pi)^(6/5) = {(4 / np.pi) ** 1.2:.4f}")
+
+figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
+for name, values in forces.items():
+    left.loglog(2e6 * rises, values, label=name)
+left.set(xlabel="duration (µs)", ylabel="leading wave (N)")
+left.legend()
+right.semilogx(2e6 * rises, ratio)
+right.axhline((4 / np.pi) ** 1.2, color="grey", linestyle="--")
+right.set(xlabel="duration (µs)", ylabel="half-sine over triangle")
+plt.show()

@@ -1,0 +1,33 @@
+"""
+Mass of a striker
+=================
+
+A striker that is lighter than a granule bounces back after one wave. A heavier one pushes the chain and generates a
+train: the more waves, the heavier it is.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import shockwave as sw
+
+ratios = np.geomspace(0.1, 100, 300)
+waves = sw.striker_waves(ratios)
+
+steel = sw.material("stainless-steel-302")
+chain = sw.Chain(material=steel, radius="5 mm", granules=60)
+mass, stiffness, speed = chain.granule_mass, chain.contact_stiffness, 0.1
+unit = (mass**3 * stiffness**2 * speed**6) ** 0.2
+
+figure, ax = plt.subplots(figsize=(6, 3.6), layout="constrained")
+for number in range(6):
+    shown = np.where(waves[:, number] > 0, waves[:, number], np.nan)
+    ax.plot(ratios, shown, label=f"wave {number + 1}")
+# the same materials; the size of the striker changes its contact, too, which the law does not contain
+for ratio in (0.3, 1, 3, 10):
+    striker = sw.Impact(velocity=speed, radius=chain.radius * ratio ** (1 / 3))
+    result = sw.simulate(striker, chain, contacts=[45])
+    ax.plot(ratio, result.contacts[0].peak_force / unit, "ko")
+ax.set(xscale="log", xlabel="mass of the striker over that of a granule", ylabel="peak force, scaled")
+ax.legend(ncols=2)
+plt.show()

@@ -1,0 +1,44 @@
+"""
+A granular container of steel and PTFE
+======================================
+
+Soft beads between hard ones trap the pulse: it leaks out of them in portions, and the wall sees several small blows
+instead of a large one.
+"""
+
+import matplotlib.pyplot as plt
+
+import shockwave as sw
+from shockwave import pictures
+
+steel, ptfe = sw.material("stainless-steel-302"), sw.material("ptfe")
+shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force="20 N", rise_time="10 us")
+
+
+def container(soft):
+    """Thirty beads before a rigid wall, of which ``soft`` in the middle are of PTFE."""
+    hard = (30 - soft) // 2
+    middle = [sw.Segment(count=soft, material=ptfe)] if soft else []
+    return sw.Chain(
+        material=steel,
+        diameter="9.5 mm",
+        granules=[sw.Segment(count=hard), *middle, sw.Segment(count=30 - soft - hard)],
+        end=sw.Wall(material="rigid"),
+    )
+
+
+figure, ax = plt.subplots(figsize=(6, 3.4), layout="constrained")
+for soft in (0, 4, 10):
+    result = sw.simulate(shock, container(soft), record=["forces"], until=1.5e-3)
+    kept = result.recording
+    ax.plot(1e3 * kept.times, kept.wall_force, label=f"{soft} beads of PTFE")
+ax.set(xlabel="time (ms)", ylabel="force on the wall (N)")
+ax.legend()
+plt.show()
+
+# %%
+# Where the force is, contact by contact.
+
+figure, ax = plt.subplots(figsize=(8, 3.8), layout="constrained")
+pictures.chain_map(ax, result)
+plt.show()

@@ -1,0 +1,38 @@
+"""
+From a record to a verdict
+==========================
+
+A measured force, here a noisy half-sine, becomes a shock. The limit of the force behind the beads is judged with the
+accuracy of the prediction and of the simulation.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+from attrs import evolve
+
+import shockwave as sw
+from shockwave import pictures
+
+# the record of a load cell: 25 N in 120 us, sampled every 2 us, with noise
+times = np.arange(0, 121) * 2e-6
+noise = np.random.default_rng(3).normal(0, 0.1, times.shape)
+forces = np.where(times < 120e-6, 25 * np.sin(np.pi * times / 120e-6), 0) + noise
+end = int(np.argmax(times >= 120e-6))
+record = sw.Tabulated(times=times[: end + 1], forces=np.clip(forces[: end + 1], 0, None))
+
+chain = sw.Chain(
+    material=sw.material("aluminium-6061-t6"), diameter="12 mm", granules=60, end=sw.Wall(material="rigid")
+)
+shock = sw.Shock(profile=record)
+
+limit = sw.Limit(force="70 N")
+predicted = sw.predict(shock, chain)
+simulated = sw.simulate(shock, chain, record=["forces"])
+for result in (predicted, simulated):
+    print(evolve(result, limit=limit).verdict)
+
+figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
+pictures.pulse(left, shock)
+pictures.wall_force(right, simulated)
+right.axhline(limit.force, color="k", linestyle="--")
+plt.show()

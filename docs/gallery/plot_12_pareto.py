@@ -1,0 +1,33 @@
+"""
+The lightest protector for a limit
+==================================
+
+Which beads keep the force on the wall below a limit, within the space that there is, with the least mass? The search
+simulates the options, ranks the materials and shows the trade-off between force and mass.
+"""
+
+import matplotlib.pyplot as plt
+
+import shockwave as sw
+from shockwave import pictures
+
+chain = sw.Chain(
+    material=sw.material("stainless-steel-302"), diameter="9.5 mm", granules=20, end=sw.Wall(material="rigid")
+)
+shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force="20 N", rise_time="10 us")
+
+found = sw.optimal_design(
+    shock,
+    chain,
+    vary={"chain.diameter": ("5 mm", "15 mm"), "chain.material": ["ptfe", "delrin"]},
+    targets=["transmitted.peak_force <= 9 N"],
+    budgets=["chain.length <= 0.3 m"],
+)
+print(found)
+
+# %%
+# The line joins the options that no other one beats in both quantities.
+
+figure, ax = plt.subplots(figsize=(6, 3.8), layout="constrained")
+pictures.pareto(ax, found)
+plt.show()

@@ -1,0 +1,30 @@
+"""
+Uncertain beads, uncertain force
+================================
+
+Tolerances of radius and modulus and the scatter of the blow spread the force of the leading wave. Sobol indices state
+which of them matters.
+"""
+
+import matplotlib.pyplot as plt
+
+import shockwave as sw
+
+chain = sw.Chain(material=sw.material("stainless-steel-302"), diameter="9.5 mm")
+shock = sw.Shock(profile=sw.Triangular(duration_ratio=4), peak_force="10 N", rise_time="30 us")
+found = sw.uncertainty(
+    shock,
+    chain,
+    {"chain.radius": "2 %", "chain.material.youngs_modulus": "5 %", "shock.peak_force": {"sd": "0.5 N"}},
+    draws=1024,
+)
+mean, deviation = found.peak_force.mean, found.peak_force.sd
+print(f"{mean.value:.3f} N, standard deviation {deviation.value:.3f} N")
+
+figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
+left.hist(found.peak_forces, bins=40)
+left.set(xlabel="peak force (N)", ylabel="scenes")
+names = [one.name.rpartition(".")[2].replace("_", " ") for one in found.sensitivities]
+right.barh(names, [one.peak_force_total.value for one in found.sensitivities])
+right.set(xlabel="share of the variance (total Sobol index)", xlim=(0, 1))
+plt.show()

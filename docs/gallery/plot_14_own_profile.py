@@ -1,0 +1,45 @@
+"""
+A profile of one's own
+======================
+
+Any pulse with a formula is a class with two functions. Prediction, simulation, pictures and studies take it like a
+built-in profile.
+"""
+
+import math
+
+import matplotlib.pyplot as plt
+import numpy as np
+from attrs import frozen
+
+import shockwave as sw
+from shockwave import pictures
+
+
+@frozen(kw_only=True)
+class Bell(sw.ShockProfile):
+    """F1 = sin^p(pi s/2), F2 = cos^p(pi/2 (s-1)/(n-1))."""
+
+    power: float = sw.quantity("", "p, power of the sine", default=2, at_least=0.1, at_most=100)
+    duration_ratio: float = sw.quantity("", "n, total duration over rise time", above=1)
+
+    def rise(self, s):
+        return np.sin(math.pi / 2 * s) ** self.power
+
+    def decay(self, s):
+        return self.rise((self.duration_ratio - s) / (self.duration_ratio - 1))
+
+
+chain = sw.Chain(material=sw.material("brass-260"), diameter="10 mm")
+figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
+for power in (1, 2, 4):
+    bell = Bell(power=power, duration_ratio=2)
+    shock = sw.Shock(profile=bell, peak_force="10 N", rise_time="60 us")
+    estimate = sw.predict(shock, chain).estimate
+    print(f"p = {power}: leading wave {estimate.peak_force:.2f} N, range {estimate.low:.2f} to {estimate.high:.2f} N")
+    s = np.linspace(0, 2, 300)
+    left.plot(60 * s, 10 * np.where(s < 1, bell.rise(s), bell.decay(s)), label=f"p = {power}")
+left.set(xlabel="time (µs)", ylabel="force (N)")
+left.legend()
+pictures.train(right, sw.compare(shock, chain))
+plt.show()

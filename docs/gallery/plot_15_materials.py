@@ -1,0 +1,26 @@
+"""
+Ranking of materials
+====================
+
+The same blow on beads of every material of the library: soft and heavy granules pass on the least force, hard and light
+ones the most.
+"""
+
+import matplotlib.pyplot as plt
+
+import shockwave as sw
+
+shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force="10 N", rise_time="20 us")
+names = [
+    *("stainless-steel-302", "aluminium-6061-t6", "brass-260", "titanium-ti-6al-4v", "tungsten", "lead"),
+    *("tungsten-carbide", "alumina", "soda-lime-glass", "ptfe", "nylon-66", "pmma", "polycarbonate"),
+]
+chains = [sw.Chain(material=sw.material(name), diameter="9.5 mm") for name in names]
+results = sw.simulate_many([shock] * len(chains), chains, waves="primary")
+
+ranked = sorted(zip(names, results, strict=True), key=lambda pair: pair[1].peak_force)
+figure, ax = plt.subplots(figsize=(6, 4.2), layout="constrained")
+ax.barh([name for name, _ in ranked], [result.peak_force for _, result in ranked])
+ax.axvline(10, color="k", linestyle="--", linewidth=0.8)
+ax.set(xlabel="peak force of the leading wave (N); dashed: that of the shock")
+plt.show()

@@ -1,0 +1,131 @@
+// The explorer's page: sends what the user changes, and shows the parts that the server answers.
+"use strict";
+const $ = (id) => document.getElementById(id);
+const initial = $("text").defaultValue;
+let valid = initial; // text of the scenario that is shown
+let waiting = null; // the request that follows the present one
+let busy = false;
+let paused = matchMedia("(prefers-reduced-motion: reduce)").matches;
+
+const post = (path, body) =>
+  fetch(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
+
+// One request at a time. Changes made meanwhile are sent together, so that the page never lags behind a slider.
+async function ask(request) {
+  const merges = waiting && request.edits && waiting.edits;
+  waiting = merges
+    ? { edits: { ...waiting.edits, ...request.edits }, controls: waiting.controls || request.controls }
+    : request;
+  if (busy) return;
+  busy = true;
+  while (waiting) {
+    const next = waiting;
+    waiting = null;
+    await show(next);
+  }
+  busy = false;
+}
+
+async function show(request) {
+  let reply;
+  try {
+    reply = await (await post("answer", { text: valid, ...request })).json();
+  } catch {
+    reply = { fault: "No answer: `shockwave explore` has ended." };
+  }
+  fail(reply.fault ?? "");
+  if (reply.fault) {
+    for (const input of document.querySelectorAll("#controls input[type=text]")) input.value = input.defaultValue;
+    for (const option of document.querySelectorAll("#controls option")) option.selected = option.defaultSelected;
+    if (request.first) await show({ text: initial, controls: true }).then(() => fail(reply.fault));
+    return;
+  }
+  valid = $("text").value = reply.text;
+  history.replaceState(null, "", valid === initial ? location.pathname : "#" + encodeURIComponent(valid));
+  for (const name of ["headline", "estimate"]) $(name).innerHTML = reply[name];
+  const time = document.querySelector("#figures svg")?.getCurrentTime() ?? 0;
+  $("figures").innerHTML = reply.figures;
+  animate(time);
+  if (request.controls) {
+    const focused = document.activeElement?.id;
+    $("controls").innerHTML = reply.controls;
+    if (focused) $(focused)?.focus();
+  } else {
+    for (const input of document.querySelectorAll("#controls input[type=text]")) input.defaultValue = input.value;
+  }
+  document.body.dataset.shown = Number(document.body.dataset.shown ?? 0) + 1;
+}
+
+function fail(fault) {
+  $("fault").textContent = fault;
+  $("fault").hidden = !fault;
+  if (fault) $("fault").scrollIntoView({ block: "nearest" });
+}
+
+function animate(time) {
+  for (const picture of document.querySelectorAll("#figures svg")) {
+    if (time !== undefined) picture.setCurrentTime(time);
+    if (paused) picture.pauseAnimations();
+    else picture.unpauseAnimations();
+  }
+  if ($("pause")) $("pause").textContent = paused ? "Play" : "Pause";
+}
+
+// ---------------------------------------------------------------- controls
+
+$("controls").addEventListener("input", ({ target }) => {
+  if (target.type !== "range") return;
+  const { low, high, unit } = target.dataset;
+  const number = low ? Number((low * (high / low) ** target.value).toPrecision(3)) : Number(target.value);
+  const text = $(target.dataset.for);
+  text.value = `${number} ${unit ?? ""}`.trim();
+  ask({ edits: { [text.id]: unit ? text.value : number } });
+});
+$("controls").addEventListener("change", ({ target }) => {
+  if (target.type !== "range") ask({ edits: { [target.id]: plain(target.value) }, controls: true });
+});
+const plain = (text) => (text.trim() !== "" && Number.isFinite(Number(text)) ? Number(text) : text);
+
+$("preset").addEventListener("change", ({ target }) => target.value && ask({ preset: target.value, controls: true }));
+$("apply").addEventListener("click", () => ask({ text: $("text").value, controls: true }));
+
+// ---------------------------------------------------------------- copies and files
+
+function copy(text) {
+  navigator.clipboard.writeText(text).then(
+    () => ($("done").textContent = "copied"),
+    () => ($("done").textContent = "The browser does not allow copying; select the text instead."),
+  );
+}
+$("copy").addEventListener("click", () => copy(valid));
+$("link").addEventListener("click", () => copy(location.href));
+
+document.addEventListener("click", async ({ target }) => {
+  if (target.id === "pause") {
+    paused = !paused;
+    animate();
+  }
+  const { source, kind } = target.dataset;
+  if (!source) return;
+  const reply = await post("export", { text: valid, source, kind });
+  if (!reply.ok) return fail(await reply.text());
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(await reply.blob());
+  link.download = `${source}.${kind}`;
+  link.click();
+  URL.revokeObjectURL(link.href);
+});
+
+// ---------------------------------------------------------------- links
+
+function open() {
+  let text = initial;
+  try {
+    text = decodeURIComponent(location.hash.slice(1)) || initial;
+  } catch {
+    text = location.hash; // refused with a message
+  }
+  ask({ text, controls: true, first: text !== initial });
+}
+addEventListener("hashchange", open);
+open();

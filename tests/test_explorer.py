@@ -1,0 +1,272 @@
+"""The explorer without a browser: scenario, parts of the page, links, and what the server admits."""
+
+from __future__ import annotations
+
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from contextlib import contextmanager
+from html import unescape
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("flask", reason="the extra explore is not installed")
+
+from shockwave import cli
+from shockwave.page import explorer, explorer_scene
+from shockwave.page.explorer import application, parts_of
+from shockwave.page.explorer_scene import controls, edited, loaded, presets, text_of_file
+from shockwave.registry import entries
+from shockwave.scenario.yaml_document import parse_document
+
+PARTS = "controls", "headline", "estimate", "figures"
+EXAMPLES = [name for name in presets() if name.startswith(("examples", "chains"))]
+WALL = text_of_file(presets()["chains/wall"])
+ENDLESS = text_of_file(presets()["examples/power-law"])
+LOOPBACK = "http://127.0.0.1:8042"
+
+
+@pytest.fixture(scope="module")
+def client() -> Any:
+    return application(WALL).test_client()
+
+
+def asked(client: Any, **request: Any) -> dict[str, str]:
+    reply = client.post("/answer", json=request, base_url=LOOPBACK)
+    assert reply.status_code == 200
+    found: dict[str, str] = reply.get_json()
+    return found
+
+
+def pictures(parts: dict[str, str]) -> list[ET.Element]:
+    return [ET.fromstring(f"<svg{part.partition('</svg>')[0]}</svg>") for part in parts["figures"].split("<svg")[1:]]
+
+
+# ---------------------------------------------------------------- scenarios
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_every_example_has_a_result_and_well_formed_pictures(name: str, client: Any) -> None:
+    parts = asked(client, preset=name, controls=True)
+    assert "estimate" in parts["headline"].lower()
+    assert "<dd>" in parts["estimate"]
+    assert len(pictures(parts)) >= 4
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_the_text_of_every_example_is_a_scenario_file(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "copied.yaml"
+    file.write_text(text_of_file(presets()[name]), encoding="utf-8")
+    assert cli.main(["validate", str(file)]) == 0
+    # the model covers the scene, or refuses it by name
+    assert cli.main(["predict", str(file)]) in (0, 3)
+
+
+def test_a_file_keeps_its_comments_and_a_record_becomes_part_of_the_text() -> None:
+    assert text_of_file(presets()["chains/wall"]) == presets()["chains/wall"].read_text(encoding="utf-8")
+    text = text_of_file(presets()["examples/hammer"])
+    assert "hammer.csv" not in text
+    original = explorer_scene.load_scenario(presets()["examples/hammer"]).shock
+    assert loaded(text).shock.peak_force == pytest.approx(original.peak_force)
+    # the samples are those of the processed record
+    assert loaded(text).shock.rise_time == pytest.approx(original.rise_time, rel=1e-6)
+
+
+def test_an_edit_changes_the_text_and_the_results(client: Any) -> None:
+    before = asked(client, text=WALL)
+    after = asked(client, text=WALL, edits={"shock.peak_force": "50 N", "chain.granules": 20})
+    assert loaded(after["text"]).shock.peak_force == 50
+    assert loaded(after["text"]).chain.count == 20
+    for part in ("headline", "estimate", "figures"):
+        assert after[part] != before[part]
+
+
+def test_the_text_of_an_answer_gives_the_same_answer(client: Any) -> None:
+    once = asked(client, text=WALL, edits={"shock.rise_time": "20 us"})
+    assert asked(client, text=once["text"]) == once
+
+
+@pytest.mark.parametrize("profile", [entry.name for entry in entries("profiles") if entry.name != "tabulated"])
+def test_every_pulse_shape_can_be_chosen(profile: str) -> None:
+    scenario = loaded(edited(WALL, {"shock.profile": profile}))
+    assert scenario.shock.peak_force == 100
+    assert scenario.shock.rise_time == pytest.approx(12e-6)
+
+
+def test_the_end_of_the_chain_can_be_chosen() -> None:
+    endless = edited(WALL, {"chain.end": "endless chain"})
+    assert loaded(endless).chain.count is None
+    walled = loaded(edited(endless, {"chain.end": "wall: ptfe"})).chain
+    assert walled.count == 30
+    assert walled.end is not None
+    assert loaded(edited(WALL, {"chain.end": "free end"})).chain.end is None
+
+
+def test_a_shorter_chain_drops_contacts_that_it_does_not_have() -> None:
+    assert "contacts" in WALL
+    assert loaded(edited(WALL, {"chain.granules": 5})).simulate.contacts == ()
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_both_ends_of_every_slider_are_admitted(name: str) -> None:
+    text = text_of_file(presets()[name])
+    for group in controls(parse_document(text, "")).values():
+        for control in group:
+            for value in (control.low, control.high) if control.high else ():
+                loaded(edited(text, {control.name: f"{value:.15g} {control.unit}".strip()}))
+
+
+# ---------------------------------------------------------------- hostile values
+
+SHOCK = "shock: {profile: triangular, peak_force: 1 N, rise_time: 1 us, duration_ratio: 2}"
+CHAIN = "chain: {material: ptfe, diameter: 9 mm}"
+HOSTILE = {
+    "no scenario": ("alert(1)", "must be a mapping"),
+    "object": ("a: !!python/object/apply:os.system ['true']", "a tag"),
+    "expression": (f"{CHAIN}\n{SHOCK.replace('1 N', '__import__')}", "shock.peak_force: must be a force"),
+    "out of range": (f"{CHAIN}\n{SHOCK.replace('ratio: 2', 'ratio: 0')}", "shock.duration_ratio: must be > 1"),
+    "file": (f"{CHAIN}\nshock: {{profile: tabulated, parameters: {{file: /etc/passwd}}}}", "must not read files"),
+    "sweep": (f"{CHAIN}\n{SHOCK}\nsweep: {{grid: {{shock.rise_time: [1 us, 2 us]}}}}", "a single case"),
+    "granules": (f"{CHAIN[:-1]}, granules: 100000, end: {{wall: same}}}}\n{SHOCK}", "must be at most 1000 here"),
+    "cells": (f"{CHAIN[:-1]}, granules: [{{repeat: 1000000, cell: [{{count: 1000000}}]}}]}}\n{SHOCK}", "in all"),
+}
+
+
+@pytest.mark.parametrize("kind", HOSTILE)
+def test_hostile_text_is_refused_with_a_message(kind: str, client: Any) -> None:
+    text, message = HOSTILE[kind]
+    reply = asked(client, text=text)
+    assert message in reply["fault"]
+    assert set(reply) == {"fault"}
+
+
+def test_a_wrong_value_of_a_control_is_refused_with_its_place(client: Any) -> None:
+    fault = asked(client, text=WALL, edits={"shock.rise_time": "15 kg"})["fault"]
+    assert fault.startswith("scenario:")
+    assert "shock.rise_time: must be a time" in fault
+
+
+def test_markup_in_a_value_is_text(client: Any) -> None:
+    evil = "<img src=x onerror=alert(1)>"
+    text = f"name: '{evil}'\n{CHAIN}\n{SHOCK.replace('1 N', '1e0')}"
+    material = f"{{youngs_modulus: 1 GPa, poisson_ratio: 0.3, density: 1000, name: '{evil}'}}"
+    text = text.replace("ptfe", material)
+    parts = asked(client, text=text, controls=True)
+    assert "<img" not in "".join(parts[name] for name in PARTS)
+    page = application(f"</textarea>{evil}").test_client().get("/", base_url=LOOPBACK).text
+    assert evil not in page
+    assert evil in unescape(page)
+
+
+def test_work_is_limited_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(explorer_scene, "_LONGEST", 1e-3)
+    text = WALL.replace("granules: 40", "granules: 900") + "  timeout: 1e9 s\n"
+    assert loaded(text).simulate.timeout == 1e-3
+    assert "The simulation failed" in parts_of(text, "estimate")["estimate"]
+
+
+def test_an_internal_error_does_not_end_the_server(client: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise ZeroDivisionError("nought")
+
+    monkeypatch.setattr(explorer, "parts_of", fail)
+    assert "internal error: ZeroDivisionError: nought" in asked(client, text=WALL)["fault"]
+
+
+# ---------------------------------------------------------------- server
+
+
+def test_another_host_name_is_refused(client: Any) -> None:
+    assert client.get("/", base_url="http://evil.example:8042").status_code == 400
+    assert client.get("/", base_url=LOOPBACK).status_code == 200
+
+
+def test_a_form_of_another_site_is_refused(client: Any) -> None:
+    assert client.post("/answer", data=f'{{"text": "{CHAIN}"}}', base_url=LOOPBACK).status_code == 415
+
+
+def test_the_page_loads_nothing_from_elsewhere(client: Any) -> None:
+    for path in ("/", "/explorer.js", "/explorer.css"):
+        reply = client.get(path, base_url=LOOPBACK)
+        assert reply.status_code == 200
+        assert "default-src 'self'" in reply.headers["Content-Security-Policy"]
+        assert "http://" not in reply.text
+        assert "https://" not in reply.text
+        reply.close()
+
+
+@pytest.mark.parametrize(("kind", "begin"), [("svg", b"<?xml"), ("png", b"\x89PNG"), ("html", b"<!DOCTYPE html>")])
+def test_pictures_and_the_report_are_exported(kind: str, begin: bytes, client: Any) -> None:
+    reply = client.post("/export", json={"text": ENDLESS, "source": "train", "kind": kind}, base_url=LOOPBACK)
+    assert reply.status_code == 200
+    assert reply.data.startswith(begin)
+
+
+def test_an_unknown_picture_is_refused(client: Any) -> None:
+    reply = client.post("/export", json={"text": ENDLESS, "source": "../x", "kind": "svg"}, base_url=LOOPBACK)
+    assert reply.status_code == 400
+    assert reply.text.startswith("picture: must be one of pulse")
+
+
+@contextmanager
+def served(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """The command in a process of its own, and its address."""
+    command = [sys.executable, "-m", "shockwave", "explore", "--no-browser", "--port", "0", *arguments]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    try:
+        # ends a process that prints nothing
+        clock = threading.Timer(60, process.kill)
+        clock.start()
+        line = process.stdout.readline()
+        clock.cancel()
+        yield process, line.split()[0]
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def test_it_listens_on_loopback_alone_and_ends_quietly() -> None:
+    with served() as (process, address):
+        assert address.startswith("http://127.0.0.1:")
+        port = int(address.rstrip("/").rpartition(":")[2])
+        socket.create_connection(("127.0.0.1", port), 5).close()
+        others = {"127.0.0.2", *(str(info[4][0]) for info in socket.getaddrinfo(socket.gethostname(), None))}
+        for other in others - {"127.0.0.1"}:
+            with pytest.raises(OSError, match=r".*"):
+                socket.create_connection((other, port), 5)
+        process.send_signal(signal.SIGINT)
+        assert process.communicate(timeout=30) == ("", "")
+        assert process.returncode == 0
+
+
+def test_a_port_in_use_is_an_error_of_usage(capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = other.getsockname()[1]
+        assert cli.main(["explore", "--no-browser", "--port", str(port)]) == 2
+    assert f"--port: must be a free port (got {port}: " in capsys.readouterr().err
+
+
+def test_an_invalid_file_is_reported_before_the_server_starts(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "bad.yaml"
+    file.write_text(f"{CHAIN}\nshock: {{}}\n", encoding="utf-8")
+    assert cli.main(["explore", "--no-browser", str(file)]) == 3
+    assert f"{file}:2:" in capsys.readouterr().err
+
+
+def test_a_missing_extra_is_named_with_what_installs_it(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "flask", None)
+    assert cli.main(["explore", "--no-browser"]) == 2
+    assert "pip install 'granular-shockwave[explore]'" in capsys.readouterr().err
