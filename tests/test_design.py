@@ -294,6 +294,14 @@ def test_a_picture_ranks_materials_from_the_top_and_marks_those_that_meet_the_ta
     assert {shown[int(place)] for place in met.get_ydata()} == {"ptfe"}
 
 
+def test_a_varied_peak_force_has_a_column_beside_that_of_the_wave() -> None:
+    interval = {"between": ("50 N", "150 N"), "points": 2}
+    found = sw.design(FILE, vary="shock.peak_force", target={"peak_force": 80.0}, **interval)
+    assert str(found).startswith(f"shock peak force {found.solutions[0].value:.3g}"[:-1])
+    header = next(line for line in str(found).splitlines() if "+-" in line and "error" in line)
+    assert header.split("  +-")[0].strip() == "shock peak force"
+
+
 def test_materials_meet_an_inequality() -> None:
     names, target = ["brass-260", "ptfe", "nylon-66"], {"peak_force": "120 N"}
     found = sw.design(FILE, vary="chain.material", among=names, target=target, sign="<=")

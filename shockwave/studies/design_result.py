@@ -355,8 +355,9 @@ class Design(Result):
 
     @property
     def varied(self) -> str:
-        """The last part of the name of the varied parameter in printed form."""
-        return self.vary.rpartition(".")[2].replace("_", " ")
+        """The last part of the name of the varied parameter in printed form, or all of it beside an equal target."""
+        last = self.vary.rpartition(".")[2].replace("_", " ")
+        return last if last != self.target.label else self.vary.replace(".", " ").replace("_", " ")
 
     def _value(self, option: AnyOption) -> str:
         """The value of an option with its error."""
