@@ -11,7 +11,7 @@ from shockwave.fields import quantity, text_of
 from shockwave.text import alarm, si
 
 Decision = Literal["below", "above", "undecided"]
-#: Description of the force that leaves a semi-infinite chain.
+#: Description of the force that leaves an endless chain.
 WAVE = "peak force of the leading wave"
 #: Description of the force that leaves a finite chain without a wall, and with one.
 LAST, WALL = "force at the last contact", "force on the wall"

@@ -62,7 +62,7 @@ class SimulateOptions:
         Code that integrates the chain. ``auto`` is the compiled code if it was built.
     contacts : sequence of int
         Contacts, counted from 0, at which the passage of the leading wave or, in a finite chain, the greatest force is
-        reported. Default: none in a semi-infinite chain, all in a finite one, evenly spaced beyond 1000.
+        reported. Default: none in an endless chain, all in a finite one, evenly spaced beyond 1000.
     record : sequence of "forces", "field", "energies"
         Histories to record: forces at ``contacts``, positions and velocities of all granules, energies.
     interval, until : float, optional

@@ -41,7 +41,7 @@ class Scene:
     radius, youngs_modulus, poisson_ratio, density : float
         R [m], E [Pa], nu, rho [kg/m^3].
     granules : int or None
-        None for a semi-infinite chain.
+        None for an endless chain.
     contact : dict or None
         Contact law in the form of a scenario block; None for Hertz's.
     notes : tuple of str
@@ -93,7 +93,7 @@ class Scene:
 
     def facts(self) -> list[tuple[str, str]]:
         """Label and text of the shock and of the chain."""
-        length = "semi-infinite" if self.granules is None else f"{self.granules} granules"
+        length = "endless" if self.granules is None else f"{self.granules} granules"
         stiffness = f"E {si(self.youngs_modulus, 'Pa')}, nu {self.poisson_ratio:.4g}"
         chain = f"R {si(self.radius, 'm')}, {stiffness}, rho {self.density:.5g} kg/m^3, {length}"
         if self.packing:
@@ -121,7 +121,7 @@ class ChainScene:
     chain : dict
         The ``chain`` block of a scenario, in SI units.
     granules : int or None
-        Number of granules, without a striker; None for a semi-infinite chain.
+        Number of granules, without a striker; None for an endless chain.
     lines : tuple of (str, str)
         Label and text of every part.
     notes : tuple of str

@@ -72,8 +72,6 @@ def to_si(value: Any, unit: str) -> float:
         number = math.inf
     except ValueError as error:
         rule = _NAMES.get(unit, f"a quantity in {unit}, such as '2 {unit}'")
-        if isinstance(value, str) and re.match(r"\s*[-+]?[0-9]*,[0-9]", value[:_LONGEST]):
-            got += "; write decimals with a point"
         raise ValueError(f"must be {rule} (got {got}{error})") from None
     if not math.isfinite(number):
         raise ValueError(f"must be finite (got {got})")

@@ -127,7 +127,7 @@ def test_a_short_chain_has_no_bound(model: str, granules: int, sentence: str) ->
     outcome = predictor.predict(triangle(4.0), chain)
     assert outcome.expected_error is None
     assert any(warning.startswith(sentence) for warning in outcome.warnings)
-    assert outcome.reason.endswith("on a semi-infinite chain") == (model == "auto")
+    assert outcome.reason.endswith("on an endless chain") == (model == "auto")
     many = predictor.predict_many([triangle(4.0)] * 2, [chain, CHAIN])
     assert np.isfinite(many.expected_error).tolist() == [[False, False], [True, True]]
     (warning,) = many.warnings

@@ -290,7 +290,7 @@ def test_the_command_prints_the_curve_and_its_scene(capsys: pytest.CaptureFixtur
     first, second, *_ = capsys.readouterr().out.splitlines()
     scene = sw.load_scenario(file)
     assert first == str(UniversalCurve(scene.shock.profile).answer(scene.shock, scene.chain))
-    assert second == "  ! the chain of 60 granules is treated as semi-infinite"
+    assert second == "  ! the chain of 60 granules is treated as endless"
     assert cli.main(["curve", file, "--longest", "1"]) == 0
     printed = capsys.readouterr().out
     assert printed.startswith("t0/T0 = 1.07993 is beyond the range of this curve (increase --longest)\n")

@@ -169,7 +169,7 @@ def test_a_chain_too_short_for_the_search_has_no_solution() -> None:
     assert found.nearest.simulated is not None
     # with three granules the peak force differs by more than 1 %
     assert abs(found.nearest.simulated.reached / 60 - 1) > 1e-2
-    simulated = re.search(r"60 N needs a semi-infinite chain; .* its simulation gives ([\d.]+) N at ", found.why)
+    simulated = re.search(r"60 N needs an endless chain; .* its simulation gives ([\d.]+) N at ", found.why)
     assert simulated
     assert float(simulated[1]) == pytest.approx(found.nearest.simulated.reached, rel=1e-4)
 
@@ -292,6 +292,14 @@ def test_a_picture_ranks_materials_from_the_top_and_marks_those_that_meet_the_ta
     assert ax.get_ylim()[0] > ax.get_ylim()[1]
     met = next(line for line in ax.get_lines() if line.get_label() == "meets all")
     assert {shown[int(place)] for place in met.get_ydata()} == {"ptfe"}
+
+
+def test_a_varied_peak_force_has_a_column_beside_that_of_the_wave() -> None:
+    interval = {"between": ("50 N", "150 N"), "points": 2}
+    found = sw.design(FILE, vary="shock.peak_force", target={"peak_force": 80.0}, **interval)
+    assert str(found).startswith(f"shock peak force {found.solutions[0].value:.3g}"[:-1])
+    header = next(line for line in str(found).splitlines() if "+-" in line and "error" in line)
+    assert header.split("  +-")[0].strip() == "shock peak force"
 
 
 def test_materials_meet_an_inequality() -> None:

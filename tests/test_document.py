@@ -182,8 +182,3 @@ def test_pint_is_imported_for_an_unusual_unit_only() -> None:
         "assert 'pint' not in sys.modules; to_si('1 lbf', 'N'); assert 'pint' in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
-
-
-def test_a_decimal_comma_is_explained() -> None:
-    with pytest.raises(ValueError, match=r"got '0,7 cm\*\*2'; write decimals with a point"):
-        to_si("0,7 cm**2", "m**2")

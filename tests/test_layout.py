@@ -274,7 +274,7 @@ def test_segments_of_equal_granules_are_predicted_like_their_number() -> None:
 # ---------------------------------------------------------------- wrong chains
 
 WRONG: dict[str, tuple[dict[str, Any], str, str]] = {
-    "wall-of-an-endless-chain": ({"granules": None, "end": sw.Wall()}, "end", "must be left out for a semi-infinite"),
+    "wall-of-an-endless-chain": ({"granules": None, "end": sw.Wall()}, "end", "must be left out for an endless"),
     "gravity-without-a-wall": ({"gravity": 9.81}, "gravity", "must be 0 for a chain with a free end"),
     "gap-under-precompression": (
         {"granules": [sw.Segment(), sw.Segment(gap=1e-6)], "precompression": 1.0},

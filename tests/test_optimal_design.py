@@ -6,6 +6,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import attrs
 import pytest
 
 import shockwave as sw
@@ -212,10 +213,22 @@ def test_the_command_draws_the_ranking_beside_the_front(file: Path, tmp_path: Pa
     assert width > 4 * height  # two axes side by side
 
 
+def test_a_search_without_a_simulation_states_the_first_reason(file: Path) -> None:
+    scene = sw.load_scenario(file)
+    scene = attrs.evolve(scene, chain=attrs.evolve(scene.chain, elastic_only=True), document=None)
+    with pytest.raises(sw.NumericalError, match=r"could be simulated; the first: chain.elastic_only: must be left out"):
+        sw.optimal_design(scene, vary={"chain.material": ["ptfe"]}, targets=[f"{FORCE} <= 1 kN"])
+
+
 def test_an_infeasible_design_ends_with_status_1(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     given = ["--vary", "chain.granules[1].material", "--target", "chain.mass <= 1e-9 kg"]
     assert cli.main(["design", str(file), *given]) == 1
     assert "no option meets chain mass <= " in capsys.readouterr().err
+
+
+def test_a_target_that_no_scene_has_is_refused_with_those_that_it_has(file: Path) -> None:
+    with pytest.raises(sw.InvalidValueError, match=r"\(got amplification, which is null .* known: greatest_force"):
+        sw.optimal_design(file, vary={"chain.granules[1].material": ["ptfe"]}, targets=["amplification <= 1"])
 
 
 @pytest.mark.parametrize(

@@ -65,7 +65,7 @@ class Chain:
         Default size of the granules [m], above 0; exactly one of the two must be given.
     granules : int or sequence of Segment and Cell, optional
         Number of equal granules, or the segments of the chain, starting at the struck end. By default the chain is
-        semi-infinite. A single granule needs a striker or a wall.
+        endless. A single granule needs a striker or a wall.
     end : Wall, optional
         Wall behind the last granule. By default the end is free.
     precompression : float
@@ -158,7 +158,7 @@ class Chain:
 
     @property
     def count(self) -> int | None:
-        """Number of granules; None for a semi-infinite chain."""
+        """Number of granules; None for an endless chain."""
         if isinstance(self.granules, tuple):
             return sum(part.granules for part in self.granules)
         return self.granules
@@ -179,6 +179,12 @@ class Chain:
         """Exponent p of the contact force F = k d^p."""
         power = self._power_contact
         return HERTZ if power is None else power.exponent
+
+    @property
+    def is_damped(self) -> bool:
+        """Whether forces depend on velocities, or on a contact law of a plugin."""
+        sprung = self.end is not None and self.end.damping > 0
+        return self.damping is not None or sprung or (self.contact is not None and self._power_contact is None)
 
     @property
     def contact_stiffness(self) -> float:

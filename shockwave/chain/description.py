@@ -40,7 +40,7 @@ def plain(part: Any, names: bool = True) -> Any:
 def lines(chain: Chain) -> list[tuple[str, str]]:
     """Label and text of the granules and of every further feature."""
     stated = {name: text(value, unit) for name, value, unit in _stated(chain) if not isinstance(value, int)}
-    count = "1 granule" if chain.count == 1 else "semi-infinite" if chain.count is None else f"{chain.count} granules"
+    count = "1 granule" if chain.count == 1 else "endless" if chain.count is None else f"{chain.count} granules"
     head = f"{count}, R {stated.pop('radius')}, {stated.pop('material')}"
     return [("chain", head), *stated.items()]
 

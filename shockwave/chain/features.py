@@ -51,11 +51,11 @@ def _of_length(granules: Granules, given: Mapping[str, Any]) -> Iterator[Fault]:
         for name in given:
             if name == "precompression" or (name == "contact" and isinstance(contact, PowerContact)):
                 continue
-            yield Fault(name, "must be left out for a semi-infinite chain (give the number of granules)")
+            yield Fault(name, "must be left out for an endless chain (give the number of granules)")
         if isinstance(contact, PowerContact) and "precompression" not in given:
             least, most = WAVE_EXPONENTS
             if not least <= contact.exponent <= most:
-                rule = f"must be >= {least:g} and <= {most:g} for the waves of a semi-infinite chain"
+                rule = f"must be >= {least:g} and <= {most:g} for the waves of an endless chain"
                 yield Fault("contact.exponent", f"{rule} (got {contact.exponent:g}; give the number of granules)")
     elif isinstance(granules, int) and granules > MOST_GRANULES:
         names = ", ".join(given)

@@ -16,9 +16,8 @@ from shockwave.chain.ends import Wall
 from shockwave.chain.impact import Impact
 from shockwave.chain.material import Material
 from shockwave.chain.segments import Cell, Segment, Taper
-from shockwave.errors import Fault, InvalidValueError
+from shockwave.errors import InvalidValueError
 from shockwave.quadrature import FloatArray
-from shockwave.registry import load
 
 #: Index of the segment of a striker.
 STRIKER = -1
@@ -116,17 +115,6 @@ class Layout:
             striker=striker,
             law=BoundLaw(chain.contact, pairs) if isinstance(chain.contact, ContactLaw) else None,
         )
-
-
-def integrator_faults(layout: Layout, name: str) -> list[Fault]:
-    """Error of an integrator that cannot step a chain."""
-    sprung = layout.wall is not None and layout.wall.damping > 0
-    damped = layout.law is not None or sprung or bool(layout.damping_coefficients.any())
-    if load("integrators", name).chains in ("any", *(() if damped else ("conservative",))):
-        return []
-    known = "dop853" if damped else "rkn64, rkn86, rkn1210 or dop853"
-    kind = "with damping or a contact law of a plugin" if damped else "of mixed granules"
-    return [Fault("simulate.integrator", f"must be {known} for a chain {kind} (got {name!r})")]
 
 
 # Index of the segment, material, radius [m], gap behind it [m].

@@ -174,7 +174,7 @@ def _scales(layout: Layout, excitation: Shock | Impact, chain: Chain) -> Scales:
     striker it is the force that stops a granule of the same velocity.
     """
     power = layout.pairs.exponent
-    mass, stiffness = float(np.median(layout.masses)), float(np.median(layout.pairs.stiffnesses))
+    mass, stiffness = (float(np.sort(each)[len(each) // 2]) for each in (layout.masses, layout.pairs.stiffnesses))
 
     def of(force: float) -> Scales:
         """Units with T0 = m^(1/2) k^(-1/(2p)) F^(-(p-1)/(2p))."""

@@ -28,7 +28,6 @@ from shockwave.plausibility import unusual_warnings
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.registry import find
-from shockwave.scene_summary import ChainScene
 from shockwave.simulation.assembly import Motion
 from shockwave.simulation.backend import chosen
 from shockwave.simulation.time_limit import time_limit
@@ -76,7 +75,10 @@ def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: 
     case, motion, scales = runs.case, runs.motion, runs.case.scales
     count, start = case.granules, case.assembly.velocity / float(case.assembly.inverse_masses[0])
     momentum, energy = motion.applied_impulse + start, motion.work + motion.initial_energy
-    impulse = float(motion.impulses[-1]) if case.has_wall else 0.0
+    impulse, on_wall = float(motion.impulses[-1]) if case.has_wall else 0.0, None
+    if case.has_wall:
+        own = {"impulse": impulse * scales.momentum, "impulse_error": runs.impulse_error}
+        on_wall = Transmitted(**asdict(runs.peak(-1)), **own)
     carried = math.fsum(motion.v[:count] / case.assembly.inverse_masses[:count])
     movable = len(motion.v) > count
     velocities, masses = scales.velocity * motion.v[:count], case.layout.masses
@@ -95,12 +97,11 @@ def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: 
         options=case.options,
         integrator=motion.integrator,
         backend="numpy" if case.compiled is None else "compiled",
-        scene=ChainScene.of(excitation, chain),
         contact_count=None if endless else len(motion.forces),
         contacts=runs.reported,
         greatest_force=runs.greatest,
         last_contact=None if endless else runs.peak(-1),
-        transmitted=Transmitted(**asdict(runs.peak(-1)), impulse=impulse * scales.momentum) if case.has_wall else None,
+        transmitted=on_wall,
         end=motion.end * scales.time,
         arrival_time=None if endless or motion.arrival is None else motion.arrival * scales.time,
         velocities=tuple(velocities[:reached].tolist()),

@@ -58,7 +58,7 @@ def _integrated(result: SimulationResult, contact: int, feels_end: bool) -> tupl
     setup = setup_of(result.options)
     problem, _ = scaled(result.shock, result.chain)
     if setup.search is not None and not feels_end:
-        # as in a semi-infinite chain, since the free end does not affect the front before it arrives
+        # as in an endless chain, since the free end does not affect the front before it arrives
         request = setup.request(evolve(problem, granules=None), contacts=(contact,))
         (primary,) = find_primaries([request], setup.search, setup.compiled)
         found = [(passage.time, passage.force) for passage in primary.passages]

@@ -66,10 +66,10 @@ class Train:
         Velocities of the ejected granules [m/s], first granule first. Ejected granules rebound faster than a
         thousandth of the peak velocity of the granules in the leading wave.
     spall_velocities : tuple of float or None
-        Velocities of the granules that leave the free end [m/s], last granule first; None if the chain is semi-infinite
+        Velocities of the granules that leave the free end [m/s], last granule first; None if the chain is endless
         or the waves were not followed to its end.
     greatest_force : ContactPeak or None
-        Greatest contact force; None on a semi-infinite chain unless it exceeds that of the leading wave by 1 %.
+        Greatest contact force; None on an endless chain unless it exceeds that of the leading wave by 1 %.
     cost : Cost
         Cost of the two runs.
     warnings : tuple of str
@@ -260,7 +260,7 @@ class SimulationResult(Result):
 
     @property
     def greatest_force(self) -> ContactPeak | None:
-        """Greatest contact force; None on a semi-infinite chain unless it exceeds that of the leading wave by 1 %.
+        """Greatest contact force; None on an endless chain unless it exceeds that of the leading wave by 1 %.
 
         If the option ``waves`` is ``primary``, it is the greatest one within the simulated time of `contacts`.
         """
@@ -268,7 +268,7 @@ class SimulationResult(Result):
 
     @property
     def leaving(self) -> LeavingForce:
-        """The force that leaves the chain, at the last contact, or of the leading wave in a semi-infinite chain."""
+        """The force that leaves the chain, at the last contact, or of the leading wave in an endless chain."""
         if self.chain.granules is None:
             return LeavingForce.measured(WAVE, self.peak_force, self.error_estimate * self.peak_force)
         return last_force(LAST, self._contacts[2])

@@ -35,7 +35,7 @@ _LEAST_DOUBT = 1e-10
 _ROUNDING = 1e-12
 # Largest relative error estimate that is meaningful.
 _UNSETTLED = 0.1
-# Least greatest force on a semi-infinite chain, over that of the leading wave, that is reported.
+# Least greatest force on an endless chain, over that of the leading wave, that is reported.
 _EXCESS = 1.01
 # Longest chain: a number of contacts, and a number for each characteristic time of the duration of the shock.
 _MOST_CONTACTS = 1000
@@ -180,7 +180,7 @@ def _train(
 def _greatest(fine: ChainRun, coarse: PeakLog, scales: Scales) -> ContactPeak | None:
     """Greatest contact force of the fine run, in SI units, with an error estimate like that of a wave.
 
-    It is None on a semi-infinite chain if it hardly exceeds the leading wave, whose limit may be farther on.
+    It is None on an endless chain if it hardly exceeds the leading wave, whose limit may be farther on.
     """
     top = fine.log.top()
     if fine.problem.granules is None and top.force <= _EXCESS * max(wave.peak_force for wave in fine.waves):

@@ -5,15 +5,17 @@ const initial = $("text").defaultValue;
 let valid = initial; // text of the scenario that is shown
 let waiting = null; // the request that follows the present one
 let busy = false;
+let settled; // the timer that puts the scenario into the address
 let paused = matchMedia("(prefers-reduced-motion: reduce)").matches;
 
+const hash = () => "#" + encodeURIComponent(valid);
 const post = (path, body) =>
   fetch(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
 
 // One request at a time. Changes made meanwhile are sent together, so that the page never lags behind a slider.
 async function ask(request) {
-  const merges = waiting && request.edits && waiting.edits;
-  waiting = merges
+  if (waiting && !waiting.edits && request.edits) return; // the controls are about to be replaced
+  waiting = waiting?.edits && request.edits
     ? { edits: { ...waiting.edits, ...request.edits }, controls: waiting.controls || request.controls }
     : request;
   if (busy) return;
@@ -41,7 +43,8 @@ async function show(request) {
     return;
   }
   valid = $("text").value = reply.text;
-  history.replaceState(null, "", valid === initial ? location.pathname : "#" + encodeURIComponent(valid));
+  clearTimeout(settled); // browsers limit how often the address may change
+  settled = setTimeout(() => history.replaceState(null, "", valid === initial ? location.pathname : hash()), 300);
   for (const name of ["headline", "estimate"]) $(name).innerHTML = reply[name];
   const time = document.querySelector("#figures svg")?.getCurrentTime() ?? 0;
   $("figures").innerHTML = reply.figures;
@@ -78,7 +81,7 @@ $("controls").addEventListener("input", ({ target }) => {
   const { low, high, unit } = target.dataset;
   const number = low ? Number((low * (high / low) ** target.value).toPrecision(3)) : Number(target.value);
   const text = $(target.dataset.for);
-  text.value = `${number} ${unit ?? ""}`.trim();
+  target.ariaValueText = text.value = `${number} ${unit ?? ""}`.trim();
   ask({ edits: { [text.id]: unit ? text.value : number } });
 });
 $("controls").addEventListener("change", ({ target }) => {
@@ -98,7 +101,7 @@ function copy(text) {
   );
 }
 $("copy").addEventListener("click", () => copy(valid));
-$("link").addEventListener("click", () => copy(location.href));
+$("link").addEventListener("click", () => copy(`${location.origin}/${hash()}`));
 
 document.addEventListener("click", async ({ target }) => {
   if (target.id === "pause") {

@@ -19,19 +19,21 @@ from markupsafe import Markup
 
 from shockwave import OWN_DISTRIBUTION, pictures
 from shockwave.chain.layout import Layout
-from shockwave.errors import InvalidValueError, ShockwaveError, UsageError, message_of
+from shockwave.errors import InvalidValueError, NotCoveredError, ShockwaveError, UsageError, message_of
+from shockwave.fields import listed
 from shockwave.limit import verdict_facts
 from shockwave.measurement.chain_result import ChainResult
 from shockwave.measurement.chain_text import chain_answer, chain_lead
 from shockwave.measurement.result_text import lead_text, result_answer
 from shockwave.page.drawings import drawings
-from shockwave.page.explorer_charts import APPLIED, LIMIT, PREDICTED, SIMULATED, Series, beads, chart, field_map
+from shockwave.page.explorer_charts import Series, beads, chart, field_map
 from shockwave.page.explorer_scene import controls, edited, loaded, presets, text_of_file
 from shockwave.page.render import written
 from shockwave.page.results import Findings, findings
+from shockwave.pictures.drawing import BLACK, BLUE, GREEN, GREY, VERMILION
 from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.outcome_text import estimate_figures, outcome_limits
-from shockwave.text import html_of
+from shockwave.text import html_of, si
 
 if TYPE_CHECKING:
     from flask import Flask
@@ -46,6 +48,9 @@ _MOST_BYTES = 2**22
 # The page executes its own script only, and loads nothing from elsewhere.
 _POLICY = "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'"
 _TEMPLATES = {name: Path(__file__).with_name(f"explorer_{name}.html.jinja") for name in ("page", "parts")}
+_TIME, _CONTACT = ("time", "s"), ("contact, from the struck end", "")
+# Colours of histories, and so their number.
+_COLOURS = (BLUE, VERMILION, GREEN, BLACK)
 # matplotlib and the caches of the package are used by one request at a time.
 _LOCK = threading.Lock()
 
@@ -78,8 +83,9 @@ def answered(text: str) -> tuple[Findings, Outcome | None, str]:
         return found, found.predicted, ""
     try:
         return found, scenario.predictor.predict(scenario.excitation, scenario.chain), ""
-    except InvalidValueError as error:
-        return found, None, "; ".join(fault.problem for fault in error.faults)
+    except NotCoveredError as error:
+        places = listed([fault.path for fault in error.faults], "and")
+        return found, None, f"{scenario.predictor.model} does not cover {places}"
     except ShockwaveError as error:
         return found, None, str(error)
 
@@ -87,7 +93,7 @@ def answered(text: str) -> tuple[Findings, Outcome | None, str]:
 def parts_of(text: str, *names: str) -> dict[str, str]:
     """The parts ``names`` of the page for the scenario in ``text``, as HTML: controls, headline, estimate, figures."""
     found, predicted, reason = answered(text)
-    filters = (chain_answer, chain_lead, estimate_figures, lead_text, outcome_limits, result_answer, verdict_facts)
+    filters = chain_answer, chain_lead, estimate_figures, lead_text, outcome_limits, result_answer, si, verdict_facts
     values = {
         "found": found,
         "predicted": predicted,
@@ -99,90 +105,57 @@ def parts_of(text: str, *names: str) -> dict[str, str]:
     return {name: html_of(_TEMPLATES["parts"], filters, part=name, **values) for name in names}
 
 
-def figures(found: Findings, predicted: Outcome | None) -> Iterator[Figure]:
+def figures(found: Findings, predicted: Any) -> Iterator[Figure]:
     """The charts of a scene and the animation of its beads."""
-    shock = found.scenario.shock
-    kept: Any = None if found.simulated is None else found.simulated.recording
+    chain, shock, result = found.scenario.chain, found.scenario.shock, found.simulated
+    kept: Any = None if result is None else result.recording
+    end = 0.0 if kept is None else float(kept.times[-1])
     if kept is not None and kept.displacements is not None:
-        chain = found.scenario.chain
+        radii = np.full(kept.displacements.shape[1], chain.radius)
         if found.is_beyond and chain.count is not None:
             radii = Layout.of(chain, found.scenario.excitation).radii
-        else:
-            radii = np.full(kept.displacements.shape[1], chain.radius)
         walled = kept.wall_force is not None
-        picture, caption = beads(radii, kept.times, kept.displacements, kept.velocities, walled)
-        yield Figure("Beads", picture, caption)
+        yield Figure("Beads", *beads(radii, kept.times, kept.displacements, kept.velocities, walled))
     if found.scenario.impact is None:
         times = np.linspace(0, shock.duration, 600)
         times = np.union1d(times, shock.rise_time * np.asarray(shock.profile.breakpoints, dtype=float))
-        force = shock.peak_force * shock.profile.force(times / shock.rise_time)
-        pulse = [Series(times, force, kind="area")]
-        yield Figure("Pulse", chart(pulse, ("time", "s"), ("force", "N"), shock.duration), source="pulse")
+        pulse = Series(times, shock.peak_force * shock.profile.force(times / shock.rise_time), kind="area")
+        yield Figure("Pulse", chart([pulse], _TIME, ("force", "N"), shock.duration), source="pulse")
     if kept is not None:
-        contacts = "contact, from the struck end"
         source = "chain-map" if found.is_beyond else "map"
-        yield Figure("Space-time map", field_map(kept.times, kept.contacts, kept.forces, contacts), source=source)
-    if kept is not None and kept.wall_force is not None:
-        yield _wall(found, predicted, kept)
-    yield from _waves(found, predicted)
-    if kept is not None:
-        yield _contacts(found, kept)
-
-
-def _wall(found: Findings, predicted: Any, kept: Any) -> Figure:
-    result: Any = found.simulated
-    end = float(kept.times[-1])
-    lines = [Series(kept.times, kept.wall_force, "simulated", colour=SIMULATED)]
-    if predicted is not None and predicted.transmitted is not None:
-        ends = predicted.transmitted.low, predicted.transmitted.high
-        lines.insert(0, Series((0.0, end), ends, "estimate", "band", PREDICTED))
-    if found.scenario.limit is not None:
-        lines.append(Series((0.0, end), [found.scenario.limit.force] * 2, "limit", "dashed", LIMIT))
-    impulse = f"The impulse on the wall is {result.transmitted.impulse:.3g} N s."
-    picture = chart(lines, ("time", "s"), ("force on the wall", "N"), end)
-    return Figure("Force on the wall", picture, impulse, "wall")
-
-
-def _waves(found: Findings, predicted: Any) -> Iterator[Figure]:
-    """Peak forces of the waves of a train, or of the contacts along a chain."""
-    result = found.simulated
-    simulated = [] if result is None else [wave.peak_force for wave in result.waves]
-    foreseen = [wave.peak_force for wave in predicted.waves] if predicted is not None else []
-    count = max(len(simulated), len(foreseen))
-    if simulated or count > 1:
-        series = []
-        if found.scenario.impact is None:
-            series.append(Series((0.5, count + 0.5), [found.scenario.shock.peak_force] * 2, "shock", "dashed", APPLIED))
-        if predicted is not None and predicted.estimate is not None:
-            ends = predicted.estimate.low, predicted.estimate.high
-            series.append(Series((0.7, 1.3), ends, "estimate", "band", PREDICTED))
-        for forces, label, kind, colour in (
-            (foreseen, predicted.model if predicted is not None else "", "dots", PREDICTED),
-            (simulated, "simulated", "squares", SIMULATED),
-        ):
-            if forces:
-                series.append(Series(np.arange(1, len(forces) + 1), forces, label, kind, colour))  # type: ignore[arg-type]
-        picture = chart(series, ("wave", ""), ("peak force", "N"), count + 0.5, whole=True)
-        yield Figure("Wave train", picture, source="train")
+        yield Figure("Space-time map", field_map(kept.times, kept.contacts, kept.forces, _CONTACT[0]), source=source)
+        if kept.wall_force is not None:
+            lines = [Series(kept.times, kept.wall_force, "simulated", colour=VERMILION)]
+            if predicted is not None and (wall := predicted.transmitted) is not None:
+                lines.insert(0, Series((0.0, end), (wall.low, wall.high), "estimate", "band"))
+            if (limit := found.scenario.limit) is not None:
+                lines.append(Series((0.0, end), (limit.force, limit.force), "limit", "dashed", BLACK))
+            yield Figure("Force on the wall", chart(lines, _TIME, ("force on the wall", "N"), end), source="wall")
     if isinstance(result, ChainResult):
         contacts = [peak.contact for peak in result.contacts]
-        series = [Series(contacts, [peak.peak_force for peak in result.contacts], colour=SIMULATED)]
-        picture = chart(series, ("contact, from the struck end", ""), ("greatest force", "N"), max(contacts[-1], 1))
+        peaks = Series(contacts, [peak.peak_force for peak in result.contacts], colour=VERMILION)
+        picture = chart([peaks], _CONTACT, ("greatest force", "N"), max(contacts[-1], 1))
         yield Figure("Greatest force along the chain", picture, source="peaks")
+    elif result is not None and predicted is not None:
+        yield Figure("Wave train", _train(predicted, result), source="train")
+    if kept is not None:
+        chosen = np.unique(np.linspace(0, len(kept.contacts) - 1, len(_COLOURS)).astype(int))
+        lines = [
+            Series(kept.times, kept.forces[:, column], f"contact {kept.contacts[column]}", colour=colour)
+            for column, colour in zip(chosen, _COLOURS, strict=False)
+        ]
+        yield Figure("Contact forces", chart(lines, _TIME, ("contact force", "N"), end), source="forces")
 
 
-def _contacts(found: Findings, kept: Any) -> Figure:
-    """The wave at some contacts, which lie at equal distances."""
-    last = len(kept.contacts) - 1
-    colours = PREDICTED, SIMULATED, "#009E73", LIMIT
-    chosen = sorted({0, last // 4, last // 2, last})
-    lines = [
-        Series(kept.times, kept.forces[:, column], f"contact {kept.contacts[column]}", colour=colour)
-        for column, colour in zip(chosen, colours, strict=False)
-    ]
-    source = "" if found.is_beyond else "forces"
-    picture = chart(lines, ("time", "s"), ("contact force", "N"), float(kept.times[-1]))
-    return Figure("Contact forces", picture, source=source)
+def _train(predicted: Any, result: Any) -> Markup:
+    """Peak forces of the waves, predicted and simulated."""
+    ends = 0.5, max(len(predicted.waves), len(result.waves)) + 0.5
+    series = [Series(ends, [result.shock.peak_force] * 2, "shock", "dashed", GREY)]
+    if (found := predicted.estimate) is not None:
+        series.append(Series((0.7, 1.3), (found.low, found.high), "estimate", "band"))
+    for waves, *look in ((predicted.waves, predicted.model, "dots"), (result.waves, "simulated", "squares", VERMILION)):
+        series.append(Series(np.arange(1, len(waves) + 1), [wave.peak_force for wave in waves], *look))
+    return chart(series, ("wave", ""), ("peak force", "N"), ends[1], whole=True)
 
 
 def exported(text: str, source: str, kind: str) -> bytes:

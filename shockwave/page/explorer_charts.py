@@ -13,7 +13,7 @@ import numpy.typing as npt
 from attrs import frozen
 from markupsafe import Markup, escape
 
-from shockwave.pictures.drawing import BLACK, BLUE, FIELD, GREY, MINUS, SKY, VERMILION, si_label
+from shockwave.pictures.drawing import BLUE, FIELD, GREY, SKY, VERMILION, si_label
 from shockwave.quadrature import FloatArray
 
 # Size of a chart and the margins around its axes [px of the drawing].
@@ -21,6 +21,8 @@ _WIDTH, _HEIGHT = 420, 270
 _LEFT, _RIGHT, _TOP, _BOTTOM = 54, 12, 26, 42
 # Additional margin for a colour bar.
 _BAR = 56
+# Width of a key of a legend and of a letter.
+_KEY, _LETTER = 30, 6
 # Most ticks of an axis, and its limit above the greatest value.
 _MOST_TICKS = 6
 _ROOM = 1.08
@@ -35,7 +37,22 @@ _SECONDS = 8
 _FRAMES = 80
 _MOST_BEADS = 40
 _ROW, _ROW_HEIGHT = 860, 74
+_TIMING = f'dur="{_SECONDS}s" repeatCount="indefinite"'
 _SWING = 0.6
+
+
+# Markers, and looks of lines.
+_MARKS = {
+    "dots": '<circle cx="{:.1f}" cy="{:.1f}" r="3.6" fill="{}"/>',
+    "squares": '<path d="M{:.1f} {:.1f}m-3.5-3.5h7v7h-7z" fill="{}"/>',
+}
+_LOOKS = {
+    "line": 'fill="none"',
+    "dashed": 'fill="none" stroke-dasharray="5 4"',
+    "area": f'fill="{SKY}" fill-opacity="0.35"',
+}
+# Signs of a legend.
+_KEYS = {"line": "\N{EM DASH}", "dashed": "--", "dots": "\u25cf", "squares": "\u25a0", "band": "\u25ac"}
 
 
 @frozen
@@ -68,9 +85,13 @@ def chart(
     drawn = list(series)
     top = _ROOM * max((float(np.max(one.y)) for one in drawn), default=0.0) or 1.0
     area = _Area(0.5 if whole else 0.0, right, top)
-    parts = [area.axes(x, y)]
-    parts += [_PAINTERS[one.kind](area, one) for one in drawn]
-    return area.whole(parts, drawn)
+    legend, at = "", 0
+    for one in drawn:
+        if one.label:
+            key = Markup('<tspan fill="{}">{}</tspan> {}').format(one.colour, _KEYS[one.kind], one.label)
+            legend += _text(area.left + at, 16, key)
+            at += _KEY + _LETTER * len(one.label)
+    return _picture([area.axes(x, y), *map(area.draw, drawn), legend])
 
 
 def field_map(times: FloatArray, contacts: Sequence[int], forces: FloatArray, label: str) -> Markup:
@@ -107,11 +128,10 @@ def field_map(times: FloatArray, contacts: Sequence[int], forces: FloatArray, la
         parts.append(_text(bar + 14, height + 4, f"{share * greatest / factor:.3g}"))
     parts.append(_text(bar + 10, _TOP - 10, f"force ({unit})", "middle"))
     parts.append(
-        f'<line y1="{_TOP}" y2="{_TOP + area.height}" class="now"><animate attributeName="x1" {_timing()}'
-        f' values="{area.left};{area.left + area.width}"/><animate attributeName="x2" {_timing()}'
-        f' values="{area.left};{area.left + area.width}"/></line>'
+        f'<path d="M{area.left} {_TOP}v{area.height}" class="now">'
+        f'<animateTransform attributeName="transform" type="translate" {_TIMING} values="0;{area.width}"/></path>'
     )
-    return area.whole(parts, ())
+    return _picture(parts)
 
 
 def beads(
@@ -148,8 +168,8 @@ def beads(
         fills = ";".join(_FILLS[row[index]] for row in shades)
         parts.append(
             f'<circle cx="{places[0, index]:.1f}" cy="{_ROW_HEIGHT / 2}" r="{scale * radii[index]:.2f}"'
-            f' fill="#FFFFFF" stroke="{GREY}"><animate attributeName="cx" {_timing()} values="{path}"/>'
-            f'<animate attributeName="fill" {_timing()} values="{fills}"/></circle>'
+            f' fill="#FFFFFF" stroke="{GREY}"><animate attributeName="cx" {_TIMING} values="{path}"/>'
+            f'<animate attributeName="fill" {_TIMING} values="{fills}"/></circle>'
         )
     if wall and shown == len(radii) == moved.shape[1]:
         edge = scale * (swing[0] + centres[-1] + radii[-1]) + 4
@@ -158,11 +178,7 @@ def beads(
         f"The first {shown} granules during {si_label(times[-1], 's')}, displacements enlarged {factor:g} times; "
         f"orange moves forward and blue backward, at up to {si_label(float(np.abs(speeds).max()), 'm/s')}."
     )
-    return Markup(f'<svg viewBox="0 0 {_ROW} {_ROW_HEIGHT}" role="img">{"".join(parts)}</svg>'), caption
-
-
-def _timing() -> str:
-    return f'dur="{_SECONDS}s" repeatCount="indefinite"'
+    return _picture(parts, _ROW, _ROW_HEIGHT), caption
 
 
 def _mixed(colour: str, share: float) -> str:
@@ -209,39 +225,43 @@ class _Area:
     def y(self, values: Any) -> FloatArray:
         return np.asarray(_TOP + self.height * (1 - np.clip(np.asarray(values) / self.top, 0.0, 1.0)))
 
-    def path(self, x: Any, y: Any) -> str:
-        return " ".join(f"{left:.1f},{down:.1f}" for left, down in zip(self.x(x), self.y(y), strict=True))
-
     def axes(self, x: tuple[str, str], y: tuple[str, str]) -> str:
         """Ticks, grid and labels."""
-        bottom, right = _TOP + self.height, self.left + self.width
+        bottom, right, middle = _TOP + self.height, self.left + self.width, _TOP + self.height / 2
         factor, unit = _scale(self.end, x[1])
-        parts = []
-        for tick in _ticks(self.begin, self.end, factor, 0.0 if x[1] else 1.0):
+        parts = [_text(self.left + self.width / 2, _HEIGHT - 8, f"{x[0]} ({unit})" if unit else x[0], "middle")]
+        for tick in _ticks(self.begin, self.end, factor, 0.0 if unit else 1.0):
             at = float(self.x(tick))
-            parts.append(f'<line x1="{at:.1f}" x2="{at:.1f}" y1="{_TOP}" y2="{bottom}" class="grid"/>')
-            parts.append(_text(at, bottom + 15, _label(tick / factor), "middle"))
-        parts.append(_text(self.left + self.width / 2, _HEIGHT - 8, _titled(x[0], unit), "middle"))
+            parts.append(f'<path d="M{at:.1f} {_TOP}V{bottom}" class="grid"/>')
+            parts.append(_text(at, bottom + 15, f"{tick / factor:.6g}", "middle"))
         factor, unit = _scale(self.top, y[1])
+        turned = f'transform="rotate(-90 14 {middle})"'
+        parts.append(_text(14, middle, f"{y[0]} ({unit})" if unit else y[0], "middle", turned))
         for tick in _ticks(0.0, self.top, factor):
             at = float(self.y(tick))
-            parts.append(f'<line x1="{self.left}" x2="{right}" y1="{at:.1f}" y2="{at:.1f}" class="grid"/>')
-            parts.append(_text(self.left - 6, at + 4, _label(tick / factor), "end"))
-        middle = _TOP + self.height / 2
-        turned = f'transform="rotate(-90 14 {middle})"'
-        parts.append(_text(14, middle, _titled(y[0], unit), "middle", turned))
-        parts.append(f'<path d="M{self.left} {_TOP}V{bottom}H{right}" class="axis"/>')
-        return "".join(parts)
+            parts.append(f'<path d="M{self.left} {at:.1f}H{right}" class="grid"/>')
+            parts.append(_text(self.left - 6, at + 4, f"{tick / factor:.6g}", "end"))
+        return "".join([*parts, f'<path d="M{self.left} {_TOP}V{bottom}H{right}" class="axis"/>'])
 
-    def whole(self, parts: Iterable[str], drawn: Iterable[Series]) -> Markup:
-        """The picture with a legend above the axes."""
-        legend, at = [], float(self.left)
-        for one in drawn:
-            if one.label:
-                legend.append(f'<g transform="translate({at:.0f} 12)">{_KEYS[one.kind].format(one.colour)}</g>')
-                legend.append(_text(at + 18, 16, one.label))
-                at += 30 + 6.1 * len(one.label)
-        return Markup(f'<svg viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img">{"".join([*parts, *legend])}</svg>')
+    def draw(self, one: Series) -> str:
+        """The points of a series."""
+        if one.kind in _MARKS:
+            places = zip(self.x(one.x), self.y(one.y), strict=True)
+            return "".join(_MARKS[one.kind].format(x, y, one.colour) for x, y in places)
+        if one.kind == "band":
+            (left, right), (low, high) = self.x(one.x), self.y(one.y)
+            place = f'x="{left:.1f}" y="{high:.1f}" width="{right - left:.1f}" height="{max(low - high, 1):.1f}"'
+            return f'<rect {place} fill="{one.colour}" fill-opacity="0.25"/>'
+        kept = _thinned(np.asarray(one.y))
+        x, y = self.x(np.asarray(one.x)[kept]), self.y(np.asarray(one.y)[kept])
+        path = "L".join(f"{right:.1f} {down:.1f}" for right, down in zip(x, y, strict=True))
+        if one.kind == "area":
+            path += f"V{_TOP + self.height}H{x[0]:.1f}Z"
+        return f'<path d="M{path}" stroke="{one.colour}" stroke-width="1.6" {_LOOKS[one.kind]}/>'
+
+
+def _picture(parts: Iterable[str], width: float = _WIDTH, height: float = _HEIGHT) -> Markup:
+    return Markup(f'<svg viewBox="0 0 {width} {height}" aria-hidden="true">{"".join(parts)}</svg>')
 
 
 def _scale(largest: float, unit: str) -> tuple[float, str]:
@@ -260,19 +280,8 @@ def _ticks(low: float, high: float, factor: float, finest: float = 0.0) -> Float
     return np.asarray(step * np.arange(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1), dtype=float)
 
 
-def _label(value: float) -> str:
-    return f"{value:.6g}".replace("-", MINUS)
-
-
-def _titled(name: str, unit: str) -> str:
-    return f"{name} ({unit})" if unit else name
-
-
 def _text(x: float, y: float, text: str, anchor: str = "start", more: str = "") -> str:
     return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" {more}>{escape(text)}</text>'
-
-
-# ---------------------------------------------------------------- kinds of series
 
 
 def _thinned(y: FloatArray) -> npt.NDArray[np.intp]:
@@ -281,50 +290,3 @@ def _thinned(y: FloatArray) -> npt.NDArray[np.intp]:
     sections = np.pad(y, (0, -len(y) % width), mode="edge").reshape(-1, width)
     extremes = [pick(sections, axis=1) + width * np.arange(len(sections)) for pick in (np.argmin, np.argmax)]
     return np.unique(np.concatenate(([0], *extremes, [len(y) - 1])).clip(0, len(y) - 1))
-
-
-def _line(area: _Area, one: Series) -> str:
-    kept = _thinned(np.asarray(one.y))
-    dashes = ' stroke-dasharray="5 4"' if one.kind == "dashed" else ""
-    points = area.path(np.asarray(one.x)[kept], np.asarray(one.y)[kept])
-    return f'<polyline points="{points}" fill="none" stroke="{one.colour}" stroke-width="1.6"{dashes}/>'
-
-
-def _filled(area: _Area, one: Series) -> str:
-    kept = _thinned(np.asarray(one.y))
-    x, y = np.asarray(one.x)[kept], np.asarray(one.y)[kept]
-    points = area.path(np.concatenate((x[:1], x, x[-1:])), np.concatenate(([0.0], y, [0.0])))
-    return f'<polygon points="{points}" fill="{SKY}" fill-opacity="0.35" stroke="{one.colour}" stroke-width="1.6"/>'
-
-
-def _dots(area: _Area, one: Series) -> str:
-    places = zip(area.x(one.x), area.y(one.y), strict=True)
-    return "".join(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3.6" fill="{one.colour}"/>' for x, y in places)
-
-
-def _squares(area: _Area, one: Series) -> str:
-    places = zip(area.x(one.x), area.y(one.y), strict=True)
-    look = f'width="7" height="7" fill="{one.colour}"'
-    return "".join(f'<rect x="{x - 3.5:.1f}" y="{y - 3.5:.1f}" {look}/>' for x, y in places)
-
-
-def _band(area: _Area, one: Series) -> str:
-    (left, right), (low, high) = area.x(one.x), area.y(one.y)
-    place = f'x="{left:.1f}" y="{high:.1f}" width="{right - left:.1f}" height="{max(low - high, 1):.1f}"'
-    return f'<rect {place} fill="{one.colour}" fill-opacity="0.25"/>'
-
-
-_PAINTERS = {"line": _line, "dashed": _line, "area": _filled, "dots": _dots, "squares": _squares, "band": _band}
-_STROKE = '<line x2="14" stroke="{0}" stroke-width="1.6"/>'
-#: Keys of a legend.
-_KEYS = {
-    "line": _STROKE,
-    "dashed": '<line x2="14" stroke="{0}" stroke-width="1.6" stroke-dasharray="5 4"/>',
-    "area": _STROKE,
-    "dots": '<circle cx="8" r="3.6" fill="{0}"/>',
-    "squares": '<rect x="4" y="-3.5" width="7" height="7" fill="{0}"/>',
-    "band": '<rect y="-5" width="14" height="10" fill="{0}" fill-opacity="0.25"/>',
-}
-#: Colour of a limit or of an applied force.
-APPLIED = GREY
-PREDICTED, SIMULATED, LIMIT = BLUE, VERMILION, BLACK

@@ -206,7 +206,7 @@ def _of_shock(shock: dict[str, Any]) -> Iterator[Control]:
         ("shock.parameters", shock.get("parameters") or {}, parameters_of(name, cls)),
     ):
         for key in keys:
-            if key.name in given and key.spec is not None and not key.spec.samples:
+            if given.get(key.name) is not None and key.spec is not None and not key.spec.samples:
                 label = "duration / rise time" if key.name == "duration_ratio" else key.name.replace("_", " ")
                 yield _number(f"{prefix}.{key.name}", label, given[key.name], key.spec)
 
@@ -214,7 +214,8 @@ def _of_shock(shock: dict[str, Any]) -> Iterator[Control]:
 def _of_spheres(block: Mapping[str, Any], name: str) -> Iterator[Control]:
     """Controls of material and size."""
     if "material" in block:
-        yield _material(f"{name}.material", block["material"])
+        own = _named(block["material"])
+        yield Control(f"{name}.material", "material", own, tuple(dict.fromkeys((own, *_materials()))))
     for size in ("diameter", "radius"):
         if size in block and not isinstance(block[size], dict):
             yield _number(f"{name}.{size}", size, block[size], DIAMETER)
@@ -234,7 +235,8 @@ def _of_chain(chain: dict[str, Any]) -> Iterator[Control]:
                 yield evolve(control, label=f"segment {index + 1}: {control.label}")
     elif granules is not None:
         yield _number("chain.granules", "granules", granules, whole)
-    given = _ENDLESS if granules is None else f"{_WALL}{end['wall']}" if isinstance(end, dict) else _FREE
+    wall = end.get("wall") if isinstance(end, dict) else None
+    given = _ENDLESS if granules is None else _FREE if wall is None else _WALL + _named(wall)
     ends = (_FREE,) if isinstance(granules, list) else (_ENDLESS, _FREE)
     walls = (f"{_WALL}{name}" for name in (*WALLS, *_materials()))
     yield Control("chain.end", "end", given, tuple(dict.fromkeys((*ends, given, *walls))))
@@ -246,9 +248,8 @@ def _of_chain(chain: dict[str, Any]) -> Iterator[Control]:
             yield Control(f"chain.damping.{name}", f"damping: {name}", str(value))
 
 
-def _material(name: str, given: Any) -> Control:
-    text = given if isinstance(given, str) else _AS_GIVEN
-    return Control(name, "material", text, tuple(dict.fromkeys((text, *_materials()))))
+def _named(material: Any) -> str:
+    return material if isinstance(material, str) else _AS_GIVEN
 
 
 @cache

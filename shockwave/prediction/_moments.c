@@ -20,11 +20,14 @@
 #define WIDE
 #endif
 
-#define BLOCK 8          /* partial sums of a long sum; arrays are padded with zeros to a multiple */
+#define BLOCK 32         /* partial sums of a long sum, so many that additions need not wait for one another; arrays are
+                            padded with zeros to a multiple */
 #define PADDED(n) (((n) + BLOCK - 1) / BLOCK * BLOCK)
 
-/* Half a block as one value. */
-#define HALF (BLOCK / 2)
+/* Several numbers as one value: a vector of the widest processors, and half of one. */
+#define LANES (BLOCK / 4)
+typedef double Wide __attribute__((vector_size(LANES * sizeof(double)), aligned(sizeof(double)), may_alias));
+#define HALF (LANES / 2)
 typedef double Vector __attribute__((vector_size(HALF * sizeof(double)), aligned(sizeof(double)), may_alias));
 typedef long long Whole __attribute__((vector_size(HALF * sizeof(double)), aligned(sizeof(double)), may_alias));
 #define VECTOR(address) (*(Vector *)(address))
@@ -32,7 +35,7 @@ typedef long long Whole __attribute__((vector_size(HALF * sizeof(double)), align
 
 /* See gauss_impulses.py and moments.py for the meaning of the constants of the same names. */
 #define STABLE 32
-#define ORTHOGONAL 16
+#define ORTHOGONAL 32
 #define ROUNDING 1e-14
 #define MOST_STEPS 60
 #define SETTLED 1e-9
@@ -43,20 +46,20 @@ typedef long long Whole __attribute__((vector_size(HALF * sizeof(double)), align
 
 /* ---------------------------------------------------------------- a pulse as a few impulses */
 
-static double total_of(const double *partial)
-{
-    return ((partial[0] + partial[4]) + (partial[1] + partial[5])) + ((partial[2] + partial[6]) + (partial[3] + partial[7]));
-}
-
 /* Sum of the products of two arrays of padded length. */
 WIDE static double dot(const double *one, const double *other, long n)
 {
-    double partial[BLOCK] = {0};
+    const Wide *const a = (const Wide *)one, *const b = (const Wide *)other;
+    Wide sum = {0}, second = sum, third = sum, fourth = sum;
     long i;
-    int b;
-    for (i = 0; i < n; i += BLOCK)
-        for (b = 0; b < BLOCK; b++) partial[b] += one[i + b] * other[i + b];
-    return total_of(partial);
+    for (i = 0; i < n / LANES; i += 4) {
+        sum += a[i] * b[i];
+        second += a[i + 1] * b[i + 1];
+        third += a[i + 2] * b[i + 2];
+        fourth += a[i + 3] * b[i + 3];
+    }
+    sum = (sum + second) + (third + fourth);
+    return ((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7]));
 }
 
 WIDE static void subtract(double *from, double factor, const double *values, long n)
@@ -75,15 +78,10 @@ WIDE static void scale_by(double *values, double factor, long n)
 WIDE static double follow(const double *position, const double *vector, const double *last, double beside, double *next,
                           long n)
 {
-    double partial[BLOCK] = {0}, diagonal;
+    double diagonal;
     long i;
-    int b;
-    for (i = 0; i < n; i += BLOCK)
-        for (b = 0; b < BLOCK; b++) {
-            next[i + b] = position[i + b] * vector[i + b];
-            partial[b] += vector[i + b] * next[i + b];
-        }
-    diagonal = total_of(partial);
+    for (i = 0; i < n; i++) next[i] = position[i] * vector[i];
+    diagonal = dot(vector, next, n);
     for (i = 0; i < n; i++) next[i] = next[i] - diagonal * vector[i] - beside * last[i];
     return diagonal;
 }
@@ -301,18 +299,20 @@ WIDE static void exponentials(double *values, long n)
     }
 }
 
-/* Replaces the exponents in the kernel by their exponentials where these are not negligible. */
-static void exponentiate(Kernel *p)
+/* The kernel: exponentials of `factor`, which is negative, times `apart`, where these are not negligible. */
+static void exponentiate(Kernel *p, double factor)
 {
     const long k = p->k;
     long i, j, begin = 0, end = 0;
     for (i = 0; i < k; i++) {
-        for (j = k; j > end && p->kernel[i * k + j - 1] < NEGLIGIBLE; j--) continue;
-        p->last[i] = end = j;
+        const long from = i - i % HALF; /* whole vectors */
+        double *const row = p->kernel + i * k;
+        while (end < k && !(p->apart[i * k + end] * factor < NEGLIGIBLE)) end++;
+        p->last[i] = end;
         while (p->last[begin] <= i) begin++;
         p->first[i] = begin;
-        j = i - i % HALF; /* whole vectors */
-        exponentials(p->kernel + i * k + j, end - j);
+        for (j = from; j < end; j++) row[j] = p->apart[i * k + j] * factor;
+        exponentials(row + from, end - from);
     }
     for (i = 0; i < k; i++)
         for (j = i + 1; j < p->last[i]; j++) p->kernel[j * k + i] = p->kernel[i * k + j];
@@ -373,7 +373,7 @@ static int balance(const Law *law, const double *times, const double *impulses, 
         p->masses[i] = law->peak * impulses[i];
         p->roots[i] = sqrt(p->masses[i]);
         if (!similar) p->vector[i] = 1;
-        for (j = 0; j < k; j++) {
+        for (j = i - i % HALF; j < k; j++) { /* only these are used */
             const double apart = fabs(times[i] - times[j]) / law->width;
             p->apart[i * k + j] = apart * apart * sqrt(apart);
         }
@@ -384,8 +384,7 @@ static int balance(const Law *law, const double *times, const double *impulses, 
     for (step = 0; step < MOST_STEPS; step++) {
         const double growth = exp(force * (POWER / 6));
         double shift = 0, most = 0, norm = 0, value = 0, slope = 0, change;
-        for (i = 0; i < k * k; i++) p->kernel[i] = p->apart[i] * -growth;
-        exponentiate(p);
+        exponentiate(p, -growth);
         for (i = 0; i < k; i++) p->right[i] = p->masses[i] * p->vector[i];
         apply(p);
         for (i = 0; i < k; i++) {
@@ -409,7 +408,7 @@ static int balance(const Law *law, const double *times, const double *impulses, 
         }
         for (i = 0; i < k; i++) {
             double row = 0, bent = 0;
-            for (j = p->first[i]; j < i; j++) {
+            for (j = i + 1; j < p->last[i]; j++) {
                 const double part = p->kernel[i * k + j] * p->right[j];
                 row += part;
                 bent += p->apart[i * k + j] * part;
@@ -439,11 +438,11 @@ static void measure(const Law *law, const double *times, const double *impulses,
     int c;
     for (i = 0; i < k; i++) whole += impulses[i] * p->vector[i] * p->vector[i];
     for (i = 0; i < k; i++)
-        for (j = 0; j < k; j++) {
+        for (j = i - i % HALF; j < k; j++) {
             const double off = (times[i] - times[j]) * unit;
-            p->kernel[i * k + j] = off * off * (-1 / (reach * reach));
+            p->apart[i * k + j] = off * off;
         }
-    exponentiate(p);
+    exponentiate(p, -1 / (reach * reach));
     for (c = 0; c < COLUMNS; c++) found[c] = 0;
     for (i = 0; i < k; i++) {
         double total = 0, before = 0, after = 0, squared = 0, apart = 0, directed, weight, share;

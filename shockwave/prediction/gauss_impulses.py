@@ -18,7 +18,7 @@ with suppress(ImportError):
 # Most steps of Lanczos' recurrence in which rounding errors do not grow.
 _STABLE = 32
 # Steps of a longer recurrence after which two vectors are made orthogonal to all earlier ones again.
-_ORTHOGONAL = 16
+_ORTHOGONAL = 32
 # Norm of a Lanczos vector below which it is a rounding error.
 _ROUNDING = 1e-14
 

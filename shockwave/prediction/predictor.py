@@ -214,7 +214,7 @@ class Predictor:
         coefficient = coefficient_of(self.momentum_coefficient)
         force = shock.peak_force * chain.contact_share
         unit = SolitaryWave.of(force, chain, coefficient)
-        chain_assumed = ", on a semi-infinite chain" if answer.reason and chain.count is not None else ""
+        chain_assumed = ", on an endless chain" if answer.reason and chain.count is not None else ""
         walled = chain if given.end is None else evolve(chain, end=given.end)
         common: dict[str, Any] = {
             "model": self.model,

@@ -53,7 +53,7 @@ class Line:
 
 
 def line_along(scenario: Scenario, name: str, target: Target, between: tuple[float, float], rtol: float) -> Line:
-    """The target property as a function of the parameter ``name``, for a semi-infinite chain.
+    """The target property as a function of the parameter ``name``, for an endless chain.
 
     Extrema are those of a piecewise polynomial fitted to ``rtol``.
 

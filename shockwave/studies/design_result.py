@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeAlias
+from typing import Any
 
 from attrs import asdict, frozen
 
@@ -128,19 +128,43 @@ class Simulated:
 
 
 @frozen(kw_only=True)
-class Option:
+class AnyOption:
     """A scene that differs from the scenario in one parameter.
 
     Attributes
     ----------
     value : float or str
         Value of the parameter in SI units, or the name of a material.
-    reached : float
-        Value of the target property.
+    reached, reached_error : float
+        Value of the target property, and a bound on its relative error or, for a simulation, its estimate.
+    simulated : Simulated or None
+        More accurate simulation of the scene, for solutions and for the nearest option.
+    value_error : float or None
+        Error of ``value`` in its unit, for numeric solutions; None if it is unknown.
+    """
+
+    value: float | str
+    reached: float
+    reached_error: float
+    simulated: Simulated | None = None
+    value_error: float | None = None
+
+    @property
+    def columns(self) -> dict[str, str]:
+        """Columns of its other properties."""
+        raise NotImplementedError
+
+
+@frozen(kw_only=True)
+class Option(AnyOption):
+    """An option by the curve of its shape. It has the attributes of `AnyOption` and the following ones.
+
+    Attributes
+    ----------
     peak_force, amplification : float
         Peak force of the leading wave [N], and its ratio to that of the shock.
-    error, reached_error : float
-        Bounds on the relative error of the peak force and of ``reached``.
+    error : float
+        Bound on the relative error of the peak force.
     momentum, energy, speed, width, granule_velocity : float
         Properties of the leading wave [N s], [J], [m/s], [s], [m/s]; see `SolitaryWave`.
     rise_time : float
@@ -151,18 +175,11 @@ class Option:
         Mass of all granules [kg], if their number is given.
     exponents : scaling_exponents.Exponents
         Exponents of the peak force with respect to the parameters of the chain and the shock.
-    simulated : Simulated or None
-        Simulation of the scene, for solutions and for the nearest option.
-    value_error : float or None
-        Error of ``value`` in its unit, for numeric solutions; None if it is unknown.
     """
 
-    value: float | str
-    reached: float
     peak_force: float
     amplification: float
     error: float
-    reached_error: float
     momentum: float
     energy: float
     speed: float
@@ -173,8 +190,6 @@ class Option:
     mass_per_length: float
     chain_mass: float | None
     exponents: Exponents
-    simulated: Simulated | None = None
-    value_error: float | None = None
 
     @property
     def columns(self) -> dict[str, str]:
@@ -191,33 +206,20 @@ class Option:
 
 
 @frozen(kw_only=True)
-class SimulatedOption:
-    """A scene that differs from the scenario in one parameter, and its simulation.
+class SimulatedOption(AnyOption):
+    """An option by a simulation. It has the attributes of `AnyOption` and the following ones.
 
     Attributes
     ----------
-    value : float or str
-        Value of the parameter in SI units, or the name of a material.
-    reached, reached_error : float
-        Value of the target quantity and its estimated relative error.
     greatest_force : float or None
         Greatest force at all contacts [N], in a finite chain.
     transmitted_force, transmitted_impulse : float or None
         Greatest force and impulse on a wall [N, N s].
-    simulated : Simulated or None
-        A more accurate simulation, for solutions and for the nearest option.
-    value_error : float or None
-        Error of ``value`` in its unit, for numeric solutions; None if it is unknown.
     """
 
-    value: float | str
-    reached: float
-    reached_error: float
     greatest_force: float | None
     transmitted_force: float | None
     transmitted_impulse: float | None
-    simulated: Simulated | None = None
-    value_error: float | None = None
 
     @property
     def columns(self) -> dict[str, str]:
@@ -228,9 +230,6 @@ class SimulatedOption:
             "wall impulse": (self.transmitted_impulse, "N s"),
         }
         return {name: si(force, unit) for name, (force, unit) in forces.items() if force is not None}
-
-
-AnyOption: TypeAlias = Option | SimulatedOption
 
 
 @frozen(kw_only=True, repr=False)
@@ -297,7 +296,7 @@ class Design(Result):
             return f"no value gives {self.target} exactly, although it is within the reachable range: it jumps there"
         if self.spanned and self.nearest:
             simulated = f"its simulation gives {self._simulated(self.nearest)} at {self._value(self.nearest)}"
-            return f"{self.target} needs a semi-infinite chain; this chain is too short for the search: {simulated}"
+            return f"{self.target} needs an endless chain; this chain is too short for the search: {simulated}"
         below = self.target.value < self.least.reached
         limit = f"the minimum is {self._at(self.least)}" if below else f"the maximum is {self._at(self.most)}"
         return f"{self.target} is out of reach: {limit}"
@@ -356,8 +355,9 @@ class Design(Result):
 
     @property
     def varied(self) -> str:
-        """The last part of the name of the varied parameter in printed form."""
-        return self.vary.rpartition(".")[2].replace("_", " ")
+        """The last part of the name of the varied parameter in printed form, or all of it beside an equal target."""
+        last = self.vary.rpartition(".")[2].replace("_", " ")
+        return last if last != self.target.label else self.vary.replace(".", " ").replace("_", " ")
 
     def _value(self, option: AnyOption) -> str:
         """The value of an option with its error."""

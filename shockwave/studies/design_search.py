@@ -18,21 +18,18 @@ from shockwave.measurement.simulate import simulate
 from shockwave.numerics import crossings
 from shockwave.progress import counted
 from shockwave.registry import entries, find
-from shockwave.scenario.dotted_names import Variable, variable
 from shockwave.scenario.scene_argument import Scene
 from shockwave.scenario.scene_family import Family
-from shockwave.scenario.uncertainty import ends_of, is_continuous
+from shockwave.scenario.uncertainty import is_continuous
 from shockwave.studies import varied_scenes
 from shockwave.studies.design_lines import Line, fitted_line, line_along, spaced
 from shockwave.studies.design_result import AnyOption, Design, Option, Simulated, SimulatedOption, Target
 from shockwave.studies.requirements import Sign
-from shockwave.studies.simulated_quantities import simulations
+from shockwave.studies.simulated_quantities import required, simulations
 from shockwave.studies.universal_curve import RTOL, UniversalCurve
 from shockwave.text import si
 
 _MATERIAL = "chain.material"
-# Beginnings of the names of parameters.
-_VARIED = ("chain.", "shock.", "impact.")
 _POINTS = Quantity("", "number of rows", at_least=2, at_most=1000, whole=True)
 # Relative difference from the target that is rounding.
 _ROUNDING = 1e-9
@@ -102,10 +99,7 @@ def design(
     scenario = varied_scenes.scenario_of(scene, chain)
     covered = varied_scenes.is_covered(scenario)
     requested = Target.of(target, covered, scenario.simulate.contacts, sign)
-    try:
-        varied = variable(vary, varied_scenes.data_of(scenario), lambda name: name.startswith(_VARIED))
-    except InvalidValueError as error:
-        raise InvalidValueError.of("vary", error.faults[0].problem) from None
+    varied = varied_scenes.varied(vary, scenario)
     unused, given = ("between", between) if vary == _MATERIAL else ("among", among)
     if given is not None:
         raise InvalidValueError.of(unused, f"must be omitted for {vary} (got {text_of(given)})")
@@ -114,20 +108,10 @@ def design(
     )
     if vary == _MATERIAL:
         return search.among(among)
-    return search.along(varied.unit or "", _interval(varied, between), points)
-
-
-def _interval(varied: Variable, given: Sequence[Any] | None) -> tuple[float, float]:
     if not is_continuous(varied):
         rule = f"must be a number of the chain or the shock that varies continuously, or {_MATERIAL}"
-        raise InvalidValueError.of("vary", f"{rule} (got {varied.name})")
-    if given is None:
-        raise InvalidValueError.of("between", "must be the lower and the upper end of the interval (got nothing)")
-    try:
-        low, high = ends_of(varied, given)
-    except ValueError as error:
-        raise InvalidValueError.of("between", str(error)) from None
-    return low, high
+        raise InvalidValueError.of("vary", f"{rule} (got {vary})")
+    return search.along(varied.unit or "", varied_scenes.interval(varied, between), points)
 
 
 @frozen
@@ -318,13 +302,7 @@ class _SimulatedSearch(_Search):
         """Simulation of the scene with this value; the target quantity and its relative error."""
         (result,) = simulations([self.family.scenario({self.name: value})], rtol)
         assert self.target.quantity is not None
-        found = self.target.quantity.read(result)
-        if found is None:
-            rule = "must be a quantity that the simulation of every scene has"
-            place = value if isinstance(value, str) else f"{value:g}"
-            got = f"got {self.target.name}, which is null where {self.name} is {place}"
-            raise InvalidValueError.of("target", f"{rule} ({got})")
-        return result, *found
+        return result, *required(self.target.quantity, result, {self.name: value})
 
     def option(self, value: float | str, curve: UniversalCurve | None = None) -> AnyOption:
         result, reached, error = self.read(value, _SIMULATED_SHARE * self.rtol)

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from attrs import evolve, frozen
+from attrs import evolve, field, frozen
 from scipy import optimize
 from scipy.stats import qmc
 
@@ -24,15 +24,14 @@ from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.registry import entries, find
 from shockwave.scenario.block_keys import MATERIALS, WALLS
-from shockwave.scenario.dotted_names import Variable, variable
+from shockwave.scenario.dotted_names import Variable
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_argument import Scene
 from shockwave.scenario.scene_family import Family
-from shockwave.scenario.uncertainty import ends_of
 from shockwave.studies import varied_scenes
 from shockwave.studies.optimal_result import OptimalDesign, OptimalOption
 from shockwave.studies.requirements import Requirement
-from shockwave.studies.simulated_quantities import Quantity, simulated
+from shockwave.studies.simulated_quantities import Quantity, required, simulated
 
 # its type declarations do not admit functions of many points at once
 _optimize: Any = optimize
@@ -131,12 +130,7 @@ class _Parameter:
 
     @classmethod
     def of(cls, name: str, given: Sequence[Any] | None, scenario: Scenario) -> _Parameter:
-        try:
-            found = variable(
-                name, varied_scenes.data_of(scenario), lambda known: known.startswith(("chain.", "shock."))
-            )
-        except InvalidValueError as error:
-            raise InvalidValueError.of("vary", error.faults[0].problem) from None
+        found = varied_scenes.varied(name, scenario)
         if name.endswith(MATERIALS):
             names = tuple(given or [entry.name for entry in entries("materials")])
             for one in names:
@@ -145,14 +139,7 @@ class _Parameter:
             return cls(found, names=names)
         if found.unit is None:
             raise InvalidValueError.of("vary", f"must be numbers or materials (got {name})")
-        if given is None:
-            problem = f"must be the lower and the upper end of the interval of {name} (got nothing)"
-            raise InvalidValueError.of("between", problem)
-        try:
-            low, high = ends_of(found, given)
-        except ValueError as error:
-            raise InvalidValueError.of("between", f"{error} for {name}") from None
-        return cls(found, (low, high))
+        return cls(found, varied_scenes.interval(found, given))
 
     @property
     def wide(self) -> bool:
@@ -173,6 +160,7 @@ class _Search:
     requirements: Sequence[Requirement]
     least: Quantity
     seed: int
+    failures: list[ShockwaveError] = field(factory=list)
 
     def run(self) -> OptimalDesign:
         numbers = [one for one in self.parameters if not one.names]
@@ -191,7 +179,8 @@ class _Search:
                 best.append(min(group.found, key=self.rank))
                 tried += group.found
         if not best:
-            raise NumericalError("no scene of the search could be simulated")
+            first = f"; the first: {self.failures[0]}" if self.failures else ""
+            raise NumericalError(f"no scene of the search could be simulated{first}")
         ranked = sorted(best, key=self.rank)
         chosen, *others = ranked
         verified = self.verified(chosen)
@@ -235,7 +224,8 @@ class _Search:
         for one in values:
             try:
                 scenes.append(self.family.scenario(one))
-            except InvalidValueError:
+            except InvalidValueError as error:
+                self.failures.append(error)
                 scenes.append(None)
         possible = [scene for scene in scenes if scene is not None]
         results = iter(self.simulated(possible, rtol))
@@ -253,12 +243,10 @@ class _Search:
 
     def option(self, values: Mapping[str, Any], scene: Scenario, result: Any, margin: float) -> OptimalOption | None:
         if isinstance(result, ShockwaveError):
+            self.failures.append(result)
             return None
-        known = {one.quantity: self.read(one.quantity, scene, result) for one in self.requirements}
-        known[self.least] = self.read(self.least, scene, result)
-        if any(pair is None for pair in known.values()):
-            return None
-        figures = {quantity.name: pair for quantity, pair in known.items() if pair is not None}
+        needed = [*(one.quantity for one in self.requirements), self.least]
+        figures = {one.name: self.read(one, scene, result, values) for one in needed}
         violation = max(one.violation(*figures[one.quantity.name], margin) for one in self.requirements)
         return OptimalOption(
             values=tuple(values[one.variable.name] for one in self.parameters),
@@ -268,9 +256,9 @@ class _Search:
             violation=violation,
         )
 
-    def read(self, quantity: Quantity, scene: Scenario, result: Any) -> tuple[float, float] | None:
+    def read(self, quantity: Quantity, scene: Scenario, result: Any, values: Mapping[str, Any]) -> tuple[float, float]:
         if quantity.name not in _OWN:
-            return quantity.read(result)
+            return required(quantity, result, values)
         mass, length = mass_and_length(scene.chain)
         return (mass if quantity.name == "chain.mass" else length), 0.0
 

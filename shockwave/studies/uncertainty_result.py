@@ -119,8 +119,8 @@ class Sensitivity(Parameter):
 
 
 @frozen(kw_only=True, repr=False)
-class Uncertainty(Result):
-    """Distribution of the peak force of the leading wave for uncertain parameters.
+class Sampled(Result):
+    """A sample of scenes.
 
     Attributes
     ----------
@@ -128,6 +128,32 @@ class Uncertainty(Result):
         Name of the scenario, if it has one.
     draws, seed, evaluations : int
         Number of scenes drawn; seed; number of scenes including those for the Sobol indices.
+    warnings : tuple of str
+        Limits of the result, in sentences.
+    exceedance, verdict : Exceedance, Verdict or None
+        Probability that the limit is reached, and the verdict on the range of 98 % of the scenes; None without a limit.
+    values : mapping of str to ndarray, shape (draws,)
+        Values of the parameters that were drawn.
+    """
+
+    scenario: str
+    draws: int
+    seed: int
+    evaluations: int
+    warnings: tuple[str, ...]
+    exceedance: Exceedance | None = None
+    verdict: Verdict | None = None
+    values: Mapping[str, FloatArray] = field(eq=False, repr=False)
+
+
+@frozen(kw_only=True, repr=False)
+class Uncertainty(Sampled):
+    """Distribution of the peak force of the leading wave for uncertain parameters.
+
+    It has the attributes of `Sampled` and the following ones.
+
+    Attributes
+    ----------
     method : "curve" or "simulation"
         Source of the peak forces.
     peak_force, amplification : Statistics
@@ -138,30 +164,16 @@ class Uncertainty(Result):
         Exponents at the nominal scene.
     model_error : float
         Greatest bound on the relative error of a single peak force; the sampling error is separate.
-    warnings : tuple of str
-        Limits of the result, in sentences.
-    exceedance, verdict : Exceedance, Verdict or None
-        Probability that the limit is reached, and the verdict on the range of 98 % of the scenes; None without a limit.
-    values : mapping of str to ndarray, shape (draws,)
-        Values of the parameters that were drawn.
     peak_forces : ndarray, shape (draws,)
         Peak forces of the scenes that were drawn [N].
     """
 
-    scenario: str
-    draws: int
-    seed: int
-    evaluations: int
     method: str
     peak_force: Statistics
     amplification: Statistics
     sensitivities: tuple[Sensitivity, ...]
     exponents: Exponents
     model_error: float
-    warnings: tuple[str, ...]
-    exceedance: Exceedance | None = None
-    verdict: Verdict | None = None
-    values: Mapping[str, FloatArray] = field(eq=False, repr=False)
     peak_forces: FloatArray = field(eq=False, repr=False)
 
     _brief = ("scenario", "peak_force.mean", "peak_force.sd", "draws", "method")
@@ -243,38 +255,24 @@ class QuantityStatistics(Statistics):
 
 
 @frozen(kw_only=True, repr=False)
-class SimulatedUncertainty(Result):
+class SimulatedUncertainty(Sampled):
     """Distributions of the forces in a chain beyond equal spheres for uncertain parameters, from simulations.
+
+    It has the attributes of `Sampled` and the following ones.
 
     Attributes
     ----------
-    scenario : str
-        Name of the scenario, if it has one.
-    draws, seed, evaluations : int
-        Number of scenes drawn; seed; number of scenes including those for the Sobol indices.
     parameters : tuple of Parameter
         The uncertain parameters, in the given order.
     quantities : tuple of QuantityStatistics
         The greatest force, the force and the impulse on a wall, the restitution of a striker, the dissipated energy,
         and the forces at the contacts of the scenario; those that every scene has.
-    warnings : tuple of str
-        Limits of the result, in sentences.
-    exceedance, verdict : Exceedance, Verdict or None
-        Probability that the limit is reached, and the verdict on the range of 98 % of the scenes; None without a limit.
-    values, outputs : mapping of str to ndarray, shape (draws,)
-        Values of the parameters that were drawn, and of the quantities, by their names.
+    outputs : mapping of str to ndarray, shape (draws,)
+        Values of the quantities of the scenes that were drawn, by their names.
     """
 
-    scenario: str
-    draws: int
-    seed: int
-    evaluations: int
     parameters: tuple[Parameter, ...]
     quantities: tuple[QuantityStatistics, ...]
-    warnings: tuple[str, ...]
-    exceedance: Exceedance | None = None
-    verdict: Verdict | None = None
-    values: Mapping[str, FloatArray] = field(eq=False, repr=False)
     outputs: Mapping[str, FloatArray] = field(eq=False, repr=False)
 
     _brief = ("scenario", "quantities", "parameters", "draws")
@@ -317,7 +315,7 @@ def _quantiles(one: Statistics) -> list[float]:
 
 
 def _page(
-    found: Uncertainty | SimulatedUncertainty,
+    found: Sampled,
     leads: Sequence[str],
     variances: str,
     columns: Mapping[str, Mapping[str, str]],

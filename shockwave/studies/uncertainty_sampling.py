@@ -110,7 +110,7 @@ def uncertainty(
     """
     scenario = varied_scenes.scenario_of(scene, chain)
     scenario = evolve(scenario, limit=limit or scenario.limit)
-    # curves are those of semi-infinite chains
+    # curves are those of endless chains
     covered = varied_scenes.is_covered(scenario) and (scenario.limit is None or scenario.chain.count is None)
     draws = _DRAWS.checked("draws", (_OF_CURVE if covered else _OF_SIMULATIONS) if draws is None else draws)
     seed, rtol = _SEED.checked("seed", seed), RTOL.checked("rtol", rtol)
@@ -144,10 +144,6 @@ def _of_leading_wave(
     reached = exceedance(scenario.limit, WAVE, forces, largest) if scenario.limit else (None, None)
     moves = np.array([[slope.value * one.sd for slope in both] for one, both in zip(drawn, slopes, strict=True)])
     return Uncertainty(
-        scenario=scenario.name,
-        draws=draws,
-        seed=seed,
-        evaluations=draws * (len(drawn) + 2),
         method="curve" if varied_scenes.keep_shape(nominal) else "simulation",
         peak_force=statistics(forces, float(peak_force), moves[:, 0]),
         amplification=statistics(ratios, float(amplification), moves[:, 1]),
@@ -155,9 +151,7 @@ def _of_leading_wave(
         exponents=exponents,
         model_error=largest,
         warnings=(*varied_scenes.notes_of(scenario), *cut_warnings(drawn)),
-        exceedance=reached[0],
-        verdict=reached[1],
-        values={one.name: column for one, column in zip(drawn, points, strict=True)},
+        **_sampled(scenario, drawn, points, seed, reached),
         peak_forces=forces.ravel(),
     )
 
@@ -212,16 +206,10 @@ def _of_forces(
         error = float(errors[index])
         made.append(QuantityStatistics(**known, model_error=error, sensitivities=tuple(sensitivities)))
     return SimulatedUncertainty(
-        scenario=scenario.name,
-        draws=draws,
-        seed=seed,
-        evaluations=draws * (len(drawn) + 2),
         parameters=tuple(Parameter(**_described(one)) for one in drawn),
         quantities=tuple(made),
         warnings=(*result.warnings, *notes, *cut_warnings(drawn)),
-        exceedance=reached[0],
-        verdict=reached[1],
-        values={one.name: column for one, column in zip(drawn, points, strict=True)},
+        **_sampled(scenario, drawn, points, seed, reached),
         outputs={one.name: outputs[:, index, 0].ravel() for index, one in enumerate(quantities)},
     )
 
@@ -237,6 +225,15 @@ def _spreads(scenario: Scenario, given: Mapping[str, Any] | None) -> tuple[Sprea
     except WrongsError as error:
         faults = [Fault(dotted(("uncertainty", *wrong.path)), str(wrong.problem)) for wrong in error.wrongs]
         raise InvalidValueError(faults) from None
+
+
+def _sampled(
+    scenario: Scenario, drawn: Sequence[Distribution], points: FloatArray, seed: int, reached: Sequence[Any]
+) -> dict[str, Any]:
+    """Fields of `Sampled` but the warnings; ``reached`` is the exceedance and the verdict."""
+    draws, names = len(points[0]), [one.name for one in drawn]
+    about = {"scenario": scenario.name, "draws": draws, "seed": seed, "evaluations": draws * (len(drawn) + 2)}
+    return about | {"exceedance": reached[0], "verdict": reached[1], "values": dict(zip(names, points, strict=True))}
 
 
 def _described(one: Distribution) -> dict[str, Any]:

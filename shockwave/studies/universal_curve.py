@@ -85,7 +85,7 @@ class CurveAnswer:
 
 @frozen(init=False, slots=False, repr=False)
 class UniversalCurve(Result, CurveData):
-    """Amplification as a function of t0/T0, for every semi-infinite chain and every peak force.
+    """Amplification as a function of t0/T0, for every endless chain and every peak force.
 
     With S = (t0/T0) (a1 + a2)/1.652067 the amplification is 1.168181738 S^(6/5) e^g. For short shocks g is
     -q (t0/T0)^3 + w (t0/T0)^6 with q from `shockwave.prediction.short_shock_law`; for longer ones it is a piecewise
@@ -182,7 +182,7 @@ class UniversalCurve(Result, CurveData):
         return self._by_law(ratios, lambda x: _SLOPE_FACTOR * self._error_of_short(x), lambda piece: piece.slope_error)
 
     def answer(self, shock: Shock, chain: Chain) -> CurveAnswer:
-        """Peak force of the leading wave of ``shock`` on ``chain``, which is treated as semi-infinite.
+        """Peak force of the leading wave of ``shock`` on ``chain``, which is treated as endless.
 
         Raises
         ------

@@ -10,7 +10,7 @@ so one universal curve covers all such scenes. Scenes with other shapes are simu
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import attrs
@@ -28,9 +28,11 @@ from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.registry import entry_of
+from shockwave.scenario.dotted_names import Variable, variable
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_argument import Scene, scenario_alone
 from shockwave.scenario.scene_family import Family
+from shockwave.scenario.uncertainty import ends_of
 from shockwave.scenario.yaml_document import dotted, steps_of
 from shockwave.studies.scaling_exponents import POWERS, Exponents
 from shockwave.studies.simulated_quantities import scenes_of, simulations
@@ -43,6 +45,8 @@ _LIMIT = 1000.0
 # Longest duration if each scene is simulated [characteristic times]: thousands of longer simulations take hours.
 _LONGEST_SIMULATED = 300.0
 
+# Beginnings of the names of parameters that can vary.
+_VARIED = ("chain.", "shock.", "impact.")
 # Exponents of the force of first yield in parameters that do not change the shape.
 _OF_YIELD = {"chain.radius": 2, "chain.diameter": 2, "chain.material.youngs_modulus": -2}
 
@@ -85,6 +89,38 @@ def data_of(scenario: Scenario) -> Mapping[str, Any]:
     return {"shock": {"profile": entry and entry.name}}
 
 
+def varied(name: str, scenario: Scenario) -> Variable:
+    """The parameter of the chain, the shock or the impact with this dotted name.
+
+    Raises
+    ------
+    InvalidValueError
+        If there is none.
+    """
+    try:
+        return variable(name, data_of(scenario), lambda known: known.startswith(_VARIED))
+    except InvalidValueError as error:
+        raise InvalidValueError.of("vary", error.faults[0].problem) from None
+
+
+def interval(parameter: Variable, given: Sequence[Any] | None) -> tuple[float, float]:
+    """Ends of the interval of a number.
+
+    Raises
+    ------
+    InvalidValueError
+        If they are not given, or not two values in ascending order.
+    """
+    if given is None:
+        problem = f"must be the lower and the upper end of the interval of {parameter.name} (got nothing)"
+        raise InvalidValueError.of("between", problem)
+    try:
+        low, high = ends_of(parameter, given)
+    except ValueError as error:
+        raise InvalidValueError.of("between", f"{error} for {parameter.name}") from None
+    return low, high
+
+
 def value_of(scenario: Scenario, name: str) -> float:
     """Value of the parameter ``name`` in the scenario, in SI units.
 
@@ -120,7 +156,7 @@ def notes_of(scenario: Scenario) -> tuple[str, ...]:
     notes = tuple(scenario.shock.profile.notes)
     if scenario.chain.count is None:
         return notes
-    return (*notes, f"the chain of {scenario.chain.count} granules is treated as semi-infinite")
+    return (*notes, f"the chain of {scenario.chain.count} granules is treated as endless")
 
 
 # ---------------------------------------------------------------- curves
@@ -175,7 +211,7 @@ def family_of(scenario: Scenario, names: Iterable[str]) -> Family:
 
 
 def primaries(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float) -> LeadingWaves:
-    """Leading waves in scenes that differ from ``scenario`` in ``values``; chains are treated as semi-infinite.
+    """Leading waves in scenes that differ from ``scenario`` in ``values``; chains are treated as endless.
 
     Parameters
     ----------

@@ -1,0 +1,273 @@
+"""Draw error against run time for formulas, laws, curves, simulations and SciPy by hand.
+
+    python docs/draw_error_time.py
+    python docs/draw_error_time.py --drawn
+
+measures all methods in some minutes, writes the runs to docs/benchmarks/error-time.csv and draws
+docs/benchmarks/error-time.svg; with ``--drawn`` it draws the runs of the file. There are two problems: the peak force
+of the leading wave for the eight pulses of the paper, and the force on the wall behind the mixed, damped chain of
+profiles/chains/damped.yaml. Run times are process times over that of ``simulate`` with rtol 1e-6 for the same pulse or
+chain, which is measured alternately with each run: such ratios vary less between machines than seconds do. Formulas,
+curves and simulations are also measured for a thousand pulses of one shape in one call.
+
+SciPy integrates the whole chain as a first-order system, restarts at the kinks of the force and evaluates the peak from
+its own steps, as a careful user would. On the pulses it computes the force at contact 60, with the reference of that
+contact, and not the limit along the chain.
+"""
+
+from __future__ import annotations
+
+import csv
+import statistics
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from compare_simulators import by_scipy, read_front
+from independent_check import Array, Case, by_shockwave
+from scipy.integrate import DOP853, LSODA, solve_ivp
+from scipy.optimize import minimize_scalar
+
+import shockwave as sw
+from shockwave import pictures
+from shockwave.chain import Scales
+from shockwave.chain.layout import Layout
+
+ROOT = Path(__file__).parent.parent
+FOLDER = Path(__file__).parent / "benchmarks"
+FILE = FOLDER / "error-time.csv"
+PULSES, CHAIN = "pulses of the paper", "mixed, damped chain before a wall"
+#: Tolerances of the simulation, of curves and of SciPy.
+SIMULATED = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)
+CURVES = (1e-3, 1e-5)
+BY_HAND = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
+SOLVERS = {"SciPy DOP853": DOP853, "SciPy LSODA": LSODA}
+#: Contact at which SciPy computes the peak force, and length of its chain.
+CONTACT, GRANULES = 60, 100
+#: Fewest and most repetitions, process time after which no more are made [s], common runs for each repetition.
+FEWEST, MOST, BUDGET, COMMON = 3, 25, 0.2, 4
+#: Samples in each step of SciPy among which the greatest force on the wall is searched.
+SAMPLES = 20
+#: Number of shocks of one call, and the name of such runs.
+MANY, TOGETHER = 1000, "together"
+#: Smaller errors are drawn here.
+LEAST = 1e-12
+
+Run = Callable[[], float]
+
+
+class Row(NamedTuple):
+    """A run: its problem, pulse or chain, method, setting, relative error, and run time over that of the common run."""
+
+    problem: str
+    scene: str
+    method: str
+    setting: str
+    error: float
+    time: float
+
+
+def ratio(run: Run, common: Run) -> float:
+    """Median run time over that of the common run, measured alternately."""
+    run()
+    ratios: list[float] = []
+    begin = time.process_time()
+    while len(ratios) < FEWEST or (len(ratios) < MOST and time.process_time() - begin < BUDGET):
+        marks = [time.process_time()]
+        for timed in (run, *[common] * COMMON):
+            timed()
+            marks.append(time.process_time())
+        own, *others = (after - before for before, after in pairwise(marks))
+        ratios.append(own / statistics.median(others))
+    return statistics.median(ratios)
+
+
+# ---------------------------------------------------------------- pulses of the paper
+
+
+def of_pulse(scene: sw.Scenario) -> Iterator[Row]:
+    """Runs of all methods for one pulse."""
+    shock, chain = scene.shock, scene.chain
+
+    def simulated(rtol: float) -> float:
+        return sw.simulate(shock, chain, rtol=rtol, waves="primary").peak_force
+
+    def common() -> float:
+        return simulated(1e-6)
+
+    runs: list[tuple[str, str, Run]] = [
+        ("section 4", "", lambda: sw.Predictor().predict(shock, chain).peak_force),
+        ("law of moments", "", lambda: sw.Predictor(model="moments").predict(shock, chain).peak_force),
+    ]
+    for rtol in CURVES:
+        curve = sw.UniversalCurve(shock.profile, rtol=rtol)
+        runs.append(("universal curve", f"{rtol:g}", lambda curve=curve: curve.peak_force(shock, chain)))
+    runs += [("simulate", f"{rtol:g}", lambda rtol=rtol: simulated(rtol)) for rtol in SIMULATED]
+    reference = simulated(1e-12)
+    for method, setting, run in runs:
+        yield Row(PULSES, scene.name, method, setting, abs(run() / reference - 1), ratio(run, common))
+
+    # many shocks of this shape in one call; the first is the pulse itself
+    forces = shock.peak_force * np.linspace(1.0, 1.1, MANY)
+    shocks = [sw.Shock(profile=shock.profile, peak_force=one, rise_time=shock.rise_time) for one in forces]
+    ratios = shock.rise_time / Scales.of(chain, shock.peak_force).time * (forces / forces[0]) ** (1 / 6)
+    together: list[tuple[str, str, Run]] = [
+        ("section 4", "", lambda: sw.Predictor().predict_many(shocks, chain).peak_force[0]),
+        ("law of moments", "", lambda: sw.Predictor(model="moments").predict_many(shocks, chain).peak_force[0]),
+        ("universal curve", f"{CURVES[-1]:g}", lambda: curve.amplification(ratios)[0] * shock.peak_force),
+        ("simulate", "1e-06", lambda: sw.simulate_many(shocks, chain, waves="primary", threads=1)[0].peak_force),
+    ]
+    for method, setting, run in together:
+        error = abs(run() / reference - 1)
+        yield Row(PULSES, scene.name, method, f"{setting} {TOGETHER}".strip(), error, ratio(run, common) / MANY)
+
+    profile = shock.profile
+    at = shock.rise_time / Scales.of(chain, shock.peak_force).time
+    shape = (at, profile.duration_ratio, profile.rise_exponent, profile.decay_exponent)
+    case = Case(*shape, GRANULES, {CONTACT: (0.0, 0.0)})
+    answers = by_shockwave(case)
+    assert answers is not None
+    force, moment = answers[0].peaks[0].tolist()
+    case = replace(case, references={CONTACT: (force, moment)})
+    for method, solver in SOLVERS.items():
+        solve = by_scipy(solver, case, np.inf)
+        for tolerance in BY_HAND:
+
+            def peak(solve: Any = solve, tolerance: float = tolerance) -> float:
+                return read_front(case, solve, tolerance)[0]
+
+            # with a loose tolerance a solver may find no peak
+            with suppress(ArithmeticError):
+                yield Row(PULSES, scene.name, method, f"{tolerance:g}", abs(peak() / force - 1), ratio(peak, common))
+
+
+# ---------------------------------------------------------------- chain before a wall
+
+
+def wall_force(scene: sw.Scenario, end: float, method: str, tolerance: float) -> float:
+    """Greatest force on the wall by SciPy, for Hertz's contacts with the damping of Kuwabara and Kono."""
+    layout, shock = Layout.of(scene.chain, scene.shock), scene.shock
+    count, stiffness, damping = len(layout.masses), layout.pairs.stiffnesses, scene.chain.damping.time
+    force, length = shock.peak_force, float((shock.peak_force / stiffness.max()) ** (2 / 3))
+    unit = float(np.sqrt(layout.masses.min() * length / force))
+
+    def contact_forces(state: Array) -> Array:
+        places, velocities = state[:count], state[count:]
+        overlaps = np.maximum(places - np.append(places[1:], 0.0), 0.0) * length
+        closing = (velocities - np.append(velocities[1:], 0.0)) * length / unit
+        return np.maximum(stiffness * np.sqrt(overlaps) * (overlaps + 1.5 * damping * closing), 0.0) / force
+
+    def pushed(s: float) -> float:
+        inside = shock.profile.rise if s <= 1 else shock.profile.decay
+        return float(inside(np.asarray(s))) if s < shock.profile.duration_ratio else 0.0
+
+    def rates(moment: float, state: Array) -> Array:
+        forces = np.append(pushed(moment * unit / shock.rise_time), contact_forces(state))
+        return np.concatenate([state[count:], (forces[:-1] - forces[1:]) * force * unit**2 / layout.masses / length])
+
+    state, best = np.zeros(2 * count), 0.0
+    for begin, until in pairwise((0.0, shock.rise_time / unit, shock.duration / unit, end / unit)):
+        found = solve_ivp(rates, (begin, until), state, method, dense_output=True, rtol=tolerance, atol=tolerance)
+        state = found.y[:, -1]
+
+        def on_wall(moment: float, found: Any = found) -> float:
+            return float(contact_forces(found.sol(moment))[-1])
+
+        times = np.concatenate([np.linspace(*ends, SAMPLES, endpoint=False) for ends in pairwise(found.t)])
+        values = [on_wall(moment) for moment in times]
+        top = int(np.argmax(values))
+        near = (times[max(top - 1, 0)], times[min(top + 1, len(times) - 1)])
+        refined = minimize_scalar(lambda moment, value=on_wall: -value(moment), bounds=near, options={"xatol": 1e-10})
+        best = max(best, max(values), -float(refined.fun))
+    return best * force
+
+
+def of_chain(scene: sw.Scenario) -> Iterator[Row]:
+    """Runs of the simulation and of SciPy for the chain; no formula covers it."""
+    end = sw.simulate(scene).end
+
+    def simulated(rtol: float) -> float:
+        return sw.simulate(scene.shock, scene.chain, rtol=rtol, until=end).transmitted.peak_force
+
+    def common() -> float:
+        return simulated(1e-6)
+
+    reference = simulated(1e-12)
+    runs = [("simulate", f"{rtol:g}", lambda rtol=rtol: simulated(rtol)) for rtol in SIMULATED]
+    for method in SOLVERS:
+        name = method.removeprefix("SciPy ")
+        runs += [
+            (method, f"{rtol:g}", lambda name=name, rtol=rtol: wall_force(scene, end, name, rtol)) for rtol in BY_HAND
+        ]
+    for method, setting, run in runs:
+        yield Row(CHAIN, scene.name, method, setting, abs(run() / reference - 1), ratio(run, common))
+
+
+# ---------------------------------------------------------------- picture
+
+MARKS = {
+    "section 4": "X",
+    "law of moments": "P",
+    "universal curve": "D",
+    "simulate": "o",
+    "SciPy DOP853": "s",
+    "SciPy LSODA": "^",
+}
+
+
+def draw(rows: list[Row]) -> None:
+    """Draw a panel for each problem: runs as faint marks, and medians over the pulses joined by lines."""
+    figure, places = pictures.figure(1, 2, (7.6, 4.2))
+    for ax, problem in zip(places, (PULSES, CHAIN), strict=True):
+        for index, (method, mark) in enumerate(MARKS.items()):
+            own = [row for row in rows if row.problem == problem and row.method == method]
+            settings = list(dict.fromkeys(row.setting for row in own))
+            points = [
+                [
+                    statistics.median(max(getattr(row, name), least) for row in own if row.setting == setting)
+                    for setting in settings
+                ]
+                for name, least in (("time", 0.0), ("error", LEAST))
+            ]
+            look = {"color": f"C{index}", "marker": mark}
+            ax.plot([row.time for row in own], [max(row.error, LEAST) for row in own], ls="", ms=2, alpha=0.4, **look)
+            single = [index for index, setting in enumerate(settings) if TOGETHER not in setting]
+            ax.plot(*([values[index] for index in single] for values in points), ms=6, lw=1.2, label=method, **look)
+            if len(single) < len(settings):
+                ax.plot(points[0][-1], points[1][-1], ms=8, mfc="none", ls="", **look)
+        ax.set(xscale="log", yscale="log", xlabel="run time over that of simulate at rtol 1e-6")
+        ax.set_title(problem, fontsize="medium")
+        ax.set(xlim=(1e-4, 3e3), ylim=(LEAST / 3, 3))
+        ax.grid(alpha=0.3)
+    places[0].set_ylabel("relative error of the force")
+    title = f"hollow: {MANY} at once"
+    places[1].legend(*places[0].get_legend_handles_labels(), loc="lower left", fontsize="small", title=title)
+    places[1].get_legend().get_title().set_fontsize("small")
+    places[1].text(0.04, 0.95, "no formula covers this chain", transform=places[1].transAxes, va="top", size="small")
+    pictures.save(figure, FOLDER / "error-time.svg")
+
+
+def main() -> None:
+    """Measure all runs, or read them, and draw them."""
+    if "--drawn" not in sys.argv:
+        rows = [
+            row for file in sorted((ROOT / "profiles/paper").glob("*.yaml")) for row in of_pulse(sw.load_scenario(file))
+        ]
+        rows += of_chain(sw.load_scenario(ROOT / "profiles/chains/damped.yaml"))
+        with FILE.open("w", newline="", encoding="utf-8") as out:
+            writer = csv.writer(out, lineterminator="\n")
+            writer.writerow(Row._fields)
+            writer.writerows((*row[:4], f"{row.error:.2g}", f"{row.time:.3g}") for row in rows)
+    with FILE.open(newline="", encoding="utf-8") as given:
+        table = list(csv.reader(given))[1:]
+    draw([Row(*cells[:4], float(cells[4]), float(cells[5])) for cells in table])
+
+
+if __name__ == "__main__":
+    main()
