@@ -11,6 +11,7 @@ import numpy.typing as npt
 from attrs import evolve, frozen
 
 from shockwave.chain.chain import Chain, Scales
+from shockwave.chain.contact_law import BoundLaw
 from shockwave.chain.ends import Wall
 from shockwave.chain.impact import Impact
 from shockwave.chain.layout import Layout
@@ -197,7 +198,7 @@ def _assembly(layout: Layout, scales: Scales, excitation: Shock | Impact) -> Ass
     if isinstance(excitation, Shock):
         rise_time = scales.rise_time(excitation.rise_time)
         force = ChainProblem(excitation.profile, rise_time, excitation.peak_force / scales.force)
-    wall = layout.wall or Wall()
+    wall, law = layout.wall or Wall(), layout.law
     bodies = layout.masses if wall.mass is None else np.append(layout.masses, wall.mass)
     return Assembly(
         inverse_masses=scales.mass / bodies,
@@ -211,5 +212,5 @@ def _assembly(layout: Layout, scales: Scales, excitation: Shock | Impact) -> Ass
         end_damping=wall.damping * scales.velocity / scales.force,
         force=force,
         velocity=layout.velocity / scales.velocity,
-        law=layout.law and layout.law.scaled(length, scales.velocity, scales.force),
+        law=None if law is None else BoundLaw(law, layout.pairs, length, scales.velocity, scales.force),
     )

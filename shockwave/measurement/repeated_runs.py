@@ -131,11 +131,6 @@ def run(case: ChainSetup, tolerance: float, until: float | None, times: FloatArr
     return integrate(case.assembly, tolerance, until=until, times=times, compiled=case.compiled, integrator=case.method)
 
 
-def histories(case: ChainSetup, until: float, times: FloatArray) -> Motion:
-    """A run with the tolerance of the second one, with the states at ``times``."""
-    return run(case, tolerances_for(case.rtol)[0], until, times)
-
-
 def _errors(case: ChainSetup, coarse: Motion, fine: Motion, tolerance: float) -> tuple[FloatArray, bool]:
     """Relative error estimates of the forces at all contacts, and whether a reported one misses its tolerance."""
     forces, dynamic, rtol = fine.forces, fine.dynamic_forces, case.rtol

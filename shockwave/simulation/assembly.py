@@ -6,11 +6,11 @@ import math
 from collections.abc import Sequence
 from functools import cached_property
 from types import ModuleType
-from typing import Protocol
 
 import numpy as np
 from attrs import frozen
 
+from shockwave.chain.contact_law import BoundLaw
 from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.chain_contacts import FAR
@@ -46,19 +46,6 @@ _WORK_PER_BODY = 6e6
 _RULE = (np.polynomial.legendre.leggauss(12) + np.array([[1.0], [0.0]])) / 2
 
 
-class ContactForce(Protocol):
-    """A contact law of a plugin, in scaled units; arrays have shape (contacts,)."""
-
-    def initial_state(self) -> FloatArray:
-        """State of all contacts, shape (states, contacts)."""
-
-    def force(self, overlap: FloatArray, closing_velocity: FloatArray, state: FloatArray) -> FloatArray:
-        """Contact forces; zero where the overlap is not positive."""
-
-    def update(self, overlap: FloatArray, closing_velocity: FloatArray, state: FloatArray) -> FloatArray:
-        """State after a step that ends at these overlaps and velocities."""
-
-
 @frozen(eq=False, slots=False)
 class Assembly:
     """A chain of mixed granules, in scaled units.
@@ -89,7 +76,7 @@ class Assembly:
         The applied force on body 0; its ``granules`` are not used.
     velocity : float
         Initial velocity of body 0.
-    law : ContactForce or None
+    law : BoundLaw or None
         Contact law of a plugin, which replaces stiffness and damping.
     """
 
@@ -104,7 +91,7 @@ class Assembly:
     end_damping: float = 0.0
     force: ChainProblem | None = None
     velocity: float = 0.0
-    law: ContactForce | None = None
+    law: BoundLaw | None = None
 
     @cached_property
     def is_damped(self) -> bool:

@@ -68,7 +68,7 @@ class Contacts:
         self.damped, self.loaded = damped != 0, bool(self.base.any())
         self.jumps = self.damped and self.q == 0 and job.law is None
         self.on = np.ones(self.bodies, dtype=bool)
-        self.state = None if job.law is None else job.law.initial_state()
+        self.state = np.empty(0) if job.law is None else job.law.initial_state()
 
     def end_of(self, x: FloatArray, v: FloatArray, time: float, n: int) -> End:
         """Everything at one end of a step, of the first n contacts."""
