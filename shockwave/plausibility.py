@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from shockwave.chain.material import Material
 from shockwave.errors import Fault
 from shockwave.text import si
 
@@ -79,7 +78,7 @@ def _sphere(place: str, part: Any) -> Iterator[tuple[str, str, float]]:
 
 
 def _material(place: str, material: Any) -> Iterator[tuple[str, str, float]]:
-    """Density and modulus of a material, if it is one."""
-    if isinstance(material, Material):
+    """Density and modulus of a material; none of a name, or without one."""
+    if hasattr(material, "density"):
         yield place, "density", material.density
         yield place, "youngs_modulus", material.youngs_modulus

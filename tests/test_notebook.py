@@ -207,6 +207,12 @@ def test_draws_of_an_uncertainty_have_their_units() -> None:
     assert frame.attrs["units"] == {"draw": "", "peak_force": "N", "shock.peak_force": "N", "chain.radius": "m"}
 
 
+def test_the_log_of_a_scene_without_a_name_reads_well(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level("INFO", "shockwave")
+    MAKERS["uncertainty"]()
+    assert "uncertainty of the scene: 1024 scenes" in caplog.messages
+
+
 def test_values_of_a_design_have_the_unit_of_the_parameter() -> None:
     units = result_of("design").to_pandas().attrs["units"]
     assert (units["value"], units["reached"], units["rise_time"]) == ("N", "N", "")
