@@ -351,6 +351,16 @@ def test_reported_contacts_have_a_default_and_a_later_end_keeps_their_forces() -
     assert len(later.velocities) > len(found.velocities)
 
 
+def test_every_integrator_may_be_requested_for_waves_of_other_exponents(tmp_path: Path) -> None:
+    file = tmp_path / "scene.yaml"
+    file.write_text(
+        "chain: {material: copper, diameter: 9.5 mm, contact: {exponent: 2, stiffness: 1e12}}\n"
+        "shock: {profile: triangular, peak_force: 100 N, rise_time: 10 us, duration_ratio: 3}\n"
+        "simulate: {integrator: rkn64}\n"
+    )
+    assert sw.load_scenario(file).simulate.integrator == "rkn64"
+
+
 def test_histories_of_an_endless_precompressed_chain() -> None:
     chain = sw.Chain(material=STEEL, radius=RADIUS, precompression=5.0)
     found = sw.simulate(shock_of(chain, 2.0), chain, contacts=(0, 20), record=("forces", "field"))

@@ -81,7 +81,7 @@ def test_granules_are_numbered_from_the_struck_end() -> None:
     layout = Layout.of(chain(sw.Segment(count=2), cell, sw.Segment(radius=3e-3)), sw.Impact(velocity=1.0, radius=4e-3))
     assert layout.radii.tolist() == [4e-3, RADIUS, RADIUS, 1e-3, 2e-3, 2e-3, 1e-3, 2e-3, 2e-3, 3e-3]
     assert layout.segments == (-1, 0, 0, 1, 1, 1, 1, 1, 1, 2)
-    assert (layout.striker, layout.velocity) == (True, 1.0)
+    assert layout.velocity == 1.0
 
 
 def test_a_striker_takes_size_and_material_of_the_chain() -> None:
@@ -205,14 +205,15 @@ class Worn(ContactLaw):
 
 
 def test_a_law_is_evaluated_in_scaled_units() -> None:
-    law = Layout.of(chain(contact=Worn()), SHOCK).law
-    assert isinstance(law, BoundLaw)
+    layout = Layout.of(chain(contact=Worn()), SHOCK)
+    assert layout.law == Worn()
+    law = BoundLaw(layout.law, layout.pairs, length=1.0, velocity=1.0, unit_force=1.0)
     assert law.initial_state().shape == (1, 3)
     overlap, velocity, state = np.array([1e-6, -1e-6, 1e-6]), np.array([0.1, 0.0, 1e6]), np.array([[0.5, 0.0, 0.0]])
     forces = law.force(overlap, velocity, state)
     # neither an open contact nor an attraction has a force
     assert forces.tolist() == [pytest.approx(0.5e-6 * CHAIN.contact_stiffness - 0.05, rel=ROUNDINGS), 0.0, 0.0]
-    scaled = law.scaled(length=1e-6, velocity=0.1, force=2.0)
+    scaled = attrs.evolve(law, length=1e-6, velocity=0.1, unit_force=2.0)
     assert scaled.force(overlap / 1e-6, velocity / 0.1, state) == pytest.approx(forces / 2, rel=ROUNDINGS)
     assert scaled.update(overlap / 1e-6, velocity / 0.1, np.zeros((1, 3))) == pytest.approx(
         np.array([[1e-6, 0, 1e-6]]), rel=ROUNDINGS

@@ -226,6 +226,11 @@ def test_an_infeasible_design_ends_with_status_1(file: Path, capsys: pytest.Capt
     assert "no option meets chain mass <= " in capsys.readouterr().err
 
 
+def test_a_target_that_no_scene_has_is_refused_with_those_that_it_has(file: Path) -> None:
+    with pytest.raises(sw.InvalidValueError, match=r"\(got amplification, which is null .* known: greatest_force"):
+        sw.optimal_design(file, vary={"chain.granules[1].material": ["ptfe"]}, targets=["amplification <= 1"])
+
+
 @pytest.mark.parametrize(
     ("given", "message"),
     [

@@ -181,6 +181,12 @@ class Chain:
         return HERTZ if power is None else power.exponent
 
     @property
+    def is_damped(self) -> bool:
+        """Whether forces depend on velocities, or on a contact law of a plugin."""
+        sprung = self.end is not None and self.end.damping > 0
+        return self.damping is not None or sprung or (self.contact is not None and self._power_contact is None)
+
+    @property
     def contact_stiffness(self) -> float:
         """Stiffness k of F = k d^p between equal spheres [N/m^p]; Hertz's is sqrt(2 R) E / (3 (1 - nu^2)).
 

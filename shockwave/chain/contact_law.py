@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 import numpy as np
-from attrs import evolve, frozen
+from attrs import frozen
 
 from shockwave.fields import quantity
 from shockwave.quadrature import FloatArray
@@ -78,13 +78,9 @@ class BoundLaw:
 
     law: ContactLaw
     pairs: Pairs
-    length: float = 1.0
-    velocity: float = 1.0
-    unit_force: float = 1.0
-
-    def scaled(self, length: float, velocity: float, force: float) -> BoundLaw:
-        """The law for overlaps, velocities and forces in these units [m], [m/s], [N]."""
-        return evolve(self, length=length, velocity=velocity, unit_force=force)
+    length: float
+    velocity: float
+    unit_force: float
 
     def initial_state(self) -> FloatArray:
         """State of contacts without a history, of shape (states, contacts)."""

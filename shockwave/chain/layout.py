@@ -9,16 +9,15 @@ import numpy as np
 from attrs import evolve, frozen
 
 from shockwave.chain.chain import Chain
-from shockwave.chain.contact_law import BoundLaw, ContactLaw, Pairs, PowerContact
+from shockwave.chain.contact_law import ContactLaw, Pairs, PowerContact
 from shockwave.chain.coverage import scene_faults
 from shockwave.chain.damping import HERTZ
 from shockwave.chain.ends import Wall
 from shockwave.chain.impact import Impact
 from shockwave.chain.material import Material
 from shockwave.chain.segments import Cell, Segment, Taper
-from shockwave.errors import Fault, InvalidValueError
+from shockwave.errors import InvalidValueError
 from shockwave.quadrature import FloatArray
-from shockwave.registry import load
 
 #: Index of the segment of a striker.
 STRIKER = -1
@@ -52,9 +51,7 @@ class Layout:
         The wall, with its material resolved.
     velocity : float
         Initial velocity of granule 0 [m/s], if it is a striker.
-    striker : bool
-        Whether granule 0 is a striker.
-    law : BoundLaw or None
+    law : ContactLaw or None
         Contact law that replaces the power law of ``pairs``.
     """
 
@@ -69,8 +66,7 @@ class Layout:
     damping_power: float
     wall: Wall | None
     velocity: float
-    striker: bool
-    law: BoundLaw | None
+    law: ContactLaw | None
 
     @classmethod
     def of(cls, chain: Chain, excitation: object) -> Layout:
@@ -92,8 +88,7 @@ class Layout:
         if wall is not None and wall.material == "same":
             wall = evolve(wall, material=materials[-1])
         pairs = _pairs(chain, materials, sizes, masses, wall)
-        striker = isinstance(excitation, Impact)
-        static = _static_forces(chain, masses, striker, len(pairs.stiffnesses))
+        static = _static_forces(chain, masses, isinstance(excitation, Impact), len(pairs.stiffnesses))
         with np.errstate(over="ignore"):
             overlaps = (static / pairs.stiffnesses) ** (1 / pairs.exponent) - np.array(gaps)[: len(static)]
         if not np.isfinite(overlaps).all():
@@ -113,20 +108,8 @@ class Layout:
             damping_power=0.0 if damping is None else damping.power(pairs.exponent),
             wall=wall,
             velocity=excitation.velocity if isinstance(excitation, Impact) else 0.0,
-            striker=striker,
-            law=BoundLaw(chain.contact, pairs) if isinstance(chain.contact, ContactLaw) else None,
+            law=chain.contact if isinstance(chain.contact, ContactLaw) else None,
         )
-
-
-def integrator_faults(layout: Layout, name: str) -> list[Fault]:
-    """Error of an integrator that cannot step a chain."""
-    sprung = layout.wall is not None and layout.wall.damping > 0
-    damped = layout.law is not None or sprung or bool(layout.damping_coefficients.any())
-    if load("integrators", name).chains in ("any", *(() if damped else ("conservative",))):
-        return []
-    known = "dop853" if damped else "rkn64, rkn86, rkn1210 or dop853"
-    kind = "with damping or a contact law of a plugin" if damped else "of mixed granules"
-    return [Fault("simulate.integrator", f"must be {known} for a chain {kind} (got {name!r})")]
 
 
 # Index of the segment, material, radius [m], gap behind it [m].

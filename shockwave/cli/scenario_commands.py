@@ -288,9 +288,11 @@ def _chain_row(result: ChainResult) -> _Row:
         "error": f"{top.error_estimate:.0e}",
     }
     if wall is not None:
+        from shockwave.measurement.chain_text import impulse_text  # for such chains only
+
         row |= {
             "wall force": si(wall.peak_force, "N", error=wall.error_estimate),
-            "wall impulse": si(wall.impulse, "N s"),
+            "wall impulse": impulse_text(wall),
         }
     return row
 

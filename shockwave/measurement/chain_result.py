@@ -37,9 +37,13 @@ class Transmitted(ContactPeak):
     ----------
     impulse : float
         Integral of the total force minus the static force, from 0 to the end of the simulated time [N s].
+    impulse_error : float
+        Estimated relative error of the impulse. Late collisions in a long chain amplify errors, and the impulse depends
+        on them, unlike the greatest force.
     """
 
     impulse: float
+    impulse_error: float
 
 
 @frozen(kw_only=True)
@@ -75,8 +79,6 @@ class ChainResult(Result):
         Scene and settings.
     integrator, backend : str
         Name of the integrator; ``compiled`` or ``numpy``, the code that integrated the chain.
-    scene : ChainScene
-        Summary of excitation and chain.
     contact_count : int or None
         Number of contacts of the chain, including the contact with a wall, which is the last one; None in an endless
         chain.
@@ -141,7 +143,6 @@ class ChainResult(Result):
     options: SimulateOptions
     integrator: str
     backend: str
-    scene: ChainScene
     contact_count: int | None
     contacts: tuple[ContactPeak, ...]
     greatest_force: ContactPeak
@@ -173,6 +174,11 @@ class ChainResult(Result):
     peak_force: None = field(default=None, init=False, repr=False)
     amplification: None = field(default=None, init=False, repr=False)
     waves: tuple[()] = field(default=(), init=False, repr=False)
+
+    @property
+    def scene(self) -> ChainScene:
+        """Summary of excitation and chain."""
+        return ChainScene.of(self.excitation, self.chain)
 
     @property
     def error_estimate(self) -> float:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from attrs import evolve, frozen
 
 from shockwave.chain.chain import Chain, Scales
+from shockwave.chain.contact_law import BoundLaw
 from shockwave.chain.ends import Wall
 from shockwave.chain.impact import Impact
 from shockwave.chain.layout import Layout
@@ -174,7 +175,7 @@ def _scales(layout: Layout, excitation: Shock | Impact, chain: Chain) -> Scales:
     striker it is the force that stops a granule of the same velocity.
     """
     power = layout.pairs.exponent
-    mass, stiffness = float(np.median(layout.masses)), float(np.median(layout.pairs.stiffnesses))
+    mass, stiffness = (float(np.sort(each)[len(each) // 2]) for each in (layout.masses, layout.pairs.stiffnesses))
 
     def of(force: float) -> Scales:
         """Units with T0 = m^(1/2) k^(-1/(2p)) F^(-(p-1)/(2p))."""
@@ -197,7 +198,7 @@ def _assembly(layout: Layout, scales: Scales, excitation: Shock | Impact) -> Ass
     if isinstance(excitation, Shock):
         rise_time = scales.rise_time(excitation.rise_time)
         force = ChainProblem(excitation.profile, rise_time, excitation.peak_force / scales.force)
-    wall = layout.wall or Wall()
+    wall, law = layout.wall or Wall(), layout.law
     bodies = layout.masses if wall.mass is None else np.append(layout.masses, wall.mass)
     return Assembly(
         inverse_masses=scales.mass / bodies,
@@ -211,5 +212,5 @@ def _assembly(layout: Layout, scales: Scales, excitation: Shock | Impact) -> Ass
         end_damping=wall.damping * scales.velocity / scales.force,
         force=force,
         velocity=layout.velocity / scales.velocity,
-        law=layout.law and layout.law.scaled(length, scales.velocity, scales.force),
+        law=None if law is None else BoundLaw(law, layout.pairs, length, scales.velocity, scales.force),
     )

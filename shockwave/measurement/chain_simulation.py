@@ -20,7 +20,7 @@ from shockwave.measurement.chain_result import ChainResult, SegmentEnergy, Trans
 from shockwave.measurement.chain_setup import ChainSetup
 from shockwave.measurement.contact_peaks import ContactPeak
 from shockwave.measurement.recording import Recording, sample_times
-from shockwave.measurement.repeated_runs import Runs, histories, runs_of
+from shockwave.measurement.repeated_runs import Runs, run, runs_of
 from shockwave.measurement.result import Cost, SimulationResult
 from shockwave.measurement.simulation_setup import scaled
 from shockwave.options import SimulateOptions
@@ -28,8 +28,7 @@ from shockwave.plausibility import unusual_warnings
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.registry import find
-from shockwave.scene_summary import ChainScene
-from shockwave.simulation.assembly import Motion
+from shockwave.simulation.assembly import Motion, tolerances_for
 from shockwave.simulation.backend import chosen
 from shockwave.simulation.time_limit import time_limit
 
@@ -76,7 +75,10 @@ def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: 
     case, motion, scales = runs.case, runs.motion, runs.case.scales
     count, start = case.granules, case.assembly.velocity / float(case.assembly.inverse_masses[0])
     momentum, energy = motion.applied_impulse + start, motion.work + motion.initial_energy
-    impulse = float(motion.impulses[-1]) if case.has_wall else 0.0
+    impulse, on_wall = float(motion.impulses[-1]) if case.has_wall else 0.0, None
+    if case.has_wall:
+        peak = asdict(runs.peak(-1))
+        on_wall = Transmitted(**peak, impulse=impulse * scales.momentum, impulse_error=runs.impulse_error)
     carried = math.fsum(motion.v[:count] / case.assembly.inverse_masses[:count])
     movable = len(motion.v) > count
     velocities, masses = scales.velocity * motion.v[:count], case.layout.masses
@@ -95,12 +97,11 @@ def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: 
         options=case.options,
         integrator=motion.integrator,
         backend="numpy" if case.compiled is None else "compiled",
-        scene=ChainScene.of(excitation, chain),
         contact_count=None if endless else len(motion.forces),
         contacts=runs.reported,
         greatest_force=runs.greatest,
         last_contact=None if endless else runs.peak(-1),
-        transmitted=Transmitted(**asdict(runs.peak(-1)), impulse=impulse * scales.momentum) if case.has_wall else None,
+        transmitted=on_wall,
         end=motion.end * scales.time,
         arrival_time=None if endless or motion.arrival is None else motion.arrival * scales.time,
         velocities=tuple(velocities[:reached].tolist()),
@@ -228,7 +229,7 @@ def _flying(outwards: FloatArray, apart: npt.NDArray[np.bool_]) -> FloatArray:
 
 
 def _restitution(case: ChainSetup, velocities: FloatArray, apart: npt.NDArray[np.bool_]) -> float | None:
-    if not (case.layout.striker and apart[0]):
+    if not (isinstance(case.excitation, Impact) and apart[0]):
         return None
     masses = case.layout.masses[1:]
     centre = 0.0 if case.has_wall else math.fsum(masses * velocities[1:]) / math.fsum(masses)
@@ -269,7 +270,7 @@ def _record(result: ChainResult) -> Recording:
     scales, count = case.scales, case.granules
     times = sample_times(options, scales, result.end / scales.time, count)
     with time_limit(None if options.timeout is None else options.timeout - result.cost.seconds):
-        motion = histories(case, result.end / scales.time, times)
+        motion = run(case, tolerances_for(case.rtol)[0], result.end / scales.time, times)
     if result.chain.count is None:
         count = _reached(motion.v)
     recorded: dict[str, FloatArray] = {}

@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import TypeVar
 
 from shockwave.limit import verdict_facts
-from shockwave.measurement.chain_result import ChainResult, SegmentEnergy
+from shockwave.measurement.chain_result import ChainResult, SegmentEnergy, Transmitted
 from shockwave.measurement.contact_peaks import ContactPeak
 from shockwave.measurement.result_text import balance_text, result_limits, work_details
-from shockwave.text import facts, is_wide, limits, notes, si, strong, table
+from shockwave.text import facts, is_wide, limits, notes, si, significant_digits, strong, table
 
 _Item = TypeVar("_Item")
 _CONTACTS = ("contact", "greatest force", "time", "error")
@@ -51,7 +51,7 @@ def chain_answer(result: ChainResult) -> Iterator[tuple[str, str]]:
     if result.transmitted is not None:
         force, time, error = _row(result.transmitted, "")[1:]
         yield "wall force", f"{force} at {time}, estimated error {error}" if result.transmitted.peak_force else force
-        yield "wall impulse", si(result.transmitted.impulse, "N s")
+        yield "wall impulse", impulse_text(result.transmitted)
     if result.restitution is not None:
         yield "restitution", f"{result.restitution:.5g} (of the striker)"
     if result.recoil_velocities is not None:
@@ -64,6 +64,11 @@ def chain_answer(result: ChainResult) -> Iterator[tuple[str, str]]:
     wave = "does not reach the end" if arrival is None else f"arrives at {si(arrival, 's', _TIME_DIGITS)}"
     wave = "" if result.contact_count is None else f"; the leading wave {wave}"
     yield "simulated", f"to {si(result.end, 's', _TIME_DIGITS)}{wave}"
+
+
+def impulse_text(wall: Transmitted) -> str:
+    """The impulse on a wall, to five digits or to those that its error supports."""
+    return si(wall.impulse, "N s", min(5, significant_digits(wall.impulse, wall.impulse_error)))
 
 
 def chain_balances(result: ChainResult) -> Iterator[tuple[str, str]]:

@@ -124,7 +124,9 @@ def reported_contacts(options: SimulateOptions, contacts: int) -> tuple[int, ...
         If the chain does not have a requested contact.
     """
     if not options.contacts:
-        return tuple(np.round(np.linspace(0, contacts - 1, min(contacts, MOST_REPORTED))).astype(int).tolist())
+        if contacts <= MOST_REPORTED:
+            return tuple(range(contacts))
+        return tuple(np.round(np.linspace(0, contacts - 1, MOST_REPORTED)).astype(int).tolist())
     if options.contacts[-1] >= contacts:
         problem = f"must be at most {contacts - 1}, the last contact of this chain (got {options.contacts[-1]})"
         raise InvalidValueError.of("contacts", problem)

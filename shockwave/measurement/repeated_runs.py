@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
+import numpy.typing as npt
 
 from shockwave.errors import NumericalError
 from shockwave.measurement.chain_setup import ChainSetup
@@ -25,6 +25,9 @@ _HOPELESS = 10.0
 # both sides, for it may vanish by chance at one of them, and the error tolerance of a step; docs/check_chains.py
 # measures how often it holds.
 _NEIGHBOURS = 3
+# Error estimate of the impulse on a wall, over its difference between two runs: the errors of both may be of the same
+# order, since late collisions amplify them, so that the difference may be small by chance.
+_IMPULSE_FACTOR = 5.0
 # Relative rounding error of a total force.
 _ROUNDING = 1e-14
 # Tightest tolerance of a force, over its total; errors are relative to no smaller dynamic part than this one allows.
@@ -50,6 +53,8 @@ class Runs(NamedTuple):
         The best run.
     errors : array, shape (contacts,)
         Error estimates of its greatest forces, relative to their dynamic parts.
+    impulse_error : float
+        Error estimate of the impulse at the last contact, relative to it.
     missed : bool
         Whether a force that the result shows, or its time, misses the tolerance.
     steps, evaluations : int
@@ -59,6 +64,7 @@ class Runs(NamedTuple):
     case: ChainSetup
     motion: Motion
     errors: FloatArray
+    impulse_error: float
     missed: bool
     steps: int
     evaluations: int
@@ -71,17 +77,19 @@ class Runs(NamedTuple):
     @property
     def reported(self) -> tuple[ContactPeak, ...]:
         """The greatest forces at the reported contacts."""
-        return tuple(map(self.peak, self.case.reported.tolist()))
+        return self._peaks(self.case.reported)
 
     def peak(self, contact: int) -> ContactPeak:
         """The greatest force at a contact."""
+        return self._peaks(np.array([contact % len(self.errors)]))[0]
+
+    def _peaks(self, contacts: npt.NDArray[np.intp]) -> tuple[ContactPeak, ...]:
         scales, motion = self.case.scales, self.motion
-        return ContactPeak(
-            contact=contact % len(motion.forces),
-            peak_force=float(motion.forces[contact]) * scales.contact_force,
-            time=float(motion.force_times[contact]) * scales.time,
-            error_estimate=float(self.errors[contact]),
-            static_force=float(self.case.layout.static_forces[contact]),
+        forces, times = motion.forces * scales.contact_force, motion.force_times * scales.time
+        columns = (contacts, *(each[contacts] for each in (forces, times, self.errors, self.case.layout.static_forces)))
+        return tuple(
+            ContactPeak(contact=contact, peak_force=force, time=time, error_estimate=error, static_force=static)
+            for contact, force, time, error, static in zip(*(each.tolist() for each in columns), strict=True)
         )
 
 
@@ -107,7 +115,9 @@ def runs_of(case: ChainSetup) -> Runs:
         steps, evaluations = steps + fine.steps, evaluations + fine.evaluations
         errors, missed = _errors(case, coarse, fine, tolerance)
         if best is None or errors[case.reported].max() < best.errors[case.reported].max():
-            best = Runs(case, fine, errors, missed, steps, evaluations)
+            change = abs(float(fine.impulses[-1] - coarse.impulses[-1]))
+            impulse_error = _IMPULSE_FACTOR * change / max(abs(float(fine.impulses[-1])), _TINY) + tolerance
+            best = Runs(case, fine, errors, impulse_error, missed, steps, evaluations)
         reached = float(errors[case.judged(fine.forces)].max())
         if not missed or tolerance <= _TIGHTEST or reached * _TIGHTER**left > _HOPELESS * case.rtol:
             break
@@ -121,21 +131,19 @@ def run(case: ChainSetup, tolerance: float, until: float | None, times: FloatArr
     return integrate(case.assembly, tolerance, until=until, times=times, compiled=case.compiled, integrator=case.method)
 
 
-def histories(case: ChainSetup, until: float, times: FloatArray) -> Motion:
-    """A run with the tolerance of the second one, with the states at ``times``."""
-    return run(case, tolerances_for(case.rtol)[0], until, times)
-
-
 def _errors(case: ChainSetup, coarse: Motion, fine: Motion, tolerance: float) -> tuple[FloatArray, bool]:
     """Relative error estimates of the forces at all contacts, and whether a reported one misses its tolerance."""
     forces, dynamic, rtol = fine.forces, fine.dynamic_forces, case.rtol
     least = max(_NEGLIGIBLE * float(dynamic.max()), _TINY)
     base = np.maximum(np.maximum(dynamic, least), _LEAST_OF_TOTAL / rtol * forces)
-    near = 2 * _NEIGHBOURS + 1
-    changes = sliding_window_view(np.pad(np.abs(dynamic - coarse.dynamic_forces), _NEIGHBOURS), near)
-    bases = np.maximum(sliding_window_view(np.pad(base, _NEIGHBOURS), near), base[:, None])
+    changes = np.abs(dynamic - coarse.dynamic_forces)
+    relative = changes / base
+    for shift in range(1, _NEIGHBOURS + 1):
+        for here, there in ((slice(shift, None), slice(-shift)), (slice(-shift), slice(shift, None))):
+            near = changes[there] / np.maximum(base[there], base[here])
+            relative[here] = np.maximum(relative[here], near)
     own = tolerance + (0.0 if case.assembly.force is None else case.assembly.force.path.error)
-    errors = ESTIMATE_FACTOR * (changes / bases).max(axis=1) + own + _ROUNDING * forces / base
+    errors = ESTIMATE_FACTOR * relative + own + _ROUNDING * forces / base
     errors[forces <= 0] = 0.0
     judged = case.judged(forces)
     late = np.abs(fine.force_times - coarse.force_times)[judged]

@@ -5,8 +5,10 @@ const initial = $("text").defaultValue;
 let valid = initial; // text of the scenario that is shown
 let waiting = null; // the request that follows the present one
 let busy = false;
+let settled; // the timer that puts the scenario into the address
 let paused = matchMedia("(prefers-reduced-motion: reduce)").matches;
 
+const hash = () => "#" + encodeURIComponent(valid);
 const post = (path, body) =>
   fetch(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
 
@@ -41,7 +43,8 @@ async function show(request) {
     return;
   }
   valid = $("text").value = reply.text;
-  history.replaceState(null, "", valid === initial ? location.pathname : "#" + encodeURIComponent(valid));
+  clearTimeout(settled); // browsers limit how often the address may change
+  settled = setTimeout(() => history.replaceState(null, "", valid === initial ? location.pathname : hash()), 300);
   for (const name of ["headline", "estimate"]) $(name).innerHTML = reply[name];
   const time = document.querySelector("#figures svg")?.getCurrentTime() ?? 0;
   $("figures").innerHTML = reply.figures;
@@ -98,7 +101,7 @@ function copy(text) {
   );
 }
 $("copy").addEventListener("click", () => copy(valid));
-$("link").addEventListener("click", () => copy(`${location.origin}/#${encodeURIComponent(valid)}`));
+$("link").addEventListener("click", () => copy(`${location.origin}/${hash()}`));
 
 document.addEventListener("click", async ({ target }) => {
   if (target.id === "pause") {

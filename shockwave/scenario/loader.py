@@ -287,13 +287,11 @@ class _Loading:
 
             faults = scene_faults(chain, impact)
             known = not faults
-            if options.integrator is not None and not faults:
-                from shockwave.chain.layout import Layout, integrator_faults
-
-                try:
-                    faults = integrator_faults(Layout.of(chain, impact), options.integrator)
-                except InvalidValueError as error:
-                    faults = list(error.faults)
+            # the waves of an endless chain without precompression are those of equal granules
+            mixed = chain.count is not None or chain.precompression > 0
+            if options.integrator is not None and mixed and not faults:
+                reason = load("integrators", options.integrator).refusal(chain.is_damped)
+                faults = [Fault("simulate.integrator", reason)] if reason else []
         if chain.count is not None and known:
             last = chain.count + (impact is not None) + (chain.end is not None) - 2
             given = self.document.data["simulate"]["contacts"] if options.contacts else ()

@@ -16,6 +16,7 @@
 #define WIDE
 #endif
 #define INLINE static inline __attribute__((always_inline))
+typedef long long __attribute__((may_alias)) Bits;
 
 #define MAX_STAGES 17
 #define STEP 32 /* work on a stage besides that on the contacts, in contact forces */
@@ -110,12 +111,13 @@ WIDE static void forces(const March *m, const double *x, const double *v, long l
                         double *raw)
 {
     const double p = m->r->p, q = m->r->q, stiffness = m->r->end_stiffness, damping = m->r->end_damping;
-    if (p == 1.5 && !m->damped && !m->loaded) contact_forces(m, 1.5, 0, 0, 0, x, v, low, high, f, power, raw);
-    else if (p == 1.5 && !m->damped) contact_forces(m, 1.5, 0, 0, 1, x, v, low, high, f, power, raw);
-    else if (p == 1.5 && q == 0) contact_forces(m, 1.5, 0, 1, m->loaded, x, v, low, high, f, power, raw);
-    else if (p == 1.5 && q == 0.25) contact_forces(m, 1.5, 0.25, 1, m->loaded, x, v, low, high, f, power, raw);
-    else if (p == 1.5 && q == 0.5) contact_forces(m, 1.5, 0.5, 1, m->loaded, x, v, low, high, f, power, raw);
-    else contact_forces(m, p, q, m->damped, m->loaded, x, v, low, high, f, power, raw);
+#define FORCES(p, q, damped, loaded) contact_forces(m, p, q, damped, loaded, x, v, low, high, f, power, raw)
+    if (p == 1.5 && !m->damped && !m->loaded) FORCES(1.5, 0, 0, 0);
+    else if (p == 1.5 && !m->damped) FORCES(1.5, 0, 0, 1);
+    else if (p == 1.5 && q == 0 && !m->loaded) FORCES(1.5, 0, 1, 0);
+    else if (p == 1.5 && q == 0.25 && !m->loaded) FORCES(1.5, 0.25, 1, 0);
+    else if (p == 1.5 && q == 0.5 && !m->loaded) FORCES(1.5, 0.5, 1, 0);
+    else FORCES(p, q, m->damped, m->loaded);
     if (high == m->bodies && (stiffness != 0 || damping != 0)) {
         f[high] = stiffness * x[high - 1] + damping * v[high - 1];
         power[high - 1] = damping * v[high - 1] * v[high - 1];
@@ -123,22 +125,30 @@ WIDE static void forces(const March *m, const double *x, const double *v, long l
 }
 
 /* Time derivatives of the forces of closed contacts, before they are cut off. */
-static void slopes(March *m, const double *x, const double *v, const double *f, const double *raw, long low, long high,
-                   double time, double *slope)
+INLINE void contact_slopes(March *m, const double p, const double q, const int damped, const double *restrict x,
+                           const double *restrict v, const double *restrict f, const double *restrict raw, long low,
+                           long high, double push, double *restrict slope)
 {
-    const double p = m->r->p, q = m->r->q;
+    const double *restrict const k = m->k, *restrict const gap = m->gap, *restrict const base = m->base;
+    const double *restrict const c = m->c, *restrict const inverse = m->inverse, least = m->r->min_overlap;
     long j;
     for (j = low; j < high; j++) {
-        const double d = (x[j] - x[j + 1]) + m->gap[j] + m->base[j], w = v[j] - v[j + 1];
-        const int closed = d > m->r->min_overlap && raw[j] > 0;
-        slope[j] = closed ? p * m->k[j] * power_of(d, p - 1) * w : 0;
-        if (closed && m->damped) {
-            double a = m->inverse[j] * (f[j] - f[j + 1]);
-            const double next = j + 1 < m->bodies ? m->inverse[j + 1] * (f[j + 1] - f[j + 2]) : 0;
-            if (j == 0) a += m->inverse[0] * applied(m, time);
-            slope[j] += m->c[j] * power_of(d, q) * (q / d * w * w + (a - next));
+        const double d = (x[j] - x[j + 1]) + gap[j] + base[j], w = v[j] - v[j + 1], inside = d > least ? d : 1;
+        double all = p * k[j] * power_of(inside, p - 1) * w;
+        if (damped) {
+            const double a = inverse[j] * (f[j] - f[j + 1]) + (j ? 0 : push), next = inverse[j + 1] * (f[j + 1] - f[j + 2]);
+            all += c[j] * power_of(inside, q) * (q / inside * w * w + (a - next));
         }
+        slope[j] = d > least && raw[j] > 0 ? all : 0;
     }
+}
+
+WIDE static void slopes(March *m, const double *x, const double *v, const double *f, const double *raw, long low, long high,
+                        double time, double *slope)
+{
+    const double push = low == 0 && m->damped ? m->inverse[0] * applied(m, time) : 0;
+    if (m->r->p == 1.5 && !m->damped) contact_slopes(m, 1.5, 0, 0, x, v, f, raw, low, high, 0, slope);
+    else contact_slopes(m, m->r->p, m->r->q, m->damped, x, v, f, raw, low, high, push, slope);
 }
 
 /* Everything at one end of a step, from positions and velocities. */
@@ -210,14 +220,17 @@ static void attempt(March *m, double h, double end, long low, long high, double 
 WIDE static double largest(March *m, const double *weights, double factor, const double *restrict scale)
 {
     const double *restrict const sum = m->sum, *restrict const inverse = m->inverse;
-    double *restrict const change = m->y, *restrict const error = m->z, most = 0;
+    double *restrict const change = m->y, *restrict const error = m->z, greatest;
+    Bits *const bits = (Bits *)error, most = 0;
     long j;
     combine(m->stage, weights, m->stages, 0, m->n + 1, m->sum);
     for (j = 0; j < m->n; j++) change[j] = factor * (inverse[j] * (sum[j] - sum[j + 1]));
     change[m->n] = 0;
     for (j = 0; j < m->n; j++) error[j] = fabs(change[j] - change[j + 1]) / scale[j];
-    for (j = 0; j < m->n; j++) most = error[j] <= most || most != most ? most : error[j];
-    return most < 1e300 ? most : INFINITY;
+    /* positive numbers are in the order of their bits, and a NaN is beyond all of them */
+    for (j = 0; j < m->n; j++) most = bits[j] > most ? bits[j] : most;
+    memcpy(&greatest, &most, sizeof greatest);
+    return greatest < 1e300 ? greatest : INFINITY;
 }
 
 /* Largest error of the last attempt, over the tolerance. */
@@ -369,12 +382,14 @@ static void store_samples(March *m, double end)
 static void begin(March *m, long n)
 {
     const double *x = m->start.x, *v = m->start.v;
+    int changed = n < m->n;
     long j;
     for (j = 0; m->jumps && j < m->n; j++) {
-        const double d = (x[j] - x[j + 1]) + m->gap[j] + m->base[j], w = v[j] - v[j + 1];
+        const double d = (x[j] - x[j + 1]) + m->gap[j] + m->base[j], w = v[j] - v[j + 1], before = m->on[j];
         m->on[j] = d >= 0 || (w > 0 && d >= -late(m, x, w, j));
+        changed = changed || m->on[j] != before;
     }
-    if (m->jumps || n < m->n) complete(m, &m->start, m->r->time);
+    if (changed) complete(m, &m->start, m->r->time);
     for (j = 0; j < m->n && j < m->r->contacts; j++) raise_best(m, j, m->start.f[j + 1], m->r->time);
 }
 

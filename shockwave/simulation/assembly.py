@@ -6,11 +6,11 @@ import math
 from collections.abc import Sequence
 from functools import cached_property
 from types import ModuleType
-from typing import Protocol
 
 import numpy as np
 from attrs import frozen
 
+from shockwave.chain.contact_law import BoundLaw
 from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.chain_contacts import FAR
@@ -42,21 +42,8 @@ _LEAST_STEPS = 8
 # Largest number of evaluations of a contact force without a time limit, and its increase with the number of bodies.
 _WORK = 2e9
 _WORK_PER_BODY = 6e6
-# Number of nodes of the rule for the energy of contacts with a static overlap.
-_NODES = 12
-
-
-class ContactForce(Protocol):
-    """A contact law of a plugin, in scaled units; arrays have shape (contacts,)."""
-
-    def initial_state(self) -> FloatArray:
-        """State of all contacts, shape (states, contacts)."""
-
-    def force(self, overlap: FloatArray, closing_velocity: FloatArray, state: FloatArray) -> FloatArray:
-        """Contact forces; zero where the overlap is not positive."""
-
-    def update(self, overlap: FloatArray, closing_velocity: FloatArray, state: FloatArray) -> FloatArray:
-        """State after a step that ends at these overlaps and velocities."""
+# Gauss-Legendre rule on (0, 1) for the energy of contacts with a static overlap: nodes and weights.
+_RULE = (np.polynomial.legendre.leggauss(12) + np.array([[1.0], [0.0]])) / 2
 
 
 @frozen(eq=False, slots=False)
@@ -89,7 +76,7 @@ class Assembly:
         The applied force on body 0; its ``granules`` are not used.
     velocity : float
         Initial velocity of body 0.
-    law : ContactForce or None
+    law : BoundLaw or None
         Contact law of a plugin, which replaces stiffness and damping.
     """
 
@@ -104,9 +91,9 @@ class Assembly:
     end_damping: float = 0.0
     force: ChainProblem | None = None
     velocity: float = 0.0
-    law: ContactForce | None = None
+    law: BoundLaw | None = None
 
-    @property
+    @cached_property
     def is_damped(self) -> bool:
         """Whether the forces depend on the velocities."""
         return self.law is not None or self.end_damping > 0 or bool(np.any(self.damping > 0))
@@ -115,6 +102,42 @@ class Assembly:
     def static_forces(self) -> FloatArray:
         """Static contact forces, shape (contacts,)."""
         return np.asarray(self.stiffnesses * np.maximum(self.overlaps, 0.0) ** self.exponent)
+
+    @property
+    def _first_scales(self) -> tuple[float, float]:
+        """Orders of magnitude of closing velocity and force, minus the static one, at the first contact."""
+        p, k = self.exponent, float(self.stiffnesses[0])
+        linear = p * k * max(float(self.overlaps[0]), 0.0) ** (p - 1)
+        mass = 1 / float(np.sum(self.inverse_masses[:2]))
+        velocity, force = self.velocity, math.inf
+        if self.force is not None:
+            force = self.force.peak_force
+            overlap = min((force / k) ** (1 / p), force / linear if linear else math.inf)
+            impulse = self.force.free(self.force.duration)[1]
+            velocity = min(math.sqrt(overlap * force / mass), impulse * float(self.inverse_masses[0]))
+        reached = ((p + 1) / 2 * mass * velocity**2 / k) ** (1 / (p + 1))
+        return velocity, min(force, max(k * reached**p, velocity * math.sqrt(mass * linear)))
+
+    @cached_property
+    def beginning(self) -> tuple[FloatArray, FloatArray, float]:
+        """Rows of a `Job` that describe the chain, the scales of errors at the beginning, and the first step."""
+        inverse, p = np.asarray(self.inverse_masses, dtype=float), self.exponent
+        bodies, contacts = len(inverse), len(self.overlaps)
+        k, offsets, c = np.zeros((3, bodies))
+        k[:contacts], offsets[:contacts], c[:contacts] = self.stiffnesses, self.overlaps, self.damping
+        offsets[contacts:] = -FAR
+        base, gap = np.maximum(offsets, 0.0), np.minimum(offsets, 0.0)
+        before = np.append(inverse[0], inverse[:-1])
+        velocity, force = self._first_scales
+        # overlap of each contact under the force at the first one
+        extent = np.minimum((force / np.where(k > 0, k, 1.0)) ** (1 / p), _ratio(force, p * k * base ** (p - 1)))
+        reach = np.array([2 * inverse / (before + inverse), extent / np.append(extent[0], extent[:-1])])
+        reach = _EXPECTED * np.minimum(reach, 1.0)
+        scales = np.multiply.accumulate(np.column_stack(([1.0, 1.0], reach[:, 1:])), axis=1)
+        scales = np.maximum(scales, _LEAST) * (_EXPECTED * np.array([[velocity], [extent[0]]]))
+        scales[:, contacts:] = math.inf
+        first = _FIRST_STEP * float(scales[1, 0] / scales[0, 0])
+        return np.array([inverse, k, gap, base, np.sqrt(base), k * base**p, c, *reach]), scales, first
 
     def potential(self, x: FloatArray) -> FloatArray:
         """Integral of the contact force minus its static part from the initial state to ``x``, shape (contacts,)."""
@@ -125,12 +148,11 @@ class Assembly:
         if not static.any():
             return np.asarray(self.stiffnesses * whole)
         # Gauss-Legendre quadrature of a force that is nearly linear avoids the difference of large numbers
-        nodes, weights = np.polynomial.legendre.leggauss(_NODES)
-        shares = (nodes + 1) / 2
+        shares, weights = _RULE[:, :, None]
         strain = changes / np.where(static > 0, static, 1.0)
         near = (static > 0) & (np.abs(strain) < 0.5)
-        inner = np.where(near, strain, 0.0) * shares[:, None]
-        slight = np.add.reduce(weights[:, None] / 2 * np.expm1(p * np.log1p(inner)), axis=0) * static**p * changes
+        inner = np.where(near, strain, 0.0) * shares
+        slight = np.add.reduce(weights * np.expm1(p * np.log1p(inner)), axis=0) * static**p * changes
         return np.asarray(self.stiffnesses * np.where(near, slight, whole))
 
 
@@ -225,13 +247,9 @@ def method_for(assembly: Assembly, integrator: type[Integrator] | None) -> tuple
         if assembly.is_damped:
             return "dop853", dop853()
         integrator = Rkn86
-    if integrator.chains == "any":
-        return integrator.name, dop853()
-    if integrator.chains == "conservative" and issubclass(integrator, Nystroem) and not assembly.is_damped:
-        return integrator.name, of_nystroem(integrator.tableau, integrator.error_order)
-    known = "dop853" if assembly.is_damped else "rkn64, rkn86, rkn1210 or dop853"
-    kind = "with damping or a contact law of a plugin" if assembly.is_damped else "of mixed granules"
-    raise InvalidValueError.of("integrator", f"must be {known} for a chain {kind} (got {integrator.name!r})")
+    if reason := integrator.refusal(assembly.is_damped):
+        raise InvalidValueError.of("integrator", reason)
+    return integrator.name, of_nystroem(integrator) if issubclass(integrator, Nystroem) else dop853()
 
 
 def integrate(
@@ -302,26 +320,12 @@ def integrate(
 
 def _job(assembly: Assembly, tolerance: float, until: float | None, times: FloatArray, method: GeneralTableau) -> Job:
     """Arrays of a run."""
-    inverse, p = np.asarray(assembly.inverse_masses, dtype=float), assembly.exponent
-    bodies, contacts, problem = len(inverse), len(assembly.overlaps), assembly.force
-    k, offsets, c = np.zeros((3, bodies))
-    k[:contacts], offsets[:contacts], c[:contacts] = assembly.stiffnesses, assembly.overlaps, assembly.damping
-    offsets[contacts:] = -FAR
-    base, gap = np.maximum(offsets, 0.0), np.minimum(offsets, 0.0)
-    before = np.append(inverse[0], inverse[:-1])
-    velocity, force = _first_scales(assembly)
-    # overlap of each contact under the force at the first one
-    extent = np.minimum((force / np.where(k > 0, k, 1.0)) ** (1 / p), _ratio(force, p * k * base ** (p - 1)))
-    reach = np.array([2 * inverse / (before + inverse), extent / np.append(extent[0], extent[:-1])])
-    reach = _EXPECTED * np.minimum(reach, 1.0)
-    scales = np.multiply.accumulate(np.column_stack(([1.0, 1.0], reach[:, 1:])), axis=1)
-    scales = np.maximum(scales, _LEAST) * (_EXPECTED * np.array([[velocity], [extent[0]]]))
-    scales[:, contacts:] = math.inf
-    first = _FIRST_STEP * float(scales[1, 0] / scales[0, 0])
+    bodies, problem = len(assembly.inverse_masses), assembly.force
+    chain, scales, first = assembly.beginning
     pulse = (0.0, 1.0, 0.0) if problem is None else (problem.duration, problem.rise_time, problem.peak_force)
     work = math.inf if is_limited() else _WORK + _WORK_PER_BODY * bodies
-    settings = [p, assembly.damping_power, tolerance, math.inf if until is None else until, *pulse, first]
-    settings += [pulse[0] / _LEAST_STEPS, contacts, assembly.end_stiffness, assembly.end_damping]
+    settings = [assembly.exponent, assembly.damping_power, tolerance, math.inf if until is None else until, *pulse]
+    settings += [first, pulse[0] / _LEAST_STEPS, len(assembly.overlaps), assembly.end_stiffness, assembly.end_damping]
     settings += [work, assembly.is_damped]
     job = Job(
         method=method,
@@ -334,8 +338,8 @@ def _job(assembly: Assembly, tolerance: float, until: float | None, times: Float
         found=np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0, first]),
         table=Job.table_for(method, bodies),
     )
-    job.chain[:] = inverse, k, gap, base, np.sqrt(base), k * base**p, c, *reach
-    job.scales[:] = scales
+    job.chain[:], job.scales[:] = chain, scales
+    inverse = chain[0]
     job.switches[:] = inverse + np.append(inverse[1:], 0.0), np.ones(bodies)
     job.v[0] = assembly.velocity
     return job
@@ -344,21 +348,6 @@ def _job(assembly: Assembly, tolerance: float, until: float | None, times: Float
 def _ratio(one: float, others: FloatArray) -> FloatArray:
     """Quotients, infinite where a divisor is zero."""
     return np.asarray(np.where(others > 0, one / np.where(others > 0, others, 1.0), math.inf))
-
-
-def _first_scales(assembly: Assembly) -> tuple[float, float]:
-    """Orders of magnitude of closing velocity and force, minus the static one, at the first contact."""
-    p, k = assembly.exponent, float(assembly.stiffnesses[0])
-    linear = p * k * max(float(assembly.overlaps[0]), 0.0) ** (p - 1)
-    mass = 1 / float(np.sum(assembly.inverse_masses[:2]))
-    velocity, force = assembly.velocity, math.inf
-    if assembly.force is not None:
-        force = assembly.force.peak_force
-        overlap = min((force / k) ** (1 / p), force / linear if linear else math.inf)
-        impulse = assembly.force.free(assembly.force.duration)[1]
-        velocity = min(math.sqrt(overlap * force / mass), impulse * float(assembly.inverse_masses[0]))
-    reached = ((p + 1) / 2 * mass * velocity**2 / k) ** (1 / (p + 1))
-    return velocity, min(force, max(k * reached**p, velocity * math.sqrt(mass * linear)))
 
 
 def _check(job: Job) -> None:

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+from contextlib import suppress
+
 import numpy as np
 from attrs import frozen
 
+from shockwave.numerics import elementwise
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.chain_job import Job
 
@@ -63,7 +68,7 @@ class Contacts:
         self.damped, self.loaded = damped != 0, bool(self.base.any())
         self.jumps = self.damped and self.q == 0 and job.law is None
         self.on = np.ones(self.bodies, dtype=bool)
-        self.state = None if job.law is None else job.law.initial_state()
+        self.state = np.empty(0) if job.law is None else job.law.initial_state()
 
     def end_of(self, x: FloatArray, v: FloatArray, time: float, n: int) -> End:
         """Everything at one end of a step, of the first n contacts."""
@@ -98,7 +103,8 @@ class Contacts:
                 f = k * (stretch * (d + root * self.root[part] + base) / (root + self.root[part]))
             else:
                 strain = np.where(closed, stretch, 0.0) / np.where(base > 0, base, 1.0)
-                f = np.where(base > 0, static * np.expm1(self.p * np.log1p(strain)), k * inside**self.p)
+                loaded = _libm(lambda each: math.expm1(self.p * math.log1p(each)), strain) if self.loaded else strain
+                f = np.where(base > 0, static * loaded, k * _power(inside, self.p))
             raw = f = np.where(closed, f, -static)
             if self.damped:
                 # only the dashpot of a contact that is off does not act: its force would jump within the step
@@ -153,4 +159,17 @@ def _power(d: FloatArray, q: float) -> FloatArray:
     """The power q of d, by roots where possible: they are equal to the last bit everywhere."""
     if q == 0.25:
         return np.asarray(np.sqrt(np.sqrt(d)))
-    return np.ones_like(d) if q == 0 else np.sqrt(d) if q == 0.5 else np.asarray(d**q)
+    if q == 0.5:
+        return np.sqrt(d)
+    return np.ones_like(d) if q == 0 else _libm(lambda each: math.pow(each, q), d)
+
+
+def _libm(function: Callable[[float], float], values: FloatArray) -> FloatArray:
+    """A function of the C library, as in the compiled code: the steps amplify a difference in the last digit."""
+
+    def bounded(value: float) -> float:
+        with suppress(OverflowError):
+            return function(value)
+        return math.inf
+
+    return elementwise(bounded, values)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import Any
 
 import numpy as np
 from attrs import frozen
 
+from shockwave.chain.contact_law import BoundLaw
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.general_nystroem import GeneralTableau
 from shockwave.simulation.problem import ChainProblem
@@ -45,7 +45,7 @@ class Job:
     method : GeneralTableau
     problem : ChainProblem or None
         The applied force.
-    law : object or None
+    law : BoundLaw or None
         Contact law of a plugin.
     settings : array, shape (14,)
         Exponent, damping power, tolerance, until (infinite: found by the run), duration, rise time and peak force,
@@ -65,7 +65,7 @@ class Job:
 
     method: GeneralTableau
     problem: ChainProblem | None
-    law: Any
+    law: BoundLaw | None
     settings: FloatArray
     stops: FloatArray
     times: FloatArray

@@ -50,8 +50,8 @@ _NEARLY = 0.1
 _HOPELESS = 1e6
 # Largest number of steps to a maximum.
 _MOST_TURNS = 30
-# Precision of the time of a maximum, over the step.
-_NEAR = 1e-7
+# Precision of the time of a maximum, over the step, before a last correction by interpolation.
+_NEAR = 1e-5
 # The wave has arrived when the last force is below this fraction of its maximum ...
 _PASSED = 0.99
 # ... if that is at least this fraction of the greatest force at the contact before.

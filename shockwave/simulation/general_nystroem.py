@@ -16,7 +16,7 @@ import numpy as np
 from attrs import frozen
 
 from shockwave.quadrature import FloatArray
-from shockwave.simulation.nystroem import Tableau
+from shockwave.simulation.nystroem import Nystroem
 
 
 @frozen(eq=False, slots=False)
@@ -52,8 +52,10 @@ class GeneralTableau:
         return np.concatenate([np.array(head, dtype=float), *(part.ravel() for part in parts)])
 
 
-def of_nystroem(tableau: Tableau, error_order: int) -> GeneralTableau:
+@cache
+def of_nystroem(method: type[Nystroem]) -> GeneralTableau:
     """The tableau of a pair for x'' = a(t, x)."""
+    tableau = method.tableau
     stages = len(tableau.nodes) + 1
     positions = np.zeros((stages, stages))
     for row, values in enumerate(tableau.stages, start=1):
@@ -61,7 +63,7 @@ def of_nystroem(tableau: Tableau, error_order: int) -> GeneralTableau:
     weights = np.concatenate((tableau.weights, np.zeros((2, stages))))
     nodes = np.append(0.0, tableau.nodes)
     none = np.zeros_like(positions)
-    return GeneralTableau(nodes, positions, none, weights, error_order, damped=False)
+    return GeneralTableau(nodes, positions, none, weights, method.error_order, damped=False)
 
 
 @cache

@@ -88,6 +88,15 @@ class Integrator(abc.ABC):
     ) -> Iterator[Step]:
         """Accepted steps from ``begin`` to ``until``; see the contract."""
 
+    @classmethod
+    def refusal(cls, damped: bool) -> str:
+        """Reason why the method cannot step a chain of mixed granules, which may be ``damped``; empty if it can."""
+        if cls.chains == "any" or (cls.chains == "conservative" and not damped):
+            return ""
+        known = "dop853" if damped else "rkn64, rkn86, rkn1210 or dop853"
+        kind = "with damping or a contact law of a plugin" if damped else "of mixed granules"
+        return f"must be {known} for a chain {kind} (got {cls.name!r})"
+
     @staticmethod
     def first_size(interval: float, hint: float | None) -> float:
         """Size of the first step of an adaptive method."""

@@ -25,7 +25,7 @@ from shockwave.studies import varied_scenes
 from shockwave.studies.design_lines import Line, fitted_line, line_along, spaced
 from shockwave.studies.design_result import AnyOption, Design, Option, Simulated, SimulatedOption, Target
 from shockwave.studies.requirements import Sign
-from shockwave.studies.simulated_quantities import simulations
+from shockwave.studies.simulated_quantities import required, simulations
 from shockwave.studies.universal_curve import RTOL, UniversalCurve
 from shockwave.text import si
 
@@ -302,13 +302,7 @@ class _SimulatedSearch(_Search):
         """Simulation of the scene with this value; the target quantity and its relative error."""
         (result,) = simulations([self.family.scenario({self.name: value})], rtol)
         assert self.target.quantity is not None
-        found = self.target.quantity.read(result)
-        if found is None:
-            rule = "must be a quantity that the simulation of every scene has"
-            place = value if isinstance(value, str) else f"{value:g}"
-            got = f"got {self.target.name}, which is null where {self.name} is {place}"
-            raise InvalidValueError.of("target", f"{rule} ({got})")
-        return result, *found
+        return result, *required(self.target.quantity, result, {self.name: value})
 
     def option(self, value: float | str, curve: UniversalCurve | None = None) -> AnyOption:
         result, reached, error = self.read(value, _SIMULATED_SHARE * self.rtol)

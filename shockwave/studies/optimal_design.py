@@ -31,7 +31,7 @@ from shockwave.scenario.scene_family import Family
 from shockwave.studies import varied_scenes
 from shockwave.studies.optimal_result import OptimalDesign, OptimalOption
 from shockwave.studies.requirements import Requirement
-from shockwave.studies.simulated_quantities import Quantity, simulated
+from shockwave.studies.simulated_quantities import Quantity, required, simulated
 
 # its type declarations do not admit functions of many points at once
 _optimize: Any = optimize
@@ -245,11 +245,8 @@ class _Search:
         if isinstance(result, ShockwaveError):
             self.failures.append(result)
             return None
-        known = {one.quantity: self.read(one.quantity, scene, result) for one in self.requirements}
-        known[self.least] = self.read(self.least, scene, result)
-        if any(pair is None for pair in known.values()):
-            return None
-        figures = {quantity.name: pair for quantity, pair in known.items() if pair is not None}
+        needed = [*(one.quantity for one in self.requirements), self.least]
+        figures = {one.name: self.read(one, scene, result, values) for one in needed}
         violation = max(one.violation(*figures[one.quantity.name], margin) for one in self.requirements)
         return OptimalOption(
             values=tuple(values[one.variable.name] for one in self.parameters),
@@ -259,9 +256,9 @@ class _Search:
             violation=violation,
         )
 
-    def read(self, quantity: Quantity, scene: Scenario, result: Any) -> tuple[float, float] | None:
+    def read(self, quantity: Quantity, scene: Scenario, result: Any, values: Mapping[str, Any]) -> tuple[float, float]:
         if quantity.name not in _OWN:
-            return quantity.read(result)
+            return required(quantity, result, values)
         mass, length = mass_and_length(scene.chain)
         return (mass if quantity.name == "chain.mass" else length), 0.0
 

@@ -63,12 +63,32 @@ class Quantity(NamedTuple):
         """
         value, error = result, result.error_estimate
         for step in steps_of(self.name):
+            error = getattr(value, f"{step}_error", error)
             if isinstance(step, int):
                 value = value[step] if step < len(value) else None
             else:
                 value = getattr(value, step, None)
             error = getattr(value, "error_estimate", error)
         return None if value is None else (float(value), float(error))
+
+
+def required(quantity: Quantity, result: Any, values: Mapping[str, Any]) -> tuple[float, float]:
+    """Value and estimated relative error of a quantity in the simulation of a scene with these parameters.
+
+    Raises
+    ------
+    InvalidValueError
+        If the result has no value; the message lists the quantities that it has.
+    """
+    found = quantity.read(result)
+    if found is None:
+        place = " and ".join(f"{name} is {one if isinstance(one, str) else f'{one:g}'}" for name, one in values.items())
+        known = ", ".join(name for name in _QUANTITIES if Quantity.named(name).read(result) is not None)
+        rule = "must be a quantity that the simulation of every scene has"
+        raise InvalidValueError.of(
+            "target", f"{rule} (got {quantity.name}, which is null where {place}; known: {known})"
+        )
+    return found
 
 
 def quantities_of(scenario: Scenario, result: Any) -> list[Quantity]:

@@ -9,8 +9,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Literal
 
-import cattrs
-from attrs import evolve, field, frozen
+from attrs import asdict, evolve, field, frozen
 from attrs.validators import in_
 
 from shockwave.errors import InvalidValueError
@@ -124,7 +123,7 @@ class SweepDefinition(Sweep):
     def _content(self) -> dict[str, Any]:
         """Everything on which the results depend, in the form that JSON returns."""
         content = {name: getattr(self, name) for name in _CONTENT}
-        return dict(json.loads(json.dumps(cattrs.unstructure(content))))
+        return dict(json.loads(json.dumps(content, default=asdict)))
 
     def _identity(self) -> dict[str, Any]:
         """The content without the meanings of the columns, whose wording may change."""

@@ -13,7 +13,6 @@ from types import NoneType
 from typing import IO, Any, NamedTuple
 
 import numpy as np
-from filelock import FileLock, Timeout
 
 from shockwave.errors import FileAccessError
 from shockwave.files import not_writable, open_regular
@@ -158,6 +157,8 @@ class Journal:
         FileAccessError
             If the folder cannot be written, is in use by another client, or holds other files.
         """
+        from filelock import FileLock, Timeout  # workers do not need it, and it is slow to import
+
         lock = FileLock(self.folder / _LOCK, timeout=0, thread_local=False)
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
