@@ -1,4 +1,4 @@
-"""Forces at the contacts of chains beyond equal spheres, held against an independent integration.
+"""Forces at the contacts of chains beyond equal spheres, compared with an independent integration.
 
     python docs/check_chains.py
 

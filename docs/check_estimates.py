@@ -1,4 +1,4 @@
-"""Error estimates of simulations, held against tighter runs and against an independent integrator.
+"""Error estimates of simulations, compared with tighter runs and against an independent integrator.
 
     python docs/check_estimates.py
 

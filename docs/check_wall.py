@@ -1,4 +1,4 @@
-"""Laws of walls, strikers and damping, and predictions for finite chains, held against simulations.
+"""Laws of walls, strikers and damping, and predictions for finite chains, compared with simulations.
 
     python docs/check_wall.py
 

@@ -1,4 +1,4 @@
-"""Error estimates of later waves and of rebounding granules, held against a reference.
+"""Error estimates of later waves and of rebounding granules, compared with a reference.
 
     python docs/check_waves.py
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from shockwave import OWN_DISTRIBUTION, __version__
 from shockwave.errors import UsageError
+from shockwave.text import si
 
 # SI units of the quantities in results; all others are dimensionless.
 _NAMES = {
@@ -105,15 +106,23 @@ def frame(table: Table) -> Any:
 
 
 def cells(table: Table, most: int) -> dict[str, Any]:
-    """Header, the first rows and the number of all rows, as text."""
+    """Header, at most ``most`` evenly chosen rows, and the number of all rows, as text."""
     flat = dict(_flat(table))
-    header = [f"{name} [{one.unit}]" if one.unit else name for name, one in flat.items()]
-    rows = zip(*(map(_cell, one.values[:most].tolist()) for one in flat.values()), strict=True)
-    return {"header": header, "rows": list(rows), "count": len(next(iter(flat.values())).values)}
+    count = len(next(iter(flat.values())).values)
+    shown = evenly(count, most)
+    rows = zip(
+        *([_cell(value, one.unit) for value in one.values[shown].tolist()] for one in flat.values()), strict=True
+    )
+    return {"header": [*flat], "rows": list(rows), "count": count}
 
 
-def _cell(value: Any) -> str:
-    return f"{value:.5g}" if isinstance(value, float) else str(value)
+def evenly(count: int, most: int) -> npt.NDArray[np.intp]:
+    """Indices of at most ``most`` of ``count`` places, evenly chosen, with both ends."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).astype(np.intp))
+
+
+def _cell(value: Any, unit: str | None) -> str:
+    return si(value, unit or "") if isinstance(value, float) else str(value)
 
 
 def _flat(table: Table) -> Iterator[tuple[str, TableColumn]]:

@@ -248,7 +248,7 @@ def made(name: str = "<b>&", method: str = "simulate") -> WorkPrecision:
 
 def test_document_is_json_with_null_where_there_is_nothing() -> None:
     document = json.loads(json.dumps(made().to_dict(), allow_nan=False))
-    assert list(document) == ["provenance", "problems", "rows"]
+    assert list(document) == ["version", "provenance", "problems", "rows"]
     assert [row["problem"] for row in document["rows"]] == [None, None, "no <script>", None]
     assert document["rows"][3]["errors"]["arrival time"] is None
 

@@ -7,6 +7,7 @@ import shutil
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from statistics import median
 from typing import Any
 from urllib.parse import quote, unquote
 
@@ -115,6 +116,14 @@ def test_a_slider_changes_the_figures_the_text_and_the_link(page: Page) -> None:
     assert written != "100 N"
     assert f"peak_force: {written}" in page.run("return document.getElementById('text').value")
     page.until(lambda: quote(f"peak_force: {written}") in page.driver.current_url)
+
+
+def test_the_page_keeps_up_with_a_slider(page: Page) -> None:
+    page.open()
+    slider = page.find('[data-for="shock.rise_time"]')
+    times = [page.after(lambda: slider.send_keys(Keys.ARROW_RIGHT)) for _ in range(10)]
+    # about 0.1 s on a free machine; a busy one may take ten times as long
+    assert median(times) < 1.0
 
 
 def test_a_link_opens_the_state_that_it_holds(page: Page) -> None:

@@ -326,7 +326,7 @@ PARTS: dict[str, tuple[Any, str]] = {
     "no-granule": (lambda: sw.Segment(count=0), "count: must be a whole number >= 1"),
     "empty-cell": (lambda: sw.Cell(repeat=2, cell=[]), "cell: must be a list of one or more Segment objects"),
     "unknown-spacing": (lambda: sw.Taper(first=1, last=2, spacing="even"), "spacing: must be linear or geometric"),
-    "resting-striker": (lambda: sw.Impact(velocity=0.0), "velocity: must be > 0 m/s"),
+    "resting-striker": (lambda: sw.Impact(velocity=0.0), "velocity: must be >= 1e-20 and <= 2.99792e+08 m/s"),
     "no-restitution": (lambda: sw.Tsuji(restitution=0), "restitution: must be > 0 and <= 1"),
     "flat-exponent": (lambda: sw.PowerContact(exponent=0.5, stiffness=1), "exponent: must be >= 1 and <= 10"),
 }

@@ -2,8 +2,8 @@
 Sweep of the rise time
 ======================
 
-A short shock is weaker after the first granules, a long one generates waves stronger than itself. One universal curve
-describes both for all chains; simulations lie on it.
+A short shock is weaker after the first granules, a long one generates waves stronger than itself. The estimate of a
+prediction covers both, with a range; simulations confirm it.
 """
 
 import matplotlib.pyplot as plt

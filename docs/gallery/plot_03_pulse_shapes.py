@@ -2,8 +2,8 @@
 Triangle and half-sine
 ======================
 
-Two pulses of the same peak force and duration. While the pulse is short, only its impulse counts, so the half-sine wins
-by the ratio of the areas, to the power 6/5; a long pulse is felt with its shape.
+Two pulses of the same peak force and duration. While the pulse is short, only its impulse counts, so the half-sine
+gives the larger force, by the ratio of the areas to the power 6/5; for a long pulse the shape matters.
 """
 
 import matplotlib.pyplot as plt

@@ -37,7 +37,7 @@ ax.legend()
 plt.show()
 
 # %%
-# Where the force is, contact by contact.
+# Contact force over time and contacts.
 
 figure, ax = plt.subplots(figsize=(8, 3.8), layout="constrained")
 pictures.chain_map(ax, result)

@@ -15,7 +15,7 @@ class Impact:
     Parameters
     ----------
     velocity : float
-        Velocity of the striker towards the chain [m/s], above 0.
+        Velocity of the striker towards the chain [m/s], from 1e-20 to the speed of light.
     radius, diameter : float, optional
         Size of the striker [m], at most one of them; by default that of the chain.
     material : Material, optional
@@ -27,7 +27,8 @@ class Impact:
         If a value is out of range, or both sizes are given.
     """
 
-    velocity: float = quantity("m/s", "velocity of the striker", above=0)
+    # up to the speed of light, from far below any that is measured, so that forces and times are floats
+    velocity: float = quantity("m/s", "velocity of the striker", at_least=1e-20, at_most=299_792_458.0)
     radius: float | None = quantity("m", "radius of the striker", **SIZES, default=None)
     material: Material | None = field(default=None, validator=checked_material)
 
