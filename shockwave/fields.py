@@ -74,6 +74,8 @@ class Quantity:
 
         A value may also be text with a unit or a quantity of pint.
         """
+        if value is None and self.optional:
+            return None
         if isinstance(value, str) or hasattr(value, "to_base_units"):
             try:
                 value = to_si(value, self.unit)
@@ -82,8 +84,6 @@ class Quantity:
         problem = self.problem(value)
         if problem is not None:
             raise InvalidValueError.of(name, problem)
-        if value is None:
-            return None
         return int(value) if self.whole else float(value)
 
 

@@ -102,6 +102,7 @@ def _unknown(kind: str, name: str) -> ShockwaveError:
         return PluginError(f"unknown {KINDS[kind]} (got {name!r}; {'; '.join(faulty)})")
     disabled = ", ".join(plugin.distribution for plugin in plugins() if plugin.disabled)
     hints = [f"`shockwave list {kind}` shows all"] if len(known) > MOST_NAMES else []
+    hints += [] if nearest(name, known) else ["others need a plugin"]
     hints += [f"disabled plugins: {disabled}"] if disabled else []
     return UnknownNameError(KINDS[kind], name, known, "; ".join(hints))
 

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import shockwave as sw
-from scenes import CHAIN, triangle
+from scenes import CHAIN, lasting, triangle
 from shockwave import cli
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
 from shockwave.prediction.chain_laws import (
@@ -408,3 +408,19 @@ def test_a_wave_needs_as_many_granules_before_any_end(end: sw.Wall | None) -> No
     assert found.low < endless.low < endless.high < found.high
     many = sw.Predictor().predict_many([shock], enough)
     assert many.estimate[0].tolist() == pytest.approx([found.peak_force, found.low, found.high], rel=1e-9)
+
+
+def test_waves_of_several_peaks_need_a_longer_chain_to_separate() -> None:
+    two = sw.Tabulated(times=[0, 1, 2, 3, 4], forces=[0, 100, 0, 80, 0])
+
+    def lowered(profile: sw.ShockProfile, granules: int) -> float:
+        """Decrease of the lower end of the range in a finite chain."""
+        shock, finite = lasting(profile, 8.0), attrs.evolve(CHAIN, granules=granules)
+        low, endless = (sw.predict(shock, chain).estimate for chain in (finite, CHAIN))
+        assert low is not None
+        assert endless is not None
+        return 1 - low.low / endless.low
+
+    one = sw.Triangular(duration_ratio=4)
+    assert lowered(two, 20) > lowered(one, 20) + 0.2
+    assert lowered(two, 300) < 1e-3

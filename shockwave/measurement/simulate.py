@@ -322,11 +322,15 @@ def _search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, _Answe
     if setup.search is None:
         return found
     # a tolerance whose contribution to the error estimate exceeds what was requested is not tried
-    left = {key: int(_control(setup.request(each)) > setup.rtol) for key, each in problems.items()}
+    first = {key: setup.request(each) for key, each in problems.items()}
+    left = {key: int(_control(request) > setup.rtol) for key, request in first.items()}
     unknown: dict[int, Primary] = {}
     repeats = 0
     while left and not expired():
-        requests = [setup.request(problems[key], decades, patient=repeats > 0) for key, decades in left.items()]
+        requests = [
+            setup.request(problems[key], decades, patient=repeats > 0) if decades or repeats else first[key]
+            for key, decades in left.items()
+        ]
         primaries = find_primaries(requests, setup.search, setup.compiled)
         requested, left = left, {}
         for (key, decades), request, primary in zip(requested.items(), requests, primaries, strict=True):

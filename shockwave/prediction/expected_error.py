@@ -32,6 +32,10 @@ _AT_FREE_END = 0.02
 # Rate at which it decreases with the number of additional granules over the duration, and shortest long duration [T0].
 _SETTLING = 0.65
 _LONG = 5.0
+# Additional widening for shocks of several peaks, whose waves have to separate, and its rate of decrease.
+_SEVERAL_BELOW = 0.35
+_SEVERAL_ABOVE = 0.05
+_SEPARATING = 0.7
 
 #: Warning for finite chains.
 FIRST_CONTACTS = (
@@ -122,9 +126,14 @@ def in_chain(
         where = f"in a chain of {chain.count} granules the leading wave does not form"
         problem = f"{where} (it needs {math.ceil(_FEWEST + duration)} granules); simulate"
         return problem, np.full(3, np.nan), np.array([-np.inf, np.inf])
-    decay = math.exp(-_SETTLING * spare / (duration + _LONG))
-    always = _AT_FREE_END if chain.end is None else _AT_WALL
-    below, above = ((each * duration / (duration + _LONG) + always) * decay for each in (_BELOW, _ABOVE))
+    distance = spare / (duration + _LONG)
+    decay, always = math.exp(-_SETTLING * distance), _AT_FREE_END if chain.end is None else _AT_WALL
+    # blows within a short time act as one
+    together = math.exp(-_SEPARATING * distance) * min(duration / _LONG, 1.0) ** 2 * turns(shock)
+    below, above = (
+        (each * duration / (duration + _LONG) + always) * decay + several * together
+        for each, several in ((_BELOW, _SEVERAL_BELOW), (_ABOVE, _SEVERAL_ABOVE))
+    )
     ends = np.array([1 - below, 1 + above])
     return "", np.multiply(estimate, [1, *ends]), (1 + np.array(error)) / ends[::-1] - 1
 
