@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import signal
 import socket
 import subprocess
@@ -76,8 +77,29 @@ def test_a_file_keeps_its_comments_and_a_record_becomes_part_of_the_text() -> No
     assert "hammer.csv" not in text
     original = explorer_scene.load_scenario(presets()["examples/hammer"]).shock
     assert loaded(text).shock.peak_force == pytest.approx(original.peak_force)
-    # the samples are those of the processed record
     assert loaded(text).shock.rise_time == pytest.approx(original.rise_time, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    "processing",
+    ["crop: [0 us, 200 us]", "low_pass: 20 kHz, negative: zero", "baseline: [0 us, 20 us]", "clean: false"],
+)
+def test_the_record_in_the_text_is_processed_as_that_of_the_file(processing: str, tmp_path: Path) -> None:
+    rows = "".join(
+        f"{5 * i},{force}\n" for i, force in enumerate([*[0.5] * 9, 5, 20, 9, 3, *[0.5] * 30, 4, 40, 6, 0.5])
+    )
+    (tmp_path / "blow.csv").write_text("time (us),force (N)\n" + rows, encoding="utf-8")
+    file = tmp_path / "blow.yaml"
+    shock = f"shock: {{profile: tabulated, parameters: {{file: blow.csv, {processing}}}}}"
+    file.write_text(f"{CHAIN}\n{shock}\n", encoding="utf-8")
+    known, found = explorer_scene.load_scenario(file).shock, loaded(text_of_file(file)).shock
+    assert (found.peak_force, found.duration) == (known.peak_force, known.duration)
+
+
+@pytest.mark.parametrize("granules", [2, 5])
+def test_a_short_free_chain_without_an_estimate_is_shown(granules: int) -> None:
+    parts = parts_of(edited(text_of_file(presets()["examples/exponential"]), {"chain.granules": granules}), *PARTS)
+    assert "No estimate" in parts["headline"]
 
 
 def test_an_edit_changes_the_text_and_the_results(client: Any) -> None:
@@ -163,6 +185,15 @@ def test_a_wrong_value_of_a_control_is_refused_with_its_place(client: Any) -> No
     fault = asked(client, text=WALL, edits={"shock.rise_time": "15 kg"})["fault"]
     assert fault.startswith("scenario:")
     assert "shock.rise_time: must be a time" in fault
+
+
+@pytest.mark.parametrize("path", ["answer", "export"])
+@pytest.mark.parametrize("sent", [None, [1], 5, {"text": 5}])
+def test_a_wrong_request_is_refused(client: Any, path: str, sent: object) -> None:
+    assert (
+        client.post(f"/{path}", data=json.dumps(sent), content_type="application/json", base_url=LOOPBACK).status_code
+        == 400
+    )
 
 
 def test_markup_in_a_value_is_text(client: Any) -> None:

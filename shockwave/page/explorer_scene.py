@@ -38,6 +38,8 @@ _MOST_GRANULES = 1000
 _LONGEST = 3.0
 # Segments of a chain that have controls.
 _SEGMENTS = 6
+# Keys of a record that act on its samples; the others act on the reading of its file.
+_PROCESSING = ("clean", "baseline", "low_pass", "crop", "negative")
 _ENDLESS, _FREE, _WALL = "endless chain", "free end", "wall: "
 _AS_GIVEN = "as in the text"
 
@@ -66,8 +68,9 @@ def text_of_file(path: str | Path) -> str:
     whole = Path(path).read_text(encoding="utf-8-sig")
     if len(scenario.files) > 1:  # a link contains everything
         profile: Any = scenario.shock.profile
-        samples = {name: getattr(profile, name).tolist() for name in ("times", "forces")}
-        data = data | {"shock": data["shock"] | {"parameters": samples}}
+        record = {name: getattr(profile, name).tolist() for name in ("times", "forces")}
+        record |= {name: value for name, value in data["shock"]["parameters"].items() if name in _PROCESSING}
+        data = data | {"shock": data["shock"] | {"parameters": record}}
     elif parse_document(whole, NAME).data.keys() == data.keys():
         return whole  # with its comments
     return _written({"name": scenario.name} | data)
