@@ -37,7 +37,7 @@ async function show(request) {
   }
   fail(reply.fault ?? "");
   if (reply.fault) {
-    for (const input of document.querySelectorAll("#controls input[type=text]")) input.value = input.defaultValue;
+    for (const input of document.querySelectorAll("#controls input")) input.value = input.defaultValue;
     for (const option of document.querySelectorAll("#controls option")) option.selected = option.defaultSelected;
     if (request.first) await show({ text: initial, controls: true }).then(() => fail(reply.fault));
     return;
@@ -54,7 +54,7 @@ async function show(request) {
     $("controls").innerHTML = reply.controls;
     if (focused) $(focused)?.focus();
   } else {
-    for (const input of document.querySelectorAll("#controls input[type=text]")) input.defaultValue = input.value;
+    for (const input of document.querySelectorAll("#controls input")) input.defaultValue = input.value;
   }
   document.body.dataset.shown = Number(document.body.dataset.shown ?? 0) + 1;
 }
@@ -79,7 +79,7 @@ function animate(time) {
 $("controls").addEventListener("input", ({ target }) => {
   if (target.type !== "range") return;
   const { low, high, unit } = target.dataset;
-  const number = low ? Number((low * (high / low) ** target.value).toPrecision(3)) : Number(target.value);
+  const number = low ? Number((low * (high / low) ** target.value).toPrecision(6)) : Number(target.value);
   const text = $(target.dataset.for);
   target.ariaValueText = text.value = `${number} ${unit ?? ""}`.trim();
   ask({ edits: { [text.id]: unit ? text.value : number } });

@@ -43,10 +43,13 @@ if TYPE_CHECKING:
 LOOPBACK = "127.0.0.1"
 # Scenario at the start.
 _FIRST = "chains/wall"
-# Largest request [bytes], above the largest scenario.
-_MOST_BYTES = 2**22
+# Largest request [bytes], above the longest scenario.
+_MOST_BYTES = 2**19
 # The page executes its own script only, and loads nothing from elsewhere.
-_POLICY = "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'"
+_POLICY = (
+    "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'; "
+    "object-src 'none'"
+)
 _TEMPLATES = {name: Path(__file__).with_name(f"explorer_{name}.html.jinja") for name in ("page", "parts")}
 _TIME, _CONTACT = ("time", "s"), ("contact, from the struck end", "")
 # Colours of histories, and so their number.
@@ -211,9 +214,18 @@ def application(first: str) -> Flask:
     def own_file(kind: str) -> ResponseReturnValue:
         return flask.send_file(Path(__file__).with_name(f"explorer.{kind}"))
 
+    def request(kinds: dict[str, type]) -> dict[str, Any]:
+        asked = flask.request.get_json()
+        if not isinstance(asked, dict) or not asked.keys() & {"text", "preset"}:
+            flask.abort(400, "the request must be a JSON object with `text` or `preset`")
+        for name, kind in kinds.items():
+            if not isinstance(asked.get(name, kind()), kind):
+                flask.abort(400, f"`{name}` must be of type {kind.__name__}")
+        return {"text": first} | asked
+
     @app.post("/answer")
     def answer() -> dict[str, str]:
-        asked = flask.request.get_json()
+        asked = request({"text": str, "edits": dict, "preset": str})
         with _LOCK:
             try:
                 preset = asked.get("preset")
@@ -227,7 +239,9 @@ def application(first: str) -> Flask:
 
     @app.post("/export")
     def export() -> ResponseReturnValue:
-        asked = flask.request.get_json()
+        asked = request({"text": str, "source": str, "kind": str})
+        if not asked.keys() >= {"source", "kind"}:
+            flask.abort(400, "the request must name `source` and `kind`")
         with _LOCK:
             try:
                 return exported(asked["text"], asked["source"], asked["kind"])
@@ -261,6 +275,7 @@ def serve(file: str | None, port: int, browser: bool) -> None:
         If an extra is not installed, the scenario is not valid, or the port is in use.
     """
     first = text_of_file(file or presets()[_FIRST])
+    loaded(first)  # refused before the page opens
     app = application(first)
     from werkzeug.serving import make_server
 
