@@ -2,6 +2,6 @@
 
 import sys
 
-from shockwave.cli import main
+from shockwave.cli import command
 
-sys.exit(main())
+sys.exit(command())

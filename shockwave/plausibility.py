@@ -22,13 +22,13 @@ class Usual(NamedTuple):
 USUAL = {
     # Johnson, Contact Mechanics, section 5.5: adhesion is negligible for large bodies and forces only
     "diameter": Usual(1e-6, 1.0, "m", "smaller granules adhere, larger ones are not elastic spheres"),
-    # the contact time of steel spheres scales as their size: 10 ns for 1 um at 1 m/s, 10 ms for 1 m
-    "rise_time": Usual(1e-12, 1.0, "s", "collisions of granules last 10 ns to 10 ms"),
+    # laser pulses last 1 ps or more; under a force that takes longer than a second to rise, a chain is at rest
+    "rise_time": Usual(1e-12, 1.0, "s", "from laser pulses to slow presses"),
     "peak_force": Usual(1e-9, 1e9, "N", "from single grains of powder to explosions at a wall"),
     # at a kilometre per second the pressure rho c v exceeds the strength of every solid
-    "velocity": Usual(1e-6, 1e3, "m/s", "faster strikers shatter or melt"),
+    "velocity": Usual(1e-6, 1e3, "m/s", "slower strikers creep, faster ones shatter or melt"),
     # osmium 22 590 kg/m^3; the mass of a piston can be lumped into a sphere
-    "density": Usual(10.0, 1e5, "kg/m**3", "foams have 10 or more, osmium 22 590"),
+    "density": Usual(10.0, 1e5, "kg/m**3", "from foams to spheres that stand for pistons"),
     # diamond 1.2 TPa
     "youngs_modulus": Usual(1e3, 1.3e12, "Pa", "from soft gels to diamond"),
 }
@@ -40,14 +40,15 @@ def unusual(excitation: Any, chain: Any) -> list[Fault]:
     for place, name, value in _values(excitation, chain):
         low, high, unit, reason = USUAL[name]
         if not low <= value <= high:
-            expected = f"{low:g} to {high:g} {unit} is expected ({reason})"
-            found.append(Fault(f"{place}.{name}", f"{si(value, unit)} is unusual, as {expected}: check the unit."))
+            bounds = " to ".join(si(end, unit, 6) for end in (low, high))
+            problem = f"is {si(value, unit)}; usual values are {bounds} ({reason}). Check the unit."
+            found.append(Fault(f"{place}.{name}", problem))
     return found
 
 
 def unusual_warnings(excitation: Any, chain: Any) -> tuple[str, ...]:
     """The same as warnings."""
-    return tuple(f"The {fault.path} {fault.problem}" for fault in unusual(excitation, chain))
+    return tuple(f"{fault.path} {fault.problem}" for fault in unusual(excitation, chain))
 
 
 def _values(excitation: Any, chain: Any) -> Iterator[tuple[str, str, float]]:
@@ -59,6 +60,8 @@ def _values(excitation: Any, chain: Any) -> Iterator[tuple[str, str, float]]:
         yield "impact", "velocity", excitation.velocity
         yield from _sphere("impact", excitation)
     yield from _sphere("chain", chain)
+    if chain.end is not None:
+        yield from _material("chain.end.wall", chain.end.material)
     for index, part in enumerate(chain.granules if isinstance(chain.granules, tuple) else ()):
         place = f"chain.granules[{index}]"
         yield from _sphere(place, part) if hasattr(part, "count") else ()
@@ -71,7 +74,11 @@ def _sphere(place: str, part: Any) -> Iterator[tuple[str, str, float]]:
     if part.radius is not None:
         for radius in (part.radius,) if isinstance(part.radius, float) else (part.radius.first, part.radius.last):
             yield place, "diameter", 2 * radius
-    if part.material is not None:
-        inner = f"{place}.material"
-        yield inner, "density", part.material.density
-        yield inner, "youngs_modulus", part.material.youngs_modulus
+    yield from _material(f"{place}.material", part.material)
+
+
+def _material(place: str, material: Any) -> Iterator[tuple[str, str, float]]:
+    """Density and modulus of a material; none of a name, or without one."""
+    if hasattr(material, "density"):
+        yield place, "density", material.density
+        yield place, "youngs_modulus", material.youngs_modulus

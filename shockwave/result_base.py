@@ -25,7 +25,7 @@ class Result:
     Attributes
     ----------
     _brief : tuple of str
-        Dotted names of the attributes in the repr; they must be known without further computation.
+        Dotted names of the attributes in the repr; they must not need an integration.
     _tables : tuple of (str, str)
         Names of the tables, the main one first, with the names of their rows. The default `_table` reads the attribute
         of this name: a tuple of attrs objects, or a result that is a table itself.
@@ -47,7 +47,7 @@ class Result:
 
     def _repr_html_(self) -> str:
         """HTML for notebooks: answer, warnings, main table and picture, and the full text to unfold."""
-        answer, *rest = in_one_line(self).splitlines()
+        answer = in_one_line(self).partition("\n")[0]
         table, rows, picture = self._main_table(), None, ""
         if table is not None:
             from shockwave.tables import cells
@@ -58,7 +58,7 @@ class Result:
                 picture = drawing.table_picture(table)
             except UsageError:  # matplotlib is not installed
                 pass
-        warnings = [line.strip(" !") for line in rest if line.startswith("  ! ")]
+        warnings = getattr(self, "all_warnings", getattr(self, "warnings", ()))
         template = Path(__file__).with_name("notebook.html.jinja")
         return html_of(template, answer=answer, warnings=warnings, rows=rows, picture=picture, text=str(self))
 
@@ -78,7 +78,10 @@ class Result:
         known = [one for one in dict(self._tables) if name in (None, one)]
         table = next(filter(None, map(self._table, known)), None)
         if table is None:
-            raise UnknownNameError("table of this result", str(name), filter(self._table, dict(self._tables)))
+            names = list(filter(self._table, dict(self._tables)))
+            if not names:
+                raise UsageError(f"a {type(self).__name__} without any table cannot be converted")
+            raise UnknownNameError("table of this result", str(name), names)
         return table
 
     def to_pandas(self, table: str | None = None) -> Any:
@@ -94,7 +97,7 @@ class Result:
         UnknownNameError
             If the result does not have the table.
         UsageError
-            If pandas is not installed.
+            If the result has no tables, or pandas is not installed.
         """
         from shockwave.tables import frame
 

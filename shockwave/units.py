@@ -11,7 +11,7 @@ from typing import Any
 from shockwave.errors import text_of
 
 #: Hint for a decimal comma.
-COMMA = "; numbers have a decimal point and no comma, as in 9.5 mm"
+COMMA = "; numbers have a decimal point and no comma"
 # Characters of a quantity.
 _LONGEST = 80
 _NUMBER = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]{1,4})?"

@@ -49,13 +49,15 @@ MARKED = {
     "wrong-dimension": (_shock("1 us", "|15 kg"), "shock.rise_time", "must be a time, such as '15 us' (got '15 kg')"),
     "decimal-comma": (_chain("material: copper, diameter: |'9,5 mm'"), "chain.diameter", "a decimal point and no"),
     "decimal-comma-between-keys": (
-        _chain("material: copper, diameter: 9,|5 mm"), "chain.'5 mm'", "a decimal point and no comma, as in 9.5 mm",
+        _chain("material: copper, diameter: 9,|5 mm"), "chain.'5 mm'", "a decimal point and no comma",
     ),
     "thousands": (_shock("1 N", "|'1.000,5 N'"), "shock.peak_force", "a decimal point and no comma"),
     "newer-version": (
         _with("version: |2"), "version",
         f"must be 1 for shockwave {__version__} (got 2; a newer shockwave may read it)",
     ),
+    "version-true": (_with("version: |true"), "version", "must be 1 for"),
+    "version-float": (_with("version: |1.0"), "version", "must be 1 for"),
     "version-as-text": (_with("version: |'1'"), "version", "must be 1 for"),
     "no-version": (_with("version:|"), "version", "must be 1 for"),
     "nothing-for-a-number": (_shock(" 1 N", "| "), "shock.peak_force", "(got nothing)"),

@@ -1,10 +1,13 @@
 """The command line: what it prints, where, and how it ends."""
 
+import atexit
+import gc
 import json
 import os
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +32,22 @@ shock: {profile: triangular, peak_force: 10, rise_time: 1e-5, duration_ratio: 3}
 def document(capsys: pytest.CaptureFixture[str], *arguments: str) -> Any:
     assert main(list(arguments)) == 0
     return json.loads(capsys.readouterr().out)
+
+
+def test_a_command_inside_a_program_leaves_its_garbage_collection_alone(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    registered: list[object] = []
+    monkeypatch.setattr(atexit, "register", registered.append)
+    before = gc.get_threshold()
+    document(capsys, "predict", "--json", SCENE)
+    assert (registered, gc.get_threshold()) == ([], before)
+
+
+def test_the_installed_command_is_that_of_the_module() -> None:
+    scripts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["scripts"]
+    module, _, name = scripts["shockwave"].partition(":")
+    assert f"from {module} import {name}" in (ROOT / "shockwave" / "__main__.py").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("command", ["predict", "simulate", "compare", "validate"])

@@ -5,19 +5,24 @@ from __future__ import annotations
 import math
 import re
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from html.parser import HTMLParser
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from attrs import evolve
+from markupsafe import escape
 
 import shockwave as sw
 from pages import ROOT
 from scenes import CASE_B, CHAIN, STEEL
 from shockwave import cli
 from shockwave.errors import UnknownNameError, UsageError
+from shockwave.sweep.report import SweepReport
+from shockwave.text import si
 
 pytest.importorskip("pandas")
 pytest.importorskip("xarray")
@@ -117,6 +122,38 @@ def test_without_matplotlib_the_html_has_the_table_alone(monkeypatch: pytest.Mon
     assert "svg" not in tags
 
 
+def test_pictures_of_several_threads_are_equal_and_leave_the_settings_alone() -> None:
+    from matplotlib import rcParams
+
+    before = dict(rcParams)
+    with ThreadPoolExecutor(4) as threads:
+        shown = set(threads.map(lambda _: result_of("chain")._repr_html_(), range(24)))
+    assert len(shown) == 1
+    assert dict(rcParams) == before
+
+
+def test_the_html_of_no_predictions_has_no_picture() -> None:
+    assert "svg" not in Tags(sw.Predictor().predict_many([], CHAIN)._repr_html_()).seen
+
+
+def test_the_html_of_a_comparison_has_the_warnings_of_both() -> None:
+    both = sw.compare(CASE_B, evolve(CHAIN, radius=4.75), rtol=1e-3)
+    assert both.warnings
+    assert all(str(escape(warning)) in both._repr_html_().partition("<details")[0] for warning in both.warnings)
+
+
+def test_the_first_force_in_a_repr_is_the_estimate() -> None:
+    outcome = result_of("outcome")
+    assert re.findall(r"([a-z_.]*peak_force)=", repr(outcome)) == ["estimate.peak_force", "peak_force"]
+
+
+def test_the_repr_of_a_comparison_has_a_simulated_force_on_every_chain() -> None:
+    both = sw.compare(CASE_B, WALLED, rtol=1e-4)
+    assert both.simulated.peak_force is None
+    assert f"greatest_force.peak_force={si(both.simulated.greatest_force.peak_force, 'N')}" in repr(both)
+    assert "greatest" not in repr(result_of("comparison"))
+
+
 def test_names_in_the_html_are_escaped() -> None:
     evil = sw.load_scenario(ROOT / "profiles" / "examples" / "triangular.yaml")
     shown = sw.predict(evolve(evil, name="<script>alert(1)</script>"))._repr_html_()
@@ -170,6 +207,12 @@ def test_draws_of_an_uncertainty_have_their_units() -> None:
     assert frame.attrs["units"] == {"draw": "", "peak_force": "N", "shock.peak_force": "N", "chain.radius": "m"}
 
 
+def test_the_log_of_a_scene_without_a_name_reads_well(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level("INFO", "shockwave")
+    MAKERS["uncertainty"]()
+    assert "uncertainty of the scene: 1024 scenes" in caplog.messages
+
+
 def test_values_of_a_design_have_the_unit_of_the_parameter() -> None:
     units = result_of("design").to_pandas().attrs["units"]
     assert (units["value"], units["reached"], units["rise_time"]) == ("N", "N", "")
@@ -178,6 +221,19 @@ def test_values_of_a_design_have_the_unit_of_the_parameter() -> None:
 def test_a_missing_table_is_refused_with_the_known_names() -> None:
     with pytest.raises(UnknownNameError, match=r"unknown table of this result \(got 'recording'; known: contacts"):
         result_of("chain").to_pandas("recording")
+
+
+@pytest.mark.parametrize("method", ["to_pandas", "to_xarray"])
+def test_the_results_of_a_sweep_refuse_an_unknown_table(method: str, sweep: sw.SweepResults) -> None:
+    with pytest.raises(UnknownNameError, match=r"\(got 'nope'; known: points\)"):
+        getattr(sweep, method)("nope")
+    assert len(getattr(sweep, method)("points").peak_force) == 2
+
+
+def test_a_result_without_tables_says_so() -> None:
+    report = SweepReport(folder=Path("out"), points=2, done=2, failed=0, crashed=0, before=0, seconds=1.0)
+    with pytest.raises(UsageError, match="SweepReport without any table"):
+        report.to_pandas()
 
 
 @pytest.mark.parametrize("library", ["pandas", "xarray"])

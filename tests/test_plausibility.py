@@ -34,6 +34,11 @@ SCENES: dict[str, tuple[Any, sw.Chain, list[str]]] = {
         ["chain.material.youngs_modulus"],
     ),
     "striker in mm/s": (sw.Impact(velocity=5e4, diameter=5.0), CHAIN, ["impact.velocity", "impact.diameter"]),
+    "wall in GPa": (
+        CASE_A,
+        evolve(CHAIN, granules=9, end=sw.Wall(material=evolve(STEEL, youngs_modulus=193.0))),
+        ["chain.end.wall.youngs_modulus"],
+    ),
     "segments": (
         CASE_A,
         sw.Chain(material=STEEL, radius=4.75e-3, granules=[TAPER, sw.Cell(repeat=2, cell=[LIGHT])]),
@@ -51,7 +56,8 @@ def test_each_unusual_value_is_named_with_its_path(name: str) -> None:
 def test_answers_of_all_kinds_warn() -> None:
     chain = evolve(CHAIN, radius=4.75)
     (warning,) = unusual_warnings(CASE_A, chain)
-    assert warning.startswith("The chain.diameter 9.5 m is unusual, as 1e-06 to 1 m is expected")
+    assert warning.startswith("chain.diameter is 9.5 m; usual values are 1 um to 1 m (")
+    assert warning.endswith("). Check the unit.")
     assert warning in sw.predict(CASE_A, chain).warnings
     assert f"Shock 0: {warning}" in sw.Predictor().predict_many([CASE_A], chain).warnings
     assert warning in sw.simulate(CASE_A, chain, rtol=1e-3).warnings
@@ -66,9 +72,9 @@ def test_validation_locates_unusual_values_and_succeeds(tmp_path: Path, capsys: 
     assert cli.main(["validate", "--json", str(file)]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["valid"] is True
-    assert [warning.partition(" is unusual")[0] for warning in found["warnings"]] == [
-        f"{file}:1:82: chain.diameter: 9.5 m",
-        f"{file}:1:65: chain.material.density: 7.958 kg/m**3",
+    assert [warning.partition("; usual values")[0] for warning in found["warnings"]] == [
+        f"{file}:1:82: chain.diameter: is 9.5 m",
+        f"{file}:1:65: chain.material.density: is 7.958 kg/m**3",
     ]
 
 

@@ -15,6 +15,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from jsonschema import Draft7Validator
 
+import shockwave as sw
 from pages import PAGES, ROOT, Block, blocks_of, prepare, workplace
 from shockwave import built_ins
 from shockwave.errors import ShockwaveError
@@ -190,6 +191,34 @@ def test_what_the_loader_takes_is_admitted(tmp_path: Path, text: str, changes: l
     except ShockwaveError:
         return
     assert list(_validator().iter_errors(data)) == []
+
+
+#: Keys of the chain and of the prediction, with names in other cases than usual.
+CASES = {
+    "wall": "granules: 9, end: {wall: SAME}",
+    "rigid": "granules: 9, end: {wall: Rigid}",
+    "material": "granules: 9, end: {wall: Copper}",
+    "free": "granules: 9, end: Free",
+    "packing": "packing: Hexagonal",
+    "damping": "granules: 9, damping: {model: Tsuji, restitution: 0.9}",
+    "contact": "granules: 9, contact: {model: Power-Law, exponent: 1.5, stiffness: 1e9}",
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_names_of_a_chain_are_read_in_any_case(name: str) -> None:
+    text = "chain: {material: copper, radius: 1 mm, %s}\n" + SHOCK
+    assert _faults(text % CASES[name]) == []
+    found, usual = (scenario_of(parse_document(text % one, "s"), None) for one in (CASES[name], CASES[name].lower()))
+    assert found.chain == usual.chain
+
+
+@pytest.mark.parametrize("settings", ["momentum_coefficient: Paper", "model: MOMENTS"])
+def test_names_of_a_prediction_are_read_in_any_case(settings: str) -> None:
+    text = f"chain: {{material: copper, radius: 1 mm}}\n{SHOCK}predict: {{{settings}}}\n"
+    assert _faults(text) == []
+    found, usual = (scenario_of(parse_document(one, "s"), None) for one in (text, text.replace("Paper", "paper")))
+    assert sw.predict(found).peak_force == sw.predict(usual).peak_force
 
 
 def test_names_in_any_case_are_valid() -> None:

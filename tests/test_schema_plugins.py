@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -102,7 +103,7 @@ def _pulse(profile: str, parameters: str, more: str = "") -> str:
 
 def _parameters_of(validator: Draft7Validator, profile: str) -> Any:
     rules = validator.schema["properties"]["shock"]["allOf"]
-    (rule,) = [rule for rule in rules if rule["if"]["properties"]["profile"]["const"] == profile]
+    (rule,) = [rule for rule in rules if re.fullmatch(rule["if"]["properties"]["profile"]["pattern"], profile)]
     return rule["then"]["properties"]["parameters"]
 
 

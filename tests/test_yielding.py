@@ -132,6 +132,16 @@ def test_a_prediction_without_an_estimate_compares_the_wall() -> None:
     assert found.yielding.peak_ratio == pytest.approx(rigid / found.yielding.first_yield_force, rel=1e-12)
 
 
+def test_a_prediction_without_an_estimate_compares_the_strongest_wave() -> None:
+    slow = sw.Shock(profile=sw.Triangular(duration_ratio=2), peak_force=40.0, rise_time=1e-3)
+    found = sw.predict(slow, attrs.evolve(BEADS, granules=30))
+    assert found.estimate is None
+    assert found.yielding is not None
+    strongest = max(wave.peak_force for wave in found.waves)
+    assert strongest > 2 * found.peak_force
+    assert found.yielding.peak_ratio == pytest.approx(strongest / found.yielding.first_yield_force, rel=1e-12)
+
+
 POWER = attrs.evolve(BEADS, contact=sw.PowerContact(exponent=2, stiffness=1e10))
 
 

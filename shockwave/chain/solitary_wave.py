@@ -44,8 +44,8 @@ def coefficient_of(choice: str | float) -> float:
     InvalidValueError
         For any other value.
     """
-    if isinstance(choice, str) and choice in MOMENTUM_COEFFICIENTS:
-        return MOMENTUM_COEFFICIENTS[choice]
+    if isinstance(choice, str) and choice.lower() in MOMENTUM_COEFFICIENTS:
+        return MOMENTUM_COEFFICIENTS[choice.lower()]
     if MOMENTUM_COEFFICIENT.problem(choice) is not None:
         rule = f"must be 'exact', 'paper' or a number {MOMENTUM_COEFFICIENT.rule}"
         raise InvalidValueError.of("momentum_coefficient", f"{rule} (got {choice!r})")

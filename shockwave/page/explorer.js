@@ -79,7 +79,8 @@ function animate(time) {
 $("controls").addEventListener("input", ({ target }) => {
   if (target.type !== "range") return;
   const { low, high, unit } = target.dataset;
-  const number = low ? Number((low * (high / low) ** target.value).toPrecision(6)) : Number(target.value);
+  const near = Number((low * (high / low) ** target.value).toPrecision(3));
+  const number = low ? Math.min(Math.max(near, low), high) : Number(target.value); // rounded, but within the ends
   const text = $(target.dataset.for);
   target.ariaValueText = text.value = `${number} ${unit ?? ""}`.trim();
   ask({ edits: { [text.id]: unit ? text.value : number } });

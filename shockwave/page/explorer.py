@@ -46,10 +46,7 @@ _FIRST = "chains/wall"
 # Largest request [bytes], above the longest scenario.
 _MOST_BYTES = 2**19
 # The page executes its own script only, and loads nothing from elsewhere.
-_POLICY = (
-    "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'; "
-    "object-src 'none'"
-)
+_POLICY = "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
 _TEMPLATES = {name: Path(__file__).with_name(f"explorer_{name}.html.jinja") for name in ("page", "parts")}
 _TIME, _CONTACT = ("time", "s"), ("contact, from the struck end", "")
 # Colours of histories, and so their number.
@@ -206,6 +203,13 @@ def application(first: str) -> Flask:
     app.config.update(TRUSTED_HOSTS=[LOOPBACK, "localhost"], MAX_CONTENT_LENGTH=_MOST_BYTES)
     files = presets()
 
+    def asked(**kinds: type) -> list[Any]:
+        given = flask.request.get_json()
+        values = [given.get(name, kind()) if isinstance(given, dict) else None for name, kind in kinds.items()]
+        if not all(map(isinstance, values, kinds.values())):
+            flask.abort(400, "must be a JSON object that the page sends")
+        return values
+
     @app.get("/")
     def page() -> str:
         return html_of(_TEMPLATES["page"], first=first, presets=list(files))
@@ -225,12 +229,11 @@ def application(first: str) -> Flask:
 
     @app.post("/answer")
     def answer() -> dict[str, str]:
-        asked = request({"text": str, "edits": dict, "preset": str})
+        preset, text, edits, controls = asked(preset=str, text=str, edits=dict, controls=bool)
         with _LOCK:
             try:
-                preset = asked.get("preset")
-                text = text_of_file(files[preset]) if preset in files else edited(asked["text"], asked.get("edits", {}))
-                names = ("controls",) if asked.get("controls") else ()
+                text = text_of_file(files[preset]) if preset in files else edited(text, edits)
+                names = ("controls",) if controls else ()
                 return {"text": text, **parts_of(text, *names, "headline", "estimate", "figures")}
             except ShockwaveError as error:
                 return {"fault": str(error)}
@@ -239,12 +242,10 @@ def application(first: str) -> Flask:
 
     @app.post("/export")
     def export() -> ResponseReturnValue:
-        asked = request({"text": str, "source": str, "kind": str})
-        if not asked.keys() >= {"source", "kind"}:
-            flask.abort(400, "the request must name `source` and `kind`")
+        wanted = asked(text=str, source=str, kind=str)
         with _LOCK:
             try:
-                return exported(asked["text"], asked["source"], asked["kind"])
+                return exported(*wanted)
             except ShockwaveError as error:
                 return str(error), 400
 
@@ -275,7 +276,7 @@ def serve(file: str | None, port: int, browser: bool) -> None:
         If an extra is not installed, the scenario is not valid, or the port is in use.
     """
     first = text_of_file(file or presets()[_FIRST])
-    loaded(first)  # refused before the page opens
+    loaded(first)  # a file that the page cannot show ends here
     app = application(first)
     from werkzeug.serving import make_server
 

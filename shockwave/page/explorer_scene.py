@@ -40,11 +40,8 @@ _MOST_GRANULES = 1000
 _LONGEST = 3.0
 # Segments of a chain that have controls.
 _SEGMENTS = 6
-# Steps of the processing of a record, which follow the reading of its file.
-_STEPS = ("clean", "baseline", "low_pass", "crop", "negative")
-# Longest text, about 1 500 samples of a record, and deepest brackets: bounds on the time of the parser.
-_MOST_CHARACTERS = 2**16
-_MOST_NESTED = 50
+# Keys of a record that act on its samples; the others act on the reading of its file.
+_PROCESSING = ("clean", "baseline", "low_pass", "crop", "negative")
 _ENDLESS, _FREE, _WALL = "endless chain", "free end", "wall: "
 _AS_GIVEN = "as in the text"
 
@@ -73,10 +70,9 @@ def text_of_file(path: str | Path) -> str:
     whole = Path(path).read_text(encoding="utf-8-sig")
     if len(scenario.files) > 1:  # a link contains everything
         profile: Any = scenario.shock.profile
-        samples = {name: getattr(profile, name).tolist() for name in ("times", "forces")}
-        given = data["shock"]["parameters"]
-        steps = {name: given[name] for name in _STEPS if name in given}
-        data = data | {"shock": data["shock"] | {"parameters": samples | steps}}
+        record = {name: getattr(profile, name).tolist() for name in ("times", "forces")}
+        record |= {name: value for name, value in data["shock"]["parameters"].items() if name in _PROCESSING}
+        data = data | {"shock": data["shock"] | {"parameters": record}}
     elif parse_document(whole, NAME).data.keys() == data.keys():
         return whole  # with its comments
     return _written({"name": scenario.name} | data)

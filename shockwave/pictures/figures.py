@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+import threading
 from html import escape
 from importlib import import_module
 from pathlib import Path
@@ -32,6 +33,8 @@ POINTS = 72
 # Space around axes with their labels [pt].
 _PAD = 3.0
 _FORMATS = ("svg", "png", "pdf")
+#: Held while a picture is drawn: matplotlib's settings are those of the process, not of a thread.
+DRAWING = threading.RLock()
 #: Size of small text [pt], legible in a column.
 SMALL = 7.0
 _STYLE: Any = {
@@ -85,7 +88,7 @@ def figure(
     except ImportError as missing:
         remedy = f"pip install '{OWN_DISTRIBUTION}[plot]'"
         raise UsageError(f"matplotlib must be installed (got {missing}; {remedy})") from missing
-    with rc_context(_STYLE):
+    with DRAWING, rc_context(_STYLE):
         drawn = Figure(figsize=size, layout="constrained")
         FigureCanvasSVG(drawn)  # text is measured as it is written
         places: Any = drawn.subplots(rows, columns, squeeze=False)
@@ -122,7 +125,7 @@ def svg(figure: Figure, name: str = "picture", description: str = "") -> str:
     figure.dpi = POINTS
     width, height = figure.get_size_inches()
     # without a salt, the names of shared shapes differ from run to run
-    with rc_context({"svg.hashsalt": "shockwave", "svg.fonttype": "path"}):
+    with DRAWING, rc_context({"svg.hashsalt": "shockwave", "svg.fonttype": "path"}):
         page = backend.RendererSVG(POINTS * width, POINTS * height, written, image_dpi=_DOTS, metadata=unsigned)
         renderer = backend.MixedModeRenderer(figure, width, height, _DOTS, page)
         if layout is not None and stale:  # a second layout of the same figure would shift its axes slightly
@@ -169,5 +172,6 @@ def save(figure: Figure, file: str | Path) -> None:
         write_file(file, '<?xml version="1.0" encoding="utf-8"?>\n' + svg(figure))
         return
     drawn = io.BytesIO()
-    figure.savefig(drawn, format=kind, metadata={"CreationDate" if kind == "pdf" else "Software": None}, dpi=_DOTS)
+    with DRAWING:
+        figure.savefig(drawn, format=kind, metadata={"CreationDate" if kind == "pdf" else "Software": None}, dpi=_DOTS)
     write_file(file, drawn.getvalue())

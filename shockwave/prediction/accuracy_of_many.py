@@ -60,12 +60,11 @@ def accuracies(
     for own, index in enumerate(places):
         if own in found.failures:
             continue
-        if chains[index].count is not None:
-            problem, estimates[index], errors[index] = in_chain(
-                chains[index], scaled.shock(own), estimates[index], errors[index]
-            )
-            if problem:
-                notes.setdefault(warning_of(problem), []).append(index)
+        problem, estimates[index], errors[index] = in_chain(
+            chains[index], scaled.shock(own), estimates[index], errors[index]
+        )
+        if problem:
+            notes.setdefault(warning_of(problem), []).append(index)
         for note in (*shocks[index].profile.notes, *unusual_warnings(shocks[index], chains[index])):
             notes.setdefault(note, []).append(index)
     forces = contact_forces(shocks, chains)

@@ -251,8 +251,8 @@ class Outcome(Result, _OnDemand[Estimate | None, tuple[float, float] | None]):
 
     @property
     def yielding(self) -> Yielding | None:
-        """First yield of the contacts, for the estimate if there is one; None if no yield strength is known."""
-        return self.first_yield(self.peak_force if self.estimate is None else self.estimate.peak_force)
+        """First yield of the contacts, for the estimate or the strongest wave; None if no yield strength is known."""
+        return self.first_yield((self.estimate or max(self.waves, key=lambda wave: wave.peak_force)).peak_force)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -263,7 +263,7 @@ class Outcome(Result, _OnDemand[Estimate | None, tuple[float, float] | None]):
         """Relative error that limits the printed digits; where it is not known, two digits are printed."""
         return 0.3 if self.expected_error is None else max(map(abs, self.expected_error))
 
-    _brief = ("scenario", "model", "regime", "relation", "peak_force", "amplification", "waves")
+    _brief = ("scenario", "estimate.peak_force", "model", "peak_force", "regime", "relation", "amplification", "waves")
     _tables = (("waves", "wave"), ("conditions", "condition"))
 
     def to_dict(self) -> dict[str, Any]:

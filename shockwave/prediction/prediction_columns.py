@@ -53,9 +53,7 @@ def prediction_columns(
         if not valid[own]:
             said.append(failed_conditions(scaled.shock(own)))
         said += found.notes.get(own, ())
-        problem = ""
-        if chain.count is not None:
-            problem, estimates[own], errors[own] = in_chain(chain, scaled.shock(own), estimates[own], errors[own])
+        problem, estimates[own], errors[own] = in_chain(chain, scaled.shock(own), estimates[own], errors[own])
         problem = problem or (unbounded(scaled.shock(own), shock.peak_force) if unknown[own] else "")
         if problem:
             said.append(warning_of(problem))

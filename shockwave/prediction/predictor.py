@@ -259,10 +259,9 @@ class Predictor:
 
             return accuracy_of(shock, scaled, answer)
         *values, least, most = ranges()
-        force, problem = shock.peak_force * chain.contact_share, ""
-        if chain.count is not None:
-            problem, *widened = in_chain(chain, scaled, values, (least, most))
-            *values, least, most = np.hstack(widened).tolist()
+        force = shock.peak_force * chain.contact_share
+        problem, *widened = in_chain(chain, scaled, values, (least, most))
+        *values, least, most = np.hstack(widened).tolist()
         peak, low, high = (value * force for value in values)
         problem = problem or (unbounded(scaled, force) if math.isnan(peak) else "")
         failed = "" if answer.states_error else failed_conditions(scaled)

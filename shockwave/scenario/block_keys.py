@@ -113,10 +113,11 @@ def has_chain_blocks(data: Mapping[str, Any]) -> bool:
 
 # ---------------------------------------------------------------- keys of blocks
 
+_Version = Literal[1]
 #: Versions of the format of scenarios that are read; a scenario without the key has the first one.
-VERSIONS = (1,)
+VERSIONS: tuple[int, ...] = typing.get_args(_Version)
 SCENARIO = (
-    Key("version", annotation=Literal[1], default=1, meaning="version of the format of scenarios"),
+    Key("version", annotation=_Version, default=VERSIONS[0], meaning="version of the format of scenarios"),
     Key("name", annotation=str, meaning="name of the scenario; if omitted, the name of the file"),
     Key("chain", required=True, meaning="a mapping of material, diameter, granules, and further features"),
     Key("shock", required=True, meaning="a mapping of profile, peak_force, rise_time, duration_ratio, parameters"),

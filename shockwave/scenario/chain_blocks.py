@@ -110,7 +110,7 @@ def _size(key: Key, given: Any) -> Any:
 
 def end(given: Any) -> Wall | None:
     """The wall; None for a free end."""
-    if given in (None, "free"):
+    if given is None or (isinstance(given, str) and given.lower() == "free"):
         return None
     if not isinstance(given, dict):
         keys = ", ".join(key.name for key in END)
@@ -119,7 +119,8 @@ def end(given: Any) -> Wall | None:
 
 
 def _wall(given: Any) -> Any:
-    return given if given in WALLS else material(given)
+    name = given.lower() if isinstance(given, str) else given
+    return name if name in WALLS else material(given)
 
 
 def law(block: str, given: Any) -> Any:
@@ -213,7 +214,7 @@ def _of_block(place: str, keys: Sequence[Key], given: Mapping[str, Any]) -> Iter
         name = f"{place}.{key.name}"
         if key.kind == "materials":
             yield name, evolve(key, annotation=str)
-            if given.get(key.name) not in WALLS:
+            if str(given.get(key.name)).lower() not in WALLS:
                 yield from ((f"{name}.{own.name}", own) for own in BLOCKS["chain.material"])
         elif key.name in _SIZES and (tapers := [one for one in _SIZES if isinstance(given.get(one), dict)]):
             name = f"{place}.{tapers[0]}"

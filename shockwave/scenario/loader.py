@@ -93,8 +93,8 @@ def scenario_of(document: Document, path: Path | None, tries: slice = slice(None
 
 
 def _version(given: Any) -> Any:
-    if given not in VERSIONS:
-        newer = "; a newer shockwave may read it" if isinstance(given, int) and given > VERSIONS[-1] else ""
+    if type(given) is not int or given not in VERSIONS:  # True and 1.0 are equal to 1
+        newer = "; a newer shockwave may read it" if type(given) is int and given > VERSIONS[-1] else ""
         raise ValueError(f"must be {listed(VERSIONS)} for shockwave {__version__} (got {text_of(given)}{newer})")
     return given
 

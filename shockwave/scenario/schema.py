@@ -109,12 +109,16 @@ def _chain() -> Form:
     granules = properties["granules"]
     description = {"description": f"{granules.pop('description')}; or a list of segments, struck end first"}
     properties["granules"] = description | {"anyOf": [granules, parts]}
-    properties["end"] |= {"anyOf": [{"enum": ["free", None]}, _mapping(END)]}
+    properties["end"] |= {"anyOf": [*_in_any_case(["free"]), _KINDS[type(None)], _mapping(END)]}
     for block in LAWS:
         known = models(block)
         laws = [_where("model", name, _mapping(_law(name))) for name in known]
         unnamed = _mapping(_law("power-law")) if block == "contact" else {}
-        named = {"if": {"required": ["model"]}, "then": {"properties": {"model": {"enum": known}}}, "else": unnamed}
+        named = {
+            "if": {"required": ["model"]},
+            "then": {"properties": {"model": {"anyOf": _in_any_case(known)}}},
+            "else": unnamed,
+        }
         properties[block] |= {"type": ["object", "null"], "allOf": [_if_mapping({"allOf": [named, *laws]})]}
     return form
 
@@ -171,7 +175,7 @@ def _required(own: Sequence[Key]) -> Form:
 
 
 def _where(key: str, name: str, form: Form) -> Form:
-    condition = {"properties": {key: {"const": name}}, "required": [key]}
+    condition = {"properties": {key: _in_any_case([name])[1]}, "required": [key]}
     return {"if": condition, "then": form}
 
 
@@ -249,7 +253,8 @@ def _of_kind(annotation: Any) -> Form:
     origin = typing.get_origin(annotation) or annotation
     members = typing.get_args(annotation)
     if origin is Literal:
-        return {"enum": list(members)}
+        names = [member for member in members if isinstance(member, str)]
+        return {"anyOf": _in_any_case(names)} if names else {"enum": list(members)}
     if origin in (list, tuple, Sequence):
         return {"type": "array", "items": _of_kind(members[0]) if members else {}}
     if origin in (typing.Union, types.UnionType):

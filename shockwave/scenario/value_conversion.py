@@ -134,8 +134,8 @@ def converted(key: Key, value: Any) -> Any:
     if value is None and key.may_be_none:
         return None
     if spec is None:
-        if key.kind and isinstance(value, str) and value not in key.also:
-            value = find(key.kind, value).name
+        if key.kind and isinstance(value, str):
+            value = value.lower() if value.lower() in key.also else find(key.kind, value).name
         return _of_kind(value, key.annotation)
     if not spec.samples:
         return _quantity(value, spec)
@@ -166,8 +166,11 @@ def _of_kind(value: Any, annotation: Any) -> Any:
     if origin in (list, tuple, Sequence):
         found = _list(value, lambda item: _of_kind(item, members[0] if members else Any))
         return tuple(found) if origin is tuple else found
-    if origin is Literal and value not in members:
-        raise ValueError(f"must be {listed(map(repr, members))} (got {_shown(value)})")
+    if origin is Literal:
+        same = [one for one in members if one == value or str(one).lower() == str(value).lower()]
+        if not same:
+            raise ValueError(f"must be {listed(map(repr, members))} (got {_shown(value)})")
+        return same[0]
     if origin is bool and not isinstance(value, bool):
         raise ValueError(f"must be true or false (got {_shown(value)})")
     if origin is str and not isinstance(value, str):

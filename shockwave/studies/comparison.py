@@ -34,6 +34,7 @@ from shockwave.text import error_text, facts, limits, notes, paragraph, si, stro
 if TYPE_CHECKING:
     from shockwave.chain.impact import Impact
     from shockwave.measurement.chain_result import ChainResult
+    from shockwave.measurement.contact_peaks import ContactPeak
 
 
 @frozen(kw_only=True, repr=False)
@@ -65,7 +66,10 @@ class Comparison(Result):
     published: Published | None = None
     reason: str | None = None
 
-    _brief = ("simulated.scenario", "predicted.peak_force", "simulated.peak_force", "error", "relation")
+    _brief = (
+        *("simulated.scenario", "simulated.peak_force", "greatest_force.peak_force"),
+        *("predicted.peak_force", "error", "relation"),
+    )
     _tables = (("waves", "wave"),)
 
     def _table(self, name: str) -> Table | None:
@@ -90,6 +94,18 @@ class Comparison(Result):
             "reason": self.reason,
             "verdict": plain_verdict(self),
         }
+
+    @property
+    def greatest_force(self) -> ContactPeak | None:
+        """Greatest simulated contact force where no peak force of a leading wave is simulated; else None."""
+        found: ContactPeak | None = self.simulated.greatest_force if self.simulated.peak_force is None else None
+        return found
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Warnings that limit one of the answers."""
+        limiting = outcome_limits(self.predicted) if self.predicted else []
+        return tuple(dict.fromkeys([*limiting, *result_limits(self.simulated)]))
 
     @property
     def wall_error(self) -> float | None:
@@ -177,7 +193,6 @@ def comparison_text(both: Comparison) -> str:
         return "\n".join([str(simulated), "", "  predicted", *facts(answers + error), "", wave_table(predicted)])
     name = f"{predicted.scenario}: " if predicted.scenario else ""
     waves = wave_tables(simulated)  # integrates the train, whose warnings and cost belong to the lines around
-    warnings = dict.fromkeys([*outcome_limits(predicted), *result_limits(simulated)])
     answers += [
         ("error", f"{predicted.model} {error_text(both.error)}"),
         ("relation", f"predicted {predicted.relation}, simulated {both.relation} (relative to the shock)"),
@@ -187,7 +202,7 @@ def comparison_text(both: Comparison) -> str:
     lines = [
         strong(f"{name}simulated {lead_text(simulated)}"),
         *facts(verdict_facts(both)),
-        *limits(warnings),
+        *limits(both.warnings),
         *facts(answers),
         *decision_lines(predicted),
         "",

@@ -134,7 +134,7 @@ class _Parameter:
         if name.endswith(MATERIALS):
             names = tuple(given or [entry.name for entry in entries("materials")])
             for one in names:
-                if one not in WALLS:
+                if one.lower() not in WALLS:
                     find("materials", one)
             return cls(found, names=names)
         if found.unit is None:
@@ -189,7 +189,7 @@ class _Search:
             if self.meets(verified) or not self.meets(other):
                 break
             verified = self.verified(other)
-        logger.info("design of %s: %d scenes simulated", self.family.base.name, len(tried))
+        logger.info("design of %s: %d scenes simulated", self.family.base.name or "the scene", len(tried))
         return OptimalDesign(
             scenario=self.family.base.name,
             vary=tuple(one.variable.name for one in self.parameters),

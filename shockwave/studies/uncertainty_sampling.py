@@ -118,7 +118,7 @@ def uncertainty(
         raise InvalidValueError.of("draws", f"must be a power of 2, such as 4096 (got {draws})")
     drawn = [Distribution.of(spread, scenario) for spread in _spreads(scenario, spreads)]
     progressed(WORK, 0, draws * (len(drawn) + 2))
-    logger.info("uncertainty of %s: %d scenes", scenario.name, draws * (len(drawn) + 2))
+    logger.info("uncertainty of %s: %d scenes", scenario.name or "the scene", draws * (len(drawn) + 2))
     return (_of_leading_wave if covered else _of_forces)(scenario, drawn, draws, seed, rtol)
 
 

@@ -297,7 +297,7 @@ def _named_here(scenario: Scenario, sweep: Sweep) -> dict[str, str]:
     folder = scenario.path.parent if scenario.path is not None else Path()
     found = {}
     for name, value in sweep.pairs():
-        if name.endswith(MATERIALS) and isinstance(value, str) and value not in WALLS:
+        if name.endswith(MATERIALS) and isinstance(value, str) and value.lower() not in WALLS:
             found[f"material {value}"] = _hash(repr(load("materials", value)).encode())
         elif name == "shock.parameters.file":
             found[f"file {value}"] = _hash(read_bytes(folder / value, _MOST_RECORD))

@@ -57,6 +57,13 @@ class SweepReport(Result):
         return self.points - self.done - self.failed - self.crashed
 
     @property
+    def warnings(self) -> tuple[str, ...]:
+        """What to do about points without a result."""
+        failed = "column problem of results.csv has the errors; --retry-failed runs them again"
+        missing = "the same command runs the missing points"
+        return (*[failed] * bool(self.failed or self.crashed), *[missing] * bool(self.left))
+
+    @property
     def exit_code(self) -> int:
         """Exit status of the command line, 0 if every point has a result, else 1."""
         return 0 if self.done == self.points else 1
@@ -77,13 +84,8 @@ class SweepReport(Result):
             details.append(("earlier runs", _points(self.before)))
         if self.files:
             details.append(("tables", ", ".join(file.name for file in self.files)))
-        restrictions = []
-        if self.failed or self.crashed:
-            restrictions.append("column problem of results.csv has the errors; --retry-failed runs them again")
-        if self.left:
-            restrictions.append("the same command runs the missing points")
         answer = f"{self.done} of {self.points} points done{''.join(counts)}; results in {self.folder}"
-        return "\n".join([strong(answer), *limits(restrictions), *facts(details), *notes(self.notes)])
+        return "\n".join([strong(answer), *limits(self.warnings), *facts(details), *notes(self.notes)])
 
 
 def _points(count: int) -> str:

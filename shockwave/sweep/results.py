@@ -142,9 +142,12 @@ class SweepResults(Result, SweepDefinition):
 
         Raises
         ------
+        UnknownNameError
+            If ``table`` is neither None nor ``points``.
         UsageError
             If pandas is not installed.
         """
+        self._named(table)
         pd = library("pandas")
         names = [*self.variables, *self._arrays]
         frame = pd.DataFrame({name: self.values(name).ravel() for name in names})
@@ -160,9 +163,12 @@ class SweepResults(Result, SweepDefinition):
 
         Raises
         ------
+        UnknownNameError
+            If ``table`` is neither None nor ``points``.
         UsageError
             If xarray is not installed.
         """
+        self._named(table)
         xr = library("xarray")
         short = self.short_names
         meanings = {column.name: column.meaning for column in self.columns}

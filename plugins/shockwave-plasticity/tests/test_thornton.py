@@ -25,9 +25,7 @@ def _layout(velocity: float = 1.0) -> Layout:
 
 
 def _bound() -> BoundLaw:
-    law = _layout().law
-    assert law is not None
-    return law
+    return BoundLaw(LAW, _layout().pairs, length=1.0, velocity=1.0, unit_force=1.0)
 
 
 def _yield_velocity() -> float:
