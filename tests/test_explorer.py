@@ -154,20 +154,7 @@ def test_both_ends_of_every_slider_are_admitted(name: str) -> None:
     for group in controls(parse_document(text, "")).values():
         for control in group:
             for value in (control.low, control.high) if control.high else ():
-                loaded(edited(text, {control.name: f"{value:.6g} {control.unit}".strip()}))
-
-
-@pytest.mark.parametrize("granules", [2, 3, 5])
-def test_a_short_free_chain_of_equal_granules_has_a_page(granules: int) -> None:
-    assert "Leading wave" in parts_of(f"{CHAIN[:-1]}, granules: {granules}}}\n{SHOCK}", *PARTS)["headline"]
-
-
-def test_a_slider_near_the_bound_of_its_value_keeps_away_from_it() -> None:
-    text = f"{CHAIN}\n{SHOCK.replace('ratio: 2', 'ratio: 1.01')}"
-    (ratio,) = (c for c in controls(parse_document(text, ""))["Pulse"] if c.name == "shock.duration_ratio")
-    assert loaded(edited(text, {ratio.name: float(f"{ratio.low:.6g}")})).shock.profile.duration_ratio > 1
-    script = Path(explorer.__file__).with_name("explorer.js").read_text(encoding="utf-8")
-    assert "toPrecision(6)" in script  # the format of this test
+                loaded(edited(text, {control.name: f"{value:.15g} {control.unit}".strip()}))
 
 
 # ---------------------------------------------------------------- hostile values
@@ -211,7 +198,7 @@ def test_a_wrong_request_is_refused(client: Any, path: str, sent: object) -> Non
     )
 
 
-def test_markup_in_a_value_is_text(client: Any) -> None:
+def test_markup_in_a_value_is_text(client: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     evil = "<img src=x onerror=alert(1)>"
     groups = {evil: [explorer_scene.Control(evil, evil, evil, (evil,)), explorer_scene.Control("b", evil, evil)]}
     monkeypatch.setattr(explorer, "controls", lambda _: groups)
@@ -274,14 +261,6 @@ def test_an_unknown_picture_is_refused(client: Any) -> None:
     reply = client.post("/export", json={"text": ENDLESS, "source": "../x", "kind": "svg"}, base_url=LOOPBACK)
     assert reply.status_code == 400
     assert reply.text.startswith("picture: must be one of pulse")
-
-
-@pytest.mark.parametrize("path", ["/answer", "/export"])
-@pytest.mark.parametrize("wrong", [None, [1], 5, {}, {"text": 1}, {"text": WALL, "edits": [1], "kind": 5}])
-def test_a_wrong_request_is_refused(wrong: Any, path: str, client: Any) -> None:
-    reply = client.post(path, data=json.dumps(wrong), content_type="application/json", base_url=LOOPBACK)
-    assert reply.status_code == 400
-    assert "must be" in reply.text
 
 
 @contextmanager

@@ -218,15 +218,6 @@ def application(first: str) -> Flask:
     def own_file(kind: str) -> ResponseReturnValue:
         return flask.send_file(Path(__file__).with_name(f"explorer.{kind}"))
 
-    def request(kinds: dict[str, type]) -> dict[str, Any]:
-        asked = flask.request.get_json()
-        if not isinstance(asked, dict) or not asked.keys() & {"text", "preset"}:
-            flask.abort(400, "the request must be a JSON object with `text` or `preset`")
-        for name, kind in kinds.items():
-            if not isinstance(asked.get(name, kind()), kind):
-                flask.abort(400, f"`{name}` must be of type {kind.__name__}")
-        return {"text": first} | asked
-
     @app.post("/answer")
     def answer() -> dict[str, str]:
         preset, text, edits, controls = asked(preset=str, text=str, edits=dict, controls=bool)

@@ -42,6 +42,9 @@ _LONGEST = 3.0
 _SEGMENTS = 6
 # Keys of a record that act on its samples; the others act on the reading of its file.
 _PROCESSING = ("clean", "baseline", "low_pass", "crop", "negative")
+# Longest text, about 1 500 samples of a record, and deepest brackets: bounds on the time of the parser.
+_MOST_CHARACTERS = 2**16
+_MOST_NESTED = 50
 _ENDLESS, _FREE, _WALL = "endless chain", "free end", "wall: "
 _AS_GIVEN = "as in the text"
 
@@ -104,7 +107,7 @@ def loaded(text: str) -> Scenario:
 
 @lru_cache(maxsize=4)
 def _parsed(text: str) -> Document:
-    """The document in ``text``, parsed once for an edit and the answer before it."""
+    """The document in ``text``, parsed once for an answer and the edit that follows it."""
     if len(text) > _MOST_CHARACTERS:
         hint = "shorten its record, or use `shockwave predict` and `shockwave simulate`"
         problem = f"must have at most {_MOST_CHARACTERS} characters here (got {len(text)}; {hint})"
