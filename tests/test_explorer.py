@@ -169,6 +169,8 @@ HOSTILE = {
     "file": (f"{CHAIN}\nshock: {{profile: tabulated, parameters: {{file: /etc/passwd}}}}", "must not read files"),
     "sweep": (f"{CHAIN}\n{SHOCK}\nsweep: {{grid: {{shock.rise_time: [1 us, 2 us]}}}}", "a single case"),
     "granules": (f"{CHAIN[:-1]}, granules: 100000, end: {{wall: same}}}}\n{SHOCK}", "must be at most 1000 here"),
+    "nested": ("[" * 5000, "at most 50 nested brackets"),
+    "long": ("#" * 70_000, "at most 65536 characters"),
     "cells": (f"{CHAIN[:-1]}, granules: [{{repeat: 1000000, cell: [{{count: 1000000}}]}}]}}\n{SHOCK}", "in all"),
 }
 
@@ -196,13 +198,13 @@ def test_a_wrong_request_is_refused(client: Any, path: str, sent: object) -> Non
     )
 
 
-def test_markup_in_a_value_is_text(client: Any) -> None:
+def test_markup_in_a_value_is_text(client: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     evil = "<img src=x onerror=alert(1)>"
-    text = f"name: '{evil}'\n{CHAIN}\n{SHOCK.replace('1 N', '1e0')}"
-    material = f"{{youngs_modulus: 1 GPa, poisson_ratio: 0.3, density: 1000, name: '{evil}'}}"
-    text = text.replace("ptfe", material)
-    parts = asked(client, text=text, controls=True)
-    assert "<img" not in "".join(parts[name] for name in PARTS)
+    groups = {evil: [explorer_scene.Control(evil, evil, evil, (evil,)), explorer_scene.Control("b", evil, evil)]}
+    monkeypatch.setattr(explorer, "controls", lambda _: groups)
+    shown = asked(client, text=WALL, controls=True)["controls"]
+    assert "<img" not in shown
+    assert unescape(shown).count(evil) >= 6
     page = application(f"</textarea>{evil}").test_client().get("/", base_url=LOOPBACK).text
     assert evil not in page
     assert evil in unescape(page)
@@ -239,7 +241,10 @@ def test_the_page_loads_nothing_from_elsewhere(client: Any) -> None:
     for path in ("/", "/explorer.js", "/explorer.css"):
         reply = client.get(path, base_url=LOOPBACK)
         assert reply.status_code == 200
-        assert "default-src 'self'" in reply.headers["Content-Security-Policy"]
+        policy = reply.headers["Content-Security-Policy"]
+        assert "unsafe" not in policy
+        for rule in ("default-src 'self'", "frame-ancestors 'none'", "base-uri 'none'", "form-action 'none'"):
+            assert rule in policy
         assert "http://" not in reply.text
         assert "https://" not in reply.text
         reply.close()
@@ -304,6 +309,23 @@ def test_an_invalid_file_is_reported_before_the_server_starts(
     file.write_text(f"{CHAIN}\nshock: {{}}\n", encoding="utf-8")
     assert cli.main(["explore", "--no-browser", str(file)]) == 3
     assert f"{file}:2:" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("chain", "message"),
+    [
+        ("granules: 2000, end: {wall: same}", "at most 1000 here"),
+        (f"granules: 20}}\n#{'-' * 70_000}\n#{{", "at most 65536 characters"),
+    ],
+)
+def test_a_file_that_the_page_refuses_ends_the_command(
+    chain: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(socket, "create_server", None)  # a server would end with another error
+    file = tmp_path / "large.yaml"
+    file.write_text(f"{CHAIN[:-1]}, {chain}}}\n{SHOCK}\n", encoding="utf-8")
+    assert cli.main(["explore", "--no-browser", str(file)]) == 3
+    assert message in capsys.readouterr().err
 
 
 def test_a_missing_extra_is_named_with_what_installs_it(

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping
-from functools import cache
+from functools import cache, lru_cache
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
 import yaml
 from attrs import evolve, frozen
 
-from shockwave.errors import ScenarioError
+from shockwave.errors import InvalidValueError, ScenarioError
 from shockwave.fields import DIAMETER, Quantity
 from shockwave.registry import entries, load
 from shockwave.scenario.block_keys import CHAIN, RECORD, WALLS, parameters_of, shock_keys
@@ -40,6 +42,9 @@ _LONGEST = 3.0
 _SEGMENTS = 6
 # Keys of a record that act on its samples; the others act on the reading of its file.
 _PROCESSING = ("clean", "baseline", "low_pass", "crop", "negative")
+# Longest text, about 1 500 samples of a record, and deepest brackets: bounds on the time of the parser.
+_MOST_CHARACTERS = 2**16
+_MOST_NESTED = 50
 _ENDLESS, _FREE, _WALL = "endless chain", "free end", "wall: "
 _AS_GIVEN = "as in the text"
 
@@ -82,9 +87,9 @@ def loaded(text: str) -> Scenario:
     Raises
     ------
     ShockwaveError
-        As `load_scenario`; or if it names a file, or has more granules than the page can simulate.
+        As `load_scenario`; or if it names a file, is too long, or has more granules than the page can simulate.
     """
-    document = parse_document(text, NAME)
+    document = _parsed(text)
     if _at(document.data, ("shock", "parameters", "file")) is not None:
         hint = "run `shockwave explore FILE` with a scenario that names it"
         problem = f"must be left out here, because a link must not read files ({hint})"
@@ -100,6 +105,19 @@ def loaded(text: str) -> Scenario:
     return evolve(scenario, simulate=evolve(scenario.simulate, timeout=timeout))
 
 
+@lru_cache(maxsize=4)
+def _parsed(text: str) -> Document:
+    """The document in ``text``, parsed once for an answer and the edit that follows it."""
+    if len(text) > _MOST_CHARACTERS:
+        hint = "shorten its record, or use `shockwave predict` and `shockwave simulate`"
+        problem = f"must have at most {_MOST_CHARACTERS} characters here (got {len(text)}; {hint})"
+        raise InvalidValueError.of(NAME, problem)
+    brackets = (1 if bracket in "[{" else -1 for bracket in re.findall(r"[][{}]", text))
+    if max(accumulate(brackets), default=0) > _MOST_NESTED:
+        raise InvalidValueError.of(NAME, f"must have at most {_MOST_NESTED} nested brackets (got more)")
+    return parse_document(text, NAME)
+
+
 def edited(text: str, edits: Mapping[str, Any]) -> str:
     """``text`` with the values of controls in their places; it need not be a valid scenario.
 
@@ -108,7 +126,7 @@ def edited(text: str, edits: Mapping[str, Any]) -> str:
     ShockwaveError
         If ``text`` is not a document.
     """
-    document = parse_document(text, NAME)
+    document = _parsed(text)
     for name, value in edits.items():
         for path, new in _changes(document.data, name, value):
             document = document.having({path: new})
