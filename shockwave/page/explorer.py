@@ -44,7 +44,7 @@ LOOPBACK = "127.0.0.1"
 # Scenario at the start.
 _FIRST = "chains/wall"
 # Largest request [bytes], above the longest scenario.
-_MOST_BYTES = 2**19
+_MOST_BYTES = 2**21
 # The page executes its own script only, and loads nothing from elsewhere.
 _POLICY = "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
 _TEMPLATES = {name: Path(__file__).with_name(f"explorer_{name}.html.jinja") for name in ("page", "parts")}

@@ -42,8 +42,8 @@ _LONGEST = 3.0
 _SEGMENTS = 6
 # Keys of a record that act on its samples; the others act on the reading of its file.
 _PROCESSING = ("clean", "baseline", "low_pass", "crop", "negative")
-# Longest text, about 1 500 samples of a record, and deepest brackets: bounds on the time of the parser.
-_MOST_CHARACTERS = 2**16
+# Longest text, about 6 000 samples of a record, and deepest brackets: bounds on the time of the parser.
+_MOST_CHARACTERS = 2**18
 _MOST_NESTED = 50
 _ENDLESS, _FREE, _WALL = "endless chain", "free end", "wall: "
 _AS_GIVEN = "as in the text"
