@@ -170,7 +170,7 @@ HOSTILE = {
     "sweep": (f"{CHAIN}\n{SHOCK}\nsweep: {{grid: {{shock.rise_time: [1 us, 2 us]}}}}", "a single case"),
     "granules": (f"{CHAIN[:-1]}, granules: 100000, end: {{wall: same}}}}\n{SHOCK}", "must be at most 1000 here"),
     "nested": ("[" * 5000, "at most 50 nested brackets"),
-    "long": ("#" * 70_000, "at most 65536 characters"),
+    "long": ("#" * 300_000, "at most 262144 characters"),
     "cells": (f"{CHAIN[:-1]}, granules: [{{repeat: 1000000, cell: [{{count: 1000000}}]}}]}}\n{SHOCK}", "in all"),
 }
 
@@ -315,7 +315,7 @@ def test_an_invalid_file_is_reported_before_the_server_starts(
     ("chain", "message"),
     [
         ("granules: 2000, end: {wall: same}", "at most 1000 here"),
-        (f"granules: 20}}\n#{'-' * 70_000}\n#{{", "at most 65536 characters"),
+        (f"granules: 20}}\n#{'-' * 300_000}\n#{{", "at most 262144 characters"),
     ],
 )
 def test_a_file_that_the_page_refuses_ends_the_command(
