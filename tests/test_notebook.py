@@ -151,7 +151,10 @@ def test_the_repr_of_a_comparison_has_a_simulated_force_on_every_chain() -> None
     both = sw.compare(CASE_B, WALLED, rtol=1e-4)
     assert both.simulated.peak_force is None
     assert f"greatest_force.peak_force={si(both.simulated.greatest_force.peak_force, 'N')}" in repr(both)
-    assert "greatest" not in repr(result_of("comparison"))
+    shown = repr(result_of("comparison"))
+    assert "greatest" not in shown
+    forces = ["simulated", "predicted.estimate", "predicted"]
+    assert re.findall(r"([a-z_.]*)\.peak_force=", shown) == forces
 
 
 def test_names_in_the_html_are_escaped() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from shockwave.limit import verdict_facts
@@ -32,38 +32,32 @@ _RELATIONS = {"less": "less than", "equal": "about equal to", "greater": "greate
 
 def outcome_text(outcome: Outcome) -> str:
     """The peak force with its expected error, the inequalities that decided, then the waves and the scene."""
+    return _text(outcome, decision_lines(outcome))
+
+
+def striker_text(outcome: StrikerOutcome) -> str:
+    """The peak force with its expected error, the striker, then the waves and the scene."""
+    count = outcome.wave_count
+    striker = [
+        ("waves", f"{count if count <= len(outcome.waves) else f'about {count}'} of 0.4 % of the leading wave or more"),
+        ("striker", f"{outcome.mass_ratio:.4g} times the mass of a granule; velocity afterwards {_after(outcome)}"),
+    ]
+    return _text(outcome, facts(striker))
+
+
+def _text(outcome: Outcome, reasons: Iterable[str]) -> str:
+    """The lines of a prediction, with ``reasons`` between its warnings and its waves."""
     name = f"{outcome.scenario}: " if outcome.scenario else ""
     lines = [
         strong(name + estimate_text(outcome)),
         *facts(verdict_facts(outcome)),
         *limits(outcome_limits(outcome)),
-        *decision_lines(outcome),
+        *reasons,
         "",
         wave_table(outcome),
         "",
         *facts([*outcome_details(outcome), *outcome.scene.facts()]),
         *notes(outcome.scene.notes),
-    ]
-    return "\n".join(lines)
-
-
-def striker_text(outcome: StrikerOutcome) -> str:
-    """The peak force with its expected error, the striker, then the waves and the scene."""
-    name = f"{outcome.scenario}: " if outcome.scenario else ""
-    count = outcome.wave_count
-    facts_of_striker = [
-        ("waves", f"{count if count <= len(outcome.waves) else f'about {count}'} of 0.4 % of the leading wave or more"),
-        ("striker", f"{outcome.mass_ratio:.4g} times the mass of a granule; velocity afterwards {_after(outcome)}"),
-    ]
-    lines = [
-        strong(name + estimate_text(outcome)),
-        *facts(verdict_facts(outcome)),
-        *limits(outcome_limits(outcome)),
-        *facts(facts_of_striker),
-        "",
-        wave_table(outcome),
-        "",
-        *facts([*outcome_details(outcome), *outcome.scene.facts()]),
     ]
     return "\n".join(lines)
 

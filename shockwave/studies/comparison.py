@@ -68,7 +68,7 @@ class Comparison(Result):
 
     _brief = (
         *("simulated.scenario", "simulated.peak_force", "greatest_force.peak_force"),
-        *("predicted.peak_force", "error", "relation"),
+        *("predicted.estimate.peak_force", "predicted.model", "predicted.peak_force", "error", "relation"),
     )
     _tables = (("waves", "wave"),)
 
