@@ -279,6 +279,8 @@ def serve(file: str | None, port: int, browser: bool) -> None:
     address = f"http://{LOOPBACK}:{own.getsockname()[1]}/"
     logging.getLogger("werkzeug").setLevel(logging.ERROR)
     server = make_server(LOOPBACK, own.getsockname()[1], app, threaded=True, fd=own.fileno())
+    # errors of connections that break off, also by the end of the server; Flask reports all others
+    server.handle_error = lambda *_: None  # type: ignore[method-assign]
     with suppress(KeyboardInterrupt):
         print(f"{address} (Ctrl-C ends)", flush=True)
         if browser:
