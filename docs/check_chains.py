@@ -6,8 +6,10 @@ simulates 300 seeded random chains through the public interface: 2 to 200 granul
 seven materials, walls, movable ends, gaps, precompression, gravity, three dampings, contact exponents, shocks and
 strikers. The reference is DOP853 of SciPy at 1e-13, which integrates all granules of the chain, restarts at the kinks
 of the shock and wherever a contact opens, closes or is cut off, and knows nothing of windows, equilibria or
-free-particle displacements. The table, at three tolerances, is written into ``docs/chains.md``. It takes about an hour
-on one core; all cores are used. ``--count`` changes the number of chains.
+free-particle displacements. Collisions amplify its errors, too: if an error exceeds the tolerance or its estimate, the
+reference is repeated with twice its tolerance, and only what exceeds their difference is counted. The table, at three
+tolerances, is written into ``docs/chains.md``. It takes about an hour on one core; all cores are used. ``--count``
+changes the number of chains.
 """
 
 from __future__ import annotations
@@ -38,6 +40,8 @@ PROGRESS = 50
 TOLERANCES = (1e-4, 1e-6, 1e-8)
 # Of DOP853; its longest step, in characteristic times; samples of a step in which a maximum is looked for.
 RTOL, ATOL, STEP, SAMPLES = 1e-13, 1e-15, 0.3, 9
+# Ratio of the tolerance of the repeated reference to that of the first.
+LOOSER = 2.0
 # Forces below this share of the greatest dynamic part are not compared.
 LEAST = 1e-9
 MATERIALS = ("stainless-steel-302", "ptfe", "brass-260", "aluminium-6061-t6", "paper-steel", "copper", "tungsten")
@@ -172,8 +176,9 @@ class Reference:
             net[-1] -= self.spring * state[bodies - 1] + self.dashpot * state[-1]
         return np.concatenate((state[bodies:], net * self.rates))
 
-    def greatest(self, end: float) -> tuple[Array, Array]:
+    def greatest(self, end: float, looser: float = 1.0) -> tuple[Array, Array]:
         """Greatest dynamic parts of the forces [N] and their times [s], from 0 to ``end`` [s]."""
+        control = {"max_step": STEP, "rtol": looser * RTOL, "atol": looser * ATOL}
         stops = [end]
         if self.shock is not None:
             stops += [point * self.shock.rise_time for point in self.shock.profile.breakpoints]
@@ -184,7 +189,7 @@ class Reference:
             time, kink, struck = begin, stop, -1
             while time < stop:
                 step = None if size is None else min(size, kink - time)
-                solver = DOP853(self, time, state, kink, first_step=step, max_step=STEP, rtol=RTOL, atol=ATOL)
+                solver = DOP853(self, time, state, kink, first_step=step, **control)
                 while solver.status == "running":
                     before = solver.y
                     solver.step()
@@ -249,20 +254,25 @@ def checked(number: int) -> list[tuple[float, ...]]:
     """
     excitation, chain = scene(number)
     rows: list[tuple[float, ...]] = []
-    known, end = None, None
+    known, end, repeated = None, None, False
     for rtol in sorted(TOLERANCES):
         result = sw.simulate(excitation, chain, rtol=rtol, until=end)
         if not isinstance(result, ChainResult):
             return []  # equal granules with free ends
         if known is None:
             end = result.end
-            known = Reference(excitation, chain, result.characteristic_time).greatest(end)
+            reference = Reference(excitation, chain, result.characteristic_time)
+            known = reference.greatest(end)
+            uncertain = np.zeros_like(known[0])
         dynamic, times = known
         judged = [peak.contact for peak in result.contacts if dynamic[peak.contact] > LEAST * dynamic.max()]
         found = [result.contacts[contact] for contact in judged]
         own = np.array([peak.peak_force - peak.static_force for peak in found])
         errors = np.abs(own - dynamic[judged]) / dynamic[judged]
         estimates = np.array([peak.error_estimate for peak in found])
+        if np.any(errors > np.minimum(estimates, rtol)) and not repeated:
+            repeated, uncertain = True, np.abs(reference.greatest(end, LOOSER)[0] - dynamic)
+        errors = np.maximum(errors - uncertain[judged] / dynamic[judged], 0.0)
         late = np.abs([peak.time for peak in found] - times[judged]) / result.characteristic_time
         same = late < 0.5  # not another maximum of about the same force
         rows.append(

@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from shockwave.studies.comparison import Comparison
 
 
-_default_options = functools.cache(SimulateOptions)
+# Plain options are cached, so that repeated ones are not checked again; typed, because 1 == True.
+_kept_options = functools.lru_cache(maxsize=64, typed=True)(SimulateOptions)
 
 
 def predict(scene: Scene, chain: Chain | None = None, **settings: Any) -> Outcome:
@@ -57,11 +58,10 @@ def predict(scene: Scene, chain: Chain | None = None, **settings: Any) -> Outcom
 
 
 def simulate(scene: Scene, chain: Chain | None = None, rtol: float | None = None, **options: Any) -> Any:
-    """Integrate eq. (1) and measure the solitary waves that form.
+    """Integrate eq. (1) and measure the waves that form, or in other chains the greatest forces at the contacts.
 
-    The leading wave is followed until the limit of its peak force along the chain is accurate to ``rtol``. The other
-    waves and the rebounding granules are integrated when they are first accessed. In a chain beyond equal spheres, or
-    under an impact, the greatest forces at the contacts are measured instead.
+    The leading wave is followed until its peak force has reached its limit along the chain. The other waves and the
+    rebounding granules are integrated when they are first accessed.
 
     Parameters
     ----------
@@ -72,7 +72,8 @@ def simulate(scene: Scene, chain: Chain | None = None, rtol: float | None = None
     rtol : float, optional
         Relative error of the peak force, 1e-13 to 1e-2; default 1e-6.
     **options
-        Other options of `SimulateOptions`; those given replace those of the scenario.
+        ``integrator``, ``step``, ``wave_threshold``, ``waves``, ``backend``, ``contacts``, ``record``, ``interval``,
+        ``until`` and ``timeout`` of `SimulateOptions`; those given replace those of the scenario.
 
     Returns
     -------
@@ -93,7 +94,8 @@ def simulate(scene: Scene, chain: Chain | None = None, rtol: float | None = None
     options |= {} if rtol is None else {"rtol": rtol}
     scenario = _scenario(scene, chain)
     if scenario is None:
-        made = SimulateOptions(**options) if options else _default_options()
+        plain = all(value is None or isinstance(value, str | int | float) for value in options.values())
+        made = (_kept_options if plain else SimulateOptions)(**options)
         return simulate_with(made, cast("Shock", scene), cast("Chain", chain))
     result = simulate_with(_options(scenario, options), scenario.excitation, scenario.chain)
     return evolve(result, scenario=scenario.name, limit=scenario.limit)

@@ -78,8 +78,8 @@ ENTRIES = {
     "materials": [_material(row) for row in json.loads(_LIBRARY.read_text(encoding="utf-8"))],
     "models": [
         Entry("section-4", "shockwave.prediction.section4_arrays:MODEL", _RELATIONS, takes="alpha exponent"),
-        Entry("moments", "shockwave.prediction.moments:MODEL", _LAW),
-        Entry("auto", "shockwave.studies.automatic_model:MODEL", _CHEAPEST, takes="rtol"),
+        Entry("moments", "shockwave.prediction.moments:MODEL", _LAW, takes="exponent"),
+        Entry("auto", "shockwave.studies.automatic_model:MODEL", _CHEAPEST, takes="rtol exponent"),
     ],
     "contacts": [
         Entry("hertz", f"{_CONTACT}:Hertz", "k d^(3/2), k from materials and radii (default)"),

@@ -100,7 +100,7 @@ class Verdict:
     remedy: str | None = None
 
     def __str__(self) -> str:
-        limit = f"the limit of {si(self.limit, 'N')}"
+        limit = f"the limit of {si(self.limit, 'N', 12)}"
         figures = f"{self.force} {self._figures()}"
         if self.decision == "undecided":
             return f"undecided for {limit}: {figures}; to decide, {self.remedy}"

@@ -81,11 +81,11 @@ def find(kind: str, name: str) -> Entry:
     PluginError
         When two plugins register it, or when it is unknown but may belong to a plugin that cannot be read.
     """
-    own = _built_in(kind).get(name) or _built_in(kind).get(name.lower())
+    own = _built_in(kind).get(name) or _built_in(kind).get(str(name).lower())
     if own is not None:
         return own
     owners = [entry for entry in _plugin_entries(kind) if entry.name == name]
-    owners = owners or [entry for entry in _plugin_entries(kind) if entry.name.lower() == name.lower()]
+    owners = owners or [entry for entry in _plugin_entries(kind) if entry.name.lower() == str(name).lower()]
     if not owners:
         raise _unknown(kind, name)
     if len(owners) > 1:
@@ -270,9 +270,16 @@ def _broken_rule(kind: str, entry: Entry, found: Any) -> str:
         setting = "rtol" if getattr(found, "adaptive", False) else "step"
         if entry.takes != setting:
             return f"must be registered with takes={setting!r}"
-    if any(type(value).__name__ == "_CountingAttr" for value in vars(found).values()):
-        return "must be decorated with attrs.frozen, because it declares fields"
-    return ""
+    return UNDECORATED if lacks_decorator(found) else ""
+
+
+#: Rule violated by a class for which `lacks_decorator` is true.
+UNDECORATED = "must be decorated with attrs.frozen, because it declares fields"
+
+
+def lacks_decorator(cls: type) -> bool:
+    """Whether a class declares fields of attrs without the decorator that generates its constructor."""
+    return any(type(value).__name__ == "_CountingAttr" for value in vars(cls).values())
 
 
 # ---------------------------------------------------------------- errors of plugins in use

@@ -58,6 +58,15 @@ def test_options_given_replace_those_of_the_scenario() -> None:
     assert sw.compare(FILE, rtol=1e-4).simulated.rtol == 1e-4
 
 
+def test_an_option_of_wrong_type_is_refused_even_if_it_equals_a_cached_one() -> None:
+    assert sw.simulate(SHOCK, CHAIN, timeout=1, waves="primary").options.timeout == 1.0
+    with pytest.raises(sw.InvalidValueError, match=r"^timeout: must be"):
+        sw.simulate(SHOCK, CHAIN, timeout=True, waves="primary")
+    assert sw.simulate(SHOCK, CHAIN, contacts=(1,)).options.contacts == (1,)
+    with pytest.raises(sw.InvalidValueError, match=r"^contacts"):
+        sw.simulate(SHOCK, CHAIN, contacts=(1.0,))
+
+
 def test_a_method_given_ignores_the_tolerance_of_the_scenario(tmp_path: Path) -> None:
     file = tmp_path / "scene.yaml"
     shock = "{profile: triangular, peak_force: 1 N, rise_time: 10 us, duration_ratio: 2}"
@@ -139,3 +148,24 @@ def test_all_parts_of_a_scene_take_quantities_with_units() -> None:
 def test_a_quantity_of_another_dimension_is_refused(value: Any) -> None:
     with pytest.raises(sw.InvalidValueError, match=r"^radius: must be a length, such as '9.5 mm' \(got "):
         sw.Chain(material=CHAIN.material, radius=value)
+
+
+def test_a_name_is_refused_as_predictor() -> None:
+    with pytest.raises(sw.InvalidValueError, match=r"predictor: must be a Predictor \(got 'moments'\)"):
+        sw.compare(SHOCK, CHAIN, predictor="moments")  # type: ignore[arg-type]
+
+
+def test_a_comparison_does_not_advise_to_simulate() -> None:
+    profile = sw.PowerLaw(rise_exponent=0.5, decay_exponent=2, duration_ratio=1.5)
+    shock = sw.Shock(profile=profile, peak_force=100.0, rise_time=1e-6)
+    assert "Simulate to obtain" in " ".join(sw.predict(shock, CHAIN).warnings)
+    compared = sw.compare(shock, CHAIN)
+    assert "contradiction to (5e)" in " ".join(compared.warnings)
+    assert "Simulate" not in str(compared)
+
+
+def test_a_comparison_without_an_estimate_does_not_advise_to_simulate() -> None:
+    chain = sw.Chain(material="ptfe", diameter="9.5 mm", granules=8)
+    shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=100.0, rise_time=100e-6)
+    assert str(sw.predict(shock, chain).no_estimate).endswith("; simulate")
+    assert "simulate" not in str(sw.compare(shock, chain)).replace("simulated", "")

@@ -109,7 +109,7 @@ FEATURES = (
     *(f"shockwave.measurement.{name}" for name in ("chain_result", "chain_s", "chain_text", "repeated_runs")),
     *(f"shockwave.simulation.{name}" for name in ("assembly", "chain_", "_chains", "general_")),
     "shockwave.scenario.chain_",
-    "shockwave.prediction.impulse_law",
+    "shockwave.prediction.kernel_law",
 )
 OTHER_PROFILES = tuple(f"shockwave.profiles.{name}" for name in ("exponential", "triangular", "record"))
 

@@ -81,7 +81,7 @@ def test_a_size_beyond_floating_point_numbers_is_refused(radius: float) -> None:
         (STEEL, "density", [0.3], "> 0 kg/m**3"),
         *((BEADS, "radius", value, "> 0 m") for value in (0, -4.75e-3)),
         *((BEADS, "granules", value, "a whole number >= 1") for value in (0, 2.5)),
-        (BEADS, "material", "steel", "a Material"),
+        (BEADS, "material", 302, "a Material"),
     ],
     ids=lambda value: "" if isinstance(value, Material | Chain) else repr(value),
 )

@@ -17,6 +17,7 @@ import shockwave as sw
 from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.measurement.chain_setup import ChainSetup
 from shockwave.simulation.assembly import Assembly, Motion, integrate, tolerances_for
+from shockwave.simulation.cubic import around_tops, root, top
 from shockwave.simulation.fixed_step import Verlet
 from shockwave.simulation.nystroem import Rkn64, Rkn1210
 from shockwave.simulation.problem import ChainProblem
@@ -124,6 +125,92 @@ def test_both_codes_have_the_same_powers(overlap: float) -> None:
     assert one.steps == other.steps
     # rounding errors that a thousand steps amplify; powers that differ in the last digit gave 1e-10
     np.testing.assert_allclose(one.forces, other.forces, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("damping", "power", "stages", "most"),
+    [(0.0, 0.0, 9, 1.35), (0.1, 0.0, 12, 1.65), (0.1, 0.25, 12, 1.55), (0.1, 0.5, 12, 1.75)],
+    ids=["conservative", "dashpots", "q = 1/4", "q = 1/2"],
+)
+def test_few_steps_are_repeated_where_contacts_open_and_close(
+    damping: float, power: float, stages: int, most: float
+) -> None:
+    chain = mixed(40, damping=np.full(40, damping), damping_power=power)
+    motion = integrate(chain, 1e-8, until=100.0, compiled=compiled)
+    # steps that are repeated to end at a kink or at a maximum; linear interpolation of the force gave 1.4 to 2.1
+    assert motion.evaluations < most * stages * motion.steps
+
+
+def test_root_of_a_cubic() -> None:
+    # (t - 0.3) (t + 1) (t - 2), from both sides; three iterations of Newton's method are exact to rounding
+    assert root(0.6, -1.7, -1.4, -1.3) == pytest.approx(0.3, abs=1e-12)
+    assert root(-0.6, 1.7, 1.4, 1.3) == pytest.approx(0.3, abs=1e-12)
+
+
+def test_maximum_of_a_cubic() -> None:
+    # t - t^3/3 on (0, 1.5), and a slope that vanishes at the end: the maximum looked for is within the step
+    assert top(1.5, -1.875, 1.5 - 1.125) == pytest.approx(1 / 1.5)
+    assert 0 < top(1.0, 0.0, 0.1) < 1
+
+
+def test_maxima_of_random_cubics_are_enclosed() -> None:
+    draw = np.random.default_rng(1)
+    f, r = draw.uniform(-1, 1, (2, 20000)), draw.uniform(-6, 6, (2, 20000))
+    low, high, most = around_tops(f, r)
+    found = (low[2] > 0) & (high[2] <= 0) & (most > f.max(axis=0))
+    t = np.linspace(0, 1, 201)[:, None]
+    rise = f[1] - f[0]
+    values = f[0] + t * (r[0] + t * ((3 * rise - 2 * r[0] - r[1]) + t * (r[0] + r[1] - 2 * rise)))
+    top, place = values.max(axis=0), t[values.argmax(axis=0), 0]
+    inner = top > f.max(axis=0) + 1e-12
+    assert inner.sum() > 5000
+    assert found[inner].all()
+    assert (most[inner] >= top[inner] - 1e-12).all()
+    # the values are 0.005 apart
+    assert ((low[0] - 0.005 <= place) & (place <= high[0] + 0.005))[inner].all()
+
+
+@pytest.mark.parametrize("backend", ["auto", "numpy"])
+@pytest.mark.parametrize("coefficient", [0.364, 0.37, 0.376, 0.382])
+def test_a_maximum_close_to_a_minimum_is_found(coefficient: float, backend: Any) -> None:
+    # two granules before a wall: in a step of the coarser runs the force of a contact has both
+    def radius(mass: float) -> float:
+        return (mass / (1000 * 4 / 3 * math.pi)) ** (1 / 3)
+
+    material = sw.Material(youngs_modulus=1e9, poisson_ratio=0.3, density=1000.0)
+    masses = 0.3441218, 2.3242289
+    chain = sw.Chain(
+        material=material,
+        radius=radius(masses[0]),
+        granules=[sw.Segment(count=1, radius=radius(mass)) for mass in masses],
+        end=sw.Wall(),
+        contact=sw.PowerContact(exponent=3, stiffness=1.0),
+        damping=sw.Dashpot(coefficient=coefficient),
+    )
+    profile = sw.PowerLaw(rise_exponent=1, decay_exponent=1, duration_ratio=1.6024628652045292)
+    shock = sw.Shock(profile=profile, peak_force=1.0, rise_time=0.5829715548)
+    rough, fine = (sw.simulate(shock, chain, rtol=rtol, until=7.6, backend=backend) for rtol in (1e-4, 1e-10))
+    for one, other in zip(rough.contacts, fine.contacts, strict=True):
+        # the requested tolerance
+        assert one.peak_force == pytest.approx(other.peak_force, rel=1e-4)
+
+
+@pytest.mark.parametrize("backend", ["auto", "numpy"])
+def test_a_maximum_and_a_minimum_in_the_same_half_of_a_step(backend: Any) -> None:
+    chain = sw.Chain(
+        material=sw.Material(youngs_modulus=1e9, poisson_ratio=0.3, density=1000.0),
+        radius=(0.19846434690296877 / (1000 * 4 / 3 * math.pi)) ** (1 / 3),
+        granules=[sw.Segment(count=1)],
+        end=sw.Wall(),
+        contact=sw.PowerContact(exponent=2, stiffness=1.0),
+        damping=sw.Dashpot(coefficient=0.2939666941028608),
+    )
+    profile = sw.PowerLaw(rise_exponent=0.5, decay_exponent=1, duration_ratio=3.7341573529838183)
+    shock = sw.Shock(profile=profile, peak_force=1.0, rise_time=0.12742181133878316)
+    rough, fine = (sw.simulate(shock, chain, rtol=rtol, until=4.448434, backend=backend) for rtol in (1e-3, 1e-9))
+    for one, other in zip(rough.contacts, fine.contacts, strict=True):
+        # the estimated error is 1e-5
+        assert one.peak_force == pytest.approx(other.peak_force, rel=2e-5)
 
 
 LONG: dict[str, dict[str, Any]] = {

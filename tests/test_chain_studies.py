@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ import pytest
 import shockwave as sw
 from shockwave import cli
 from shockwave.scenario.scene_family import Family
-from shockwave.studies.simulated_quantities import Quantity
+from shockwave.studies.quantities import Quantity
 
 SCENE = """\
 name: a short chain
@@ -58,7 +59,7 @@ def test_draws_are_simulations_of_their_scenes(file: Path) -> None:
     names = [WALL_FORCE, "transmitted.impulse", GREATEST, "dissipated_energy", "contacts[1].peak_force"]
     errors = {one.name: one.model_error for one in found.quantities}
     for name in names:
-        reached = Quantity.named(name, [0, 4]).read(known)
+        reached = Quantity.named(name, [0, 4], (), "target").read(known)
         assert reached is not None
         # the stated error is that of the forces; other quantities are about as accurate
         assert found.outputs[name][7] == pytest.approx(reached[0], rel=10 * errors[name])
@@ -130,7 +131,8 @@ def test_simulations_of_solutions_meet_the_target(
     assert found.solutions
     for option in found.solutions:
         own = Family(scenario).scenario({vary: option.value})
-        reached = Quantity.named(target, [0, 4]).read(sw.simulate(own.shock, own.chain, rtol=1e-8, contacts=[0, 4]))
+        result = sw.simulate(own.shock, own.chain, rtol=1e-8, contacts=[0, 4])
+        reached = Quantity.named(target, [0, 4], (), "target").read(result)
         assert reached is not None
         # the search stops at the tolerance of its simulations, 1e-5
         assert reached[0] == pytest.approx(found.target.value, rel=1e-5)
@@ -142,6 +144,32 @@ def test_a_collision_has_the_design_of_the_closed_form(tmp_path: Path) -> None:
     found = sw.design(scenario, vary="impact.velocity", between=(0.1, 2), target={GREATEST: 2 * one}, points=2)
     (option,) = found.solutions
     assert option.value == pytest.approx(0.5 * 2 ** (5 / 6), rel=1e-5)
+
+
+@pytest.mark.parametrize(("vary", "between"), [("impact.velocity", (0.1, 2)), ("impact.diameter", ("4 mm", "12 mm"))])
+def test_a_striker_made_in_python_can_vary(tmp_path: Path, vary: str, between: tuple[object, object]) -> None:
+    scenario = scene(tmp_path / "s.yaml", STRIKER)
+    one = sw.simulate(scenario.impact, scenario.chain).greatest_force.peak_force
+    settings: dict[str, Any] = {"vary": vary, "between": between, "target": {GREATEST: 0.8 * one}, "points": 2}
+    found = sw.design(scenario.impact, scenario.chain, **settings)
+    assert [option.value for option in found.solutions] == [
+        pytest.approx(option.value, rel=1e-9) for option in sw.design(scenario, **settings).solutions
+    ]
+
+
+def test_a_value_that_only_a_file_gives_is_named(file: Path) -> None:
+    scenario = sw.load_scenario(file)
+    excitation, chain, message = scenario.excitation, scenario.chain, r"made in Python.* \(got chain\.damping\.time;"
+    with pytest.raises(sw.InvalidValueError, match=rf"^vary: .*{message}"):
+        sw.design(excitation, chain, vary="chain.damping.time", between=(1e-6, 2e-6), target={WALL_FORCE: 10.0})
+    with pytest.raises(sw.InvalidValueError, match=rf"^uncertainty: .*{message}"):
+        sw.uncertainty(excitation, chain, {"chain.damping.time": "10 %"})
+    with pytest.raises(sw.InvalidValueError, match=r"^vary: must be the dotted name"):
+        sw.design(excitation, chain, vary=5, between=(1, 2), target={WALL_FORCE: 10.0})  # type: ignore[arg-type]
+    with pytest.raises(sw.InvalidValueError, match=r"^uncertainty: must be a mapping"):
+        sw.uncertainty(excitation, chain, 5)  # type: ignore[arg-type]
+    with pytest.raises(sw.InvalidValueError, match=r"^vary: must be a parameter of the chain or the impact"):
+        sw.design(sw.Impact(velocity=1.0), chain, vary="shock.peak_force", between=(1, 2), target={WALL_FORCE: 10.0})
 
 
 def test_an_unreachable_force_is_reported_with_the_range(file: Path, capsys: pytest.CaptureFixture[str]) -> None:

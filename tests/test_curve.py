@@ -142,6 +142,12 @@ def test_another_shape_is_refused() -> None:
         curve("triangle").answer(shock, CHAIN)
 
 
+def test_a_shock_is_refused_as_profile() -> None:
+    shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=1.0, rise_time=1e-5)
+    with pytest.raises(sw.InvalidValueError, match=r"profile: must be a ShockProfile \(got Shock"):
+        sw.UniversalCurve(shock)  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize("ratio", [0.0, -1.0, math.nan, math.inf, 17.0, None], ids=repr)
 def test_a_rise_time_out_of_range_is_refused(ratio: Any) -> None:
     with pytest.raises(sw.InvalidValueError, match=r"rise_time: must be t0/T0 > 0 and <= 16\.6667 \(got "):

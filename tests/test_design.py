@@ -15,12 +15,10 @@ from pages import ROOT
 from scenes import CASE_A, CHAIN, FORCE, POWER, UNITS
 from selection import keeping, thinned
 from shockwave import cli, pictures
-from shockwave.numerics import crossings
 from shockwave.progress import progress_shown
 from shockwave.scenario.scene_family import Family
-from shockwave.studies.design_lines import line_along
 from shockwave.studies.design_result import Target
-from shockwave.studies.requirements import TARGETS
+from shockwave.studies.quantities import TARGETS
 from shockwave.studies.scaling_exponents import POWERS
 from shockwave.studies.varied_scenes import curve_of, duration_of, exponents_of, scenario_of, value_of
 
@@ -54,9 +52,8 @@ def design(vary: str = "chain.radius", between: Any = None, **wanted: Any) -> sw
 @pytest.mark.parametrize("name", thinned([*INTERVALS, *SHAPES], 5))
 def test_simulations_of_solutions_meet_the_target(name: str, quantity: str) -> None:
     draw = np.random.default_rng([list(TARGETS).index(quantity), len(name)])
-    line = line_along(SCENE, name, Target(quantity, 1.0), {**INTERVALS, **SHAPES}[name], 1e-4)
-    heights = [math.exp(line.height(value)) for value in line.landmarks]
-    least, most = min(heights), max(heights)
+    reachable = design(name, **{quantity: 1.0})
+    least, most = reachable.least.reached, reachable.most.reached
     if most / least < 1 + 1e-9:  # the property hardly depends on this parameter
         pytest.skip("nothing to solve")
     wanted = least * (most / least) ** float(draw.uniform(0.05, 0.95))
@@ -67,6 +64,30 @@ def test_simulations_of_solutions_meet_the_target(name: str, quantity: str) -> N
         # a property that scales as a power of the peak force above 1 has a greater error
         power = max(Target(quantity, 1.0).power(SCENE), 1.0)
         assert option.simulated.reached == pytest.approx(wanted, rel=1e-4 * power)
+
+
+@pytest.mark.parametrize("sign", ["<=", ">="])
+def test_an_inequality_that_only_an_end_meets(sign: Any) -> None:
+    extremes = design(peak_force=60.0)
+    option = extremes.least if sign == "<=" else extremes.most
+    target = {"peak_force": option.reached}
+    found = sw.design(CASE_A, CHAIN, vary="chain.radius", target=target, between=(2e-3, 2e-2), sign=sign)
+    assert found.intervals == ((option.value, option.value),)
+    beyond = {"peak_force": option.reached * (0.9 if sign == "<=" else 1.1)}
+    missed = sw.design(CASE_A, CHAIN, vary="chain.radius", target=beyond, between=(2e-3, 2e-2), sign=sign)
+    assert f"is out of reach: the {'minimum' if sign == '<=' else 'maximum'} is " in missed.why
+
+
+def test_an_unknown_relation_is_refused() -> None:
+    with pytest.raises(sw.InvalidValueError, match=r"^sign: must be <=, >= or = \(got '<'\)"):
+        sw.design(CASE_A, CHAIN, vary="chain.radius", target={"peak_force": 60}, between=(2e-3, 2e-2), sign="<")  # type: ignore[arg-type]
+
+
+def test_a_target_can_be_text() -> None:
+    as_text = sw.design(CASE_A, CHAIN, vary="chain.radius", target="peak_force = 60 N", between=np.array([2e-3, 2e-2]))
+    assert as_text == design(peak_force="60 N")
+    below = sw.design(CASE_A, CHAIN, vary="chain.radius", target="peak_force <= 60 N", between=(2e-3, 2e-2))
+    assert below.target.sign == "<="
 
 
 def at_a_quarter() -> float:
@@ -107,14 +128,14 @@ def test_a_response_with_a_maximum_gives_both_solutions(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("quantity", ["momentum", "width", "speed"])
 @pytest.mark.parametrize("name", thinned(INTERVALS, 4))
-def test_no_crossing_of_a_line_is_missed(name: str, quantity: str) -> None:
-    """A dense scan has the same number."""
-    low, high = INTERVALS[name]
-    line = line_along(SCENE, name, Target(quantity, 1.0), (low, high), 1e-4)
-    heights = np.array([line.height(float(value)) for value in np.linspace(low, high, 1001)])
-    wanted = float(np.quantile(heights, 0.7))
-    count = int(((heights[1:] > wanted) != (heights[:-1] > wanted)).sum())
-    assert len(crossings(lambda value: line.height(value) - wanted, line.landmarks)) == count
+def test_no_solution_is_missed(name: str, quantity: str) -> None:
+    """A dense scan finds the same number of solutions."""
+    given: dict[str, Any] = {"vary": name, "between": INTERVALS[name]}
+    scan = sw.design(CASE_A, CHAIN, **given, target={quantity: 1.0}, points=1000)
+    reached = np.array([option.reached for option in scan.table])
+    wanted = float(np.quantile(reached, 0.7))
+    count = int(((reached[1:] > wanted) != (reached[:-1] > wanted)).sum())
+    assert len(sw.design(CASE_A, CHAIN, **given, target={quantity: wanted}).solutions) == count
 
 
 @pytest.mark.parametrize("name", [name for name in POWERS if name not in ("chain.diameter", "shock.duration")])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 import socket
 import subprocess
@@ -24,7 +25,6 @@ from shockwave.page import explorer, explorer_scene
 from shockwave.page.explorer import application, parts_of
 from shockwave.page.explorer_scene import controls, edited, loaded, presets, text_of_file
 from shockwave.registry import entries
-from shockwave.scenario.yaml_document import parse_document
 
 PARTS = "controls", "headline", "estimate", "figures"
 EXAMPLES = [name for name in presets() if name.startswith(("examples", "chains"))]
@@ -122,6 +122,25 @@ def test_a_chain_that_no_model_covers_shows_the_simulated_force_first(client: An
     assert "No estimate: section-4 does not cover chain.granules[1] and chain.damping" in headline
 
 
+BEYOND = """\
+chain: {material: stainless-steel-302, diameter: 9.5 mm, granules: 8}
+shock: {profile: triangular, peak_force: 100 N, rise_time: 500 us, duration_ratio: 3}
+limit: {force: 150 N}
+"""
+
+
+def test_simulation_is_not_advised_when_one_is_shown(client: Any) -> None:
+    parts = asked(client, text=BEYOND)
+    shown = f"{parts['headline']}{parts['estimate']}"
+    assert "No estimate: in a chain of 8 granules" in shown
+    assert "the rise is too slow for section 4.<" in shown
+    assert not re.search(r"[Ss]imulate( |<|$)|undecided", shown)
+
+
+def test_the_warning_of_yield_comes_first(client: Any) -> None:
+    assert '<ul class="limits"><li>Beyond elastic validity' in asked(client, text=BEYOND)["estimate"]
+
+
 def test_the_text_of_an_answer_gives_the_same_answer(client: Any) -> None:
     once = asked(client, text=WALL, edits={"shock.rise_time": "20 us"})
     assert asked(client, text=once["text"]) == once
@@ -132,6 +151,16 @@ def test_every_pulse_shape_can_be_chosen(profile: str) -> None:
     scenario = loaded(edited(WALL, {"shock.profile": profile}))
     assert scenario.shock.peak_force == 100
     assert scenario.shock.rise_time == pytest.approx(12e-6)
+
+
+@pytest.mark.usefixtures("sample_plugins")
+def test_a_half_sine_is_given_by_its_duration() -> None:
+    text = edited(WALL, {"shock.profile": "half-sine"})
+    names = [control.name for control in controls(loaded(text))["Pulse"]]
+    assert names == ["shock.profile", "shock.peak_force", "shock.duration"]
+    text = edited(text, {"shock.duration": "40 us"})
+    assert loaded(text).shock.rise_time == pytest.approx(20e-6)
+    assert loaded(edited(text, {"shock.profile": "triangular"})).shock.duration == pytest.approx(40e-6)
 
 
 def test_the_end_of_the_chain_can_be_chosen() -> None:
@@ -151,7 +180,7 @@ def test_a_shorter_chain_drops_contacts_that_it_does_not_have() -> None:
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_both_ends_of_every_slider_are_admitted(name: str) -> None:
     text = text_of_file(presets()[name])
-    for group in controls(parse_document(text, "")).values():
+    for group in controls(loaded(text)).values():
         for control in group:
             for value in (control.low, control.high) if control.high else ():
                 loaded(edited(text, {control.name: f"{value:.15g} {control.unit}".strip()}))

@@ -321,7 +321,7 @@ def test_all_errors_of_a_chain_are_reported_together() -> None:
 
 PARTS: dict[str, tuple[Any, str]] = {
     "stiff-fixed-wall": (lambda: sw.Wall(stiffness=1e6), "stiffness: must be left out for a fixed wall (got 1e+06"),
-    "wall-of-text": (lambda: sw.Wall(material="steel"), "material: must be 'same', 'rigid' or a Material"),
+    "wall-of-a-number": (lambda: sw.Wall(material=302), "material: must be 'same', 'rigid', a Material or the name"),
     "taper-of-one": (lambda: sw.Segment(radius=sw.Taper(first=1, last=2)), "count: must be >= 2 for a taper (got 1)"),
     "no-granule": (lambda: sw.Segment(count=0), "count: must be a whole number >= 1"),
     "empty-cell": (lambda: sw.Cell(repeat=2, cell=[]), "cell: must be a list of one or more Segment objects"),

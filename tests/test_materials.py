@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
+from typing import Any
 
 import pytest
 
+import shockwave as sw
 from shockwave import built_ins
 from shockwave.chain import library
 from shockwave.chain.material import Material
@@ -35,3 +38,20 @@ def test_values_are_plausible_and_have_a_source(name: str) -> None:
     assert 500 <= (material.youngs_modulus / material.density) ** 0.5 <= 15000
     assert len(material.source.strip()) >= 15
     assert name not in POLYMERS or re.search("strain rate|dynamic", material.source)
+
+
+NAMED: dict[str, Callable[[Any], Any]] = {
+    "chain": lambda given: sw.Chain(material=given, radius=1e-3),
+    "segment": lambda given: sw.Segment(material=given),
+    "striker": lambda given: sw.Impact(velocity=1.0, material=given),
+    "wall": lambda given: sw.Wall(material=given),
+}
+
+
+@pytest.mark.parametrize("make", NAMED.values(), ids=NAMED)
+def test_a_name_stands_for_its_material(make: Callable[[Any], Any]) -> None:
+    assert make("PTFE") == make(sw.material("ptfe"))
+    with pytest.raises(sw.UnknownNameError, match="did you mean 'ptfe'"):
+        make("ptfee")
+    with pytest.raises(sw.InvalidValueError, match=r"material: must be .*the name of one \(got 3\)"):
+        make(3)

@@ -142,6 +142,14 @@ def test_the_html_of_a_comparison_has_the_warnings_of_both() -> None:
     assert all(str(escape(warning)) in both._repr_html_().partition("<details")[0] for warning in both.warnings)
 
 
+@pytest.mark.parametrize(("rise_exponent", "hold"), [(1, True), (2, False)])
+def test_the_table_of_a_comparison_states_whether_the_conditions_hold(rise_exponent: float, hold: bool) -> None:
+    # a1 = 1/(rise_exponent + 1) is at least 1/2 in the first case alone
+    profile = sw.PowerLaw(rise_exponent=rise_exponent, decay_exponent=5, duration_ratio=10)
+    both = sw.compare(evolve(CASE_B, profile=profile), CHAIN, rtol=1e-3)
+    assert both.to_pandas()["conditions_hold"].tolist() == [hold] * len(both.to_pandas())
+
+
 def test_the_first_force_in_a_repr_is_the_estimate() -> None:
     outcome = result_of("outcome")
     assert re.findall(r"([a-z_.]*peak_force)=", repr(outcome)) == ["estimate.peak_force", "peak_force"]

@@ -13,8 +13,7 @@ import shockwave as sw
 from shockwave import cli
 from shockwave.chain.layout import mass_and_length
 from shockwave.scenario.scene_family import Family
-from shockwave.studies.requirements import Requirement, parts_of
-from shockwave.studies.simulated_quantities import Quantity
+from shockwave.studies.quantities import Quantity, Requirement, parts_of
 
 # Small beads in front of large ones: the wall force depends on both sizes.
 SCENE = """
@@ -71,6 +70,12 @@ def test_a_design_is_the_same_in_every_run(file: Path, force: float) -> None:
     assert runs[0] == runs[1]
 
 
+def test_one_requirement_need_not_be_a_list(file: Path, force: float) -> None:
+    text = f"{FORCE} <= {force} N"
+    ends = {SIZE: ("4 mm", "12 mm"), OTHER: ("4 mm", "12 mm")}
+    assert sw.optimal_design(sw.load_scenario(file), vary=ends, targets=text) == best(file, text)
+
+
 @pytest.mark.slow
 def test_an_infeasible_requirement_is_reported_with_the_nearest_option(file: Path) -> None:
     found = best(file, f"{FORCE} <= 0.1 N")
@@ -86,6 +91,14 @@ def test_a_budget_restricts_the_options(file: Path, force: float) -> None:
     found = best(file, f"{FORCE} <= {force} N", budgets=("chain.length >= 50 mm",))
     assert found.best is not None
     assert found.best.quantities["chain.length"] >= 0.05
+
+
+def test_the_distance_from_an_equality_includes_its_tolerance(file: Path) -> None:
+    vary = {"chain.granules[1].count": (3, 4)}
+    found = sw.optimal_design(file, vary=vary, targets="chain.length = 40 mm", least=FORCE)
+    # six beads of 8 mm
+    assert found.why.endswith("the nearest misses by 20.0%")
+    assert "minimised         wall force" in str(found)
 
 
 @pytest.mark.slow
@@ -132,7 +145,17 @@ def test_a_requirement_holds_with_the_error_of_its_quantity(sign: Any, value: fl
     assert (requirement.violation(value, error) <= 0) is holds
 
 
-@pytest.mark.parametrize("text", ["transmitted.peak_force", "peak_force < 60 N", "<= 60 N", "peak_force <="])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "transmitted.peak_force",
+        "peak_force < 60 N",
+        "peak_force => 60 N",
+        "peak_force == 60 N",
+        "<= 60 N",
+        "peak_force <=",
+    ],
+)
 def test_a_requirement_of_another_form_is_refused(text: str) -> None:
     with pytest.raises(sw.InvalidValueError, match=r"^target: must be a quantity, <=, >= or =, and a value"):
         parts_of(text, "target")
@@ -145,7 +168,13 @@ def test_a_requirement_of_another_form_is_refused(text: str) -> None:
         ({"targets": [f"{FORCE} <= 1 mm"]}, f"target.{FORCE}: must be a force"),
         ({"targets": [f"{FORCE} <= -1 N"]}, f"target.{FORCE}: must be > 0 N"),
         ({"targets": []}, "target: must be given"),
-        ({"targets": ["chain.mass <= 1 g"], "least": "mass"}, "must be a property of the result"),
+        ({"targets": ["chain.mass <= 1 g"], "least": "mass"}, "^least: must be a property of the result"),
+        ({"targets": ["chain.mass <= 1 g"], "vary": SIZE}, "^vary: must be a mapping of names"),
+        ({"targets": ["chain.mass <= 1 g"], "vary": {}}, "^vary: must be a mapping of names"),
+        ({"targets": ["chain.mass <= 1 g"], "least": "amplification"}, "^least: must be a quantity that"),
+        ({"targets": [f"{FORCE} <= 1 kN"], "budgets": "amplification <= 2"}, "^budget: must be a quantity that"),
+        ({"targets": ["chain.mass <= 1 g"], "vary": {"chain.granules[1].material": 5}}, "^among: must be names of"),
+        ({"targets": ["chain.mass <= 1 g"], "vary": {"chain.granules[1].material": [5]}}, "material"),
         ({"targets": ["chain.mass <= 1 g"], "vary": {SIZE: None}}, "between: must be the lower and the upper end"),
         ({"targets": ["chain.mass <= 1 g"], "vary": {SIZE: (2, 1)}}, "between: must ascend"),
         ({"targets": ["chain.mass <= 1 g"], "vary": {"chain.end.wall": ["none"]}}, "unknown material"),
@@ -220,6 +249,31 @@ def test_a_search_without_a_simulation_states_the_first_reason(file: Path) -> No
         sw.optimal_design(scene, vary={"chain.material": ["ptfe"]}, targets=[f"{FORCE} <= 1 kN"])
 
 
+@pytest.mark.parametrize("target", ["chain.length <= 32 mm", "chain.length >= 32 mm"])
+def test_a_design_may_meet_a_budget_exactly(file: Path, target: str) -> None:
+    # four beads of 8 mm, three of which the second segment has
+    scene = sw.load_scenario(file)
+    least = FORCE if "<=" in target else "chain.mass"
+    found = sw.optimal_design(scene, vary={"chain.granules[0].count": (1, 9)}, targets=target, least=least)
+    assert found.best is not None
+    assert found.best.quantities["chain.length"] == pytest.approx(32e-3, rel=1e-12)
+
+
+def test_one_material_need_not_be_a_list(file: Path) -> None:
+    vary = {"chain.granules[1].material": "ptfe"}
+    found = sw.optimal_design(file, vary=vary, targets=f"{FORCE} <= 1 kN", budgets=None)  # type: ignore[arg-type]
+    assert [option.values for option in found.ranking] == [("ptfe",)]
+
+
+def test_a_force_that_has_not_arrived_meets_no_target(file: Path, tmp_path: Path) -> None:
+    early = tmp_path / "early.yaml"
+    early.write_text(f"{SCENE}simulate: {{until: 50 us}}\n")
+    with pytest.raises(sw.InvalidValueError, match=r"simulate\.until: must be later than the arrival of the wave"):
+        sw.optimal_design(early, vary={"chain.granules[1].material": ["ptfe"]}, targets=f"{FORCE} <= 1 kN")
+    with pytest.raises(sw.InvalidValueError, match=r"too early where chain\.granules\[1\]\.diameter is 0\.0"):
+        sw.design(early, vary=SIZE, between=("4 mm", "12 mm"), target=f"{FORCE} <= 30 N")
+
+
 def test_an_infeasible_design_ends_with_status_1(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     given = ["--vary", "chain.granules[1].material", "--target", "chain.mass <= 1e-9 kg"]
     assert cli.main(["design", str(file), *given]) == 1
@@ -236,6 +290,7 @@ def test_a_target_that_no_scene_has_is_refused_with_those_that_it_has(file: Path
     [
         (["--vary", SIZE], "--between must be given once for each number that varies (got 0 for"),
         (["--vary", SIZE, "--between", "1 mm", "2 mm", "--vary", OTHER], "(got 1 for"),
+        (["--vary", SIZE, *["--between", "1 mm", "2 mm"] * 2, "--vary", SIZE], "--vary must name different parameters"),
         (["--vary", SIZE, "--vary", OTHER, *["--between", "1 mm", "2 mm"] * 2, "--among", "ptfe"], "--among must be"),
     ],
 )

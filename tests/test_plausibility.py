@@ -13,6 +13,7 @@ import shockwave as sw
 from pages import ROOT
 from scenes import CASE_A, CHAIN, STEEL
 from shockwave import cli
+from shockwave.page.results import Findings
 from shockwave.plausibility import unusual, unusual_warnings
 
 SLIP = """\
@@ -76,6 +77,28 @@ def test_validation_locates_unusual_values_and_succeeds(tmp_path: Path, capsys: 
         f"{file}:1:82: chain.diameter: is 9.5 m",
         f"{file}:1:65: chain.material.density: is 7.958 kg/m**3",
     ]
+
+
+def test_a_simulation_that_fails_names_the_unusual_value(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "slow.yaml"
+    shock = "shock: {profile: triangular, peak_force: 1 N, rise_time: 15, duration_ratio: 2}"
+    file.write_text(f"chain: {{material: ptfe, diameter: 9.5 mm}}\n{shock}\n", encoding="utf-8")
+    assert cli.main(["simulate", "--json", str(file)]) == 1
+    shown = capsys.readouterr()
+    (warning,) = json.loads(shown.out)["warnings"]
+    assert warning.startswith("shock.rise_time is 15 s; usual values are")
+    assert "\n  ! shock.rise_time is 15 s" in shown.err
+    nothing = dict.fromkeys(("predicted", "simulated", "comparison"))
+    found = Findings(scenario=sw.load_scenario(file), passages=(), failures=(), text="", **nothing)
+    assert found.warnings == (warning,)
+
+
+def test_an_extreme_force_is_reported_as_such(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "strong.yaml"
+    shock = "shock: {profile: triangular, peak_force: 1e308 N, rise_time: 15 us, duration_ratio: 2}"
+    file.write_text(f"chain: {{material: ptfe, diameter: 9.5 mm, granules: 9, end: {{wall: same}}}}\n{shock}\n")
+    assert cli.main(["simulate", str(file)]) == 3
+    assert capsys.readouterr().err.startswith(f"{file}:2:30: shock.peak_force: must give a rise time of 1e-30 to 1e+12")
 
 
 @pytest.mark.parametrize("file", sorted((ROOT / "profiles").rglob("*.yaml")), ids=lambda file: file.stem)

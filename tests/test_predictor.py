@@ -117,6 +117,7 @@ _COEFFICIENT = "momentum_coefficient: must be 'exact', 'paper' or a number >= 0.
         ({"momentum_coefficient": 0}, f"{_COEFFICIENT} (got 0)"),
         ({"rtol": 1e-6}, "rtol: must be left out for model 'section-4'"),
         ({"model": "moments", "alpha": "literal"}, "alpha: must be left out for model 'moments'"),
+        ({"model": 4}, "unknown model (got 4; known: section-4, moments, auto"),
         ({"model": "section4"}, "unknown model (got 'section4'; did you mean 'section-4'?"),
         ({"quadrature": "gauss-legendr"}, "unknown quadrature (got 'gauss-legendr'; did you mean 'gauss-legendre'?"),
     ],

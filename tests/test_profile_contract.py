@@ -95,9 +95,15 @@ class Undecorated(Sound):
     size: float = quantity("m", "a size", default=1.0)
 
 
+@attrs.frozen
+class Hiding(Sound):
+    decay: Any = 1.0
+
+
 #: Violations found when the profile is used: profile, clause, message.
 AT_ONCE: dict[str, tuple[Any, str, str]] = {
     "ratio": (broken(duration_ratio=0.5), "1", "duration_ratio must be > 1 (got 0.5)"),
+    "hidden": (Hiding(), "2", "decay must be a method (got a field of this name; rename the field)"),
     "if": (broken(rise=for_one_number), "2", "rise(s) must accept an array of any shape without raising (got"),
     "math": (broken(decay=lambda _, s: math.cos(s - 1)), "2", "decay(s) must accept an array of any shape without"),
     "constant": (broken(decay=lambda *_: 0.5), "2", "must return floats of the shape of s (got float64 of shape ()"),
@@ -155,6 +161,32 @@ def test_a_broken_profile_is_refused_when_it_is_used(profile: Any, clause: str, 
         shock_of(profile)
     assert re.match(rf"profile \w+:{type(profile).__name__}: ", str(caught.value))
     assert message in str(caught.value)
+
+
+class Declaring(Sound):
+    size: float = quantity("m", "a size", default=1.0)
+
+
+@pytest.mark.parametrize("make", [Declaring, lambda: Declaring(size=2.0), lambda: Declaring(2.0)])
+def test_fields_without_the_decorator_are_refused(make: Any) -> None:
+    with pytest.raises(PluginError, match=r"^profile \w+:Declaring: must be decorated with attrs\.frozen, because"):
+        make()
+
+
+def test_arguments_without_a_constructor_are_refused() -> None:
+    with pytest.raises(PluginError, match=r"^profile \w+:Sound: .* or define __init__, to take arguments"):
+        Sound(3.0)
+
+
+def test_another_base_class_may_have_a_constructor() -> None:
+    class Sized:
+        def __init__(self, size: float) -> None:
+            self.size = size
+
+    class Both(Sound, Sized):
+        pass
+
+    assert shock_of(Both(3.0)).profile.size == 3.0  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("use", ["areas", "force", "free_path"])

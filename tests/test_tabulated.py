@@ -8,6 +8,7 @@ from fractions import Fraction
 
 import attrs
 import numpy as np
+import pint
 import pytest
 from scipy.integrate import solve_ivp
 
@@ -39,6 +40,14 @@ def test_peak_force_rise_time_and_duration_are_those_of_the_record():
     assert profile.recorded_peak_force == 120
     assert profile.recorded_rise_time == 5e-6
     assert profile.duration_ratio == 20e-6 / 5e-6
+
+
+def test_samples_can_be_quantities_of_pint():
+    quantity = pint.UnitRegistry().Quantity
+    record = Tabulated(times=quantity(np.array([0.0, 1.0, 2.0]), "us"), forces=quantity([0.0, 3.0, 0.0], "kN"))
+    assert (record.recorded_rise_time, record.recorded_peak_force) == (1e-6, 3000.0)
+    with pytest.raises(InvalidValueError, match="times: must be a sequence of numbers"):
+        Tabulated(times=quantity([0.0, 1.0, 2.0], "mm"), forces=[0, 3, 0])
 
 
 def test_a_clean_record_is_not_changed():

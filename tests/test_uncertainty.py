@@ -213,6 +213,16 @@ def test_distributions_have_the_requested_mean_and_deviation(
     assert one.sd == pytest.approx(sd, rel=2e-4 if kind == "factor" else 1e-12)
 
 
+def test_an_interval_need_not_contain_the_value_of_the_scenario() -> None:
+    ratio, step = POWER.duration_ratio, 1e-3
+    between = {"shock.duration_ratio": {"between": [1.1 * ratio, 1.4 * ratio]}}
+    (one,) = sw.uncertainty(CASE_A, CHAIN, between, draws=256).sensitivities
+    shocks = [evolve(CASE_A, profile=evolve(POWER, duration_ratio=ratio * math.exp(step * k))) for k in (-1, 1)]
+    low, high = (sw.simulate(shock, CHAIN, rtol=1e-10, waves="primary").peak_force for shock in shocks)
+    # the difference to one side, over a thousandth of the value, has an error of first order
+    assert one.exponent == pytest.approx(math.log(high / low) / (2 * step), rel=1e-2)
+
+
 def test_a_cut_distribution_has_a_warning() -> None:
     result = sw.uncertainty(CASE_A, CHAIN, {"chain.material.poisson_ratio": {"sd": 0.2}}, draws=1024)
     assert any("0.16 of the distribution of chain.material.poisson_ratio" in warning for warning in result.warnings)

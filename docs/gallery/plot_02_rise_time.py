@@ -11,7 +11,7 @@ import numpy as np
 
 import shockwave as sw
 
-chain = sw.Chain(material=sw.material("stainless-steel-302"), diameter="9.5 mm")
+chain = sw.Chain(material="stainless-steel-302", diameter="9.5 mm")
 profile = sw.Triangular(duration_ratio=3)
 times = np.geomspace(2e-6, 500e-6, 25)
 shocks = [sw.Shock(profile=profile, peak_force=10.0, rise_time=time) for time in times]

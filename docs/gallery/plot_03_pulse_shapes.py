@@ -11,7 +11,7 @@ import numpy as np
 
 import shockwave as sw
 
-chain = sw.Chain(material=sw.material("stainless-steel-302"), diameter="9.5 mm")
+chain = sw.Chain(material="stainless-steel-302", diameter="9.5 mm")
 times = np.linspace(0, 1, 401)
 triangle = sw.Triangular(duration_ratio=2)
 half_sine = sw.Tabulated(times=times, forces=np.maximum(np.sin(np.pi * times), 0))

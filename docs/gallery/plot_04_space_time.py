@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 import shockwave as sw
 from shockwave import pictures
 
-chain = sw.Chain(material=sw.material("stainless-steel-302"), diameter="9.5 mm")
+chain = sw.Chain(material="stainless-steel-302", diameter="9.5 mm")
 shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force="20 N", rise_time="80 us")
 result = sw.simulate(shock, chain, contacts=range(80), record=["forces"])
 for wave in result.waves[:4]:

@@ -20,9 +20,7 @@ forces = np.where(times < 120e-6, 25 * np.sin(np.pi * times / 120e-6), 0) + nois
 end = int(np.argmax(times >= 120e-6))
 record = sw.Tabulated(times=times[: end + 1], forces=np.clip(forces[: end + 1], 0, None))
 
-chain = sw.Chain(
-    material=sw.material("aluminium-6061-t6"), diameter="12 mm", granules=60, end=sw.Wall(material="rigid")
-)
+chain = sw.Chain(material="aluminium-6061-t6", diameter="12 mm", granules=60, end=sw.Wall(material="rigid"))
 shock = sw.Shock(profile=record)
 
 limit = sw.Limit(force="70 N")

@@ -11,9 +11,7 @@ import matplotlib.pyplot as plt
 import shockwave as sw
 from shockwave import pictures
 
-chain = sw.Chain(
-    material=sw.material("stainless-steel-302"), diameter="9.5 mm", granules=20, end=sw.Wall(material="rigid")
-)
+chain = sw.Chain(material="stainless-steel-302", diameter="9.5 mm", granules=20, end=sw.Wall(material="rigid"))
 shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force="20 N", rise_time="10 us")
 
 found = sw.optimal_design(

@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 
 import shockwave as sw
 
-chain = sw.Chain(material=sw.material("stainless-steel-302"), diameter="9.5 mm")
+chain = sw.Chain(material="stainless-steel-302", diameter="9.5 mm")
 shock = sw.Shock(profile=sw.Triangular(duration_ratio=4), peak_force="10 N", rise_time="30 us")
 found = sw.uncertainty(
     shock,

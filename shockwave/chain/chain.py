@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 from attrs import field, frozen
 from attrs.validators import optional
 
-from shockwave.chain.material import Material, checked_material
+from shockwave.chain.material import Material, checked_material, named_material
 from shockwave.errors import InvalidValueError
 from shockwave.fields import Quantity, declaration, one_of, quantity, radius_of
 
@@ -25,6 +26,8 @@ _ENERGIES = (1e-200, 1e250)
 HERTZ = 1.5
 # Range of t0/T0 for which the double integrals of the shock and powers of it are floats.
 _RATIOS = (1e-30, 1e12)
+# Range of peak forces [N] outside which the peak force, not the rise time, is reported; T0 scales as F0^(-1/6).
+_FORCES = (1e-30, 1e30)
 
 
 # Packing -> number of contacts of a bead with the next layer, and cosine of their angle to the direction of travel.
@@ -50,7 +53,7 @@ def _contact(value: Any) -> Any:
     return None if isinstance(value, Hertz) else value
 
 
-@frozen(kw_only=True, init=False)
+@frozen(kw_only=True, init=False, slots=False)
 class Chain:
     """A row of elastic spheres; by default they are equal and touch without compression, and both ends are free.
 
@@ -59,8 +62,8 @@ class Chain:
 
     Parameters
     ----------
-    material : Material
-        Default material of the granules.
+    material : Material or str
+        Default material of the granules, or its name.
     radius, diameter : float
         Default size of the granules [m], above 0; exactly one of the two must be given.
     granules : int or sequence of Segment and Cell, optional
@@ -92,7 +95,7 @@ class Chain:
         exclude each other; all errors are listed.
     """
 
-    material: Material = field(validator=checked_material)
+    material: Material = field(converter=named_material, validator=checked_material)
     radius: float = quantity("m", "radius R of the granules", above=0)
     granules: int | tuple[Segment | Cell, ...] | None = field(
         default=None, converter=_granules, metadata=declaration(GRANULES)
@@ -108,7 +111,7 @@ class Chain:
     def __init__(
         self,
         *,
-        material: Material,
+        material: Material | str,
         radius: float | None = None,
         diameter: float | None = None,
         granules: int | Sequence[Segment | Cell] | None = None,
@@ -149,7 +152,7 @@ class Chain:
             problem = f"must be left out for a chain with further features (got {packing!r})"
             raise InvalidValueError.of("packing", problem)
 
-    @property
+    @cached_property
     def is_uniform(self) -> bool:
         """Whether the chain is described by material, radius and number of granules, at least 2, alone."""
         parts = (self.end, self.damping, self.contact, self.packing)
@@ -163,7 +166,7 @@ class Chain:
             return sum(part.granules for part in self.granules)
         return self.granules
 
-    @property
+    @cached_property
     def granule_mass(self) -> float:
         """Mass of one granule, m = 4/3 pi R^3 rho [kg]."""
         # An overflowing product is infinite, which is reported above; a power would raise.
@@ -174,7 +177,7 @@ class Chain:
         """Plane-strain modulus E / (1 - nu^2) [Pa], which determines the contact stiffness."""
         return self.material.youngs_modulus / (1 - self.material.poisson_ratio**2)
 
-    @property
+    @cached_property
     def exponent(self) -> float:
         """Exponent p of the contact force F = k d^p."""
         power = self._power_contact
@@ -186,7 +189,7 @@ class Chain:
         sprung = self.end is not None and self.end.damping > 0
         return self.damping is not None or sprung or (self.contact is not None and self._power_contact is None)
 
-    @property
+    @cached_property
     def contact_stiffness(self) -> float:
         """Stiffness k of F = k d^p between equal spheres [N/m^p]; Hertz's is sqrt(2 R) E / (3 (1 - nu^2)).
 
@@ -211,13 +214,13 @@ class Chain:
         """Contacts z of a granule with the next ones, and cosine of their angle theta to the direction of travel."""
         return (1, 1.0) if self.packing is None else _PACKINGS[self.packing]
 
-    @property
+    @cached_property
     def contact_share(self) -> float:
         """Force at a contact over that between a granule and the next ones, 1 / (z cos(theta))."""
         contacts, cosine = self.next_contacts
         return 1 / (contacts * cosine)
 
-    @property
+    @cached_property
     def spacing(self) -> float:
         """Distance of neighbouring granules or layers, 2 R cos(theta) [m]."""
         return 2 * self.radius * self.next_contacts[1]
@@ -283,8 +286,11 @@ class Scales:
         ratio = seconds / self.time
         least, most = _RATIOS
         if not least <= ratio <= most:
-            limits = f"{least:g} to {most:g} times the characteristic time of the chain, {self.time:g} s"
-            raise InvalidValueError.of("rise_time", f"must be {limits} (got {seconds:g} s)")
+            limits, unit = f"{least:g} to {most:g}", "characteristic times of the chain"
+            if not _FORCES[0] <= self.force <= _FORCES[1]:
+                problem = f"must give a rise time of {limits} {unit} (got {self.force:g} N, which gives {ratio:.3g})"
+                raise InvalidValueError.of("peak_force", problem)
+            raise InvalidValueError.of("rise_time", f"must be {limits} {unit}, {self.time:g} s (got {seconds:g} s)")
         return ratio
 
     @property

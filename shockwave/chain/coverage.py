@@ -126,7 +126,8 @@ def _further(chain: Chain, contact: Contact = "hertz") -> Iterator[tuple[str, st
     names = {"end": "a wall", "precompression": "a static force", "gravity": "gravity", "damping": "damping"}
     names["packing"] = "a packing"
     if chain.count is not None or contact == "hertz":
-        names["contact"] = "another contact law"
+        endless = "; without granules it is covered" if chain.count is not None and contact != "hertz" else ""
+        names["contact"] = f"another contact law{endless}"
     elif chain.exponent != HERTZ and contact == "stiffness":
         yield "contact", f"the exponent {chain.exponent:g}"
     for name, text in names.items():

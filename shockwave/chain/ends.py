@@ -7,14 +7,18 @@ from typing import Any, Literal
 
 from attrs import field, frozen
 
-from shockwave.chain.material import Material
+from shockwave.chain.material import WALLS, Material, named_material
 from shockwave.errors import InvalidValueError
 from shockwave.fields import quantity, text_of
 
 
+def _named(given: Material | str) -> Any:
+    return given.lower() if isinstance(given, str) and given.lower() in WALLS else named_material(given)
+
+
 def _wall(_: object, attribute: Any, value: object) -> None:
-    if not (isinstance(value, Material) or value in ("same", "rigid")):
-        problem = f"must be 'same', 'rigid' or a Material (got {text_of(value)})"
+    if not (isinstance(value, Material) or value in WALLS):
+        problem = f"must be 'same', 'rigid', a Material or the name of one (got {text_of(value)})"
         raise InvalidValueError.of(attribute.name, problem)
 
 
@@ -24,8 +28,9 @@ class Wall:
 
     Parameters
     ----------
-    material : Material, "same" or "rigid"
-        Material of the wall: ``same`` (default) as that of the last granule, or ``rigid``, a wall that does not deform.
+    material : Material, str, "same" or "rigid"
+        Material of the wall or its name: ``same`` (default) is that of the last granule, and ``rigid`` does not
+        deform.
     mass : float, optional
         Mass of a movable wall [kg].
     stiffness, damping : float
@@ -38,7 +43,7 @@ class Wall:
         If a value is out of range, or a stiffness or a damping is given without a mass.
     """
 
-    material: Material | Literal["same", "rigid"] = field(default="same", validator=_wall)
+    material: Material | Literal["same", "rigid"] = field(default="same", converter=_named, validator=_wall)
     mass: float | None = quantity("kg", "mass of a movable wall", above=0, default=None)
     stiffness: float = quantity("N/m", "stiffness of the spring behind a movable wall", at_least=0, default=0.0)
     damping: float = quantity("N*s/m", "coefficient of the dashpot behind a movable wall", at_least=0, default=0.0)

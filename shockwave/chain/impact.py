@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from attrs import field, frozen
 
-from shockwave.chain.material import Material, checked_material
+from shockwave.chain.material import Material, checked_material, named_material
 from shockwave.fields import SIZES, quantity, radius_of
 
 
@@ -18,8 +18,8 @@ class Impact:
         Velocity of the striker towards the chain [m/s], from 1e-20 to the speed of light.
     radius, diameter : float, optional
         Size of the striker [m], at most one of them; by default that of the chain.
-    material : Material, optional
-        Material of the striker; by default that of the chain.
+    material : Material or str, optional
+        Material of the striker, or its name; by default that of the chain.
 
     Raises
     ------
@@ -30,7 +30,7 @@ class Impact:
     # up to the speed of light, from far below any that is measured, so that forces and times are floats
     velocity: float = quantity("m/s", "velocity of the striker", at_least=1e-20, at_most=299_792_458.0)
     radius: float | None = quantity("m", "radius of the striker", **SIZES, default=None)
-    material: Material | None = field(default=None, validator=checked_material)
+    material: Material | None = field(default=None, converter=named_material, validator=checked_material)
 
     def __init__(
         self,
@@ -38,6 +38,6 @@ class Impact:
         velocity: float,
         radius: float | None = None,
         diameter: float | None = None,
-        material: Material | None = None,
+        material: Material | str | None = None,
     ) -> None:
         self.__attrs_init__(velocity=velocity, radius=radius_of(radius, diameter), material=material)

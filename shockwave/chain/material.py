@@ -10,7 +10,8 @@ from shockwave.errors import InvalidValueError
 from shockwave.fields import quantity, text_of
 from shockwave.registry import load
 
-_LOOK_UP = "shockwave.material('ptfe') loads one from the library"
+#: Names of walls that are not materials.
+WALLS = ("same", "rigid")
 
 
 @frozen(kw_only=True)
@@ -63,7 +64,12 @@ def material(name: str) -> Material:
     return found
 
 
+def named_material(given: Material | str | None) -> Any:
+    """Return the material named ``given``; return any other value unchanged."""
+    return material(given) if isinstance(given, str) else given
+
+
 def checked_material(_: object, attribute: Any, value: Any) -> None:
     """Validator of an attrs field that holds a `Material`, or None if that is its default."""
     if not (isinstance(value, Material) or (value is None and attribute.default is None)):
-        raise InvalidValueError.of(attribute.name, f"must be a Material (got {text_of(value)}; {_LOOK_UP})")
+        raise InvalidValueError.of(attribute.name, f"must be a Material or the name of one (got {text_of(value)})")

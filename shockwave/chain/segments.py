@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 from attrs import field, frozen
 
-from shockwave.chain.material import Material, checked_material
+from shockwave.chain.material import Material, checked_material, named_material
 from shockwave.errors import Fault, InvalidValueError
 from shockwave.fields import SIZES, Quantity, declaration, one_of, quantity, radius_of, text_of
 
@@ -66,8 +66,8 @@ class Segment:
     ----------
     count : int
         Number of granules, at least 1 (default).
-    material : Material, optional
-        Material; by default that of the chain.
+    material : Material or str, optional
+        Material, or its name; by default that of the chain.
     radius, diameter : float or Taper, optional
         Size [m], at most one of them; by default that of the chain.
     gap : float
@@ -80,7 +80,7 @@ class Segment:
     """
 
     count: int = quantity("", "number of granules", at_least=1, at_most=MOST_GRANULES, whole=True, default=1)
-    material: Material | None = field(default=None, validator=checked_material)
+    material: Material | None = field(default=None, converter=named_material, validator=checked_material)
     radius: float | Taper | None = field(default=None, converter=_radius, metadata=declaration(RADIUS))
     gap: float = quantity("m", "initial distance between each granule and the next one", at_least=0, default=0.0)
 
@@ -88,7 +88,7 @@ class Segment:
         self,
         *,
         count: int = 1,
-        material: Material | None = None,
+        material: Material | str | None = None,
         radius: float | Taper | None = None,
         diameter: float | Taper | None = None,
         gap: float = 0.0,

@@ -8,6 +8,7 @@ of the granule number and * denotes convolution. The constants below follow from
 from __future__ import annotations
 
 import math
+from functools import cached_property, lru_cache
 
 from attrs import asdict, frozen
 
@@ -52,7 +53,7 @@ def coefficient_of(choice: str | float) -> float:
     return float(choice)
 
 
-@frozen
+@frozen(slots=False)
 class WaveLaw:
     """The solitary wave of peak force 1 in scaled units, and its scaling with the peak force.
 
@@ -71,7 +72,7 @@ class WaveLaw:
     energy: float
     width: float
 
-    @property
+    @cached_property
     def of_speed(self) -> float:
         """Power of the peak force with which the speed scales, and the duration inversely: (p - 1)/(2p)."""
         return (self.exponent - 1) / (2 * self.exponent)
@@ -86,7 +87,7 @@ class WaveLaw:
         """Power of the peak force with which the energy scales: (p + 1)/p."""
         return (self.exponent + 1) / self.exponent
 
-    @property
+    @cached_property
     def spread(self) -> float:
         """Length of the wave over that for Hertz's law, at least 1: near p = 1 waves are long."""
         return max(self.width * self.speed / (WIDTH * SPEED), 1.0)
@@ -100,6 +101,7 @@ class WaveLaw:
 HERTZ_WAVE = WaveLaw(HERTZ, SPEED, MOMENTUM, GRANULE_VELOCITY, ENERGY, WIDTH)
 
 
+@lru_cache(maxsize=64)
 def wave_law(exponent: float) -> WaveLaw:
     """The solitary wave for contact forces d^p with this exponent p > 1."""
     if exponent == HERTZ:

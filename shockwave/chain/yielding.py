@@ -20,6 +20,8 @@ _Number = TypeVar("_Number", float, FloatArray)
 # Pressure at the centre of the contact at first yield, over the yield strength: 1.6 for a Poisson ratio of 0.3
 # (Johnson, Contact Mechanics, section 6.1).
 _PRESSURE = 1.6
+#: Beginning of the warning of forces beyond first yield.
+BEYOND = "Beyond elastic validity"
 
 
 @frozen(kw_only=True)
@@ -43,7 +45,7 @@ class Yielding:
         if self.peak_ratio <= 1:
             return ()
         exceeds = "a peak force exceeds that of first yield, and plastic deformation of the contacts is not modelled"
-        return (f"Beyond elastic validity: {exceeds}.",)
+        return (f"{BEYOND}: {exceeds}.",)
 
     def facts(self) -> list[tuple[str, str]]:
         """Label and text."""

@@ -17,7 +17,7 @@ from shockwave.errors import FileAccessError
 from shockwave.text import on_stdout
 
 # New objects after which garbage is collected: more than a command creates at its start, nearly all of which last.
-_GARBAGE = 50_000
+_GARBAGE = 200_000
 # Numbers of threads of the libraries of linear algebra, read when NumPy is loaded: matrices are small, and further
 # threads would spend several times the computing time on waiting for one another.
 _THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import TYPE_CHECKING
+from typing import Any
 
 from attrs import evolve
 
@@ -15,18 +15,17 @@ from shockwave.fields import listed
 from shockwave.scenario.block_keys import MATERIALS
 from shockwave.scenario.scenario import Scenario
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 # Hint in the error for a scenario with a sweep.
 _SWEPT = "delete the `sweep` block"
 
 
 def design(options: argparse.Namespace) -> int:
     """Print the values of parameters that meet requirements."""
-    from shockwave.studies.requirements import parts_of
+    from shockwave.studies.quantities import parts_of
 
     check_output(options.output, ".svg", ".png", ".pdf")
+    if len(set(options.vary)) < len(options.vary):
+        raise UsageError(f"--vary must name different parameters (got {listed(options.vary, 'and')})")
     numbers = [name for name in options.vary if not name.endswith(MATERIALS)]
     if len(options.between) != len(numbers):
         got = f"got {len(options.between)} for {listed(numbers, 'and') if numbers else 'materials alone'}"
@@ -38,43 +37,40 @@ def design(options: argparse.Namespace) -> int:
             wanted = [parts_of(text, "target") for text in options.target]
             alone = len(options.vary) == len(wanted) == 1 and not (options.budget or options.least)
             if alone and (numbers or wanted[0][1] == "="):
-                return _one(options, scenario, wanted[0], among)
-            return _several(options, scenario, numbers, among)
+                found = _one(options, scenario, wanted[0], among)
+            else:
+                found = _several(options, scenario, numbers, among)
     except UnknownNameError as error:
         raise UsageError(f"--among: {error}") from None
-
-
-def _one(options: argparse.Namespace, scenario: Scenario, wanted: tuple[str, str, str], among: list[str] | None) -> int:
-    """Print all values of one parameter that meet a requirement."""
-    from shockwave import pictures
-    from shockwave.studies.design_search import design as run
-
-    name, sign, value = wanted
-    (vary,), between = options.vary, next(iter(options.between), None)
-    search = {"vary": vary, "target": {name: value}, "sign": sign, "between": between, "among": among}
-    found = run(scenario, **search, points=options.points, rtol=options.rtol)
     print_result(found, options.json)
     if options.output:
-        sheet, (ax,) = pictures.figure() if found.between else pictures.ranked_figure(len(found.table))
-        (pictures.design if found.between else pictures.materials)(ax, found)
-        _save(sheet, options.output)
+        _draw(found, options.output)
+        print(f"{options.output}: written", file=sys.stderr)
     # the ranking of materials is a result if the target lies in their range
-    ranked = found.between is None and found.spanned
-    if not found.why or ranked:
+    if not found.why or (isinstance(found.vary, str) and found.between is None and found.spanned):
         return 0
     print(f"{options.file}: {found.why}", file=sys.stderr)
     return 1
 
 
-def _several(options: argparse.Namespace, scenario: Scenario, numbers: list[str], among: list[str] | None) -> int:
-    """Print the values of several parameters that meet all requirements with the least of a quantity."""
-    from shockwave import pictures
+def _one(options: argparse.Namespace, scenario: Scenario, wanted: tuple[str, str, str], among: list[str] | None) -> Any:
+    """All values of one parameter that meet a requirement."""
+    from shockwave.studies.design_search import design as run
+
+    name, sign, value = wanted
+    (vary,), between = options.vary, next(iter(options.between), None)
+    search = {"vary": vary, "target": {name: value}, "sign": sign, "between": between, "among": among}
+    return run(scenario, **search, points=options.points, rtol=options.rtol)
+
+
+def _several(options: argparse.Namespace, scenario: Scenario, numbers: list[str], among: list[str] | None) -> Any:
+    """The values of several parameters that meet all requirements and minimise a quantity."""
     from shockwave.studies.optimal_design import optimal_design as run
 
     if among is not None and len(numbers) == len(options.vary):
         raise UsageError(f"--among must be omitted for {listed(numbers, 'and')} (got {options.among})")
     ends = dict(zip(numbers, options.between, strict=True))
-    found = run(
+    return run(
         scenario,
         vary={name: ends.get(name, among) for name in options.vary},
         targets=options.target,
@@ -82,26 +78,22 @@ def _several(options: argparse.Namespace, scenario: Scenario, numbers: list[str]
         least=options.least or "chain.mass",
         seed=options.seed,
     )
-    print_result(found, options.json)
-    if options.output:
-        ranked = found.ranking
-        sheet, axes = pictures.ranked_figure(len(ranked), 2) if ranked else pictures.figure()
-        if ranked:
-            pictures.materials(axes[0], found)
-        pictures.pareto(axes[-1], found)
-        _save(sheet, options.output)
-    if not found.why:
-        return 0
-    print(f"{options.file}: {found.why}", file=sys.stderr)
-    return 1
 
 
-def _save(sheet: Figure, output: str) -> None:
-    """Write a picture."""
+def _draw(found: Any, output: str) -> None:
+    """Write a picture: the property or a ranking of materials; for several parameters, also the options."""
     from shockwave import pictures
 
+    several = not isinstance(found.vary, str)
+    ranked = found.ranking if several else found.table if found.between is None else ()
+    sheet, axes = pictures.ranked_figure(len(ranked), 2 if several else 1) if ranked else pictures.figure()
+    if ranked:
+        pictures.materials(axes[0], found)
+    if several:
+        pictures.pareto(axes[-1], found)
+    elif not ranked:
+        pictures.design(axes[0], found)
     pictures.save(sheet, output)
-    print(f"{output}: written", file=sys.stderr)
 
 
 def uncertainty(options: argparse.Namespace) -> int:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from attrs import asdict, evolve
 
 from shockwave import answers
-from shockwave.cli.output import check_output, failure, json_text, written
+from shockwave.cli.output import check_output, failure, json_text, load_matplotlib, written
 from shockwave.errors import Fault, InvalidValueError, ShockwaveError, UsageError
 from shockwave.files import refuse_inputs
 from shockwave.plausibility import unusual
@@ -91,7 +91,10 @@ def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any]
             text, code = failure(scenario.located(error))
             located = text.startswith(f"{scenario.path}:")
             problems.append(text if located else f"{scenario.path}: {text}")
-            documents.append({**VERSION, "scenario": scenario.name, "error": text})
+            warnings = getattr(error, "__notes__", [])
+            problems += [line for warning in warnings for line in paragraph("  ! ", warning, 4)]
+            more = {"warnings": warnings} if warnings else {}
+            documents.append({**VERSION, "scenario": scenario.name, "error": text, **more})
             status = max(status, code)
         except KeyboardInterrupt:
             problems.append(f"{scenario.path}: interrupted")
@@ -162,16 +165,15 @@ def report(options: Namespace) -> int:
     """One page on a scenario."""
     from shockwave.page import findings
     from shockwave.page import written as page
-    from shockwave.pictures import figure
 
     if Path(options.output or "").suffix:
         check_output(options.output, ".html", ".htm", hint="; print this page to a PDF in a browser")
     (scenario,) = loaded([options.file], output=options.output)
-    figure()  # what the page needs is looked for before anything is computed
+    load_matplotlib()  # fails before the computation if matplotlib is missing
     found = findings(_limited(scenario, options))
     for failed in found.failures:
         print(f"{options.file}: {failed}", file=sys.stderr)
-    written(page(found), options.output)
+    written(page(found, aside=True), options.output)
     return 1 if found.failures else 0
 
 
@@ -290,10 +292,7 @@ def _chain_row(result: ChainResult) -> _Row:
     if wall is not None:
         from shockwave.measurement.chain_text import impulse_text  # for such chains only
 
-        row |= {
-            "wall force": si(wall.peak_force, "N", error=wall.error_estimate),
-            "wall impulse": impulse_text(wall),
-        }
+        row |= {"wall force": si(wall.peak_force, "N", error=wall.error_estimate), "wall impulse": impulse_text(wall)}
     return row
 
 

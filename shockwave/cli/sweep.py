@@ -9,17 +9,15 @@ import sys
 from contextlib import suppress
 from pathlib import Path
 from types import FrameType
-
-from tqdm import tqdm
+from typing import TYPE_CHECKING
 
 from shockwave.cli.output import print_result
 from shockwave.errors import UsageError
-from shockwave.sweep.definition import DEFINITION
-from shockwave.sweep.dry_run import plan_sweep
-from shockwave.sweep.report import SweepReport
-from shockwave.sweep.runner import run_sweep
-from shockwave.sweep.workers import check_executor
+from shockwave.sweep.fork_server import start_server
 from shockwave.text import paragraph
+
+if TYPE_CHECKING:
+    from shockwave.sweep.report import SweepReport
 
 
 def sweep(options: argparse.Namespace) -> int:
@@ -55,6 +53,16 @@ def sweep(options: argparse.Namespace) -> int:
 
 
 def _sweep(options: argparse.Namespace) -> int:
+    if not options.dry_run:
+        start_server(options.executor)
+    # imported while the server loads its own modules
+    from tqdm import tqdm
+
+    from shockwave.sweep.definition import DEFINITION
+    from shockwave.sweep.dry_run import plan_sweep
+    from shockwave.sweep.runner import run_sweep
+    from shockwave.sweep.workers import check_executor
+
     folder = options.out or f"{Path(options.file).stem}-sweep"
     settings = {name: getattr(options, name) for name in ("workers", "retry_failed", "accept_versions")}
     if options.dry_run:

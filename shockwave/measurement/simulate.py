@@ -16,7 +16,7 @@ from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError
 from shockwave.measurement.recording import check_requests
 from shockwave.measurement.result import SimulationResult, Train
 from shockwave.measurement.simulation_setup import Setup, immeasurable, scaled, setup_of
-from shockwave.options import Backend, Recorded, SimulateOptions, Waves
+from shockwave.options import Backend, SimulateOptions, Waves
 from shockwave.plausibility import unusual_warnings
 from shockwave.profiles.shock import Shock
 from shockwave.progress import progressed
@@ -64,36 +64,13 @@ _Result: TypeAlias = SimulationResult | Any
 _Outcome: TypeAlias = _Result | ShockwaveError
 
 
-def simulate(
-    shock: Shock | Impact,
-    chain: Chain,
-    rtol: float | None = None,
-    integrator: str | None = None,
-    wave_threshold: float = 5e-3,
-    *,
-    step: float | None = None,
-    waves: Waves = "train",
-    backend: Backend = "auto",
-    contacts: Iterable[int] = (),
-    record: Iterable[Recorded] = (),
-    interval: float | None = None,
-    until: float | None = None,
-    timeout: float | None = None,
-) -> _Result:
-    """Integrate eq. (1) and measure the solitary waves that form.
+def simulate(shock: Shock | Impact, chain: Chain, rtol: float | None = None, **options: Any) -> _Result:
+    """Simulate with ``rtol`` and other `SimulateOptions`; see `simulate_with`."""
+    return simulate_with(SimulateOptions(rtol=rtol, **options), shock, chain)
 
-    The leading wave is followed until the limit of its peak force along the chain is accurate to ``rtol``. The other
-    waves and the rebounding granules are integrated when they are first accessed. In a chain beyond equal spheres, or
-    under an impact, the greatest forces at the contacts are measured instead.
 
-    Parameters
-    ----------
-    shock : Shock or Impact
-        Profile, peak force and rise time, or a striker.
-    chain : Chain
-        The chain.
-    rtol, integrator, wave_threshold, step, waves, backend, contacts, record, interval, until, timeout
-        As in `SimulateOptions`.
+def simulate_with(options: SimulateOptions, shock: Shock | Impact, chain: Chain) -> _Result:
+    """Simulate with the options in one object, such as that of a scenario.
 
     Returns
     -------
@@ -105,27 +82,13 @@ def simulate(
     InvalidValueError, UnknownNameError
         If a setting is out of range or not used by the method, or a name is unknown.
     NumericalError
-        If the integrator fails, no wave forms, the shock is too long, or the time limit is reached.
+        If the integrator fails, no wave forms, the shock is too long, or the time limit is reached. Warnings
+        of unusual values, a possible cause, are notes of this error.
     """
-    options = SimulateOptions(
-        integrator=integrator,
-        rtol=rtol,
-        step=step,
-        wave_threshold=wave_threshold,
-        waves=waves,
-        backend=backend,
-        contacts=contacts,
-        record=record,
-        interval=interval,
-        until=until,
-        timeout=timeout,
-    )
-    return simulate_with(options, shock, chain)
-
-
-def simulate_with(options: SimulateOptions, shock: Shock | Impact, chain: Chain) -> _Result:
-    """Simulate with the options in one object, such as that of a scenario; see `simulate`."""
     (result,) = _simulate([(shock, chain)], setup_of(options))
+    if isinstance(result, NumericalError):
+        for warning in unusual_warnings(shock, chain):
+            result.add_note(warning)
     if isinstance(result, ShockwaveError):
         raise result
     return result
@@ -154,7 +117,7 @@ def simulate_many(
     chain : Chain or sequence of Chain
         One chain for all shocks, or one for each shock.
     rtol, integrator, wave_threshold, step, waves, backend, contacts, until
-        As in `simulate`.
+        As in `SimulateOptions`.
     threads : int, optional
         Number of threads that run the compiled code. By default one for each core.
 
@@ -323,7 +286,8 @@ def _search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, _Answe
         return found
     # a tolerance whose contribution to the error estimate exceeds what was requested is not tried
     first = {key: setup.request(each) for key, each in problems.items()}
-    left = {key: int(_control(request) > setup.rtol) for key, request in first.items()}
+    shares = {key: _control_share(each) for key, each in problems.items()}
+    left = {key: int(shares[key] * request.tolerance > setup.rtol) for key, request in first.items()}
     unknown: dict[int, Primary] = {}
     repeats = 0
     while left and not expired():
@@ -335,7 +299,7 @@ def _search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, _Answe
         requested, left = left, {}
         for (key, decades), request, primary in zip(requested.items(), requests, primaries, strict=True):
             if primary.status in (Status.KNOWN, Status.TOO_LONG) and primary.doubt < 1:
-                error = _error(primary, request)
+                error = _error(primary, request, shares[key] * request.tolerance)
                 if key not in found or error < found[key].error_estimate:
                     found[key] = _Answer(primary, error)
                 if primary.doubt < _OUTGROWN:
@@ -369,18 +333,17 @@ def _measured(problem: ChainProblem, scales: Scales, setup: Setup) -> _Answer:
     return _Answer(*measure_primary(problem, scales, setup))
 
 
-def _error(primary: Primary, request: Request) -> float:
-    """Relative error estimate of the peak force."""
+def _error(primary: Primary, request: Request, control: float) -> float:
+    """Relative error estimate of the peak force; ``control`` is the contribution of the step tolerance."""
     # The position of the first granule is the difference of the free-particle displacement and the chain's reaction.
     rounding = _ROUNDING + _EPSILON * primary.free_path
-    control = _DEFECTS * primary.energy_defect + _control(request)
+    control += _DEFECTS * primary.energy_defect
     return primary.doubt + control + request.problem.path.error + rounding
 
 
-def _control(request: Request) -> float:
-    """Contribution of the step tolerance to the error estimate."""
-    share = _TOLERANCE_SHARE if len(request.problem.profile.breakpoints) <= _SMOOTH else _RECORD_SHARE
-    return share * request.tolerance
+def _control_share(problem: ChainProblem) -> float:
+    """Ratio of the contribution of the step tolerance to the error estimate to this tolerance."""
+    return _TOLERANCE_SHARE if len(problem.profile.breakpoints) <= _SMOOTH else _RECORD_SHARE
 
 
 def _on_demand(part: str, result: SimulationResult, *arguments: Any) -> Any:

@@ -101,20 +101,12 @@ class Setup:
         self, problem: ChainProblem, decades: int = 0, contacts: tuple[int, ...] = (), patient: bool = False
     ) -> Request:
         """Make the request to the search for the leading wave, with a tolerance smaller by this number of decades."""
-        rtol = self.rtol_of(problem)
-        tighter = _TIGHTER**decades
         if problem.rises_again:
             # Such a leading wave is examined late, when its changes are as small as the step errors.
-            tighter *= _TIGHTER
-        # the harder a contact, the more an error of its overlap changes its force
-        caution: float = getattr(self.method, "caution", 1.0) * min(HERTZ / problem.exponent, 1.0) ** 2
-        return Request(
-            problem,
-            tolerance=max(min(caution * rtol, _LOOSEST_STEP) * tighter, _TIGHTEST_STEP),
-            doubt=max(min(_DOUBT * rtol, _MOST_DOUBT) * max(tighter, 0.3), 2e-14),
-            contacts=contacts,
-            patience=_PATIENCE if patient else 1.0,
-        )
+            decades += 1
+        caution: float = getattr(self.method, "caution", 1.0)
+        tolerance, doubt = _accuracy(self.rtol_of(problem), caution, problem.exponent, decades)
+        return Request(problem, tolerance, doubt, contacts, _PATIENCE if patient else 1.0)
 
     def integrator(self, factor: float = 1.0) -> Integrator:
         """Make the integrator for a run of the whole chain, with ``factor`` times the tolerance."""
@@ -127,6 +119,16 @@ class Setup:
         if self.search is None:
             return self.method(tolerance=tolerance)
         return self.search(tolerance=tolerance, compiled=self.compiled)
+
+
+@lru_cache(maxsize=256)
+def _accuracy(rtol: float, caution: float, exponent: float, decades: int) -> tuple[float, float]:
+    """Error tolerance of a step and permitted uncertainty of the peak force, smaller by this number of decades."""
+    tighter = _TIGHTER**decades
+    # the harder a contact, the more an error of its overlap changes its force
+    caution *= min(HERTZ / exponent, 1.0) ** 2
+    tolerance = max(min(caution * rtol, _LOOSEST_STEP) * tighter, _TIGHTEST_STEP)
+    return tolerance, max(min(_DOUBT * rtol, _MOST_DOUBT) * max(tighter, 0.3), 2e-14)
 
 
 @lru_cache(maxsize=64)

@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import itertools
+import json
+import os
+import sys
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from shockwave import pictures
@@ -10,45 +16,95 @@ from shockwave.chain.chain import Scales
 from shockwave.errors import ShockwaveError
 from shockwave.page.results import Findings
 from shockwave.prediction.outcome import EjectionOutcome
-from shockwave.progress import counted
+from shockwave.progress import counted, progress_shown
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
     from shockwave.profiles.shock import Shock
 
+# A function that draws a picture.
+_Draw = Callable[["Axes"], object]
 
 # Width and height [in]: a column in print, legible on a phone.
 _SIZE = (3.4, 2.7)
+# Name of a picture, and its SVG element or the reason why it could not be drawn.
+_Drawn = tuple[str, str, str]
 
 
-def drawn(found: Findings) -> tuple[dict[str, Figure], dict[str, str]]:
-    """Return the pictures of a scene by name, and the reasons why others could not be drawn.
+def drawn(found: Findings, aside: bool = False) -> Iterator[_Drawn]:
+    """Draw the pictures of a scene.
+
+    Parameters
+    ----------
+    found : Findings
+        The results.
+    aside : bool
+        Fork this process, where that is safe: its child starts to draw the second half immediately.
+
+    Returns
+    -------
+    iterator of (str, str, str)
+        Name and SVG element of each picture, and the reason why it could not be drawn; one of the two is empty.
 
     Raises
     ------
     UsageError
         If matplotlib is not installed.
     """
-    figures, not_drawn = {}, {}
-    for name, draw in counted("pictures", list(drawings(found).items())):
+    chosen = list(drawings(found).items())
+    # after a fork, locks that other threads hold are never released
+    if not (aside and sys.platform == "linux" and threading.active_count() == 1 and len(os.sched_getaffinity(0)) > 1):
+        return _drawn(counted("pictures", chosen))
+    middle = -(-len(chosen) // 2)  # the later pictures take longer
+    later = _drawn_aside(chosen[middle:])
+    return itertools.chain(_drawn(counted("pictures", chosen[:middle])), later)
+
+
+def _drawn(chosen: Iterable[tuple[str, _Draw]]) -> Iterator[_Drawn]:
+    for name, draw in chosen:
         figure, (ax,) = pictures.figure(size=_SIZE)
         try:
             draw(ax)
         except ShockwaveError as error:
-            not_drawn[name] = str(error)
+            yield name, "", str(error)
         else:
-            figures[name] = figure
-    return figures, not_drawn
+            yield name, pictures.svg(figure, name), ""
 
 
-def drawings(found: Findings) -> dict[str, Callable[[Axes], object]]:
+def _drawn_aside(chosen: list[tuple[str, _Draw]]) -> Iterator[_Drawn]:
+    """Draw in a forked process, from now on; if that fails, draw here when the pictures are needed."""
+    output, given = os.pipe()
+    child = os.fork()
+    if child == 0:
+        try:
+            os.close(output)  # a reader of its own would let it wait for ever if the parent ends
+            with progress_shown(None), open(given, "w", encoding="ascii") as file:
+                file.write(json.dumps(list(_drawn(chosen))))
+        finally:
+            os._exit(0)
+    os.close(given)
+
+    def of_child() -> Iterator[_Drawn]:
+        with open(output, encoding="ascii") as file:
+            text = file.read()
+        with suppress(ChildProcessError):  # the system has removed it if SIGCHLD is ignored
+            os.waitpid(child, 0)
+        try:
+            received = json.loads(text)
+        except ValueError:
+            received = _drawn(chosen)
+        yield from received
+
+    return of_child()
+
+
+def drawings(found: Findings) -> dict[str, _Draw]:
     """Return the functions that draw the pictures of a scene, in their order; their titles are in the template."""
     shock, predicted, result, compared = found.scenario.shock, found.predicted, found.simulated, found.comparison
     if found.is_beyond:
         return _of_chain(shock, result)
-    chosen: dict[str, Callable[[Axes], object]] = {
+    chosen: dict[str, _Draw] = {
         "pulse": lambda ax: pictures.pulse(ax, shock),
         "conditions": lambda ax: pictures.conditions(ax, shock),
     }
@@ -71,9 +127,9 @@ def drawings(found: Findings) -> dict[str, Callable[[Axes], object]]:
     return chosen
 
 
-def _of_chain(shock: Shock | None, result: Any) -> dict[str, Callable[[Axes], object]]:
+def _of_chain(shock: Shock | None, result: Any) -> dict[str, _Draw]:
     """Functions that draw the pictures of a chain beyond equal spheres."""
-    chosen: dict[str, Callable[[Axes], object]] = {}
+    chosen: dict[str, _Draw] = {}
     if shock is not None:
         chosen["pulse"] = lambda ax: pictures.pulse(ax, shock)
     if result is None:

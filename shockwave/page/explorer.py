@@ -19,8 +19,8 @@ from markupsafe import Markup
 
 from shockwave import OWN_DISTRIBUTION, pictures
 from shockwave.chain.layout import Layout
-from shockwave.errors import InvalidValueError, NotCoveredError, ShockwaveError, UsageError, message_of
-from shockwave.fields import listed
+from shockwave.chain.yielding import BEYOND
+from shockwave.errors import InvalidValueError, ShockwaveError, UsageError, message_of
 from shockwave.limit import verdict_facts
 from shockwave.measurement.chain_result import ChainResult
 from shockwave.measurement.chain_text import chain_answer, chain_lead
@@ -31,8 +31,7 @@ from shockwave.page.explorer_scene import controls, edited, loaded, presets, tex
 from shockwave.page.render import written
 from shockwave.page.results import Findings, findings
 from shockwave.pictures.drawing import BLACK, BLUE, GREEN, GREY, VERMILION
-from shockwave.prediction.outcome import Outcome
-from shockwave.prediction.outcome_text import estimate_figures, outcome_limits
+from shockwave.prediction.outcome_text import estimate_figures, outcome_limits, without_advice
 from shockwave.text import html_of, si
 
 if TYPE_CHECKING:
@@ -69,45 +68,47 @@ class Figure:
 
 
 @lru_cache(maxsize=8)
-def answered(text: str) -> tuple[Findings, Outcome | None, str]:
-    """Results of the scenario in ``text``, its prediction, and the reason why there is none.
+def answered(text: str) -> Findings:
+    """Results of the scenario in ``text``.
 
     Raises
     ------
     ShockwaveError
         As `loaded`.
     """
-    scenario = loaded(text)
-    found = findings(scenario)
-    if found.predicted is not None:
-        return found, found.predicted, ""
-    try:
-        return found, scenario.predictor.predict(scenario.excitation, scenario.chain), ""
-    except NotCoveredError as error:
-        places = listed([fault.path for fault in error.faults], "and")
-        return found, None, f"{scenario.predictor.model} does not cover {places}"
-    except ShockwaveError as error:
-        return found, None, str(error)
+    return findings(loaded(text))
+
+
+def limits_of(found: Findings) -> list[str]:
+    """Caveats about the results: that of yield first, which applies to all of them, then failures, then the others."""
+    others = outcome_limits(found.predicted) if found.predicted else []
+    if found.simulated is not None:
+        others = [without_advice(limit) for limit in others] + [*found.simulated.wave_warnings]
+    return sorted(dict.fromkeys([*found.failures, *others]), key=lambda limit: not limit.startswith(BEYOND))
 
 
 def parts_of(text: str, *names: str) -> dict[str, str]:
     """The parts ``names`` of the page for the scenario in ``text``, as HTML: controls, headline, estimate, figures."""
-    found, predicted, reason = answered(text)
-    filters = chain_answer, chain_lead, estimate_figures, lead_text, outcome_limits, result_answer, si, verdict_facts
+    found = answered(text)
+    predicted = found.predicted
+    reason = found.reason or (predicted and predicted.no_estimate) or ""
+    filters = chain_answer, chain_lead, estimate_figures, lead_text, result_answer, si, verdict_facts
     values = {
         "found": found,
         "predicted": predicted,
-        "reason": reason,
-        "groups": controls(found.scenario.document) if found.scenario.document and "controls" in names else {},
-        "figures": list(figures(found, predicted)) if "figures" in names else [],
+        "reason": without_advice(reason) if found.simulated else reason,
+        "limits": limits_of(found),
+        "groups": controls(found.scenario) if "controls" in names else {},
+        "figures": list(figures(found)) if "figures" in names else [],
         "exported": set(drawings(found)),
     }
     return {name: html_of(_TEMPLATES["parts"], filters, part=name, **values) for name in names}
 
 
-def figures(found: Findings, predicted: Any) -> Iterator[Figure]:
+def figures(found: Findings) -> Iterator[Figure]:
     """The charts of a scene and the animation of its beads."""
     chain, shock, result = found.scenario.chain, found.scenario.shock, found.simulated
+    predicted = found.predicted
     kept: Any = None if result is None else result.recording
     end = 0.0 if kept is None else float(kept.times[-1])
     if kept is not None and kept.displacements is not None:
@@ -166,7 +167,7 @@ def exported(text: str, source: str, kind: str) -> bytes:
     ShockwaveError
         As `loaded`; or if the scene does not have the picture.
     """
-    found = answered(text)[0]
+    found = answered(text)
     if kind == "html":
         return written(found).encode()
     draw = drawings(found).get(source)

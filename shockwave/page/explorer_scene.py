@@ -15,6 +15,7 @@ from attrs import evolve, frozen
 
 from shockwave.errors import InvalidValueError, ScenarioError
 from shockwave.fields import DIAMETER, Quantity
+from shockwave.profiles.shock import Shock
 from shockwave.registry import entries, load
 from shockwave.scenario.block_keys import CHAIN, RECORD, WALLS, parameters_of, shock_keys
 from shockwave.scenario.loader import load_scenario, scenario_of
@@ -146,9 +147,14 @@ def _changes(data: dict[str, Any], name: str, value: Any) -> Iterator[tuple[tupl
         fresh = parse_document(template(str(value)), NAME).data["shock"]
         old = data.get("shock") or {}
         kept = {key: old[key] for key in fresh.keys() & old.keys() - {"profile", "parameters"}}
+        if "rise_time" in fresh and "duration" in old and "rise_time" not in old:
+            kept["duration"] = old["duration"]
+            del fresh["rise_time"]
         yield ("shock",), {**fresh, **kept}
     else:
         yield steps_of(name), value
+        if name == "shock.duration" and _at(data, ("shock", "duration")) is None:
+            yield ("shock", "rise_time"), None
     if name.startswith(("chain.end", "chain.granules")) and _at(data, ("simulate", "contacts")):
         yield ("simulate", "contacts"), None  # the chain may be too short for them
 
@@ -202,11 +208,12 @@ class Control:
         return math.log(self.value / self.low) / math.log(self.high / self.low)
 
 
-def controls(document: Document) -> dict[str, list[Control]]:
-    """Controls of a valid scenario, in groups with a title."""
-    data = document.data
+def controls(scenario: Scenario) -> dict[str, list[Control]]:
+    """Controls of a scenario that was loaded from a document, in groups with a title."""
+    assert scenario.document is not None
+    data = scenario.document.data
     shock, chain, impact = (data.get(name) or {} for name in ("shock", "chain", "impact"))
-    groups = {"Pulse": list(_of_shock(shock)), "Striker": list(_of_spheres(impact, "impact"))}
+    groups = {"Pulse": list(_of_shock(shock, scenario.shock)), "Striker": list(_of_spheres(impact, "impact"))}
     if "velocity" in impact:
         speed = _number("impact.velocity", "velocity", impact["velocity"], Quantity("m/s", "", above=0))
         groups["Striker"].insert(0, speed)
@@ -215,13 +222,17 @@ def controls(document: Document) -> dict[str, list[Control]]:
     return {title: group for title, group in groups.items() if group}
 
 
-def _of_shock(shock: dict[str, Any]) -> Iterator[Control]:
+def _of_shock(shock: dict[str, Any], made: Shock) -> Iterator[Control]:
     if not shock:
         return
     name = shock["profile"]
     cls = load("profiles", name)
     others = (entry.name for entry in entries("profiles") if entry.name != RECORD)
     yield Control("shock.profile", "shape", name, tuple(dict.fromkeys((name, *others))))
+    times = {"rise_time", "duration", "duration_ratio"} & shock.keys()
+    if times == {"rise_time"} and made.profile.recorded_rise_time is None:
+        # shock tests specify the duration of a shape with a fixed ratio
+        shock = {**shock, "rise_time": None, "duration": made.duration}
     for prefix, given, keys in (
         ("shock", shock, shock_keys(cls)),
         ("shock.parameters", shock.get("parameters") or {}, parameters_of(name, cls)),

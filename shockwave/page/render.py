@@ -19,14 +19,14 @@ from shockwave.measurement.result_text import greatest_text
 from shockwave.page.drawings import drawn
 from shockwave.page.number_text import formula, percent, quantity, small
 from shockwave.page.results import Findings, findings
-from shockwave.prediction.outcome_text import estimate_figures, estimate_text
+from shockwave.pictures.figures import described
+from shockwave.prediction.outcome_text import estimate_figures, estimate_text, without_advice
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import conditions
-from shockwave.progress import counted
 from shockwave.registry import entry_of, find
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_hash import parameters, scene_hash
-from shockwave.scene_summary import ChainScene
+from shockwave.scene_summary import ChainScene, Scene
 from shockwave.text import html_of
 
 
@@ -50,15 +50,17 @@ def page(scenario: Scenario) -> str:
     return written(findings(scenario))
 
 
-def written(found: Findings) -> str:
-    """Return the page of the results of a scenario.
+def written(found: Findings, aside: bool = False) -> str:
+    """Return the page of the results of a scenario; ``aside`` lets another process draw some of the pictures.
 
     Raises
     ------
     UsageError
         If matplotlib is not installed.
     """
-    filters: tuple[Callable[..., object], ...] = (estimate_figures, formula, greatest_text, percent, quantity, small)
+    shown = drawn(found, aside)
+    filters: tuple[Callable[..., object], ...] = (estimate_figures, formula, greatest_text, percent, quantity)
+    filters = (*filters, small, without_advice)
     if found.is_beyond:
         from shockwave.measurement.chain_text import chain_answer, chain_balances, chain_lead, chosen, span
 
@@ -67,15 +69,13 @@ def written(found: Findings) -> str:
         about: dict[str, Any] = {"conditions": (), "scene": scene}
     else:
         about = _of_shock(found.scenario)
-    figures, not_drawn = drawn(found)
     return html_of(
         Path(__file__).with_name("report.html.jinja"),
         filters,
         found=found,
         **about,
-        figures=counted("rendering", list(figures.items())),
-        not_drawn=not_drawn,
-        svg=pictures.svg,
+        pictures=shown,
+        described=described,
         versions=_versions(found),
         hash=scene_hash(found.scenario),
         parts=parts_in_use(found),
@@ -91,6 +91,7 @@ def _of_shock(scenario: Scenario) -> dict[str, Any]:
         "profile": profile.name if profile else type(shock.profile).__name__,
         "parameters": _parameters(shock.profile),
         "areas": areas,
+        "contact": dict(Scene.of(shock, scenario.chain).facts()).get("contact"),
         "characteristic_time": Scales.of(scenario.chain, shock.peak_force).time,
         "conditions": conditions(areas, float(shock.profile.duration_ratio)),
     }

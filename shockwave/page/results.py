@@ -8,10 +8,13 @@ from typing import Any, TypeVar
 from attrs import evolve, frozen
 
 from shockwave.errors import NotCoveredError, ShockwaveError
+from shockwave.fields import listed
 from shockwave.measurement.measured_wave import Passage
 from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulate import equal_granules, immeasurable, scaled, simulate_with
+from shockwave.plausibility import unusual_warnings
 from shockwave.prediction.outcome import Outcome
+from shockwave.prediction.outcome_text import without_advice
 from shockwave.scenario.scenario import Scenario
 from shockwave.studies.comparison import Comparison, beside
 
@@ -50,6 +53,8 @@ class Findings:
         A sentence on each failure.
     text : str
         Text of the scenario file.
+    reason : str
+        Reason why there is no prediction, or an empty string.
     """
 
     scenario: Scenario
@@ -59,6 +64,7 @@ class Findings:
     passages: tuple[Passage, ...]
     failures: tuple[str, ...]
     text: str
+    reason: str = ""
 
     @property
     def is_beyond(self) -> bool:
@@ -69,7 +75,10 @@ class Findings:
     def warnings(self) -> tuple[str, ...]:
         """Warnings of the prediction, unless only its estimate is shown, and the simulation, without duplicates."""
         predicted = () if self.predicted is None or self.is_beyond else self.predicted.warnings
-        simulated = () if self.simulated is None else self.simulated.wave_warnings
+        if self.simulated is not None:
+            predicted, simulated = tuple(map(without_advice, predicted)), self.simulated.wave_warnings
+        else:
+            simulated = unusual_warnings(self.scenario.excitation, self.scenario.chain)
         return tuple(dict.fromkeys((*predicted, *simulated)))
 
 
@@ -80,7 +89,16 @@ def findings(scenario: Scenario) -> Findings:
     equal = equal_granules(scenario.excitation, scenario.chain)
     if equal is not None:
         scenario = evolve(scenario, chain=equal)
-    predicted = _attempt(failures, "The prediction failed", _predict, scenario)
+    predicted, reason = None, ""
+    try:
+        predicted = scenario.predictor.predict(scenario.excitation, scenario.chain)
+        predicted = evolve(predicted, limit=scenario.limit)
+    except NotCoveredError as error:
+        places = listed([fault.path for fault in error.faults], "and")
+        reason = f"{scenario.predictor.model} does not cover {places}"
+    except ShockwaveError as error:
+        reason = str(error)
+        failures.append(f"The prediction failed: {reason}.")
     simulate = _simulate_chain if equal is None else _simulate
     simulated = _attempt(failures, "The simulation failed", simulate, scenario)
     simulated = simulated and evolve(simulated, limit=scenario.limit)
@@ -101,6 +119,7 @@ def findings(scenario: Scenario) -> Findings:
         passages=tuple(filter(None, passages)),
         failures=tuple(failures),
         text=scenario.path.read_text(encoding="utf-8-sig", errors="replace") if scenario.path else "",
+        reason=reason,
     )
 
 
@@ -109,14 +128,6 @@ def _attempt(failures: list[str], failure: str, compute: Callable[..., _T], *arg
         return compute(*arguments)
     except ShockwaveError as error:
         failures.append(f"{failure}: {error}.")
-        return None
-
-
-def _predict(scenario: Scenario) -> Outcome | None:
-    """The prediction; None if the model does not cover the scene."""
-    try:
-        return evolve(scenario.predictor.predict(scenario.excitation, scenario.chain), limit=scenario.limit)
-    except NotCoveredError:
         return None
 
 

@@ -33,6 +33,8 @@ POINTS = 72
 # Space around axes with their labels [pt].
 _PAD = 3.0
 _FORMATS = ("svg", "png", "pdf")
+# Start of an SVG picture in a page.
+_BEGIN = '<svg role="img"'
 #: Held while a picture is drawn: matplotlib's settings are those of the process, not of a thread.
 DRAWING = threading.RLock()
 #: Size of small text [pt], legible in a column.
@@ -140,8 +142,13 @@ def svg(figure: Figure, name: str = "picture", description: str = "") -> str:
     referred = set(re.findall(r'(?:href="|url\()#([^")]+)', text))
     text = re.sub(r' id="([^"]+)"', lambda found: found[0] if found[1] in referred else "", text)
     text = re.sub(r'( id="|href="#|url\(#)', rf"\1{name}-", text)
+    return described(f"{_BEGIN} {text}", description)
+
+
+def described(picture: str, description: str) -> str:
+    """Return a picture of `svg` with a description for readers who cannot see it; unchanged if it is empty."""
     label = f' aria-label="{escape(admitted(description))}"' if description else ""
-    return f'<svg role="img"{label} {text}'
+    return f"{_BEGIN}{label}{picture.removeprefix(_BEGIN)}"
 
 
 def _fit(ax: Axes, renderer: Any) -> None:

@@ -9,15 +9,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from shockwave.chain.chain import Chain
-from shockwave.prediction.model_interface import Peaks, ScaledShock, Settings, Shocks
+from shockwave.plausibility import unusual_warnings
+from shockwave.prediction.model_interface import Peaks, ScaledAnswer, ScaledShock, Settings, Shocks
 from shockwave.prediction.moments import FARTHEST, peaks
+from shockwave.prediction.outcome import Accuracy, Estimate
 from shockwave.prediction.shock_impulses import LASTING, spread_of, turns
 from shockwave.profiles.conditions import conditions, hold
+from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.text import si
 
@@ -60,8 +64,8 @@ def expected_errors(found: Peaks, shocks: Shocks) -> tuple[FloatArray, FloatArra
     Returns
     -------
     numpy.ndarray, shape (shocks, 3)
-        Estimated amplification and the ends of its range; NaN for shocks that are longer or finer than those of the
-        law.
+        Estimated amplification and the ends of its range; NaN for shocks that are longer or vary faster than those of
+        the law.
     numpy.ndarray, shape (shocks, 2)
         Lowest and highest relative error; infinite if they are unknown.
     """
@@ -151,3 +155,25 @@ def unbounded(shock: ScaledShock, force: float) -> str:
 def warning_of(problem: str) -> str:
     """Warning that a ``problem`` leaves the error unknown."""
     return f"The error is not known: {problem}."
+
+
+def accuracy_with_exponent(
+    shock: Shock, chain: Chain, scaled: ScaledShock, answer: ScaledAnswer, model: str
+) -> Accuracy[Estimate | None, Any]:
+    """Accuracy for a contact exponent other than 3/2: the estimate is that of ``model`` or of the law of moments."""
+    force, peak, own = shock.peak_force, answer.amplitudes[0], answer.expected_error
+    failed = "" if answer.states_error else failed_conditions(scaled)
+    warnings = [*shock.profile.notes, *unusual_warnings(shock, chain), *[failed] * bool(failed), *answer.warnings]
+    if own is not None:
+        estimate = Estimate(
+            peak * force, peak * force / (1 + own[1]), peak * force / (1 + own[0]), answer.method or model
+        )
+        return Accuracy(estimate, None, own, tuple(warnings))
+    from shockwave.prediction.kernel_law import kernel_law, too_long  # Hertz's law does not need it
+
+    found = kernel_law().amplifications(scaled)
+    if found is None:
+        return Accuracy(None, too_long(scaled), None, (*warnings, warning_of(too_long(scaled))))
+    best, low, high = found
+    estimate = Estimate(best * force, low * force, high * force, "moments")
+    return Accuracy(estimate, None, None if failed else (peak / high - 1, peak / low - 1), tuple(warnings))

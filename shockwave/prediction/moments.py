@@ -31,7 +31,8 @@ from pathlib import Path
 import numpy as np
 from attrs import field, frozen
 
-from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
+from shockwave.chain.chain import HERTZ
+from shockwave.chain.solitary_wave import IMPULSE_LIMIT, wave_law
 from shockwave.errors import NumericalError
 from shockwave.prediction.gauss_impulses import compiled
 from shockwave.prediction.model_interface import (
@@ -291,14 +292,24 @@ def columns(
 
 def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
     """Predict the leading wave by the law; the regime follows from (5d) and (5e), the relation from the peak force."""
-    pulse = pulse_of(shock)
-    law = moments_law()
-    peak, longer = _amplifications(law, pulse)
-    if math.isnan(peak):
-        raise NumericalError(_DIVERGED)
+    if shock.exponent == HERTZ:
+        pulse = pulse_of(shock)
+        law = moments_law()
+        peak, longer = _amplifications(law, pulse)
+        if math.isnan(peak):
+            raise NumericalError(_DIVERGED)
+        (bound,) = law.bounds([pulse]).tolist()
+    else:
+        from shockwave.prediction.kernel_law import kernel_law, solved, too_long  # Hertz's law does not need it
+
+        law_of_all = kernel_law()
+        found = law_of_all.amplifications(shock)
+        if found is None:
+            raise NumericalError(too_long(shock))
+        peak, low, _ = found
+        bound, longer = peak / low - 1, law_of_all.peak(shock.exponent, solved(law_of_all, shock, 1 + _STEP))
     sensitivity = -math.log(longer / peak) / math.log1p(_STEP)
     warnings = ["The law of moments predicts only the leading wave. A simulation gives the later waves of a train."]
-    (bound,) = law.bounds([pulse]).tolist()
     return answer(shock, settings, peak, bound, sensitivity, warnings)
 
 
@@ -357,5 +368,5 @@ def _ejection(shock: ScaledShock, peak: float) -> ScaledEjection:
     """
     virtual = shock.momentum_parameter / shock.areas.total
     window = 1 - shock.impulse / shock.momentum_parameter
-    added = MOMENTUM * peak ** (5 / 6) - shock.impulse
+    added = wave_law(shock.exponent).momentum * peak**shock.of_momentum - shock.impulse
     return ScaledEjection(virtual, added, window / shock.profile.duration_ratio)

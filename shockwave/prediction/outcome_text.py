@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
@@ -25,6 +26,8 @@ _REGIMES = {
 }
 # A train of which only the leading wave is listed.
 _LONE = "1 wave; later waves are below wave_threshold or are not predicted"
+# Advice that a simulation makes void.
+_ADVICE = re.compile(r"; simulate$| \(simulate it instead\)| (?:Simulate to|A simulation gives)[^.]*\.")
 # Least relative error of an answer that is wrong.
 _WRONG = 1.0
 _RELATIONS = {"less": "less than", "equal": "about equal to", "greater": "greater than"}
@@ -89,6 +92,11 @@ def outcome_limits(outcome: Outcome) -> list[str]:
     """Warnings that limit the answer; notes on a record do not, and the first line states why there is no estimate."""
     stated = outcome.no_estimate or "\n"
     return [warning for warning in outcome.warnings if warning not in outcome.scene.notes and stated not in warning]
+
+
+def without_advice(sentence: str) -> str:
+    """Remove the advice to simulate from a sentence that is shown beside a simulation."""
+    return _ADVICE.sub("", sentence)
 
 
 def decision_lines(outcome: Outcome) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from shockwave.prediction.expected_error import (
 from shockwave.prediction.model_interface import Peaks, ScaledShocks
 from shockwave.profiles.conditions import hold
 from shockwave.profiles.shock import Shock
+from shockwave.quadrature import FloatArray
 
 
 @frozen(eq=False)
@@ -45,16 +47,20 @@ def prediction_columns(
     valid = (
         hold(scaled.areas, [profile.duration_ratio for profile in scaled.profiles])[scaled.shapes] | found.states_error
     )
-    unknown = np.isnan(estimates[:, 0])
+    failed = cache(lambda shape: failed_conditions(scaled.shock(int(np.argmax(scaled.shapes == shape)))))
     notes: list[str | None] = []
-    for own, place in enumerate(places):
+    scenes = zip(places, scaled.shapes.tolist(), valid.tolist(), np.isnan(estimates[:, 0]).tolist(), strict=True)
+    for own, (place, shape, holds, unknown) in enumerate(scenes):
         shock, chain = shocks[place], chains[place]
         said = [*shock.profile.notes, *unusual_warnings(shock, chain)]
-        if not valid[own]:
-            said.append(failed_conditions(scaled.shock(own)))
+        if not holds:
+            said.append(failed(shape))
         said += found.notes.get(own, ())
-        problem, estimates[own], errors[own] = in_chain(chain, scaled.shock(own), estimates[own], errors[own])
-        problem = problem or (unbounded(scaled.shock(own), shock.peak_force) if unknown[own] else "")
+        problem = ""
+        if chain.count is not None:
+            problem, estimates[own], errors[own] = in_chain(chain, scaled.shock(own), estimates[own], errors[own])
+        if unknown and not problem:
+            problem = unbounded(scaled.shock(own), shock.peak_force)
         if problem:
             said.append(warning_of(problem))
             estimates[own], errors[own] = np.nan, (-np.inf, np.inf)
@@ -94,9 +100,13 @@ def prediction_columns(
         "scaled_rise_time": rise_times / times,
         "scaled_duration": ratios * rise_times / times,
     }
-    values: dict[str, list[Any]] = {
-        name: [value if finite else None for value, finite in zip(column.tolist(), np.isfinite(column), strict=True)]
-        for name, column in numbers.items()
-    }
+    values = {name: _plain(column) for name, column in numbers.items()}
     values |= {name: getattr(found, name).tolist() for name in ("regime", "relation", "waves")} | {"notes": notes}
     return PredictionColumns(places, values, failures)
+
+
+def _plain(column: FloatArray) -> list[Any]:
+    """Numbers of a column, with None in place of those that are not finite."""
+    numbers = column.astype(object)
+    numbers[~np.isfinite(column)] = None
+    return list(numbers)

@@ -19,6 +19,7 @@ from shockwave.plausibility import unusual_warnings
 from shockwave.prediction.accuracy_of_many import Ranges, accuracies, contact_forces
 from shockwave.prediction.expected_error import (
     FIRST_CONTACTS,
+    accuracy_with_exponent,
     failed_conditions,
     in_chain,
     unbounded,
@@ -255,9 +256,7 @@ class Predictor:
         ranges: Callable[[], Sequence[float]],
     ) -> Accuracy[Any, Any]:
         if chain.exponent != HERTZ:
-            from shockwave.prediction.impulse_law import accuracy_of  # Hertz's law does not need it
-
-            return accuracy_of(shock, scaled, answer)
+            return accuracy_with_exponent(shock, chain, scaled, answer, self.model)
         *values, least, most = ranges()
         force = shock.peak_force * chain.contact_share
         problem, *widened = in_chain(chain, scaled, values, (least, most))

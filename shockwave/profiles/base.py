@@ -5,15 +5,17 @@ from __future__ import annotations
 import abc
 from collections.abc import Sequence
 from itertools import pairwise
+from types import MethodWrapperType
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 
+from shockwave.errors import PluginError
 from shockwave.profiles.guard import guarded, kept
 from shockwave.quadrature import FloatArray, Integral, Integrand, Quadrature
-from shockwave.registry import blame, load
+from shockwave.registry import UNDECORATED, blame, lacks_decorator, load, owner_of
 
 if TYPE_CHECKING:
     from shockwave.profiles.free_path import FreePath
@@ -65,6 +67,16 @@ class ShockProfile(abc.ABC):
     """
 
     duration_ratio: float
+
+    def __init__(self, *values: object, **named: object) -> None:
+        # the constructor of subclasses without one, such as those that attrs has not decorated
+        refused = (values or named) and isinstance(super().__init__, MethodWrapperType)
+        rule = "must be decorated with attrs.frozen, or define __init__, to take arguments" if refused else ""
+        if lacks_decorator(type(self)):
+            rule = UNDECORATED
+        if rule:
+            raise PluginError(f"profile {owner_of('profiles', type(self))}: {rule}")
+        super().__init__(*values, **named)  # of another base class
 
     @abc.abstractmethod
     def rise(self, s: FloatArray) -> FloatArray:

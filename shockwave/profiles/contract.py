@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cache
+from inspect import isfunction
 from numbers import Real
 from typing import Any
 
@@ -60,6 +61,14 @@ def _value(profile: ShockProfile, name: str) -> Any:
 
 
 # ---------------------------------------------------------------- clauses
+
+
+def _check_methods(profile: ShockProfile) -> None:
+    own = getattr(profile, "__dict__", ())
+    for name, member in vars(ShockProfile).items():
+        if isfunction(member) and not name.startswith("_"):
+            hidden = name in own or not callable(getattr(type(profile), name))
+            _require(not hidden, profile, f"{name} must be a method (got a field of this name; rename the field)")
 
 
 def _check_duration_ratio(profile: ShockProfile) -> None:
@@ -142,6 +151,7 @@ def _check_notes(profile: ShockProfile) -> None:
 
 #: Checks in the order in which they run when a profile is first used; each may rely on the preceding ones.
 CLAUSES: dict[str, Callable[[ShockProfile], None]] = {
+    "clause 2, methods": _check_methods,
     "clause 1, duration ratio": _check_duration_ratio,
     "clause 4, breakpoints": _check_points,
     "clause 2, vectorised": _check_vectorised,

@@ -195,7 +195,7 @@ def _check_samples(times: FloatArray, forces: FloatArray) -> None:
 
 def _check_push(forces: FloatArray) -> None:
     if forces.max() <= 0:
-        got = f"got at most {forces.max():g} N; if compression is negative, change the sign"
+        got = f"got at most {forces.max() + 0.0:g} N; if compression is negative, set sign: -1"
         raise InvalidValueError.of("forces", f"must be > 0 N somewhere ({got})")
 
 

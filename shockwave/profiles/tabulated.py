@@ -14,7 +14,7 @@ import numpy as np
 from attrs import frozen
 
 from shockwave.errors import Fault, InvalidValueError
-from shockwave.fields import Quantity, declaration, one_of, quantity, text_of
+from shockwave.fields import Quantity, declaration, one_of, quantity, quantity_of, text_of
 from shockwave.numerics import running_sums
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.record_file import Record, read_record
@@ -27,9 +27,12 @@ if TYPE_CHECKING:
 
 
 def _samples(value: Any, attribute: attrs.Attribute[Any]) -> FloatArray:
-    """A read-only copy as floats."""
+    """A read-only copy as floats in SI units."""
+    spec = quantity_of(attribute)
+    assert spec is not None
     try:
-        array = np.array(value, dtype=float)
+        # numpy would strip the unit of a quantity of pint
+        array = np.array(value.to(spec.unit).magnitude if hasattr(value, "to_base_units") else value, dtype=float)
     except (TypeError, ValueError):
         array = np.zeros(())
     if array.ndim != 1:

@@ -17,6 +17,7 @@ import attrs
 from attrs import evolve, frozen
 
 from shockwave.chain.chain import Chain, Packing
+from shockwave.chain.material import WALLS as WALLS
 from shockwave.chain.material import Material
 from shockwave.fields import DIAMETER, Quantity, quantity_of
 from shockwave.options import SimulateOptions
@@ -147,8 +148,6 @@ CHAIN = (
 )
 #: Keys of the ``chain`` block that have blocks of their own; ``granules`` has one if it is a list.
 CHAIN_BLOCKS = ("end", "damping", "contact")
-#: Walls that are no materials.
-WALLS = ("same", "rigid")
 #: Last parts of the dotted names of materials.
 MATERIALS = ("material", "wall")
 #: Keys for an unknown profile; `shock_keys` gives those for a known one.

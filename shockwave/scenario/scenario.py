@@ -121,10 +121,12 @@ class Scenario:
         return type(error)(map(self.place, error.faults))
 
     def place(self, fault: Fault) -> Fault:
-        """``fault`` with its place in the document, if its block has a key there."""
-        steps, document = steps_of(fault.path), self.document
-        known = document is not None and steps[:2] in document.keys
-        return document.fault(steps, fault.problem, at_key=True) if document and known else fault
+        """``fault`` with its place in the document, if its path, alone or below ``shock``, begins with a key there."""
+        own, document = steps_of(fault.path), self.document
+        for steps in (own, ("shock", *own)):
+            if document is not None and steps[:2] in document.keys:
+                return document.fault(steps, fault.problem, at_key=True)
+        return fault
 
     @property
     def files(self) -> tuple[Path, ...]:

@@ -27,8 +27,12 @@ if TYPE_CHECKING:
 
 # Shocks that are kept: a bound on the memory of a long sweep.
 _MOST_KNOWN = 1024
-# Keys of the shock, beside its parameters, that change its profile.
+# Block of the values that change the profile of the shock, and other keys of the shock that do.
+_SHAPE = "shock.parameters"
 _RESHAPING = ("shock.profile", "shock.duration_ratio")
+# Block of a striker, and the numbers there.
+_IMPACT = "impact"
+_STRIKER = ("impact.velocity", "impact.diameter", "impact.radius")
 
 
 class FamilyScene(NamedTuple):
@@ -63,6 +67,7 @@ class Family:
 
     base: Scenario
     _known: dict[str, Shock] = field(factory=dict, init=False)
+    _places: dict[str, tuple[str, str]] = field(factory=dict, init=False)
 
     def scenario(self, values: Mapping[str, Any]) -> Scenario:
         """The scenario with other values.
@@ -84,31 +89,36 @@ class Family:
     def scene(self, values: Mapping[str, Any]) -> FamilyScene:
         """The parts of the scenario that depend on ``values``; see `scenario`."""
         parts: defaultdict[str, dict[str, Any]] = defaultdict(dict)
-        shape = {}
-        given = self.base.document.data.get("shock") if self.base.document is not None else None
-        # with both times in the document, each of them changes the duration ratio
-        both = isinstance(given, Mapping) and {"rise_time", "duration"} <= given.keys()
-        reshaping = (*_RESHAPING, "shock.rise_time", "shock.duration") if both else _RESHAPING
         for name, value in values.items():
-            block, _, last = name.rpartition(".")
-            if block == "shock.parameters" or name in reshaping:
-                shape[name] = value
-            elif block in BLOCKS:
-                parts[block][last] = value
-            else:
+            block, key = self._places.get(name) or self._place(name)
+            if not block:
                 return self._loaded(values)
+            parts[block][key] = value
         material = parts["chain"].get("material")
         if isinstance(material, Mapping):
             parts["chain"]["material"] = Material(**material)
-        shock = self._reshaped(shape) if shape else self.base.shock
-        chain, constants = (tuple(parts[block].items()) for block in ("chain", "chain.material"))
+        shock = self._reshaped(parts[_SHAPE]) if _SHAPE in parts else self.base.shock
+        chain, constants = tuple(parts["chain"].items()), tuple(parts["chain.material"].items())
         return FamilyScene(
             shock=_shock(shock, parts["shock"]),
-            impact=self.base.impact,
+            impact=_impact(self.base.impact, parts[_IMPACT]),
             chain=_chain(self.base.chain, chain, constants) if chain or constants else self.base.chain,
             predictor=_located("predict.", self.base.predictor, parts["predict"]),
             simulate=_located("simulate.", self.base.simulate, parts["simulate"]),
         )
+
+    def _place(self, name: str) -> tuple[str, str]:
+        """Block of a variable and its key there; `_SHAPE` and its name if it changes the profile; "" for no block."""
+        given = self.base.document.data.get("shock") if self.base.document is not None else None
+        # with both times in the document, each of them changes the duration ratio
+        both = isinstance(given, Mapping) and {"rise_time", "duration"} <= given.keys()
+        reshaping = (*_RESHAPING, "shock.rise_time", "shock.duration") if both else _RESHAPING
+        block, _, last = name.rpartition(".")
+        if block == _SHAPE or name in reshaping:
+            block, last = _SHAPE, name
+        directly = block == _SHAPE or block in BLOCKS or name in _STRIKER
+        self._places[name] = (block if directly else "", last)
+        return self._places[name]
 
     def _loaded(self, values: Mapping[str, Any]) -> FamilyScene:
         """The scene of the document with other values, some of them below the blocks of the chain."""
@@ -118,7 +128,7 @@ class Family:
 
     def _reshaped(self, values: Mapping[str, Any]) -> Shock:
         """The shock with another profile; kept, because a grid uses it repeatedly."""
-        key = repr(sorted(values.items()))
+        key = repr(values)
         if key not in self._known:
             if len(self._known) >= _MOST_KNOWN:
                 self._known.clear()
@@ -135,6 +145,13 @@ def _shock(shock: Shock, values: dict[str, Any]) -> Shock:
     if "duration" in values:
         values["rise_time"] = values.pop("duration") / float(shock.profile.duration_ratio)
     made: Shock = _located("shock.", shock, values)
+    return made
+
+
+def _impact(impact: Impact | None, values: dict[str, Any]) -> Impact | None:
+    if "diameter" in values:
+        values["radius"] = values.pop("diameter") / 2
+    made: Impact | None = _located("impact.", impact, values)
     return made
 
 

@@ -114,6 +114,7 @@ def ends_of(of: Variable, given: Any) -> tuple[float, ...]:
     ValueError, WrongsError
         When it is not a pair of values in ascending order.
     """
+    given = given.tolist() if hasattr(given, "tolist") else given  # an array
     if not isinstance(given, list | tuple) or len(given) != 2:
         raise ValueError(f"must be a list of two values, the lower and the upper limit (got {text_of(given)})")
     ends = items(given, of.converted)

@@ -29,7 +29,7 @@ typedef struct {
     double p, q, tolerance, until, duration, rise_time, peak_force, first, longest, contacts, end_stiffness, end_damping,
         most_work, damped;
     double min_overlap, window, growth, margin, at_rest, safety, min_factor, max_factor, min_step, min_first, soon, kink,
-        kink_share, most_cuts, located, rounding, nearly, hopeless, most_turns, near, passed, wave;
+        kink_share, most_cuts, located, rounding, elastic, viscous, nearly, hopeless, most_turns, near, passed, wave;
     double status, time, arrival, work, steps, evaluations, size;
 } Run;
 
@@ -38,12 +38,12 @@ typedef struct { double *x, *v, *d, *w, *f, *raw, *power, *slope; } End;
 
 typedef struct {
     Run *r;
-    const double *stops, *times, *nodes, *positions, *velocities, *weights; /* of the method; weights: 6 x stages */
+    const double *stops, *times, *nodes, *positions, *velocities, *weights, *errors; /* of the method; weights: of the velocity */
     double *inverse, *k, *gap, *base, *root, *still, *c, *reach_w, *reach_u, *scale_w, *scale_u, *best, *since, *impulse, *lost;
     double *both, *on, *y, *z, *tx, *tv, *tf, *traw, *tpower, *sum, *stage[MAX_STAGES], *powers[MAX_STAGES], *samples;
     End start, finish;
     long bodies, n, stop, stop_count, sample, sample_count;
-    int stages, order, moves, damped, loaded, jumps, driven, rejected; /* moves: whether stages have velocities */
+    int stages, order, moves, damped, loaded, jumps, driven, rejected, over, at_stop; /* moves: whether stages have velocities */
     double held, effort, asked, free[2], impulses[MAX_STAGES + 1];
     Path path;
     PyObject *expired;
@@ -98,8 +98,7 @@ INLINE void contact_forces(const March *m, const double p, const double q, const
             const double w = v[j] - v[j + 1], viscous = c[j] * power_of(inside, q) * w;
             all = elastic + (q == 0 || d > least ? viscous : 0);
             /* only the dashpot of a contact that is off does not act: its force would jump within the step */
-            total = (q == 0 ? on[j] != 0 : d > least) ? all : elastic;
-            total = total <= -still[j] ? -still[j] : total;
+            total = larger(-still[j], (q == 0 ? on[j] != 0 : d > least) ? all : elastic);
             power[j] = (total - elastic) * w;
         }
         f[j + 1] = total;
@@ -124,44 +123,34 @@ WIDE static void forces(const March *m, const double *x, const double *v, long l
     }
 }
 
-/* Time derivatives of the forces of closed contacts, before they are cut off. */
-INLINE void contact_slopes(March *m, const double p, const double q, const int damped, const double *restrict x,
-                           const double *restrict v, const double *restrict f, const double *restrict raw, long low,
-                           long high, double push, double *restrict slope)
+/* Time derivative of the force of contact j before it is cut off, from its overlap and closing velocity; 0 if it is open. */
+INLINE double slope_of(const March *m, const double p, const double q, const int damped, double d, double w, const double *f,
+                       double raw, long j, double push)
 {
-    const double *restrict const k = m->k, *restrict const gap = m->gap, *restrict const base = m->base;
-    const double *restrict const c = m->c, *restrict const inverse = m->inverse, least = m->r->min_overlap;
-    long j;
-    for (j = low; j < high; j++) {
-        const double d = (x[j] - x[j + 1]) + gap[j] + base[j], w = v[j] - v[j + 1], inside = d > least ? d : 1;
-        double all = p * k[j] * power_of(inside, p - 1) * w;
-        if (damped) {
-            const double a = inverse[j] * (f[j] - f[j + 1]) + (j ? 0 : push), next = inverse[j + 1] * (f[j + 1] - f[j + 2]);
-            all += c[j] * power_of(inside, q) * (q / inside * w * w + (a - next));
-        }
-        slope[j] = d > least && raw[j] > 0 ? all : 0;
+    const double least = m->r->min_overlap, inside = d > least ? d : 1;
+    double all = p * m->k[j] * power_of(inside, p - 1) * w;
+    if (damped) {
+        const double a = m->inverse[j] * (f[j] - f[j + 1]) + (j ? 0 : push), next = m->inverse[j + 1] * (f[j + 1] - f[j + 2]);
+        all += m->c[j] * power_of(inside, q) * (q / inside * w * w + (a - next));
     }
-}
-
-WIDE static void slopes(March *m, const double *x, const double *v, const double *f, const double *raw, long low, long high,
-                        double time, double *slope)
-{
-    const double push = low == 0 && m->damped ? m->inverse[0] * applied(m, time) : 0;
-    if (m->r->p == 1.5 && !m->damped) contact_slopes(m, 1.5, 0, 0, x, v, f, raw, low, high, 0, slope);
-    else contact_slopes(m, m->r->p, m->r->q, m->damped, x, v, f, raw, low, high, push, slope);
+    return d > least && raw > 0 ? all : 0;
 }
 
 /* Everything at one end of a step, from positions and velocities. */
-static void complete(March *m, End *end, double time)
+WIDE static void complete(March *m, End *end, double time)
 {
+    const double *restrict const x = end->x, *restrict const v = end->v, *restrict const raw = end->raw;
+    double *restrict const d = end->d, *restrict const w = end->w, *restrict const slope = end->slope;
+    const double p = m->r->p, q = m->r->q, push = m->damped ? m->inverse[0] * applied(m, time) : 0;
     long j;
-    forces(m, end->x, end->v, 0, m->n, end->f, end->power, end->raw);
+    forces(m, x, v, 0, m->n, end->f, end->power, end->raw);
     end->f[m->n + 1] = 0;
     for (j = 0; j < m->n; j++) {
-        end->d[j] = (end->x[j] - end->x[j + 1]) + m->gap[j] + m->base[j];
-        end->w[j] = end->v[j] - end->v[j + 1];
+        d[j] = (x[j] - x[j + 1]) + m->gap[j] + m->base[j];
+        w[j] = v[j] - v[j + 1];
     }
-    slopes(m, end->x, end->v, end->f, end->raw, 0, m->n, time, end->slope);
+    if (p == 1.5 && !m->damped) for (j = 0; j < m->n; j++) slope[j] = slope_of(m, 1.5, 0, 0, d[j], w[j], end->f, raw[j], j, 0);
+    else for (j = 0; j < m->n; j++) slope[j] = slope_of(m, p, q, m->damped, d[j], w[j], end->f, raw[j], j, push);
 }
 
 /* ---------------------------------------------------------------- steps */
@@ -202,13 +191,12 @@ static void attempt(March *m, double h, double end, long low, long high, double 
     m->stage[0] = s->f;
     m->powers[0] = s->power;
     for (i = 1; i <= stages; i++) {
-        const double t = i < stages ? m->nodes[i] * h : h, *const weights = i < stages ? m->positions + i * stages : m->weights;
+        const double t = m->nodes[i] * h;
         double *const y = i < stages ? m->y : x1, *const z = i < stages ? m->z : v1;
-        displace(m, s->x, t, s->v, h * h, weights, i, low, high, y);
-        if (i == stages) displace(m, s->v, 0, s->v, h, m->weights + stages, i, low, high, z);
-        else if (m->moves) displace(m, s->v, 0, s->v, h, m->velocities + i * stages, i, low, high, z);
+        displace(m, s->x, t, s->v, h * h, m->positions + i * stages, i, low, high, y);
+        if (i == stages || m->moves) displace(m, s->v, 0, s->v, h, m->velocities + i * stages, i, low, high, z);
         if (m->driven && low == 0) {
-            y[0] += shift(m, t, i == stages || m->nodes[i] == 1 ? end : m->r->time + t, m->impulses + i);
+            y[0] += shift(m, t, m->nodes[i] == 1 ? end : m->r->time + t, m->impulses + i);
             z[0] += m->inverse[0] * m->impulses[i];
         }
         if (i < stages) forces(m, y, z, low, high, m->stage[i], m->powers[i], m->traw);
@@ -236,16 +224,10 @@ WIDE static double largest(March *m, const double *weights, double factor, const
 /* Largest error of the last attempt, over the tolerance. */
 static double error_of(March *m, double h)
 {
-    const double *w = m->weights + 2 * m->stages, *u = w + 2 * m->stages;
-    double first = larger(largest(m, w, h * h, m->scale_u), largest(m, w + m->stages, h, m->scale_w)), second = 0;
-    if (m->moves) second = larger(largest(m, u, h * h, m->scale_u), largest(m, u + m->stages, h, m->scale_w));
-    if (second != 0) first = first * first / sqrt(first * first + 0.01 * second * second);
-    return first / m->r->tolerance;
-}
-
-static double next_stop(const March *m)
-{
-    return m->stop < m->stop_count ? smaller(m->stops[m->stop], m->r->until) : m->r->until;
+    const double *w = m->errors, *u = w + 2 * m->stages;
+    const double second = m->moves ? larger(largest(m, u, h * h, m->scale_u), largest(m, u + m->stages, h, m->scale_w)) : 0;
+    const double first = larger(largest(m, w, h * h, m->scale_u), largest(m, w + m->stages, h, m->scale_w));
+    return (second != 0 ? first * first / sqrt(first * first + 0.01 * second * second) : first) / m->r->tolerance;
 }
 
 /* Overlap by which a contact with a dashpot may be early or late to close. */
@@ -255,43 +237,54 @@ static double late(const March *m, const double *x, double w, long j)
     return larger(most * (m->r->located * m->r->tolerance), m->r->rounding * (fabs(x[j]) + fabs(x[j + 1]) + m->r->time * fabs(w)));
 }
 
-/* Size and end of the next step. */
-static double next_size(const March *m, double *end)
+/* Impulse that changes the closing velocity of a contact by the tolerance. */
+static double allowed(const March *m, long j) { return m->r->tolerance * m->scale_w[j] / m->both[j]; }
+
+/* Impulse that a step misses if no force acts in a fraction of it. */
+static double kink_error(const March *m, double h, double force, double idle)
 {
-    const double left = next_stop(m) - m->r->time;
-    double size = m->driven ? smaller(m->r->size, m->r->longest) : m->r->size, soon = INFINITY;
+    return m->r->kink * h * force * smaller(1, idle / larger(1 - idle, 1e-300));
+}
+
+/* Size and end of the next step, which ends where a contact is predicted to close or, without damping, to open. */
+static double next_size(March *m, double *end)
+{
+    const double stop = m->stop < m->stop_count ? smaller(m->stops[m->stop], m->r->until) : m->r->until;
+    const double left = stop - m->r->time, p = m->r->p + 1, q = m->r->q + 1, h = m->r->size;
+    double most = h, size = m->driven ? m->r->longest : INFINITY;
     long j;
-    for (j = 0; j < m->n; j++)
-        if (m->start.d[j] < 0 && m->start.w[j] > 0) soon = smaller(soon, -m->start.d[j] / m->start.w[j]);
-    if (m->r->soon * size < soon && soon < size) size = soon;
-    *end = next_stop(m);
-    if (size >= left) return left;
-    size = smaller(size, left / 2); /* avoids a very short last step */
-    *end = m->r->time + size;
+    for (j = 0; j < m->n; j++) {
+        const double d = m->start.d[j], w = m->start.w[j], at = -d / w / h;
+        if (!(fabs(d) < h * fabs(w))) continue;
+        if (at > m->r->soon && (d < 0 || (!m->damped && kink_error(m, h, m->start.raw[j], 1 - at) > m->r->kink_share * allowed(m, j))))
+            size = smaller(size, at * h);
+        if (w > 0 && fabs(d) < m->r->soon * h * w) { /* it has just closed: the force is a power of the time */
+            most = smaller(most, pow(allowed(m, j) / (m->r->elastic * m->k[j] * pow(w, p - 1)), 1 / p));
+            if (q > 1) most = smaller(most, pow(allowed(m, j) / (m->r->viscous * m->c[j] * pow(w, q)), 1 / q));
+        }
+    }
+    m->r->size = most;
+    m->at_stop = smaller(size, most) >= left;
+    size = m->at_stop ? left : smaller(smaller(size, most), left / 2); /* avoids a very short last step */
+    *end = m->at_stop ? stop : m->r->time + size;
     return size;
 }
 
-/* Root in [0, 1] of the cubic with values d0, d1 of opposite signs and slopes m0, m1 at the ends. */
-static double root_of(double d0, double d1, double m0, double m1)
+/* Root in (0, 1) of the cubic with values y0, y1 of opposite signs and slopes b0, b1 at 0 and 1, from that of a parabola. */
+static double root_of(double y0, double b0, double y1, double b1)
 {
-    const double c = 3 * (d1 - d0) - 2 * m0 - m1, e = m0 + m1 - 2 * (d1 - d0);
-    double low = 0, high = 1, at = d0 / (d0 - d1);
+    const double c = 3 * (y1 - y0) - 2 * b0 - b1, e = b0 + b1 - 2 * (y1 - y0);
+    double at = 2 * y0 / (copysign(sqrt((b0 + 2 * y0) * (b0 + 2 * y0) - 4 * y0 * y1), y0) - b0);
     int i;
-    for (i = 0; i < 6; i++) {
-        const double value = d0 + at * (m0 + at * (c + at * e)), slope = m0 + at * (2 * c + at * 3 * e);
-        if (value * d0 > 0) low = at; else high = at;
-        at = slope != 0 ? at - value / slope : -1;
-        if (!(low <= at && at <= high)) at = (low + high) / 2;
-    }
-    return at;
+    for (i = 0; i < 3; i++) at -= (y0 + at * (b0 + at * (c + at * e))) / (b0 + at * (2 * c + at * 3 * e));
+    return at > 0 && at < 1 ? at : y0 / (y0 - y1);
 }
 
-/* Place in (0, 1) of the maximum of the cubic that rises by `rise`, with slopes r0 > 0 and r1 <= 0 at the ends. */
+/* Position of the maximum in (0, 1) of a cubic that rises by `rise`, with slopes r0 > 0 and r1 <= 0 at its ends. */
 static double top_of(double r0, double r1, double rise)
 {
-    const double b = 6 * rise - 4 * r0 - 2 * r1, c = 3 * (r0 + r1) - 6 * rise, square = b * b - 4 * c * r0;
-    const double at = square > 0 && sqrt(square) > b ? 2 * r0 / (sqrt(square) - b) : r0 / (r0 - r1);
-    return at > 0 && at < 1 ? at : 0.5;
+    const double at = root_of(r0, 6 * rise - 4 * r0 - 2 * r1, r1, 2 * r0 + 4 * r1 - 6 * rise);
+    return at < 1 ? at : 0.5;
 }
 
 /* Fraction of the step at which it should end because a contact closes, opens or is cut off; 1 if it need not. */
@@ -302,21 +295,21 @@ static double kink(const March *m, double h)
     long j;
     for (j = 0; j < m->n; j++) {
         const double d0 = s->d[j], d1 = f->d[j], raw0 = s->raw[j], raw1 = f->raw[j], w = larger(s->w[j], f->w[j]);
+        const double change = raw1 - raw0, rate = raw0 > 0 ? h * s->slope[j] : change;
         const int acts = (m->jumps ? m->on[j] != 0 : d0 >= 0) && raw0 >= 0;
-        double at, error, idle;
+        double at, error;
         if (acts == (d1 >= 0 && raw1 >= 0)) continue;
-        at = (d0 < 0) != (d1 < 0) ? root_of(d0, d1, h * s->w[j], h * f->w[j]) : 0.5;
+        at = (d0 < 0) != (d1 < 0) ? root_of(d0, h * s->w[j], d1, h * f->w[j]) : 0.5;
         if (m->damped && d0 >= 0 && raw0 * raw1 < 0 && (d1 >= 0 || m->r->q == 0))
-            at = smaller(d1 >= 0 ? 1 : at, raw0 / (raw0 - raw1));
+            at = smaller(d1 >= 0 ? 1 : at, root_of(raw0, rate, raw1, 2 * change - rate));
         else if (m->damped && acts) at *= 0.5; /* the force ends before the contact opens */
-        idle = acts ? 1 - at : at;
-        error = m->r->kink * h * larger(raw0, raw1) * smaller(1, idle / larger(1 - idle, 1e-300));
+        error = kink_error(m, h, larger(raw0, raw1), acts ? 1 - at : at);
         if (!acts && m->jumps && d0 < 0) {
             error += m->c[j] * w * (1 - at) * h;
             if (w > 0) at += 0.5 * late(m, f->x, f->w[j], j) / (h * w);
         }
-        if (error > m->r->kink_share * m->r->tolerance * m->scale_w[j] / m->both[j]
-            && at * h > m->r->min_step * larger(m->r->time, m->r->first)) share = smaller(share, at);
+        if (error > m->r->kink_share * allowed(m, j) && at * h > m->r->min_step * larger(m->r->time, m->r->first))
+            share = smaller(share, at);
     }
     return share;
 }
@@ -336,28 +329,29 @@ static void find_peak(March *m, double h, long j)
     const long near = j ? j - 1 : 0, after = j + 2 < m->n ? j + 2 : m->n;
     double low = 0, f0 = m->start.f[j + 1], r0 = h * m->start.slope[j];
     double high = 1, f1 = m->finish.f[j + 1], r1 = h * m->finish.slope[j];
-    double share = top_of(r0, r1, f1 - f0), time = m->r->time, here = f0, slope, left;
-    int turn;
-    if (larger(f0, f1) + 0.25 * (r0 - r1) <= m->best[j] - m->r->nearly * fabs(m->best[j] + m->still[j])) return;
-    for (turn = 0; turn < m->r->most_turns; turn++) {
-        time = m->r->time + share * h;
+    const double rise = f1 - f0, c = 3 * rise - 2 * r0 - r1, e = r0 + r1 - 2 * rise, at = -c / (3 * e), ends = larger(f0, f1);
+    const double value = f0 + at * (r0 + at * (c + at * e)), middle = r0 + at * (2 * c + at * 3 * e);
+    double left, share = 0, time = m->r->time, here = f0, slope = r0, d, w, push, turn;
+    /* a cubic with slopes of the same sign may have a maximum and a minimum, on both sides of its point of inflection */
+    if (r0 > 0 && r1 > 0 && at > 0 && at < 1) { high = at; f1 = value; r1 = middle; }
+    else if (r0 <= 0 && r1 <= 0 && at > 0 && at < 1) { low = at; f0 = value; r0 = middle; }
+    if (r0 <= 0 || r1 > 0 || larger(f0, f1) + 0.25 * (high - low) * (r0 - r1)
+        <= larger(m->best[j] - m->r->nearly * fabs(m->best[j] + m->still[j]), ends)) return;
+    for (turn = 0; left = low + (high - low) * top_of((high - low) * r0, (high - low) * r1, f1 - f0) - share,
+        turn < m->r->most_turns && fabs(left) >= m->r->near && high - low >= m->r->near; turn++) {
+        time = m->r->time + (share += left) * h;
         attempt(m, share * h, time, first, last, m->tx, m->tv);
         forces(m, m->tx, m->tv, near, after, m->tf, m->tpower, m->traw);
-        m->tf[near] = near ? m->tf[near] : 0;
-        m->tf[after + 1] = 0;
-        slopes(m, m->tx, m->tv, m->tf, m->traw, j, j + 1, time, m->sum);
-        slope = h * m->sum[j];
+        m->tf[near] = m->tf[after + 1] = 0;
+        push = j ? 0 : m->inverse[0] * applied(m, time);
+        d = (m->tx[j] - m->tx[j + 1]) + m->gap[j] + m->base[j];
+        w = m->tv[j] - m->tv[j + 1];
+        slope = h * slope_of(m, m->r->p, m->r->q, m->damped, d, w, m->tf, m->traw[j], j, push);
         here = m->tf[j + 1];
         if (slope > 0) { low = share; f0 = here; r0 = slope; }
         else { high = share; f1 = here; r1 = slope; }
-        left = low + (high - low) * top_of((high - low) * r0, (high - low) * r1, f1 - f0) - share;
-        if (fabs(left) < m->r->near || high - low < m->r->near) {
-            raise_best(m, j, here + 0.5 * slope * left, time + left * h);
-            return;
-        }
-        share += left;
     }
-    raise_best(m, j, here, time);
+    raise_best(m, j, here + 0.5 * slope * left, time + left * h);
 }
 
 /* Stores the states at the requested times up to the end of the step. */
@@ -368,9 +362,7 @@ static void store_samples(March *m, double end)
         const double time = m->times[m->sample];
         double *x = m->samples + 3 * row * m->sample, *v = x + row;
         long j;
-        memcpy(x, m->start.x, (size_t)row * sizeof(double));
-        memcpy(v, m->start.v, (size_t)row * sizeof(double));
-        if (time > m->r->time) attempt(m, time - m->r->time, time, 0, m->n, x, v);
+        attempt(m, time - m->r->time, time, 0, m->n, x, v);
         forces(m, x, v, 0, m->bodies, m->tf, m->tpower, m->traw);
         for (j = 0; j < m->bodies; j++) v[row + j] = m->tf[j + 1] + m->still[j];
     }
@@ -378,7 +370,8 @@ static void store_samples(March *m, double end)
 
 /* ---------------------------------------------------------------- integration */
 
-/* Begins the next step at m->start, whose forces of n contacts are known; contacts with a dashpot close here. */
+/* Begins the next step at m->start, whose forces of n contacts are known; contacts with a dashpot close here. The motion
+   is over if no contact force acts and none can follow: beyond the last contact a granule flies off freely. */
 static void begin(March *m, long n)
 {
     const double *x = m->start.x, *v = m->start.v;
@@ -390,33 +383,26 @@ static void begin(March *m, long n)
         changed = changed || m->on[j] != before;
     }
     if (changed) complete(m, &m->start, m->r->time);
-    for (j = 0; j < m->n && j < m->r->contacts; j++) raise_best(m, j, m->start.f[j + 1], m->r->time);
+    m->over = m->r->time >= m->r->duration;
+    for (j = 0; j < m->n && j < m->r->contacts; j++) {
+        raise_best(m, j, m->start.f[j + 1], m->r->time);
+        m->over = m->over && m->start.f[j + 1] == 0 && !(m->start.w[j] > 0);
+    }
 }
 
 /* Adds the work of the force, integrated by parts; see chain_march.py. */
 static void add_work(March *m, double h, double end)
 {
-    const double inverse = m->inverse[0], impulse = m->impulses[m->stages], *weights = m->weights + m->stages;
-    double mean = 0, summed = 0, product = 0, area, ignored;
+    const double inverse = m->inverse[0], impulse = m->impulses[m->stages], *weights = m->weights;
+    double mean = 0, summed = 0, product = 0, ignored, area = shift(m, h, end, &ignored) / inverse;
     int i;
     for (i = 0; i < m->stages; i++) {
         product += weights[i] * m->impulses[i] * m->stage[i][1];
         mean += weights[i] * m->stage[i][1];
         summed += weights[i] * m->impulses[i];
     }
-    area = shift(m, h, end, &ignored) / inverse;
     m->r->work += impulse * (m->finish.v[0] - inverse * impulse) + 0.5 * inverse * impulse * impulse;
     m->r->work += inverse * (h * product + mean * (area - h * summed));
-}
-
-/* Whether no contact force acts and none can follow. */
-static int is_over(const March *m)
-{
-    /* beyond the last contact a granule flies off freely */
-    const long n = (long)smaller((double)m->n, m->r->contacts);
-    long j = 0;
-    while (j < n && m->start.f[j + 1] == 0 && !(m->start.w[j] > 0)) j++;
-    return j == n && m->r->time >= m->r->duration;
 }
 
 /* Sets the time at which the wave arrives at the last contact, and the end of the run if that depends on it. */
@@ -424,23 +410,26 @@ static void look_for_arrival(March *m)
 {
     const long last = (long)m->r->contacts - 1;
     if (m->r->arrival >= 0 || m->n <= last || !(m->best[last] > 0)) return;
-    if (m->start.f[last + 1] < m->r->passed * m->best[last] && (!last || m->best[last] >= m->r->wave * m->best[last - 1])) {
-        m->r->arrival = m->since[last];
-        if (m->r->until == INFINITY) m->r->until = larger(m->r->duration + 3 * m->r->arrival, m->r->time);
-    }
+    if (m->start.f[last + 1] >= m->r->passed * m->best[last]) return;
+    if (last && m->best[last] < m->r->wave * m->best[last - 1]) return;
+    m->r->arrival = m->since[last];
+    if (m->r->until == INFINITY) m->r->until = larger(m->r->duration + 3 * m->r->arrival, m->r->time);
 }
 
 /* Raises the scales of the errors to what was reached by n contacts, or is expected next to it. */
-static void raise_scales(March *m, long n)
+WIDE static void raise_scales(March *m, long n)
 {
     const End *f = &m->finish;
-    double least_w = 0, least_u = 0;
     long j;
-    for (j = 0; j < m->n; j++) {
+    for (j = 0; j < n; j++) {
         /* the change of the overlap, not the difference of overlaps: ahead of the wave that is below their rounding errors */
-        const double u = j >= n ? 0 : f->d[j] > 0 ? fabs((f->x[j] - f->x[j + 1]) + m->gap[j]) : m->base[j];
-        m->scale_w[j] = least_w = larger(larger(m->scale_w[j], j < n ? fabs(f->w[j]) : 0), m->reach_w[j] * least_w);
-        m->scale_u[j] = least_u = larger(larger(m->scale_u[j], u), m->reach_u[j] * least_u);
+        const double u = fabs((f->x[j] - f->x[j + 1]) + m->gap[j]);
+        m->scale_w[j] = larger(m->scale_w[j], fabs(f->w[j]));
+        m->scale_u[j] = larger(m->scale_u[j], f->d[j] > 0 ? u : m->base[j]);
+    }
+    for (j = m->n - 1; j > 0; j--) {
+        m->scale_w[j] = larger(m->scale_w[j], m->reach_w[j] * m->scale_w[j - 1]);
+        m->scale_u[j] = larger(m->scale_u[j], m->reach_u[j] * m->scale_u[j - 1]);
     }
 }
 
@@ -451,16 +440,16 @@ static void accept(March *m, double h, double end)
     const double p = m->r->p + 1;
     const long n = m->n, last = n > m->r->margin ? n - (long)m->r->margin : 0;
     long j;
-    combine(m->stage, m->weights + m->stages, m->stages, 1, n + 1, m->sum);
+    combine(m->stage, m->weights, m->stages, 1, n + 1, m->sum);
     for (j = 0; j < n; j++) m->impulse[j] += h * m->sum[j + 1];
-    if (m->damped) combine(m->powers, m->weights + m->stages, m->stages, 0, n, m->sum);
+    if (m->damped) combine(m->powers, m->weights, m->stages, 0, n, m->sum);
     /* a contact that is cut off loses its energy, whatever the length of the step */
     for (j = 0; m->damped && j < n; j++)
         if (m->k[j] > 0 && (s.raw[j] < 0 || s.d[j] < 0) && (f.raw[j] < 0 || f.d[j] < 0))
             m->lost[j] += m->k[j] / p * (pow(larger(s.d[j], 0), p) - pow(larger(f.d[j], 0), p));
         else m->lost[j] += h * m->sum[j];
     if (m->driven) add_work(m, h, end);
-    for (j = 0; j < n; j++) if (s.slope[j] > 0 && f.slope[j] <= 0) find_peak(m, h, j);
+    for (j = 0; j < n; j++) find_peak(m, h, j);
     store_samples(m, end);
     m->r->time = end;
     m->r->steps++;
@@ -500,7 +489,6 @@ static int integrate(March *m)
     store_samples(m, 0);
     while (status == RUNNING && go_on(m)) {
         double end, h = next_size(m, &end), error, share = 1, factor;
-        const int at_stop = end == next_stop(m);
         attempt(m, h, end, 0, m->n, m->finish.x, m->finish.v);
         error = error_of(m, h);
         complete(m, &m->finish, end);
@@ -517,11 +505,11 @@ static int integrate(March *m)
             if (m->r->size < larger(r->min_step * r->time, r->min_first * r->first)) status = FAILED;
         } else {
             /* a step that was shortened to end here does not shorten the next one */
-            const double kept = at_stop || h < m->r->size ? m->r->size : 0;
+            const double kept = m->at_stop || h < m->r->size ? m->r->size : 0;
             m->r->size = larger(larger(h * smaller(factor, m->rejected ? 1 : r->max_factor), m->held), kept);
             m->held = m->rejected = cuts = 0;
             accept(m, h, end);
-            if (r->time >= r->until || (r->until == INFINITY && is_over(m))) status = DONE;
+            if (r->time >= r->until || (r->until == INFINITY && m->over)) status = DONE;
         }
         if (status == RUNNING && m->effort > r->most_work) status = TOO_LONG;
     }
@@ -548,14 +536,14 @@ static int set_up(March *m, const Py_buffer *view)
     if (count[METHOD] < 3 || !(method[0] >= 2 && method[0] <= MAX_STAGES)) return 0;
     s = (Py_ssize_t)method[0];
     width = count[TABLE] / (named + 2 * s);
-    if (count[METHOD] != 3 + s * (2 * s + 7) || view[RUN].len != sizeof(Run) || width < 3 || count[TABLE] % (named + 2 * s)
+    if (count[METHOD] != 4 + s * (2 * s + 7) || view[RUN].len != sizeof(Run) || width < 3 || count[TABLE] % (named + 2 * s)
         || !(r->contacts >= 1 && r->contacts <= (double)width - 2) || !(r->window >= 1)
         || count[SAMPLES] != 3 * (width - 1) * count[TIMES]) return 0;
     *m = (March){
         .r = r, .stops = view[STOPS].buf, .stop_count = (long)count[STOPS], .times = view[TIMES].buf,
         .sample_count = (long)count[TIMES], .samples = view[SAMPLES].buf, .stages = (int)s, .order = (int)method[1],
-        .nodes = method + 3, .positions = method + 3 + s, .velocities = method + 3 + s + s * s,
-        .weights = method + 3 + s + 2 * s * s, .moves = method[2] != 0, .damped = r->damped != 0,
+        .nodes = method + 3, .positions = method + 4 + s, .velocities = method + 4 + s * (s + 2),
+        .weights = method + 4 + s * (2 * s + 2), .errors = method + 4 + s * (2 * s + 3), .moves = method[2] != 0, .damped = r->damped != 0,
         .jumps = r->damped != 0 && r->q == 0, .driven = count[ROWS] >= ROW, .bodies = (long)width - 2,
         .n = (long)smaller((double)width - 2, r->window),
         .path = {view[ROWS].buf, view[COEFFICIENTS].buf, (long)(count[ROWS] / ROW), 0, r->rise_time, r->peak_force}};
@@ -576,7 +564,7 @@ static PyObject *run(PyObject *self, PyObject *args)
 {
     Py_buffer view[VIEWS];
     March m;
-    double *x, *v;
+    End first;
     int i = 0;
     (void)self;
     if (PyTuple_Size(args) != VIEWS + 1) return PyErr_Format(PyExc_TypeError, "run takes %d arguments", VIEWS + 1);
@@ -586,15 +574,14 @@ static PyObject *run(PyObject *self, PyObject *args)
         PyErr_SetString(PyExc_ValueError, "buffers do not fit one another");
         goto done;
     }
-    x = m.start.x;
-    v = m.start.v;
+    first = m.start;
     m.expired = PyTuple_GetItem(args, VIEWS);
     m.thread = PyEval_SaveThread();
     m.r->status = integrate(&m);
     PyEval_RestoreThread(m.thread);
     /* the two ends of a step change places */
-    if (x != m.start.x) memcpy(x, m.start.x, (size_t)(m.bodies + 1) * sizeof(double));
-    if (v != m.start.v) memcpy(v, m.start.v, (size_t)(m.bodies + 1) * sizeof(double));
+    memmove(first.x, m.start.x, (size_t)(m.bodies + 1) * sizeof(double));
+    memmove(first.v, m.start.v, (size_t)(m.bodies + 1) * sizeof(double));
 done:
     while (i-- > 0) PyBuffer_Release(view + i);
     return PyErr_Occurred() ? NULL : Py_NewRef(Py_None);

@@ -15,6 +15,7 @@
 #include <Python.h>
 #include <limits.h>
 #include <math.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 #include "_free_path.h"
@@ -91,10 +92,11 @@ static int window_of(Window *w, long lanes, long rows, double exponent)
     if (rows > (LONG_MAX / (named + MAX_STAGES) - 3 * pad) / lanes) return 0;
     w->lanes = lanes;
     w->exponent = exponent;
-    w->room = rows * lanes;
-    w->block = calloc((size_t)((named + MAX_STAGES) * (w->room + 3 * pad)), sizeof(double));
+    w->room = (rows * lanes + BLOCK - 1) / BLOCK * BLOCK;
+    w->block = calloc((size_t)((named + MAX_STAGES) * (w->room + 3 * pad) + BLOCK), sizeof(double));
     if (!w->block) return 0;
-    at = w->block + pad;
+    /* blocks aligned to cache lines, which have the same size, do not straddle two of them */
+    at = (double *)(((uintptr_t)w->block / (BLOCK * sizeof(double)) + 1) * (BLOCK * sizeof(double))) + pad;
     for (i = 0; i < named + MAX_STAGES; i++, at += w->room + 3 * pad)
         *(i < named ? arrays[i] : &w->k[i - named]) = at;
     return 1;
@@ -174,6 +176,7 @@ AVX2 static void stage_wide(long n, int terms, double c, const double *a, const 
     const double *const x = w->x, *const v = w->v;
     double *const *const k = w->k, *const out = k[terms];
     Vector now = VECTOR(shift), now2 = VECTOR(shift + HALF), force = {0}, force2 = {0};
+    Choice closing;
     double closed[BLOCK], root[BLOCK];
     long e;
     int j, l;
@@ -194,16 +197,22 @@ AVX2 static void stage_wide(long n, int terms, double c, const double *a, const 
         overlap2 = now2 - (single ? __builtin_shuffle(now2, next, following) : next2);
         overlap = (Vector)((Choice)overlap & (overlap > MIN_OVERLAP));
         overlap2 = (Vector)((Choice)overlap2 & (overlap2 > MIN_OVERLAP));
-        VECTOR(closed) = overlap;
-        VECTOR(closed + HALF) = overlap2;
-#pragma GCC unroll 1
-        for (l = 0; l < HALF; l++) root[l] = sqrt(closed[l]);
-#pragma GCC unroll 1
-        for (l = HALF; l < BLOCK; l++) root[l] = sqrt(closed[l]);
         before = force;
         before2 = force2;
-        force = overlap * VECTOR(root);
-        force2 = overlap2 * VECTOR(root + HALF);
+        force = overlap;
+        force2 = overlap2;
+        /* many blocks of a single lane have no closed contact; in several lanes they are too irregular to be predicted */
+        closing = (Choice)overlap | (Choice)overlap2;
+        if (!single || !__builtin_ia32_ptestz256(closing, closing)) {
+            VECTOR(closed) = overlap;
+            VECTOR(closed + HALF) = overlap2;
+#pragma GCC unroll 1
+            for (l = 0; l < HALF; l++) root[l] = sqrt(closed[l]);
+#pragma GCC unroll 1
+            for (l = HALF; l < BLOCK; l++) root[l] = sqrt(closed[l]);
+            force *= VECTOR(root);
+            force2 *= VECTOR(root + HALF);
+        }
         VECTOR(out + e) = (single ? __builtin_shuffle(before2, force, preceding) : before) - force;
         VECTOR(out + e + HALF) = (single ? __builtin_shuffle(force, force2, preceding) : before2) - force2;
         now = next;

@@ -17,6 +17,11 @@ from shockwave.simulation.chain_job import Job
 MIN_OVERLAP = 1e-60
 #: Gap of a contact that does not exist.
 FAR = 1e100
+#: Impulse error of a step with a kink of the force, over the force and the length of the shorter part.
+KINK = 0.1
+#: Impulse error of the step in which a contact closes, over its length and the elastic or viscous force at its end.
+ELASTIC = 1e-3
+VISCOUS = 8e-3
 
 
 @frozen(eq=False)
@@ -47,6 +52,11 @@ def greatest_overlap(start: End, finish: End, size: float, tolerance: float) -> 
     before, after, overlap = start.w[turns], -finish.w[turns], finish.d[turns]
     late = after * after / (before + after) * size > tolerance * overlap
     return float((before / (before + after))[late].min(initial=1.0))
+
+
+def kink_error(size: float, force: FloatArray | float, idle: FloatArray | float) -> FloatArray:
+    """Impulse error of a step if no force acts during the fraction ``idle`` of it."""
+    return np.asarray(KINK * size * force * np.minimum(1.0, idle / np.maximum(1 - idle, 1e-300)))
 
 
 class Contacts:
@@ -144,6 +154,18 @@ class Contacts:
             rate = _power(inside, self.q)
             slope = slope + self.c[part] * rate * (self.q / inside * w * w + (a[:-1] - a[1:]))
         return np.where(closed, slope, 0.0)
+
+    def first_size(self, j: int, w: float) -> float:
+        """Longest step after contact j has closed with the velocity w."""
+        p, q, allowed = self.p + 1, self.q + 1, float(self.allowed(j + 1)[j])
+        most = math.pow(allowed / (ELASTIC * self.k[j] * math.pow(w, p - 1)), 1 / p)
+        if q == 1:
+            return most
+        return min(most, math.pow(allowed / (VISCOUS * self.c[j] * math.pow(w, q)), 1 / q))
+
+    def allowed(self, n: int) -> FloatArray:
+        """Impulses that change the closing velocities of the first n contacts by the tolerance."""
+        return np.asarray(self.tolerance * self.job.scales[0, :n] / self.both[:n])
 
     def applied(self, time: float) -> float:
         """Applied force, from the difference of its impulse."""

@@ -12,9 +12,10 @@ from types import ModuleType
 import numpy as np
 
 from shockwave.quadrature import FloatArray
-from shockwave.simulation.chain_contacts import MIN_OVERLAP, Contacts, End, greatest_overlap
+from shockwave.simulation import chain_contacts
+from shockwave.simulation.chain_contacts import Contacts, End, greatest_overlap, kink_error
 from shockwave.simulation.chain_job import Job, Status
-from shockwave.simulation.cubic import root, top
+from shockwave.simulation.cubic import around_tops, root, top
 from shockwave.simulation.general_nystroem import scaled_error
 from shockwave.simulation.time_limit import expired
 
@@ -24,7 +25,7 @@ _GROWTH = 8
 _MARGIN = 4
 _AT_REST = 1e-40
 # Safety factor and limits of the ratio of consecutive step sizes (Hairer, Norsett & Wanner, section II.4).
-_SAFETY = 0.6
+_SAFETY = 0.8
 _MIN_FACTOR = 0.2
 _MAX_FACTOR = 3.0
 # Work on a stage besides that on the contacts, in evaluations of a contact force of the compiled code.
@@ -34,8 +35,6 @@ _MIN_STEP = 1e-15
 _MIN_FIRST = 1e-13
 # Smallest fraction of a step after which a contact is predicted to close that shortens the step.
 _SOON = 1e-3
-# Velocity error of a step with a kink of the force, over the length of the shorter part and the force.
-_KINK = 0.1
 # Fraction of the tolerance that a kink may use.
 _KINK_SHARE = 0.1
 # Largest number of steps that are shortened in succession to end at a kink.
@@ -66,9 +65,10 @@ def run(job: Job, compiled: ModuleType | None) -> None:
     none = np.empty(0)
     problem, found = job.problem, len(job.found)
     tables = (none, none) if problem is None else (problem.path.rows, problem.path.coefficients)
-    window = MIN_OVERLAP, job.window, _GROWTH, _MARGIN, _AT_REST
+    window = chain_contacts.MIN_OVERLAP, job.window, _GROWTH, _MARGIN, _AT_REST
     control = _SAFETY, _MIN_FACTOR, _MAX_FACTOR, _MIN_STEP, _MIN_FIRST
-    kinks = _SOON, _KINK, _KINK_SHARE, _MOST_CUTS, _LOCATED, _ROUNDING
+    closing = chain_contacts.ELASTIC, chain_contacts.VISCOUS
+    kinks = _SOON, chain_contacts.KINK, _KINK_SHARE, _MOST_CUTS, _LOCATED, _ROUNDING, *closing
     peaks = _NEARLY, _HOPELESS, _MOST_TURNS, _NEAR, _PASSED, _WAVE
     settings = np.concatenate((job.settings, window, control, kinks, peaks, job.found))
     compiled.run(job.method.packed, *tables, job.stops, job.times, settings, job.table, job.samples, expired)
@@ -146,13 +146,10 @@ class _March(Contacts):
         """Largest error of the last attempt over the tolerance."""
         n, weights = self.n, self.job.method.weights
         f = self.stages[:, : n + 1]
-        worst = []
-        for position, velocity in (weights[2:4], weights[4:6]):
+        worst, scales = [], ((size * size, self.job.scales[1]), (size, self.job.scales[0]))
+        for pair in (weights[2:4], weights[4:6]):
             most = 0.0
-            for row, power, scale in (
-                (position, size * size, self.job.scales[1]),
-                (velocity, size, self.job.scales[0]),
-            ):
+            for row, (power, scale) in zip(pair, scales, strict=True):
                 sums = np.add.reduce(row[:, None] * f, axis=0)
                 changes = np.append(power * (self.inverse[:n] * (sums[:-1] - sums[1:])), 0.0)
                 error = np.max(np.abs(changes[:-1] - changes[1:]) / scale[:n])
@@ -209,9 +206,8 @@ class _March(Contacts):
             self.on[:n] = (d >= 0) | ((d >= -self.late(x, w)) & (w > 0))
         start = self.end_of(x, v, self.time, n)
         f, best = start.f[1 : n + 1], self.job.peaks
-        above = f[: self.contacts] > best[0, : min(n, self.contacts)]
-        best[0, : len(above)][above] = f[: len(above)][above]
-        best[1, : len(above)][above] = self.time
+        above = np.flatnonzero(f[: self.contacts] > best[0, : min(n, self.contacts)])
+        best[0, above], best[1, above] = f[above], self.time
         return start
 
     def late(self, x: FloatArray, w: FloatArray) -> FloatArray:
@@ -225,12 +221,18 @@ class _March(Contacts):
     def next_size(self, start: End) -> tuple[float, float]:
         """Size and end of the next step."""
         stop = min(self.stops[0], self.until)
-        left = stop - self.time
-        size = min(self.size, self.longest) if self.driven else self.size
-        near = (start.d < 0) & (start.w > 0)
-        if near.any():
-            soon = float((-start.d[near] / start.w[near]).min())
-            size = soon if _SOON * size < soon < size else size
+        left, h = stop - self.time, self.size
+        size = self.longest if self.driven else math.inf
+        d, w = start.d, start.w
+        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+            at = -d / w / h
+            opens = (not self.damped) & (kink_error(h, start.raw, 1 - at) > _KINK_SHARE * self.allowed(self.n))
+            ends = (np.abs(d) < h * np.abs(w)) & (at > _SOON) & ((d < 0) | opens)
+            if self.job.law is None:
+                # a contact has just closed: its force is a power of the time
+                for j in np.flatnonzero((w > 0) & (np.abs(d) < _SOON * h * w)).tolist():
+                    self.size = min(self.size, self.first_size(j, float(w[j])))
+        size = min(size, self.size, float((at[ends] * h).min(initial=math.inf)))
         if size >= left:
             return left, stop
         size = min(size, left / 2)  # avoids a very short last step
@@ -245,25 +247,27 @@ class _March(Contacts):
         changes = acts != ((finish.d >= 0) & (finish.raw >= 0))
         if not changes.any():
             return share
-        late = self.late(finish.x, finish.w)
+        late, allowed = self.late(finish.x, finish.w), self.allowed(self.n)
         for j in np.flatnonzero(changes).tolist():
             d0, d1, raw0, raw1 = (float(a[j]) for a in (start.d, finish.d, start.raw, finish.raw))
-            least = _KINK_SHARE * self.tolerance * float(self.job.scales[0, j]) / float(self.both[j])
-            at = root(d0, d1, size * float(start.w[j]), size * float(finish.w[j])) if (d0 < 0) != (d1 < 0) else 0.5
+            at = 0.5
+            if (d0 < 0) != (d1 < 0):
+                at = root(d0, size * float(start.w[j]), d1, size * float(finish.w[j]))
             closes = not acts[j]
             jumps = closes and self.jumps and d0 < 0
             if self.damped and d0 >= 0 and raw0 * raw1 < 0 and (d1 >= 0 or self.q == 0.0):
-                cut = raw0 / (raw0 - raw1)
+                change = raw1 - raw0
+                rate = size * float(start.slope[j]) if raw0 > 0 and self.job.law is None else change
+                cut = root(raw0, rate, raw1, 2 * change - rate)
                 at = cut if d1 >= 0 else min(at, cut)
             elif self.damped and not closes:
                 at *= 0.5  # the force ends before the contact opens
-            idle = at if closes else 1 - at
-            error = _KINK * size * max(raw0, raw1) * min(1.0, idle / max(1 - idle, 1e-300))
+            error = float(kink_error(size, max(raw0, raw1), at if closes else 1 - at))
             if jumps:
                 w = max(float(start.w[j]), float(finish.w[j]))
                 error += float(self.c[j]) * w * (1 - at) * size
                 at += 0.5 * float(late[j]) / (size * w) if w > 0 else 0.0
-            if error > least and at * size > _MIN_STEP * max(self.time, self.first):
+            if error > _KINK_SHARE * allowed[j] and at * size > _MIN_STEP * max(self.time, self.first):
                 share = min(share, at)
         return share
 
@@ -281,8 +285,7 @@ class _March(Contacts):
         if self.driven:
             self.add_work(finish, size, end, impulses)
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            for j in np.flatnonzero((start.slope > 0) & (finish.slope <= 0)).tolist():
-                self.find_peak(start, finish, size, j)
+            self.find_peaks(start, finish, size, n)
         self.sample(start, end)
         self.time = end
         self.steps += 1
@@ -305,13 +308,10 @@ class _March(Contacts):
 
     def raise_scales(self, finish: End) -> None:
         """Raise the scales of the errors to what was reached, or is expected next to it."""
-        n = len(finish.w)
         reached = np.abs(finish.w), self.changes(finish)
         for scale, values, reach in zip(self.job.scales, reached, (self.reach_w, self.reach_u), strict=True):
-            scale[:n] = np.maximum(scale[:n], values)
-            least = 0.0
-            for j, (own, share) in enumerate(zip(scale[: self.n].tolist(), reach.tolist(), strict=False)):
-                least = scale[j] = max(own, share * least)
+            scale[: len(values)] = np.maximum(scale[: len(values)], values)
+            scale[1 : self.n] = np.maximum(scale[1 : self.n], reach[1 : self.n] * scale[: self.n - 1])
 
     def add_work(self, finish: End, size: float, end: float, impulses: list[float]) -> None:
         """Add the work of the force, integrated by parts: J w + J^2/2m minus the integral of J w'.
@@ -346,53 +346,54 @@ class _March(Contacts):
             if self.until == math.inf:
                 self.until = max(self.duration + 3 * self.arrival, self.time)
 
-    def find_peak(self, start: End, finish: End, size: float, j: int) -> None:
-        """Compute the maximum of a contact force within the step, if it may be the greatest so far.
+    def find_peaks(self, start: End, finish: End, size: float, n: int) -> None:
+        """Compute the maxima of the contact forces within the step that may be the greatest so far."""
+        forces = np.array([start.f[1 : n + 1], finish.f[1 : n + 1]])
+        low, high, most = around_tops(forces, size * np.array([start.slope, finish.slope]))
+        best = self.job.peaks[0, :n]
+        least = np.maximum(best - _NEARLY * np.abs(best + self.static[:n]), forces.max(axis=0))
+        for j in np.flatnonzero((low[2] > 0) & (high[2] <= 0) & (most > least)).tolist():
+            self.find_peak(start, size, j, low[:, j].tolist(), high[:, j].tolist())
+
+    def find_peak(self, start: End, size: float, j: int, begin: list[float], end: list[float]) -> None:
+        """Compute the maximum of a contact force in an interval of the step.
 
         Repeated steps end at the time at which its slope vanishes, from cubic interpolation of the force.
         """
         best = self.job.peaks[:, j]
-        low, f0, r0 = 0.0, float(start.f[j + 1]), size * float(start.slope[j])
-        high, f1, r1 = 1.0, float(finish.f[j + 1]), size * float(finish.slope[j])
-        share = low + (high - low) * top(r0, r1, f1 - f0)
-        if max(f0, f1) + 0.25 * (r0 - r1) <= best[0] - _NEARLY * abs(best[0] + self.static[j]):
-            return
+        (low, f0, r0), (high, f1, r1) = begin, end
+        span = high - low
+        left = low + span * top(span * r0, span * r1, f1 - f0)
         reach = len(self.job.method.nodes) + 2
-        first, last = max(j - reach, 0), min(j + reach + 1, self.n)
-        near, after = max(j - 1, 0), min(j + 2, self.n)
+        (first, last), (near, after) = ((max(j - far, 0), min(j + far + 1, self.n)) for far in (reach, 1))
         whole = np.zeros(self.bodies + 2)
-        for _ in range(_MOST_TURNS):
+        share, time, here, slope, turns = 0.0, self.time, f0, r0, 0
+        while turns < _MOST_TURNS and abs(left) >= _NEAR and high - low >= _NEAR:
+            turns += 1
+            share += left
             time = self.time + share * size
             x, v, _impulses = self.attempt(start, share * size, time, first, last)
             self.evaluations += len(self.job.method.nodes)
             f, _powers, raw = self.forces(x, v, near, after)
             whole[near + 1 : after + 1] = f
-            here, slope = float(f[j - near]), 0.0
-            if raw[j - near] > 0:
-                slope = size * float(self.slopes(x, v, whole, j, j + 1, time)[0])
+            here, acts = float(f[j - near]), raw[j - near] > 0
+            slope = size * float(self.slopes(x, v, whole, j, j + 1, time)[0]) if acts else 0.0
             if slope > 0:
                 low, f0, r0 = share, here, slope
             else:
                 high, f1, r1 = share, here, slope
-            following = low + (high - low) * top((high - low) * r0, (high - low) * r1, f1 - f0)
-            left = following - share
-            if abs(left) < _NEAR or high - low < _NEAR:
-                if here + 0.5 * slope * left > best[0]:
-                    best[:] = here + 0.5 * slope * left, time + left * size
-                return
-            share = following
-        if here > best[0]:
-            best[:] = here, time
+            span = high - low
+            left = low + span * top(span * r0, span * r1, f1 - f0) - share
+        if here + 0.5 * slope * left > best[0]:
+            best[:] = here + 0.5 * slope * left, time + left * size
 
     def sample(self, start: End, end: float) -> None:
         """Store the states at the requested times up to the end of the step."""
         job = self.job
         while self.next_sample < len(job.times) and job.times[self.next_sample] <= max(end, self.time):
             time = float(job.times[self.next_sample])
-            x, v = start.x, start.v
-            if time > self.time:
-                x, v, _ = self.attempt(start, time - self.time, time, 0, self.n)
-                self.evaluations += len(job.method.nodes)
+            x, v, _ = self.attempt(start, time - self.time, time, 0, self.n)
+            self.evaluations += len(job.method.nodes)
             row = job.samples[self.next_sample]
             row[0], row[1], row[2, :-1] = x, v, self.forces(x, v, 0, self.bodies)[0] + self.static
             self.next_sample += 1

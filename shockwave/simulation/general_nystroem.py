@@ -48,7 +48,9 @@ class GeneralTableau:
     def packed(self) -> FloatArray:
         """One-dimensional array for the compiled code."""
         head = [len(self.nodes), self.error_order, self.damped]
-        parts = (self.nodes, self.positions, self.velocities, self.weights)
+        # the end of a step is another stage
+        stages = np.append(self.nodes, 1.0), np.vstack((self.positions, self.weights[0]))
+        parts = (*stages, np.vstack((self.velocities, self.weights[1])), self.weights[2:])
         return np.concatenate([np.array(head, dtype=float), *(part.ravel() for part in parts)])
 
 

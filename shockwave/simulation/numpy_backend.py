@@ -174,7 +174,7 @@ class _Window:
         if not error <= 1:
             self.size = size * (factor if _MIN_FACTOR < factor < 1 else _MIN_FACTOR)
             self.rejected = True
-            if self.effort > self.request.max_work:
+            if self.effort > self.request.limits.max_work:
                 self.status = Status.TOO_LONG
             if self.size < 1e-14 * (1 + self.time):
                 self.status = Status.FAILED
@@ -216,7 +216,7 @@ class _Window:
             return
         if self.head >= (self.problem.granules or math.inf) - 1 - _REACH:
             self.status = Status.AT_END
-        elif self.head > self.request.max_contacts or self.effort > self.request.max_work:
+        elif self.head > self.request.limits.max_contacts or self.effort > self.request.limits.max_work:
             self.status = Status.TOO_LONG
 
     def _release(self) -> None:
@@ -334,7 +334,7 @@ class _Window:
 
     def _judge(self, end: bool = False) -> None:
         """Check whether the peaks of the front have reached their limit; at the ``end`` state how near they are."""
-        if len(self.peaks) < KEPT or self.driven or self.time < self.request.earliest_time:
+        if len(self.peaks) < KEPT or self.driven or self.time < self.request.limits.earliest_time:
             return
         peak = self.peaks[-1].force
         allowed = peak if end else self.request.doubt * peak
@@ -358,7 +358,7 @@ class _Window:
             same[back:] &= (since[:-back] < since[1 : front - back + 1]) & (late[:-back] > 0)
             same[:back] = False
             change[same] = np.abs(late[same] - late[np.flatnonzero(same) - back]) / back
-        grown = late + np.minimum(self.request.growing * change, late)
+        grown = late + np.minimum(self.request.limits.growing * change, late)
         forces = contact_forces(self.x[: front + 1], self.exponent)
         v = self.v[:front]
         flying = (forces == 0) & (np.append(0.0, forces[:-1]) == 0) & (v > 0)

@@ -19,8 +19,6 @@ from shockwave.simulation.time_limit import expired
 
 # Number of shocks that the compiled code runs at a time.
 _WIDTH = 8
-# Shorter shocks take about as long as one of this duration, in characteristic times.
-_SHORT = 16.0
 # Numbers found for each shock.
 _NUMBERS = len(Primary._fields) - 1
 
@@ -36,16 +34,14 @@ def find_primaries(requests: Sequence[Request], method: type[Nystroem], compiled
         return [search(request, method()) for request in requests]
     if len(requests) == 1:
         return _search_compiled(compiled, method, requests)
-    # Shocks with similar run times are grouped, so that none waits for a much longer one.
-    groups: dict[tuple[float, int], list[int]] = {}
+    # Shocks of similar duration run together, so that none waits for a much longer one.
+    groups: dict[float, list[tuple[float, int]]] = {}
     for index, request in enumerate(requests):
-        decade = int(math.log(max(request.problem.duration, _SHORT), 4))
-        groups.setdefault((request.problem.exponent, decade), []).append(index)
+        groups.setdefault(request.problem.exponent, []).append((request.problem.duration, index))
     found: dict[int, Primary] = {}
     for group in groups.values():
-        group.sort(key=lambda index: requests[index].problem.duration, reverse=True)
-        answers = _search_compiled(compiled, method, [requests[index] for index in group])
-        found |= zip(group, answers, strict=True)
+        order = [index for _, index in sorted(group, reverse=True)]
+        found |= zip(order, _search_compiled(compiled, method, [requests[index] for index in order]), strict=True)
     return [found[index] for index in range(len(requests))]
 
 
@@ -59,8 +55,7 @@ def _search_compiled(compiled: ModuleType, method: type[Nystroem], requests: Seq
         problem = request.problem
         path = problem.path
         jobs += (problem.rise_time, problem.peak_force, problem.duration, problem.granules or 0)
-        jobs += (request.tolerance, request.doubt, request.max_contacts, request.max_work)
-        jobs += (request.rear, request.earliest_time, request.growing, *request.above)
+        jobs += (request.tolerance, request.doubt, *request.limits, *problem.above)
         jobs += (pieces, len(path.rows), terms, len(stops), len(wanted) // 3, len(request.contacts))
         pieces += len(path.rows)
         terms += len(path.coefficients)
@@ -80,8 +75,8 @@ def _search_compiled(compiled: ModuleType, method: type[Nystroem], requests: Seq
     compiled.primary(packed, *tables, lanes, expired)
     triples = zip(*[iter(passages)] * 3, strict=True)
     answers = []
-    for first, request in zip(range(0, len(found), _NUMBERS), requests, strict=True):
-        own = islice(triples, len(request.contacts))
-        reached = tuple(Passage(int(contact), time, force) for contact, time, force in own if not math.isnan(time))
-        answers.append(Primary._make((*found[first : first + _NUMBERS], reached)))
+    for numbers, request in zip(zip(*[iter(found)] * _NUMBERS, strict=True), requests, strict=True):
+        own = islice(triples, len(request.contacts)) if request.contacts else ()
+        reached = [Passage(int(contact), time, force) for contact, time, force in own if not math.isnan(time)]
+        answers.append(Primary._make((*numbers, tuple(reached))))
     return answers

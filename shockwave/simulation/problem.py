@@ -15,7 +15,7 @@ import math
 from collections.abc import Sequence
 from enum import IntEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, cast
 
 import numpy as np
 from attrs import field, frozen
@@ -66,6 +66,7 @@ _GROWING = 20.0
 _GROWING_AGAIN = 200.0
 # Tenths of the peak force, with a margin for rounding.
 _TENTHS = np.arange(10) / 10 * (1 + 1e-9)
+_NEVER = (0.0,) * len(_TENTHS)
 
 
 @frozen(eq=False, slots=False)
@@ -93,7 +94,7 @@ class ChainProblem:
     exponent: float = HERTZ
     duration: float = field(init=False)
 
-    @cached_property
+    @property
     def wave(self) -> WaveLaw:
         """The solitary wave of the chain."""
         return wave_law(self.exponent)
@@ -108,7 +109,7 @@ class ChainProblem:
         points = self.profile.breakpoints
         if len(points) > _MAX_STOPS:
             points = (0.0, 1.0, self.profile.duration_ratio)
-        return (*(point * self.rise_time for point in points[1:-1]), self.duration)
+        return (*[point * self.rise_time for point in points[1:-1]], self.duration)
 
     @cached_property
     def path(self) -> FreePath:
@@ -130,6 +131,16 @@ class ChainProblem:
         """Whether a long force rises again after it has decreased."""
         return self.is_long and self._has_second_rise
 
+    @property
+    def above(self) -> tuple[float, ...]:
+        """Times during which the force exceeds 0, 0.1, ... 0.9 of its peak; zeros for a short shock."""
+        return self._above if self.is_long else _NEVER
+
+    @cached_property
+    def _above(self) -> tuple[float, ...]:
+        below = np.searchsorted(np.sort(self.course), _TENTHS, side="right")
+        return tuple(((1 - below / len(self.course)) * self.duration).tolist())
+
     @cached_property
     def _has_second_rise(self) -> bool:
         fallen = np.maximum.accumulate(self.course) - self.course
@@ -147,19 +158,20 @@ class ChainProblem:
 
 def prepare(problems: Sequence[ChainProblem]) -> None:
     """Compute `ChainProblem.path` of power laws together, once for each shape, and `course` of long ones."""
-    own = [(each, each.profile) for each in problems if isinstance(each.profile, Powers) and trusted(each.profile)]
-    shapes = list(dict.fromkeys(profile for _, profile in own))
+    own = [each for each in problems if isinstance(each.profile, Powers) and trusted(each.profile)]
+    places: dict[ShockProfile, int] = {}
+    place_of = [places.setdefault(each.profile, len(places)) for each in own]
+    shapes = cast("list[Powers]", list(places))
     together = len(shapes) >= _TOGETHER
     paths = ManyPowers(shapes).free_paths() if together else [profile.free_path() for profile in shapes]
-    of = dict(zip(shapes, paths, strict=True))
-    long = dict.fromkeys(profile for problem, profile in own if problem.is_long)
-    laws = ManyPowers(list(long))
+    long = list(dict.fromkeys(place for problem, place in zip(own, place_of, strict=True) if problem.is_long))
+    laws = ManyPowers([shapes[place] for place in long])
     _, courses = laws.impulse_and_force(_SHARES[:, None] * laws.duration_ratio)
-    long.update(zip(long, np.ascontiguousarray(courses.T), strict=True))
-    for problem, profile in own:
-        vars(problem)["path"] = of[profile]  # where the property keeps it
+    course_of = dict(zip(long, np.ascontiguousarray(courses.T), strict=True))
+    for problem, place in zip(own, place_of, strict=True):
+        vars(problem)["path"] = paths[place]  # where `cached_property` stores it
         if problem.is_long:
-            vars(problem)["course"] = long[profile]
+            vars(problem)["course"] = course_of[place]
 
 
 @frozen(eq=False)
@@ -247,6 +259,22 @@ class Passage(NamedTuple):
     force: float
 
 
+class Limits(NamedTuple):
+    """Limits of a search, from the duration and course of the shock.
+
+    ``max_contacts`` and ``max_work`` are the largest numbers of contacts that the front may pass and of evaluations of
+    a contact force, ``rear`` is the number of granules behind the front that are integrated after the force has ended,
+    and ``growing`` the number of contacts over which a wave may continue to grow at its present rate. The leading wave
+    is accepted from ``earliest_time`` on: later pulses must have formed their waves.
+    """
+
+    max_contacts: float
+    max_work: float
+    rear: int
+    earliest_time: float
+    growing: float
+
+
 @frozen(eq=False, slots=False)
 class Request:
     """Input of the search for the leading wave.
@@ -261,50 +289,31 @@ class Request:
     doubt: float
     contacts: tuple[int, ...] = ()
     patience: float = 1.0
+    limits: Limits = field(init=False)
 
-    @property
-    def max_contacts(self) -> float:
-        return _MAX_CONTACTS + _CONTACT_RATE * self.problem.duration
-
-    @property
-    def max_work(self) -> float:
-        square = self.problem.duration**2
-        return min(self.patience * (_WORK + _WORK_RATE * square), max(_MAX_WORK, _LEAST_RATE * square))
-
-    @property
-    def earliest_time(self) -> float:
-        """Earliest time at which the leading wave is accepted: later pulses must have made their waves."""
-        return (2 if self.problem.rises_again else 1) * self.problem.duration
-
-    @property
-    def rear(self) -> int:
-        if not self.problem.is_long:
-            return math.ceil(_REAR * self.problem.wave.spread)
-        rear = next(rear for least, rear in _LONG_REARS if self.tolerance >= least)
-        return math.ceil(rear * self.problem.wave.spread)
-
-    @property
-    def growing(self) -> float:
-        return _GROWING_AGAIN if self.problem.rises_again else _GROWING
-
-    @property
-    def above(self) -> list[float]:
-        """Times during which the force exceeds 0, 0.1, ... 0.9 of its peak; zeros for a short shock."""
-        return self._above if self.problem.is_long else [0.0] * 10
-
-    @cached_property
-    def _above(self) -> list[float]:
+    @limits.default
+    def _limits(self) -> Limits:
         problem = self.problem
-        below = np.searchsorted(np.sort(problem.course), _TENTHS, side="right")
-        times: list[float] = ((1 - below / len(problem.course)) * problem.duration).tolist()
-        return times
+        duration, spread, square = problem.duration, problem.wave.spread, problem.duration**2
+        rear, again = _REAR, False
+        if problem.is_long:
+            rear = next(rear for least, rear in _LONG_REARS if self.tolerance >= least)
+            again = problem.rises_again
+        work = min(self.patience * (_WORK + _WORK_RATE * square), max(_MAX_WORK, _LEAST_RATE * square))
+        return Limits(
+            _MAX_CONTACTS + _CONTACT_RATE * duration,
+            work,
+            math.ceil(rear * spread),
+            2 * duration if again else duration,
+            _GROWING_AGAIN if again else _GROWING,
+        )
 
     def rear_of(self, peak: float) -> int:
         """Number of granules to keep behind a front of this peak force."""
         level = min(10 * (0.9 * peak / (_LASTING * self.problem.peak_force)), 9.0)
         tenth = min(int(level), 8)
-        above, further = self.above[tenth : tenth + 2]
-        return int(self.rear + _RATE * (above + (level - tenth) * (further - above)))
+        above, further = self.problem.above[tenth : tenth + 2]
+        return int(self.limits.rear + _RATE * (above + (level - tenth) * (further - above)))
 
 
 class Primary(NamedTuple):

@@ -14,17 +14,18 @@ import numpy as np
 import numpy.typing as npt
 from attrs import evolve
 
+from shockwave.chain.chain import HERTZ
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.errors import NumericalError
 from shockwave.measurement.result import SimulationResult
-from shockwave.measurement.simulate import simulate_many
+from shockwave.measurement.simulate import simulate, simulate_many
 from shockwave.prediction import moments
 from shockwave.prediction.model_interface import Model, Peaks, ScaledAnswer, ScaledShock, Settings, Shocks
 from shockwave.prediction.shock_impulses import turns
 from shockwave.prediction.short_shock_law import short_law
 from shockwave.simulation.backend import chosen
 from shockwave.studies.universal_curve import UniversalCurve, cached_curve
-from shockwave.studies.universal_curve_fit import scaled_scene
+from shockwave.studies.universal_curve_fit import SCALED, scaled_shock
 
 #: The tolerance if none is given.
 RTOL = 1e-3
@@ -49,7 +50,7 @@ def _one(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
     """Predict one shock, with the reason for the choice of the method."""
     rtol = settings.rtol or RTOL
     shocks = shock.alone
-    peaks = _many(shocks, settings)
+    peaks = _many(shocks, settings) if shock.exponent == HERTZ else _with_exponent(shock, settings, rtol)
     if peaks.failures:
         raise NumericalError(peaks.failures[0])
     bound = float(peaks.high[0])
@@ -67,10 +68,33 @@ def _sensitivity(shock: ScaledShock, shocks: Shocks, settings: Settings, peaks: 
     """d ln F / d ln A by the law of moments, or None if another method was used."""
     if peaks.method[0] != "moments":
         return None
-    amplification, _, slope = short_law().of(shocks)
-    if peaks.amplification[0] == amplification[0]:
-        return -float(slope[0])
+    if shock.exponent == HERTZ:
+        amplification, _, slope = short_law().of(shocks)
+        if peaks.amplification[0] == amplification[0]:
+            return -float(slope[0])
     return moments.predict(evolve(shock, momentum_parameter=MOMENTUM), settings).sensitivity
+
+
+def _with_exponent(shock: ScaledShock, settings: Settings, rtol: float) -> Peaks:
+    """Apply the law of moments and, if needed, simulation to a shock in a chain with another contact exponent."""
+    peaks, only, message = Peaks.of(1), np.zeros(1, dtype=np.intp), _NO_METHOD
+    with suppress(NumericalError):
+        found = moments.predict(shock, settings)
+        assert found.expected_error is not None
+        peaks.better(only, found.amplitudes[0], found.expected_error[1], "moments")
+    if peaks.high[0] > rtol:
+        from shockwave.chain.contact_law import PowerContact  # Hertz's law does not need it
+
+        chain = evolve(SCALED, contact=PowerContact(exponent=shock.exponent, stiffness=1.0))
+        scaled = scaled_shock(shock.profile, shock.rise_time, chain)
+        try:
+            result = simulate(scaled, chain, rtol=float(np.clip(rtol / _SAFETY, *_SIMULATION_RTOL)), waves="primary")
+            peaks.better(only, result.amplification, _SAFETY * result.error_estimate, "simulation")
+        except NumericalError as error:
+            message = str(error)
+    if peaks.high[0] > max(rtol, _LARGEST_BOUND):
+        peaks.failures[0] = message
+    return peaks
 
 
 def _many(shocks: Shocks, settings: Settings) -> Peaks:
@@ -131,13 +155,10 @@ def _by_curves(shocks: Shocks, peaks: Peaks, rtol: float) -> None:
 def _by_simulation(shocks: Shocks, peaks: Peaks, rtol: float) -> dict[int, str]:
     """Simulate to the tolerance; returns the messages of failed simulations by index."""
     left = _left(peaks, rtol)
-    scenes = [
-        scaled_scene(shocks.profiles[shape], float(rise_time))
-        for shape, rise_time in zip(shocks.shapes[left], shocks.rise_times[left], strict=True)
-    ]
+    some = zip(shocks.shapes[left], shocks.rise_times[left].tolist(), strict=True)
+    scaled = [scaled_shock(shocks.profiles[shape], rise_time) for shape, rise_time in some]
     requested = float(np.clip(rtol / _SAFETY, *_SIMULATION_RTOL))
-    simulated = [shock for shock, _ in scenes]
-    results = simulate_many(simulated, [chain for _, chain in scenes], rtol=requested, waves="primary")
+    results = simulate_many(scaled, SCALED, rtol=requested, waves="primary")
     messages: dict[int, str] = {}
     for index, result in zip(left, results, strict=True):
         if isinstance(result, SimulationResult):

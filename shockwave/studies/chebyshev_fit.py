@@ -13,7 +13,7 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from attrs import evolve, frozen
+from attrs import frozen
 from numpy.polynomial import Chebyshev, chebyshev
 
 from shockwave.errors import NumericalError
@@ -159,31 +159,24 @@ def _piece(
     nodes = [begin, end]
     heights = [value(begin), value(end)]
     errors = [np.inf]
-    piece = _through(nodes, heights)
     narrow = end - begin < _NARROWEST
     while True:
-        new = _next(nodes, known)
-        nodes.append(new)
-        heights.append(value(new))
-        errors.append(abs(float(piece.polynomial(new)) - heights[-1]))
-        piece = _through(nodes, heights)
+        matrix = chebyshev.chebvander(_places(nodes), len(nodes) - 1)
+        polynomial = Chebyshev(np.linalg.solve(matrix, heights), domain=(begin, end))
         worst = max(errors[-checks:])
         slow = len(nodes) >= _NODES_BEFORE_HALVING and max(errors[-2:]) > _FAR * allowed
         hopeless = slow or len(nodes) >= _MOST_NODES
         if len(nodes) >= _FEWEST_NODES and (worst <= allowed or (narrow and hopeless)):
             unused = np.array([value(x) for x in known])
-            unused_error = float(np.abs(piece.polynomial(np.array(known)) - unused).max(initial=0.0))
+            unused_error = float(np.abs(polynomial(np.array(known)) - unused).max(initial=0.0))
             # twice the limit: these points are more numerous than the last checks
             if narrow or unused_error <= 2 * allowed:
-                return evolve(piece, error=max(worst, unused_error / 2))
+                return Piece(begin, end, tuple(polynomial.coef.tolist()), max(worst, unused_error / 2))
         if hopeless:
             return None
-
-
-def _through(nodes: Sequence[float], heights: Sequence[float]) -> Piece:
-    """The polynomial through these points; the first two nodes are the ends of the interval."""
-    coefficients = np.linalg.solve(chebyshev.chebvander(_places(nodes), len(nodes) - 1), heights)
-    return Piece(nodes[0], nodes[1], tuple(coefficients.tolist()), np.inf)
+        nodes.append(_next(nodes, known))
+        heights.append(value(nodes[-1]))
+        errors.append(abs(float(polynomial(nodes[-1])) - heights[-1]))
 
 
 def _places(nodes: Sequence[float]) -> FloatArray:

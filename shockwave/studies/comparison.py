@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, cast
 from attrs import asdict, frozen
 
 from shockwave.chain.chain import Chain
-from shockwave.errors import NotCoveredError
+from shockwave.errors import InvalidValueError, NotCoveredError
+from shockwave.fields import text_of
 from shockwave.limit import Verdict, plain_verdict, verdict_facts
 from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.result_text import lead_text, result_answer, result_details, result_limits, wave_tables
@@ -23,6 +24,7 @@ from shockwave.prediction.outcome_text import (
     outcome_details,
     outcome_limits,
     wave_table,
+    without_advice,
 )
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock import Shock
@@ -78,7 +80,8 @@ class Comparison(Result):
         parts = (self.predicted, self.simulated)
         forces = [*zip_longest(*([wave.peak_force for wave in part.waves] for part in parts), fillvalue=math.nan)]
         table = coordinate("wave", range(len(forces))) | coordinate("source", ["predicted", "simulated"])
-        return table | column("peak_force", forces, "wave", "source")
+        holds = [all(condition.holds for condition in self.predicted.conditions)] * len(forces)
+        return table | column("peak_force", forces, "wave", "source") | column("conditions_hold", holds, "wave")
 
     def to_dict(self) -> dict[str, Any]:
         """The document that ``compare --json`` prints."""
@@ -104,7 +107,7 @@ class Comparison(Result):
     @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings that limit one of the answers."""
-        limiting = outcome_limits(self.predicted) if self.predicted else []
+        limiting = map(without_advice, outcome_limits(self.predicted) if self.predicted else [])
         return tuple(dict.fromkeys([*limiting, *result_limits(self.simulated)]))
 
     @property
@@ -143,6 +146,8 @@ def compare(
         the arguments of `simulate`.
     """
     predictor = predictor or Predictor()
+    if not isinstance(predictor, Predictor):
+        raise InvalidValueError.of("predictor", f"must be a Predictor (got {text_of(predictor)})")
     predicted, reason = None, None
     try:
         predicted = predictor.predict(cast(Shock, shock), chain)
@@ -187,7 +192,7 @@ def comparison_text(both: Comparison) -> str:
     predicted, simulated = both.predicted, both.simulated
     if predicted is None:
         return "\n".join([str(simulated), "", *paragraph("  no prediction: ", both.reason or "", 4)])
-    answers = [("estimate", estimate_text(predicted))]
+    answers = [("estimate", without_advice(estimate_text(predicted)))]
     if both.error is None:
         error = [] if both.wall_error is None else [("error", f"wall force {error_text(both.wall_error)}")]
         return "\n".join([str(simulated), "", "  predicted", *facts(answers + error), "", wave_table(predicted)])

@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, get_args
 
 from attrs import asdict, frozen
 
 from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.errors import InvalidValueError
-from shockwave.fields import Quantity as Number
-from shockwave.fields import text_of
+from shockwave.fields import listed, text_of
 from shockwave.result_base import VERSION, Result
-from shockwave.scenario.block_keys import Key
 from shockwave.scenario.scenario import Scenario
-from shockwave.scenario.value_conversion import converted
-from shockwave.studies.requirements import TARGETS, Sign
+from shockwave.studies.quantities import TARGETS, Quantity, Sign, positive
 from shockwave.studies.scaling_exponents import Exponents
-from shockwave.studies.simulated_quantities import Quantity
+from shockwave.tables import unit_of
 from shockwave.text import facts, limits, paragraph, si, strong, table
 
 # Columns of the table that a narrow screen leaves out, the last named first.
@@ -63,23 +60,23 @@ class Target:
         Raises
         ------
         InvalidValueError
-            If the name is unknown or the value is not above 0.
+            If the name or the relation is unknown or the value is not above 0.
         """
         if not isinstance(given, Mapping) or len(given) != 1:
             rule = 'must be one property and its value, such as {"peak_force": "60 N"}'
             raise InvalidValueError.of("target", f"{rule} (got {text_of(given)})")
         ((name, value),) = given.items()
-        quantity = None if covered and name in TARGETS else Quantity.named(name, contacts, TARGETS if covered else ())
-        key = Key(name, spec=Number(TARGETS[name] if quantity is None else quantity.unit, "", above=0))
-        try:
-            return cls(name, converted(key, value), quantity, sign)
-        except ValueError as error:
-            raise InvalidValueError.of(f"target.{name}", str(error)) from None
+        if sign not in get_args(Sign):
+            raise InvalidValueError.of("sign", f"must be {listed(get_args(Sign))} (got {text_of(sign)})")
+        others = TARGETS if covered else ()
+        quantity = None if name in others else Quantity.named(name, contacts, others, "target")
+        unit = unit_of(name).replace(" ", "*") if quantity is None else quantity.unit
+        return cls(name, positive(f"target.{name}", unit, value), quantity, sign)
 
     @property
     def unit(self) -> str:
         """The unit in printed form."""
-        return (TARGETS[self.name] if self.quantity is None else self.quantity.unit).replace("*", " ")
+        return unit_of(self.name) if self.quantity is None else self.quantity.unit.replace("*", " ")
 
     @property
     def label(self) -> str:
@@ -195,11 +192,9 @@ class Option(AnyOption):
     def columns(self) -> dict[str, str]:
         """Columns of the leading wave and the masses."""
         mass = self.chain_mass
+        of_wave = ("peak_force", "amplification", "speed", "width")
         return {
-            "peak force": si(self.peak_force, "N", error=self.error),
-            "amplification": si(self.amplification, "", error=self.error),
-            "speed": si(self.speed, "m/s", error=self.error),
-            "width": si(self.width, "s", error=self.error),
+            **{name.replace("_", " "): si(getattr(self, name), unit_of(name), error=self.error) for name in of_wave},
             "granule": si(1e3 * self.granule_mass, "g", 4),
             "chain": f"{si(1e3 * self.mass_per_length, 'g', 4)}/m" if mass is None else si(1e3 * mass, "g", 4),
         }
@@ -297,7 +292,7 @@ class Design(Result):
         if self.spanned and self.nearest:
             simulated = f"its simulation gives {self._simulated(self.nearest)} at {self._value(self.nearest)}"
             return f"{self.target} needs an endless chain; this chain is too short for the search: {simulated}"
-        below = self.target.value < self.least.reached
+        below = self.target.sign == "<=" or (self.target.sign == "=" and self.target.value < self.least.reached)
         limit = f"the minimum is {self._at(self.least)}" if below else f"the maximum is {self._at(self.most)}"
         return f"{self.target} is out of reach: {limit}"
 
@@ -346,7 +341,8 @@ class Design(Result):
         relation = "of" if self.target.sign == "=" else self.target.sign
         wanted = f"{article} {self.target.label} {relation} {self.target}"
         if self.intervals:
-            spans = [f"{si(low, self.unit, 6)} to {si(high, self.unit, 6)}" for low, high in self.intervals]
+            ends = [[si(end, self.unit, 6) for end in dict.fromkeys(both)] for both in self.intervals]
+            spans = [" to ".join(both) for both in ends]
             limit = f" (limits {values}, simulated {', '.join(map(self._simulated, self._found))})" if values else ""
             return f"{self.varied} {' or '.join(spans)} gives {wanted}{limit}"
         if self.reachable:

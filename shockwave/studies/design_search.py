@@ -3,30 +3,29 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from itertools import pairwise
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import groupby, pairwise
 from typing import Any
 
+import numpy as np
 from attrs import asdict, evolve, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.chain.solitary_wave import SolitaryWave
-from shockwave.chain.yielding import require_elastic
 from shockwave.errors import InvalidValueError
 from shockwave.fields import Quantity, text_of
 from shockwave.measurement.simulate import simulate
 from shockwave.numerics import crossings
 from shockwave.progress import counted
-from shockwave.registry import entries, find
+from shockwave.registry import entries
 from shockwave.scenario.scene_argument import Scene
 from shockwave.scenario.scene_family import Family
 from shockwave.scenario.uncertainty import is_continuous
 from shockwave.studies import varied_scenes
-from shockwave.studies.design_lines import Line, fitted_line, line_along, spaced
+from shockwave.studies.chebyshev_fit import evaluated, fitted
 from shockwave.studies.design_result import AnyOption, Design, Option, Simulated, SimulatedOption, Target
-from shockwave.studies.requirements import Sign
-from shockwave.studies.simulated_quantities import required, simulations
-from shockwave.studies.universal_curve import RTOL, UniversalCurve
+from shockwave.studies.quantities import Sign, parts_of, required
+from shockwave.studies.universal_curve import RTOL, UniversalCurve, answer_of
 from shockwave.text import si
 
 _MATERIAL = "chain.material"
@@ -38,6 +37,8 @@ _SIMULATION_RTOL = 1e-8
 # Greatest difference between a simulation and the curve, over the error of the curve, for a solution: in shorter chains
 # the wave has not formed.
 _LARGEST_DIFFERENCE = 5.0
+# Step of a finite difference, as a fraction of the interval.
+_STEP = 1e-5
 # Warning on materials of a chain that must be elastic.
 _BEYOND = "left out, because a force exceeds first yield or a yield strength is not known: "
 # Tolerance of the simulations that are fitted, over that of the fit.
@@ -49,7 +50,7 @@ def design(
     chain: Chain | None = None,
     *,
     vary: str,
-    target: Mapping[str, Any],
+    target: Mapping[str, Any] | str,
     between: Sequence[Any] | None = None,
     among: Iterable[str] | None = None,
     points: int = 9,
@@ -67,11 +68,12 @@ def design(
     vary : str
         Dotted name of the parameter: a number of the chain, the shock or the impact, such as ``chain.radius``, or
         ``chain.material``.
-    target : mapping
-        One property and its value, a number in SI units or text: ``{"peak_force": "60 N"}``. The properties of the
-        leading wave are peak_force, amplification, momentum, energy, speed, width, granule_velocity. Those of a
-        simulation are transmitted.peak_force, transmitted.impulse, greatest_force.peak_force, dissipated_energy,
-        restitution, and contacts[0].peak_force for the first of the requested contacts.
+    target : mapping or str
+        One property and its value, a number in SI units or text: ``{"peak_force": "60 N"}``; or a requirement with its
+        relation, such as ``"peak_force <= 60 N"``. The properties of the leading wave are peak_force, amplification,
+        momentum, energy, speed, width, granule_velocity. Those of a simulation are transmitted.peak_force,
+        transmitted.impulse, greatest_force.peak_force, dissipated_energy, restitution, and contacts[0].peak_force for
+        the first of the requested contacts.
     between : pair, optional
         Ends of the interval of a number, in SI units or as text.
     among : sequence of str, optional
@@ -81,7 +83,8 @@ def design(
     rtol : float
         Allowed relative error of the curve, or of the fit to the simulations, 1e-7 to 1e-2.
     sign : "=", "<=" or ">="
-        Relation of the property to the value. For an inequality, all intervals in which it holds are found.
+        Relation between property and value if ``target`` is a mapping. For an inequality, all intervals in which it
+        holds are found.
 
     Returns
     -------
@@ -96,6 +99,9 @@ def design(
         If a simulation fails.
     """
     points, rtol = _POINTS.checked("points", points), RTOL.checked("rtol", rtol)
+    if isinstance(target, str):
+        name, sign, value = parts_of(target, "target")
+        target = {name: value}
     scenario = varied_scenes.scenario_of(scene, chain)
     covered = varied_scenes.is_covered(scenario)
     requested = Target.of(target, covered, scenario.simulate.contacts, sign)
@@ -110,8 +116,55 @@ def design(
         return search.among(among)
     if not is_continuous(varied):
         rule = f"must be a number of the chain or the shock that varies continuously, or {_MATERIAL}"
-        raise InvalidValueError.of("vary", f"{rule} (got {vary})")
+        hint = "optimal_design, or --least of the command, also takes whole numbers and other materials"
+        raise InvalidValueError.of("vary", f"{rule} (got {vary}; {hint})")
     return search.along(varied.unit or "", varied_scenes.interval(varied, between), points)
+
+
+@frozen
+class _Line:
+    """The target property as a function of one parameter.
+
+    Attributes
+    ----------
+    height : callable
+        Logarithm of the ratio of the property to its target value, as a function of the parameter.
+    error : float
+        Error of this logarithm.
+    landmarks : tuple of float
+        Ends of the interval and extrema of the property, ascending; it is monotone between them.
+    curve : UniversalCurve or None
+        The curve of the shape; None if the shape varies.
+    """
+
+    height: Callable[[float], float]
+    error: float
+    landmarks: tuple[float, ...]
+    curve: UniversalCurve | None = None
+
+    def slope(self, value: float) -> float:
+        """Absolute derivative of the height with respect to the parameter."""
+        low, high = self.landmarks[0], self.landmarks[-1]
+        step = _STEP * (high - low)
+        begin = max(value - step, low)
+        end = min(value + step, high)
+        return abs(self.height(end) - self.height(begin)) / (end - begin)
+
+
+def _fitted_line(height: Callable[[float], float], between: tuple[float, float], error: float) -> _Line:
+    """A piecewise polynomial fitted to ``height``."""
+    into, back = (np.log, np.exp) if varied_scenes.is_wide(between) else (float, float)
+
+    def value_at(x: float) -> float:
+        return float(np.clip(back(x), *between))
+
+    pieces = fitted(lambda x: height(value_at(x)), float(into(between[0])), float(into(between[1])), error)
+    joints = [piece.end for piece in pieces[:-1]]
+    turns = [x for piece in pieces for x in piece.turns(0.0)]
+    landmarks = {*between, *(value_at(x) for x in (*joints, *turns))}
+    if between[0] < 0 < between[1]:
+        landmarks.add(0.0)  # Poisson's ratio enters only through its square
+    return _Line(lambda value: float(evaluated(pieces, np.array(into(value)))), error, tuple(sorted(landmarks)))
 
 
 @frozen
@@ -124,24 +177,33 @@ class _Search:
     rtol: float
 
     @property
-    def level(self) -> float:
-        """Height of a `Line` at the target."""
-        return math.log(self.target.value)
-
-    @property
     def notes(self) -> tuple[str, ...]:
         """Limits of the options."""
         return varied_scenes.notes_of(self.family.base)
 
-    def line(self, between: tuple[float, float]) -> Line:
-        """The target property as a function of the parameter."""
-        return line_along(self.family.base, self.name, self.target, between, self.rtol)
+    def line(self, between: tuple[float, float]) -> _Line:
+        """The target property as a function of the parameter, for an endless chain."""
+        base = self.family.base
+        family = varied_scenes.family_of(evolve(base, chain=evolve(base.chain, granules=None)), [self.name])
+        ends = [family.scenario({self.name: value}) for value in between]
+        # raises the error before the search if there is no curve, also where parameters of the shape vary
+        curves = [varied_scenes.curve_of(end.shock.profile, self.rtol, varied_scenes.duration_of(end)) for end in ends]
+        curve = max(curves, key=lambda one: one.longest) if varied_scenes.keep_shape([self.name]) else None
+
+        def height(value: float) -> float:
+            scene = family.scenario({self.name: value})
+            if curve is not None:
+                amplification = float(curve.amplification(varied_scenes.rise_time_of(scene)))
+            else:
+                amplification = simulate(scene.shock, scene.chain, rtol=self.rtol, waves="primary").amplification
+            return math.log(self.target.reached(amplification * scene.shock.peak_force, scene) / self.target.value)
+
+        line = _fitted_line(height, between, self.target.power(ends[0]) * self.rtol)
+        return evolve(line, height=height, curve=curve) if curve is not None else line
 
     def among(self, names: Iterable[str] | None) -> Design:
         """Rank materials by their distance from the target; simulate the nearest and those that meet the target."""
         compared = list(dict.fromkeys(names or [entry.name for entry in entries("materials")]))
-        for name in compared:
-            find("materials", name)
         options: list[AnyOption] = []
         beyond: dict[str, InvalidValueError] = {}
         for name in counted("materials", compared):
@@ -173,9 +235,10 @@ class _Search:
             line = self.line(between)
             least = self.option(min(line.landmarks, key=line.height), line.curve)
             most = self.option(max(line.landmarks, key=line.height), line.curve)
-            met = crossings(lambda value: line.height(value) - self.level, line.landmarks, lambda _: line.error)
+            met = crossings(line.height, line.landmarks, lambda _: line.error)
             found = [self.solution(value, line) for value in met]
-            table = tuple(self.option(value, line.curve) for value in counted("rows", spaced(between, points)))
+            spaced = (np.geomspace if varied_scenes.is_wide(between) else np.linspace)(*between, points).tolist()
+            table = tuple(self.option(value, line.curve) for value in counted("rows", spaced))
             intervals = self.intervals(line, met)
         except InvalidValueError as error:
             if error.faults[0].path == "target":
@@ -186,9 +249,8 @@ class _Search:
         solutions = tuple(one for one in checked if found and self.meets(one))
         near_misses = [
             f"{si(value, unit)} is an end or an extremum: it misses the target by {miss:+.0e}, within the error"
-            for value in met
-            if value in line.landmarks
-            and abs(miss := self.option(value, line.curve).reached / self.target.value - 1) > _ROUNDING
+            for value, one in zip(met, found, strict=True)
+            if value in line.landmarks and abs(miss := one.reached / self.target.value - 1) > _ROUNDING
         ]
         return Design(
             scenario=self.family.base.name,
@@ -205,18 +267,17 @@ class _Search:
             warnings=(*self.notes, *near_misses),
         )
 
-    def intervals(self, line: Line, met: Sequence[float]) -> tuple[tuple[float, float], ...]:
+    def intervals(self, line: _Line, met: Sequence[float]) -> tuple[tuple[float, float], ...]:
         """Intervals between values at which the property equals the target, in which an inequality holds."""
-        edges = sorted({line.landmarks[0], *met, line.landmarks[-1]})
-        found: list[tuple[float, float]] = []
-        for low, high in pairwise(edges):
-            if not self.target.holds(line.height((low + high) / 2) - self.level):
-                continue
-            joined = found and found[-1][1] == low
-            found.append((found.pop()[0] if joined else low, high))
-        return tuple(found)
+        spans = pairwise(sorted({line.landmarks[0], *met, line.landmarks[-1]}))
+        joined = groupby(spans, lambda span: self.target.holds(line.height(sum(span) / 2)))
+        groups = [list(group) for holds, group in joined if holds]
+        found = [(group[0][0], group[-1][1]) for group in groups]
+        # at an end or an extremum an inequality may hold with equality alone
+        alone = [value for value in met if not any(low <= value <= high for low, high in found)]
+        return tuple(sorted(found + [(value, value) for value in alone if self.target.sign != "="]))
 
-    def solution(self, value: float, line: Line) -> AnyOption:
+    def solution(self, value: float, line: _Line) -> AnyOption:
         """The option with this value and its error."""
         option = self.option(value, line.curve)
         slope = line.slope(value)
@@ -227,23 +288,16 @@ class _Search:
     def option(self, value: float | str, curve: UniversalCurve | None = None) -> AnyOption:
         """The option with this value, from ``curve`` or from the curve of its shape."""
         scenario = self.family.scenario({self.name: value})
-        shock = scenario.shock
-        chain = scenario.chain
+        shock, chain = scenario.shock, scenario.chain
         if curve is None:
             curve = varied_scenes.curve_of(shock.profile, self.rtol, varied_scenes.duration_of(scenario))
-        ratio = varied_scenes.rise_time_of(scenario)
-        amplification = float(curve.amplification(ratio))
-        peak_force = amplification * shock.peak_force
-        require_elastic(chain, peak_force)
-        error = float(curve.error(ratio))
+        answer = answer_of(curve, shock, chain)
+        known = asdict(SolitaryWave.of(answer.peak_force, chain)) | asdict(answer)
         return Option(
             value=value,
-            reached=self.target.reached(peak_force, scenario),
-            reached_error=self.target.power(scenario) * error,
-            amplification=amplification,
-            error=error,
-            **asdict(SolitaryWave.of(peak_force, chain)),
-            rise_time=ratio,
+            reached=self.target.reached(answer.peak_force, scenario),
+            reached_error=self.target.power(scenario) * answer.error,
+            **known,
             granule_mass=chain.granule_mass,
             mass_per_length=chain.granule_mass / (2 * chain.radius),
             chain_mass=None if chain.count is None else chain.count * chain.granule_mass,
@@ -258,13 +312,10 @@ class _Search:
         simulated = Simulated(reached=reached, peak_force=result.peak_force, error_estimate=result.error_estimate)
         return evolve(option, simulated=simulated)
 
-    def near(self, option: AnyOption) -> bool:
-        """Whether the option meets the target within the error of its curve."""
-        return self.target.distance(option) <= max(option.reached_error, self.rtol)
-
     def fits(self, option: AnyOption) -> bool:
-        """Whether the option meets the target or its inequality."""
-        return self.near(option) or self.target.holds(option.reached - self.target.value)
+        """Whether the option meets the target within the error of its curve, or satisfies the inequality."""
+        near = self.target.distance(option) <= max(option.reached_error, self.rtol)
+        return near or self.target.holds(option.reached - self.target.value)
 
     def meets(self, option: AnyOption) -> bool:
         """Whether the simulation meets the target within the errors of curve and simulation, or its inequality."""
@@ -281,26 +332,22 @@ class _SimulatedSearch(_Search):
     """Options with different values of one parameter, each from a simulation."""
 
     @property
-    def level(self) -> float:
-        return math.asinh(1.0)
-
-    @property
     def notes(self) -> tuple[str, ...]:
         shock = self.family.base.shock
         return () if shock is None else tuple(shock.profile.notes)
 
-    def line(self, between: tuple[float, float]) -> Line:
-        """The inverse hyperbolic sine of the quantity over the target, which is finite even if no force arrives."""
+    def line(self, between: tuple[float, float]) -> _Line:
+        """The property on a scale of the inverse hyperbolic sine, finite even if no force arrives."""
 
         def height(value: float) -> float:
-            return math.asinh(self.read(value, _SIMULATED_SHARE * self.rtol)[1] / self.target.value)
+            return math.asinh(self.read(value, _SIMULATED_SHARE * self.rtol)[1] / self.target.value) - math.asinh(1.0)
 
         # a fit to simulations may be rough: its extrema divide the interval, and crossings are those of simulations
-        return evolve(fitted_line(height, between, self.rtol), height=height)
+        return evolve(_fitted_line(height, between, self.rtol), height=height)
 
     def read(self, value: float | str, rtol: float) -> tuple[Any, float, float]:
         """Simulation of the scene with this value; the target quantity and its relative error."""
-        (result,) = simulations([self.family.scenario({self.name: value})], rtol)
+        (result,) = varied_scenes.simulations([self.family.scenario({self.name: value})], rtol)
         assert self.target.quantity is not None
         return result, *required(self.target.quantity, result, {self.name: value})
 

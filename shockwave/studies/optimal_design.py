@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from scipy.stats import qmc
 from shockwave.chain.chain import Chain
 from shockwave.chain.layout import mass_and_length
 from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError
+from shockwave.fields import text_of
 from shockwave.log import logger
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
@@ -30,9 +31,10 @@ from shockwave.scenario.scene_argument import Scene
 from shockwave.scenario.scene_family import Family
 from shockwave.studies import varied_scenes
 from shockwave.studies.optimal_result import OptimalDesign, OptimalOption
-from shockwave.studies.requirements import Requirement
-from shockwave.studies.simulated_quantities import Quantity, required, simulated
+from shockwave.studies.quantities import Quantity, Requirement, required
 
+#: Values of the parameters, in their order.
+_Values = tuple[float | str, ...]
 # its type declarations do not admit functions of many points at once
 _optimize: Any = optimize
 # Tolerance of the simulations of the search, and of the verification.
@@ -54,21 +56,21 @@ _LEAST_MEMBERS = 5
 _APART = 0.1
 # Most combinations of materials.
 _COMBINATIONS = 200
-# Violation of a requirement that has no value, because a simulation fails or a scene is not possible.
-_IMPOSSIBLE = 1e3
-# Intervals of positive numbers with a greater ratio of their ends are searched by ratios.
-_WIDE = 3.0
+# An option whose simulation fails, or whose scene is not possible.
+_IMPOSSIBLE = OptimalOption(values=(), quantities={}, errors={}, least=math.inf, violation=1e3)
 # Quantities of the chain, which need no simulation.
-_OWN = {"chain.mass": ("kg", "chain mass"), "chain.length": ("m", "chain length")}
+_OWN = {
+    one.name: one for one in (Quantity("chain.mass", "kg", "chain mass"), Quantity("chain.length", "m", "chain length"))
+}
 
 
 def optimal_design(
     scene: Scene,
     chain: Chain | None = None,
     *,
-    vary: Mapping[str, Sequence[Any] | None],
-    targets: Sequence[str],
-    budgets: Sequence[str] = (),
+    vary: Mapping[str, str | Sequence[Any] | None],
+    targets: str | Sequence[str],
+    budgets: str | Sequence[str] = (),
     least: str = "chain.mass",
     seed: int = 0,
 ) -> OptimalDesign:
@@ -83,7 +85,7 @@ def optimal_design(
     vary : mapping
         Dotted names of the parameters. The value of a number is the pair of the ends of its interval, in SI units or as
         text; that of a material is a list of names, or None for the whole library.
-    targets, budgets : sequence of str
+    targets, budgets : str or sequence of str
         Requirements such as ``transmitted.peak_force <= 60 N`` and ``chain.length <= 0.3 m``: a quantity of the
         simulation, ``chain.mass`` or ``chain.length``, then ``<=``, ``>=`` or ``=`` and a value. An equality holds
         within a thousandth.
@@ -104,20 +106,24 @@ def optimal_design(
     NumericalError
         If no simulation succeeds.
     """
+    if not isinstance(vary, Mapping) or not vary:
+        rule = 'must be a mapping of names to intervals or materials, such as {"chain.radius": ("2 mm", "8 mm")}'
+        raise InvalidValueError.of("vary", f"{rule} (got {text_of(vary)})")
     scenario = varied_scenes.scenario_of(scene, chain)
     contacts = scenario.simulate.contacts
-    quantities = {**{name: Quantity(name, *about) for name, about in _OWN.items()}}
 
-    def quantity(name: str) -> Quantity:
-        return quantities.get(name) or Quantity.named(name, contacts, quantities)
+    def quantity(name: str, kind: str) -> Quantity:
+        return _OWN.get(name) or Quantity.named(name, contacts, _OWN, kind)
 
-    requirements = [Requirement.of(text, "target", quantity) for text in targets]
-    requirements += [Requirement.of(text, "budget", quantity) for text in budgets]
+    requirements = [
+        Requirement.of(text, kind, quantity)
+        for kind, given in (("target", targets), ("budget", budgets))
+        for text in ([given] if isinstance(given, str) else given or ())
+    ]
     if not requirements:
         raise InvalidValueError.of("target", "must be given, such as 'transmitted.peak_force <= 60 N' (got nothing)")
     parameters = [_Parameter.of(name, given, scenario) for name, given in vary.items()]
-    search = _Search(Family(scenario), parameters, requirements, quantity(least), seed)
-    return search.run()
+    return _Search(Family(scenario), parameters, requirements, quantity(least, "least"), seed).run()
 
 
 @frozen
@@ -129,28 +135,33 @@ class _Parameter:
     names: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, name: str, given: Sequence[Any] | None, scenario: Scenario) -> _Parameter:
+    def of(cls, name: str, given: str | Sequence[Any] | None, scenario: Scenario) -> _Parameter:
         found = varied_scenes.varied(name, scenario)
         if name.endswith(MATERIALS):
-            names = tuple(given or [entry.name for entry in entries("materials")])
+            names = (given,) if isinstance(given, str) else _names(given)
             for one in names:
-                if one.lower() not in WALLS:
+                if str(one).lower() not in WALLS:
                     find("materials", one)
             return cls(found, names=names)
         if found.unit is None:
             raise InvalidValueError.of("vary", f"must be numbers or materials (got {name})")
         return cls(found, varied_scenes.interval(found, given))
 
-    @property
-    def wide(self) -> bool:
-        return self.ends[0] > 0 and self.ends[1] > _WIDE * self.ends[0]
-
     def at(self, share: float) -> float:
         """Value at a share of the interval."""
         low, high = self.ends
         share = min(max(share, 0.0), 1.0)
-        value = low * (high / low) ** share if self.wide else low + share * (high - low)
+        value = low * (high / low) ** share if varied_scenes.is_wide(self.ends) else low + share * (high - low)
         return float(round(value)) if self.variable.whole else min(max(value, low), high)
+
+
+def _names(given: Any) -> tuple[str, ...]:
+    """Names of materials; by default, of all materials of the library."""
+    if given is None:
+        return tuple(entry.name for entry in entries("materials"))
+    if not isinstance(given, Iterable):
+        raise InvalidValueError.of("among", f"must be names of materials (got {text_of(given)})")
+    return tuple(given)
 
 
 @frozen
@@ -163,124 +174,104 @@ class _Search:
     failures: list[ShockwaveError] = field(factory=list)
 
     def run(self) -> OptimalDesign:
-        numbers = [one for one in self.parameters if not one.names]
-        materials = [one for one in self.parameters if one.names]
-        combinations = list(itertools.product(*(one.names for one in materials)))
+        combinations = list(
+            itertools.product(*([evolve(one, names=(name,)) for name in one.names] or [one] for one in self.parameters))
+        )
         if len(combinations) > _COMBINATIONS:
             problem = f"must have at most {_COMBINATIONS} combinations of materials (got {len(combinations)})"
             raise InvalidValueError.of("among", f"{problem}; name fewer)")
-        best: list[OptimalOption] = []
-        tried: list[OptimalOption] = []
-        for index, names in enumerate(combinations):
-            fixed = {one.variable.name: name for one, name in zip(materials, names, strict=True)}
-            group = _Group(self, numbers, fixed)
-            group.search(index, len(combinations))
-            if group.found:
-                best.append(min(group.found, key=self.rank))
-                tried += group.found
-        if not best:
+        groups = [_Group(self, combination) for combination in combinations]
+        for index, group in enumerate(groups):
+            group.search(index, len(groups))
+        tried = [option for group in groups for option in group.known.values()]
+        if not tried:
             first = f"; the first: {self.failures[0]}" if self.failures else ""
             raise NumericalError(f"no scene of the search could be simulated{first}")
-        ranked = sorted(best, key=self.rank)
-        chosen, *others = ranked
-        verified = self.verified(chosen)
-        # the search keeps a margin, so that another option is rarely needed
-        for other in others:
-            if self.meets(verified) or not self.meets(other):
-                break
-            verified = self.verified(other)
-        logger.info("design of %s: %d scenes simulated", self.family.base.name or "the scene", len(tried))
+        ranked = sorted((min(group.known.values(), key=_rank) for group in groups if group.known), key=_rank)
+        # the search keeps a margin, so that an option other than the first is rarely needed
+        verified = map(self.verified, [one for one in ranked if one.violation <= 0] or ranked[:1])
+        best = next((one for one in verified if one.violation <= 0), None)
+        base = self.family.base
+        logger.info("design of %s: %d scenes simulated", base.name or "the scene", len(tried))
         return OptimalDesign(
-            scenario=self.family.base.name,
+            scenario=base.name,
             vary=tuple(one.variable.name for one in self.parameters),
             units=tuple(one.variable.unit or "" for one in self.parameters),
             requirements=tuple(self.requirements),
             least=self.least.name,
             least_unit=self.least.unit,
-            best=verified if self.meets(verified) else None,
-            nearest=verified if not self.meets(verified) else None,
-            ranking=tuple(ranked) if materials else (),
+            best=best,
+            nearest=self.verified(ranked[0]) if best is None else None,
+            ranking=tuple(ranked) if any(one.names for one in self.parameters) else (),
             tried=tuple(tried),
             evaluations=len(tried),
-            warnings=self.notes,
+            warnings=() if base.impact is not None else tuple(base.shock.profile.notes),
         )
 
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Notes on the record of the shock."""
-        base = self.family.base
-        return () if base.impact is not None else tuple(base.shock.profile.notes)
-
-    def rank(self, option: OptimalOption) -> tuple[float, float]:
-        """Violation of the requirements, if any, then the quantity that is minimised."""
-        return max(option.violation, 0.0), option.least
-
-    def meets(self, option: OptimalOption) -> bool:
-        return option.violation <= 0
-
-    def options(self, values: Sequence[Mapping[str, Any]], rtol: float, margin: float) -> list[OptimalOption | None]:
-        """Options with these values; None where a scene is not possible or its simulation fails."""
-        scenes: list[Scenario | None] = []
-        for one in values:
+    def options(self, values: Iterable[_Values], rtol: float, margin: float) -> dict[_Values, OptimalOption]:
+        """Options keyed by their values, except those whose scene is not possible or whose simulation fails."""
+        scenes: dict[_Values, Scenario] = {}
+        for key in values:
             try:
-                scenes.append(self.family.scenario(one))
+                scenes[key] = self.family.scenario(self.named(key))
             except InvalidValueError as error:
                 self.failures.append(error)
-                scenes.append(None)
-        possible = [scene for scene in scenes if scene is not None]
-        results = iter(self.simulated(possible, rtol))
-        return [
-            None if scene is None else self.option(one, scene, next(results), margin)
-            for one, scene in zip(values, scenes, strict=True)
-        ]
+        found = {}
+        for (key, scene), result in zip(scenes.items(), self.simulated([*scenes.values()], rtol), strict=True):
+            if isinstance(result, ShockwaveError):
+                self.failures.append(result)
+            else:
+                found[key] = self.option(key, scene, result, margin)
+        return found
+
+    def named(self, values: _Values) -> dict[str, float | str]:
+        return {one.variable.name: value for one, value in zip(self.parameters, values, strict=True)}
 
     def simulated(self, scenes: Sequence[Scenario], rtol: float) -> list[Any]:
         """Results of the simulations; None for each if no quantity needs them."""
         needed = {self.least.name, *(one.quantity.name for one in self.requirements)}
         if not scenes or needed <= _OWN.keys():
             return [None] * len(scenes)
-        return simulated(scenes, rtol)
+        return varied_scenes.simulated(scenes, rtol)
 
-    def option(self, values: Mapping[str, Any], scene: Scenario, result: Any, margin: float) -> OptimalOption | None:
-        if isinstance(result, ShockwaveError):
-            self.failures.append(result)
-            return None
+    def option(self, values: _Values, scene: Scenario, result: Any, margin: float) -> OptimalOption:
         needed = [*(one.quantity for one in self.requirements), self.least]
-        figures = {one.name: self.read(one, scene, result, values) for one in needed}
-        violation = max(one.violation(*figures[one.quantity.name], margin) for one in self.requirements)
+        # an endless chain has no mass
+        own = mass_and_length(scene.chain) if any(one.name in _OWN for one in needed) else ()
+        known = {name: (value, 0.0) for name, value in zip(_OWN, own, strict=False)}
+        kinds = {self.least.name: "least"} | {one.quantity.name: one.kind for one in self.requirements}
+        figures = {
+            one.name: known.get(one.name) or required(one, result, self.named(values), kinds[one.name])
+            for one in needed
+        }
         return OptimalOption(
-            values=tuple(values[one.variable.name] for one in self.parameters),
+            values=values,
             quantities={name: value for name, (value, _) in figures.items()},
             errors={name: error for name, (_, error) in figures.items()},
             least=figures[self.least.name][0],
-            violation=violation,
+            violation=max(one.violation(*figures[one.quantity.name], margin) for one in self.requirements),
         )
-
-    def read(self, quantity: Quantity, scene: Scenario, result: Any, values: Mapping[str, Any]) -> tuple[float, float]:
-        if quantity.name not in _OWN:
-            return required(quantity, result, values)
-        mass, length = mass_and_length(scene.chain)
-        return (mass if quantity.name == "chain.mass" else length), 0.0
 
     def verified(self, option: OptimalOption) -> OptimalOption:
         """The option by a more accurate simulation, which must meet the requirements without the margin."""
-        values = dict(zip((one.variable.name for one in self.parameters), option.values, strict=True))
-        (found,) = self.options([values], _RTOL, 0.0)
-        return option if found is None else evolve(found, verified=True)
+        found = self.options([option.values], _RTOL, 0.0)
+        return evolve(found[option.values], verified=True) if found else option
+
+
+def _rank(option: OptimalOption) -> tuple[float, float]:
+    """Violation of the requirements, if any, then the quantity that is minimised."""
+    return max(option.violation, 0.0), option.least
 
 
 class _Group:
     """Search among scenes with the same materials."""
 
-    def __init__(self, search: _Search, numbers: Sequence[_Parameter], fixed: Mapping[str, str]) -> None:
-        self.within, self.numbers, self.fixed = search, numbers, fixed
-        #: Options by their values, and the shares of the intervals at which they were first made.
-        self.known: dict[tuple[float, ...], OptimalOption | None] = {}
-        self.places: dict[tuple[float, ...], FloatArray] = {}
-
-    @property
-    def found(self) -> list[OptimalOption]:
-        return [option for option in self.known.values() if option is not None]
+    def __init__(self, search: _Search, parameters: Sequence[_Parameter]) -> None:
+        self.within, self.parameters = search, parameters
+        self.numbers = [one for one in parameters if not one.names]
+        #: Options keyed by their values, and the shares of the intervals at which each was first tried.
+        self.known: dict[_Values, OptimalOption] = {}
+        self.places: dict[_Values, FloatArray] = {}
 
     def search(self, index: int, total: int) -> None:
         """Fill ``known`` with the options of the search."""
@@ -294,14 +285,16 @@ class _Group:
             progressed("generations", index * _GENERATIONS + min(next(steps), _GENERATIONS), total * _GENERATIONS)
 
         self.at(qmc.Sobol(size, seed=rng).random(_SAMPLE * size).T)
-        if not self.found:
+        if not self.known:
             return
-        first = [self.places[key] for key in self.ranked[: _MEMBERS * size]]
+        first = self.ranked[: _MEMBERS * size]
         first += list(rng.random((max(_LEAST_MEMBERS - len(first), 0), size)))
         _optimize.differential_evolution(
-            lambda x: np.array([math.inf if one is None else one.least for one in self.at(x)]),
+            lambda x: np.array([one.least for one in self.at(x)]),
             [(0.0, 1.0)] * size,
-            constraints=_optimize.NonlinearConstraint(self.violations, -np.inf, 0.0),
+            constraints=_optimize.NonlinearConstraint(
+                lambda x: np.array([[one.violation for one in self.at(x)]]), -np.inf, 0.0
+            ),
             vectorized=True,
             updating="deferred",
             init=np.array(first),
@@ -310,62 +303,44 @@ class _Group:
             polish=False,
             callback=report,
         )
-        if any(not one.variable.whole for one in self.numbers):
-            for begin in self.beginnings(_LOCAL * size):
-                self.improve(begin)
+        if all(one.variable.whole for one in self.numbers):
+            return
+        # the best options that lie apart from each other
+        apart: list[FloatArray] = []
+        for x in self.ranked:
+            if len(apart) < _LOCAL * size and all(np.abs(x - other).max() > _APART for other in apart):
+                apart.append(x)
+        for begin in apart:
+            self.improve(begin)
 
     @property
-    def ranked(self) -> list[tuple[float, ...]]:
-        """Keys of the options found, best first."""
-        return sorted((key for key, one in self.known.items() if one is not None), key=self._rank)
-
-    def _rank(self, key: tuple[float, ...]) -> tuple[float, float]:
-        option = self.known[key]
-        assert option is not None
-        return self.within.rank(option)
-
-    def beginnings(self, count: int) -> list[FloatArray]:
-        """The best options that lie apart from each other."""
-        chosen: list[FloatArray] = []
-        for key in self.ranked:
-            x = self.places[key]
-            if all(np.abs(x - other).max() > _APART for other in chosen):
-                chosen.append(x)
-            if len(chosen) == count:
-                break
-        return chosen
+    def ranked(self) -> list[FloatArray]:
+        """Places of the options found, best first."""
+        return [self.places[key] for key in sorted(self.known, key=lambda key: _rank(self.known[key]))]
 
     def improve(self, begin: FloatArray) -> None:
         """Search around an option by COBYLA."""
-        (option,) = self.at(begin[:, None])
-        scale = (option and abs(option.least)) or 1.0
+        scale = abs(self.at(begin)[0].least) or 1.0
         _optimize.minimize(
-            lambda x: (math.inf if (one := self.one(x)) is None else one.least) / scale,
+            lambda x: self.at(x)[0].least / scale,
             begin,
             method="COBYLA",
             constraints=[
-                {"type": "ineq", "fun": lambda x: -(_IMPOSSIBLE if (one := self.one(x)) is None else one.violation)},
+                {"type": "ineq", "fun": lambda x: -self.at(x)[0].violation},
                 {"type": "ineq", "fun": lambda x: x},
                 {"type": "ineq", "fun": lambda x: 1 - x},
             ],
             options={"rhobeg": _FIRST_STEP, "tol": _LAST_STEP, "maxiter": _EVALUATIONS},
         )
 
-    def violations(self, x: FloatArray) -> FloatArray:
-        return np.array([[_IMPOSSIBLE if one is None else one.violation for one in self.at(x)]])
-
-    def one(self, x: FloatArray) -> OptimalOption | None:
-        return self.at(np.clip(x, 0.0, 1.0)[:, None])[0]
-
-    def at(self, x: FloatArray) -> list[OptimalOption | None]:
-        """Options at shares of the intervals, shape (numbers, options); each is simulated once."""
-        columns = np.atleast_2d(x.T) if x.ndim > 1 else x[None]
-        keys = [
-            tuple(one.at(share) for one, share in zip(self.numbers, column.tolist(), strict=True)) for column in columns
-        ]
-        new = {key: column for key, column in zip(keys, columns, strict=True) if key not in self.known}
-        names = [one.variable.name for one in self.numbers]
-        values = [{**self.fixed, **dict(zip(names, key, strict=True))} for key in new]
+    def at(self, x: FloatArray) -> list[OptimalOption]:
+        """Options at shares of the intervals, shape (numbers,) or (numbers, options); each is simulated once."""
+        keys, new = [], {}
+        for column in np.atleast_2d(x.T):
+            shares = iter(column.tolist())
+            keys.append(tuple(one.names[0] if one.names else one.at(next(shares)) for one in self.parameters))
+            if keys[-1] not in self.places:
+                new[keys[-1]] = column
         self.places |= new
-        self.known.update(zip(new, self.within.options(values, _SEARCH_RTOL, _MARGIN), strict=True))
-        return [self.known[key] for key in keys]
+        self.known |= self.within.options(new, _SEARCH_RTOL, _MARGIN)
+        return [self.known.get(key, _IMPOSSIBLE) for key in keys]

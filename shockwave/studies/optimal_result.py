@@ -8,7 +8,7 @@ from typing import Any
 from attrs import asdict, field, frozen
 
 from shockwave.result_base import VERSION, Result
-from shockwave.studies.requirements import Requirement
+from shockwave.studies.quantities import Requirement, label_of
 from shockwave.tables import Table, along
 from shockwave.text import facts, notes, si, strong, table
 
@@ -59,7 +59,7 @@ class OptimalDesign(Result):
     best : OptimalOption or None
         Best option; None if none meets all requirements.
     nearest : OptimalOption or None
-        Option with the smallest violation, if there is no best one.
+        Option with the smallest violation, if there is no best one; otherwise None.
     ranking : tuple of OptimalOption
         Best option of each combination of materials, best first; empty if no material varies.
     tried : tuple of OptimalOption
@@ -86,10 +86,14 @@ class OptimalDesign(Result):
     @property
     def why(self) -> str:
         """Reason why there is no best option; empty if there is one."""
-        if self.best is not None or self.nearest is None:
+        nearest = self.nearest
+        if nearest is None:
             return ""
-        missed = [one for one in self.requirements if self._violation(one, self.nearest) > 0]
-        return f"no option meets {' and '.join(map(str, missed))}; the nearest misses by {self.nearest.violation:.1%}"
+        figures = {name: (value, nearest.errors[name]) for name, value in nearest.quantities.items()}
+        missed = {one: one.violation(*figures[one.quantity.name]) for one in self.requirements}
+        missed = {one: by + one.tolerance for one, by in missed.items() if by > 0}
+        most = max(missed.values(), default=nearest.violation)
+        return f"no option meets {' and '.join(map(str, missed))}; the nearest misses by {most:.1%}"
 
     def front(self, requirement: Requirement) -> list[OptimalOption]:
         """Options that no other one surpasses in both the minimised quantity and the required one (Pareto front)."""
@@ -103,9 +107,7 @@ class OptimalDesign(Result):
     _brief = ("scenario", "vary", "least", "best.least", "tried")
     _tables = (("tried", "option"),)
 
-    def _table(self, name: str) -> Table | None:
-        if not self.tried:
-            return None
+    def _table(self, name: str) -> Table:
         units = {self.least: self.least_unit, **dict(zip(self.vary, self.units, strict=True))}
         columns: dict[str, Any] = {self.least: [one.least for one in self.tried]}
         columns |= zip(self.vary, zip(*(one.values for one in self.tried), strict=True), strict=True)
@@ -123,14 +125,17 @@ class OptimalDesign(Result):
 
     def __str__(self) -> str:
         shown = self.best or self.nearest
+        assert shown is not None
         lines = [strong(f"{self.scenario or 'design'}: {self.why or self._values(shown)}")]
         details = [("nearest", self._values(shown))] if self.best is None else []
         for one in self.requirements:
-            if shown is not None:
-                value, error = shown.quantities[one.quantity.name], shown.errors[one.quantity.name]
-                reached = si(value, one.quantity.unit.replace("*", " "), error=max(error, _EXACT))
-                details.append((one.quantity.label, f"{reached}, required {one.bound}"))
-        details += [("minimised", self.least), ("simulations", f"{self.evaluations}, the answer verified at 1e-8")]
+            value, error = shown.quantities[one.quantity.name], shown.errors[one.quantity.name]
+            reached = si(value, one.quantity.unit.replace("*", " "), error=max(error, _EXACT))
+            details.append((one.quantity.label, f"{reached}, required {one.bound}"))
+        details += [
+            ("minimised", self.least_label),
+            ("simulations", f"{self.evaluations}, the answer verified at 1e-8"),
+        ]
         lines += facts(details)
         if self.ranking:
             header = (*(name.rpartition(".")[2] for name in self.vary), self.least_label, "")
@@ -140,20 +145,14 @@ class OptimalDesign(Result):
     @property
     def least_label(self) -> str:
         """The quantity that is minimised in printed form."""
-        return self.least.replace("chain.", "").replace("_", " ")
-
-    def _violation(self, requirement: Requirement, option: OptimalOption) -> float:
-        name = requirement.quantity.name
-        return requirement.violation(option.quantities[name], option.errors[name])
+        return label_of(self.least)
 
     def _least(self, option: OptimalOption) -> str:
         if self.least == "chain.mass":
             return si(1e3 * option.least, "g", 4)
         return si(option.least, self.least_unit.replace("*", " "), 4)
 
-    def _values(self, option: OptimalOption | None) -> str:
-        if option is None:
-            return "nothing found"
+    def _values(self, option: OptimalOption) -> str:
         pairs = zip(self.vary, self._texts(option), strict=True)
         values = ", ".join(f"{name.removeprefix('chain.')} {text}" for name, text in pairs)
         return f"{self.least_label} {self._least(option)} with {values}"

@@ -16,6 +16,7 @@ from attrs import frozen
 from scipy.stats import norm, qmc, sobol_indices, truncnorm, uniform
 
 from shockwave.errors import InvalidValueError
+from shockwave.limit import Exceedance, LeavingForce, Limit, Verdict, verdict
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.scenario.scenario import Scenario
@@ -33,6 +34,11 @@ _CONFIDENCE = 2.1314 / math.sqrt(_BATCHES)
 _LEAST_CUT = 1e-6
 # Probabilities of the reported quantiles.
 _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+# Smallest uncertainty of a fraction, in draws: an event not observed in n draws has, with 95 % confidence, a
+# probability below 3/n.
+_LEAST_DRAWS = 3.0
+# Probabilities of the ends of the range of a verdict.
+_RANGE = (0.01, 0.99)
 #: Name of the work whose progress is reported.
 WORK = "scenes"
 
@@ -54,7 +60,8 @@ class Distribution:
     value : float
         Value in the scenario.
     bounds : (float, float)
-        Range of the parameter, or the ends of a uniform distribution.
+        Range of the parameter; for a uniform distribution, the smallest one that contains its values and that in the
+        scenario.
     law : object
         Frozen distribution of SciPy; for a ``factor``, the distribution of the logarithm.
     cut : float
@@ -79,16 +86,14 @@ class Distribution:
         value = varied_scenes.value_of(scenario, spread.name)
         first, last = spread.numbers[0], spread.numbers[-1]
         if spread.kind == "between":
-            return cls(spread, value, (first, last), uniform(first, last - first))
+            return cls(spread, value, (min(first, value), max(last, value)), uniform(first, last - first))
         if (spread.kind == "factor" and not value > 0) or (spread.kind == "relative" and value == 0):
             problem = f"must be {{sd: ...}} or {{between: ...}}, as the value is {value:g} (got {spread})"
             raise InvalidValueError.of(dotted(("uncertainty", spread.name)), problem)
         bounds = _range(spread)
-        centre, scale = value, first
+        centre, scale = value, first * abs(value) if spread.kind == "relative" else first
         ends = np.array(bounds)
-        if spread.kind == "relative":
-            scale = first * abs(value)
-        elif spread.kind == "factor":
+        if spread.kind == "factor":
             centre, scale = math.log(value), math.log(first)
             with np.errstate(divide="ignore"):
                 ends = np.log(np.maximum(ends, 0.0))
@@ -131,13 +136,14 @@ def cut_warnings(drawn: Sequence[Distribution]) -> tuple[str, ...]:
     return tuple(f"{one.cut:.2g} of the distribution of {one.name} is out of range and truncated" for one in cuts)
 
 
-def steps_about(one: Distribution, step: float) -> FloatArray:
-    """Four values about the nominal one, up to ``step`` standard deviations from it, for `difference`."""
-    return np.asarray(np.clip(one.value + step * one.sd * np.array([-1, -0.5, 0.5, 1]), *one.bounds))
+def scenes_about(one: Distribution, step: float, nominal: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    """The ``nominal`` values, with one parameter at four values within ``step`` standard deviations of its own."""
+    ends = np.clip(one.value + step * one.sd * np.array([-1, -0.5, 0.5, 1]), *one.bounds)
+    return {name: np.repeat(value, len(ends)) for name, value in nominal.items()} | {one.name: ends}
 
 
 def difference(ends: FloatArray, heights: FloatArray, error: float) -> Estimate:
-    """Derivative from the ``heights`` at four values, each with this absolute error."""
+    """Derivative from the ``heights`` at the four values of `scenes_about`, each with this absolute error."""
     wide = (heights[3] - heights[0]) / (ends[3] - ends[0])
     narrow = (heights[2] - heights[1]) / (ends[2] - ends[1])
     return Estimate(float(narrow), float(abs(wide - narrow) + 2 * error / (ends[2] - ends[1])))
@@ -235,3 +241,22 @@ def indices(outputs: FloatArray) -> FloatArray:
     # for one parameter SciPy omits its axis; an output without variance has no shares
     shares = [one.reshape(len(own), -1).T[:, : len(outputs)] for one in (found.first_order, found.total_order)]
     return np.nan_to_num(shares, posinf=0)
+
+
+def exceedance(limit: Limit, name: str, batches: FloatArray, error: float) -> tuple[Exceedance, Verdict]:
+    """Probability and verdict for forces that leave the chain, shape (batches, draws per batch), with this error.
+
+    The range of the verdict contains 98 % of the scenes.
+    """
+    # whether the forces times a factor reach the limit
+    reached = [(factor * batches >= limit.force).astype(float) for factor in (1 - error, 1.0, 1 + error)]
+    shares = [estimates(np.mean, one).tolist() for one in reached]
+    (least, below), (value, _), (most, above) = shares
+    floor = _LEAST_DRAWS / batches.size
+    low, high = max(least - max(below, floor), 0.0), min(most + max(above, floor), 1.0)
+    found = Exceedance(limit=limit.force, probability=value, low=low, high=high)
+    middle, first, last = np.quantile(batches, [0.5, *_RANGE]).tolist()
+    force = LeavingForce(
+        name=name, value=middle, low=first * (1 - error), high=last * (1 + error), remedy="narrow the distributions"
+    )
+    return found, verdict(limit, force)

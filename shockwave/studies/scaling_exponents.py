@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-import math
-
 from attrs import astuple, frozen
 
 from shockwave.scenario.uncertainty import TWINS
 from shockwave.text import significant_digits
 
-#: Parameters that do not change the shape -> exponent of t0/T0; NaN for Poisson's ratio, which is not a power law.
+#: Parameters that do not change the shape -> exponents of t0/T0 and of the force of first yield, which scales as
+#: R^2 E*^-2; those of 1 - nu^2 for Poisson's ratio.
 POWERS = {
-    "shock.peak_force": 1 / 6,
-    "shock.rise_time": 1.0,
-    "shock.duration": 1.0,
-    "chain.radius": -4 / 3,
-    "chain.diameter": -4 / 3,
-    "chain.material.youngs_modulus": 1 / 3,
-    "chain.material.density": -1 / 2,
-    "chain.material.poisson_ratio": math.nan,
+    "shock.peak_force": (1 / 6, 0),
+    "shock.rise_time": (1.0, 0),
+    "shock.duration": (1.0, 0),
+    "chain.radius": (-4 / 3, 2),
+    "chain.diameter": (-4 / 3, 2),
+    "chain.material.youngs_modulus": (1 / 3, -2),
+    "chain.material.density": (-1 / 2, 0),
+    "chain.material.poisson_ratio": (-1 / 3, 2),
 }
 # Symbols of the fields of `Exponents`, in their order.
 _SYMBOLS = ("R", "rho", "E", "nu", "F0", "t0")

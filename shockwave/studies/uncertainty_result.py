@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from attrs import asdict, field, frozen
+from attrs import Attribute, asdict, field, frozen
 
 from shockwave.limit import Exceedance, Verdict, verdict_facts
 from shockwave.quadrature import FloatArray
@@ -145,6 +145,19 @@ class Sampled(Result):
     verdict: Verdict | None = None
     values: Mapping[str, FloatArray] = field(eq=False, repr=False)
 
+    _tables = (("quantiles", "probability"), ("draws", "draw"))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The document that ``uncertainty --json`` prints: SI floats, without the draws."""
+        return VERSION | asdict(self, filter=lambda attribute, _: bool(attribute.repr), value_serializer=_plain)
+
+
+def _plain(_: object, attribute: Attribute[Any] | None, value: Any) -> Any:
+    """Convert quantiles to a list; return any other value unchanged."""
+    if attribute is not None and attribute.name == "quantiles":
+        return [{"share": share, **asdict(estimate)} for share, estimate in value.items()]
+    return value
+
 
 @frozen(kw_only=True, repr=False)
 class Uncertainty(Sampled):
@@ -177,7 +190,6 @@ class Uncertainty(Sampled):
     peak_forces: FloatArray = field(eq=False, repr=False)
 
     _brief = ("scenario", "peak_force.mean", "peak_force.sd", "draws", "method")
-    _tables = (("quantiles", "probability"), ("draws", "draw"))
 
     def _table(self, name: str) -> Table:
         if name == "draws":
@@ -187,25 +199,17 @@ class Uncertainty(Sampled):
         found = {each: _quantiles(one) for each, one in statistics.items()}
         return along("probability", [*self.peak_force.quantiles], found)
 
-    def to_dict(self) -> dict[str, Any]:
-        """The document that ``uncertainty --json`` prints: SI floats, without the draws."""
-        document = asdict(self, filter=lambda attribute, _: attribute.name not in ("values", "peak_forces"))
-        return VERSION | document | {name: _listed(document[name]) for name in ("peak_force", "amplification")}
-
     def __str__(self) -> str:
         sources = {"curve": "the universal curve of the shape", "simulation": "simulations, as the shape is uncertain"}
         ranked = sorted(self.sensitivities, key=lambda one: one.peak_force_total.value, reverse=True)
-        columns = {
-            "peak force, N": _column(self.peak_force, self.model_error),
-            "amplification": _column(self.amplification, self.model_error),
-        }
         details = [
             ("peak forces", f"from {sources[self.method]}, each accurate to {self.model_error:.0e}"),
             ("scales as", f"{self.exponents} at the nominal values, each accurate to {self.exponents.error:.0e}"),
         ]
         variances = table(list(_row(ranked[0])), [list(_row(one).values()) for one in ranked], _SPARE)
-        lead = _lead("peak force", " N", self.peak_force, self.model_error)
-        return _page(self, [lead], variances, columns, (_VARIANCE_LEGEND, _STATISTICS_LEGEND), details)
+        error = self.model_error
+        shown = [("peak force", " N", self.peak_force, error), ("amplification", "", self.amplification, error)]
+        return _page(self, shown, 1, variances, (_VARIANCE_LEGEND, _STATISTICS_LEGEND), details)
 
 
 @frozen(kw_only=True)
@@ -276,7 +280,6 @@ class SimulatedUncertainty(Sampled):
     outputs: Mapping[str, FloatArray] = field(eq=False, repr=False)
 
     _brief = ("scenario", "quantities", "parameters", "draws")
-    _tables = (("quantiles", "probability"), ("draws", "draw"))
 
     def _table(self, name: str) -> Table:
         units: Any = {one.name: one.unit.replace("*", " ") for one in self.quantities}
@@ -288,9 +291,7 @@ class SimulatedUncertainty(Sampled):
 
     def to_dict(self) -> dict[str, Any]:
         """The document that ``uncertainty --json`` prints: SI floats, without the draws."""
-        document = asdict(self, filter=lambda attribute, _: attribute.name not in ("values", "outputs"))
-        document["quantities"] = list(map(_listed, document["quantities"]))
-        return {**VERSION, **document, "method": "simulation", "peak_force": None, "amplification": None}
+        return super().to_dict() | {"method": "simulation", "peak_force": None, "amplification": None}
 
     def __str__(self) -> str:
         named = self.quantities
@@ -300,14 +301,10 @@ class SimulatedUncertainty(Sampled):
         for one, *shares in zip(self.parameters, *(each.sensitivities for each in named), strict=True):
             alone = (_percent(share.first) for share in shares)
             rows.append([one.name, *(_percent(share.total) for share in shares), one.spread, *alone])
-        leads = [_lead(one.label, one.printed_unit, one, one.model_error) for one in named[:2]]
-        columns = {
-            f"{one.label}{one.printed_unit and ',' + one.printed_unit}": _column(one, one.model_error) for one in named
-        }
+        shown = [(one.label, one.printed_unit, one, one.model_error) for one in named]
         errors = ", ".join(f"{one.label} {one.model_error:.0e}" for one in named)
         details = [("simulations", f"largest relative error of a scene: {errors}")]
-        legends = _SHARES_LEGEND, _SIMULATED_LEGEND
-        return _page(self, leads, table(header, rows, header[2:]), columns, legends, details)
+        return _page(self, shown, 2, table(header, rows, header[2:]), (_SHARES_LEGEND, _SIMULATED_LEGEND), details)
 
 
 def _quantiles(one: Statistics) -> list[float]:
@@ -316,42 +313,46 @@ def _quantiles(one: Statistics) -> list[float]:
 
 def _page(
     found: Sampled,
-    leads: Sequence[str],
+    quantities: Sequence[tuple[str, str, Statistics, float]],
+    leading: int,
     variances: str,
-    columns: Mapping[str, Mapping[str, str]],
     legends: tuple[str, str],
     details: Sequence[tuple[str, str]],
 ) -> str:
-    """Text of a result: its first lines, the table of variances, the columns of statistics, and further facts."""
-    names = list(next(iter(columns.values())))
-    rows = [[name, *(column[name] for column in columns.values())] for name in names]
+    """Text of a result.
+
+    Parameters
+    ----------
+    quantities : sequence
+        Label, unit printed after a number, statistics and relative error of each quantity.
+    leading : int
+        Number of quantities in the first lines.
+    variances : str
+        The table of variances.
+    legends, details
+        Legends of both tables, and further facts.
+    """
+    leads = []
+    for label, unit, one, error in quantities[:leading]:
+        mean, low, high = (_shown(each, error) for each in (one.mean, one.quantiles[0.05], one.quantiles[0.95]))
+        leads += paragraph("", f"{label}: mean {mean}{unit}, 90 % between {low} and {high}{unit}", 2)
+    header = ["", *(f"{label}{unit and ',' + unit}" for label, unit, *_ in quantities)]
+    columns = [_column(one, error) for *_, one, error in quantities]
     samples = f"{found.draws}, seed {found.seed}; {found.evaluations} including those for the sensitivity indices"
     lines = [
-        *(strong(line) for lead in leads for line in paragraph("", lead, 2)),
+        *map(strong, leads),
         *facts([*verdict_facts(found, _VERDICT), *[("exceedance", str(found.exceedance))] * bool(found.exceedance)]),
         *limits(found.warnings),
         "",
         variances,
         *paragraph("  ", legends[0], 2),
         "",
-        table(["", *columns], rows, [*columns][1:]),
+        table(header, [[name, *(column[name] for column in columns)] for name in columns[0]], header[1:]),
         *paragraph("  ", legends[1], 2),
         "",
         *facts([*details, ("samples", samples), ("scenario", found.scenario or "-")]),
     ]
     return "\n".join(lines)
-
-
-def _lead(label: str, unit: str, one: Statistics, error: float) -> str:
-    """Mean and range of a quantity with this relative error."""
-    mean, low, high = (_shown(each, error) for each in (one.mean, one.quantiles[0.05], one.quantiles[0.95]))
-    return f"{label}: mean {mean}{unit}, 90 % between {low} and {high}{unit}"
-
-
-def _listed(statistics: dict[str, Any]) -> dict[str, Any]:
-    """Statistics with the quantiles as a list."""
-    pairs = statistics["quantiles"].items()
-    return {**statistics, "quantiles": [{"share": share, **estimate} for share, estimate in pairs]}
 
 
 def _column(one: Statistics, error: float) -> dict[str, str]:

@@ -22,21 +22,10 @@ from shockwave.scenario.scene_family import Family
 from shockwave.scenario.uncertainty import Spread, read
 from shockwave.scenario.value_conversion import WrongsError
 from shockwave.scenario.yaml_document import dotted
-from shockwave.studies import varied_scenes
-from shockwave.studies.exceedance import exceedance
-from shockwave.studies.sampling import (
-    WORK,
-    Distribution,
-    cut_warnings,
-    difference,
-    estimates,
-    indices,
-    sampled,
-    statistics,
-    steps_about,
-)
+from shockwave.studies import sampling, varied_scenes
+from shockwave.studies.quantities import Quantity, quantities_of
+from shockwave.studies.sampling import WORK, Distribution
 from shockwave.studies.scaling_exponents import POWERS, Exponents
-from shockwave.studies.simulated_quantities import Quantity, quantities_of, scenes_of, simulations
 from shockwave.studies.uncertainty_result import (
     Estimate,
     Parameter,
@@ -53,6 +42,8 @@ _SEED = Number("", "seed", at_least=0, at_most=2**63 - 1, whole=True)
 # Default number of draws from a curve, and if each is a simulation of a chain beyond equal spheres.
 _OF_CURVE = 4096
 _OF_SIMULATIONS = 512
+# Outputs of a scene with a leading wave.
+_OUTPUTS = ("peak_force", "amplification")
 # Step of a finite difference, over the standard deviation of the parameter, and tolerance of its simulations.
 _STEP = 1e-2
 _DIFFERENCE_RTOL = 1e-10
@@ -135,22 +126,22 @@ def _of_leading_wave(
         return np.array([amplification * force, amplification]), np.array([error.max()])
 
     ((peak_force,), (amplification,)), (error,) = evaluate(nominal)
-    points, outputs, (errors,) = sampled(drawn, draws, seed, evaluate)
+    points, outputs, (errors,) = sampling.sampled(drawn, draws, seed, evaluate)
     slopes = [slopes_at(scenario, exponents, one, nominal) for one in drawn]
     # shape (2 indices, parameters, 2 outputs, value and error)
-    shares = estimates(indices, outputs)
+    shares = sampling.estimates(sampling.indices, outputs)
     forces, ratios = outputs[:, 0, 0], outputs[:, 1, 0]
     largest = float(max(error, errors))
-    reached = exceedance(scenario.limit, WAVE, forces, largest) if scenario.limit else (None, None)
+    reached = sampling.exceedance(scenario.limit, WAVE, forces, largest) if scenario.limit else (None, None)
     moves = np.array([[slope.value * one.sd for slope in both] for one, both in zip(drawn, slopes, strict=True)])
     return Uncertainty(
         method="curve" if varied_scenes.keep_shape(nominal) else "simulation",
-        peak_force=statistics(forces, float(peak_force), moves[:, 0]),
-        amplification=statistics(ratios, float(amplification), moves[:, 1]),
+        peak_force=sampling.statistics(forces, float(peak_force), moves[:, 0]),
+        amplification=sampling.statistics(ratios, float(amplification), moves[:, 1]),
         sensitivities=tuple(map(_sensitivity, drawn, slopes, shares.swapaxes(0, 1))),
         exponents=exponents,
         model_error=largest,
-        warnings=(*varied_scenes.notes_of(scenario), *cut_warnings(drawn)),
+        warnings=(*varied_scenes.notes_of(scenario), *sampling.cut_warnings(drawn)),
         **_sampled(scenario, drawn, points, seed, reached),
         peak_forces=forces.ravel(),
     )
@@ -159,34 +150,30 @@ def _of_leading_wave(
 def _of_forces(
     scenario: Scenario, drawn: Sequence[Distribution], draws: int, seed: int, rtol: float
 ) -> SimulatedUncertainty:
-    (result,) = simulations([scenario], rtol)
+    (result,) = varied_scenes.simulations([scenario], rtol)
     quantities = quantities_of(scenario, result)
-    if scenario.limit is not None:
-        quantities.append(Quantity("leaving.value", "N", result.leaving.name))
-    family, nominal = Family(scenario), {one.name: one.value for one in drawn}
+    read = [*quantities, *[Quantity("leaving.value", "N", "")] * (scenario.limit is not None)]
+    family, nominal = Family(scenario), {one.name: np.array([one.value]) for one in drawn}
 
     def evaluate(values: Mapping[str, FloatArray], rtol: float = rtol) -> tuple[FloatArray, FloatArray]:
-        found = simulations(scenes_of(family, values), rtol)
-        read = np.array([[one.read(each) or (math.nan, 0.0) for each in found] for one in quantities])
-        return read[..., 0], read[..., 1].max(axis=1)
+        found = varied_scenes.simulations(varied_scenes.scenes_of(family, values), rtol)
+        figures = np.array([[one.read(each) or (math.nan, 0.0) for each in found] for one in read])
+        return figures[..., 0], figures[..., 1].max(axis=1)
 
-    points, outputs, errors = sampled(drawn, draws, seed, evaluate)
+    points, outputs, errors = sampling.sampled(drawn, draws, seed, evaluate)
     reached: tuple[Any, Any] = (None, None)
     if scenario.limit is not None:
-        leaving, forces, outputs = result.leaving, outputs[:, -1, 0], outputs[:, :-1]
-        quantities.pop()
-        if leaving.high is None or not np.isfinite(forces).all():
-            # no force that leaves the chain is known: the simulated time ends before, or there is no limit
+        leaving, forces = result.leaving, outputs[:, -1, 0]
+        if leaving.high is not None and np.isfinite(forces).all():
+            reached = sampling.exceedance(scenario.limit, leaving.name, forces, float(errors[-1]))
+        else:  # some forces are not known: the simulated time ends too early, or they have no upper bound
             reached = None, verdict(scenario.limit, evolve(leaving, high=None))
-        else:
-            reached = exceedance(scenario.limit, leaving.name, forces, float(errors[-1]))
-    shares = estimates(indices, outputs)
+    shares = sampling.estimates(sampling.indices, outputs)
     slopes = []
     for one in drawn:
-        ends = steps_about(one, _FORCE_STEP)
-        values = {name: np.repeat(value, len(ends)) for name, value in nominal.items()}
-        rows, _ = evaluate(values | {one.name: ends}, _FORCE_RTOL)
-        slopes.append([difference(ends, row, _FORCE_RTOL).value for row in rows])
+        values = sampling.scenes_about(one, _FORCE_STEP, nominal)
+        rows, _ = evaluate(values, _FORCE_RTOL)
+        slopes.append([sampling.difference(values[one.name], row, _FORCE_RTOL).value for row in rows])
     made, notes = [], []
     for index, quantity in enumerate(quantities):
         value, _ = quantity.read(result) or (0.0, 0.0)
@@ -195,7 +182,7 @@ def _of_forces(
             notes.append(f"the {quantity.label} is left out, because some scenes have none")
             continue
         moves = np.array([own * one.sd for own, one in zip(slope, drawn, strict=True)])
-        found = statistics(outputs[:, index, 0], value, moves)
+        found = sampling.statistics(outputs[:, index, 0], value, moves)
         if found.sd.value <= _NOISE * errors[index] * abs(value):
             notes.append(f"the spread of the {quantity.label} is within the error of the simulations")
         sensitivities = (
@@ -208,7 +195,7 @@ def _of_forces(
     return SimulatedUncertainty(
         parameters=tuple(Parameter(**_described(one)) for one in drawn),
         quantities=tuple(made),
-        warnings=(*result.warnings, *notes, *cut_warnings(drawn)),
+        warnings=(*result.warnings, *notes, *sampling.cut_warnings(drawn)),
         **_sampled(scenario, drawn, points, seed, reached),
         outputs={one.name: outputs[:, index, 0].ravel() for index, one in enumerate(quantities)},
     )
@@ -220,6 +207,8 @@ def _spreads(scenario: Scenario, given: Mapping[str, Any] | None) -> tuple[Sprea
     if given is None:
         remedy = "add a block such as uncertainty: {shock.peak_force: 5 %}"
         raise InvalidValueError.of("uncertainty", f"must name the uncertain parameters (got nothing; {remedy})")
+    for name in given if isinstance(given, Mapping) else ():
+        varied_scenes.check_parameter(name, scenario, "uncertainty")
     try:
         return read(given, varied_scenes.data_of(scenario))
     except WrongsError as error:
@@ -242,18 +231,15 @@ def _described(one: Distribution) -> dict[str, Any]:
     return {"name": one.name, "unit": unit, "spread": str(one.spread), "value": one.value, "sd": one.sd}
 
 
-def _sensitivity(one: Distribution, slopes: tuple[Estimate, Estimate], indices: FloatArray) -> Sensitivity:
+def _sensitivity(one: Distribution, slopes: Sequence[Estimate], indices: FloatArray) -> Sensitivity:
     """Sensitivity to one parameter, from its indices of shape (2 indices, 2 outputs, value and error)."""
-    (force_first, first), (force_total, total) = indices.tolist()
-    exponent = slopes[0]
+    exponent, names = slopes[0], [f"{name}_{index}" for index in ("first", "total") for name in _OUTPUTS]
+    shares: Any = zip(names, (Estimate(*pair) for pair in indices.reshape(-1, 2).tolist()), strict=True)
     return Sensitivity(
         **_described(one),
         exponent=exponent.value * one.value if one.value else None,
         exponent_error=exponent.error * abs(one.value) if one.value else None,
-        peak_force_first=Estimate(*force_first),
-        peak_force_total=Estimate(*force_total),
-        amplification_first=Estimate(*first),
-        amplification_total=Estimate(*total),
+        **dict(shares),
     )
 
 
@@ -262,17 +248,16 @@ def _sensitivity(one: Distribution, slopes: tuple[Estimate, Estimate], indices: 
 
 def slopes_at(
     scenario: Scenario, exponents: Exponents, one: Distribution, nominal: Mapping[str, FloatArray]
-) -> tuple[Estimate, Estimate]:
+) -> list[Estimate]:
     """Derivatives of ln F and ln (F/F0) with respect to the parameter, at the nominal values."""
     if one.name in POWERS:
         value = one.value or math.inf  # the slope vanishes at Poisson's ratio 0
         force = exponents.at(one.name) / value
         error = exponents.error / abs(value)
         own = 1 / value if one.name == "shock.peak_force" else 0.0
-        return Estimate(force, error), Estimate(force - own, error)
-    ends = steps_about(one, _STEP)
-    values = {name: np.repeat(value, len(ends)) for name, value in nominal.items()}
-    ratios, forces, _ = varied_scenes.primaries(scenario, values | {one.name: ends}, _DIFFERENCE_RTOL)
+        return [Estimate(force, error), Estimate(force - own, error)]
+    values = sampling.scenes_about(one, _STEP, nominal)
+    ratios, forces, _ = varied_scenes.primaries(scenario, values, _DIFFERENCE_RTOL)
     # a parameter of the profile may change the peak force of the shock too
     heights = np.log(ratios * forces), np.log(ratios)
-    return difference(ends, heights[0], _DIFFERENCE_RTOL), difference(ends, heights[1], _DIFFERENCE_RTOL)
+    return [sampling.difference(values[one.name], each, _DIFFERENCE_RTOL) for each in heights]

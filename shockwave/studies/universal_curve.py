@@ -124,7 +124,9 @@ class UniversalCurve(Result, CurveData):
     """
 
     def __init__(self, profile: ShockProfile, rtol: float = 1e-4, longest: float = 50.0) -> None:
-        if getattr(profile, "pulls", False):
+        if not isinstance(profile, ShockProfile):
+            raise InvalidValueError.of("profile", f"must be a ShockProfile (got {text_of(profile)})")
+        if profile.pulls:
             raise InvalidValueError.of(
                 "profile", "must not pull, because the laws cover no negative forces (got a record)"
             )
@@ -197,12 +199,7 @@ class UniversalCurve(Result, CurveData):
         if not self.shape.fits(shock.profile):
             rule = f"must have the shape {self.shape.profile}"
             raise InvalidValueError.of("profile", f"{rule} (got {text_of(shock.profile)})")
-        ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
-        value = float(self.amplification(ratio))
-        require_elastic(chain, value * shock.peak_force)
-        return CurveAnswer(
-            peak_force=value * shock.peak_force, amplification=value, error=float(self.error(ratio)), rise_time=ratio
-        )
+        return answer_of(self, shock, chain)
 
     def peak_force(self, shock: Shock, chain: Chain) -> float:
         """Peak force of the leading wave [N]; see `answer`."""
@@ -318,6 +315,16 @@ class UniversalCurve(Result, CurveData):
             rule = f"must be t0/T0 > 0 and <= {most:g}"
             raise InvalidValueError.of("rise_time", f"{rule} (got {wrong.flat[0]:g}; increase longest)")
         return np.asarray(np.minimum(ratios, most))
+
+
+def answer_of(curve: UniversalCurve, shock: Shock, chain: Chain) -> CurveAnswer:
+    """`UniversalCurve.answer` without checks that the shock has the shape of the curve and the granules are equal."""
+    ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
+    value = float(curve.amplification(ratio))
+    require_elastic(chain, value * shock.peak_force)
+    return CurveAnswer(
+        peak_force=value * shock.peak_force, amplification=value, error=float(curve.error(ratio)), rise_time=ratio
+    )
 
 
 @kept

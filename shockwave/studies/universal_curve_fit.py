@@ -51,6 +51,8 @@ _BUDGET = 3_000_000
 _SAFETY = 3.0
 # Name of the work whose progress is reported.
 _WORK = "simulations of the curve"
+#: A chain whose scales cancel in the amplification.
+SCALED = Chain(material=Material(youngs_modulus=1e9, poisson_ratio=0.3, density=1e3), radius=1e-3)
 
 
 @frozen
@@ -130,10 +132,9 @@ class CurveData:
     pieces: tuple[Piece, ...]
 
 
-def scaled_scene(profile: ShockProfile, rise_time: float) -> tuple[Shock, Chain]:
-    """A shock with this t0/T0, on a chain whose scales cancel in the amplification."""
-    chain = Chain(material=Material(youngs_modulus=1e9, poisson_ratio=0.3, density=1e3), radius=1e-3)
-    return Shock(profile=profile, peak_force=1.0, rise_time=rise_time * Scales.of(chain, 1.0).time), chain
+def scaled_shock(profile: ShockProfile, rise_time: float, chain: Chain = SCALED) -> Shock:
+    """A shock with this t0/T0 on a chain."""
+    return Shock(profile=profile, peak_force=1.0, rise_time=rise_time * Scales.of(chain, 1.0).time)
 
 
 @define
@@ -149,7 +150,7 @@ class _Simulated:
     def __call__(self, x: float) -> float:
         progressed(_WORK, len(self.estimates))
         ratio = math.exp(x) / self.shape.duration_ratio
-        result = simulate(*scaled_scene(self.profile, ratio), rtol=self.rtol, waves="primary")
+        result = simulate(scaled_shock(self.profile, ratio), SCALED, rtol=self.rtol, waves="primary")
         self.evaluations += result.cost.force_evaluations
         if result.error_estimate >= 1 or self.evaluations > _BUDGET:
             succeeded = max((math.exp(shorter) for shorter in self.estimates if shorter < x), default=0.0)
@@ -172,10 +173,8 @@ def fitted_curve(profile: ShockProfile, rtol: float, longest: float) -> CurveDat
     simulated = _Simulated(profile, shape, max(_SIMULATION_RTOL * rtol, _TIGHTEST))
     end = math.log(longest)
     short = _short(simulated, rtol, end)
-    tested = math.log(_TESTED)
-    while tested < end:
+    for tested in np.arange(math.log(_TESTED), end, math.log(2)).tolist():
         simulated(tested)
-        tested += math.log(2)
     pieces = fitted(simulated, short.end, end, rtol) if short.end < end else ()
     checked = (
         evolve(piece, error=_SAFETY * piece.error + simulated.greatest_estimate(piece.begin, piece.end))

@@ -1,4 +1,4 @@
-"""The leading wave in scenes that differ from a scenario in some parameters, for arrays of values.
+"""Scenes that differ from a scenario in some parameters: their simulations, and their leading waves.
 
 For a given shape of the shock, the amplification depends on all other parameters through one number,
 
@@ -20,8 +20,8 @@ from attrs import evolve
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.impact import Impact
 from shockwave.chain.yielding import require_elastic
-from shockwave.errors import InvalidValueError, NumericalError
-from shockwave.measurement.simulate import equal_granules
+from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError
+from shockwave.measurement.simulate import equal_granules, simulate_many
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.base import ShockProfile
@@ -35,7 +35,6 @@ from shockwave.scenario.scene_family import Family
 from shockwave.scenario.uncertainty import ends_of
 from shockwave.scenario.yaml_document import dotted, steps_of
 from shockwave.studies.scaling_exponents import POWERS, Exponents
-from shockwave.studies.simulated_quantities import scenes_of, simulations
 from shockwave.studies.universal_curve import UniversalCurve, cached_curve
 
 # Longest duration of a curve [characteristic times]; doubled as often as a shock requires.
@@ -45,11 +44,12 @@ _LIMIT = 1000.0
 # Longest duration if each scene is simulated [characteristic times]: thousands of longer simulations take hours.
 _LONGEST_SIMULATED = 300.0
 
+# Positive intervals whose ends have a larger ratio are divided logarithmically.
+_WIDE = 3.0
 # Beginnings of the names of parameters that can vary.
 _VARIED = ("chain.", "shock.", "impact.")
-# Exponents of the force of first yield in parameters that do not change the shape.
-_OF_YIELD = {"chain.radius": 2, "chain.diameter": 2, "chain.material.youngs_modulus": -2}
-
+# Beginnings of those that only a scenario file gives a value.
+_OF_FILES = ("chain.granules[", "chain.end.", "chain.damping.", "chain.contact.")
 # Names of values -> attributes; a diameter is stored as a radius.
 _ATTRIBUTES = {"diameter": "radius", "wall": "material", "from": "first", "to": "last"}
 
@@ -85,8 +85,21 @@ def data_of(scenario: Scenario) -> Mapping[str, Any]:
     """The content of the document; without a document, the name of the profile only."""
     if scenario.document is not None:
         return scenario.document.data
-    entry = scenario.shock and entry_of("profiles", type(scenario.shock.profile))
+    if scenario.impact is not None:
+        return {"impact": {}}
+    entry = entry_of("profiles", type(scenario.shock.profile))
     return {"shock": {"profile": entry and entry.name}}
+
+
+def check_parameter(name: object, scenario: Scenario, kind: str) -> None:
+    """Raise an `InvalidValueError` for a parameter that a scene made in Python does not have; ``kind`` is its place."""
+    if scenario.document is not None:
+        return
+    if str(name).startswith(_OF_FILES):
+        rule = "must be a value of the shock, the impact or the chain itself in a scene made in Python"
+        raise InvalidValueError.of(kind, f"{rule} (got {name}; load a scenario from a file)")
+    if scenario.impact is not None and str(name).startswith("shock."):
+        raise InvalidValueError.of(kind, f"must be a parameter of the chain or the impact (got {name})")
 
 
 def varied(name: str, scenario: Scenario) -> Variable:
@@ -97,6 +110,7 @@ def varied(name: str, scenario: Scenario) -> Variable:
     InvalidValueError
         If there is none.
     """
+    check_parameter(name, scenario, "vary")
     try:
         return variable(name, data_of(scenario), lambda known: known.startswith(_VARIED))
     except InvalidValueError as error:
@@ -119,6 +133,11 @@ def interval(parameter: Variable, given: Sequence[Any] | None) -> tuple[float, f
     except ValueError as error:
         raise InvalidValueError.of("between", f"{error} for {parameter.name}") from None
     return low, high
+
+
+def is_wide(ends: tuple[float, float]) -> bool:
+    """Whether an interval is divided logarithmically."""
+    return ends[0] > 0 and ends[1] > _WIDE * ends[0]
 
 
 def value_of(scenario: Scenario, name: str) -> float:
@@ -177,12 +196,11 @@ def curve_of(profile: ShockProfile, rtol: float, duration: float) -> UniversalCu
         problem = f"must last at most {_LIMIT:g} characteristic times (got {duration:.4g}; {remedy})"
         raise InvalidValueError.of("shock", problem)
     doublings = max(math.ceil(math.log2(duration / _LONGEST)), 0)
-    found = cached_curve(profile, rtol, min(_LONGEST * 2**doublings, _LIMIT))
-    if isinstance(found, NumericalError):
-        found = cached_curve(profile, rtol, max(duration, 1.0))
-    if isinstance(found, NumericalError):
-        raise NumericalError(str(found))
-    return found
+    for longest in (min(_LONGEST * 2**doublings, _LIMIT), max(duration, 1.0)):
+        found = cached_curve(profile, rtol, longest)
+        if isinstance(found, UniversalCurve):
+            return found
+    raise NumericalError(str(found))
 
 
 def exponents_of(scenario: Scenario, curve: UniversalCurve) -> Exponents:
@@ -195,6 +213,45 @@ def exponents_of(scenario: Scenario, curve: UniversalCurve) -> Exponents:
 # ---------------------------------------------------------------- many scenes
 
 
+def scenes_of(family: Family, values: Mapping[str, FloatArray]) -> list[Scenario]:
+    """Scenes of a family, for arrays of shape (n,) by the names of their parameters."""
+    rows = zip(*(given.tolist() for given in values.values()), strict=True)
+    return [family.scenario(dict(zip(values, row, strict=True))) for row in rows]
+
+
+def simulations(scenes: Sequence[Scenario], rtol: float) -> list[Any]:
+    """Results of scenes that differ in shock, impact and chain.
+
+    Raises
+    ------
+    InvalidValueError
+        If a scene is not valid, such as a chain that must be elastic with forces beyond first yield.
+    NumericalError
+        If a simulation fails.
+    """
+    found = simulated(scenes, rtol)
+    failed = [result for result in found if isinstance(result, ShockwaveError)]
+    if failed and isinstance(failed[0], InvalidValueError):
+        raise failed[0]
+    if failed:
+        raise NumericalError(f"{len(failed)} of {len(found)} simulations failed; the first: {failed[0]}")
+    return found
+
+
+def simulated(scenes: Sequence[Scenario], rtol: float) -> list[Any]:
+    """Results of scenes that differ in shock, impact and chain, or their errors."""
+    options = scenes[0].simulate
+    return simulate_many(
+        [scene.excitation for scene in scenes],
+        [scene.chain for scene in scenes],
+        rtol,
+        waves="primary",
+        backend=options.backend,
+        contacts=options.contacts,
+        until=options.until,
+    )
+
+
 def keep_shape(names: Iterable[str]) -> bool:
     """Whether scenes that differ in the parameters ``names`` have the same shape, so that one curve covers them."""
     return POWERS.keys() >= set(names)
@@ -202,11 +259,10 @@ def keep_shape(names: Iterable[str]) -> bool:
 
 def family_of(scenario: Scenario, names: Iterable[str]) -> Family:
     """Scenes with other values of ``names``; by the constructor of the profile if it gives the same as the document."""
-    shock = scenario.document.data.get("shock") if scenario.document is not None else None
     cls: type = type(scenario.shock.profile)
     parameters = {name.rpartition(".")[2] for name in names if name not in POWERS}
     fields = {field.name for field in attrs.fields(cls) if field.init} if attrs.has(cls) else set()
-    explicit = isinstance(shock, Mapping) and {"profile", "peak_force", "rise_time"} <= shock.keys()
+    explicit = {"profile", "peak_force", "rise_time"} <= data_of(scenario)["shock"].keys()
     return Family(evolve(scenario, document=None) if explicit and parameters <= fields else scenario)
 
 
@@ -242,15 +298,13 @@ def primaries(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float)
 def _by_curve(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float) -> LeadingWaves:
     n = float(scenario.shock.profile.duration_ratio)
     ratios: Any = rise_time_of(scenario)
-    # force of first yield, which scales as R^2 E*^-2, over that of the scenario
+    # force of first yield over that of the scenario
     yields: Any = 1.0
     for name, given in values.items():
         here = value_of(scenario, name)
-        if name.endswith("poisson_ratio"):
-            softer = (1 - given**2) / (1 - here**2)
-            ratios, yields = ratios * softer ** (-1 / 3), yields * softer**2
-        else:
-            ratios, yields = ratios * (given / here) ** POWERS[name], yields * (given / here) ** _OF_YIELD.get(name, 0)
+        base = (1 - given**2) / (1 - here**2) if name.endswith("poisson_ratio") else given / here
+        of_ratio, of_yield = POWERS[name]
+        ratios, yields = ratios * base**of_ratio, yields * base**of_yield
     curve = curve_of(scenario.shock.profile, rtol, float(ratios.max()) * n)
     forces = np.asarray(values.get("shock.peak_force", np.full(ratios.shape, scenario.shock.peak_force)))
     amplifications = curve.amplification(ratios)
@@ -265,6 +319,6 @@ def _by_simulation(scenario: Scenario, values: Mapping[str, FloatArray], rtol: f
         problem = f"must last at most {_LONGEST_SIMULATED:g} characteristic times if its shape is uncertain"
         raise InvalidValueError.of("shock", f"{problem} (got {longest:.4g})")
     results = simulations(scenes, rtol)
-    amplifications = np.array([result.amplification for result in results])
-    forces = np.array([result.shock.peak_force for result in results])
-    return amplifications, forces, np.array([result.error_estimate for result in results])
+    figures = [(result.amplification, result.shock.peak_force, result.error_estimate) for result in results]
+    amplifications, forces, errors = np.array(figures).T
+    return amplifications, forces, errors

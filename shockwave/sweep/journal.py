@@ -31,6 +31,8 @@ _LINE = re.compile(rb'\{"index": (\d{1,9}), "status": "(done|failed|crashed)", .
 class Digits(str):
     """Text of a decimal number, which is faster to read and to write than the number."""
 
+    __slots__ = ()
+
 
 _Types = tuple[type, ...]
 _TYPES: dict[str, _Types] = {

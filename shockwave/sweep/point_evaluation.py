@@ -22,7 +22,7 @@ from shockwave.chain.coverage import predictable
 from shockwave.errors import Fault, NotCoveredError, UsageError, message_of
 from shockwave.files import read_bytes
 from shockwave.measurement.result import SimulationResult
-from shockwave.measurement.simulate import simulate_many, simulate_with
+from shockwave.measurement.simulate import equal_granules, simulate_many, simulate_with
 from shockwave.options import SimulateOptions
 from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.predictor import Predictor
@@ -56,6 +56,8 @@ SLICE = 0.5
 _SETTINGS = ("rtol", "integrator", "wave_threshold", "step", "backend")
 # Most points that a worker evaluates in one call.
 _MOST_TOGETHER = 1024
+# Number of points in the last call of a batch over that in the first call of the next, whose points may take longer.
+_CAUTION = 16
 #: Largest ratio of the numbers of points of two consecutive calls.
 GROWTH = 4
 
@@ -76,11 +78,10 @@ class Points:
         #: Whether all waves are measured, or the leading wave only.
         self.train = isinstance(given, dict) and given.get("waves") == "train"
         #: Whether scenes may have features beyond a shock on equal granules, so that forces at contacts are measured.
-        self.chains = _has_features(scenario) or any(
-            _is_feature(name) for axis in self.sweep.axes for name in axis.names
-        )
+        names = [name for axis in self.sweep.axes for name in axis.names]
+        finite = scenario.chain.granules is not None or "chain.granules" in names
+        self.chains = _has_features(scenario, finite) or any(_is_feature(name, finite) for name in names)
         run = self.sweep.run
-        finite = scenario.chain.granules is not None or any("chain.granules" in axis.names for axis in self.sweep.axes)
         self._columns = reads(run, self.train, finite, wall=scenario.chain.end is not None)
         if self.chains:
             refused = _refused(scenario, self.sweep)
@@ -206,13 +207,19 @@ def _valid(result: _T | BaseException) -> _T:
     return result
 
 
-def _has_features(scene: Scenario | FamilyScene) -> bool:
-    """Whether a scene may have features beyond a shock on equal granules."""
-    return scene.impact is not None or not (scene.chain.is_uniform or scene.chain.packing)
+def _has_features(scene: Scenario | FamilyScene, finite: bool) -> bool:
+    """Whether a scene, or one with a number of granules if some are ``finite``, is beyond a shock on equal granules."""
+    if scene.impact is not None:
+        return True
+    # an endless chain keeps its contact law
+    equal = not finite and equal_granules(scene.shock, scene.chain) is not None
+    return not (scene.chain.is_uniform or scene.chain.packing or equal)
 
 
-def _is_feature(name: str) -> bool:
-    """Whether a variable is a feature beyond a shock on equal granules."""
+def _is_feature(name: str, finite: bool) -> bool:
+    """Whether a variable is a feature beyond a shock on equal granules, of chains of which some may be ``finite``."""
+    if name.startswith("chain.contact.") and not finite:
+        return False
     return name.rpartition(".")[0] not in (*BLOCKS, "shock.parameters") or name.endswith(
         (".precompression", ".gravity")
     )
@@ -238,7 +245,7 @@ def _alone(scene: FamilyScene) -> _Found:
 
 
 def _answer(scene: FamilyScene, predicted: Outcome | None, simulated: SimulationResult | ChainResult | None) -> Answer:
-    if _has_features(scene):
+    if _has_features(scene, scene.chain.granules is not None):
         return Answer(predicted=predicted, simulated=simulated)
     characteristic = Scales.of(scene.chain, scene.shock.peak_force).time
     times = scene.shock.rise_time / characteristic, scene.shock.duration / characteristic
@@ -310,14 +317,16 @@ def _hash(content: bytes) -> str:
 
 # ---------------------------------------------------------------- batches, as workers run them
 
-# Points of the last sweep, for each thread: they are not safe to share.
+# Points of the last sweep, which are not safe to share, and number of points in the first call of the next batch, for
+# each thread.
 _cache = threading.local()
 
 
-def run_batch(content: bytes, indices: Sequence[int]) -> str:
+def run_batch(content: bytes, indices: Sequence[int], first: int | None = None) -> str:
     """Evaluate points of a sweep for about half a second, and return their lines of the journal.
 
-    The remaining points of the batch are sent again by the client.
+    The remaining points of the batch are sent again by the client. ``first`` is the number of points in the first call;
+    by default, it follows from the last batch.
 
     Raises
     ------
@@ -326,15 +335,17 @@ def run_batch(content: bytes, indices: Sequence[int]) -> str:
     """
     if getattr(_cache, "content", None) != content:
         _cache.points = _received(content)
-        _cache.content = content
+        _cache.content, _cache.size = content, 1
     begin = time.perf_counter()
     lines = ""
     at = 0
-    size = 1
+    size = first or _cache.size
     while not lines or (at < len(indices) and time.perf_counter() - begin < SLICE):
         lines += _cache.points.lines(indices[at : at + size])
         at += size
-        size = min(GROWTH * size, _MOST_TOGETHER)
+        last, size = size, min(GROWTH * size, _MOST_TOGETHER)
+    in_time = time.perf_counter() - begin < SLICE
+    _cache.size = max(_cache.size, last // _CAUTION) if in_time else 1
     return lines
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import json
 from functools import lru_cache
-from operator import add
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -29,22 +29,29 @@ def write_tables(definition: SweepDefinition, journal: Journal) -> tuple[Path, .
     files = (journal.folder / "results.csv", journal.folder / "results.jsonl")
     units = definition.units
     heads = [f"{name} [{unit}]" if unit else name for name, unit in units.items()]
-    keys = [f"{json.dumps(name)}: " for name in ("index", *units, "status", "problem")]
+    keys = [json.dumps(name).replace("%", "%%") for name in ("index", *units, "status", "problem")]
+    entries = ", ".join(f"{key}: %s" for key in keys)
     known = lru_cache(_MOST_KEPT, typed=True)(_texts)  # most values occur at many points
     with replacing(files[0]) as table, replacing(files[1]) as objects:
-        writer = csv.writer(table, lineterminator="\n")
-        writer.writerow([*heads, "status", "problem"])
+        table.write(",".join(_cell(head) for head in (*heads, "status", "problem")) + "\n")
         # point by point, so that memory does not grow with their number
         for row in journal.rows(definition, Digits):
             values = [*row.point, *row.values, row.status, row.problem]
             pairs = [(value, value) if type(value) is Digits else known(value) for value in values]
             cells, texts = zip(*pairs, strict=True)
-            writer.writerow(cells)
-            objects.write(f"{{{', '.join(map(add, keys, (str(row.number), *texts)))}}}\n")
+            table.write(",".join(cells) + "\n")
+            objects.write(f"{{{entries % (row.number, *texts)}}}\n")
             progressed("writing tables", row.number + 1, journal.points)
     return files
 
 
-def _texts(value: Any) -> tuple[str | None, str]:
+def _texts(value: Any) -> tuple[str, str]:
     """A value as a cell and in JSON, both with all digits."""
-    return as_text(value), json.dumps(value)
+    return _cell(as_text(value)), json.dumps(value)
+
+
+def _cell(text: str | None) -> str:
+    """A text as a cell of a row, in quotation marks where it needs them."""
+    row = StringIO()
+    csv.writer(row, lineterminator="\n").writerow((text, None))
+    return row.getvalue().removesuffix(",\n")
