@@ -327,9 +327,10 @@ enum { RUNNING, KNOWN, TOO_LONG, AT_END, FAILED };   /* STATUS */
 #define RIVAL 2.0      /* error of the front, over the amount by which another wave exceeds it */
 #define INTERVAL 2e6   /* number of contact forces between two calls of `expired`: tens of milliseconds */
 
+/* kinks: whether they count when the force has ended, too; tried: contact of the front at the last attempt to cut */
 typedef struct {
-    long job, base, count, head, granules, stop, wanted, last_wanted, steps, evaluations;
-    int driven, kinks, status, kept, rejected;   /* kinks: whether they count when the force has ended, too */
+    long job, base, count, head, tried, granules, stop, wanted, last_wanted, steps, evaluations;
+    int driven, kinks, status, kept, rejected;
     double t, h, until, impulse, free_path, duration, tolerance;
     double effort, removed_momentum, removed_energy, work;
     double peak[KEPT], time[KEPT];
@@ -464,7 +465,8 @@ static long rear_of(const double *job, const Lane *lane)
 }
 
 /* Removes granules far behind the front, and adds up their momentum and energy: at a contact with almost no force, so
-   that they have no influence, and only if no wave behind the front can become stronger than it. */
+   that they have no influence, and only if no wave behind the front can become stronger than it. It is attempted once
+   for each contact that the front passes. */
 static void cut(const Method *m, const double *job, Window *w, Lane *lane, int l)
 {
     const long most = lane->head - lane->base - rear_of(job, lane);
@@ -472,7 +474,9 @@ static void cut(const Method *m, const double *job, Window *w, Lane *lane, int l
     double least = SLACK * lane->peak[KEPT - 1];
     long rows = 0, left, j;
     int i;
-    if (most < BLOCK || strongest_behind(job, w, lane, l) > TALLER) return;
+    if (most < BLOCK || lane->tried == lane->head) return;
+    lane->tried = lane->head;
+    if (strongest_behind(job, w, lane, l) > TALLER) return;
     for (j = most; j > most - BLOCK; j--) {
         const double force = contact_force(w, w->x, j - 1, l);
         if (force < least) { least = force; rows = j; }
@@ -526,19 +530,20 @@ static double applied(Lane *lane, double t, double h)
 
 /* Computes the peak at local contact j of lane l by repeated steps, from the state before a step of size h to the time
    at which the contact stops closing, by Newton's method with bisections; the last shift is at most `near` and is made
-   by a parabola. The domain of dependence of a step is one granule per stage, so a part of the window is sufficient. */
+   by a parabola. The domain of dependence of a step is one granule per stage, so a part of the window is sufficient; what
+   its outermost granules contribute is far below rounding. */
 static int read_peak(const Method *m, Window *w, Window *part, Lane *lane, int l, long j, double h, double share,
                      double near, double *time, double *force)
 {
-    const long first = j > m->stages ? j - m->stages : 0, rows = j - first + m->stages + 2, at = j - first;
-    const long n = (rows + BLOCK - 1) / BLOCK * BLOCK;
+    const long n = (2 * m->stages - 2 + BLOCK - 1) / BLOCK * BLOCK, reach = n / 2 - 1;
+    const long first = j > reach ? j - reach : 0, at = j - first;
     double step[BLOCK], worst[BLOCK], shift[MAX_STAGES * BLOCK] = {0}, g = 0, impulse = 0, d, v, a, left, low = 0, high = 1.5;
     long r;
     int i, turn;
     if (!make_room(part, n)) return 0;
     for (r = 0; r < part->room; r++) {
         const long e = (first + r) * w->lanes + l;
-        const int inside = r < rows && e < w->room;
+        const int inside = e < w->room;
         part->x[r] = inside ? w->x[e] : 0;
         part->v[r] = inside ? w->v[e] : 0;
         part->k[0][r] = inside ? w->k[0][e] : 0;
@@ -896,8 +901,8 @@ static int find_peaks(const Method *m, const Batch *batch, Window *w, Window *pa
             && !observe(m, batch, w, part, lanes + l, l, 0, trial->h[l], path[l], path[l] + 2)) return 0;
     passed(trial->n, width, w->v, w->v1, w->x1, 1e-3, w->f);
     for (e = 0; e < trial->n; e += BLOCK) {
-        double any = 0;
-        for (b = 0; b < BLOCK; b++) any += w->f[e + b];
+        const Vector marks = VECTOR(w->f + e) + VECTOR(w->f + e + HALF);
+        const double any = marks[0] + marks[1] + marks[2] + marks[3];
         for (b = 0; any > 0 && b < BLOCK; b++) {
             if (w->f[e + b] == 0) continue;
             j = (e + b) / width;

@@ -1,4 +1,4 @@
-"""Search for the leading wave in NumPy, with the same algorithm as the compiled code."""
+"""Search for the leading wave in NumPy, with the same algorithm as the compiled code; all in scaled units."""
 
 from __future__ import annotations
 
@@ -15,8 +15,6 @@ from shockwave.simulation.one_step import Attempt
 from shockwave.simulation.peak_limit import KEPT, NOISE, STRIDE, contact_force, crossing, limit, window_energy
 from shockwave.simulation.problem import Passage, Primary, Request, Status, chain_acceleration, contact_forces
 from shockwave.simulation.time_limit import expired
-
-# All lengths, times and forces are in scaled units.
 
 # First number of granules in the window, and by how many it grows.
 _ROWS = 8
@@ -102,7 +100,7 @@ class _Window:
         self.exponent = request.problem.exponent
         self.stops = [*request.problem.stops, math.inf]
         self.base = 0
-        self.head = -1
+        self.head = self.tried = -1
         self._set(np.zeros((5, 1)))
         self._extend(_ROWS)
         self.status = Status.RUNNING
@@ -229,14 +227,15 @@ class _Window:
         self.free = (0.0, 0.0)
 
     def _cut(self) -> None:
-        """Remove granules far behind the front, and add up their momentum and energy.
+        """Remove granules far behind the front, and add up their momentum and energy; once for each contact it passes.
 
         The chain is cut at a contact with almost no force, so that the removed granules have no influence, and only if
         no wave behind the front can become stronger than it.
         """
         most = self.head - self.base - self.request.rear_of(self.peaks[-1].force) if self.peaks else 0
-        if most < _ROWS:
+        if most < _ROWS or self.tried == self.head:
             return
+        self.tried = self.head
         forces = contact_forces(self.x[most - _ROWS : most + 1], self.exponent)[::-1]
         weakest = int(np.argmin(forces))
         if not forces[weakest] < _SLACK * self.peaks[-1].force or self._strongest_behind() > _TALLER:
