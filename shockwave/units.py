@@ -99,9 +99,14 @@ def _from_text(text: str, unit: str) -> float:
 def _of_pint(value: Any, unit: str) -> float:
     """Number in a quantity of pint; raises ValueError for another dimension."""
     try:
-        return float(value.to(unit or "dimensionless").magnitude)
+        converted = float(value.to(unit or "dimensionless").magnitude)
     except Exception as error:  # whatever pint raises, the quantity is of another dimension or no scalar
         raise ValueError from error
+    try:  # without the rounding errors of the units
+        exact = _from_text(f"{float(value.magnitude)!r} {value.units}", unit)
+    except ValueError:  # a unit of the caller's own
+        return converted
+    return exact if math.isclose(exact, converted) else converted
 
 
 @lru_cache(maxsize=1024)

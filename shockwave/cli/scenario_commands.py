@@ -13,10 +13,11 @@ from attrs import asdict, evolve
 
 from shockwave import answers
 from shockwave.cli.output import check_output, failure, json_text, load_matplotlib, written
-from shockwave.errors import Fault, InvalidValueError, ShockwaveError, UsageError
+from shockwave.errors import Fault, InvalidValueError, ShockwaveError, UnknownNameError, UsageError
 from shockwave.files import refuse_inputs
 from shockwave.plausibility import unusual
 from shockwave.progress import counted
+from shockwave.registry import find
 from shockwave.result_base import VERSION
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scenario import Scenario
@@ -114,17 +115,24 @@ def predict(options: Namespace) -> int:
 
 
 def simulate(options: Namespace) -> int:
-    return _run(options, lambda scenario: answers.simulate(scenario, **_given(options)), _simulation_row)
+    given = _given(options)
+    return _run(options, lambda scenario: answers.simulate(scenario, **given), _simulation_row)
 
 
 def compare(options: Namespace) -> int:
-    return _run(options, lambda scenario: answers.compare(scenario, **_given(options)), _comparison_row, _LEGEND)
+    given = _given(options)
+    return _run(options, lambda scenario: answers.compare(scenario, **given), _comparison_row, _LEGEND)
 
 
 def _given(options: Namespace) -> dict[str, Any]:
     """Options of a simulation on the command line."""
     names = ("rtol", "step", "integrator", "backend", "contacts", "timeout")
     given = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
+    if options.integrator is not None:
+        try:
+            find("integrators", options.integrator)
+        except UnknownNameError as error:
+            raise UsageError(f"--integrator: {error}") from None
     return given | ({"waves": "primary"} if options.primary else {})
 
 

@@ -16,9 +16,10 @@ from shockwave.chain.chain import Chain
 from shockwave.chain.impact import Impact
 from shockwave.chain.yielding import Yielding, beyond_elastic, first_yield_force
 from shockwave.errors import NumericalError
+from shockwave.limit import LAST, LeavingForce
 from shockwave.measurement.chain_result import ChainResult, SegmentEnergy, Transmitted
 from shockwave.measurement.chain_setup import ChainSetup
-from shockwave.measurement.contact_peaks import ContactPeak
+from shockwave.measurement.contact_peaks import ContactPeak, last_force
 from shockwave.measurement.recording import Recording, sample_times
 from shockwave.measurement.repeated_runs import Runs, run, runs_of
 from shockwave.measurement.result import Cost, SimulationResult
@@ -130,7 +131,7 @@ def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: 
     )
 
 
-def contact_peaks(result: SimulationResult) -> tuple[tuple[ContactPeak, ...], ContactPeak, ContactPeak]:
+def contact_peaks(result: SimulationResult) -> tuple[tuple[ContactPeak, ...], ContactPeak, LeavingForce]:
     """Greatest forces at the reported contacts of a finite chain of equal granules, at all contacts, and at the last.
 
     Raises
@@ -152,7 +153,7 @@ def contact_peaks(result: SimulationResult) -> tuple[tuple[ContactPeak, ...], Co
             took = f"the integration of {granules} granules would take about {seconds:.0f} s or more"
             raise NumericalError(f"{took} (set until or a timeout to integrate all the same)")
     runs = runs_of(ChainSetup.of(options, result.shock, result.chain))
-    return runs.reported, runs.greatest, runs.peak(-1)
+    return runs.reported, runs.greatest, last_force(LAST, runs.peak(-1), runs.motion.arrival is not None)
 
 
 # ---------------------------------------------------------------- parts of the result

@@ -96,8 +96,8 @@ class Recording(Result):
 
 def check_requests(options: SimulateOptions, chain: Chain, scales: Scales) -> None:
     """Refuse contacts that the chain does not have, and histories that have too many values in any case."""
-    for contact in options.contacts:
-        checked_contact(chain, contact)
+    if options.contacts and chain.count is not None:
+        reported_contacts(options, chain.count - 1)
     if chain.count is None and "forces" in options.record and not options.contacts:
         raise InvalidValueError.of("contacts", "must be given if record includes forces (got none)")
     until = AFTER if options.until is None else options.until / scales.time
@@ -142,4 +142,5 @@ def sample_times(options: SimulateOptions, scales: Scales, until: float, granule
         got = f"got {interval * scales.time:g} s for {until * scales.time:g} s; alternatively give an earlier until"
         problem = f"must be longer, because the histories would have {count} samples ({got})"
         raise InvalidValueError.of("interval", problem)
-    return np.asarray(interval * np.arange(count))
+    # the last multiple of the interval can exceed the end by a rounding error
+    return np.asarray(np.minimum(interval * np.arange(count), until))

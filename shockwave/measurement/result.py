@@ -27,14 +27,11 @@ from shockwave.text import printed
 _KEYS = (
     *("scenario", "peak_force", "amplification", "error_estimate", "waves", "passages", "contacts", "greatest_force"),
     *("applied_momentum", "momentum_defect", "energy_defect", "recording", "integrator", "backend", "rtol", "cost"),
-)
-# JSON keys for the granules that leave the ends of the chain.
-_ENDS = ("recoil_momentum", "recoil_error", "recoil_velocities", "ejected_granules", "spall_velocities")
-# JSON keys that apply to chains beyond equal spheres only.
-_BEYOND = (
     *("transmitted", "end", "arrival_time", "applied_energy", "velocities", "restitution", "segments", "end_energy"),
     "dissipated_energy",
 )
+# JSON keys for the granules that leave the ends of the chain.
+_ENDS = ("recoil_momentum", "recoil_error", "recoil_velocities", "ejected_granules", "spall_velocities")
 
 
 @frozen(kw_only=True)
@@ -131,6 +128,10 @@ class SimulationResult(Result):
     scenario: str | None = None
     limit: Limit | None = None
     measured: Train | None = field(default=None, eq=False, repr=False)
+
+    # attributes of `ChainResult` that do not apply to equal spheres
+    transmitted = end = arrival_time = restitution = velocities = segments = None
+    applied_energy = dissipated_energy = end_energy = None
 
     @property
     def peak_force(self) -> float:
@@ -262,16 +263,19 @@ class SimulationResult(Result):
     def greatest_force(self) -> ContactPeak | None:
         """Greatest contact force; None on an endless chain unless it exceeds that of the leading wave by 1 %.
 
-        If the option ``waves`` is ``primary``, it is the greatest one within the simulated time of `contacts`.
+        With the option ``until``, or if ``waves`` is ``primary``, it is the greatest one within the simulated time of
+        `contacts`.
         """
-        return self._contacts[1] if self.options.waves == "primary" else self.train.greatest_force
+        if self.options.waves == "primary" or (self.chain.granules is not None and self.options.until is not None):
+            return self._contacts[1]
+        return self.train.greatest_force
 
     @property
     def leaving(self) -> LeavingForce:
         """The force that leaves the chain, at the last contact, or of the leading wave in an endless chain."""
         if self.chain.granules is None:
             return LeavingForce.measured(WAVE, self.peak_force, self.error_estimate * self.peak_force)
-        return last_force(LAST, self._contacts[2])
+        return self._contacts[2]
 
     @property
     def verdict(self) -> Verdict | None:
@@ -306,14 +310,15 @@ class SimulationResult(Result):
         return tuple(passages), tuple(warnings)
 
     @cached_property
-    def _contacts(self) -> tuple[tuple[ContactPeak, ...], ContactPeak | None, ContactPeak | None, tuple[str, ...]]:
-        """Peaks at the reported contacts, the greatest one, the last one, and a warning if they are not known."""
+    def _contacts(self) -> tuple[tuple[ContactPeak, ...], ContactPeak | None, LeavingForce, tuple[str, ...]]:
+        """Peaks at the reported contacts, the greatest one, the last force, and a warning if they are not known."""
+        unknown = last_force(LAST, None)
         if self.chain.granules is None:
-            return (), None, None, ()
+            return (), None, unknown, ()
         try:
             return *self.on_demand("contacts", self), ()
         except NumericalError as error:
-            return (), None, None, (f"No forces at the contacts: {error}.",)
+            return (), None, unknown, (f"No forces at the contacts: {error}.",)
 
     @cached_property
     def _recording(self) -> tuple[Recording | None, tuple[str, ...]]:
@@ -349,7 +354,7 @@ class SimulationResult(Result):
         known = train and self.recoil_error < self.applied_momentum
         ends = {name: plain(getattr(self, name)) if known else None for name in _ENDS}
         options = {"wave_threshold": self.options.wave_threshold, "step": self.options.step}
-        others = {**dict.fromkeys(_BEYOND), "yield": plain(self.yielding), "scene": self.scene.to_dict()}
+        others = {"yield": plain(self.yielding), "scene": self.scene.to_dict()}
         others["verdict"] = plain_verdict(self)
         document = VERSION | {name: plain(getattr(self, name)) for name in _KEYS}
         return {**document, **ends, **options, **others, "warnings": [*self.all_warnings, *self._contacts[3]]}

@@ -41,20 +41,23 @@ def result_text(result: SimulationResult) -> str:
 
 
 def lead_text(result: SimulationResult) -> str:
-    """Peak force of the leading wave, or the greatest contact force of a finite chain if that is larger."""
+    """Peak force of the leading wave, or the greatest contact force of a finite chain if that differs."""
     return f"greatest force {greatest_text(result)}" if greatest_text(result) else f"peak force {peak_text(result)}"
 
 
 def greatest_text(result: SimulationResult) -> str:
-    """Greatest contact force of a finite chain with contact and time, if it exceeds the leading wave; else empty."""
-    return "" if result.chain.granules is None else _exceeding(result)
+    """Greatest contact force of a finite chain with contact and time, if it is not the leading wave's; else empty."""
+    return "" if result.chain.granules is None else _different(result)
 
 
-def _exceeding(result: SimulationResult) -> str:
-    """Greatest contact force with contact and time, if it is known and exceeds the leading wave; else empty."""
+def _different(result: SimulationResult) -> str:
+    """Greatest contact force with contact and time; empty if it is not known or agrees with the leading wave.
+
+    It is smaller only if the simulated time is too short for the leading wave.
+    """
     top = result.greatest_force if result.options.waves == "train" else None
     error = 0.0 if top is None else top.error_estimate
-    if top is None or top.peak_force <= result.peak_force * (1 + error + result.error_estimate):
+    if top is None or abs(top.peak_force / result.peak_force - 1) <= error + result.error_estimate:
         return ""
     force, time = si(top.peak_force, "N", error=error), si(top.time, "s", _TIME_DIGITS)
     return f"{force} at contact {top.contact}, {time}, estimated error {error:.0e}"
@@ -78,7 +81,7 @@ def result_answer(result: SimulationResult) -> Iterator[tuple[str, str]]:
     yield "amplification", f"{result.amplification:.{digits}g} times the shock's peak force"
     if result.options.waves != "train":
         return
-    if result.chain.granules is None and (greatest := _exceeding(result)):
+    if result.chain.granules is None and (greatest := _different(result)):
         yield "greatest force", greatest
     count = len(result.waves)
     threshold = f"above {result.options.wave_threshold:g} of the leading wave"

@@ -20,6 +20,7 @@ from shockwave.options import Backend, SimulateOptions, Waves
 from shockwave.plausibility import unusual_warnings
 from shockwave.profiles.shock import Shock
 from shockwave.progress import progressed
+from shockwave.scene_summary import check_scene
 from shockwave.simulation.primary_search import find_primaries
 from shockwave.simulation.problem import ChainProblem, Primary, Request, Status, prepare
 from shockwave.simulation.time_limit import expired, time_limit
@@ -231,9 +232,13 @@ def _simulate_all(scenes: Sequence[tuple[Shock | Impact, Chain]], setup: Setup) 
         )
         results[index] = beyond_elastic(chain, partial(getattr, result, "yielding")) or result
     for index in set(range(len(scenes))).difference(results):
-        from shockwave.measurement.chain_simulation import simulate_chain  # a chain of equal granules does not need it
+        # a shock on equal granules does not need them
+        from shockwave.chain.impact import Impact
+        from shockwave.measurement.chain_simulation import simulate_chain
 
         try:
+            if not isinstance(scenes[index][0], Shock | Impact):
+                check_scene(*scenes[index])
             results[index] = simulate_chain(setup.given, *scenes[index])
         except ShockwaveError as error:
             results[index] = error

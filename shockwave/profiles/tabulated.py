@@ -21,6 +21,7 @@ from shockwave.profiles.record_file import Record, read_record
 from shockwave.profiles.record_format import RecordFormat
 from shockwave.profiles.record_processing import Pulse, pulse_of
 from shockwave.quadrature import FloatArray
+from shockwave.units import to_si
 
 if TYPE_CHECKING:
     from shockwave.profiles.free_path import FreePath
@@ -34,11 +35,19 @@ def _samples(value: Any, attribute: attrs.Attribute[Any]) -> FloatArray:
         # numpy would strip the unit of a quantity of pint
         array = np.array(value.to(spec.unit).magnitude if hasattr(value, "to_base_units") else value, dtype=float)
     except (TypeError, ValueError):
-        array = np.zeros(())
+        array = _quantities(value, spec.unit)
     if array.ndim != 1:
         raise InvalidValueError.of(attribute.name, f"must be a sequence of numbers (got {text_of(value)})")
     array.setflags(write=False)
     return array
+
+
+def _quantities(values: Any, unit: str) -> FloatArray:
+    """Samples given as text or quantities of pint; an array without dimension if they are none."""
+    try:
+        return np.array([to_si(each, unit) for each in values])
+    except (TypeError, ValueError):
+        return np.zeros(())
 
 
 def _column(unit: str, meaning: str) -> Any:

@@ -353,7 +353,7 @@ class _SimulatedSearch(_Search):
 
     def option(self, value: float | str, curve: UniversalCurve | None = None) -> AnyOption:
         result, reached, error = self.read(value, _SIMULATED_SHARE * self.rtol)
-        wall = getattr(result, "transmitted", None)
+        wall = result.transmitted
         return SimulatedOption(
             value=value,
             reached=reached,
