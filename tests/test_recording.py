@@ -100,7 +100,7 @@ def test_only_requested_histories_are_kept(kept: str, shapes: dict[str, tuple[in
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"record": ["forces"], "contacts": [50]}, "at most 8, the last of this chain"),
+        ({"record": ["forces"], "contacts": [50]}, "at most 8, the last contact of this chain"),
         ({"record": ["energies"], "interval": 1e-15}, "interval: must be longer, because the histories would have"),
     ],
     ids=["beyond-the-end", "samples"],
