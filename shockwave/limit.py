@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, Literal
 
 from attrs import asdict, evolve, frozen
@@ -15,8 +16,12 @@ Decision = Literal["below", "above", "undecided"]
 WAVE = "peak force of the leading wave"
 #: Description of the force that leaves a finite chain without a wall, and with one.
 LAST, WALL = "force at the last contact", "force on the wall"
+#: Remedy for a simulated time that is too short.
+LATER = "simulate to a later end"
 # Relative half-width below which the printed digits show the range.
 _SMALL = 1e-3
+# Relative error that the digits of the ends of a wide range show: three digits.
+_FINEST = 0.03
 
 
 @frozen(kw_only=True)
@@ -58,6 +63,8 @@ class LeavingForce:
         The force and the ends of its range [N]; None where they are not known.
     remedy : str
         What would decide a verdict that this range leaves open.
+    later : float
+        Bound of the force after the end of the simulated time [N].
     """
 
     name: str
@@ -65,6 +72,7 @@ class LeavingForce:
     low: float | None = None
     high: float | None = None
     remedy: str = ""
+    later: float = 0.0
 
     @classmethod
     def measured(cls, name: str, value: float, error: float) -> LeavingForce:
@@ -113,14 +121,17 @@ class Verdict:
         if self.low is None or self.high is None:
             return f"{si(self.value, 'N', 2)} or more" if self.low else f"{si(self.value, 'N', 2)}, error not known"
         error = (self.high - self.low) / 2 / self.value if self.value else 1.0
-        value = si(self.value, "N", error=error)
+        nearest = min(self.high - self.value, self.value - self.low) / self.value if self.value else 1.0
+        value = si(self.value, "N", error=min(error, max(nearest, _SMALL)) if error > _SMALL else error)
         # finer than the value, so that rounding moves no end across the limit
-        low, high = (si(force, "N", error=error / 10) for force in (self.low, self.high))
+        low, high = (si(force, "N", error=min(error / 10, _FINEST)) for force in (self.low, self.high))
         return f"{value}, range {low} to {high}" if error > _SMALL else value
 
 
 def verdict(limit: Limit, force: LeavingForce) -> Verdict:
     """The verdict on a ``force``."""
+    if force.high is not None and force.later > force.high:
+        force = evolve(force, high=force.later if force.later < math.inf else None, remedy=LATER)
     decision: Decision = "undecided"
     if force.high is not None and force.high < limit.force:
         decision = "below"

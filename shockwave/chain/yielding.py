@@ -63,13 +63,19 @@ def first_yield_force(radius: _Number, modulus: _Number, strength: _Number) -> _
     return math.pi**3 / 6 * size * size * pressure * pressure * pressure
 
 
+def strength_of(material: Any) -> float:
+    """Yield strength of a material [Pa]; NaN if it is not known, infinite for ``rigid``."""
+    strength = getattr(material, "yield_strength", math.inf)
+    return math.nan if strength is None else float(strength)
+
+
 def yielding_of(
     chain: Chain, peak_force: float, on_wall: float = 0.0, striker: tuple[Impact, float] | None = None
 ) -> Yielding | None:
     """First yield in a chain of equal granules with a peak force [N], and at its fixed wall with the force ``on_wall``.
 
-    ``striker`` is a striker with the force at its contact [N]. Contacts of bodies without a yield strength do not
-    count, unless the chain must be elastic; the result is None then, or if no yield strength is known.
+    ``striker`` is a striker with the force at its contact [N]. Contacts with a body whose yield strength is not known
+    do not count, unless the chain must be elastic; the result is None then, or if no contact counts.
     """
     own, curvature = chain.material, 1 / chain.radius
     contacts: list[tuple[float, Any, float]] = [(peak_force, own, curvature)]
@@ -80,10 +86,10 @@ def yielding_of(
         contacts.append((force, impact.material or own, 1 / (impact.radius or chain.radius)))
     firsts, ratios = [], []
     for force, other, curved in contacts:
-        known = [each for each in (own.yield_strength, getattr(other, "yield_strength", None)) if each is not None]
-        if known:
+        strengths = strength_of(own), strength_of(other)
+        if not math.isnan(sum(strengths)):
             modulus = 1 / (own.compliance + getattr(other, "compliance", 0.0))
-            firsts.append(first_yield_force(1 / (curvature + curved), modulus, min(known)))
+            firsts.append(first_yield_force(1 / (curvature + curved), modulus, min(strengths)))
             ratios.append(force / firsts[-1])
     if not firsts or (chain.elastic_only and len(firsts) < len(contacts)):
         return None

@@ -93,6 +93,9 @@ class ChainResult(Result):
         Force on the wall; None if the end is free.
     end : float
         End of the simulated time [s].
+    later_force : float
+        Bound of the force at the last contact after the end of the simulated time [N], from the energy that can reach
+        it; 0 where none is known: in chains with static forces or a contact law of a plugin, and in endless ones.
     arrival_time : float or None
         Time at which the leading wave reaches the last contact [s]; None if it does not.
     velocities : tuple of float
@@ -149,6 +152,7 @@ class ChainResult(Result):
     last_contact: ContactPeak | None
     transmitted: Transmitted | None
     end: float
+    later_force: float
     arrival_time: float | None
     velocities: tuple[float, ...]
     recoil_velocities: tuple[float, ...] | None
@@ -197,7 +201,7 @@ class ChainResult(Result):
         if self.last_contact is None:
             return LeavingForce(name=WAVE, remedy="simulate a finite chain")
         name = LAST if self.transmitted is None else WALL
-        return last_force(name, self.last_contact, self.arrival_time is not None)
+        return last_force(name, self.last_contact, self.arrival_time is not None, self.later_force)
 
     @property
     def verdict(self) -> Verdict | None:

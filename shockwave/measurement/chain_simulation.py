@@ -14,7 +14,7 @@ from attrs import asdict, evolve
 
 from shockwave.chain.chain import Chain
 from shockwave.chain.impact import Impact
-from shockwave.chain.yielding import Yielding, beyond_elastic, first_yield_force
+from shockwave.chain.yielding import Yielding, beyond_elastic, first_yield_force, strength_of
 from shockwave.errors import NumericalError
 from shockwave.limit import LAST, LeavingForce
 from shockwave.measurement.chain_result import ChainResult, SegmentEnergy, Transmitted
@@ -32,6 +32,7 @@ from shockwave.registry import find
 from shockwave.simulation.assembly import Motion, tolerances_for
 from shockwave.simulation.backend import chosen
 from shockwave.simulation.time_limit import time_limit
+from shockwave.text import si
 
 # Computing time of the forces at the contacts of equal granules, per squared number of granules and per characteristic
 # time of the duration of the shock [s]; the equivalents of each granule, and of each step with and without compiled
@@ -90,7 +91,7 @@ def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: 
     yielding = _yielding(case, motion)
     if error := beyond_elastic(chain, lambda: yielding):
         raise error
-    endless = chain.count is None
+    endless, later = chain.count is None, _later_force(case, motion, apart)
     reached = _reached(motion.v) if endless else count
     return ChainResult(
         excitation=excitation,
@@ -104,6 +105,7 @@ def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: 
         last_contact=None if endless else runs.peak(-1),
         transmitted=on_wall,
         end=motion.end * scales.time,
+        later_force=0.0 if endless else later,
         arrival_time=None if endless or motion.arrival is None else motion.arrival * scales.time,
         velocities=tuple(velocities[:reached].tolist()),
         recoil_velocities=None if rebounding is None else tuple((-rebounding).tolist()),
@@ -125,6 +127,8 @@ def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: 
             *_missed(runs),
             *_unphysical(case, motion),
             *_unfinished(case, motion, velocities, apart),
+            *_later_warning(case, motion, later),
+            *_unjudged(case, yielding),
             *[NO_LIMIT] * endless,
         ),
         on_demand=_record,
@@ -153,7 +157,8 @@ def contact_peaks(result: SimulationResult) -> tuple[tuple[ContactPeak, ...], Co
             took = f"the integration of {granules} granules would take about {seconds:.0f} s or more"
             raise NumericalError(f"{took} (set until or a timeout to integrate all the same)")
     runs = runs_of(ChainSetup.of(options, result.shock, result.chain))
-    return runs.reported, runs.greatest, last_force(LAST, runs.peak(-1), runs.motion.arrival is not None)
+    later = _later_force(runs.case, runs.motion, _apart(runs.case, runs.motion))
+    return runs.reported, runs.greatest, last_force(LAST, runs.peak(-1), runs.motion.arrival is not None, later)
 
 
 # ---------------------------------------------------------------- parts of the result
@@ -197,6 +202,37 @@ def _unfinished(
             yield "The striker may be struck again after the simulated time: its restitution is provisional."
 
 
+def _later_force(case: ChainSetup, motion: Motion, apart: npt.NDArray[np.bool_]) -> float:
+    """Bound of the force at the last contact after the end of the simulated time [N]; 0 where none is known.
+
+    All the energy may meet in this contact, except that of granules that move apart, away from it.
+    """
+    assembly, force = case.assembly, case.assembly.force
+    if assembly.static_forces.any() or assembly.law is not None:
+        return 0.0
+    if force is not None and motion.end < force.duration:
+        return math.inf
+    leave = np.append(apart, False) & (motion.v[: case.granules] <= 0)
+    stay = len(leave) if leave.all() else int(np.argmin(leave))
+    energy = math.fsum(motion.kinetic[stay:]) + math.fsum(motion.potential) + motion.end_energy
+    if not case.has_wall:  # of the relative motion
+        masses = 1 / assembly.inverse_masses[stay:]
+        momentum = math.fsum(masses * motion.v[stay:])
+        energy = max(energy - momentum**2 / (2 * math.fsum(masses)), 0.0) if stay < len(leave) else 0.0
+    k, p, last = float(assembly.stiffnesses[-1]), assembly.exponent, case.granules - 1 - (not case.has_wall)
+    overlap = ((p + 1) / k * energy) ** (1 / (p + 1))
+    closing = math.sqrt(2 * energy) * float(np.sum(np.sqrt(assembly.inverse_masses[last : last + 2])))
+    damping = float(assembly.damping[-1]) * overlap**assembly.damping_power * closing
+    return float(case.scales.force * (k * overlap**p + damping))
+
+
+def _later_warning(case: ChainSetup, motion: Motion, later: float) -> Iterator[str]:
+    """Warning of a greater force on the wall after the end of the simulated time."""
+    if case.has_wall and motion.arrival is not None and later > case.scales.force * motion.forces[-1]:
+        most = f", of at most {si(later, 'N', 3)}" if later < math.inf else ""
+        yield f"A later collision may exert a greater force on the wall{most} (extend until)."
+
+
 def _reached(v: FloatArray) -> int:
     """Number of granules that the waves have reached."""
     return 1 + int(np.flatnonzero(v).max(initial=0))
@@ -238,13 +274,23 @@ def _restitution(case: ChainSetup, velocities: FloatArray, apart: npt.NDArray[np
     return away / case.layout.velocity if away > 0 else None
 
 
+def _strengths(case: ChainSetup) -> FloatArray:
+    """Smaller yield strength at each contact [Pa]; NaN where one is not known."""
+    wall = [] if case.layout.wall is None else [case.layout.wall.material]
+    strengths = [strength_of(each) for each in (*case.layout.materials, *wall)]
+    return np.minimum(strengths[:-1], strengths[1:])
+
+
+def _unjudged(case: ChainSetup, yielding: Yielding | None) -> Iterator[str]:
+    """Warning of contacts that are not compared with first yield."""
+    unknown = int(np.isnan(_strengths(case)).sum())
+    if yielding is not None and unknown:
+        yield f"First yield is not judged at {unknown} contacts of a material without a yield strength (state it)."
+
+
 def _yielding(case: ChainSetup, motion: Motion) -> Yielding | None:
-    """First yield in the weaker material of each contact, where a yield strength is known."""
-    layout = case.layout
-    known = [math.inf if each.yield_strength is None else each.yield_strength for each in layout.materials]
-    if layout.wall is not None:
-        known.append(getattr(layout.wall.material, "yield_strength", None) or math.inf)
-    softer = np.minimum(known[:-1], known[1:])
+    """First yield in the weaker material of each contact, where both yield strengths are known."""
+    layout, softer = case.layout, _strengths(case)
     at = np.flatnonzero(np.isfinite(softer))
     every = case.chain.elastic_only and at.size < softer.size
     if not at.size or every or layout.law is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from attrs import evolve, frozen
 
-from shockwave.limit import LeavingForce
+from shockwave.limit import LATER, LeavingForce
 
 
 @frozen(kw_only=True)
@@ -32,13 +32,14 @@ class ContactPeak:
     static_force: float = 0.0
 
 
-def last_force(name: str, peak: ContactPeak | None, arrived: bool = True) -> LeavingForce:
+def last_force(name: str, peak: ContactPeak | None, arrived: bool = True, later: float = 0.0) -> LeavingForce:
     """The force that leaves a chain, from its last contact; ``peak`` is None if it is not known.
 
-    Before the leading wave has ``arrived`` there is no upper end.
+    Before the leading wave has ``arrived`` there is no upper end. After the end of the simulated time the force is
+    less than ``later`` [N].
     """
     if peak is None:
         return LeavingForce(name=name, remedy="simulate with a longer timeout")
     error = peak.error_estimate * (peak.peak_force - peak.static_force)
     found = LeavingForce.measured(name, peak.peak_force, error)
-    return found if arrived else evolve(found, high=None, remedy="simulate to a later end")
+    return evolve(found, later=later) if arrived else evolve(found, high=None, remedy=LATER)

@@ -34,6 +34,8 @@ _STIFFNESS_POWER = 1.4
 # heavy striker it is low by at most 9 % for k_s = k/2 and 25 % for k/4, where the first granule is struck again.
 _SUPPORT = 0.06
 _SUPPORT_POWER = 1.6
+# Largest mass ratio for which the later waves, which are nearly as strong, do not increase the force on a wall.
+_HEAVIEST = 50.0
 # Ratios k_s/k for which it holds.
 _STIFFNESSES = (0.25, RIGID)
 # Fewest granules in which the leading wave forms to either error, their additional ones, and power of the mass ratio.
@@ -104,7 +106,7 @@ def striker_outcome(impact: Impact, chain: Chain, method: str) -> StrikerOutcome
     error = _LAW_ERROR + _STIFFNESS_ERROR * abs(math.log2(stiffness)) ** _STIFFNESS_POWER
     if equal.count is not None and equal.count < _granules(_FORMED, ratio):
         error += _SHORT_ERROR
-    problem = _problem(ratio, stiffness, equal.count)
+    problem = _problem(ratio, stiffness, equal.count, chain.end is not None)
     known = Accuracy(
         None if problem else Estimate(peak, peak * (1 - error), peak * (1 + error), _NAME),
         problem or None,
@@ -135,8 +137,10 @@ def striker_outcome(impact: Impact, chain: Chain, method: str) -> StrikerOutcome
     )
 
 
-def _problem(mass_ratio: float, stiffness: float, granules: int | None) -> str:
+def _problem(mass_ratio: float, stiffness: float, granules: int | None, has_wall: bool) -> str:
     """Reason why there is no estimate; empty if there is one."""
+    if has_wall and mass_ratio > _HEAVIEST:
+        return f"the waves of a striker of {mass_ratio:.4g} times the mass of a granule add up at a wall; simulate"
     if mass_ratio > MASS_RATIOS[1]:
         return f"the striker has {mass_ratio:.4g} times the mass of a granule, more than {MASS_RATIOS[1]:g}; simulate"
     low, high = _STIFFNESSES

@@ -243,10 +243,12 @@ def indices(outputs: FloatArray) -> FloatArray:
     return np.nan_to_num(shares, posinf=0)
 
 
-def exceedance(limit: Limit, name: str, batches: FloatArray, error: float) -> tuple[Exceedance, Verdict]:
+def exceedance(
+    limit: Limit, name: str, batches: FloatArray, error: float, later: float = 0.0
+) -> tuple[Exceedance, Verdict]:
     """Probability and verdict for forces that leave the chain, shape (batches, draws per batch), with this error.
 
-    The range of the verdict contains 98 % of the scenes.
+    The range of the verdict contains 98 % of the scenes. After the simulated time the forces are less than ``later``.
     """
     # whether the forces times a factor reach the limit
     reached = [(factor * batches >= limit.force).astype(float) for factor in (1 - error, 1.0, 1 + error)]
@@ -254,9 +256,8 @@ def exceedance(limit: Limit, name: str, batches: FloatArray, error: float) -> tu
     (least, below), (value, _), (most, above) = shares
     floor = _LEAST_DRAWS / batches.size
     low, high = max(least - max(below, floor), 0.0), min(most + max(above, floor), 1.0)
-    found = Exceedance(limit=limit.force, probability=value, low=low, high=high)
+    found = Exceedance(limit=limit.force, probability=value, low=low, high=high if later < limit.force else 1.0)
     middle, first, last = np.quantile(batches, [0.5, *_RANGE]).tolist()
-    force = LeavingForce(
-        name=name, value=middle, low=first * (1 - error), high=last * (1 + error), remedy="narrow the distributions"
-    )
+    range_98 = {"low": first * (1 - error), "high": last * (1 + error)}
+    force = LeavingForce(name=name, value=middle, **range_98, remedy="narrow the distributions", later=later)
     return found, verdict(limit, force)

@@ -165,7 +165,8 @@ def _of_forces(
     if scenario.limit is not None:
         leaving, forces = result.leaving, outputs[:, -1, 0]
         if leaving.high is not None and np.isfinite(forces).all():
-            reached = sampling.exceedance(scenario.limit, leaving.name, forces, float(errors[-1]))
+            error = float(errors[-1])
+            reached = sampling.exceedance(scenario.limit, leaving.name, forces, error, leaving.later)
         else:  # some forces are not known: the simulated time ends too early, or they have no upper bound
             reached = None, verdict(scenario.limit, evolve(leaving, high=None))
     shares = sampling.estimates(sampling.indices, outputs)
