@@ -281,3 +281,49 @@ def test_waves_that_add_up_on_a_soft_wall_are_in_its_range() -> None:
 def test_a_verdict_needs_a_result(result: object) -> None:
     with pytest.raises(sw.InvalidValueError, match=r"^result: must be the result of a prediction or a simulation"):
         sw.Limit(force=3.0).verdict(result)
+
+
+def test_a_later_collision_that_may_reach_the_limit_leaves_the_verdict_open(tmp_path: Path) -> None:
+    # the soft beads hold back the heavy striker, and the wall is pushed most when they let it go
+    granules = ", granules: [{count: 6}, {count: 5, material: ptfe}, {count: 2}], end: {wall: same}"
+    file = Path(written(tmp_path, granules, "uncertainty: {impact.velocity: 3 %}\nlimit: {force: 100 N}"))
+    shock = next(line for line in file.read_text().splitlines() if line.startswith("shock"))
+    file.write_text(file.read_text().replace(shock, "impact: {velocity: 0.3 m/s, diameter: 25 mm}"))
+    scene = sw.load_scenario(file)
+    early, late = (sw.simulate(scene.excitation, scene.chain, until=until) for until in (None, 20e-3))
+    first, last = early.transmitted.peak_force, late.transmitted.peak_force
+    assert first < 100.0 < last < early.later_force
+    assert any("A later collision may exert a greater force on the wall" in each for each in early.warnings)
+    found = scene.limit.verdict(early)
+    assert (found.decision, found.high, found.remedy) == ("undecided", early.later_force, "simulate to a later end")
+    assert scene.limit.verdict(late).decision == "above"
+    assert sw.Limit(force=2 * early.later_force).verdict(early).decision == "below"
+    uncertain = sw.uncertainty(scene, draws=256)
+    assert uncertain.exceedance.high == 1.0
+    assert uncertain.verdict.decision == "undecided"
+    assert sw.Limit(force=0.9 * first).verdict(early).decision == "above"
+
+
+def test_a_chain_that_flies_apart_keeps_its_verdict() -> None:
+    for end in (sw.Wall(material="same"), None):
+        chain = sw.Chain(material="bearing-steel-52100", diameter=9.5e-3, granules=20, end=end)
+        result = sw.simulate(sw.Impact(velocity=0.5), chain)
+        force = result.contacts[-1].peak_force if end is None else result.transmitted.peak_force
+        assert sw.Limit(force=1.01 * force).verdict(result).decision == "below"
+
+
+def test_a_wave_is_awaited_at_the_last_of_equal_granules(tmp_path: Path) -> None:
+    more = "simulate: {until: 60 us}\nlimit: {force: 45 N}"
+    result = sw.simulate(written(tmp_path, ", granules: 12", more))
+    assert result.verdict.remedy == "simulate to a later end"
+    assert result.greatest_force == max(result.contacts, key=lambda contact: contact.peak_force)
+    assert str(result).split(": ", 1)[1].startswith("greatest force ")
+
+
+def test_heavy_strikers_before_a_wall_have_no_estimate() -> None:
+    chain = sw.Chain(material="bearing-steel-52100", diameter=9.5e-3, granules=110, end=sw.Wall(material="same"))
+    impacts = [sw.Impact(velocity=0.1, diameter=size) for size in (30e-3, 60e-3)]
+    light, heavy = (sw.predict(impact, chain) for impact in impacts)
+    assert light.transmitted.high > light.transmitted.peak_force
+    assert heavy.transmitted is None
+    assert any("add up at a wall" in warning for warning in heavy.warnings)

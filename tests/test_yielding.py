@@ -217,3 +217,18 @@ def test_a_ranking_leaves_out_materials_beyond_first_yield() -> None:
     found = sw.design(shock(40.0), ELASTIC, vary="chain.material", target={"peak_force": "50 N"}, among=names)
     assert [one.value for one in found.table] == names[:1]
     assert found.warnings[-1].endswith("copper, ptfe")
+
+
+def test_contacts_with_an_unknown_strength_are_not_judged() -> None:
+    layer = [sw.Segment(count=6), sw.Segment(count=2, material="ptfe"), sw.Segment(count=6)]
+    wall = sw.Wall(material="same")
+    chain = sw.Chain(material="bearing-steel-52100", diameter=9.5e-3, granules=layer, end=wall)
+    result = sw.simulate(sw.Impact(velocity=0.3), chain)
+    steel = [peak.peak_force for index, peak in enumerate(result.contacts) if index not in (5 + 1, 6 + 1, 7 + 1)]
+    assert result.yielding.peak_ratio == pytest.approx(max(steel) / result.yielding.first_yield_force, rel=1e-9)
+    assert any("not judged at 3 contacts" in warning for warning in result.warnings)
+    soft = sw.Chain(material="ptfe", diameter=9.5e-3, granules=8, end=sw.Wall(material="bearing-steel-52100"))
+    assert sw.simulate(sw.Impact(velocity=0.3), soft).yielding is None
+    assert sw.predict(sw.Impact(velocity=0.3), attrs.evolve(soft, granules=60)).yielding is None
+    rigid = attrs.evolve(chain, granules=8, end=sw.Wall(material="rigid"))
+    assert sw.simulate(sw.Impact(velocity=0.3), rigid).yielding.peak_ratio > 0

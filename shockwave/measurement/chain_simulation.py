@@ -202,26 +202,35 @@ def _unfinished(
             yield "The striker may be struck again after the simulated time: its restitution is provisional."
 
 
+def _first(marks: npt.NDArray[np.bool_]) -> int:
+    """Index of the first mark that is set; their number if there is none."""
+    return int(np.argmax(marks)) if marks.any() else len(marks)
+
+
 def _later_force(case: ChainSetup, motion: Motion, apart: npt.NDArray[np.bool_]) -> float:
     """Bound of the force at the last contact after the end of the simulated time [N]; 0 where none is known.
 
-    All the energy may meet in this contact, except that of granules that move apart, away from it.
+    All the energy may meet in this contact, except that of granules that move apart, away from the others.
     """
     assembly, force = case.assembly, case.assembly.force
     if assembly.static_forces.any() or assembly.law is not None:
         return 0.0
     if force is not None and motion.end < force.duration:
         return math.inf
-    leave = np.append(apart, False) & (motion.v[: case.granules] <= 0)
-    stay = len(leave) if leave.all() else int(np.argmin(leave))
-    energy = math.fsum(motion.kinetic[stay:]) + math.fsum(motion.potential) + motion.end_energy
-    if not case.has_wall:  # of the relative motion
-        masses = 1 / assembly.inverse_masses[stay:]
-        momentum = math.fsum(masses * motion.v[stay:])
-        energy = max(energy - momentum**2 / (2 * math.fsum(masses)), 0.0) if stay < len(leave) else 0.0
-    k, p, last = float(assembly.stiffnesses[-1]), assembly.exponent, case.granules - 1 - (not case.has_wall)
+    v, masses = motion.v, 1 / assembly.inverse_masses
+    first, last = _first(~(np.append(apart, True) & (v[: case.granules] <= 0))), len(v)
+    frame = 0.0
+    if not case.has_wall and first < last:  # what counts is the motion relative to that of the whole
+        frame = max(float(np.average(v[first:], weights=masses[first:])), 0.0)
+        last -= _first(~(np.append(True, apart) & (v >= frame))[first:][::-1])
+        frame = (
+            min(frame, max(float(np.average(v[first:last], weights=masses[first:last])), 0.0)) if first < last else 0.0
+        )
+    energy = math.fsum(0.5 * masses[first:last] * (v[first:last] - frame) ** 2) + math.fsum(motion.potential)
+    energy += motion.end_energy
+    k, p, behind = float(assembly.stiffnesses[-1]), assembly.exponent, case.granules - 1 - (not case.has_wall)
     overlap = ((p + 1) / k * energy) ** (1 / (p + 1))
-    closing = math.sqrt(2 * energy) * float(np.sum(np.sqrt(assembly.inverse_masses[last : last + 2])))
+    closing = math.sqrt(2 * energy) * float(np.sum(np.sqrt(assembly.inverse_masses[behind : behind + 2])))
     damping = float(assembly.damping[-1]) * overlap**assembly.damping_power * closing
     return float(case.scales.force * (k * overlap**p + damping))
 
