@@ -48,6 +48,14 @@ def recorded(name: str, *record: Any) -> Any:
     return sw.simulate(SHOCKS[name], CHAIN, contacts=contacts, record=record)
 
 
+@cache
+def in_finite_chain(kind: str) -> sw.ChainResult:
+    """A result of ten granules before a wall that a shock or a striker hits."""
+    excitation = SHOCKS["train"] if kind == "shock" else sw.Impact(velocity=0.5)
+    chain = evolve(CHAIN, granules=10, end=sw.Wall(material="same"))
+    return sw.simulate(excitation, chain, record=["forces", "energies", "field"])
+
+
 #: Functions that draw each picture for a shock.
 PICTURES: dict[str, Any] = {
     "pulse": lambda ax, name: pictures.pulse(ax, SHOCKS[name]),
@@ -186,6 +194,23 @@ def test_contact_forces_are_those_recorded(ax: Axes) -> None:
     assert (x[-1], y.max()) == (SHOCKS["ejection"].duration, FORCE)
 
 
+@pytest.mark.parametrize("kind", ["shock", "striker"])
+def test_forces_and_energies_of_a_finite_chain_are_those_recorded(ax: Axes, kind: str) -> None:
+    result = in_finite_chain(kind)
+    kept = result.recording
+    assert kept is not None
+    assert kept.forces is not None
+    pictures.contact_forces(ax, result, contacts=[0, 5, 9])
+    assert key_of(ax) == [*["shock"] * (kind == "shock"), "contact 0", "contact 5", "contact 9"]
+    assert np.array_equal(line(ax, "contact 9")[1], kept.forces[:, 9])
+    other = pictures.figure()[1][0]
+    pictures.balance(other, result)
+    label = "work of the shock" if kind == "shock" else "energy of the striker"
+    x, y = line(other, label)
+    assert (x[0] > 0) == (kind == "shock")
+    assert y == pytest.approx(line(other, "total")[1][[-1, -1]], rel=1e-6)
+
+
 def test_long_histories_keep_their_peaks_in_a_map(ax: Axes) -> None:
     interval = UNITS.time / 200
     result: Any = sw.simulate(SHOCKS["ejection"], CHAIN, contacts=range(5), record=["forces"], interval=interval)
@@ -282,6 +307,12 @@ REFUSED: dict[str, Any] = {
     ),
     r"contacts: must be recorded contacts, 0, 1, .*got 99": lambda ax: pictures.contact_forces(
         ax, recorded("ejection", "forces"), contacts=[99]
+    ),
+    r"result: must be a simulation of equal spheres \(got a ChainResult; pictures\.peak_forces": lambda ax: (
+        pictures.approach(ax, in_finite_chain("striker"))  # type: ignore[arg-type]
+    ),
+    r"result: must be a simulation of equal spheres \(got a ChainResult; use of='energy'": lambda ax: pictures.balance(
+        ax, in_finite_chain("striker"), of="momentum"
     ),
     "rise_times: must be two or more": lambda ax: amplification(ax, HAMMER, rise_times=[1.0]),
 }

@@ -34,6 +34,10 @@ GRID = "sweep: {grid: {shock.duration_ratio: [2, 4], shock.rise_time: {linspace:
 SIMULATE = "simulate: {rtol: 1e-4}\n"
 # With the second value, the mass of a granule exceeds the range of a float.
 BROKEN = "sweep: {grid: {chain.diameter: [1 mm, 1e200]}}\n"
+MATERIALS = (
+    "sweep: {run: predict, grid: "
+    "{chain.material: [ptfe, {youngs_modulus: 203 GPa, poisson_ratio: 0.3, density: 7810}]}}\n"
+)
 
 
 @pytest.fixture
@@ -109,6 +113,33 @@ def test_values_that_do_not_apply_are_empty(tmp_path: Path) -> None:
     assert ejection["virtual_rise_time"] > 4e-6
     assert train["virtual_rise_time"] is None
     assert train["waves"] > 1
+
+
+def test_mappings_and_lists_are_values_of_the_tables(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("xarray")  # which needs pandas
+    (tmp_path / "blow.csv").write_text("time [ms],force [N]\n0,0\n0.5,40\n1,20\n1.5,5\n1.6,0\n")
+    crops = tmp_path / "crops.yaml"
+    crops.write_text(
+        f"{CHAIN}shock: {{profile: tabulated, parameters: {{file: blow.csv}}}}\n"
+        "sweep: {run: predict, grid: {shock.parameters.crop: [[0, 1.5 ms], [0, 1.6 ms]]}}\n"
+    )
+    assert main(["sweep", str(crops), "--out", str(tmp_path / "crops"), "--workers", "1"]) == 0
+    assert "2 of 2 points done" in capsys.readouterr().out
+    swept(written(tmp_path, MATERIALS), tmp_path / "materials")
+    steel = {"youngs_modulus": 203e9, "poisson_ratio": 0.3, "density": 7810.0}
+    cases: tuple[tuple[str, str, list[Any]], ...] = (
+        ("crops", "shock.parameters.crop", [[0.0, 0.0015], [0.0, 0.0016]]),
+        ("materials", "chain.material", ["ptfe", steel]),
+    )
+    for folder, name, values in cases:
+        lines = (tmp_path / folder / "results.jsonl").read_text().splitlines()
+        assert [json.loads(line)[name] for line in lines] == values
+        found = sw.load_sweep(tmp_path / folder)
+        texts = [value if isinstance(value, str) else json.dumps(value) for value in values]
+        assert found.coordinate(name).tolist() == texts
+        assert [value for (value,) in found.to_dict()["axes"][0]["values"]] == values
+        assert found.to_pandas().index.tolist() == texts
+        assert found.to_xarray()[name.rpartition(".")[2]].values.tolist() == texts
 
 
 def test_warnings_of_a_point_are_in_its_notes(tmp_path: Path) -> None:
@@ -192,6 +223,26 @@ def test_another_scenario_is_refused_and_the_differences_are_listed(scenario: Pa
     scenario.write_text(scenario.read_text().replace("1e-4", "1e-5"))
     with pytest.raises(sw.InvalidValueError, match=r"scenario\.simulate\.rtol 0\.0001, now 1e-05"):
         swept(scenario, tmp_path / "out")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    {
+        "value": (("7810", "7900"), r"got axis chain\.material\.density, value 2: 7810\.0, now 7900\.0; choose"),
+        "number": (("[ptfe, ", "[ptfe, lead, "), r"got axis chain\.material, number of values 2, now 3; axis chain"),
+        "name": (
+            ("chain.material: ", "shock.peak_force: [1 N], chain.material: "),
+            r"got axis 1 'chain\.material', now 'shock\.peak_force'; axis 2 None, now 'chain\.material';",
+        ),
+    }.values(),
+    ids=["value", "number", "name"],
+)
+def test_another_axis_is_refused_and_what_differs_is_named(
+    tmp_path: Path, change: tuple[str, str], message: str
+) -> None:
+    swept(written(tmp_path, MATERIALS), tmp_path / "out")
+    with pytest.raises(sw.InvalidValueError, match=message):
+        swept(written(tmp_path, MATERIALS.replace(*change)), tmp_path / "out")
 
 
 def test_another_version_must_be_accepted(scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

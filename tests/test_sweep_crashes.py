@@ -246,9 +246,9 @@ def test_fail_fast_does_not_wait_for_other_batches(tmp_path: Path, install: Inst
 # ---------------------------------------------------------------- executors
 
 
-@pytest.mark.parametrize("timeout", [0, -1.0, float("nan")])
-def test_a_time_limit_must_be_positive(scenario: Path, tmp_path: Path, timeout: float) -> None:
-    with pytest.raises(sw.UsageError, match=r"timeout: must be a number of seconds > 0 \(got"):
+@pytest.mark.parametrize("timeout", [0, -1.0, float("nan"), "0 s", "5 kg"])
+def test_a_time_limit_must_be_positive(scenario: Path, tmp_path: Path, timeout: float | str) -> None:
+    with pytest.raises(sw.InvalidValueError, match=r"timeout: must be (> 0 s|a time, such as '15 us') \(got"):
         run_sweep(scenario, tmp_path / "out", timeout=timeout)
 
 

@@ -176,6 +176,16 @@ def test_xarray_has_named_axes_units_and_provenance(folder: Path) -> None:
     assert json.loads(found.scenario) == {"chain": {"radius": 1}}
 
 
+def test_the_document_has_the_values_in_the_shape_of_the_sweep(folder: Path) -> None:
+    found = load_sweep(folder).to_dict()
+    assert json.loads(json.dumps(found, allow_nan=False)) == found
+    assert found["values"]["amplification"] == [[0.1, None, None], [-0.0, None, 0.7]]
+    assert found["values"]["regime"] == [["train", "single", None], ["train", None, None]]
+    assert found["values"]["status"][0] == ["done", "done", "failed"]
+    assert found["axes"][1] == {"names": ["shock.rise_time"], "units": ["s"], "values": [[1e-6], [0.1 + 0.2], [3e-5]]}
+    assert (found["columns"], found["failed"][0]["problem"]) == (COLUMNS, PROBLEM)
+
+
 def test_values_have_an_axis_for_each_axis_of_the_sweep(folder: Path) -> None:
     found = load_sweep(folder)
     assert (found.shape, found.complete, found.warnings) == ((2, 3), True, ())
@@ -292,6 +302,11 @@ def test_an_unknown_quantity_is_refused_with_a_suggestion(folder: Path, name: st
 def test_a_folder_without_a_sweep_is_refused_with_a_hint(tmp_path: Path) -> None:
     with pytest.raises(FileAccessError, match=r"sweep\.json: cannot be read .*; choose a folder that `shockwave sweep"):
         load_sweep(tmp_path)
+
+
+def test_the_folder_must_be_a_path() -> None:
+    with pytest.raises(InvalidValueError, match=r"^folder: must be the path of a folder, such as 'results' \(got None"):
+        load_sweep(None)  # type: ignore[arg-type]
 
 
 def test_earlier_versions_are_reported(folder: Path) -> None:

@@ -9,14 +9,16 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from shockwave.errors import InvalidValueError, NumericalError
+from shockwave.errors import InvalidValueError, NotCoveredError, NumericalError
 from shockwave.measurement.result import SimulationResult
 from shockwave.pictures.drawing import BLACK, BLUE, GREY, MINUS, ORANGE, SKY, area, finish, literal, style
-from shockwave.pictures.waves import recorded
+from shockwave.pictures.waves import recorded, shock_of
 from shockwave.quadrature import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from shockwave.measurement.chain_result import ChainResult
 
 
 # Most contacts of an approach; each one costs up to as much as the simulation.
@@ -38,8 +40,14 @@ def approach(ax: Axes, result: SimulationResult) -> Axes:
     ax : Axes
         Axes to draw on.
     result : SimulationResult
-        Result of any simulation. At most fifteen contacts are computed by simulating again.
+        Result of any simulation of equal spheres. At most fifteen contacts are computed by simulating again.
+
+    Raises
+    ------
+    NotCoveredError
+        If the result is of a chain beyond equal spheres.
     """
+    _covered(result, "pictures.peak_forces and pictures.chain_map draw its forces")
     last = result.primary.contact
     floor = result.error_estimate
     distances = {}
@@ -57,10 +65,11 @@ def approach(ax: Axes, result: SimulationResult) -> Axes:
     return finish(ax, ("contact", ""), ("relative distance from the limit", ""))
 
 
-def balance(ax: Axes, result: SimulationResult, of: Literal["energy", "momentum"] = "energy") -> Axes:
+def balance(ax: Axes, result: SimulationResult | ChainResult, of: Literal["energy", "momentum"] = "energy") -> Axes:
     """Draw the energy or the momentum of the chain against time, with the input of the shock.
 
-    The energy is stacked, contact energy on kinetic energy, with the work of the shock from its end on. The momentum is
+    The energy is stacked, contact energy on kinetic energy, with the work of the shock from its end on; in chains
+    beyond equal spheres with the work or the energy of the striker, of which damping dissipates a part. The momentum is
     that of the granules that move forward and backward, and the total, with the impulse of the shock. The legend states
     the defect of the balance at the end.
 
@@ -68,7 +77,7 @@ def balance(ax: Axes, result: SimulationResult, of: Literal["energy", "momentum"
     ----------
     ax : Axes
         Axes to draw on.
-    result : SimulationResult
+    result : SimulationResult or ChainResult
         Result with ``energies`` recorded, for the momentum with ``field``; time in s, energy in J, momentum in N s.
     of : "energy" or "momentum"
         The balance.
@@ -77,19 +86,32 @@ def balance(ax: Axes, result: SimulationResult, of: Literal["energy", "momentum"
     ------
     InvalidValueError
         If ``of`` is neither, or the histories were not recorded.
+    NotCoveredError
+        If the momentum is that of a chain beyond equal spheres.
     """
     if of not in ("energy", "momentum"):
         raise InvalidValueError.of("of", f"must be energy or momentum (got {of!r})")
-    draw, defect, unit = _momentum, result.momentum_defect, "N s"
     if of == "energy":
-        draw, defect, unit = _energy, result.energy_defect, "J"
-    draw(ax, result)
-    ax.axvline(result.shock.duration, color=GREY, linewidth=0.8, linestyle=":", label="end of the shock")
+        defect, unit = result.energy_defect, "J"
+        _energy(ax, result)
+    else:
+        whole = _covered(result, "use of='energy', or pictures.wall_force for the impulse on the wall")
+        defect, unit = whole.momentum_defect, "N s"
+        _momentum(ax, whole)
+    if (shock := shock_of(result)) is not None:
+        ax.axvline(shock.duration, color=GREY, linewidth=0.8, linestyle=":", label="end of the shock")
     ax.plot([], [], " ", label=f"defect {defect:.1e}".replace("-", MINUS))
     return finish(ax, ("time", "s"), (of, unit))
 
 
-def _energy(ax: Axes, result: SimulationResult) -> None:
+def _covered(result: SimulationResult | ChainResult, remedy: str) -> SimulationResult:
+    if isinstance(result, SimulationResult):
+        return result
+    problem = f"must be a simulation of equal spheres (got a {type(result).__name__}; {remedy})"
+    raise NotCoveredError.of("result", problem)
+
+
+def _energy(ax: Axes, result: SimulationResult | ChainResult) -> None:
     kept = recorded(result, "energies")
     times = kept.times
     kinetic = np.asarray(kept.kinetic_energy)
@@ -97,9 +119,14 @@ def _energy(ax: Axes, result: SimulationResult) -> None:
     area(ax, times, 0.0, kinetic, SKY, "", "kinetic energy")
     area(ax, times, kinetic, total, ORANGE, "////", "contact energy")
     ax.plot(times, total, color=BLUE, linewidth=1.2, label="total")
-    work = float(result.found.work * result.scales.energy)
-    begin = min(result.shock.duration, times[-1])
-    ax.plot([begin, times[-1]], [work, work], color=BLACK, linewidth=1.2, linestyle="--", label="work of the shock")
+    if isinstance(result, SimulationResult):
+        work = float(result.found.work * result.scales.energy)
+    else:
+        work = result.applied_energy
+    begin, name = 0.0, "energy of the striker"
+    if (shock := shock_of(result)) is not None:
+        begin, name = min(shock.duration, times[-1]), "work of the shock"
+    ax.plot([begin, times[-1]], [work, work], color=BLACK, linewidth=1.2, linestyle="--", label=name)
     ax.set(xlim=(0, times[-1]), ylim=(0, 1.1 * max(work, float(total.max()))))
 
 

@@ -13,6 +13,7 @@ from shockwave.measurement.recording import Recording
 from shockwave.measurement.result import SimulationResult
 from shockwave.pictures.drawing import BLACK, BLUE, FIELD, GREY, VERMILION, colour_scale, finish, halo, style
 from shockwave.pictures.maps import colour_cells, edges_of
+from shockwave.profiles.shock import Shock
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,14 +43,20 @@ def recorded(result: SimulationResult | ChainResult, kind: str) -> Recording:
     return result.recording
 
 
-def contact_forces(ax: Axes, result: SimulationResult, contacts: Iterable[int] | None = None) -> Axes:
-    """Draw the contact force against time, with a line for each contact, and the shock in grey.
+def shock_of(result: SimulationResult | ChainResult) -> Shock | None:
+    """Return the shock of a simulation; None if a striker hits the chain."""
+    given = result.shock if isinstance(result, SimulationResult) else result.excitation
+    return given if isinstance(given, Shock) else None
+
+
+def contact_forces(ax: Axes, result: SimulationResult | ChainResult, contacts: Iterable[int] | None = None) -> Axes:
+    """Draw the contact force against time, with a line for each contact, and the shock, if there is one, in grey.
 
     Parameters
     ----------
     ax : Axes
         Axes to draw on.
-    result : SimulationResult
+    result : SimulationResult or ChainResult
         Result with ``forces`` recorded; time in s, force in N.
     contacts : iterable of int, optional
         Recorded contacts to draw; default: all, or six at equal distances if there are more.
@@ -59,15 +66,16 @@ def contact_forces(ax: Axes, result: SimulationResult, contacts: Iterable[int] |
     InvalidValueError
         If the forces at a contact were not recorded.
     """
-    kept, shock = recorded(result, "forces"), result.shock
+    kept, shock = recorded(result, "forces"), shock_of(result)
     forces = np.asarray(kept.forces)
     if contacts is None:
         count = min(len(kept.contacts), _MOST_LINES)
         contacts = [kept.contacts[round(place)] for place in np.linspace(0, len(kept.contacts) - 1, count)]
-    inside = np.union1d(kept.times, [shock.rise_time, shock.duration])
-    inside = inside[inside <= shock.duration]
-    applied = shock.peak_force * shock.profile.force(inside / shock.rise_time)
-    ax.plot(inside, applied, color=GREY, linewidth=2.4, alpha=0.5, label="shock")
+    if shock is not None:
+        inside = np.union1d(kept.times, [shock.rise_time, shock.duration])
+        inside = inside[inside <= shock.duration]
+        applied = shock.peak_force * shock.profile.force(inside / shock.rise_time)
+        ax.plot(inside, applied, color=GREY, linewidth=2.4, alpha=0.5, label="shock")
     for index, contact in enumerate(contacts):
         if contact not in kept.contacts:
             known = ", ".join(map(str, kept.contacts))
@@ -75,8 +83,8 @@ def contact_forces(ax: Axes, result: SimulationResult, contacts: Iterable[int] |
         own = forces[:, kept.contacts.index(contact)]
         ax.plot(kept.times, own, linewidth=1.1, label=f"contact {contact}", **style(index))
     highest = float(forces.max())
-    top = 1.08 * min(max(highest, shock.peak_force), _HIGHEST * highest)
-    ax.set(xlim=(0, kept.times[-1]), ylim=(0, top))
+    top = 1.08 * min(max(highest, 0.0 if shock is None else shock.peak_force), _HIGHEST * highest)
+    ax.set(xlim=(0, kept.times[-1]), ylim=(0, top or 1.0))
     return finish(ax, ("time", "s"), ("contact force", "N"))
 
 

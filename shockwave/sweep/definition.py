@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import re
 from collections.abc import Iterator, Mapping
+from itertools import chain, zip_longest
 from pathlib import Path
 from typing import Any, Literal
 
@@ -157,7 +159,8 @@ class SweepDefinition(Sweep):
 
     def differences(self, other: SweepDefinition) -> dict[str, str]:
         """Return the differences from ``other`` by dotted names, with both values."""
-        changes = _changes(self._identity(), other._identity())
+        one, two = self._identity(), other._identity()
+        changes = chain(_axis_changes(one.pop("axes"), two.pop("axes")), _changes(one, two))
         return {name: f"{text_of(here)}, now {text_of(there)}" for name, here, there in changes}
 
     def resumed(self, there: SweepDefinition, folder: Path, accept_versions: bool) -> SweepDefinition:
@@ -189,6 +192,37 @@ def _changes(there: Any, here: Any, name: str = "") -> Iterator[tuple[str, Any, 
             yield from _changes(there.get(key), here.get(key), f"{name}.{key}" if name else key)
     elif there != here:
         yield name, there, here
+
+
+def _axis_changes(there: list[Any], here: list[Any]) -> Iterator[tuple[str, Any, Any]]:
+    """Like `_changes`, for axes: other variables, or else the number of values and the first value that differs."""
+    names = [[", ".join(axis["names"]) for axis in axes] for axes in (there, here)]
+    if names[0] != names[1]:
+        for number, (one, other) in enumerate(zip_longest(*names), start=1):
+            if one != other:
+                yield f"axis {number}", one, other
+        return
+    for name, one, other in zip(names[0], there, here, strict=True):
+        counts = len(one["values"]), len(other["values"])
+        if counts[0] != counts[1]:
+            yield f"axis {name}, number of values", *counts
+        if one["units"] != other["units"]:
+            yield f"axis {name}, units", one["units"], other["units"]
+        for number, positions in enumerate(zip(one["values"], other["values"], strict=False), start=1):
+            if positions[0] != positions[1]:
+                before, now = (dict(zip(one["names"], position, strict=True)) for position in positions)
+                for changed, *both in _changes(before, now):
+                    yield f"axis {changed}, value {number}:", *both
+                break
+
+
+def folder_path(folder: str | os.PathLike[str]) -> Path:
+    """Return the path of the folder of a sweep; raises InvalidValueError if it is not a path."""
+    try:
+        return Path(folder)
+    except TypeError:
+        problem = f"must be the path of a folder, such as 'results' (got {text_of(folder)})"
+        raise InvalidValueError.of("folder", problem) from None
 
 
 def as_text(value: Any) -> str | None:

@@ -16,9 +16,9 @@ from attrs import frozen
 
 from shockwave.errors import UnknownNameError
 from shockwave.progress import progressed
-from shockwave.result_base import Result
+from shockwave.result_base import VERSION, Result
 from shockwave.sweep.accuracy import accuracy_of, main_quantity
-from shockwave.sweep.definition import NOTES, SweepDefinition, as_text
+from shockwave.sweep.definition import NOTES, SweepDefinition, as_text, folder_path
 from shockwave.sweep.journal import NOT_RUN, Journal
 from shockwave.tables import Table, along, library
 from shockwave.text import facts, limits, si, significant_digits, strong, table
@@ -28,6 +28,10 @@ _VARIABLE_DIGITS = 5
 _USUAL_DIGITS = 3
 # Failed points, and different texts of a column, that are listed.
 _MOST_LISTED = 5
+# Attributes that the document contains under their names.
+_DOCUMENT = (
+    *("name", "run", "axes", "columns", "scenario", "named", "versions", "earlier_versions", "failed", "warnings"),
+)
 
 
 @frozen
@@ -136,6 +140,22 @@ class SweepResults(Result, SweepDefinition):
             if name in axis.names:
                 return place
         raise UnknownNameError("variable of the sweep", name, self.variables)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return a document for JSON: axes, columns, their values, failed points, scenario and versions.
+
+        ``values`` holds nested lists in the shape of the sweep, in SI units, by the names of the columns and
+        ``status``; a missing value is None.
+        """
+        named = {name: getattr(self, name) for name in _DOCUMENT}
+        document = json.loads(json.dumps(named, default=attrs.asdict))
+        values = {}
+        for name, array in self._arrays.items():
+            some = array.astype(object)
+            some[~np.isfinite(array) if array.dtype.kind == "f" else array == ""] = None
+            values[name] = some.tolist()
+        own = {"points": self.points, "complete": self.complete, "folder": str(self.folder), "values": values}
+        return {**VERSION, **document, **own}
 
     def to_pandas(self, table: str | None = None) -> Any:
         """Return a `pandas.DataFrame` with a row for each point, indexed by the variables; ``attrs`` holds the units.
@@ -264,9 +284,9 @@ def load_sweep(folder: str | os.PathLike[str]) -> SweepResults:
     FileAccessError
         If the folder cannot be read.
     InvalidValueError
-        If its definition or its journal is not that of a sweep.
+        If ``folder`` is not a path, or its definition or its journal is not that of a sweep.
     """
-    place = Path(folder)
+    place = folder_path(folder)
     definition = SweepDefinition.read(place)
     journal = Journal(place, definition.points)
     warnings = [*journal.read(definition.columns), *definition.version_notes]

@@ -8,17 +8,17 @@ import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
-from pathlib import Path
 from typing import Any
 
 from attrs import define, evolve, field
 
 from shockwave.errors import InvalidValueError, UsageError, message_of
+from shockwave.fields import Quantity
 from shockwave.files import read_bytes, write_file
 from shockwave.log import logger
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scenario import Scenario
-from shockwave.sweep.definition import DEFINITION, SweepDefinition
+from shockwave.sweep.definition import DEFINITION, SweepDefinition, folder_path
 from shockwave.sweep.fork_server import start_server
 from shockwave.sweep.journal import NOT_RUN, Journal, line_of
 from shockwave.sweep.point_evaluation import Points, content_of
@@ -36,6 +36,7 @@ _CHECK_INTERVAL = 5
 _LAST = 1.5
 # Largest scenario file that is copied [bytes]; the reader of scenarios has its own limit.
 _MOST_SCENARIO = 2**24
+_TIMEOUT = Quantity("s", "time limit of a point", above=0, optional=True)
 _CRASH = "its process terminated (a crash, or out of memory)"
 
 
@@ -62,7 +63,7 @@ def run_sweep(
     executor: Executor | str | Any = None,
     *,
     workers: int | None = None,
-    timeout: float | None = None,
+    timeout: float | str | None = None,
     fail_fast: bool = False,
     retry_failed: bool = False,
     accept_versions: bool = False,
@@ -83,8 +84,9 @@ def run_sweep(
         An executor or a client of dask, or ``processes`` (default), ``dask`` or ``dask=ADDRESS``.
     workers : int, optional
         Number of workers; default: that of the executor, or the number of cores.
-    timeout : float, optional
-        Time limit of a point [s]. A point that exceeds it is stopped and recorded as failed. For processes only.
+    timeout : float or str, optional
+        Time limit of a point [s], or text with a unit. A point that exceeds it is stopped and recorded as failed. For
+        processes only.
     fail_fast : bool
         Stop at the first point that fails.
     retry_failed : bool
@@ -102,7 +104,7 @@ def run_sweep(
     Raises
     ------
     ScenarioError, InvalidValueError
-        If the scenario is invalid, has no sweep, or differs from that of ``folder``.
+        If the scenario is invalid, has no sweep, or differs from that of ``folder``; if ``timeout`` is out of range.
     FileAccessError
         If a file cannot be read or written. The message names the file; finished points are kept.
     UsageError, ShockwaveError
@@ -111,9 +113,10 @@ def run_sweep(
         A KeyboardInterrupt, raised after the finished points have been saved.
     """
     begin = time.perf_counter()
+    place, limit = folder_path(folder), _TIMEOUT.checked("timeout", timeout)
     start_server(executor)
     points = points_of(scenario)
-    journal = Journal(Path(folder), len(points.sweep))
+    journal = Journal(place, len(points.sweep))
     with journal.locked():
         definition = _definition(journal, points, accept_versions)
         notes = [*journal.read(definition.columns), *definition.version_notes]
@@ -136,7 +139,7 @@ def run_sweep(
         if before < journal.points:
             content = content_of(points)
             try:
-                with workers_of(executor, workers, timeout) as crew:
+                with workers_of(executor, workers, limit) as crew:
                     logger.info("sweep %s: %d of %d points to run", folder, journal.points - before, journal.points)
                     _Dispatch(content, journal, crew, fail_fast, lambda: progress and progress(report())).run()
             except KeyboardInterrupt:

@@ -32,12 +32,16 @@ def write_tables(definition: SweepDefinition, journal: Journal) -> tuple[Path, .
     keys = [json.dumps(name).replace("%", "%%") for name in ("index", *units, "status", "problem")]
     entries = ", ".join(f"{key}: %s" for key in keys)
     known = lru_cache(_MOST_KEPT, typed=True)(_texts)  # most values occur at many points
+
+    def texts_of(value: Any) -> tuple[str, str]:
+        return _texts(value) if isinstance(value, dict | list) else known(value)  # those cannot be keys of the cache
+
     with replacing(files[0]) as table, replacing(files[1]) as objects:
         table.write(",".join(_cell(head) for head in (*heads, "status", "problem")) + "\n")
         # point by point, so that memory does not grow with their number
         for row in journal.rows(definition, Digits):
             values = [*row.point, *row.values, row.status, row.problem]
-            pairs = [(value, value) if type(value) is Digits else known(value) for value in values]
+            pairs = [(value, value) if type(value) is Digits else texts_of(value) for value in values]
             cells, texts = zip(*pairs, strict=True)
             table.write(",".join(cells) + "\n")
             objects.write(f"{{{entries % (row.number, *texts)}}}\n")

@@ -94,8 +94,6 @@ def workers_of(executor: Any, count: int | None, timeout: float | None = None) -
     """
     if count is not None and count < 1:
         raise UsageError(f"workers: must be a whole number >= 1 (got {count!r})")
-    if timeout is not None and not timeout > 0:
-        raise UsageError(f"timeout: must be a number of seconds > 0 (got {timeout!r})")
     if executor is None or executor == "processes":
         _check_start()
         with closing(Processes(count or cores(), timeout)) as own:
