@@ -118,6 +118,8 @@ class Verdict:
         """The force and its range."""
         if self.value is None:
             return "is not known"
+        if self.value == 0:
+            return "has not acted yet"
         if self.low is None or self.high is None:
             return f"{si(self.value, 'N', 2)} or more" if self.low else f"{si(self.value, 'N', 2)}, error not known"
         error = (self.high - self.low) / 2 / self.value if self.value else 1.0

@@ -27,6 +27,9 @@ USUAL = {
     "peak_force": Usual(1e-9, 1e9, "N", "from single grains of powder to explosions at a wall"),
     # at a kilometre per second the pressure rho c v exceeds the strength of every solid
     "velocity": Usual(1e-6, 1e3, "m/s", "slower strikers creep, faster ones shatter or melt"),
+    # Kuwabara-Kono times of metals and polymers are of the order of a microsecond or less
+    "time": Usual(1e-12, 1e-3, "s", "longer ones belong to liquids and gels"),
+    "gap": Usual(1e-12, 0.1, "m", "wider ones are longer than a granule"),
     # osmium 22 590 kg/m^3; the mass of a piston can be lumped into a sphere
     "density": Usual(10.0, 1e5, "kg/m**3", "from foams to spheres that stand for pistons"),
     # diamond 1.2 TPa
@@ -60,6 +63,8 @@ def _values(excitation: Any, chain: Any) -> Iterator[tuple[str, str, float]]:
         yield "impact", "velocity", excitation.velocity
         yield from _sphere("impact", excitation)
     yield from _sphere("chain", chain)
+    if hasattr(chain.damping, "time"):
+        yield "chain.damping", "time", chain.damping.time
     if chain.end is not None:
         yield from _material("chain.end.wall", chain.end.material)
     for index, part in enumerate(chain.granules if isinstance(chain.granules, tuple) else ()):
@@ -70,10 +75,12 @@ def _values(excitation: Any, chain: Any) -> Iterator[tuple[str, str, float]]:
 
 
 def _sphere(place: str, part: Any) -> Iterator[tuple[str, str, float]]:
-    """Diameter and material of a part, as far as it has its own."""
+    """Diameter, gap and material of a part, as far as it has its own."""
     if part.radius is not None:
         for radius in (part.radius,) if isinstance(part.radius, float) else (part.radius.first, part.radius.last):
             yield place, "diameter", 2 * radius
+    if getattr(part, "gap", 0.0):
+        yield place, "gap", part.gap
     yield from _material(f"{place}.material", part.material)
 
 

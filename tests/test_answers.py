@@ -169,3 +169,9 @@ def test_a_comparison_without_an_estimate_does_not_advise_to_simulate() -> None:
     shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=100.0, rise_time=100e-6)
     assert str(sw.predict(shock, chain).no_estimate).endswith("; simulate")
     assert "simulate" not in str(sw.compare(shock, chain)).replace("simulated", "")
+
+
+def test_quantities_of_pint_equal_the_same_text() -> None:
+    assert sw.Segment(count=1, gap=Q(10, "um")) == sw.Segment(count=1, gap="10 um")
+    wall = {"material": "same", "mass": 1.0}
+    assert sw.Wall(**wall, stiffness=Q(7, "kN/mm")) == sw.Wall(**wall, stiffness="7 kN/mm")

@@ -483,3 +483,29 @@ def test_a_page_of_segments_of_equal_granules_is_that_of_a_chain_of_them(tmp_pat
     assert not found.is_beyond
     assert found.scenario.chain == attrs.evolve(CHAIN, granules=5)
     assert found.predicted is not None
+
+
+@pytest.mark.parametrize("backend", ["compiled", "numpy"])
+def test_the_last_sample_is_at_the_end_of_the_simulated_time(backend: str) -> None:
+    shock = sw.Shock(profile=sw.Triangular(duration_ratio=3.0), peak_force=50.0, rise_time=20e-6)
+    chain = attrs.evolve(CHAIN, granules=5, end=Wall(material="same"))
+    for until in (0.1e-3, 0.3e-3, 0.7e-3, 0.9e-3):  # some multiples of the interval are rounded upwards
+        result = sw.simulate(shock, chain, until=until, record=["field", "energies"], interval=1e-6, backend=backend)
+        kept = result.recording
+        assert kept.times[-1] == pytest.approx(until, rel=1e-12)
+        assert np.allclose(kept.velocities[-1], result.velocities, rtol=1e-5, atol=1e-9)
+        assert kept.kinetic_energy[-1] > 0
+
+
+@pytest.mark.parametrize("excitation", [None, CHAIN], ids=["nothing", "chain"])
+def test_anything_but_a_shock_or_a_striker_is_refused(excitation: Any) -> None:
+    chain = attrs.evolve(CHAIN, granules=5, end=Wall(material="same"))
+    with pytest.raises(sw.InvalidValueError, match=r"shock: must be a Shock, and the chain a Chain \(got"):
+        sw.simulate(excitation, chain)
+
+
+def test_results_of_all_chains_have_the_same_attributes() -> None:
+    equal, walled = (attrs.evolve(CHAIN, granules=8, end=end) for end in (None, Wall(material="same")))
+    results = [sw.simulate(triangle(3.0), chain) for chain in (equal, walled)]
+    for name in set(results[0].to_dict()) & set(results[1].to_dict()) - {"version", "yield", "wave_threshold", "step"}:
+        assert all(hasattr(result, name) for result in results), name

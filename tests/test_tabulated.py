@@ -42,6 +42,17 @@ def test_peak_force_rise_time_and_duration_are_those_of_the_record():
     assert profile.duration_ratio == 20e-6 / 5e-6
 
 
+def test_samples_can_be_lists_of_text_and_quantities():
+    quantity = pint.UnitRegistry().Quantity
+    plain = Tabulated(times=[0.0, 10e-6, 30e-6], forces=[0.0, 50.0, 0.0])
+    assert Tabulated(times=["0 us", "10 us", "30 us"], forces=["0 N", "0.05 kN", "0 N"]) == plain
+    microseconds = [quantity(time, "us") for time in (0, 10, 30)]
+    assert Tabulated(times=microseconds, forces=[0.0, 50.0, 0.0]) == plain
+    for times in (["0 us", "10 m", "30 us"], [quantity(1, "N")] * 3):
+        with pytest.raises(InvalidValueError, match="times: must be a sequence of numbers"):
+            Tabulated(times=times, forces=[0.0, 50.0, 0.0])
+
+
 def test_samples_can_be_quantities_of_pint():
     quantity = pint.UnitRegistry().Quantity
     record = Tabulated(times=quantity(np.array([0.0, 1.0, 2.0]), "us"), forces=quantity([0.0, 3.0, 0.0], "kN"))
