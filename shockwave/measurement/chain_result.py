@@ -24,7 +24,15 @@ from shockwave.text import printed
 _KEYS = (
     *("scenario", "peak_force", "amplification", "error_estimate", "waves", "passages", "contacts", "greatest_force"),
     *("transmitted", "end", "arrival_time", "applied_momentum", "applied_energy", "dissipated_energy"),
-    *("recoil_momentum", "recoil_velocities", "ejected_granules", "spall_velocities", "velocities", "restitution"),
+    *(
+        "recoil_momentum",
+        "recoil_error",
+        "recoil_velocities",
+        "ejected_granules",
+        "spall_velocities",
+        "velocities",
+        "restitution",
+    ),
     *("segments", "end_energy", "momentum_defect", "energy_defect", "recording", "integrator", "backend", "cost"),
 )
 
@@ -179,6 +187,7 @@ class ChainResult(Result):
     amplification: None = field(default=None, init=False, repr=False)
     waves: tuple[()] = field(default=(), init=False, repr=False)
     passages: tuple[()] = field(default=(), init=False, repr=False)
+    recoil_error: None = field(default=None, init=False, repr=False)
 
     @property
     def scene(self) -> ChainScene:
@@ -243,7 +252,7 @@ class ChainResult(Result):
         """Document printed by ``simulate --json``: SI floats, no NaN."""
         document = {name: plain(getattr(self, name)) for name in _KEYS}
         own = {name: plain(getattr(self.options, name)) for name in ("wave_threshold", "rtol", "step")}
-        others = {"recoil_error": None, "yield": plain(self.yielding), "scene": self.scene.to_dict()}
+        others = {"yield": plain(self.yielding), "scene": self.scene.to_dict()}
         others["verdict"] = plain_verdict(self)
         return {**VERSION, **document, **own, **others, "warnings": list(self.all_warnings)}
 
