@@ -14,6 +14,7 @@ from shockwave.options import SimulateOptions
 if TYPE_CHECKING:
     from shockwave.chain.chain import Chain
     from shockwave.chain.impact import Impact
+    from shockwave.limit import Limit
     from shockwave.prediction.outcome import Outcome
     from shockwave.prediction.predictor import Predictor
     from shockwave.profiles.shock import Shock
@@ -26,7 +27,9 @@ if TYPE_CHECKING:
 _kept_options = functools.lru_cache(maxsize=64, typed=True)(SimulateOptions)
 
 
-def predict(scene: Scene, chain: Chain | None = None, **settings: Any) -> Outcome:
+def predict(
+    scene: Scene, chain: Chain | None = None, *, limit: Limit | float | str | None = None, **settings: Any
+) -> Outcome:
     """Predict the waves that a shock or a striker generates, and the force on a wall.
 
     Parameters
@@ -35,6 +38,8 @@ def predict(scene: Scene, chain: Chain | None = None, **settings: Any) -> Outcom
         A scenario or its file, or a shock or striker on ``chain``.
     chain : Chain, optional
         The chain, if ``scene`` is a shock or a striker.
+    limit : Limit, float or str, optional
+        Limit of the force that leaves the chain, or this force [N]; by default that of the scenario.
     **settings
         Settings of `Predictor`, which replace those of the scenario.
 
@@ -49,15 +54,23 @@ def predict(scene: Scene, chain: Chain | None = None, **settings: Any) -> Outcom
 
     scenario = _scenario(scene, chain)
     if scenario is None:
-        return Predictor(**settings).predict(cast("Shock | Impact", scene), cast("Chain", chain))
+        outcome = Predictor(**settings).predict(cast("Shock | Impact", scene), cast("Chain", chain))
+        return cast("Outcome", _limited(outcome, limit))
     try:
         outcome = _predictor(scenario, settings).predict(scenario.excitation, scenario.chain)
     except NotCoveredError as error:
         raise scenario.located(error) from None
-    return evolve(outcome, scenario=scenario.name, limit=scenario.limit)
+    return cast("Outcome", _limited(evolve(outcome, scenario=scenario.name, limit=scenario.limit), limit))
 
 
-def simulate(scene: Scene, chain: Chain | None = None, rtol: float | None = None, **options: Any) -> Any:
+def simulate(
+    scene: Scene,
+    chain: Chain | None = None,
+    rtol: float | None = None,
+    *,
+    limit: Limit | float | str | None = None,
+    **options: Any,
+) -> Any:
     """Integrate eq. (1) and measure the waves that form, or in other chains the greatest forces at the contacts.
 
     The leading wave is followed until its peak force has reached its limit along the chain. The other waves and the
@@ -71,6 +84,8 @@ def simulate(scene: Scene, chain: Chain | None = None, rtol: float | None = None
         The chain, if ``scene`` is a shock or a striker.
     rtol : float, optional
         Relative error of the peak force, 1e-13 to 1e-2; default 1e-6.
+    limit : Limit, float or str, optional
+        Limit of the force that leaves the chain, or this force [N]; by default that of the scenario.
     **options
         ``integrator``, ``step``, ``wave_threshold``, ``waves``, ``backend``, ``contacts``, ``record``, ``interval``,
         ``until`` and ``timeout`` of `SimulateOptions`; those given replace those of the scenario.
@@ -96,9 +111,9 @@ def simulate(scene: Scene, chain: Chain | None = None, rtol: float | None = None
     if scenario is None:
         plain = all(value is None or isinstance(value, str | int | float) for value in options.values())
         made = (_kept_options if plain else SimulateOptions)(**options)
-        return simulate_with(made, cast("Shock", scene), cast("Chain", chain))
+        return _limited(simulate_with(made, cast("Shock", scene), cast("Chain", chain)), limit)
     result = simulate_with(_options(scenario, options), scenario.excitation, scenario.chain)
-    return evolve(result, scenario=scenario.name, limit=scenario.limit)
+    return _limited(evolve(result, scenario=scenario.name, limit=scenario.limit), limit)
 
 
 def compare(
@@ -106,6 +121,8 @@ def compare(
     chain: Chain | None = None,
     predictor: Predictor | None = None,
     options: SimulateOptions | None = None,
+    *,
+    limit: Limit | float | str | None = None,
     **asked: Any,
 ) -> Comparison:
     """Predict and simulate a scene; simulate alone where the model does not cover it.
@@ -119,9 +136,11 @@ def compare(
     predictor : Predictor, optional
         By default that of the scenario, or one with its defaults.
     options : SimulateOptions, optional
-        By default those of the scenario; or else
+        By default those of the scenario; or else ``asked``.
+    limit : Limit, float or str, optional
+        Limit of the force that leaves the chain, or this force [N]; by default that of the scenario.
     **asked
-        options of `simulate`.
+        Options of `simulate`.
 
     Raises
     ------
@@ -132,12 +151,28 @@ def compare(
 
     scenario = _scenario(scene, chain)
     if scenario is None:
-        return comparison.compare(cast("Shock", scene), cast("Chain", chain), predictor, options, **asked)
+        found = comparison.compare(cast("Shock", scene), cast("Chain", chain), predictor, options, **asked)
+        return _both_limited(found, limit)
     options = _options(scenario, asked) if options is None else options
     found = comparison.compare(scenario.excitation, scenario.chain, predictor or scenario.predictor, options)
     predicted = found.predicted and evolve(found.predicted, scenario=scenario.name, limit=scenario.limit)
     simulated = evolve(found.simulated, scenario=scenario.name, limit=scenario.limit)
-    return evolve(found, predicted=predicted, simulated=simulated, published=scenario.published)
+    return _both_limited(evolve(found, predicted=predicted, simulated=simulated, published=scenario.published), limit)
+
+
+def _limited(result: Any, limit: Limit | float | str | None) -> Any:
+    """The result with this limit, if one is given."""
+    if limit is None:
+        return result
+    from shockwave.limit import limit_of
+
+    return evolve(result, limit=limit_of(limit))
+
+
+def _both_limited(found: Comparison, limit: Limit | float | str | None) -> Comparison:
+    """The comparison with this limit of both results, if one is given."""
+    predicted = found.predicted and _limited(found.predicted, limit)
+    return evolve(found, predicted=predicted, simulated=_limited(found.simulated, limit))
 
 
 def _scenario(scene: object, chain: object) -> Scenario | None:

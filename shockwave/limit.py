@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any, Literal
 
+import attrs
 from attrs import asdict, evolve, frozen
 
 from shockwave.errors import InvalidValueError
-from shockwave.fields import quantity, text_of
+from shockwave.fields import quantity, quantity_of, text_of
 from shockwave.text import alarm, si
 
 Decision = Literal["below", "above", "undecided"]
@@ -49,6 +50,21 @@ class Limit:
             raise InvalidValueError.of("result", problem)
         found: Verdict = evolve(result, limit=self).verdict
         return found
+
+
+def limit_of(given: Limit | float | str | None) -> Limit | None:
+    """A limit, given as such or as its force [N] or text with a unit; None if nothing is given.
+
+    Raises
+    ------
+    InvalidValueError
+        If it is something else.
+    """
+    if given is None or isinstance(given, Limit):
+        return given
+    spec = quantity_of(attrs.fields(Limit).force)
+    assert spec is not None
+    return Limit(force=spec.checked("limit", given))
 
 
 @frozen(kw_only=True)

@@ -190,9 +190,9 @@ def test_the_greatest_force_of_equal_granules_can_be_the_target(tmp_path: Path) 
 @pytest.mark.parametrize(
     ("target", "message"),
     [
-        ("speed=3", "--target: must be a property of the result (got 'speed'"),
+        ("speed=3", "--target: must be a quantity that the simulation of every scene has (got speed"),
         ("amplification=1", "--target: must be a quantity that the simulation of every scene has"),
-        ("contacts[2].peak_force=1", "--target: must count from 0 in the list simulate.contacts of the scenario"),
+        ("contacts[2].peak_force=1", "--target: must count from 0 in the list of the reported contacts"),
     ],
     ids=["wave", "limit", "contact"],
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 from pathlib import Path
@@ -255,7 +256,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "vary-known": ({"vary": "radius"}, r"vary: .*known: chain.material, chain.diameter, (?!.*predict)"),
     "vary-setting": (
         {"vary": "simulate.rtol"},
-        "vary: must be a number of the chain or the shock that varies continuously",
+        "vary: must be a number or a material of the chain or the shock",
     ),
     "target-unknown": ({"target": {"peak_fource": 1}}, "target: .* did you mean 'peak_force'"),
     "target-unit": ({"target": {"peak_force": "3 mm"}}, "target.peak_force: must be a force"),
@@ -337,7 +338,7 @@ def test_materials_meet_an_inequality() -> None:
         (["--between", "20 mm", "1 mm"], "--between"),
         (["--vary", "chain.material", "--among", "ptef"], "--among"),
         (["--target", "peak_force"], "--target"),
-        (["--target", "speed=9"], "--target"),
+        (["--target", "sped=9"], "--target"),
         (["-o", "design.gif"], "--output: must end in"),
     ],
     ids=["order", "material", "form", "two", "ending"],
@@ -349,3 +350,35 @@ def test_a_wrong_argument_is_refused(arguments: list[str], error: str, capsys: p
     printed = capsys.readouterr()
     assert printed.err.startswith(error)
     assert printed.out == ""
+
+
+def test_the_command_lists_all_materials_that_meet_an_inequality(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "endless.yaml"
+    shock = "{profile: triangular, peak_force: 100 N, rise_time: 20 us, duration_ratio: 3}"
+    file.write_text(f"chain: {{material: paper-steel, diameter: 8 mm}}\nshock: {shock}\n")
+    arguments = ["--vary", "chain.material", "--among", "ptfe,brass-260,nylon-66", "--target", "peak_force <= 100 N"]
+    assert cli.main(["design", str(file), *arguments, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [one["value"] for one in found["solutions"]] == ["nylon-66", "ptfe"]
+    several = [*arguments, "--target", "amplification <= 2", "--least"]
+    assert cli.main(["design", str(file), *several, "speed"]) == 0
+    assert "minimised         speed" in capsys.readouterr().out
+    assert cli.main(["design", str(file), *several[:-1]]) == 3
+    assert "or state another quantity to minimise, --least" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("among", "message"),
+    [([], r".* \(got \[\]"), ([sw.material("ptfe")], r".* \(got \[Material"), (5, r".* \(got 5")],
+    ids=["none", "object", "number"],
+)
+def test_materials_to_compare_are_names(among: Any, message: str) -> None:
+    with pytest.raises(sw.InvalidValueError, match=f"^among: must be names of materials{message}"):
+        sw.design(CASE_A, CHAIN, vary="chain.material", among=among, target={"peak_force": 60})
+
+
+def test_one_material_to_compare_need_not_be_a_list() -> None:
+    found = sw.design(CASE_A, CHAIN, vary="chain.material", among="ptfe", target="peak_force <= 1 kN")
+    assert [one.value for one in found.table] == ["ptfe"]

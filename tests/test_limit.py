@@ -327,3 +327,22 @@ def test_heavy_strikers_before_a_wall_have_no_estimate() -> None:
     assert light.transmitted.high > light.transmitted.peak_force
     assert heavy.transmitted is None
     assert any("add up at a wall" in warning for warning in heavy.warnings)
+
+
+@pytest.mark.parametrize("limit", [1000.0, "1 kN", sw.Limit(force=1000.0)], ids=["number", "text", "limit"])
+def test_a_limit_is_given_as_a_force(limit: Any, tmp_path: Path) -> None:
+    scene = sw.load_scenario(written(tmp_path, more="limit: {force: 1 N}"))
+    spreads = {"shock.peak_force": "5 %"}
+    for given in ((scene,), (scene.shock, scene.chain)):
+        for run in (sw.predict, sw.simulate, sw.compare):
+            found = run(*given, limit=limit).verdict
+            assert (found.limit, found.decision) == (1000.0, "below")
+        exceedance = sw.uncertainty(*given, spreads=spreads, draws=256, limit=limit).exceedance
+        assert exceedance is not None
+        assert exceedance.limit == 1000.0
+
+
+@pytest.mark.parametrize("run", [sw.predict, sw.simulate, sw.compare])
+def test_a_limit_that_is_no_force_is_refused(run: Any) -> None:
+    with pytest.raises(sw.InvalidValueError, match=r"^limit: must be a force"):
+        run(SHOCK, chain(), limit="80 mm")

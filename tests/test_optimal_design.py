@@ -237,7 +237,8 @@ def test_the_command_draws_the_ranking_beside_the_front(file: Path, tmp_path: Pa
     pytest.importorskip("matplotlib")
     picture = tmp_path / "ranking.png"
     vary = ["--vary", "chain.granules[1].material", "--among", "ptfe,nylon-66"]
-    assert cli.main(["design", str(file), *vary, "--target", f"{FORCE} <= 1 kN", "-o", str(picture)]) == 0
+    given = [*vary, "--target", f"{FORCE} <= 1 kN", "--least", "chain.mass"]
+    assert cli.main(["design", str(file), *given, "-o", str(picture)]) == 0
     width, height = (int.from_bytes(picture.read_bytes()[at : at + 4], "big") for at in (16, 20))
     assert width > 4 * height  # two axes side by side
 
@@ -275,7 +276,7 @@ def test_a_force_that_has_not_arrived_meets_no_target(file: Path, tmp_path: Path
 
 
 def test_an_infeasible_design_ends_with_status_1(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    given = ["--vary", "chain.granules[1].material", "--target", "chain.mass <= 1e-9 kg"]
+    given = ["--vary", "chain.granules[1].material", "--target", "chain.mass <= 1e-9 kg", "--least", "chain.length"]
     assert cli.main(["design", str(file), *given]) == 1
     assert "no option meets chain mass <= " in capsys.readouterr().err
 
@@ -307,3 +308,94 @@ def test_mass_and_length_are_those_of_the_granules() -> None:
     mass, length = mass_and_length(chain)
     assert mass == pytest.approx(4 / 3 * math.pi * steel.density * (2 * 1e-9 + 8e-9), rel=1e-14)
     assert length == pytest.approx(8e-3 + 2e-4, rel=1e-14)
+
+
+# ---------------------------------------------------------------- whole numbers and quantities of the chain
+
+
+def test_all_whole_numbers_that_meet_a_target_are_found(file: Path) -> None:
+    count = "chain.granules[1].count"
+    family = Family(sw.load_scenario(file))
+    forces = {one: sw.simulate(family.scenario({count: one})).transmitted.peak_force for one in range(1, 6)}
+    limit = sorted(forces.values())[2] * (1 + 1e-4)
+    found = sw.design(file, vary=count, between=(1, 5), target=f"{FORCE} <= {limit} N")
+    assert [one.value for one in found.solutions] == [one for one, reached in forces.items() if reached <= limit]
+    assert [one.value for one in found.table] == [*forces]
+    with pytest.raises(sw.InvalidValueError, match=r"^between: must have at most 200 whole numbers \(got 300;"):
+        sw.design(file, vary=count, between=(1, 300), target=f"{FORCE} <= 1 N")
+
+
+def test_the_command_draws_whole_numbers(file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("matplotlib")
+    picture = tmp_path / "counts.svg"
+    vary = ["--vary", "chain.granules[1].count", "--between", "1", "2"]
+    assert cli.main(["design", str(file), *vary, "--target", f"{FORCE} <= 1 kN", "-o", str(picture)]) == 0
+    assert capsys.readouterr().out.startswith("count 1 or 2 gives a wall force <= 1 kN")
+    assert picture.stat().st_size > 1000
+
+
+def test_one_number_can_restrict_the_length_and_the_mass(file: Path) -> None:
+    # six beads
+    found = sw.design(file, vary="chain.diameter", between=("2 mm", "20 mm"), target="chain.length <= 30 mm", points=2)
+    assert found.intervals[0] == pytest.approx((2e-3, 5e-3), rel=1e-6)
+    mass, _ = mass_and_length(sw.load_scenario(file).chain)
+    found = sw.design(file, vary="chain.diameter", between=(2e-3, 2e-2), target={"chain.mass": mass}, points=2)
+    assert found.solutions[0].value == pytest.approx(8e-3, rel=1e-6)
+
+
+def test_an_endless_chain_has_no_length(tmp_path: Path) -> None:
+    endless = tmp_path / "endless.yaml"
+    shock = SCENE[SCENE.index("shock:") :]
+    endless.write_text(f"chain: {{material: paper-steel, diameter: 8 mm}}\n{shock}")
+    with pytest.raises(sw.InvalidValueError, match=r"^chain.granules: must be given for its mass and length"):
+        sw.design(endless, vary="chain.diameter", between=(2e-3, 2e-2), target="chain.length <= 30 mm")
+
+
+def test_contacts_are_those_that_are_reported(file: Path) -> None:
+    vary, names = "chain.granules[1].material", ["ptfe"]
+    last, wall = (
+        sw.design(file, vary=vary, among=names, target=f"{name} <= 1 kN").table[0].reached
+        for name in ("contacts[5].peak_force", FORCE)
+    )
+    assert last == wall
+    with pytest.raises(sw.InvalidValueError, match=r"reported contacts.* \(got 'contacts\[6\]\.peak_force'; the list"):
+        sw.design(file, vary=vary, among=names, target="contacts[6].peak_force <= 1 kN")
+
+
+def test_the_ratio_to_first_yield_can_be_required(tmp_path: Path) -> None:
+    hard = tmp_path / "hard.yaml"
+    hard.write_text(SCENE.replace("paper-steel", "bearing-steel-52100").replace(", material: ptfe", ""))
+    found = sw.design(
+        hard, vary="shock.peak_force", between=("50 N", "100 N"), target="yield.peak_ratio <= 1", points=2
+    )
+    ratio = sw.simulate(hard).yielding.peak_ratio
+    assert found.most.reached == pytest.approx(ratio, rel=1e-6)
+
+
+def test_the_properties_of_the_leading_wave_are_those_of_the_simulation(tmp_path: Path) -> None:
+    equal = tmp_path / "equal.yaml"
+    equal.write_text(
+        f"chain: {{material: paper-steel, diameter: 8 mm, granules: 30}}\n{SCENE[SCENE.index('shock:') :]}"
+    )
+    vary = {"chain.material": ["paper-steel"]}
+    found = sw.optimal_design(equal, vary=vary, targets=["speed >= 1 m/s", "energy >= 1 uJ"], least="width")
+    wave = sw.simulate(equal, waves="primary", rtol=1e-8).waves[0]
+    assert found.best is not None
+    assert found.best.quantities["speed"] == pytest.approx(wave.speed, rel=1e-4)
+    assert found.best.least == pytest.approx(wave.width, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"targets": 5}, r"^target: must be a quantity, .* \(got 5\)"),
+        ({"targets": None}, "^target: must be given"),
+        ({"least": ["chain.mass"]}, "^least: must be a property of the result"),
+        ({"seed": -1}, "^seed: must be a whole number >= 0"),
+    ],
+    ids=["targets", "nothing", "least", "seed"],
+)
+def test_arguments_of_other_types_are_refused(file: Path, given: dict[str, Any], message: str) -> None:
+    settings: dict[str, Any] = {"vary": {SIZE: (4e-3, 12e-3)}, "targets": "chain.mass <= 1 kg"}
+    with pytest.raises(sw.InvalidValueError, match=message):
+        sw.optimal_design(file, **settings | given)

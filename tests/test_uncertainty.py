@@ -307,7 +307,7 @@ def test_a_fault_of_the_block_is_reported_with_its_file(tmp_path: Path, capsys: 
     file = tmp_path / "long.yaml"
     file.write_text(FILE.read_text().replace("between: [30 us, 50 us]", "factor: 50"))
     assert cli.main(["uncertainty", str(file)]) == 3
-    assert capsys.readouterr().err.startswith(f"{file}: uncertainty: must give only valid samples")
+    assert capsys.readouterr().err.startswith(f"{file}:15:1: uncertainty: must give only valid samples")
 
 
 def test_numbers_have_the_digits_that_their_errors_leave() -> None:
@@ -333,3 +333,40 @@ def test_a_scenario_with_a_sweep_is_refused(tmp_path: Path, capsys: pytest.Captu
     for arguments in (["uncertainty", str(file)], design):
         assert cli.main(arguments) == 2
         assert "delete the `sweep` block" in capsys.readouterr().err
+
+
+def record(folder: Path, parameters: str, spread: str) -> Path:
+    (folder / "blow.csv").write_text("time [us],value\n0,0\n5,50\n10,100\n15,100\n20,50\n30,0\n")
+    file = folder / "blow.yaml"
+    shock = f"shock: {{profile: tabulated, parameters: {{file: blow.csv, {parameters}}}}}"
+    chain = "chain: {material: stainless-steel-316, diameter: 12.7 mm}"
+    file.write_text(f"{chain}\n{shock}\nuncertainty:\n  {spread}\n")
+    return file
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters"),
+    [("area", "unit: MPa, area: 1 mm**2"), ("mass", "unit: m/s**2, mass: 1 kg"), ("scale", "unit: N, scale: 1")],
+    ids=["area", "mass", "scale"],
+)
+def test_the_sensitivity_of_a_sensor_can_be_uncertain(name: str, parameters: str, tmp_path: Path) -> None:
+    result = sw.uncertainty(record(tmp_path, parameters, f"shock.parameters.{name}: 5 %"), draws=256)
+    (share,) = result.sensitivities
+    assert share.value == pytest.approx(1e-6 if name == "area" else 1.0)
+    # the force is proportional to each of them
+    (force,) = sw.uncertainty(tmp_path / "blow.yaml", spreads={"shock.peak_force": "5 %"}, draws=256).sensitivities
+    assert share.exponent == pytest.approx(force.exponent, rel=1e-3)
+
+
+def test_a_factor_that_the_scenario_does_not_state_is_refused_with_its_place(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = record(tmp_path, "unit: N", "shock.parameters.scale: 5 %")
+    assert cli.main(["uncertainty", str(file)]) == 3
+    assert capsys.readouterr().err.startswith(f"{file}:4:3: uncertainty.'shock.parameters.scale': must have a value")
+
+
+def test_a_percentage_of_nothing_is_refused_with_its_place(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = record(tmp_path, "unit: N", "chain.precompression: 5 %")
+    assert cli.main(["uncertainty", str(file)]) == 3
+    assert capsys.readouterr().err.startswith(f"{file}:4:3: uncertainty.'chain.precompression': must be {{sd: ...}}")

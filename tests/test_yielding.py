@@ -96,8 +96,10 @@ def test_predictions_of_many_refuse_only_the_shocks_beyond_first_yield() -> None
         sw.Predictor().predict(shock(200.0), ELASTIC)
 
 
-@pytest.mark.parametrize("command", ["predict", "simulate"])
+@pytest.mark.parametrize("command", ["predict", "simulate", "compare", "report"])
 def test_the_refusal_names_the_place_in_the_file(command: str, tmp_path: Path, capsys: Any) -> None:
+    if command == "report":
+        pytest.importorskip("matplotlib")
     file = tmp_path / "s.yaml"
     chain = {"material": "bearing-steel-52100", "diameter": "9.5 mm", "elastic_only": True}
     pulse = {"profile": "triangular", "peak_force": "400 N", "rise_time": "20 us", "duration_ratio": 3}

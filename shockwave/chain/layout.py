@@ -161,8 +161,10 @@ def _static_forces(chain: Chain, masses: FloatArray, striker: bool, contacts: in
     return np.append([0.0] * striker, forces)[:contacts]
 
 
-def mass_and_length(chain: Chain) -> tuple[float, float]:
+def mass_and_length(chain: Chain, hint: str = "") -> tuple[float, float]:
     """Mass [kg] and length [m] of the granules of a finite chain, with the gaps, without a striker.
+
+    ``hint`` is added to the error for an endless chain.
 
     Raises
     ------
@@ -170,7 +172,7 @@ def mass_and_length(chain: Chain) -> tuple[float, float]:
         If the chain is not finite.
     """
     if chain.count is None:
-        raise InvalidValueError.of("chain.granules", "must be given for its mass and length (got nothing)")
+        raise InvalidValueError.of("chain.granules", f"must be given for its mass and length (got nothing{hint})")
     rows = [*_granules(chain)]
     mass = 4 / 3 * math.pi * math.fsum(material.density * radius**3 for _, material, radius, _ in rows)
     return mass, math.fsum(2 * radius + gap for *_, radius, gap in rows)

@@ -35,8 +35,7 @@ def design(options: argparse.Namespace) -> int:
     try:
         with of_arguments(options), located(scenario):
             wanted = [parts_of(text, "target") for text in options.target]
-            alone = len(options.vary) == len(wanted) == 1 and not (options.budget or options.least)
-            if alone and (numbers or wanted[0][1] == "="):
+            if len(options.vary) == len(wanted) == 1 and not (options.budget or options.least):
                 found = _one(options, scenario, wanted[0], among)
             else:
                 found = _several(options, scenario, numbers, among)
@@ -46,7 +45,7 @@ def design(options: argparse.Namespace) -> int:
     if options.output:
         _draw(found, options.output)
         print(f"{options.output}: written", file=sys.stderr)
-    # the ranking of materials is a result if the target lies in their range
+    # the ranking of materials or whole numbers is a result if the target lies in their range
     if not found.why or (isinstance(found.vary, str) and found.between is None and found.spanned):
         return 0
     print(f"{options.file}: {found.why}", file=sys.stderr)
@@ -108,6 +107,7 @@ def uncertainty(options: argparse.Namespace) -> int:
         # errors of the block are errors of the file
         if not all(fault.path.startswith("uncertainty") for fault in error.faults):
             raise
-        raise ScenarioError(evolve(fault, location=options.file) for fault in error.faults) from None
+        faults = [evolve(fault, location=fault.location or options.file) for fault in error.faults]
+        raise ScenarioError(faults) from None
     print_result(found, options.json)
     return 0

@@ -182,7 +182,7 @@ def report(options: Namespace) -> int:
     for failed in found.failures:
         print(f"{options.file}: {failed}", file=sys.stderr)
     written(page(found, aside=True), options.output)
-    return 1 if found.failures else 0
+    return found.exit_code
 
 
 def curve(options: Namespace) -> int:

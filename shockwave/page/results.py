@@ -55,6 +55,8 @@ class Findings:
         Text of the scenario file.
     reason : str
         Reason why there is no prediction, or an empty string.
+    exit_code : int
+        Greatest exit status of the failures; 0 without one.
     """
 
     scenario: Scenario
@@ -65,6 +67,7 @@ class Findings:
     failures: tuple[str, ...]
     text: str
     reason: str = ""
+    exit_code: int = 0
 
     @property
     def is_beyond(self) -> bool:
@@ -84,7 +87,7 @@ class Findings:
 
 def findings(scenario: Scenario) -> Findings:
     """Predict and simulate ``scenario``; if one fails, the other is still computed."""
-    failures: list[str] = []
+    failures: dict[str, int] = {}  # with their exit statuses
     tolerance = scenario.predictor.equal_tolerance
     equal = equal_granules(scenario.excitation, scenario.chain)
     if equal is not None:
@@ -98,7 +101,7 @@ def findings(scenario: Scenario) -> Findings:
         reason = f"{scenario.predictor.model} does not cover {places}"
     except ShockwaveError as error:
         reason = str(error)
-        failures.append(f"The prediction failed: {reason}.")
+        failures[f"The prediction failed: {scenario.located(error)}."] = error.exit_code
     simulate = _simulate_chain if equal is None else _simulate
     simulated = _attempt(failures, "The simulation failed", simulate, scenario)
     simulated = simulated and evolve(simulated, limit=scenario.limit)
@@ -120,14 +123,16 @@ def findings(scenario: Scenario) -> Findings:
         failures=tuple(failures),
         text=scenario.path.read_text(encoding="utf-8-sig", errors="replace") if scenario.path else "",
         reason=reason,
+        exit_code=max(failures.values(), default=0),
     )
 
 
-def _attempt(failures: list[str], failure: str, compute: Callable[..., _T], *arguments: object) -> _T | None:
+def _attempt(failures: dict[str, int], failure: str, compute: Callable[..., _T], *arguments: Any) -> _T | None:
     try:
         return compute(*arguments)
     except ShockwaveError as error:
-        failures.append(f"{failure}: {error}.")
+        located = arguments[0].located(error) if isinstance(arguments[0], Scenario) else error
+        failures[f"{failure}: {located}."] = error.exit_code
         return None
 
 

@@ -46,7 +46,7 @@ def materials(ax: Axes, found: Any) -> Axes:
         ]
     else:
         target, name, unit = found.target, found.target.label, found.target.unit
-        rows = [(one.value, one.reached, one.reached_error, one in found.solutions) for one in found.table]
+        rows = [(str(one.value), one.reached, one.reached_error, one in found.solutions) for one in found.table]
         ax.axvline(target.value, color=GREY, linewidth=0.9, linestyle="--", label=f"target {target.sign}")
     labels, values, errors, met = (np.array(column) for column in zip(*rows, strict=True))
     places = np.arange(len(rows))

@@ -123,6 +123,9 @@ class Scenario:
     def place(self, fault: Fault) -> Fault:
         """``fault`` with its place in the document, if its path, alone or below ``shock``, begins with a key there."""
         own, document = steps_of(fault.path), self.document
+        block, _, name = fault.path.partition(".")
+        if block == "uncertainty" and name:  # the keys of this block contain dots
+            own = (block, name.strip("'"))
         for steps in (own, ("shock", *own)):
             if document is not None and steps[:2] in document.keys:
                 return document.fault(steps, fault.problem, at_key=True)

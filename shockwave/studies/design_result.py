@@ -13,7 +13,7 @@ from shockwave.errors import InvalidValueError
 from shockwave.fields import listed, text_of
 from shockwave.result_base import VERSION, Result
 from shockwave.scenario.scenario import Scenario
-from shockwave.studies.quantities import TARGETS, Quantity, Sign, positive
+from shockwave.studies.quantities import OWN, TARGETS, Quantity, Sign, positive
 from shockwave.studies.scaling_exponents import Exponents
 from shockwave.tables import unit_of
 from shockwave.text import facts, limits, paragraph, si, strong, table
@@ -69,7 +69,9 @@ class Target:
         if sign not in get_args(Sign):
             raise InvalidValueError.of("sign", f"must be {listed(get_args(Sign))} (got {text_of(sign)})")
         others = TARGETS if covered else ()
-        quantity = None if name in others else Quantity.named(name, contacts, others, "target")
+        quantity = OWN.get(name)
+        if quantity is None and name not in others:
+            quantity = Quantity.named(name, contacts, (*OWN, *others), "target")
         unit = unit_of(name).replace(" ", "*") if quantity is None else quantity.unit
         return cls(name, positive(f"target.{name}", unit, value), quantity, sign)
 
@@ -240,7 +242,7 @@ class Design(Result):
     target : Target
         Target property of the leading wave.
     between : tuple of float, or None
-        Interval of the parameter; None for materials.
+        Interval of the parameter; None for materials and whole numbers.
     solutions : tuple of Option
         All values in the interval that meet the target, ascending; each was simulated. Ends and extrema that miss the
         target by no more than the allowed error are included, with a warning. Materials are solutions within this error
@@ -248,7 +250,7 @@ class Design(Result):
     intervals : tuple of (float, float)
         For an inequality, all intervals of values that meet it, ascending; their inner ends are ``solutions``.
     nearest : Option or None
-        Option nearest to the target, if there is no solution; always given for materials.
+        Option nearest to the target, if there is no solution; always given for materials and whole numbers.
     least, most : Option
         Options with the least and the greatest value of the target property: the reachable range.
     table : tuple of Option
@@ -286,7 +288,7 @@ class Design(Result):
         if self.reachable:
             return ""
         if self.spanned and self.between is None:
-            return f"no material gives {self.target}, although it is within the reachable range"
+            return f"no {self.varied} gives {self.target}, although it is within the reachable range"
         if self.spanned and self.target.quantity is not None:
             return f"no value gives {self.target} exactly, although it is within the reachable range: it jumps there"
         if self.spanned and self.nearest:

@@ -11,25 +11,29 @@ import numpy as np
 from attrs import asdict, evolve, frozen
 
 from shockwave.chain.chain import Chain
+from shockwave.chain.layout import mass_and_length
 from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.errors import InvalidValueError
 from shockwave.fields import Quantity, text_of
 from shockwave.measurement.simulate import simulate
 from shockwave.numerics import crossings
 from shockwave.progress import counted
-from shockwave.registry import entries
+from shockwave.scenario.block_keys import MATERIALS
 from shockwave.scenario.scene_argument import Scene
 from shockwave.scenario.scene_family import Family
 from shockwave.scenario.uncertainty import is_continuous
 from shockwave.studies import varied_scenes
 from shockwave.studies.chebyshev_fit import evaluated, fitted
 from shockwave.studies.design_result import AnyOption, Design, Option, Simulated, SimulatedOption, Target
-from shockwave.studies.quantities import Sign, parts_of, required
+from shockwave.studies.quantities import OWN, Sign, contacts_of, parts_of, required
 from shockwave.studies.universal_curve import RTOL, UniversalCurve, answer_of
 from shockwave.text import si
 
-_MATERIAL = "chain.material"
+# Most whole numbers that are tried one by one.
+_MOST_WHOLE = 200
 _POINTS = Quantity("", "number of rows", at_least=2, at_most=1000, whole=True)
+# Bound on the relative error of a mass or a length.
+_EXACT = 1e-6
 # Relative difference from the target that is rounding.
 _ROUNDING = 1e-9
 # Tolerance of the simulations of solutions.
@@ -52,12 +56,14 @@ def design(
     vary: str,
     target: Mapping[str, Any] | str,
     between: Sequence[Any] | None = None,
-    among: Iterable[str] | None = None,
+    among: str | Iterable[str] | None = None,
     points: int = 9,
     rtol: float = 1e-4,
     sign: Sign = "=",
 ) -> Design:
     """All values of one parameter of a scene that give the leading wave, or a force in the chain, a target value.
+
+    A number is searched in its interval; materials and whole numbers are tried one by one.
 
     Parameters
     ----------
@@ -66,17 +72,17 @@ def design(
     chain : Chain, optional
         The chain, if ``scene`` is a shock or a striker.
     vary : str
-        Dotted name of the parameter: a number of the chain, the shock or the impact, such as ``chain.radius``, or
-        ``chain.material``.
+        Dotted name of the parameter: a number or a material of the chain, the shock or the impact, such as
+        ``chain.radius`` or ``chain.material``.
     target : mapping or str
         One property and its value, a number in SI units or text: ``{"peak_force": "60 N"}``; or a requirement with its
         relation, such as ``"peak_force <= 60 N"``. The properties of the leading wave are peak_force, amplification,
         momentum, energy, speed, width, granule_velocity. Those of a simulation are transmitted.peak_force,
-        transmitted.impulse, greatest_force.peak_force, dissipated_energy, restitution, and contacts[0].peak_force for
-        the first of the requested contacts.
+        transmitted.impulse, greatest_force.peak_force, dissipated_energy, restitution, yield.peak_ratio, and
+        contacts[0].peak_force for the first of the reported contacts; those of the chain are chain.mass, chain.length.
     between : pair, optional
         Ends of the interval of a number, in SI units or as text.
-    among : sequence of str, optional
+    among : str or sequence of str, optional
         Materials to compare; by default, all materials of the library.
     points : int
         Number of rows of the table, 2 to 1000.
@@ -103,22 +109,40 @@ def design(
         name, sign, value = parts_of(target, "target")
         target = {name: value}
     scenario = varied_scenes.scenario_of(scene, chain)
-    covered = varied_scenes.is_covered(scenario)
-    requested = Target.of(target, covered, scenario.simulate.contacts, sign)
+    # curves are those of chains that differ in a number or in the material of all granules
+    covered = varied_scenes.is_covered(scenario) and not vary.startswith("chain.granules")
+    requested = Target.of(target, covered, contacts_of(scenario), sign)
     varied = varied_scenes.varied(vary, scenario)
-    unused, given = ("between", between) if vary == _MATERIAL else ("among", among)
+    of_material = vary.endswith(MATERIALS)
+    unused, given = ("between", between) if of_material else ("among", among)
     if given is not None:
         raise InvalidValueError.of(unused, f"must be omitted for {vary} (got {text_of(given)})")
     search = (_Search if covered and requested.quantity is None else _SimulatedSearch)(
         Family(scenario), vary, requested, rtol
     )
-    if vary == _MATERIAL:
-        return search.among(among)
+    if of_material:
+        return search.among(varied_scenes.materials_of(among))
+    if varied.whole and vary.startswith("chain."):
+        return search.among(_whole(varied_scenes.interval(varied, between)))
     if not is_continuous(varied):
-        rule = f"must be a number of the chain or the shock that varies continuously, or {_MATERIAL}"
-        hint = "optimal_design, or --least of the command, also takes whole numbers and other materials"
-        raise InvalidValueError.of("vary", f"{rule} (got {vary}; {hint})")
+        raise InvalidValueError.of("vary", f"must be a number or a material of the chain or the shock (got {vary})")
     return search.along(varied.unit or "", varied_scenes.interval(varied, between), points)
+
+
+def _whole(ends: tuple[float, float]) -> range:
+    """All whole numbers of an interval, its ends included."""
+    low, high = map(int, ends)
+    if high - low >= _MOST_WHOLE:
+        problem = f"must have at most {_MOST_WHOLE} whole numbers (got {high - low + 1}; narrow the interval)"
+        raise InvalidValueError.of("between", problem)
+    return range(low, high + 1)
+
+
+def _within(error: InvalidValueError) -> InvalidValueError:
+    """The error of an interval that contains the scene of an ``error``."""
+    if error.faults[0].path in ("target", "chain.granules"):
+        return error
+    return InvalidValueError.of("between", f"must contain only valid cases ({error.faults[0]})")
 
 
 @frozen
@@ -201,32 +225,36 @@ class _Search:
         line = _fitted_line(height, between, self.target.power(ends[0]) * self.rtol)
         return evolve(line, height=height, curve=curve) if curve is not None else line
 
-    def among(self, names: Iterable[str] | None) -> Design:
-        """Rank materials by their distance from the target; simulate the nearest and those that meet the target."""
-        compared = list(dict.fromkeys(names or [entry.name for entry in entries("materials")]))
+    def among(self, compared: Sequence[str | int]) -> Design:
+        """Rank materials or whole numbers by their distance from the target.
+
+        The nearest and those that meet the target are simulated.
+        """
         options: list[AnyOption] = []
-        beyond: dict[str, InvalidValueError] = {}
-        for name in counted("materials", compared):
+        beyond: dict[str | int, InvalidValueError] = {}
+        for name in counted("whole numbers" if isinstance(compared, range) else "materials", compared):
             try:
                 options.append(self.option(name))
             except InvalidValueError as error:
                 if error.faults[0].path != "chain.elastic_only":
-                    raise
+                    raise (_within(error) if isinstance(name, int) else error) from None
                 beyond[name] = error
         if not options:
             raise beyond[compared[0]]
         first, *others = sorted(options, key=self.target.distance)
         ranked = [self.simulated(first), *(self.simulated(one) if self.fits(one) else one for one in others)]
+        # whole numbers ascend; materials have no other order
+        rows = sorted(ranked, key=lambda one: 0.0 if isinstance(one.value, str) else one.value)
         return Design(
             scenario=self.family.base.name,
             vary=self.name,
             target=self.target,
-            solutions=tuple(one for one in ranked if self.fits(one) and self.meets(one)),
+            solutions=tuple(one for one in rows if self.fits(one) and self.meets(one)),
             nearest=ranked[0],
             least=min(options, key=lambda one: one.reached),
             most=max(options, key=lambda one: one.reached),
-            table=tuple(ranked),
-            warnings=(*self.notes, *[_BEYOND + ", ".join(beyond)] * bool(beyond)),
+            table=tuple(rows),
+            warnings=(*self.notes, *[_BEYOND + ", ".join(map(str, beyond))] * bool(beyond)),
         )
 
     def along(self, unit: str, between: tuple[float, float], points: int) -> Design:
@@ -241,9 +269,7 @@ class _Search:
             table = tuple(self.option(value, line.curve) for value in counted("rows", spaced))
             intervals = self.intervals(line, met)
         except InvalidValueError as error:
-            if error.faults[0].path == "target":
-                raise
-            raise InvalidValueError.of("between", f"must contain only valid cases ({error.faults[0]})") from None
+            raise _within(error) from None
         to_simulate = found or [min(least, most, key=self.target.distance)]
         checked = [self.simulated(one) for one in counted("simulations", to_simulate)]
         solutions = tuple(one for one in checked if found and self.meets(one))
@@ -347,18 +373,22 @@ class _SimulatedSearch(_Search):
 
     def read(self, value: float | str, rtol: float) -> tuple[Any, float, float]:
         """Simulation of the scene with this value; the target quantity and its relative error."""
-        (result,) = varied_scenes.simulations([self.family.scenario({self.name: value})], rtol)
+        scene = self.family.scenario({self.name: value})
         assert self.target.quantity is not None
+        if self.target.name in OWN:
+            own = dict(zip(OWN, mass_and_length(scene.chain), strict=True))
+            return None, own[self.target.name], _EXACT
+        (result,) = varied_scenes.simulations([scene], rtol)
         return result, *required(self.target.quantity, result, {self.name: value})
 
     def option(self, value: float | str, curve: UniversalCurve | None = None) -> AnyOption:
         result, reached, error = self.read(value, _SIMULATED_SHARE * self.rtol)
-        wall = result.transmitted
+        top, wall = (None, None) if result is None else (result.greatest_force, result.transmitted)
         return SimulatedOption(
             value=value,
             reached=reached,
             reached_error=error,
-            greatest_force=result.greatest_force and result.greatest_force.peak_force,
+            greatest_force=top and top.peak_force,
             transmitted_force=wall and wall.peak_force,
             transmitted_impulse=wall and wall.impulse,
         )

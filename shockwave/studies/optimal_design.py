@@ -23,15 +23,14 @@ from shockwave.fields import text_of
 from shockwave.log import logger
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
-from shockwave.registry import entries, find
-from shockwave.scenario.block_keys import MATERIALS, WALLS
+from shockwave.scenario.block_keys import MATERIALS
 from shockwave.scenario.dotted_names import Variable
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_argument import Scene
 from shockwave.scenario.scene_family import Family
 from shockwave.studies import varied_scenes
 from shockwave.studies.optimal_result import OptimalDesign, OptimalOption
-from shockwave.studies.quantities import Quantity, Requirement, required
+from shockwave.studies.quantities import OWN, Quantity, Requirement, contacts_of, required
 
 #: Values of the parameters, in their order.
 _Values = tuple[float | str, ...]
@@ -54,14 +53,12 @@ _FIRST_STEP, _LAST_STEP = 0.02, 1e-5
 _LEAST_MEMBERS = 5
 # Least distance of the beginnings of two local searches over the intervals.
 _APART = 0.1
+# Hint in the error for the mass of an endless chain.
+_OR_LEAST = "; or state another quantity to minimise, --least of the command or least in Python"
 # Most combinations of materials.
 _COMBINATIONS = 200
 # An option whose simulation fails, or whose scene is not possible.
 _IMPOSSIBLE = OptimalOption(values=(), quantities={}, errors={}, least=math.inf, violation=1e3)
-# Quantities of the chain, which need no simulation.
-_OWN = {
-    one.name: one for one in (Quantity("chain.mass", "kg", "chain mass"), Quantity("chain.length", "m", "chain length"))
-}
 
 
 def optimal_design(
@@ -110,15 +107,16 @@ def optimal_design(
         rule = 'must be a mapping of names to intervals or materials, such as {"chain.radius": ("2 mm", "8 mm")}'
         raise InvalidValueError.of("vary", f"{rule} (got {text_of(vary)})")
     scenario = varied_scenes.scenario_of(scene, chain)
-    contacts = scenario.simulate.contacts
+    seed, contacts = varied_scenes.SEED.checked("seed", seed), contacts_of(scenario)
 
     def quantity(name: str, kind: str) -> Quantity:
-        return _OWN.get(name) or Quantity.named(name, contacts, _OWN, kind)
+        return OWN.get(str(name)) or Quantity.named(name, contacts, OWN, kind)
 
     requirements = [
         Requirement.of(text, kind, quantity)
         for kind, given in (("target", targets), ("budget", budgets))
-        for text in ([given] if isinstance(given, str) else given or ())
+        for text in ([given] if isinstance(given, str) or not isinstance(given, Iterable) else given)
+        if given is not None
     ]
     if not requirements:
         raise InvalidValueError.of("target", "must be given, such as 'transmitted.peak_force <= 60 N' (got nothing)")
@@ -138,11 +136,7 @@ class _Parameter:
     def of(cls, name: str, given: str | Sequence[Any] | None, scenario: Scenario) -> _Parameter:
         found = varied_scenes.varied(name, scenario)
         if name.endswith(MATERIALS):
-            names = (given,) if isinstance(given, str) else _names(given)
-            for one in names:
-                if str(one).lower() not in WALLS:
-                    find("materials", one)
-            return cls(found, names=names)
+            return cls(found, names=varied_scenes.materials_of(given))
         if found.unit is None:
             raise InvalidValueError.of("vary", f"must be numbers or materials (got {name})")
         return cls(found, varied_scenes.interval(found, given))
@@ -153,15 +147,6 @@ class _Parameter:
         share = min(max(share, 0.0), 1.0)
         value = low * (high / low) ** share if varied_scenes.is_wide(self.ends) else low + share * (high - low)
         return float(round(value)) if self.variable.whole else min(max(value, low), high)
-
-
-def _names(given: Any) -> tuple[str, ...]:
-    """Names of materials; by default, of all materials of the library."""
-    if given is None:
-        return tuple(entry.name for entry in entries("materials"))
-    if not isinstance(given, Iterable):
-        raise InvalidValueError.of("among", f"must be names of materials (got {text_of(given)})")
-    return tuple(given)
 
 
 @frozen
@@ -230,15 +215,16 @@ class _Search:
     def simulated(self, scenes: Sequence[Scenario], rtol: float) -> list[Any]:
         """Results of the simulations; None for each if no quantity needs them."""
         needed = {self.least.name, *(one.quantity.name for one in self.requirements)}
-        if not scenes or needed <= _OWN.keys():
+        if not scenes or needed <= OWN.keys():
             return [None] * len(scenes)
         return varied_scenes.simulated(scenes, rtol)
 
     def option(self, values: _Values, scene: Scenario, result: Any, margin: float) -> OptimalOption:
         needed = [*(one.quantity for one in self.requirements), self.least]
         # an endless chain has no mass
-        own = mass_and_length(scene.chain) if any(one.name in _OWN for one in needed) else ()
-        known = {name: (value, 0.0) for name, value in zip(_OWN, own, strict=False)}
+        hint = "" if any(one.quantity.name in OWN for one in self.requirements) else _OR_LEAST
+        own = mass_and_length(scene.chain, hint) if any(one.name in OWN for one in needed) else ()
+        known = {name: (value, 0.0) for name, value in zip(OWN, own, strict=False)}
         kinds = {self.least.name: "least"} | {one.quantity.name: one.kind for one in self.requirements}
         figures = {
             one.name: known.get(one.name) or required(one, result, self.named(values), kinds[one.name])

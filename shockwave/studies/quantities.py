@@ -8,13 +8,16 @@ from typing import Any, Literal, NamedTuple, cast
 
 from attrs import frozen
 
+from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.errors import InvalidValueError, hint_of
 from shockwave.fields import Quantity as Number
 from shockwave.fields import text_of
+from shockwave.measurement.recording import reported_contacts
 from shockwave.scenario.block_keys import Key
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.value_conversion import converted
 from shockwave.scenario.yaml_document import steps_of
+from shockwave.tables import unit_of
 from shockwave.text import si
 
 # Name -> SI unit and label. A contact is named by its index in the list of the reported contacts.
@@ -28,13 +31,30 @@ _QUANTITIES = {
     "dissipated_energy": ("J", "dissipated energy"),
 }
 _CONTACT = re.compile(r"contacts\[\d+\]\.peak_force")
+# Properties of the leading wave that follow from its peak force.
+_OF_WAVE = ("momentum", "energy", "speed", "width", "granule_velocity")
 #: Properties of the leading wave that can be the target.
-TARGETS = ("peak_force", "amplification", "momentum", "energy", "speed", "width", "granule_velocity")
+TARGETS = ("peak_force", "amplification", *_OF_WAVE)
+# Further quantities of a design, which `uncertainty` does not list.
+_OF_DESIGNS = {"yield.peak_ratio": ("", "ratio to first yield")} | {
+    name: (unit_of(name).replace(" ", "*"), name.replace("_", " ")) for name in _OF_WAVE
+}
+# No property of the leading wave grows faster than the square of its peak force.
+_LARGEST_POWER = 2.0
 Sign = Literal["<=", ">=", "="]
 _REQUIREMENT = re.compile(r"\s*([\w.\[\]]+)\s*(<=|>=|=)(?![<>=])\s*(.*\S)\s*")
 # Relative tolerance of an equality, and of any requirement for rounding, as of a sum of diameters.
 _EQUAL = 1e-3
 _ROUNDING = 1e-12
+
+
+def contacts_of(scenario: Scenario) -> tuple[int, ...]:
+    """Numbers of the contacts that a simulation of the scenario reports."""
+    count = scenario.chain.count
+    if count is None:
+        return scenario.simulate.contacts
+    contacts = count - 1 + (scenario.impact is not None) + (scenario.chain.end is not None)
+    return reported_contacts(scenario.simulate, contacts)
 
 
 class Quantity(NamedTuple):
@@ -54,12 +74,12 @@ class Quantity(NamedTuple):
             If there is none; the message lists the names, and ``others`` before them.
         """
         known = _known(contacts)
-        if name in known:
-            return known[name]
+        if str(name) in known:
+            return known[str(name)]
         if _CONTACT.fullmatch(str(name)):
-            rule = "must count from 0 in the list simulate.contacts of the scenario"
+            rule = "must count from 0 in the list of the reported contacts, which simulate.contacts sets"
             raise InvalidValueError.of(kind, f"{rule} (got {text_of(name)}; the list has {len(contacts)})")
-        hint = hint_of(str(name), list(dict.fromkeys((*others, *known))))
+        hint = hint_of(str(name), list(dict.fromkeys((*others, *_known(contacts[:1])))))
         raise InvalidValueError.of(kind, f"must be a property of the result (got {text_of(name)}; {hint})")
 
     def read(self, result: Any) -> tuple[float, float] | None:
@@ -68,25 +88,34 @@ class Quantity(NamedTuple):
         A quantity without an error estimate takes that of the innermost part of the result that has one.
         """
         value, error = result, result.error_estimate
+        if self.name in _OF_WAVE:
+            wave = None if result.peak_force is None else SolitaryWave.of(result.peak_force, result.chain)
+            return None if wave is None else (float(getattr(wave, self.name)), _LARGEST_POWER * error)
         for step in steps_of(self.name):
             error = getattr(value, f"{step}_error", error)
             if isinstance(step, int):
                 value = value[step] if step < len(value) else None
             else:
-                value = getattr(value, step, None)
+                value = getattr(value, "yielding" if step == "yield" else step, None)
             error = getattr(value, "error_estimate", error)
         return None if value is None else (float(value), float(error))
 
 
+#: Quantities of the chain, which need no simulation.
+OWN = {
+    one.name: one for one in (Quantity("chain.mass", "kg", "chain mass"), Quantity("chain.length", "m", "chain length"))
+}
+
+
 def label_of(name: str) -> str:
     """A quantity of a simulation, or another property of the leading wave or the chain, in printed form."""
-    return _QUANTITIES.get(name, ("", name.removeprefix("chain.").replace("_", " ")))[1]
+    return (_QUANTITIES | _OF_DESIGNS).get(name, ("", name.removeprefix("chain.").replace("_", " ")))[1]
 
 
 def _known(contacts: Sequence[int]) -> dict[str, Quantity]:
     """Quantities by their names, for a scenario that reports these contacts."""
     forces = {f"contacts[{i}].peak_force": ("N", f"force at contact {contact}") for i, contact in enumerate(contacts)}
-    return {name: Quantity(name, *about) for name, about in (_QUANTITIES | forces).items()}
+    return {name: Quantity(name, *about) for name, about in (_QUANTITIES | _OF_DESIGNS | forces).items()}
 
 
 def required(quantity: Quantity, result: Any, values: Mapping[str, Any], kind: str = "target") -> tuple[float, float]:
@@ -115,7 +144,8 @@ def required(quantity: Quantity, result: Any, values: Mapping[str, Any], kind: s
 
 def quantities_of(scenario: Scenario, result: Any) -> list[Quantity]:
     """Quantities that a simulation of the scenario reports and that are not zero; contacts only if requested."""
-    return [one for one in _known(scenario.simulate.contacts).values() if (one.read(result) or (0.0,))[0]]
+    known = [one for name, one in _known(scenario.simulate.contacts).items() if name not in _OF_DESIGNS]
+    return [one for one in known if (one.read(result) or (0.0,))[0]]
 
 
 # ---------------------------------------------------------------- requirements

@@ -12,7 +12,7 @@ from attrs import asdict, evolve
 from shockwave.chain.chain import Chain
 from shockwave.errors import Fault, InvalidValueError
 from shockwave.fields import Quantity as Number
-from shockwave.limit import WAVE, Limit, verdict
+from shockwave.limit import WAVE, Limit, limit_of, verdict
 from shockwave.log import logger
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
@@ -38,7 +38,6 @@ from shockwave.studies.uncertainty_result import (
 from shockwave.studies.universal_curve import RTOL
 
 _DRAWS = Number("", "number of draws", at_least=256, at_most=2**18, whole=True)
-_SEED = Number("", "seed", at_least=0, at_most=2**63 - 1, whole=True)
 # Default number of draws from a curve, and if each is a simulation of a chain beyond equal spheres.
 _OF_CURVE = 4096
 _OF_SIMULATIONS = 512
@@ -64,7 +63,7 @@ def uncertainty(
     draws: int | None = None,
     seed: int = 0,
     rtol: float = 1e-4,
-    limit: Limit | None = None,
+    limit: Limit | float | str | None = None,
 ) -> Uncertainty | SimulatedUncertainty:
     """Distribution of the peak force of the leading wave, or of the forces in a chain beyond equal spheres.
 
@@ -83,9 +82,9 @@ def uncertainty(
         Seed of the random numbers; the same seed gives the same digits.
     rtol : float
         Allowed relative error of one peak force, 1e-7 to 1e-2.
-    limit : Limit, optional
-        Limit of the force that leaves the chain; by default that of the scenario. The probability that it is reached is
-        found then. A finite chain of equal granules is simulated, as its last contact is judged.
+    limit : Limit, float or str, optional
+        Limit of the force that leaves the chain, or this force [N]; by default that of the scenario. The probability
+        that it is reached is found then. A finite chain of equal granules is simulated, as its last contact is judged.
 
     Returns
     -------
@@ -100,11 +99,11 @@ def uncertainty(
         If a simulation fails.
     """
     scenario = varied_scenes.scenario_of(scene, chain)
-    scenario = evolve(scenario, limit=limit or scenario.limit)
+    scenario = evolve(scenario, limit=limit_of(limit) or scenario.limit)
     # curves are those of endless chains
     covered = varied_scenes.is_covered(scenario) and (scenario.limit is None or scenario.chain.count is None)
     draws = _DRAWS.checked("draws", (_OF_CURVE if covered else _OF_SIMULATIONS) if draws is None else draws)
-    seed, rtol = _SEED.checked("seed", seed), RTOL.checked("rtol", rtol)
+    seed, rtol = varied_scenes.SEED.checked("seed", seed), RTOL.checked("rtol", rtol)
     if draws.bit_count() > 1:
         raise InvalidValueError.of("draws", f"must be a power of 2, such as 4096 (got {draws})")
     drawn = [Distribution.of(spread, scenario) for spread in _spreads(scenario, spreads)]

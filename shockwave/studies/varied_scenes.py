@@ -21,13 +21,15 @@ from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.impact import Impact
 from shockwave.chain.yielding import require_elastic
 from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError
+from shockwave.fields import Quantity, text_of
 from shockwave.measurement.simulate import equal_granules, simulate_many
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
-from shockwave.registry import entry_of
+from shockwave.registry import entries, entry_of, find
+from shockwave.scenario.block_keys import WALLS
 from shockwave.scenario.dotted_names import Variable, variable
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_argument import Scene, scenario_alone
@@ -50,8 +52,12 @@ _WIDE = 3.0
 _VARIED = ("chain.", "shock.", "impact.")
 # Beginnings of those that only a scenario file gives a value.
 _OF_FILES = ("chain.granules[", "chain.end.", "chain.damping.", "chain.contact.")
+_OF_SHOCK = "shock.parameters."
 # Names of values -> attributes; a diameter is stored as a radius.
 _ATTRIBUTES = {"diameter": "radius", "wall": "material", "from": "first", "to": "last"}
+
+#: Seed of random numbers.
+SEED = Quantity("", "seed", at_least=0, at_most=2**63 - 1, whole=True)
 
 #: Amplification, peak force of the shock [N] and bound on the relative error, each of shape (n,).
 LeadingWaves = tuple[FloatArray, FloatArray, FloatArray]
@@ -140,6 +146,25 @@ def is_wide(ends: tuple[float, float]) -> bool:
     return ends[0] > 0 and ends[1] > _WIDE * ends[0]
 
 
+def materials_of(given: Any) -> tuple[str, ...]:
+    """Names of materials, one or several; by default, of all materials of the library.
+
+    Raises
+    ------
+    InvalidValueError, UnknownNameError
+        If there are none, one is not a name, or a name is unknown.
+    """
+    if given is None:
+        return tuple(entry.name for entry in entries("materials"))
+    names = (given,) if isinstance(given, str) else tuple(given) if isinstance(given, Iterable) else ()
+    if not names or not all(isinstance(name, str) for name in names):
+        raise InvalidValueError.of("among", f"must be names of materials, such as ['ptfe'] (got {text_of(given)})")
+    for name in names:
+        if name.lower() not in WALLS:
+            find("materials", name)
+    return tuple(dict.fromkeys(names))
+
+
 def value_of(scenario: Scenario, name: str) -> float:
     """Value of the parameter ``name`` in the scenario, in SI units.
 
@@ -155,8 +180,14 @@ def value_of(scenario: Scenario, name: str) -> float:
         found = found[own] if isinstance(own, int) else getattr(found, own, None)
         if found is None:  # a segment or a striker without a size or a material of its own
             found = getattr(scenario.chain, str(own), None)
+    if found is None and name.startswith(_OF_SHOCK) and scenario.document is not None:
+        # the parameters of a record file, which its profile does not have
+        given = (data_of(scenario)["shock"].get("parameters") or {}).get(name.removeprefix(_OF_SHOCK))
+        found = None if given is None else varied(name, scenario).converted(given)
     if found is None:
-        raise InvalidValueError.of(dotted(("uncertainty", name)), "must have a value in the scenario (got none)")
+        raise InvalidValueError.of(
+            dotted(("uncertainty", name)), "must have a value in the scenario (got none; state it there)"
+        )
     return float(found) * (2 if own != step == "diameter" or ".diameter." in name else 1)
 
 
