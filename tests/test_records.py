@@ -113,6 +113,7 @@ NOTED: dict[str, tuple[str, list[str]]] = {
     "many": (f"no,Time [s],K,Load cell [N]\n{MANY}", ["The time column is 'Time', the force column 'Load cell'."]),
     "names": (f"A [s],B [N]\n{COMMA}", ["The time column is 'A', the force column 'B'."]),
     "quotes": ('"time [s]","force [N]",\n"0","0",\n"0.5","2",\n"1","1.25",\n"2.5","0",\n', []),
+    "empty-last-cells": ("time [s]\tforce [N]\tComment\n" + rows("\t").replace("\n", "\t\n"), []),
     "one-separator-at-an-end": ("time [s],force [N]\n" + COMMA.replace("1.25", "1.25,"), []),
 }
 
@@ -296,6 +297,13 @@ def test_a_skipped_header_is_not_replaced_by_assumptions(tmp_path):
 def test_settings_that_are_wrong_are_refused(settings, sentence):
     with pytest.raises(InvalidValueError, match=f"^{sentence}"):
         RecordFormat(**settings)
+
+
+def test_numbers_can_stand_behind_settings(tmp_path):
+    path = tmp_path / "pulse.csv"
+    lines = rows().splitlines()
+    path.write_text(f"Record Length,4,,{lines[0]}\n# 1,2,3,4,5\nUnit,s,,{lines[1]}\n,,,{lines[2]}\n,,,{lines[3]}\n")
+    assert_pulse(read_record(path, RecordFormat(columns=[4, 5])))
 
 
 def test_an_encoding_is_known_in_any_case():

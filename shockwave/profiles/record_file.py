@@ -147,7 +147,7 @@ def _text(path: pathlib.Path, form: RecordFormat, notes: list[str]) -> _Text:
     if encoding == "cp1252" and form.encoding is None:
         notes.append("The file is not UTF-8 and was read as cp1252.")
     lines = whole.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    numbers = (index for index, line in enumerate(lines) if index >= form.skip_rows and _ROW_OF_NUMBERS.match(line))
+    numbers = (index for index, line in enumerate(lines) if index >= form.skip_rows and _is_row(line, form.columns))
     first = next(numbers, None)
     if first is None:
         problem = "must be numbers, with a time and a force in each row (got no row of numbers)"
@@ -162,12 +162,20 @@ def _text(path: pathlib.Path, form: RecordFormat, notes: list[str]) -> _Text:
     return text
 
 
-def _cells(line: str, separator: str) -> list[str]:
-    """Cells of a line, without quotes and without the empty cell after a trailing separator."""
+def _is_row(line: str, columns: Sequence[int | str] | None) -> bool:
+    """Whether a line begins with a number, or has numbers in the given columns behind settings of an instrument."""
+    if _ROW_OF_NUMBERS.match(line) or columns is None or line.lstrip().startswith(_COMMENTS):
+        return bool(_ROW_OF_NUMBERS.match(line))
+    cells = dict(enumerate(line.split(next((mark for mark in ";\t," if mark in line), None)), 1))
+    return all(isinstance(column, int) and _ROW_OF_NUMBERS.match(cells.get(column, "")) for column in columns)
+
+
+def _cells(line: str, separator: str, count: int = 0) -> list[str]:
+    """Cells of a line, without quotes and, unless they are ``count``, without an empty one behind a last separator."""
     if separator and '"' in line:  # a separator between quotes belongs to the cell
         line = re.sub(r'"[^"]*"', lambda quoted: quoted[0].replace(separator, "\0"), line)
     cells = [cell.strip("\"' \t").replace("\0", separator) for cell in line.strip(" \n").split(separator or None)]
-    return cells[:-1] if len(cells) > 1 and not cells[-1] else cells
+    return cells[:-1] if len(cells) not in (1, count) and not cells[-1] else cells
 
 
 # ---------------------------------------------------------------- header
@@ -191,7 +199,7 @@ def _header(text: _Text, notes: list[str]) -> tuple[int, list[str]]:
     if any(math.isfinite(number_in(cell)) for cell in cells):
         got = text_of(text.lines[index])
         text.refuse(index, "row", f"must be either column names or numbers, not both (got {got})")
-    if len(cells) != count:
+    if len(cells) != len(_cells(text.lines[text.first], text.separator, len(cells))):
         got = f"got {len(cells)} names; line {text.first + 1} has {count}{text.comma_hint}"
         text.refuse(index, "header", f"must name every column ({got}; skip_rows skips lines)")
     return index, cells
@@ -311,7 +319,7 @@ def _numbers(text: _Text, rows: Sequence[int], count: int, picks: Sequence[int])
     table = []
     faults = []
     for index in rows:
-        cells = _cells(text.lines[index], text.separator)
+        cells = _cells(text.lines[index], text.separator, count)
         if len(cells) != count:
             got = f"got {len(cells)}: {text_of(text.lines[index])}{text.comma_hint}"
             faults.append(text.fault(index, "row", f"must have {count} columns ({got})"))
