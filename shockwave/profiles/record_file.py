@@ -46,7 +46,7 @@ _ROW_OF_NUMBERS = re.compile(r'(?i)["\s]*[+-]?(?:[.,]?[0-9]|(?:nan|inf|infinity)
 # A number that may have thousands marks, or a decimal sign and three decimals.
 _GROUPED = re.compile(r"[+-]?[1-9][0-9]{0,2}(?:([.,])[0-9]{3})(?:\1[0-9]{3})*")
 # The beginning of a comment such as "Columns: time [ms], force [kN]".
-_PREFIX = re.compile(r"\s*[^\W\d][\w ]*:\s+")
+_PREFIX = re.compile(r"\A\s*[^\W\d][\w ]*:\s+")
 
 _COMMENTS = ("#", "%", "//")
 
@@ -210,7 +210,7 @@ def _labels(text: _Text, index: int) -> list[str]:
     line = _title(text, index)
     mark = next((mark for mark in (text.separator, ";", "\t", ",") if mark and mark in line), "")
     if not mark:  # spaces separate the columns, but not a name from its unit
-        line = re.sub(r"\s+(?=[\[(/])|(?<=/)\s+", "", line)
+        line = re.sub(r"\s+(?=[\[(/])|(?<=/)\s+", "", " ".join(line.split()))
     return _cells(line, mark)
 
 

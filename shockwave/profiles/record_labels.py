@@ -70,7 +70,8 @@ def _is_value(cell: str) -> bool:
 
 
 def _split(cell: str) -> tuple[str, str]:
-    name, *units = _LABEL.fullmatch(cell).groups("")  # type: ignore[union-attr]
+    # the time of the search grows with the square of the number of blanks
+    name, *units = _LABEL.fullmatch(" ".join(cell.split())).groups("")  # type: ignore[union-attr]
     return name, "".join(units).strip()
 
 
