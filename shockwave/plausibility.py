@@ -50,8 +50,9 @@ def unusual(excitation: Any, chain: Any) -> list[Fault]:
 
 
 def unusual_warnings(excitation: Any, chain: Any) -> tuple[str, ...]:
-    """The same as warnings."""
-    return tuple(f"{fault.path} {fault.problem}" for fault in unusual(excitation, chain))
+    """The same as warnings, and those on the processing of a record."""
+    faults = tuple(f"{fault.path} {fault.problem}" for fault in unusual(excitation, chain))
+    return getattr(getattr(excitation, "profile", None), "alarms", ()) + faults
 
 
 def _values(excitation: Any, chain: Any) -> Iterator[tuple[str, str, float]]:

@@ -113,6 +113,7 @@ NOTED: dict[str, tuple[str, list[str]]] = {
     "many": (f"no,Time [s],K,Load cell [N]\n{MANY}", ["The time column is 'Time', the force column 'Load cell'."]),
     "names": (f"A [s],B [N]\n{COMMA}", ["The time column is 'A', the force column 'B'."]),
     "quotes": ('"time [s]","force [N]",\n"0","0",\n"0.5","2",\n"1","1.25",\n"2.5","0",\n', []),
+    "empty-last-cells": ("time [s]\tforce [N]\tComment\n" + rows("\t").replace("\n", "\t\n"), []),
     "one-separator-at-an-end": ("time [s],force [N]\n" + COMMA.replace("1.25", "1.25,"), []),
 }
 
@@ -122,6 +123,76 @@ def test_assumptions_are_noted(read, text, notes):
     record = read(text)
     assert_pulse(record)
     assert list(record.notes) == notes
+
+
+#: Text above the numbers whose units are in a comment, and the separator of the rows.
+COMMENTED = {
+    "further-comment": ("# time [ms], force [kN]\n# recorded 2024", ","),
+    "units-alone": ("# ms, kN", ","),
+    "unknown-name": ("# time [ms], signal [kN]", ","),
+    "list": ("# Columns: time [ms] force [kN]", " "),
+    "below-the-header": ("time;force\n# ms;kN", ";"),
+    "above-the-header": ("# time [ms], force [kN]\nt,F", ","),
+    "one-unit": ("time [ms],force\n# ms,kN", ","),
+}
+
+
+@pytest.mark.parametrize(("head", "separator"), COMMENTED.values(), ids=COMMENTED)
+def test_units_in_a_comment_are_used(read, head, separator):
+    record = read(f"{head}\n{rows(separator)}")
+    assert_pulse(record, 1e-3, 1e3)
+    assert any("read from the comment in line" in note for note in record.notes)
+
+
+#: Comments that state units of other quantities, or of columns that cannot be assigned, and a word of the error.
+UNUSABLE = {
+    "# time_ms, acceleration_g": "set mass",
+    "# t/ms; pressure/kPa": "set area",
+    "# time [ms]  voltage [V]": "set unit",
+    "#,Force [kN]": "set unit and time_unit",
+    "#,Force [N]": "set unit and time_unit",
+    "# time [ms], force [kN], remark": "set unit and time_unit",
+    "# ms;kN;-": "set unit and time_unit",
+    "# units: kN": "set unit and time_unit",
+    "# force in kN": "set unit and time_unit",
+    "time,force\n# blow, force [kN]": "set unit and time_unit",
+    "force,time\n# time [ms], force [kN]": "set time_unit",
+}
+
+
+@pytest.mark.parametrize("head", UNUSABLE)
+def test_a_comment_that_states_a_unit_is_never_ignored(read, head):
+    assert UNUSABLE[head] in faults_of(read, f"{head}\n{COMMA}")[0]
+
+
+def test_stated_units_settle_a_comment(tmp_path):
+    path = tmp_path / "pulse.csv"
+    path.write_text(f"# no, force [kN]\n{COMMA}")
+    assert_pulse(read_record(path, RecordFormat(time_unit="ms", unit="N")), 1e-3)
+
+
+@pytest.mark.parametrize(
+    "comment",
+    [
+        "recorded 2024-03-01, hammer 2",
+        "load cell 3, channel B",
+        "peak 850 N, rise 48 us",
+        "sensitivity 2.3 mV/N",
+        "sampling: 10 us, max: 5 kN",
+        "max force 5 kN",
+        "5 ms to 6 ms, 5 kN",
+        "1e-6 s, 100 kS/s",
+        "force in N",
+        "0, 0.5",
+        "low-pass filter (10 kHz)",
+        "",
+        ",",
+    ],
+)
+def test_an_ordinary_comment_is_ignored(read, comment):
+    record = read(f"# {comment}\n# end\n{COMMA}")
+    assert_pulse(record)
+    assert record.notes == (NO_TIME, NO_FORCE)
 
 
 #: Headers of columns that are not known to be seconds and newtons, and the key that the error names.
@@ -175,6 +246,30 @@ def test_a_pressure_beside_a_unit_of_force_needs_the_area(tmp_path, header, unit
         read_record(path, RecordFormat(unit=unit))
 
 
+@pytest.mark.parametrize(("header", "volts"), [("us;V", 1.0), ("(us);(mV)", 1e-3), ("us;Volt", 1.0)])
+def test_a_scale_is_per_volt(tmp_path, header, volts):
+    path = tmp_path / "pulse.csv"
+    path.write_text(f"{header}\n{rows(';')}")
+    record = read_record(path, RecordFormat(unit="N", scale=450))
+    np.testing.assert_allclose(record.forces, np.multiply(FORCES, 450 * volts), rtol=1e-15)
+    assert any("converted to volts" in note for note in record.notes) == (volts != 1)
+    with pytest.raises(InvalidValueError, match="set scale, the number of N per V"):
+        read_record(path, RecordFormat(unit="N"))
+
+
+def test_a_thousands_group_does_not_begin_with_zero(tmp_path):
+    path = tmp_path / "pulse.csv"
+    path.write_text('"0,000","0,000"\n"0,050","0,156"\n"0,060","0,000"\n')
+    for form in (RecordFormat(), RecordFormat(thousands=",")):
+        with pytest.raises(InvalidValueError, match=r"got '0,050'; set decimal: ','\)"):
+            read_record(path, form)
+    assert read_record(path, RecordFormat(decimal=",")).forces.tolist() == [0.0, 0.156, 0.0]
+    path.write_text('"0","0"\n"1","1,156"\n"2","0"\n')
+    with pytest.raises(InvalidValueError, match=r"set decimal: ',' or thousands: ',' if it is a thousands mark"):
+        read_record(path)
+    assert read_record(path, RecordFormat(thousands=",")).forces.tolist() == [0.0, 1156.0, 0.0]
+
+
 def test_a_skipped_header_is_not_replaced_by_assumptions(tmp_path):
     path = tmp_path / "pulse.csv"
     path.write_text(f"Points,3\ntime [ms],force [kN]\n{COMMA}")
@@ -194,12 +289,25 @@ def test_a_skipped_header_is_not_replaced_by_assumptions(tmp_path):
         ({"sign": 2}, "sign: must be 1 or -1"),
         ({"columns": [1]}, "columns: must be two names or numbers"),
         ({"encoding": "ebcdic"}, "encoding: must be None, utf-8, utf-16, cp1252 or latin-1"),
+        ({"unit": 5}, "unit: must be a unit in quotes"),
+        ({"time_unit": 5}, "time_unit: must be a unit in quotes"),
     ],
-    ids=["area-and-mass", "marks", "sign", "one-column", "encoding"],
+    ids=["area-and-mass", "marks", "sign", "one-column", "encoding", "unit", "time-unit"],
 )
 def test_settings_that_are_wrong_are_refused(settings, sentence):
     with pytest.raises(InvalidValueError, match=f"^{sentence}"):
         RecordFormat(**settings)
+
+
+def test_numbers_can_stand_behind_settings(tmp_path):
+    path = tmp_path / "pulse.csv"
+    lines = rows().splitlines()
+    path.write_text(f"Record Length,4,,{lines[0]}\n# 1,2,3,4,5\nUnit,s,,{lines[1]}\n,,,{lines[2]}\n,,,{lines[3]}\n")
+    assert_pulse(read_record(path, RecordFormat(columns=[4, 5])))
+
+
+def test_an_encoding_is_known_in_any_case():
+    assert RecordFormat(encoding="UTF-8").encoding == "utf-8"
 
 
 NUMBER = "must be a finite number of"

@@ -101,7 +101,7 @@ NO_PULSES = {
     "no-force": (
         [0, 1, 2],
         [0, -1, 0],
-        r"forces: must be > 0 N somewhere \(got at most 0 N; if compression is negative",
+        r"forces: must be > 0 N somewhere \(got at most 0 N; if compression is negative, change the signs of forces\)",
     ),
     "no-rise": ([0, 1, 2], [1, 0.5, 0], r"forces\[0\]: must not be the peak.*a sample of zero force before it"),
     "merged": ([-1, 1e-20, 2e-20, 1], [0, 0.5, 1, 0], r"times: must differ by more than rounding errors"),
@@ -118,6 +118,15 @@ def test_samples_that_are_not_a_pulse_are_refused(times, forces, message):
 def test_a_duration_ratio_of_one_is_refused():
     with pytest.raises(InvalidValueError, match="duration_ratio: must be > 1"):
         Tabulated([0, 1, 2], [0, 1, 0], duration_ratio=1)
+
+
+def test_the_sign_is_set_in_a_file_only(tmp_path):
+    path = tmp_path / "pulse.csv"
+    path.write_text("time [s], force [N]\n0,0\n1,-1\n2,0\n")
+    with pytest.raises(InvalidValueError, match="if compression is negative, set sign: -1"):
+        Tabulated.from_file(path)
+    with pytest.raises(InvalidValueError, match="if compression is negative, change the signs of forces"):
+        Tabulated(*PUSH_AND_PULL)
 
 
 def test_errors_in_a_file_state_their_line(tmp_path):
@@ -208,6 +217,27 @@ def test_a_crop_keeps_the_samples_of_its_window():
     profile = Tabulated(times, forces, crop=("1 s", 4))
     assert (profile.recorded_peak_force, profile.duration_ratio) == (4, 3)
     assert "The record was cropped to 1 to 4 s (peak force -56 %, impulse -67 %)." in profile.notes
+
+
+def test_the_baseline_is_that_of_the_whole_record():
+    times = 1e-4 * np.arange(-15, 16)
+    forces = 20 + 100 * np.cos(np.pi / 10 * np.clip(np.arange(-15, 16), -5, 5))
+    kept = Tabulated(times, forces, crop=(-0.6e-3, 0.6e-3))
+    assert kept.recorded_peak_force == pytest.approx(100, rel=1e-12)
+    # what precedes the lead is removed by the crop
+    rough = Tabulated(np.append(times[0] - 1, times), np.append(50, forces), crop=(times[0], times[-1]))
+    assert rough.recorded_peak_force == pytest.approx(100, rel=1e-12)
+
+
+def test_a_low_pass_filter_that_distorts_the_pulse_is_a_warning():
+    around, chain = np.full(100, 5.0), Chain(material=PAPER_STEEL, radius=5e-3)
+    times, forces = 1e-6 * np.arange(281), np.concatenate((around, BLOW, around))
+    for edge, distorted in ((10e3, True), (30e3, False)):
+        shock = Shock(profile=Tabulated(times, forces, low_pass=edge, negative="zero"))
+        warnings = [text for text in Predictor().predict(shock, chain).warnings if text not in shock.profile.notes]
+        assert any("it distorts the pulse" in text for text in warnings) == distorted
+    with pytest.raises(InvalidValueError, match=r"^low_pass: must keep the pulse \(got 1000 Hz"):
+        Tabulated(times, forces, low_pass=1e3)
 
 
 def test_a_low_pass_filter_does_not_shift_the_pulse():

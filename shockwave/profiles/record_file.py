@@ -17,15 +17,21 @@ from shockwave.errors import Fault, InvalidValueError
 from shockwave.fields import listed, text_of
 from shockwave.files import read_text
 from shockwave.profiles.record_format import (
-    BARE_UNITS,
     DECIMALS,
     FORCE_NAMES,
     THOUSANDS,
     TIME_NAMES,
     RecordFormat,
     force_factor,
-    is_unit,
     time_factor,
+)
+from shockwave.profiles.record_labels import (
+    NARROW_SPACES,
+    columns_named,
+    name_and_unit,
+    names_columns,
+    number_in,
+    states_units,
 )
 from shockwave.quadrature import FloatArray
 
@@ -37,11 +43,10 @@ _LONGEST_LINE = 10_000
 _MOST_FAULTS = 20
 
 _ROW_OF_NUMBERS = re.compile(r'(?i)["\s]*[+-]?(?:[.,]?[0-9]|(?:nan|inf|infinity)\b)')
-# time [us], time (us), time_us, time/us, us or time
-_LABEL = re.compile(rf"(.*?)\s*(?:\[([^\[]*)\]|\(([^(]*)\)|(?:^|[_ ])({BARE_UNITS})|/([^\[(]*))?")
 # A number that may have thousands marks, or a decimal sign and three decimals.
 _GROUPED = re.compile(r"[+-]?[1-9][0-9]{0,2}(?:([.,])[0-9]{3})(?:\1[0-9]{3})*")
-_NARROW_SPACES = str.maketrans("\xa0\u202f", "  ")
+# The beginning of a comment such as "Columns: time [ms], force [kN]".
+_PREFIX = re.compile(r"\A\s*[^\W\d][\w ]*:\s+")
 
 _COMMENTS = ("#", "%", "//")
 
@@ -126,8 +131,10 @@ def read_record(path: pathlib.Path, form: RecordFormat | None = None) -> Record:
     notes: list[str] = []
     text = _text(pathlib.Path(path), form or RecordFormat(), notes)
     header, labels = _header(text, notes)
-    names, units = zip(*map(_name_and_unit, labels), strict=True)
+    names, units = zip(*map(name_and_unit, labels), strict=True)
     picks = _picks(text, labels, names, notes)
+    if header != text.first:
+        units = _with_comment(text, units, picks, notes)
     factors = _factors(text, header, [names[pick] for pick in picks], [units[pick] for pick in picks], notes)
     rows = text.kept(text.first, len(text.lines))
     table = _numbers(text, rows, len(names), picks) * factors
@@ -140,7 +147,7 @@ def _text(path: pathlib.Path, form: RecordFormat, notes: list[str]) -> _Text:
     if encoding == "cp1252" and form.encoding is None:
         notes.append("The file is not UTF-8 and was read as cp1252.")
     lines = whole.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    numbers = (index for index, line in enumerate(lines) if index >= form.skip_rows and _ROW_OF_NUMBERS.match(line))
+    numbers = (index for index, line in enumerate(lines) if index >= form.skip_rows and _is_row(line, form.columns))
     first = next(numbers, None)
     if first is None:
         problem = "must be numbers, with a time and a force in each row (got no row of numbers)"
@@ -155,27 +162,20 @@ def _text(path: pathlib.Path, form: RecordFormat, notes: list[str]) -> _Text:
     return text
 
 
-def _cells(line: str, separator: str) -> list[str]:
-    """Cells of a line, without quotes and without the empty cell after a trailing separator."""
+def _is_row(line: str, columns: Sequence[int | str] | None) -> bool:
+    """Whether a line begins with a number, or has numbers in the given columns behind settings of an instrument."""
+    if _ROW_OF_NUMBERS.match(line) or columns is None or line.lstrip().startswith(_COMMENTS):
+        return bool(_ROW_OF_NUMBERS.match(line))
+    cells = dict(enumerate(line.split(next((mark for mark in ";\t," if mark in line), None)), 1))
+    return all(isinstance(column, int) and _ROW_OF_NUMBERS.match(cells.get(column, "")) for column in columns)
+
+
+def _cells(line: str, separator: str, count: int = 0) -> list[str]:
+    """Cells of a line, without quotes and, unless they are ``count``, without an empty one behind a last separator."""
     if separator and '"' in line:  # a separator between quotes belongs to the cell
         line = re.sub(r'"[^"]*"', lambda quoted: quoted[0].replace(separator, "\0"), line)
     cells = [cell.strip("\"' \t").replace("\0", separator) for cell in line.strip(" \n").split(separator or None)]
-    return cells[:-1] if len(cells) > 1 and not cells[-1] else cells
-
-
-def _number(cell: str, decimal: str = ".", thousands: str | None = None) -> float:
-    """The number in a cell; NaN if the cell is not a number."""
-    if thousands:
-        cell = cell.translate(_NARROW_SPACES)
-        mark = re.escape(thousands)
-        if re.match(rf"[+-]?[0-9]{{1,3}}(?:{mark}[0-9]{{3}})+(?![0-9{mark}])", cell):
-            cell = cell.replace(thousands, "")
-    if "_" in cell or (decimal == "," and "." in cell):
-        return math.nan
-    try:
-        return float(cell.replace(decimal, "."))
-    except ValueError:
-        return math.nan
+    return cells[:-1] if len(cells) not in (1, count) and not cells[-1] else cells
 
 
 # ---------------------------------------------------------------- header
@@ -189,16 +189,17 @@ def _header(text: _Text, notes: list[str]) -> tuple[int, list[str]]:
         got = f"got {text_of(text.lines[headers[1]])}; to skip what is above it set skip_rows: {headers[-1]}"
         text.refuse(headers[1], "row", f"must be numbers: only one header line is allowed ({got})")
     if not headers:
-        headers = _header_in_comment(text, count)
+        settled = bool(text.form.time_unit and text.form.unit)
+        headers = _header_in_comment(text, count, settled, unnamed=True)
         notes += [f"The column names were read from the comment in line {index + 1}." for index in headers]
     if not headers:
         return text.first, [""] * count
     (index,) = headers
     cells = _labels(text, index)
-    if any(math.isfinite(_number(cell)) for cell in cells):
+    if any(math.isfinite(number_in(cell)) for cell in cells):
         got = text_of(text.lines[index])
         text.refuse(index, "row", f"must be either column names or numbers, not both (got {got})")
-    if len(cells) != count:
+    if len(cells) != len(_cells(text.lines[text.first], text.separator, len(cells))):
         got = f"got {len(cells)} names; line {text.first + 1} has {count}{text.comma_hint}"
         text.refuse(index, "header", f"must name every column ({got}; skip_rows skips lines)")
     return index, cells
@@ -206,42 +207,59 @@ def _header(text: _Text, notes: list[str]) -> tuple[int, list[str]]:
 
 def _labels(text: _Text, index: int) -> list[str]:
     """Cells of a header line, whose separator can differ from that of the numbers."""
-    line = text.lines[index].strip().lstrip("#%/;")
+    line = _title(text, index)
     mark = next((mark for mark in (text.separator, ";", "\t", ",") if mark and mark in line), "")
     if not mark:  # spaces separate the columns, but not a name from its unit
-        line = re.sub(r"\s+(?=[\[(/])|(?<=/)\s+", "", line)
+        line = re.sub(r"\s+(?=[\[(/])|(?<=/)\s+", "", " ".join(line.split()))
     return _cells(line, mark)
 
 
-def _header_in_comment(text: _Text, count: int) -> list[int]:
-    """The comment directly above the numbers if it names a time and a force column, as in files written by NumPy."""
-    above = [index for index in range(text.form.skip_rows, text.first) if text.lines[index].strip()][-1:]
-    names = [_name_and_unit(cell)[0] for index in above for cell in _labels(text, index)]
-    found = len(_named(names, TIME_NAMES)) == len(_named(names, _force_names(text.form))) == 1
-    return above if found and len(names) == count else []
+def _title(text: _Text, index: int) -> str:
+    line = text.lines[index].strip()
+    return _PREFIX.sub("", line.lstrip("#%/;"), count=1).strip() if line.startswith(_COMMENTS) else line
 
 
-def _name_and_unit(cell: str) -> tuple[str, str]:
-    name, *units = _LABEL.fullmatch(cell).groups("")  # type: ignore[union-attr]
-    # a label may be a unit alone, such as Volt
-    return ("", name) if not any(units) and is_unit(name) else (name, "".join(units).strip())
+def _header_in_comment(text: _Text, count: int, settled: bool, unnamed: bool) -> list[int]:
+    """The comment over the numbers that names the columns or their units, as in files written by NumPy.
+
+    If the columns are ``unnamed``, the last line above the numbers may name them without units. Unless the units are
+    ``settled``, a comment that states units and cannot be used is an error.
+    """
+    lines = [index for index in range(text.form.skip_rows, text.first) if text.lines[index].strip()]
+    comments = [index for index in lines if text.lines[index].strip().startswith(_COMMENTS)]
+    for index in reversed(comments):
+        if names_columns(_labels(text, index), count, unnamed and index == lines[-1]):
+            return [index]
+    for index in comments:
+        if not settled and states_units(_labels(text, index), _title(text, index), count):
+            got = f"got {text_of(text.lines[index])}; set unit and time_unit, or skip_rows: {index + 1} to skip it"
+            hint = f"with one name and unit for each of the {count} columns, such as # time [ms], force [kN]"
+            text.refuse(index, "comment", f"must be a header {hint}, because it states a unit ({got})")
+    return []
+
+
+def _with_comment(text: _Text, units: tuple[str, ...], picks: Sequence[int], notes: list[str]) -> tuple[str, ...]:
+    """Units of the header, and those of a comment for the columns for which it has none."""
+    stated = zip((text.form.time_unit, text.form.unit), picks, strict=True)
+    if all(key or units[pick] for key, pick in stated):
+        return units
+    for index in _header_in_comment(text, len(units), settled=False, unnamed=False):
+        notes.append(f"The units were read from the comment in line {index + 1}.")
+        pairs = zip(units, _labels(text, index), strict=True)
+        return tuple(unit or name_and_unit(cell)[1] for unit, cell in pairs)
+    return units
 
 
 def _force_names(form: RecordFormat) -> frozenset[str]:
     return FORCE_NAMES[form.kind]
 
 
-def _named(names: Sequence[str], known: frozenset[str]) -> list[int]:
-    """Indices of the columns whose name contains one of the ``known`` words."""
-    return [i for i, name in enumerate(names) if known.intersection(re.findall(r"[^\W\d_]+", name.lower()))]
-
-
 def _picks(text: _Text, labels: Sequence[str], names: Sequence[str], notes: list[str]) -> list[int]:
     """Columns of time and force: those of the format, by their names, or in this order if there are only two."""
     if text.form.columns is not None:
         return [_column(text, column, labels, names) for column in text.form.columns]
-    times = _named(names, TIME_NAMES)
-    forces = _named(names, _force_names(text.form))
+    times = columns_named(names, TIME_NAMES)
+    forces = columns_named(names, _force_names(text.form))
     plain = (times, forces) == ([0], [1])
     if len(names) == 2 and len(times + forces) < 2:
         times = times or [1 - force for force in forces] or [0]
@@ -301,12 +319,12 @@ def _numbers(text: _Text, rows: Sequence[int], count: int, picks: Sequence[int])
     table = []
     faults = []
     for index in rows:
-        cells = _cells(text.lines[index], text.separator)
+        cells = _cells(text.lines[index], text.separator, count)
         if len(cells) != count:
             got = f"got {len(cells)}: {text_of(text.lines[index])}{text.comma_hint}"
             faults.append(text.fault(index, "row", f"must have {count} columns ({got})"))
             continue
-        values = [_number(cells[pick], decimal, form.thousands) for pick in picks]
+        values = [number_in(cells[pick], decimal, form.thousands) for pick in picks]
         table.append(values)
         if all(map(math.isfinite, values)):
             continue
@@ -321,10 +339,13 @@ def _numbers(text: _Text, rows: Sequence[int], count: int, picks: Sequence[int])
 
 def _remedy(cell: str, decimal: str, first: bool) -> str:
     """Advice for a cell that is not a finite number."""
-    for mark in THOUSANDS:
-        if mark in cell.translate(_NARROW_SPACES) and math.isfinite(_number(cell, decimal, mark)):
-            return f"set thousands: {mark!r} if it is a thousands mark"
-    if any(math.isfinite(_number(cell, other, mark)) for other in DECIMALS for mark in (None, *THOUSANDS)):
+    marks = [f"decimal: {mark!r}" for mark in DECIMALS if math.isfinite(number_in(cell, mark))]
+    spaced = cell.translate(NARROW_SPACES)
+    thousands = [mark for mark in THOUSANDS if mark in spaced and math.isfinite(number_in(cell, decimal, mark))]
+    marks += [f"thousands: {mark!r} if it is a thousands mark" for mark in thousands]
+    if marks:
+        return f"set {' or '.join(marks)}"
+    if any(math.isfinite(number_in(cell, other, mark)) for other in DECIMALS for mark in (None, *THOUSANDS)):
         return "set decimal and, if there are thousands marks, thousands"
     return "set skip_rows to skip it" if first else "correct or delete the row"
 

@@ -61,6 +61,17 @@ def _choice(*known: str) -> Any:
     return attrs.field(default=None, validator=one_of(None, *known))
 
 
+def _lower(value: Any) -> Any:
+    return value.lower() if isinstance(value, str) else value
+
+
+def _unit_name(_: object, attribute: attrs.Attribute[Any], value: object) -> None:
+    if not isinstance(value, str | None):
+        raise InvalidValueError.of(
+            attribute.name, f"must be a unit in quotes, such as 'ms' or 'kN' (got {text_of(value)})"
+        )
+
+
 @frozen(kw_only=True)
 class RecordFormat:
     """Format and quantity of a record file; what is left out is found in the file.
@@ -98,11 +109,13 @@ class RecordFormat:
 
     columns: list[int | str] = attrs.field(default=None, converter=_columns)
     skip_rows: int = quantity("", "lines at the beginning to skip", at_least=0, whole=True, default=0)
-    encoding: Literal["utf-8", "utf-16", "cp1252", "latin-1"] | None = _choice(*_ENCODINGS)
+    encoding: Literal["utf-8", "utf-16", "cp1252", "latin-1"] | None = attrs.field(
+        default=None, converter=_lower, validator=one_of(None, *_ENCODINGS)
+    )
     decimal: Literal[".", ","] | None = _choice(*DECIMALS)
     thousands: Literal[".", ",", "'", " "] | None = _choice(*THOUSANDS)
-    time_unit: str | None = None
-    unit: str | None = None
+    time_unit: str | None = attrs.field(default=None, validator=_unit_name)
+    unit: str | None = attrs.field(default=None, validator=_unit_name)
     sign: Literal[1, -1] = attrs.field(default=1, validator=one_of(1, -1))
     scale: float | None = quantity("", "factor of the values, such as newtons per volt", above=0, default=None)
     area: float | None = quantity("m**2", "loaded area, for a pressure", above=0, default=None, example="1 cm**2")
@@ -150,20 +163,15 @@ def force_factor(form: RecordFormat, name: str, unit: str, notes: list[str]) -> 
     """
     kind, words = form.kind, _words(name)
     base, path = _UNITS[kind], f"unit of {kind}"
-    order = (kind, *_UNITS)  # that of the kind first, because it may need no import of pint
-
-    def measured(unit: str) -> str | None:
-        """The quantity that is measured in a unit."""
-        return next((each for each in order if not math.isnan(_factor(unit, _UNITS[each]))), None)
-
-    stated = measured(unit) if unit else next((each for each in order if FORCE_NAMES[each] & words), None)
-    for got, found in ((text_of(unit or name), stated), (f"unit {form.unit}", form.unit and measured(form.unit))):
-        if found and found != kind:
+    named = next((each for each in (kind, *_UNITS) if FORCE_NAMES[each] & words), None)
+    stated = measured(unit) if unit else named
+    for got, found in ((text_of(unit or name), stated), (f"unit {form.unit}", measured(form.unit or ""))):
+        if found in _UNITS and found != kind:
             remedy = f"set {_KEYS[found]}" if kind == "force" else f"delete {_KEYS[kind].partition(',')[0]}"
             if form.unit and found == stated:
                 got = f"{got} in the header, although unit is {form.unit}"
-            article = "an" if found.startswith("a") else "a"
-            problem = f"must be that of a {kind}, not of {article} {found} (got {got}; {remedy})"
+            wanted, other = (f"{'an' if each.startswith('a') else 'a'} {each}" for each in (kind, found))
+            problem = f"must be that of {wanted}, not of {other} (got {got}; {remedy})"
             raise InvalidValueError.of(path, problem)
     if not (form.unit or unit) and kind == "force" and words <= FORCE_NAMES[kind]:
         _check_header(form, name, path, "unit")
@@ -175,10 +183,14 @@ def force_factor(form: RecordFormat, name: str, unit: str, notes: list[str]) -> 
     if math.isnan(factor):
         got = f"got {text_of(form.unit or unit or name)}; set unit, such as {base}, and scale for a sensitivity"
         raise InvalidValueError.of(path, f"must be a unit of {kind} ({got})")
-    if form.unit and unit and not stated and form.scale is None:
-        got = f"got {unit!r} in the header; set scale, the number of {form.unit} per {unit}"
+    if form.unit and unit and stated not in _UNITS and form.scale is None:
+        got = f"got {unit!r} in the header; set scale, the number of {form.unit} per {'V' if stated else unit}"
         raise InvalidValueError.of(path, f"must be a unit of {kind} ({got})")
-    if form.unit and unit and form.unit != unit:
+    volts = _factor(unit, "V") if form.scale is not None and stated == "voltage" else 1.0
+    if volts != 1:
+        factor *= volts
+        notes.append(f"The values, in {unit}, were converted to volts: scale is per volt.")
+    elif form.unit and unit and form.unit != unit:
         notes.append(f"The header states the unit {unit!r}; {form.unit!r} was used.")
     for key, value, si in (("area", form.area, "m^2"), ("mass", form.mass, "kg")):
         if value is not None:
@@ -194,6 +206,12 @@ def _check_header(form: RecordFormat, name: str, path: str, key: str) -> None:
     if form.skip_rows and not name:
         got = f"got no header below {form.skip_rows} skipped lines; skip fewer, or set {key}"
         raise InvalidValueError.of(path, f"must be stated ({got})")
+
+
+def measured(unit: str) -> str | None:
+    """The quantity that is measured in a unit: time, force, pressure, acceleration or voltage; None if unknown."""
+    bases = {"time": "s", **_UNITS, "voltage": "V"}
+    return next((each for each, base in bases.items() if unit and not math.isnan(_factor(unit, base))), None)
 
 
 def is_unit(name: str) -> bool:

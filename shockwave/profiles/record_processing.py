@@ -8,6 +8,8 @@ from attrs import define, field, frozen
 from shockwave.errors import Fault, InvalidValueError
 from shockwave.quadrature import FloatArray
 
+#: Advice for a record in which compression is negative, unless it is a file.
+CHANGE_SIGNS = "change the signs of forces"
 # Force, over the peak force, above which the pulse has certainly begun.
 _BEGUN = 0.05
 # Force, over the peak force, above which the pulse has certainly not ended.
@@ -32,6 +34,10 @@ _UNEVEN = 0.1
 _UNCHANGED = 1e-9
 # Smallest relative change of impulse and peak force by the cleaning that a note states.
 _NOTICEABLE = 1e-4
+# Smallest relative change of impulse or peak force by a low-pass filter that is a warning.
+_DISTORTED = 0.2
+# Largest peak force, over that before, of a pulse that a low-pass filter has removed.
+_REMOVED = 0.05
 # Samples within this number of standard deviations of the noise are quiet.
 _QUIET = 3
 # Samples beyond this number are certainly not noise: a long tail has random samples beyond 3, but not beyond 5.
@@ -53,6 +59,7 @@ class Pulse:
     peak_force: float
     rise_time: float
     notes: tuple[str, ...]
+    alarms: tuple[str, ...]
 
 
 Window = tuple[float, float] | None
@@ -62,13 +69,15 @@ Window = tuple[float, float] | None
 class _Process:
     """A record during its processing.
 
-    ``first`` is the index of its first sample in the whole record, ``figures`` are peak force and impulse after a step.
+    ``first`` is the index of its first sample in the whole record, ``figures`` are peak force and impulse after a step,
+    ``alarms`` are notes that put the pulse in doubt.
     """
 
     times: FloatArray
     forces: FloatArray
     first: int = 0
     notes: list[str] = field(factory=list)
+    alarms: list[str] = field(factory=list)
     figures: tuple[float, ...] = ()
 
     def step(self, change: str, forces: FloatArray, kept: slice = slice(None)) -> None:
@@ -134,14 +143,16 @@ def pulse_of(
         level = float(forces[window].mean())
         found = f"A baseline of {level:.4g} N, the mean from {baseline[0]:g} to {baseline[1]:g} s,"
         process.step(f"{found} was subtracted", forces - level)
-    level, noise, count = _quiet_lead(process.forces[kept]) if clean else (0.0, 0.0, 0)
+    lead = _quiet_lead(process.forces) if clean else (0.0, 0.0, 0)
+    # the record may begin with something that the crop removes
+    level, noise, count = lead if lead[2] or not clean else _quiet_lead(process.forces[kept])
     if level and baseline is None:
         found = f"A baseline of {level:.4g} N, the mean of the {count} samples before the pulse,"
         process.step(f"{found} was subtracted", process.forces - level)
     if low_pass is not None:
-        process.step(f"A low-pass filter at {low_pass:g} Hz was applied", _filtered(times, process.forces, low_pass))
+        _apply_filter(process, low_pass)
         # the filtered pulse begins earlier
-        noise = float(process.forces[kept][: count // 2].std()) if noise else 0.0
+        noise = float(process.forces[: count // 2].std()) if noise else 0.0
     if crop is not None:
         process.step(f"The record was cropped to {crop[0]:g} to {crop[1]:g} s", process.forces, kept)
     _check_push(process.forces)
@@ -174,7 +185,7 @@ def _scaled_pulse(process: _Process, values: FloatArray, peak_force: float, rati
             raise InvalidValueError.of("times", f"{rule} (got n = {knots[-1]:g})")
     if _impulse(knots, values) <= 0:
         raise InvalidValueError.of("forces", "must have an impulse > 0 N s (got a greater negative phase)")
-    return Pulse(knots, values, peak_force, float(elapsed[peak]), tuple(notes))
+    return Pulse(knots, values, peak_force, float(elapsed[peak]), tuple(notes), tuple(process.alarms))
 
 
 def _check_samples(times: FloatArray, forces: FloatArray) -> None:
@@ -195,7 +206,7 @@ def _check_samples(times: FloatArray, forces: FloatArray) -> None:
 
 def _check_push(forces: FloatArray) -> None:
     if forces.max() <= 0:
-        got = f"got at most {forces.max() + 0.0:g} N; if compression is negative, set sign: -1"
+        got = f"got at most {forces.max() + 0.0:g} N; if compression is negative, {CHANGE_SIGNS}"
         raise InvalidValueError.of("forces", f"must be > 0 N somewhere ({got})")
 
 
@@ -206,6 +217,25 @@ def _number_faults(name: str, unit: str, values: FloatArray) -> list[Fault]:
 
 
 # ---------------------------------------------------------------- steps
+
+
+def _apply_filter(process: _Process, low_pass: float) -> None:
+    """Apply the low-pass filter, with a warning if it distorts the pulse.
+
+    Raises
+    ------
+    InvalidValueError
+        If it removes the pulse.
+    """
+    before, filtered = process.forces, _filtered(process.times, process.forces, low_pass)
+    share = float(filtered.max() / before.max())
+    if before.max() > 0 and share <= _REMOVED:
+        got = f"got {low_pass:g} Hz, which leaves {filtered.max():.3g} of {before.max():.3g} N; set a higher frequency"
+        raise InvalidValueError.of("low_pass", f"must keep the pulse ({got})")
+    process.step(f"A low-pass filter at {low_pass:g} Hz was applied", filtered)
+    if before.max() > 0 and abs(share - 1) > _DISTORTED:
+        change = f"changes the peak force by {100 * (share - 1):+.2g} %"
+        process.alarms.append(f"The low-pass filter {change}: it distorts the pulse (set a higher low_pass).")
 
 
 def _filtered(times: FloatArray, forces: FloatArray, low_pass: float) -> FloatArray:
@@ -253,9 +283,7 @@ def _resolve_negative(process: _Process, noise: float, clean: bool, negative: st
     if negative is None and share > _SMALL_PHASE:
         part = f"{100 * share:.2g} %" if share < 1 else "most"
         rule = f"must be keep or zero, because negative forces have {part} of the impulse"
-        hints = (
-            "keep simulates pulling forces; zero ignores them; sign: -1 for a record in which compression is negative"
-        )
+        hints = f"keep simulates pulling forces; zero ignores them; if compression is negative, {CHANGE_SIGNS}"
         raise InvalidValueError.of("negative", f"{rule} (got nothing; {hints})")
     change = f"Negative samples were set to zero: {np.count_nonzero(below)} of {forces.size}"
     process.step(change, np.maximum(forces, 0.0))

@@ -19,7 +19,7 @@ from shockwave.numerics import running_sums
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.record_file import Record, read_record
 from shockwave.profiles.record_format import RecordFormat
-from shockwave.profiles.record_processing import Pulse, pulse_of
+from shockwave.profiles.record_processing import CHANGE_SIGNS, Pulse, pulse_of
 from shockwave.quadrature import FloatArray
 from shockwave.units import to_si
 
@@ -182,6 +182,11 @@ class Tabulated(ShockProfile):
     def notes(self) -> tuple[str, ...]:
         return self._assumed + self._pulse.notes
 
+    @property
+    def alarms(self) -> tuple[str, ...]:
+        """Effects of the processing that put the pulse in doubt."""
+        return self._pulse.alarms
+
     @cached_property
     def pulls(self) -> bool:
         return bool((self._pulse.values < 0).any())
@@ -239,7 +244,8 @@ class Tabulated(ShockProfile):
 
 
 def _placed(fault: Fault, path: str | os.PathLike[str], record: Record) -> Fault:
-    """``fault`` with the line of the sample that it concerns; that of a setting is unchanged."""
+    """``fault`` with advice for a file, and with the line of the sample that it concerns, if it concerns one."""
+    fault = attrs.evolve(fault, problem=fault.problem.replace(CHANGE_SIGNS, "set sign: -1"))
     if not fault.path.startswith(("times", "forces")):
         return fault
     index = re.search(r"\[(\d+)\]", fault.path)
