@@ -399,3 +399,14 @@ def test_arguments_of_other_types_are_refused(file: Path, given: dict[str, Any],
     settings: dict[str, Any] = {"vary": {SIZE: (4e-3, 12e-3)}, "targets": "chain.mass <= 1 kg"}
     with pytest.raises(sw.InvalidValueError, match=message):
         sw.optimal_design(file, **settings | given)
+
+
+def test_a_later_collision_that_may_exceed_a_target_is_noted() -> None:
+    layers = [sw.Segment(count=6), sw.Segment(count=5, material="ptfe"), sw.Segment(count=2)]
+    chain = sw.Chain(material="bearing-steel-52100", diameter=9.5e-3, granules=layers, end=sw.Wall(material="same"))
+    impact = sw.Impact(velocity=0.3, diameter=25e-3)
+    vary = {"impact.velocity": (0.29, 0.3)}
+    found = sw.optimal_design(impact, chain, vary=vary, targets="transmitted.peak_force <= 120 N")
+    assert found.best is not None
+    assert found.warnings[0].startswith("A later collision may exert up to ")
+    assert sw.optimal_design(impact, chain, vary=vary, targets="transmitted.peak_force <= 5 kN").warnings == ()

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -31,6 +31,7 @@ from shockwave.scenario.scene_family import Family
 from shockwave.studies import varied_scenes
 from shockwave.studies.optimal_result import OptimalDesign, OptimalOption
 from shockwave.studies.quantities import OWN, Quantity, Requirement, contacts_of, required
+from shockwave.text import si
 
 #: Values of the parameters, in their order.
 _Values = tuple[float | str, ...]
@@ -190,7 +191,7 @@ class _Search:
             ranking=tuple(ranked) if any(one.names for one in self.parameters) else (),
             tried=tuple(tried),
             evaluations=len(tried),
-            warnings=() if base.impact is not None else tuple(base.shock.profile.notes),
+            warnings=(*self.later(best), *(() if base.impact is not None else base.shock.profile.notes)),
         )
 
     def options(self, values: Iterable[_Values], rtol: float, margin: float) -> dict[_Values, OptimalOption]:
@@ -242,6 +243,19 @@ class _Search:
         """The option by a more accurate simulation, which must meet the requirements without the margin."""
         found = self.options([option.values], _RTOL, 0.0)
         return evolve(found[option.values], verified=True) if found else option
+
+    def later(self, option: OptimalOption | None) -> Iterator[str]:
+        """Warning of a requirement that a collision after the simulated time may violate."""
+        limits = [
+            one for one in self.requirements if one.quantity.name == "transmitted.peak_force" and one.sign == "<="
+        ]
+        if option is None or not limits:
+            return
+        (result,) = varied_scenes.simulations([self.family.scenario(self.named(option.values))], _RTOL)
+        for one in limits:
+            if result.later_force > one.value:
+                force = si(result.later_force, "N", 3)
+                yield f"A later collision may exert up to {force} on the wall (extend simulate.until)."
 
 
 def _rank(option: OptimalOption) -> tuple[float, float]:
