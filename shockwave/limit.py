@@ -138,9 +138,10 @@ class Verdict:
             return "has not acted yet"
         if self.low is None or self.high is None:
             return f"{si(self.value, 'N', 2)} or more" if self.low else f"{si(self.value, 'N', 2)}, error not known"
-        error = (self.high - self.low) / 2 / self.value if self.value else 1.0
-        nearest = min(self.high - self.value, self.value - self.low) / self.value if self.value else 1.0
-        value = si(self.value, "N", error=min(error, max(nearest, _SMALL)) if error > _SMALL else error)
+        error = (self.high - self.low) / 2 / self.value
+        nearest = min(self.high - self.value, self.value - self.low) / self.value
+        # the force that was found is accurate where only a later one may be greater
+        value = si(self.value, "N", error=max(nearest, _SMALL) if nearest < error / 10 and error > _SMALL else error)
         # finer than the value, so that rounding moves no end across the limit
         low, high = (si(force, "N", error=min(error / 10, _FINEST)) for force in (self.low, self.high))
         return f"{value}, range {low} to {high}" if error > _SMALL else value

@@ -346,3 +346,18 @@ def test_a_limit_is_given_as_a_force(limit: Any, tmp_path: Path) -> None:
 def test_a_limit_that_is_no_force_is_refused(run: Any) -> None:
     with pytest.raises(sw.InvalidValueError, match=r"^limit: must be a force"):
         run(SHOCK, chain(), limit="80 mm")
+
+
+def test_a_wall_that_flies_off_keeps_no_verdict_open() -> None:
+    chain = sw.Chain(material="stainless-steel-302", diameter=9.5e-3, granules=10, end=sw.Wall(mass=3.6e-3))
+    result = sw.simulate(sw.Impact(velocity=0.5), chain, until=10e-3)
+    assert sw.Limit(force=1.01 * result.transmitted.peak_force).verdict(result).decision == "below"
+
+
+def test_a_shock_that_still_acts_leaves_the_verdict_open() -> None:
+    chain = sw.Chain(material="stainless-steel-302", diameter=9.5e-3, granules=6, end=sw.Wall(material="same"))
+    shock = sw.Shock(profile=sw.Triangular(duration_ratio=5.0), peak_force=50.0, rise_time=0.3e-3)
+    result = sw.simulate(shock, chain, until=1e-3)
+    found = sw.Limit(force=2 * result.transmitted.peak_force).verdict(result)
+    assert (found.decision, found.high) == ("undecided", None)
+    assert any("The shock ends after the simulated time" in each for each in result.warnings)

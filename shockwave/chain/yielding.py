@@ -22,6 +22,8 @@ _Number = TypeVar("_Number", float, FloatArray)
 _PRESSURE = 1.6
 #: Beginning of the warning of forces beyond first yield.
 BEYOND = "Beyond elastic validity"
+#: Beginning of the warning of contacts without a known yield strength.
+UNJUDGED = "First yield is not judged"
 
 
 @frozen(kw_only=True)

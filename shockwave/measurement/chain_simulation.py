@@ -14,7 +14,7 @@ from attrs import asdict, evolve
 
 from shockwave.chain.chain import Chain
 from shockwave.chain.impact import Impact
-from shockwave.chain.yielding import Yielding, beyond_elastic, first_yield_force, strength_of
+from shockwave.chain.yielding import UNJUDGED, Yielding, beyond_elastic, first_yield_force, strength_of
 from shockwave.errors import NumericalError
 from shockwave.limit import LAST, LeavingForce
 from shockwave.measurement.chain_result import ChainResult, SegmentEnergy, Transmitted
@@ -84,14 +84,17 @@ def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: 
     carried = math.fsum(motion.v[:count] / case.assembly.inverse_masses[:count])
     movable = len(motion.v) > count
     velocities, masses = scales.velocity * motion.v[:count], case.layout.masses
-    apart, loaded = _apart(case, motion), bool(case.layout.static_forces.any())
+    apart, loaded = (
+        _apart(motion.x[:count], motion.v[:count], case.assembly.overlaps),
+        bool(case.layout.static_forces.any()),
+    )
     rebounding = None if loaded else _flying(-velocities, apart)
     spalls = None if loaded or case.has_wall else _flying(velocities[::-1], apart[::-1])
     notes = (excitation.profile.notes if isinstance(excitation, Shock) else ()) + unusual_warnings(excitation, chain)
     yielding = _yielding(case, motion)
     if error := beyond_elastic(chain, lambda: yielding):
         raise error
-    endless, later = chain.count is None, _later_force(case, motion, apart)
+    endless, later = chain.count is None, _later_force(case, motion)
     reached = _reached(motion.v) if endless else count
     return ChainResult(
         excitation=excitation,
@@ -157,7 +160,7 @@ def contact_peaks(result: SimulationResult) -> tuple[tuple[ContactPeak, ...], Co
             took = f"the integration of {granules} granules would take about {seconds:.0f} s or more"
             raise NumericalError(f"{took} (set until or a timeout to integrate all the same)")
     runs = runs_of(ChainSetup.of(options, result.shock, result.chain))
-    later = _later_force(runs.case, runs.motion, _apart(runs.case, runs.motion))
+    later = _later_force(runs.case, runs.motion)
     return runs.reported, runs.greatest, last_force(LAST, runs.peak(-1), runs.motion.arrival is not None, later)
 
 
@@ -202,30 +205,35 @@ def _unfinished(
             yield "The striker may be struck again after the simulated time: its restitution is provisional."
 
 
+def _mean(v: FloatArray, masses: FloatArray) -> float:
+    """Velocity of the centre of mass, at least 0."""
+    return max(float(np.average(v, weights=masses)), 0.0) if len(v) else 0.0
+
+
 def _first(marks: npt.NDArray[np.bool_]) -> int:
     """Index of the first mark that is set; their number if there is none."""
     return int(np.argmax(marks)) if marks.any() else len(marks)
 
 
-def _later_force(case: ChainSetup, motion: Motion, apart: npt.NDArray[np.bool_]) -> float:
+def _later_force(case: ChainSetup, motion: Motion) -> float:
     """Bound of the force at the last contact after the end of the simulated time [N]; 0 where none is known.
 
-    All the energy may meet in this contact, except that of granules that move apart, away from the others.
+    All the energy may meet in this contact, except that of bodies that move apart, away from the others.
     """
-    assembly, force = case.assembly, case.assembly.force
-    if assembly.static_forces.any() or assembly.law is not None:
-        return 0.0
+    assembly, force, v = case.assembly, case.assembly.force, motion.v
     if force is not None and motion.end < force.duration:
         return math.inf
-    v, masses = motion.v, 1 / assembly.inverse_masses
-    first, last = _first(~(np.append(apart, True) & (v[: case.granules] <= 0))), len(v)
-    frame = 0.0
-    if not case.has_wall and first < last:  # what counts is the motion relative to that of the whole
-        frame = max(float(np.average(v[first:], weights=masses[first:])), 0.0)
+    if assembly.static_forces.any() or assembly.law is not None:
+        return 0.0
+    masses, apart = 1 / assembly.inverse_masses, _apart(motion.x, v, assembly.overlaps)
+    # nothing holds the last body: a granule, or a wall without a spring
+    is_free = not (assembly.fixed_wall or assembly.end_stiffness or assembly.end_damping)
+    granules = len(v) if is_free else case.granules
+    first, last, frame = _first(~(np.append(apart[: granules - 1], True) & (v[:granules] <= 0))), len(v), 0.0
+    if is_free and first < last:  # what counts is the motion relative to that of the whole
+        frame = _mean(v[first:], masses[first:])
         last -= _first(~(np.append(True, apart) & (v >= frame))[first:][::-1])
-        frame = (
-            min(frame, max(float(np.average(v[first:last], weights=masses[first:last])), 0.0)) if first < last else 0.0
-        )
+        frame = min(frame, _mean(v[first:last], masses[first:last]))
     energy = math.fsum(0.5 * masses[first:last] * (v[first:last] - frame) ** 2) + math.fsum(motion.potential)
     energy += motion.end_energy
     k, p, behind = float(assembly.stiffnesses[-1]), assembly.exponent, case.granules - 1 - (not case.has_wall)
@@ -238,8 +246,11 @@ def _later_force(case: ChainSetup, motion: Motion, apart: npt.NDArray[np.bool_])
 def _later_warning(case: ChainSetup, motion: Motion, later: float) -> Iterator[str]:
     """Warning of a greater force on the wall after the end of the simulated time."""
     if case.has_wall and motion.arrival is not None and later > case.scales.force * motion.forces[-1]:
-        most = f", of at most {si(later, 'N', 3)}" if later < math.inf else ""
-        yield f"A later collision may exert a greater force on the wall{most} (extend until)."
+        if later == math.inf:
+            yield "The shock ends after the simulated time: the force on the wall may still grow (extend until)."
+        else:
+            force = f"of at most {si(later, 'N', 3)}"
+            yield f"A later collision may exert a greater force on the wall, {force} (extend until)."
 
 
 def _reached(v: FloatArray) -> int:
@@ -260,10 +271,9 @@ def _segments(case: ChainSetup, motion: Motion, granules: int) -> Iterator[Segme
         yield SegmentEnergy(first=begin, last=min(end, granules) - 1, energy=math.fsum(energies[begin:end]))
 
 
-def _apart(case: ChainSetup, motion: Motion) -> npt.NDArray[np.bool_]:
-    """Whether each contact between granules is open, and its granules do not approach each other."""
-    x, v = motion.x[: case.granules], motion.v[: case.granules]
-    gaps = x[1:] - x[:-1] - case.assembly.overlaps[: case.granules - 1]
+def _apart(x: FloatArray, v: FloatArray, overlaps: FloatArray) -> npt.NDArray[np.bool_]:
+    """Whether each contact between these bodies is open, and they do not approach each other."""
+    gaps = x[1:] - x[:-1] - overlaps[: len(x) - 1]
     return np.asarray((gaps >= 0) & (v[:-1] <= v[1:]))
 
 
@@ -294,7 +304,8 @@ def _unjudged(case: ChainSetup, yielding: Yielding | None) -> Iterator[str]:
     """Warning of contacts that are not compared with first yield."""
     unknown = int(np.isnan(_strengths(case)).sum())
     if yielding is not None and unknown:
-        yield f"First yield is not judged at {unknown} contacts of a material without a yield strength (state it)."
+        where = "1 contact" if unknown == 1 else f"{unknown} contacts"
+        yield f"{UNJUDGED} at {where}, because a yield strength is not known (state yield_strength)."
 
 
 def _yielding(case: ChainSetup, motion: Motion) -> Yielding | None:

@@ -232,7 +232,7 @@ def _header_in_comment(text: _Text, count: int, settled: bool, unnamed: bool) ->
             return [index]
     for index in comments:
         if not settled and states_units(_labels(text, index), _title(text, index), count):
-            got = f"got {text_of(text.lines[index])}; set unit and time_unit, or skip_rows: {index + 1} to skip it"
+            got = f"got {text_of(text.lines[index])}; set unit and time_unit"
             hint = f"with one name and unit for each of the {count} columns, such as # time [ms], force [kN]"
             text.refuse(index, "comment", f"must be a header {hint}, because it states a unit ({got})")
     return []

@@ -254,8 +254,8 @@ class _Search:
         (result,) = varied_scenes.simulations([self.family.scenario(self.named(option.values))], _RTOL)
         for one in limits:
             if result.later_force > one.value:
-                force = si(result.later_force, "N", 3)
-                yield f"A later collision may exert up to {force} on the wall (extend simulate.until)."
+                force = f"up to {si(result.later_force, 'N', 3)}" if result.later_force < math.inf else "more"
+                yield f"After the simulated time {force} may act on the wall (extend simulate.until)."
 
 
 def _rank(option: OptimalOption) -> tuple[float, float]:

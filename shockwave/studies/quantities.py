@@ -9,6 +9,7 @@ from typing import Any, Literal, NamedTuple, cast
 from attrs import frozen
 
 from shockwave.chain.solitary_wave import SolitaryWave
+from shockwave.chain.yielding import UNJUDGED
 from shockwave.errors import InvalidValueError, hint_of
 from shockwave.fields import Quantity as Number
 from shockwave.fields import text_of
@@ -87,6 +88,8 @@ class Quantity(NamedTuple):
 
         A quantity without an error estimate takes that of the innermost part of the result that has one.
         """
+        if self.name.startswith("yield") and any(each.startswith(UNJUDGED) for each in result.warnings):
+            return None  # other contacts may yield first
         value, error = result, result.error_estimate
         if self.name in _OF_WAVE:
             wave = None if result.peak_force is None else SolitaryWave.of(result.peak_force, result.chain)

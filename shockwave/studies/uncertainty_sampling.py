@@ -153,9 +153,12 @@ def _of_forces(
     quantities = quantities_of(scenario, result)
     read = [*quantities, *[Quantity("leaving.value", "N", "")] * (scenario.limit is not None)]
     family, nominal = Family(scenario), {one.name: np.array([one.value]) for one in drawn}
+    later = [0.0]
 
     def evaluate(values: Mapping[str, FloatArray], rtol: float = rtol) -> tuple[FloatArray, FloatArray]:
         found = varied_scenes.simulations(varied_scenes.scenes_of(family, values), rtol)
+        if scenario.limit is not None:
+            later.extend(each.leaving.later for each in found)
         figures = np.array([[one.read(each) or (math.nan, 0.0) for each in found] for one in read])
         return figures[..., 0], figures[..., 1].max(axis=1)
 
@@ -165,7 +168,7 @@ def _of_forces(
         leaving, forces = result.leaving, outputs[:, -1, 0]
         if leaving.high is not None and np.isfinite(forces).all():
             error = float(errors[-1])
-            reached = sampling.exceedance(scenario.limit, leaving.name, forces, error, leaving.later)
+            reached = sampling.exceedance(scenario.limit, leaving.name, forces, error, max(later))
         else:  # some forces are not known: the simulated time ends too early, or they have no upper bound
             reached = None, verdict(scenario.limit, evolve(leaving, high=None))
     shares = sampling.estimates(sampling.indices, outputs)

@@ -160,8 +160,10 @@ class SweepDefinition(Sweep):
     def differences(self, other: SweepDefinition) -> dict[str, str]:
         """Return the differences from ``other`` by dotted names, with both values."""
         one, two = self._identity(), other._identity()
-        changes = chain(_axis_changes(one.pop("axes"), two.pop("axes")), _changes(one, two))
-        return {name: f"{text_of(here)}, now {text_of(there)}" for name, here, there in changes}
+        axes = [*_axis_changes(one.pop("axes"), two.pop("axes"))]
+        # what the names on changed axes mean is no difference of its own
+        others = (change for change in _changes(one, two) if not (axes and change[0].startswith("named")))
+        return {name: f"{text_of(here)}, now {text_of(there)}" for name, here, there in chain(axes, others)}
 
     def resumed(self, there: SweepDefinition, folder: Path, accept_versions: bool) -> SweepDefinition:
         """Return the definition with which this sweep resumes the one in ``folder``, with the definition ``there``.
@@ -206,6 +208,7 @@ def _axis_changes(there: list[Any], here: list[Any]) -> Iterator[tuple[str, Any,
         counts = len(one["values"]), len(other["values"])
         if counts[0] != counts[1]:
             yield f"axis {name}, number of values", *counts
+            continue
         if one["units"] != other["units"]:
             yield f"axis {name}, units", one["units"], other["units"]
         for number, positions in enumerate(zip(one["values"], other["values"], strict=False), start=1):
