@@ -24,15 +24,8 @@ from shockwave.text import printed
 _KEYS = (
     *("scenario", "peak_force", "amplification", "error_estimate", "waves", "passages", "contacts", "greatest_force"),
     *("transmitted", "end", "arrival_time", "applied_momentum", "applied_energy", "dissipated_energy"),
-    *(
-        "recoil_momentum",
-        "recoil_error",
-        "recoil_velocities",
-        "ejected_granules",
-        "spall_velocities",
-        "velocities",
-        "restitution",
-    ),
+    *("recoil_momentum", "recoil_error", "recoil_velocities", "ejected_granules", "spall_velocities"),
+    *("velocities", "restitution"),
     *("segments", "end_energy", "momentum_defect", "energy_defect", "recording", "integrator", "backend", "cost"),
 )
 

@@ -84,10 +84,8 @@ def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: 
     carried = math.fsum(motion.v[:count] / case.assembly.inverse_masses[:count])
     movable = len(motion.v) > count
     velocities, masses = scales.velocity * motion.v[:count], case.layout.masses
-    apart, loaded = (
-        _apart(motion.x[:count], motion.v[:count], case.assembly.overlaps),
-        bool(case.layout.static_forces.any()),
-    )
+    apart = _apart(motion.x[:count], motion.v[:count], case.assembly.overlaps)
+    loaded = bool(case.layout.static_forces.any())
     rebounding = None if loaded else _flying(-velocities, apart)
     spalls = None if loaded or case.has_wall else _flying(velocities[::-1], apart[::-1])
     notes = (excitation.profile.notes if isinstance(excitation, Shock) else ()) + unusual_warnings(excitation, chain)
