@@ -1,4 +1,4 @@
-"""Run of the extreme cases, each in its own process with a time limit for each backend, and the results."""
+"""Run of the extreme cases in worker processes, with a time limit for each case and backend, and the results."""
 
 from __future__ import annotations
 
@@ -137,7 +137,7 @@ def stress(names: Iterable[str] = (), backend: str | None = None) -> Stress:
     begin = time.perf_counter()
     rows: list[Row] = []
     start_server(modules=_MODULES)
-    with ProcessPool(os.cpu_count() or 1, max_tasks=1, context=START) as pool:
+    with ProcessPool(os.cpu_count() or 1, context=START) as pool:
         futures = [pool.schedule(_in_process, (case.name, own), timeout=case.limit * len(own)) for case, own in jobs]
         try:
             for (case, own), future in zip(counted("stress", jobs), futures, strict=True):
