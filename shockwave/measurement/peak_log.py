@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from collections.abc import Iterator
-from itertools import pairwise, takewhile
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -120,10 +120,15 @@ class PeakLog:
             yield (peak := self.peak(index))
             index = peak.previous
 
+    def nearest(self, contact: int, time: float) -> Peak | None:
+        """The peak at a contact nearest to ``time``; None if the contact has none."""
+        rows = np.flatnonzero(self.peaks["contact"] == contact)
+        return self.peak(int(rows[np.abs(self.peaks["time"][rows] - time).argmin()])) if len(rows) else None
+
     def following(self, peak: Peak) -> float:
         """Time of the next peak at the contact of ``peak``; infinite if there is none."""
-        later = takewhile(lambda other: other.time > peak.time, self.at(peak.contact))
-        return min((other.time for other in later), default=math.inf)
+        later = self.peaks[peak.row + 1 :]
+        return float(later["time"][later["contact"] == peak.contact].min(initial=math.inf))
 
     def observe(self, stretch: Stretch) -> None:
         """Log the maxima within ``stretch``."""
@@ -206,7 +211,9 @@ class PeakLog:
         behind, times, _ = self._copied()
         earliest = []
         for contact, time in waves:
-            row = next(peak.row for peak in self.at(contact) if peak.time == time)
+            peak = self.nearest(contact, time)
+            assert peak is not None
+            row = peak.row
             while (before := behind[row]) >= 0 and times[before] >= since:
                 row = before
             earliest.append(self.peak(row))

@@ -210,7 +210,7 @@ def _waves(fine: ChainRun, traced: list[Peak], coarse: PeakLog, scales: Scales) 
     waves = []
     strongest = max(wave.peak_force for wave in fine.waves)
     for wave, peak in zip(fine.waves, traced, strict=True):
-        same = min(coarse.at(peak.contact), key=lambda other: abs(other.time - peak.time), default=None)
+        same = coarse.nearest(peak.contact, peak.time)
         difference = 1.0 if same is None else abs(same.force / peak.force - 1) * wave.arrival_time / peak.time
         # errors of a step are larger relative to weak waves; the difference may vanish by chance
         step = fine.integrator.tolerance * math.sqrt(strongest / wave.peak_force)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from array import array
+from bisect import bisect_right
 from itertools import accumulate
 from types import ModuleType
 from typing import Any
@@ -85,7 +86,9 @@ class Probe:
         reach = 2 * passage_time(log.wave, peak.force)
         begin = max(log.peak(peak.previous).time if peak.previous >= 0 else 0.0, peak.time - reach)
         end = min(log.following(peak), peak.time + reach)
-        times, states = np.concatenate(self._times), np.concatenate(self._states, axis=1)
+        # of a long history only the end matters
+        first = max(bisect_right(self._times, begin, key=lambda times: times.item(0)) - 1, 0)
+        times, states = np.concatenate(self._times[first:]), np.concatenate(self._states[first:], axis=1)
         used = slice(max(int(times.searchsorted(begin, "right")) - 1, 0), int(times.searchsorted(end)) + 1)
         arrivals = log.trail(peak, _SPEED_BASE).times
         passed = len(arrivals) - 1
