@@ -3,17 +3,35 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
+from functools import partial
 
 import numpy as np
-from attrs import define, field
 
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.nystroem import Nystroem, kink
 from shockwave.simulation.one_step import Attempt
-from shockwave.simulation.peak_limit import KEPT, NOISE, STRIDE, contact_force, crossing, limit, window_energy
-from shockwave.simulation.problem import Passage, Primary, Request, Status, chain_acceleration, contact_forces
+from shockwave.simulation.peak_limit import (
+    KEPT,
+    NOISE,
+    STRIDE,
+    contact_force,
+    crossing,
+    either,
+    grown,
+    limit,
+    window_energy,
+)
+from shockwave.simulation.problem import (
+    Passage,
+    Primary,
+    Request,
+    Status,
+    WindowAcceleration,
+    contact_forces,
+    power_force,
+)
 from shockwave.simulation.time_limit import expired
 
 # First number of granules in the window, and by how many it grows.
@@ -33,10 +51,6 @@ _SLIGHT = 1e-3
 _WEAK = 0.2
 # Number of contacts at the free end that it affects.
 _REACH = 8
-# Longest time in which a wave passes from one contact to the next.
-_RECENT = 6.0
-# Number of contacts over which the growth of a wave is measured; over a single one it is mostly noise.
-_TREND = 4
 # Largest force of a contact at which the window may be cut, over the peak force of the front.
 _SLACK = 0.1
 # Fraction of the peak force of the front above which a wave may be as strong.
@@ -45,6 +59,8 @@ _TALLER = 0.999
 _RIVAL = 2.0
 # A granule in free flight with velocity v makes a wave of less than (this times v)^(2p/(p + 1)).
 _FREE_FLIGHT = 2.075
+# Number of contacts from which on arrays are faster than numbers.
+_MANY = 32
 # Position of the granule beyond a free end, out of reach of all others.
 _FAR = 1e30
 
@@ -61,30 +77,6 @@ def search(request: Request, method: Nystroem) -> Primary:
     return window.primary()
 
 
-@define
-class _Force:
-    """Accelerations of the window; stores the impulse and the acceleration of the first granule at each stage.
-
-    ``rounded_end`` is the sum of beginning and size of a step, which may differ from its ``end`` by rounding.
-    """
-
-    path: Callable[[float], tuple[float, float]] | None
-    exponent: float
-    rounded_end: float
-    end: float
-    impulses: list[float] = field(factory=list)
-    first: list[float] = field(factory=list)
-
-    def __call__(self, time: float, y: FloatArray) -> FloatArray:
-        if self.path is None:
-            return chain_acceleration(y, exponent=self.exponent)
-        path, impulse = self.path(self.end if time == self.rounded_end else float(time))
-        result = chain_acceleration(y, path, self.exponent)
-        self.impulses.append(impulse)
-        self.first.append(result.item(0))
-        return result
-
-
 class _Window:
     """The granules near the front; local row j is granule ``base + j``.
 
@@ -98,6 +90,7 @@ class _Window:
         self.problem = request.problem
         self.method = method
         self.exponent = request.problem.exponent
+        self._force = partial(contact_force, exponent=self.exponent)
         self.stops = [*request.problem.stops, math.inf]
         self.base = 0
         self.head = self.tried = -1
@@ -133,9 +126,6 @@ class _Window:
     def _set(self, arrays: Iterable[FloatArray]) -> None:
         self.x, self.v, self.a, self.late, self.since = arrays
 
-    def _force(self, overlap: float) -> float:
-        return contact_force(overlap, self.exponent)
-
     # ---------------------------------------------------------------- steps
 
     def step(self) -> None:
@@ -145,7 +135,7 @@ class _Window:
         size = left if self.size >= left else min(self.size, left / 2)
         at_stop = size >= left
         end = self.stops[0] if at_stop else self.time + size
-        force = _Force(self.problem.free if self.driven else None, self.exponent, self.time + size, end)
+        force = WindowAcceleration(self.problem.free if self.driven else None, self.exponent, self.time + size, end)
         tried = self.method.attempt(force, self.time, size, self.x, self.v, self.a)
         free = self.problem.free(end) if self.driven else (0.0, 0.0)
         # only while the force acts: nothing catches up with a wave from the contacts that open behind it
@@ -183,7 +173,7 @@ class _Window:
             self.size = min(size * factor, _LONGEST_STEP)
         return True
 
-    def _add_work(self, size: float, path: float, force: _Force) -> None:
+    def _add_work(self, size: float, path: float, force: WindowAcceleration) -> None:
         """Add the work of the force, integrated by parts: I u1 + I^2/2 minus the integral of I a1.
 
         I is the impulse, u1 and a1 are velocity and acceleration of the first granule. With the mean acceleration, the
@@ -257,17 +247,23 @@ class _Window:
         at = np.flatnonzero((before > 0) & (after <= 0))
         if not at.size:
             return
-        closed = (tried.x[at] - tried.x[at + 1]).tolist()
-        slopes = [(size * (a[at] - a[at + 1])).tolist() for a in (self.a, tried.a)]
-        opened = (self.x[at] - self.x[at + 1]).tolist()
-        ends = before[at].tolist(), after[at].tolist()
-        for j, now, then, *rates in zip(at.tolist(), closed, opened, *ends, *slopes, strict=True):
-            if j and now <= _SLIGHT:
-                continue
-            if self.base + j <= self.head and now + (0.0 if j else free[0]) < _WEAK:
-                continue
-            share, moved = crossing(*rates)
-            force = self._force(then + (0.0 if j else self.free[0]) + size * moved)
+        closed, opened = (x[at] - x[at + 1] for x in (tried.x, self.x))
+        if at[0] == 0:
+            closed[0] += free[0]
+            opened[0] += self.free[0]
+        ahead = at > self.head - self.base
+        strong = np.flatnonzero((closed >= _WEAK) | (ahead & ((closed > _SLIGHT) | (at == 0))))
+        if not strong.size:
+            return
+        at = at[strong]
+        rates = before[at], after[at], *(size * (a[at] - a[at + 1]) for a in (self.a, tried.a))
+        if len(at) > _MANY:
+            shares, moved = crossing(np.where, *rates)
+        else:
+            numbers = zip(*(rate.tolist() for rate in rates), strict=True)
+            shares, moved = np.array([crossing(either, *each) for each in numbers]).T
+        forces = power_force(np.maximum(opened[strong] + size * moved, 0.0), self.exponent)
+        for j, share, force in zip(at.tolist(), shares.tolist(), forces.tolist(), strict=True):
             if force < _FLOOR:
                 continue
             if self.base + j > self.head:
@@ -303,7 +299,7 @@ class _Window:
         for _ in range(60):
             part = share * size
             time = self.time + part
-            force = _Force(self.problem.free if driven else None, self.exponent, time, time)
+            force = WindowAcceleration(self.problem.free if driven else None, self.exponent, time, time)
             tried = self.method.attempt(force, self.time, part, x, v, a)
             self.evaluations += self.method.tableau.evaluations
             free = self.problem.free(time) if driven else (0.0, 0.0)
@@ -350,19 +346,11 @@ class _Window:
         front = self.head - self.base - 2
         if front <= 0 or not self.peaks:
             return 0.0
-        late, since = self.late[:front], self.since[:front]
-        # Largest peak force a wave may reach, from its change over the last contacts; a decrease feeds another wave.
-        change, same = np.zeros(front), np.ones(front, dtype=bool)
-        for back in range(1, min(_TREND, front - 1) + 1):
-            same[back:] &= (since[:-back] < since[1 : front - back + 1]) & (late[:-back] > 0)
-            same[:back] = False
-            change[same] = np.abs(late[same] - late[np.flatnonzero(same) - back]) / back
-        grown = late + np.minimum(self.request.limits.growing * change, late)
+        recent = grown(self.late[:front], self.since[:front], self.time, self.request.limits.growing)
         forces = contact_forces(self.x[: front + 1], self.exponent)
         v = self.v[:front]
         flying = (forces == 0) & (np.append(0.0, forces[:-1]) == 0) & (v > 0)
         thrown = (_FREE_FLIGHT * np.where(flying, v, 0.0)) ** (1 / self.problem.wave.of_momentum)
-        recent = np.where(self.time - since < _RECENT, grown, 0.0)
         return float(np.max([recent, forces, thrown])) / self.peaks[-1].force
 
     def primary(self) -> Primary:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +23,10 @@ _MAX_TERMS = 100
 _STEADY = 1.002
 #: Fraction of the permitted uncertainty below which alternating differences count as noise.
 NOISE = 0.2
+# Longest time in which a wave passes from one contact to the next.
+_RECENT = 6.0
+# Number of contacts over which the growth of a wave is measured; over a single one it is mostly noise.
+_TREND = 4
 # Assumed sum of a slowly converging series, in units of its last term.
 _SLOW = 200
 
@@ -67,24 +72,41 @@ def _rest(p: Sequence[float], bends: bool) -> float:
     return total
 
 
-def crossing(v0: float, v1: float, slope0: float, slope1: float) -> tuple[float, float]:
+def crossing(choice: Callable[..., Any], v0: Any, v1: Any, slope0: Any, slope1: Any) -> tuple[Any, Any]:
     """Fraction of a step at which a contact stops closing, and its closure up to then, over the size of the step.
 
-    The velocity is interpolated by the cubic through values and slopes at both ends.
+    The velocity is interpolated by the cubic through values and slopes at both ends: numbers with `either` as the
+    ``choice``, or arrays for several contacts with ``np.where``.
     """
     c, d = 3 * (v1 - v0) - 2 * slope0 - slope1, slope0 + slope1 - 2 * (v1 - v0)
     share, low, high = v0 / (v0 - v1), 0.0, 1.0
     for _ in range(2):
         v = v0 + share * (slope0 + share * (c + share * d))
         slope = slope0 + share * (2 * c + share * 3 * d)
-        if v > 0:
-            low = share
-        else:
-            high = share
-        share = share - v / slope if slope else -1.0
-        if not low < share < high:
-            share = (low + high) / 2
+        low, high = choice(v > 0, share, low), choice(v > 0, high, share)
+        share = choice(slope == 0, -1.0, share - v / choice(slope == 0, 1.0, slope))
+        share = choice((low < share) & (share < high), share, (low + high) / 2)
     return share, share * (v0 + share * (slope0 / 2 + share * (c / 3 + share * d / 4)))
+
+
+def either(condition: bool, one: float, other: float) -> float:
+    """``np.where`` for numbers."""
+    return one if condition else other
+
+
+def grown(late: FloatArray, since: FloatArray, now: float, growing: float) -> FloatArray:
+    """Largest peak forces that waves may reach, from forces and times of the last peak at each contact.
+
+    They follow from the change over the last contacts; a decrease feeds another wave. ``growing`` is the number of such
+    changes that may follow.
+    """
+    front = len(late)
+    change, same = np.zeros(front), np.ones(front, dtype=bool)
+    for back in range(1, min(_TREND, front - 1) + 1):
+        same[back:] &= (since[:-back] < since[1 : front - back + 1]) & (late[:-back] > 0)
+        same[:back] = False
+        change[same] = np.abs(late[same] - late[np.flatnonzero(same) - back]) / back
+    return np.where(now - since < _RECENT, late + np.minimum(growing * change, late), 0.0)
 
 
 def contact_force(overlap: float, exponent: float) -> float:

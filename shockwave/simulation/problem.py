@@ -12,13 +12,13 @@ overlap, so that kinks and infinite slopes of the force do not reduce the order 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from enum import IntEnum
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple, cast
 
 import numpy as np
-from attrs import field, frozen
+from attrs import define, field, frozen
 
 from shockwave.chain.chain import HERTZ
 from shockwave.chain.solitary_wave import WaveLaw, wave_law
@@ -186,6 +186,31 @@ class ChainAcceleration:
 
     def __call__(self, time: float, y: FloatArray) -> FloatArray:
         return chain_acceleration(y, self.problem.free(time)[0] if self.driven else 0.0, self.problem.exponent)
+
+
+@define
+class WindowAcceleration:
+    """Accelerations of a window; stores the impulse and the acceleration of the first granule at each stage.
+
+    ``path`` gives displacement and impulse of a free granule; it is None after the force has ended. ``rounded_end`` is
+    the sum of beginning and size of a step, which may differ from its ``end`` by rounding.
+    """
+
+    path: Callable[[float], tuple[float, float]] | None
+    exponent: float
+    rounded_end: float
+    end: float
+    impulses: list[float] = field(factory=list)
+    first: list[float] = field(factory=list)
+
+    def __call__(self, time: float, y: FloatArray) -> FloatArray:
+        if self.path is None:
+            return chain_acceleration(y, exponent=self.exponent)
+        path, impulse = self.path(self.end if time == self.rounded_end else float(time))
+        result = chain_acceleration(y, path, self.exponent)
+        self.impulses.append(impulse)
+        self.first.append(result.item(0))
+        return result
 
 
 def stiffening(overlap: float, exponent: float) -> float:
