@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Callable, Iterator
+from functools import cache, partial
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -26,6 +28,8 @@ class ScipySolver(Integrator):
 
     #: The class of `scipy.integrate.OdeSolver`.
     solver: ClassVar[Any]
+    #: Whether a step depends on its beginning and size only, so that it can be repeated.
+    repeats: ClassVar[bool] = False
 
     def _settings(self, granules: int) -> dict[str, Any]:
         """Additional arguments of the solver for this number of granules."""
@@ -46,40 +50,57 @@ class ScipySolver(Integrator):
         def derivative(time: float, state: FloatArray) -> FloatArray:
             return np.concatenate((state[granules:], counted(time, state[:granules])))
 
+        def started(time: float, state: FloatArray, error: float, size: float) -> Any:
+            return self.solver(
+                derivative,
+                time,
+                state,
+                until,
+                rtol=_RELATIVE,
+                atol=error,
+                max_step=LONGEST_STEP,
+                first_step=size,
+                **self._settings(granules),
+            )
+
+        def repeated(time: float, state: FloatArray, size: float) -> Any:
+            with np.errstate(over="ignore", invalid="ignore"):
+                solver = started(time, state, math.inf, size)  # any error, so that the step has the same size
+                solver.step()
+                return solver.dense_output()
+
         # Without a first step SciPy searches for one, endlessly if the acceleration is not finite. Values are checked
         # after each step.
         with np.errstate(over="ignore", invalid="ignore"):
-            solver = self.solver(
-                derivative,
-                begin,
-                np.concatenate((x, v)),
-                until,
-                rtol=_RELATIVE,
-                atol=self.tolerance,
-                max_step=LONGEST_STEP,
-                first_step=self.first_size(until - begin, first_size),
-                **self._settings(granules),
-            )
+            solver = started(begin, np.concatenate((x, v)), self.tolerance, self.first_size(until - begin, first_size))
         time = begin
         self._check(solver, time, None)
         while solver.status == "running":
+            state = solver.y
             with np.errstate(over="ignore", invalid="ignore"):
                 message = solver.step()
             self._check(solver, time, message)
-            dense = solver.dense_output()
-
-            def interpolate(time: float, dense: Any = dense) -> tuple[FloatArray, FloatArray]:
-                state = dense(time)
-                return state[:granules], state[granules:]
-
-            end, state, rate = float(solver.t), solver.y, solver.f
-            yield Step(time, end, state[:granules], state[granules:], rate[granules:], interpolate, solver.h_abs)
+            end, after, rate = float(solver.t), solver.y, solver.f
+            # most steps are never interpolated, and it takes as long as a third of a step
+            again = partial(repeated, time, state, solver.step_size)
+            dense = cache(again) if self.repeats else partial(_same, solver.dense_output())
+            interpolate = partial(_interpolated, dense, granules)
+            yield Step(time, end, after[:granules], after[granules:], rate[granules:], interpolate, solver.h_abs)
             time = end
 
     def _check(self, solver: Any, time: float, message: str | None) -> None:
         if message is not None or not np.all(np.isfinite((solver.y, solver.f))):
             reason = message or "values are not finite"
             raise NumericalError(f"{self.name} cannot step beyond t = {time:g} T0 ({reason})")
+
+
+def _same(dense: Any) -> Any:
+    return dense
+
+
+def _interpolated(dense: Callable[[], Any], granules: int, time: float) -> tuple[FloatArray, FloatArray]:
+    state = dense()(time)
+    return state[:granules], state[granules:]
 
 
 @define
@@ -90,6 +111,7 @@ class Dop853(ScipySolver):
     order: ClassVar[int] = 8
     chains: ClassVar[Literal["equal", "conservative", "any"]] = "any"
     solver = scipy.integrate.DOP853
+    repeats: ClassVar[bool] = True
 
 
 @define
