@@ -52,6 +52,17 @@ def test_peak_along_the_chain_is_as_accurate_as_the_method(
     assert found[1] == pytest.approx(TIME, rel=time)
 
 
+@pytest.mark.parametrize("name", ["rkn86", "dop853", "radau", "verlet"])
+def test_the_peak_under_the_shock_is_where_its_granules_have_equal_velocities(name: str) -> None:
+    spans = list(march(CASE, load("integrators", name)(tolerance=1e-6), until=6.0))
+    log = PeakLog()
+    log.observe(Stretch.of(*spans))
+    (peak,) = log.at(0)
+    x, v = next(span for span in spans if span.begin <= peak.time <= span.end).at(peak.time)
+    assert v[0] == pytest.approx(v[1], abs=1e-12)
+    assert peak.force == pytest.approx((x[0] - x[1]) ** 1.5, rel=1e-13)
+
+
 @pytest.mark.parametrize("end", [1.0, 7.5])
 def test_steps_are_contiguous_and_end_on_kinks_and_on_the_end(end: float) -> None:
     spans = list(march(CASE, Rkn86(), until=end))

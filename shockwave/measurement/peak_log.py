@@ -14,7 +14,7 @@ from numpy.polynomial.polynomial import polyder, polyval
 
 from shockwave.chain.chain import HERTZ
 from shockwave.chain.solitary_wave import HERTZ_WAVE, WaveLaw
-from shockwave.numerics import bracketed_root, product
+from shockwave.numerics import product
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import LONGEST_STEP
 from shockwave.simulation.march import Span, Stretch
@@ -31,6 +31,10 @@ _NEGLIGIBLE = 0.1
 _CORRECTIONS = 4
 # Newton step in time below which the error of the force is a rounding error.
 _NEAR = 1e-5
+# The same for a peak that is found without derivatives, and the largest number of its steps.
+_AT_ONCE = 1e-8
+_MOST_SECANTS = 60
+
 # Fraction of its peak force that a wave keeps at least from one contact to the next few.
 _SAME_WAVE = 0.5
 
@@ -307,14 +311,18 @@ def _corrected(span: Span, contact: int, time: float, exponent: float) -> tuple[
 
 
 def _sought(span: Span, contact: int) -> tuple[float, float]:
-    """Time and value of the largest overlap, at which the two velocities are equal."""
-
-    def closing(time: float) -> float:
-        _, v = span.at(time)
-        return float(v[contact] - v[contact + 1])
-
-    # Interpolant and step agree up to rounding errors; at an end their signs can differ.
-    differ = closing(span.begin) * closing(span.end) < 0
-    time = bracketed_root(closing, span.begin, span.end, "peak") if differ else span.end
-    x, _ = span.at(time)
-    return time, float(x[contact] - x[contact + 1])
+    """Time and value of the largest overlap, at which the two velocities are equal, by secants within a bracket."""
+    before, time, x = span.begin, span.end, span.x1
+    there, closing = (float(v[contact] - v[contact + 1]) for v in (span.v0, span.v1))
+    begin, end = before, time
+    for _ in range(_MOST_SECANTS):
+        slope = (closing - there) / (time - before)
+        following = time - closing / slope if slope < 0 else begin
+        shift = (following if begin < following <= end else (begin + end) / 2) - time
+        if abs(shift) < _AT_ONCE:
+            break
+        before, there, time = time, closing, time + shift
+        x, v = span.at(time)
+        closing = float(v[contact] - v[contact + 1])
+        begin, end = (time, end) if closing > 0 else (begin, time)
+    return time + shift, float(x[contact] - x[contact + 1]) + shift * closing / 2
