@@ -21,10 +21,10 @@ import pytest
 pytest.importorskip("flask", reason="the extra explore is not installed")
 
 from shockwave import cli
+from shockwave.built_ins import ENTRIES
 from shockwave.page import explorer, explorer_scene
 from shockwave.page.explorer import application, parts_of
 from shockwave.page.explorer_scene import controls, edited, loaded, presets, text_of_file
-from shockwave.registry import entries
 
 PARTS = "controls", "headline", "estimate", "figures"
 EXAMPLES = [name for name in presets() if name.startswith(("examples", "chains"))]
@@ -146,8 +146,8 @@ def test_the_text_of_an_answer_gives_the_same_answer(client: Any) -> None:
     assert asked(client, text=once["text"]) == once
 
 
-@pytest.mark.parametrize("profile", [entry.name for entry in entries("profiles") if entry.name != "tabulated"])
-def test_every_pulse_shape_can_be_chosen(profile: str) -> None:
+@pytest.mark.parametrize("profile", [entry.name for entry in ENTRIES["profiles"] if entry.name != "tabulated"])
+def test_every_built_in_pulse_shape_can_be_chosen(profile: str) -> None:
     scenario = loaded(edited(WALL, {"shock.profile": profile}))
     assert scenario.shock.peak_force == 100
     assert scenario.shock.rise_time == pytest.approx(12e-6)

@@ -118,7 +118,7 @@ def test_histories_that_are_too_long_are_refused(settings: dict[str, object], me
 def test_impossible_requests_are_refused_before_the_simulation(
     settings: dict[str, object], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.delattr("shockwave.measurement.simulate.find_primaries")
+    monkeypatch.delattr("shockwave.measurement.leading_wave.find_primaries")
     with pytest.raises(sw.InvalidValueError, match=r"interval: must be longer|contacts: must be at most 8"):
         sw.simulate(SHOCK, attrs.evolve(CHAIN, granules=10), **settings)  # type: ignore[arg-type]
 

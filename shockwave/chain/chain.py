@@ -201,6 +201,14 @@ class Chain:
         bundle = contacts * cosine * cosine * math.sqrt(cosine)
         return math.sqrt(2 * self.radius) * self.plane_strain_modulus / 3 * bundle
 
+    @cached_property
+    def time_at_unit_force(self) -> float:
+        """Unit of time of the `Scales` for a force of 1 N, m^(1/2) k^(-1/(2p)) [s]."""
+        p, mass = self.exponent, math.sqrt(self.granule_mass)
+        if p == HERTZ:
+            return mass / math.cbrt(self.contact_stiffness)
+        return float(mass * self.contact_stiffness ** (-0.5 / p))
+
     @property
     def _power_contact(self) -> PowerContact | None:
         if self.contact is None:
@@ -264,13 +272,10 @@ class Scales:
         InvalidValueError
             If the energies of waves are not representable as floats.
         """
-        p, mass = chain.exponent, math.sqrt(chain.granule_mass)
-        if p == HERTZ:
-            time = mass / math.cbrt(chain.contact_stiffness) / force ** (1 / 6)
-        else:
-            time = mass * chain.contact_stiffness ** (-0.5 / p) * force ** (-0.5 * (p - 1) / p)
+        p, unit = chain.exponent, chain.time_at_unit_force
+        time = unit / force ** (1 / 6) if p == HERTZ else unit * force ** (-0.5 * (p - 1) / p)
         scales = cls(force, time, chain.granule_mass, chain.spacing, chain.contact_share)
-        if not _ENERGIES[0] < scales.energy < _ENERGIES[1]:
+        if not _ENERGIES[0] < force * time * force * time / scales.mass < _ENERGIES[1]:
             problem = f"must give waves an energy that a floating-point number can hold (got {force:g} N)"
             raise InvalidValueError.of("peak_force", problem)
         return scales

@@ -100,8 +100,8 @@ def check_requests(options: SimulateOptions, chain: Chain, scales: Scales) -> No
         reported_contacts(options, chain.count - 1)
     if chain.count is None and "forces" in options.record and not options.contacts:
         raise InvalidValueError.of("contacts", "must be given if record includes forces (got none)")
-    until = AFTER if options.until is None else options.until / scales.time
     if options.record:
+        until = AFTER if options.until is None else options.until / scales.time
         sample_times(options, scales, until, until)
 
 

@@ -17,6 +17,7 @@ from shockwave.measurement.contact_peaks import ContactPeak, last_force
 from shockwave.measurement.measured_wave import MeasuredWave, Passage
 from shockwave.measurement.recording import Recording, plain
 from shockwave.options import SimulateOptions
+from shockwave.plausibility import unusual_warnings
 from shockwave.profiles.shock import Shock
 from shockwave.result_base import VERSION, Result
 from shockwave.scene_summary import Scene
@@ -104,8 +105,8 @@ class SimulationResult(Result):
         force.
     seconds : float
         Run time [s], which varies from run to run and is ignored in comparisons.
-    warnings : tuple of str
-        Sentences on the limits of the results for the leading wave; ``train.warnings`` has those of the train.
+    search_warnings : tuple of str
+        Sentences on the limits of the result for the leading wave.
     on_demand : callable
         Function that computes the ``train``, a ``passage`` or the ``recording`` when it is accessed.
     scenario : str or None
@@ -122,7 +123,7 @@ class SimulationResult(Result):
     scales: Scales
     found: Primary
     error_estimate: float
-    warnings: tuple[str, ...]
+    search_warnings: tuple[str, ...]
     seconds: float = field(eq=False, repr=False)
     on_demand: Callable[..., Any] = field(eq=False, repr=False)
     scenario: str | None = None
@@ -333,6 +334,14 @@ class SimulationResult(Result):
         """Cost of the leading wave, and of the train once it has been integrated."""
         own = Cost(steps=int(self.found.steps), force_evaluations=int(self.found.evaluations), seconds=self.seconds)
         return own + self.train.cost if "train" in self.__dict__ and self.measured is None else own
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Changes made to a record, unusual values, and limits of the result for the leading wave.
+
+        ``train.warnings`` has those of the train.
+        """
+        return (*self.shock.profile.notes, *unusual_warnings(self.shock, self.chain), *self.search_warnings)
 
     @property
     def wave_warnings(self) -> tuple[str, ...]:

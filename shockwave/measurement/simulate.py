@@ -8,21 +8,21 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from threading import Event
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.yielding import beyond_elastic
 from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError
+from shockwave.measurement.leading_wave import WORTHWHILE, Answer, search
 from shockwave.measurement.recording import check_requests
-from shockwave.measurement.result import SimulationResult, Train
+from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulation_setup import Setup, immeasurable, scaled, setup_of
 from shockwave.options import Backend, SimulateOptions, Waves
 from shockwave.plausibility import unusual_warnings
 from shockwave.profiles.shock import Shock
 from shockwave.progress import progressed
 from shockwave.scene_summary import check_scene
-from shockwave.simulation.primary_search import find_primaries
-from shockwave.simulation.problem import ChainProblem, Primary, Request, Status, prepare
+from shockwave.simulation.problem import ChainProblem, prepare
 from shockwave.simulation.time_limit import expired, time_limit
 
 if TYPE_CHECKING:
@@ -32,34 +32,12 @@ if TYPE_CHECKING:
 
 __all__ = ["equal_granules", "immeasurable", "scaled", "setup_of", "simulate", "simulate_many", "simulate_with"]
 
-# Largest and least number of shocks that a thread takes at a time.
+# Largest and least number of shocks that a thread takes at a time; a single thread need not wait for another.
 _SHARE = 128
+_SHARE_ALONE = 1024
 _FEWEST = 16
 # Largest relative error estimate that is meaningful.
 _UNSETTLED = 0.1
-# Error estimate of a peak force in energy defects: if the whole defect were the leading wave's, F ~ E^(3/5) would give
-# 1.7.
-_DEFECTS = 2.0
-# Contribution of the step tolerance to this estimate; the sum of both covered the error of 98 % of 400 shocks.
-_TOLERANCE_SHARE = 0.3
-# The same for records, at whose kinks the errors can cancel in the energy defect.
-_RECORD_SHARE = 5.0
-# Largest number of breakpoints of a smooth rise and a smooth decay.
-_SMOOTH = 3
-# Relative rounding error of a simulation.
-_ROUNDING = 2e-13
-# Relative rounding error of a float.
-_EPSILON = 2e-16
-# Largest number of repetitions of a search that does not meet its tolerance, each with a tolerance smaller by a decade.
-# A search that comes to no end is repeated with more work, and then also with larger tolerances, up to this one.
-_REPEATS = 2
-_LOOSEST = 1e-4
-# A search has come to no end if another wave may still exceed the leading wave by more than this fraction.
-_OUTGROWN = 1e-3
-# Longest shock, in characteristic times, that is measured on the whole chain if the search has failed; the waves of
-# longer shocks are too similar to be separated there.
-_WORTHWHILE = 60.0
-
 # A `ChainResult` for a chain beyond equal spheres; typed so that other callers need not distinguish the two.
 _Result: TypeAlias = SimulationResult | Any
 _Outcome: TypeAlias = _Result | ShockwaveError
@@ -151,7 +129,7 @@ def simulate_many(
         threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     scenes = list(zip(shocks, chains, strict=True))
     threads = 1 if len(scenes) < 2 * _FEWEST else max(threads, 1)
-    size = max(_FEWEST, min(_SHARE, -(-len(scenes) // threads)))
+    size = max(_FEWEST, min(_SHARE if threads > 1 else _SHARE_ALONE, -(-len(scenes) // threads)))
     if setup.compiled is None:
         threads = size = 1
     shares = [scenes[begin : begin + size] for begin in range(0, len(scenes), size)]
@@ -203,16 +181,19 @@ def _simulate_all(scenes: Sequence[tuple[Shock | Impact, Chain]], setup: Setup) 
             results[index] = error
     if len(known) > 1:
         prepare([problem for problem, _ in known.values()])
-    answers = _search({index: problem for index, (problem, _) in known.items()}, setup)
+    answers = search({index: problem for index, (problem, _) in known.items()}, setup)
     seconds = (time.perf_counter() - begin) / max(len(scenes), 1)
     for index, (problem, scales) in known.items():
-        begin = time.perf_counter()
         shock, chain = cast("tuple[Shock, Chain]", scenes[index])
-        try:
-            answer = answers.get(index) or _measured(problem, scales, setup)
-        except ShockwaveError as error:
-            results[index] = error
-            continue
+        answer, own = answers.get(index), seconds
+        if answer is None:
+            begin = time.perf_counter()
+            try:
+                answer = _measured(problem, scales, setup)
+            except ShockwaveError as error:
+                results[index] = error
+                continue
+            own += time.perf_counter() - begin
         result = SimulationResult(
             shock=shock,
             chain=chain,
@@ -220,17 +201,13 @@ def _simulate_all(scenes: Sequence[tuple[Shock | Impact, Chain]], setup: Setup) 
             scales=scales,
             found=answer.primary,
             error_estimate=answer.error_estimate,
-            warnings=(
-                *shock.profile.notes,
-                *unusual_warnings(shock, chain),
-                *answer.warnings,
-                *_missed(setup.options, answer),
-            ),
-            seconds=seconds + time.perf_counter() - begin,
+            search_warnings=answer.warnings + _missed(setup.options, answer),
+            seconds=own,
             on_demand=_on_demand,
             measured=answer.train,
         )
-        results[index] = beyond_elastic(chain, partial(getattr, result, "yielding")) or result
+        too_strong = chain.elastic_only and beyond_elastic(chain, partial(getattr, result, "yielding"))
+        results[index] = too_strong or result
     for index in set(range(len(scenes))).difference(results):
         # a shock on equal granules does not need them
         from shockwave.chain.impact import Impact
@@ -257,98 +234,38 @@ def equal_granules(excitation: object, chain: Chain) -> Chain | None:
     return reduced(chain) if isinstance(excitation, Shock) else None
 
 
-class _Answer(NamedTuple):
-    """Leading wave with its error estimate; train and warnings if it was measured on the whole chain."""
-
-    primary: Primary
-    error_estimate: float
-    train: Train | None = None
-    warnings: tuple[str, ...] = ()
-
-
-def _missed(options: SimulateOptions, answer: _Answer) -> list[str]:
+def _missed(options: SimulateOptions, answer: Answer) -> tuple[str, ...]:
     """Warning if the peak force of the leading wave does not meet the tolerance, or the step is too large."""
-    error, search = answer.error_estimate, answer.train is None
-    if options.rtol is not None and error > options.rtol:
-        reached = f"the relative error of the peak force is estimated as {error:.1e}, not {options.rtol:.1e}"
-        advice = "Smaller steps did not reduce it further." if search else "A smaller rtol may reduce it."
-        if search and answer.primary.doubt > error / 2:
+    error = answer.error_estimate
+    if error <= (_UNSETTLED if options.rtol is None else options.rtol):
+        return ()
+    if options.rtol is None:
+        step = f"The step of {options.step:g} is too large for {options.integrator}: the result is not accurate"
+        return (f"{step}. A smaller step reduces the error.",)
+    reached = f"the relative error of the peak force is estimated as {error:.1e}, not {options.rtol:.1e}"
+    advice = "A smaller rtol may reduce it."
+    if answer.train is None:
+        advice = "Smaller steps did not reduce it further."
+        if answer.primary.doubt > error / 2:
             advice = (
                 "A wave behind it may still exceed it, and following both takes too long for any rtol: shorten the"
                 " shock, or take the range of the estimate of a prediction."
             )
-        return [f"The tolerance was not met: {reached}. {advice}"]
-    if options.rtol is None and error > _UNSETTLED:
-        step = f"The step of {options.step:g} is too large for {options.integrator}: the result is not accurate"
-        return [f"{step}. A smaller step reduces the error."]
-    return []
+    return (f"The tolerance was not met: {reached}. {advice}",)
 
 
-def _search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, _Answer]:
-    """Leading waves found by the search, with the keys of their problems; the most accurate of several results."""
-    found: dict[int, _Answer] = {}
-    if setup.search is None:
-        return found
-    # a tolerance whose contribution to the error estimate exceeds what was requested is not tried
-    first = {key: setup.request(each) for key, each in problems.items()}
-    shares = {key: _control_share(each) for key, each in problems.items()}
-    left = {key: int(shares[key] * request.tolerance > setup.rtol) for key, request in first.items()}
-    unknown: dict[int, Primary] = {}
-    repeats = 0
-    while left and not expired():
-        requests = [
-            setup.request(problems[key], decades, patient=repeats > 0) if decades or repeats else first[key]
-            for key, decades in left.items()
-        ]
-        primaries = find_primaries(requests, setup.search, setup.compiled)
-        requested, left = left, {}
-        for (key, decades), request, primary in zip(requested.items(), requests, primaries, strict=True):
-            if primary.status in (Status.KNOWN, Status.TOO_LONG) and primary.doubt < 1:
-                error = _error(primary, request, shares[key] * request.tolerance)
-                if key not in found or error < found[key].error_estimate:
-                    found[key] = _Answer(primary, error)
-                if primary.doubt < _OUTGROWN:
-                    if found[key].error_estimate > setup.rtol and 0 <= decades < _REPEATS:
-                        left[key] = decades + 1
-                    continue
-            elif primary.status not in (Status.TOO_LONG, Status.FAILED):
-                continue
-            unknown[key] = primary
-            if setup.rtol_of(problems[key]) * 10.0 ** (repeats - decades) <= _LOOSEST or not repeats:
-                # while the force acts, rejected steps take most of the work: smaller ones take less
-                left[key] = decades - repeats if repeats or primary.impulse else 1
-        repeats += 1
-    for key, primary in unknown.items():
-        if problems[key].duration > _WORTHWHILE and primary.impulse and primary.peak:
-            found.setdefault(key, _Answer(primary, 1.0))
-    return found
-
-
-def _measured(problem: ChainProblem, scales: Scales, setup: Setup) -> _Answer:
+def _measured(problem: ChainProblem, scales: Scales, setup: Setup) -> Answer:
     """The leading wave that the search has not found, measured on the whole chain."""
     from shockwave.measurement.train import measure_primary
 
     if expired():
         raise NumericalError("the time limit was reached before the leading wave was known (increase timeout or rtol)")
-    if setup.search is not None and problem.granules is None and problem.duration > _WORTHWHILE:
+    if setup.search is not None and problem.granules is None and problem.duration > WORTHWHILE:
         lasts = f"the shock lasts {problem.duration:.3g} characteristic times of its wave"
         raise NumericalError(f"the leading wave could not be found: {lasts} (shorten it)")
     if problem.granules is not None and setup.options.timeout is None and (reason := immeasurable(problem)):
         raise NumericalError(f"the waves reach the free end before they have settled, and {reason}")
-    return _Answer(*measure_primary(problem, scales, setup))
-
-
-def _error(primary: Primary, request: Request, control: float) -> float:
-    """Relative error estimate of the peak force; ``control`` is the contribution of the step tolerance."""
-    # The position of the first granule is the difference of the free-particle displacement and the chain's reaction.
-    rounding = _ROUNDING + _EPSILON * primary.free_path
-    control += _DEFECTS * primary.energy_defect
-    return primary.doubt + control + request.problem.path.error + rounding
-
-
-def _control_share(problem: ChainProblem) -> float:
-    """Ratio of the contribution of the step tolerance to the error estimate to this tolerance."""
-    return _TOLERANCE_SHARE if len(problem.profile.breakpoints) <= _SMOOTH else _RECORD_SHARE
+    return Answer(*measure_primary(problem, scales, setup))
 
 
 def _on_demand(part: str, result: SimulationResult, *arguments: Any) -> Any:

@@ -101,12 +101,15 @@ class Setup:
         self, problem: ChainProblem, decades: int = 0, contacts: tuple[int, ...] = (), patient: bool = False
     ) -> Request:
         """Make the request to the search for the leading wave, with a tolerance smaller by this number of decades."""
+        return Request(problem, *self.accuracy(problem, decades), contacts, _PATIENCE if patient else 1.0)
+
+    def accuracy(self, problem: ChainProblem, decades: int = 0) -> tuple[float, float]:
+        """Tolerance and doubt of a `Request`, smaller by this number of decades."""
         if problem.rises_again:
             # Such a leading wave is examined late, when its changes are as small as the step errors.
             decades += 1
         caution: float = getattr(self.method, "caution", 1.0)
-        tolerance, doubt = _accuracy(self.rtol_of(problem), caution, problem.exponent, decades)
-        return Request(problem, tolerance, doubt, contacts, _PATIENCE if patient else 1.0)
+        return _accuracy(self.rtol_of(problem), caution, problem.exponent, decades)
 
     def integrator(self, factor: float = 1.0) -> Integrator:
         """Make the integrator for a run of the whole chain, with ``factor`` times the tolerance."""

@@ -40,7 +40,7 @@ class Powers(ShockProfile):
     @property
     def is_smooth(self) -> bool:
         """Whether rise and decay have no boundary layers."""
-        return max(self.rise_exponent, self.decay_exponent) < LEAST_RATE
+        return self.rise_exponent < LEAST_RATE and self.decay_exponent < LEAST_RATE
 
     def closed_areas(self) -> tuple[float, float]:
         return 1 / (1 + self.rise_exponent), (self.duration_ratio - 1) / (1 + self.decay_exponent)

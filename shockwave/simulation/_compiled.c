@@ -23,7 +23,8 @@
 /* Compiled for several vector widths; the loader selects the widest that the processor supports. */
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
 #define WIDE __attribute__((target_clones("avx512f", "avx2", "default")))
-#define AVX2 __attribute__((target("avx2")))
+#define VECTORS
+#include <immintrin.h>
 #else
 #define WIDE
 #endif
@@ -76,7 +77,7 @@ static int method_of(const double *data, Py_ssize_t size, Method *method)
 
 /* Arrays of a window, each with at least `lanes` zeros before its first element and spare elements after its last. */
 typedef struct {
-    long lanes, room; /* room: number of elements of each array */
+    long lanes, room, used; /* number of elements of each array, and of those that can differ from zero */
     double exponent;
     double *block;
     double *x, *v, *x1, *v1, *y, *f, *late, *since, *k[MAX_STAGES];
@@ -91,6 +92,7 @@ static int window_of(Window *w, long lanes, long rows, double exponent)
     w->block = NULL;
     if (rows > (LONG_MAX / (named + MAX_STAGES) - 3 * pad) / lanes) return 0;
     w->lanes = lanes;
+    w->used = 0;
     w->exponent = exponent;
     w->room = (rows * lanes + BLOCK - 1) / BLOCK * BLOCK;
     w->block = calloc((size_t)((named + MAX_STAGES) * (w->room + 3 * pad) + BLOCK), sizeof(double));
@@ -164,109 +166,50 @@ static void combine(long n, const Method *m, const double *h, Window *w, double 
     }
 }
 
-#ifdef AVX2
-/* The same as `stage`, for processors with vectors of 256 bits. Positions and contact forces remain in registers, one
-   block ahead and one behind. */
-AVX2 static void stage_wide(long n, int terms, double c, const double *a, const double *h, const double *shift, Window *w)
+#ifdef VECTORS
+typedef double Values4 __attribute__((vector_size(32), aligned(8), may_alias));
+typedef long long Bits4 __attribute__((vector_size(32)));
+typedef double Values8 __attribute__((vector_size(64), aligned(8), may_alias));
+typedef long long Bits8 __attribute__((vector_size(64)));
+
+#define WITH_VECTORS __attribute__((target("avx2")))
+#define NAME(function) function##_avx2
+#define Values Values4
+#define Bits Bits4
+#define PARTS 2
+#define SINGLE(w) ((w)->lanes == 1)
+/* many blocks of a single lane have no closed contact; in several lanes they are too irregular to be predicted */
+#define FORCES(e) \
+    for (i = 0; i < PARTS; i++) force[i] = overlap[i]; \
+    if (!single || !_mm256_testz_si256((__m256i)overlap[0] | (__m256i)overlap[1], (__m256i)overlap[0] | (__m256i)overlap[1])) \
+        for (i = 0; i < PARTS; i++) force[i] *= (Values)_mm256_sqrt_pd((__m256d)overlap[i]);
+#include "_step.h"
+
+/* Square roots without the divider, which is slower than all other arithmetic together. They are rounded correctly, like
+   those of the divider (Markstein, IBM Journal of Research and Development 34 (1990) 111). */
+__attribute__((target("avx512f"))) static inline __m512d roots(__m512d d)
 {
-    const Vector step = VECTOR(h) * c, square = VECTOR(h) * VECTOR(h);
-    const Vector step2 = VECTOR(h + HALF) * c, square2 = VECTOR(h + HALF) * VECTOR(h + HALF);
-    const Choice following = {1, 2, 3, 4}, preceding = {3, 4, 5, 6};
-    const int single = w->lanes == 1;
-    const double *const x = w->x, *const v = w->v;
-    double *const *const k = w->k, *const out = k[terms];
-    Vector now = VECTOR(shift), now2 = VECTOR(shift + HALF), force = {0}, force2 = {0};
-    Choice closing;
-    double closed[BLOCK], root[BLOCK];
-    long e;
-    int j, l;
-    for (e = -BLOCK; e < n; e += BLOCK) {
-        Vector next = VECTOR(x + e + BLOCK), next2 = VECTOR(x + e + BLOCK + HALF), overlap, overlap2, before, before2;
-        /* granules beyond the window are at rest */
-        if (e + BLOCK < n) {
-            Vector sum = square - square, sum2 = sum;
-            for (j = 0; j < terms; j++) {
-                sum += VECTOR(k[j] + e + BLOCK) * a[j];
-                sum2 += VECTOR(k[j] + e + BLOCK + HALF) * a[j];
-            }
-            next = next + step * VECTOR(v + e + BLOCK) + square * sum;
-            next2 = next2 + step2 * VECTOR(v + e + BLOCK + HALF) + square2 * sum2;
-        }
-        if (e < 0) { now += next; now2 += next2; continue; }
-        overlap = now - (single ? __builtin_shuffle(now, now2, following) : next);
-        overlap2 = now2 - (single ? __builtin_shuffle(now2, next, following) : next2);
-        overlap = (Vector)((Choice)overlap & (overlap > MIN_OVERLAP));
-        overlap2 = (Vector)((Choice)overlap2 & (overlap2 > MIN_OVERLAP));
-        before = force;
-        before2 = force2;
-        force = overlap;
-        force2 = overlap2;
-        /* many blocks of a single lane have no closed contact; in several lanes they are too irregular to be predicted */
-        closing = (Choice)overlap | (Choice)overlap2;
-        if (!single || !__builtin_ia32_ptestz256(closing, closing)) {
-            VECTOR(closed) = overlap;
-            VECTOR(closed + HALF) = overlap2;
-#pragma GCC unroll 1
-            for (l = 0; l < HALF; l++) root[l] = sqrt(closed[l]);
-#pragma GCC unroll 1
-            for (l = HALF; l < BLOCK; l++) root[l] = sqrt(closed[l]);
-            force *= VECTOR(root);
-            force2 *= VECTOR(root + HALF);
-        }
-        VECTOR(out + e) = (single ? __builtin_shuffle(before2, force, preceding) : before) - force;
-        VECTOR(out + e + HALF) = (single ? __builtin_shuffle(force, force2, preceding) : before2) - force2;
-        now = next;
-        now2 = next2;
+    const __m512d half = _mm512_set1_pd(0.5);
+    const __m512d y = _mm512_maskz_rsqrt14_pd(_mm512_test_epi64_mask((__m512i)d, (__m512i)d), d);
+    __m512d root = d * y, slope = half * y, rest;
+    int i;
+    for (i = 0; i < 2; i++) {
+        rest = _mm512_fnmadd_pd(root, slope, half);
+        root = _mm512_fmadd_pd(root, rest, root);
+        slope = _mm512_fmadd_pd(slope, rest, slope);
     }
+    return _mm512_fmadd_pd(slope, _mm512_fnmadd_pd(root, root, d), root);
 }
 
-/* The same as `combine`, for processors with vectors of 256 bits. */
-AVX2 static void combine_wide(long n, const Method *m, const double *h, Window *w, double *worst)
-{
-    double *const *const k = w->k;
-    Vector most[2] = {{0}, {0}};
-    long e;
-    int begin = 1, end = m->stages, i, j;
-    /* stages without weight are left out */
-    while (m->bp[begin] == 0 && m->ep[begin] == 0 && begin < end) begin++;
-    while (m->b[end - 1] == 0 && m->e[end - 1] == 0 && begin < end) end--;
-    for (e = 0; e < n; e += BLOCK) {
-        Vector b[2], bp[2], d[2], dp[2];
-        for (i = 0; i < 2; i++) {
-            const Vector first = VECTOR(k[0] + e + i * HALF);
-            b[i] = first * m->b[0];
-            bp[i] = first * m->bp[0];
-            d[i] = first * m->e[0];
-            dp[i] = first * m->ep[0];
-        }
-        for (j = begin; j < end; j++)
-            for (i = 0; i < 2; i++) {
-                const Vector kj = VECTOR(k[j] + e + i * HALF);
-                b[i] += kj * m->b[j];
-                bp[i] += kj * m->bp[j];
-                d[i] += kj * m->e[j];
-                dp[i] += kj * m->ep[j];
-            }
-        for (; j < m->stages; j++)
-            for (i = 0; i < 2; i++) {
-                const Vector kj = VECTOR(k[j] + e + i * HALF);
-                bp[i] += kj * m->bp[j];
-                dp[i] += kj * m->ep[j];
-            }
-        for (i = 0; i < 2; i++) {
-            const long at = e + i * HALF;
-            const Vector step = VECTOR(h + i * HALF), square = step * step;
-            VECTOR(w->x1 + at) = VECTOR(w->x + at) + step * VECTOR(w->v + at) + square * b[i];
-            VECTOR(w->v1 + at) = VECTOR(w->v + at) + step * bp[i];
-            d[i] = ABSOLUTE(square * d[i]);
-            dp[i] = ABSOLUTE(step * dp[i]);
-            most[i] = GREATER(most[i], d[i]);
-            most[i] = GREATER(most[i], dp[i]);
-        }
-    }
-    VECTOR(worst) = most[0];
-    VECTOR(worst + HALF) = most[1];
-}
+#define WITH_VECTORS __attribute__((target("avx512f")))
+#define NAME(function) function##_avx512
+#define Values Values8
+#define Bits Bits8
+#define PARTS 1
+#define SINGLE(w) 0
+/* half the roots with the divider, half without */
+#define FORCES(e) force[0] = overlap[0] * (Values)((e) / BLOCK % 2 ? roots((__m512d)overlap[0]) : _mm512_sqrt_pd((__m512d)overlap[0]));
+#include "_step.h"
 #endif
 
 /* Attempts a step of sizes h from x, v with accelerations k[0]. `shift`, stages x BLOCK, is the free-particle
@@ -274,11 +217,13 @@ AVX2 static void combine_wide(long n, const Method *m, const double *h, Window *
 static void attempt(const Method *m, Window *w, long n, const double *h, const double *shift, double *worst)
 {
     int i;
-#ifdef AVX2
-    if (__builtin_cpu_supports("avx2") && w->exponent == HERTZ) {
-        for (i = 1; i < m->stages; i++)
-            stage_wide(n, i, m->c[i], m->a + i * m->stages, h, shift + i * BLOCK, w);
-        combine_wide(n, m, h, w, worst);
+#ifdef VECTORS
+    if (w->exponent == HERTZ && w->lanes == BLOCK && __builtin_cpu_supports("avx512f")) {
+        attempt_avx512(m, w, n, h, shift, worst);
+        return;
+    }
+    if (w->exponent == HERTZ && __builtin_cpu_supports("avx2")) {
+        attempt_avx2(m, w, n, h, shift, worst);
         return;
     }
 #endif
@@ -368,6 +313,7 @@ static int make_room(Window *w, long rows)
     memcpy(larger.late, w->late, size);
     memcpy(larger.since, w->since, size);
     for (i = 0; i < MAX_STAGES; i++) memcpy(larger.k[i], w->k[i], size);
+    larger.used = w->used;
     free(w->block);
     *w = larger;
     return 1;
@@ -380,7 +326,7 @@ static void clear(const Method *m, Window *w, long row, int l)
     long e;
     int i;
     for (i = 0; i < 8; i++)
-        for (e = row * w->lanes + l; e < w->room; e += w->lanes) arrays[i][e] = 0;
+        for (e = row * w->lanes + l; e < w->used; e += w->lanes) arrays[i][e] = 0;
 }
 
 /* Moves the elements beyond a free end out of reach. */
@@ -390,6 +336,7 @@ static void set_free_end(Window *w, const Lane *lane, int l)
     long e;
     if (!lane->granules || row >= w->room / w->lanes) return;
     for (e = row * w->lanes + l; e < w->room; e += w->lanes) w->x[e] = w->x1[e] = FAR;
+    w->used = w->room;
 }
 
 /* Starts the next job in lane l, or leaves the lane idle. */
@@ -431,7 +378,7 @@ static double contact_force(const Window *w, const double *x, long j, int l)
 static double strongest_behind(const double *job, const Window *w, const Lane *lane, int l)
 {
     const long front = lane->head - lane->base - 2;
-    double most = 0;
+    double most = 0, fastest = 0, thrown;
     long j;
     for (j = 0; j < front; j++) {
         const long e = j * w->lanes + l;
@@ -445,12 +392,10 @@ static double strongest_behind(const double *job, const Window *w, const Lane *l
         grown = w->late[e] + (job[GROWING] * change < w->late[e] ? job[GROWING] * change : w->late[e]);
         if (lane->t - w->since[e] < RECENT && grown > most) most = grown;
         if (force > most) most = force;
-        if (w->v[e] > 0 && force == 0 && (j == 0 || contact_force(w, w->x, j - 1, l) == 0)) {
-            const double thrown = pow(FREE_FLIGHT * w->v[e], 2 * w->exponent / (w->exponent + 1));
-            if (thrown > most) most = thrown;
-        }
+        if (w->v[e] > fastest && force == 0 && (j == 0 || contact_force(w, w->x, j - 1, l) == 0)) fastest = w->v[e];
     }
-    return most / lane->peak[KEPT - 1];
+    thrown = pow(FREE_FLIGHT * fastest, 2 * w->exponent / (w->exponent + 1));
+    return (thrown > most ? thrown : most) / lane->peak[KEPT - 1];
 }
 
 /* Number of granules to keep behind the front. A constant force f makes a first wave of about 2.33 f and others that
@@ -469,27 +414,27 @@ static long rear_of(const double *job, const Lane *lane)
    for each contact that the front passes. */
 static void cut(const Method *m, const double *job, Window *w, Lane *lane, int l)
 {
-    const long most = lane->head - lane->base - rear_of(job, lane);
     double *const state[] = {w->x, w->v, w->late, w->since, w->k[0]};
+    const long lanes = w->lanes;
     double least = SLACK * lane->peak[KEPT - 1];
-    long rows = 0, left, j;
+    long most, rows = 0, j;
     int i;
-    if (most < BLOCK || lane->tried == lane->head) return;
+    if (lane->tried == lane->head) return;
     lane->tried = lane->head;
-    if (strongest_behind(job, w, lane, l) > TALLER) return;
+    most = lane->head - lane->base - rear_of(job, lane);
+    if (most < BLOCK || strongest_behind(job, w, lane, l) > TALLER) return;
     for (j = most; j > most - BLOCK; j--) {
         const double force = contact_force(w, w->x, j - 1, l);
         if (force < least) { least = force; rows = j; }
     }
     if (!rows) return;
-    left = w->room / w->lanes - rows;
     for (j = 0; j < rows; j++) {
-        const double v = w->v[j * w->lanes + l], d = w->x[j * w->lanes + l] - w->x[(j + 1) * w->lanes + l];
+        const double v = w->v[j * lanes + l], d = w->x[j * lanes + l] - w->x[(j + 1) * lanes + l];
         lane->removed_momentum += v;
         lane->removed_energy += 0.5 * v * v + 1 / (w->exponent + 1) * overlap_force(w, d) * (d > 0 ? d : 0);
     }
     for (i = 0; i < 5; i++)
-        for (j = 0; j < left; j++) state[i][j * w->lanes + l] = state[i][(j + rows) * w->lanes + l];
+        for (j = l; j < (lane->count - rows) * lanes; j += lanes) state[i][j] = state[i][j + rows * lanes];
     clear(m, w, lane->count - rows, l);
     w->k[0][l] = -contact_force(w, w->x, 0, l); /* no neighbour behind */
     lane->base += rows;
@@ -642,7 +587,14 @@ static int observe(const Method *m, const Batch *batch, Window *w, Window *part,
     double share, closed, force, time;
     int i, wanted;
     if (!(v0 > 0 && v1 <= 0)) return 1;
-    if (contact <= lane->head && w->x1[e] - w->x1[next] + (j ? 0 : after[0]) < WEAK) return 1;
+    closed = w->x1[e] - w->x1[next] + (j ? 0 : after[0]);
+    if (contact <= lane->head && closed < WEAK) return 1;
+    while (lane->wanted < lane->last_wanted && batch->wanted[PASSAGE * lane->wanted] < contact) lane->wanted++;
+    wanted = lane->wanted < lane->last_wanted && batch->wanted[PASSAGE * lane->wanted] == contact;
+    if (contact > lane->head && (contact + 1) % STRIDE && !wanted && overlap_force(w, closed) > FLOOR) {
+        lane->head = contact;
+        return 1;
+    }
     share = crossing(v0, v1, h * (first[e] - first[next]), h * (last[e] - last[next]), &closed);
     force = overlap_force(w, w->x[e] - w->x[next] + (j ? 0 : before[0]) + h * closed);
     if (force < FLOOR) return 1;
@@ -653,8 +605,6 @@ static int observe(const Method *m, const Batch *batch, Window *w, Window *part,
         return 1;
     }
     lane->head = contact;
-    while (lane->wanted < lane->last_wanted && batch->wanted[PASSAGE * lane->wanted] < contact) lane->wanted++;
-    wanted = lane->wanted < lane->last_wanted && batch->wanted[PASSAGE * lane->wanted] == contact;
     if ((contact + 1) % STRIDE && !wanted) return 1;
     if (!read_peak(m, w, part, lane, l, j, h, share, 1e-4, &time, &force)) return 0;
     if (wanted) {
@@ -772,7 +722,9 @@ static void drive(const Method *m, const Window *w, Lane *lanes, const double *h
         impulses[l] = path[l][1];
         for (i = 1; i < m->stages; i++) {
             const double t = stop[l] && m->c[i] == 1 ? lane->until : lane->t + m->c[i] * h[l];
-            free_path(&lane->path, t, shift + i * BLOCK + l, impulses + i * BLOCK + l);
+            double *const g = shift + i * BLOCK + l, *const impulse = impulses + i * BLOCK + l;
+            if (m->c[i] != m->c[i - 1]) free_path(&lane->path, t, g, impulse);
+            else { *g = g[-BLOCK]; *impulse = impulse[-BLOCK]; }
         }
         path[l][2] = shift[(m->stages - 1) * BLOCK + l];
         path[l][3] = impulses[(m->stages - 1) * BLOCK + l];
@@ -879,6 +831,7 @@ static int try_steps(const Method *m, Window *w, Lane *lanes, double (*path)[4],
         for (l = 0; l < width; l++) if (lanes[l].job >= 0) set_free_end(w, lanes + l, l);
     }
     trial->n = ((rows + 1) * width + BLOCK - 1) / BLOCK * BLOCK;
+    if (trial->n > w->used) w->used = trial->n;
     memset(trial->shift, 0, used);
     memset(trial->impulses, 0, used);
     drive(m, w, lanes, trial->h, trial->stop, path, trial->shift, trial->impulses);
@@ -1003,6 +956,7 @@ static int copy_lane(const Window *wide, int l, Window *w)
         w->late[j] = wide->late[e];
         w->since[j] = wide->since[e];
     }
+    w->used = w->room;
     return 1;
 }
 

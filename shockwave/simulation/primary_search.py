@@ -8,19 +8,24 @@ from __future__ import annotations
 import math
 from array import array
 from collections.abc import Sequence
-from itertools import islice
+from itertools import chain, islice
 from types import ModuleType
 
 import numpy as np
 
+from shockwave.chain.solitary_wave import wave_law
+from shockwave.quadrature import FloatArray
 from shockwave.simulation.nystroem import Nystroem
-from shockwave.simulation.problem import Passage, Primary, Request
+from shockwave.simulation.problem import ChainProblem, Passage, Primary, Request, short_limits
 from shockwave.simulation.time_limit import expired
 
 # Number of shocks that the compiled code runs at a time.
 _WIDTH = 8
 # Numbers found for each shock.
 _NUMBERS = len(Primary._fields) - 1
+# Columns of the table of jobs, and no requested contacts.
+_COLUMNS = 27
+_NONE = np.empty(0)
 
 
 def find_primaries(requests: Sequence[Request], method: type[Nystroem], compiled: ModuleType | None) -> list[Primary]:
@@ -43,6 +48,42 @@ def find_primaries(requests: Sequence[Request], method: type[Nystroem], compiled
         order = [index for _, index in sorted(group, reverse=True)]
         found |= zip(order, _search_compiled(compiled, method, [requests[index] for index in order]), strict=True)
     return [found[index] for index in range(len(requests))]
+
+
+def find_short(
+    problems: Sequence[ChainProblem],
+    tolerances: FloatArray,
+    doubts: FloatArray,
+    method: type[Nystroem],
+    compiled: ModuleType,
+) -> tuple[FloatArray, FloatArray]:
+    """The leading waves of short shocks on chains with the same contact law, whose requests are made in arrays.
+
+    ``tolerances`` and ``doubts`` are those of each `Request`. Returns a row for each shock, with the numbers of
+    `Primary`, and the errors of the free-particle displacements.
+    """
+    count, exponent = len(problems), problems[0].exponent
+    numbers = np.array([(each.rise_time, each.peak_force, each.duration, each.granules or 0) for each in problems])
+    order = np.argsort(-numbers[:, 2], kind="stable")
+    sorted_problems = [problems[index] for index in order.tolist()]
+    paths = [each.path for each in sorted_problems]
+    rows, coefficients = [path.rows for path in paths], [path.coefficients for path in paths]
+    stops = [each.stops for each in sorted_problems]
+    jobs = np.zeros((count, _COLUMNS))
+    jobs[:, :4], jobs[:, 4], jobs[:, 5] = numbers[order], tolerances[order], doubts[order]
+    for column, limits in enumerate(short_limits(jobs[:, 2], wave_law(exponent).spread), start=6):
+        jobs[:, column] = limits
+    jobs[:, -5] = list(map(len, rows))
+    for column, parts in ((-6, rows), (-4, coefficients), (-3, stops)):
+        jobs[1:, column] = np.cumsum(list(map(len, parts)))[:-1]
+    found = np.zeros((count, _NUMBERS))
+    all_stops = array("d", chain.from_iterable(stops))
+    tables = jobs, np.concatenate(rows), np.concatenate(coefficients), all_stops, _NONE, found
+    lanes = 1 if count < _WIDTH else _WIDTH
+    compiled.primary(method.tableau.packed_for(exponent), *tables, lanes, expired)
+    results, errors = np.empty_like(found), np.empty(count)
+    results[order], errors[order] = found, [path.error for path in paths]
+    return results, errors
 
 
 def _search_compiled(compiled: ModuleType, method: type[Nystroem], requests: Sequence[Request]) -> list[Primary]:

@@ -15,7 +15,7 @@ import math
 from collections.abc import Callable, Sequence
 from enum import IntEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 from attrs import define, field, frozen
@@ -85,6 +85,8 @@ class ChainProblem:
         p of the contact force d^p.
     duration : float
         Duration of the force.
+    breakpoints : tuple of float
+        Those of the profile.
     """
 
     profile: ShockProfile
@@ -93,6 +95,7 @@ class ChainProblem:
     granules: int | None = None
     exponent: float = HERTZ
     duration: float = field(init=False)
+    breakpoints: tuple[float, ...] = field(init=False)
 
     @property
     def wave(self) -> WaveLaw:
@@ -103,10 +106,14 @@ class ChainProblem:
     def _duration(self) -> float:
         return float(self.profile.duration_ratio) * self.rise_time
 
+    @breakpoints.default
+    def _breakpoints(self) -> tuple[float, ...]:
+        return self.profile.breakpoints
+
     @property
     def stops(self) -> tuple[float, ...]:
         """Times on which steps must end: the kinks and the end of the force."""
-        points = self.profile.breakpoints
+        points = self.breakpoints
         if len(points) > _MAX_STOPS:
             points = (0.0, 1.0, self.profile.duration_ratio)
         return (*[point * self.rise_time for point in points[1:-1]], self.duration)
@@ -300,6 +307,15 @@ class Limits(NamedTuple):
     growing: float
 
 
+def short_limits(duration: Any, spread: float) -> Limits:
+    """Limits of the search after a short shock; ``duration`` may be an array.
+
+    ``spread`` is that of the `WaveLaw`.
+    """
+    work = _WORK + _WORK_RATE * duration * duration
+    return Limits(_MAX_CONTACTS + _CONTACT_RATE * duration, work, math.ceil(_REAR * spread), duration, _GROWING)
+
+
 @frozen(eq=False, slots=False)
 class Request:
     """Input of the search for the leading wave.
@@ -319,19 +335,15 @@ class Request:
     @limits.default
     def _limits(self) -> Limits:
         problem = self.problem
-        duration, spread, square = problem.duration, problem.wave.spread, problem.duration**2
-        rear, again = _REAR, False
+        duration = problem.duration
+        limits = short_limits(duration, problem.wave.spread)
+        rear, again = limits.rear, False
         if problem.is_long:
-            rear = next(rear for least, rear in _LONG_REARS if self.tolerance >= least)
+            rear = math.ceil(problem.wave.spread * next(rear for least, rear in _LONG_REARS if self.tolerance >= least))
             again = problem.rises_again
-        work = min(self.patience * (_WORK + _WORK_RATE * square), max(_MAX_WORK, _LEAST_RATE * square))
-        return Limits(
-            _MAX_CONTACTS + _CONTACT_RATE * duration,
-            work,
-            math.ceil(rear * spread),
-            2 * duration if again else duration,
-            _GROWING_AGAIN if again else _GROWING,
-        )
+        work = min(self.patience * limits.max_work, max(_MAX_WORK, _LEAST_RATE * duration * duration))
+        growing, earliest = (_GROWING_AGAIN, 2 * duration) if again else (_GROWING, duration)
+        return Limits(limits.max_contacts, work, rear, earliest, growing)
 
     def rear_of(self, peak: float) -> int:
         """Number of granules to keep behind a front of this peak force."""
