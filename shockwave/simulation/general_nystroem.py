@@ -58,14 +58,10 @@ class GeneralTableau:
 def of_nystroem(method: type[Nystroem]) -> GeneralTableau:
     """The tableau of a pair for x'' = a(t, x)."""
     tableau = method.tableau
-    stages = len(tableau.nodes) + 1
-    positions = np.zeros((stages, stages))
-    for row, values in enumerate(tableau.stages, start=1):
-        positions[row, :row] = values
-    weights = np.concatenate((tableau.weights, np.zeros((2, stages))))
+    weights = np.concatenate((tableau.weights, np.zeros_like(tableau.weights[:2])))
     nodes = np.append(0.0, tableau.nodes)
-    none = np.zeros_like(positions)
-    return GeneralTableau(nodes, positions, none, weights, method.error_order, damped=False)
+    none = np.zeros_like(tableau.stages)
+    return GeneralTableau(nodes, tableau.stages, none, weights, method.error_order, damped=False)
 
 
 @cache
