@@ -71,7 +71,7 @@ class Contacts:
         self.first, self.longest, contacts, self.end_stiffness, self.end_damping = job.settings[7:12].tolist()
         self.most_work, damped = job.settings[12:].tolist()
         self.inverse, self.k, self.gap, self.base, self.root, self.static, self.c = job.chain[:7]
-        self.reach_w, self.reach_u = job.chain[7:]
+        self.reach = job.chain[7:]
         self.bodies, self.contacts = len(self.inverse), int(contacts)
         self.padded = np.append(self.inverse, 0.0)
         self.both = job.switches[0]
@@ -85,20 +85,23 @@ class Contacts:
         forces, powers, raw = self.forces(x, v, 0, n)
         whole = np.zeros(self.bodies + 2)
         whole[1 : n + 1] = forces
-        d = (x[:n] - x[1 : n + 1]) + self.gap[:n] + self.base[:n]
-        w = v[:n] - v[1 : n + 1]
+        _, d, w = self.motion(x, v, 0, n)
         slope = np.where(raw > 0, self.slopes(x, v, whole, 0, n, time), 0.0)
         return End(x, v, d, w, whole, raw, powers, slope)
+
+    def motion(self, x: FloatArray, v: FloatArray, low: int, high: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Changes of the overlaps, overlaps and closing velocities of some contacts."""
+        x, v = x[low : high + 1], v[low : high + 1]
+        stretch = x[:-1] - x[1:]
+        stretch += self.gap[low:high]
+        return stretch, stretch + self.base[low:high] if self.loaded else stretch, v[:-1] - v[1:]
 
     def forces(self, x: FloatArray, v: FloatArray, low: int, high: int) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Forces minus static ones, powers of the damping, and forces before they are cut off, of some contacts."""
         part = slice(low, high)
-        k, base, static = self.k[part], self.base[part], self.static[part]
-        stretch = (x[part] - x[low + 1 : high + 1]) + self.gap[part]
-        d = stretch + base
-        w = v[part] - v[low + 1 : high + 1]
+        k, static = self.k[part], self.static[part]
+        stretch, d, w = self.motion(x, v, low, high)
         closed = d > MIN_OVERLAP
-        inside = np.where(closed, d, 1.0)
         powers = np.zeros(high - low)
         if self.job.law is not None:
             raw = np.zeros(high - low)
@@ -107,19 +110,23 @@ class Contacts:
             powers = f * w
         else:
             if self.p == 1.5 and not self.loaded:
-                f = k * (d * np.sqrt(inside))
-            elif self.p == 1.5:
-                root = np.sqrt(inside)
-                f = k * (stretch * (d + root * self.root[part] + base) / (root + self.root[part]))
+                inside = np.where(closed, d, 0.0)
+                f = k * (inside * np.sqrt(inside))
             else:
-                strain = np.where(closed, stretch, 0.0) / np.where(base > 0, base, 1.0)
-                loaded = _libm(lambda each: math.expm1(self.p * math.log1p(each)), strain) if self.loaded else strain
-                f = np.where(base > 0, static * loaded, k * _power(inside, self.p))
-            raw = f = np.where(closed, f, -static)
+                inside, base = np.where(closed, d, 1.0), self.base[part]
+                if self.p == 1.5:
+                    root = np.sqrt(inside)
+                    f = k * (stretch * (d + root * self.root[part] + base) / (root + self.root[part]))
+                else:
+                    strain = np.where(closed, stretch, 0.0) / np.where(base > 0, base, 1.0)
+                    loaded = _libm(lambda each: math.expm1(self.p * math.log1p(each)), strain) if self.loaded else strain
+                    f = np.where(base > 0, static * loaded, k * _power(inside, self.p))
+                f = np.where(closed, f, -static)
+            raw = f
             if self.damped:
                 # only the dashpot of a contact that is off does not act: its force would jump within the step
                 acts = self.on[part] if self.q == 0.0 else closed
-                viscous = self.c[part] * _power(inside, self.q) * w
+                viscous = (self.c[part] if self.q == 0.0 else self.c[part] * _power(inside, self.q)) * w
                 raw = f + (viscous if self.q == 0.0 else np.where(closed, viscous, 0.0))
                 total = np.maximum(np.where(acts, raw, f), -static)
                 powers = (total - f) * w
@@ -127,7 +134,7 @@ class Contacts:
         if high == self.bodies and (self.end_stiffness or self.end_damping):
             f[-1] = self.end_stiffness * x[-2] + self.end_damping * v[-2]
             powers[-1] = self.end_damping * v[-2] * v[-2]
-        return f, powers, raw + static
+        return f, powers, raw + static if self.loaded else raw
 
     def changes(self, end: End) -> FloatArray:
         """Absolute changes of the overlaps since the beginning.
@@ -141,8 +148,7 @@ class Contacts:
     def slopes(self, x: FloatArray, v: FloatArray, f: FloatArray, low: int, high: int, time: float) -> FloatArray:
         """Time derivatives of the forces of closed contacts of a range before they are cut off."""
         part = slice(low, high)
-        d = (x[part] - x[low + 1 : high + 1]) + self.gap[part] + self.base[part]
-        w = v[part] - v[low + 1 : high + 1]
+        _, d, w = self.motion(x, v, low, high)
         closed = d > MIN_OVERLAP
         inside = np.where(closed, d, 1.0)
         power = _power(inside, self.p - 1)

@@ -45,6 +45,19 @@ class GeneralTableau:
     damped: bool
 
     @cached_property
+    def columns(self) -> tuple[FloatArray, ...]:
+        """The nodes and 1, and for each stage its coefficients in the sums to which it contributes, each shape (n, 1).
+
+        The sums are those of the positions, and velocities if there are stages of them, in the later stages, and of the
+        weights, unless these are zero.
+        """
+        used = (self.positions, self.velocities)[: 1 + self.damped]
+        weights = self.weights if self.weights[4:].any() else self.weights[:4]
+        sums = np.concatenate((np.stack(used, axis=1)[1:].reshape(-1, len(self.nodes)), weights))
+        stages = [sums[len(used) * stage :, stage, None].copy() for stage in range(len(self.nodes))]
+        return np.append(self.nodes, 1.0)[:, None], *stages
+
+    @cached_property
     def packed(self) -> FloatArray:
         """One-dimensional array for the compiled code."""
         head = [len(self.nodes), self.error_order, self.damped]
@@ -82,6 +95,6 @@ def dop853() -> GeneralTableau:
     return GeneralTableau(c, positions, velocities, weights, error_order=7, damped=True)
 
 
-def scaled_error(first: float, second: float) -> float:
+def scaled_error(first: float, second: float = 0.0) -> float:
     """Error of a step from those of one or two embedded methods (Hairer, Norsett & Wanner, eq. II.10.17)."""
     return first if second == 0 else first * first / math.sqrt(first * first + 0.01 * second * second)
