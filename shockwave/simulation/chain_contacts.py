@@ -119,8 +119,9 @@ class Contacts:
                     f = k * (stretch * (d + root * self.root[part] + base) / (root + self.root[part]))
                 else:
                     strain = np.where(closed, stretch, 0.0) / np.where(base > 0, base, 1.0)
-                    loaded = _libm(lambda each: math.expm1(self.p * math.log1p(each)), strain) if self.loaded else strain
-                    f = np.where(base > 0, static * loaded, k * _power(inside, self.p))
+                    if self.loaded:
+                        strain = _libm(lambda each: math.expm1(self.p * math.log1p(each)), strain)
+                    f = np.where(base > 0, static * strain, k * _power(inside, self.p))
                 f = np.where(closed, f, -static)
             raw = f
             if self.damped:

@@ -105,7 +105,7 @@ def grown(late: FloatArray, since: FloatArray, now: float, growing: float) -> Fl
     for back in range(1, min(_TREND, front - 1) + 1):
         same[back:] &= (since[:-back] < since[1 : front - back + 1]) & (late[:-back] > 0)
         same[:back] = False
-        change[same] = np.abs(late[same] - late[np.flatnonzero(same) - back]) / back
+        np.copyto(change[back:], np.abs(late[back:] - late[:-back]) / back, where=same[back:])
     return np.where(now - since < _RECENT, late + np.minimum(growing * change, late), 0.0)
 
 

@@ -38,6 +38,8 @@ _MAX_STOPS = 64
 _TOGETHER = 8
 # Largest number of granules for which numbers are faster than arrays.
 _FEW = 6
+# As an array, which need not be made from a number every time.
+_ZERO = np.zeros(())
 # Duration of the shortest long shock, in characteristic times.
 _LONG = 10.0
 # Times at which the force is sampled, over its duration: midpoints of equal intervals, so that both ends are excluded.
@@ -246,7 +248,7 @@ def chain_acceleration(y: FloatArray, shift: float = 0.0, exponent: float = HERT
     np.subtract(y[:-1], y[1:], out=contacts)
     if shift:
         contacts[0] = (y[0] + shift) - y[1]
-    np.maximum(contacts, 0.0, out=contacts)
+    np.maximum(contacts, _ZERO, out=contacts)
     contacts *= stiffenings(contacts, exponent)
     return np.asarray(forces[:-1] - forces[1:])
 
