@@ -136,7 +136,7 @@ class _March(Contacts):
         return whole_y, whole_z, impulses
 
     def push(self, x: FloatArray, v: FloatArray, impulses: list[float], passed: float, time: float) -> None:
-        """Add the motion by the applied force since the beginning of the step to body 0, and its impulse to the list."""
+        """Add the motion of body 0 by the applied force since the beginning of the step, and list the impulse."""
         shift, impulse = self.shift(passed, time)
         impulses.append(impulse)
         x[0] += shift
