@@ -15,7 +15,6 @@ import math
 from collections.abc import Callable, Sequence
 from enum import IntEnum
 from functools import cached_property
-from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple, cast
 
 import numpy as np
@@ -37,7 +36,7 @@ _MAX_STOPS = 64
 # Least number of power laws whose tables are computed faster together.
 _TOGETHER = 8
 # Largest number of granules for which numbers are faster than arrays.
-_FEW = 6
+_FEW = 12
 # As an array, which need not be made from a number every time.
 _ZERO = np.zeros(())
 # Duration of the shortest long shock, in characteristic times.
@@ -239,10 +238,14 @@ def power_force(overlap: FloatArray, exponent: float = HERTZ) -> FloatArray:
 def chain_acceleration(y: FloatArray, shift: float = 0.0, exponent: float = HERTZ) -> FloatArray:
     """Accelerations of granules at ``y``, with the first at ``y[0] + shift``; shape (granules,)."""
     if len(y) <= _FEW:
-        first, *others = y.tolist()
-        gaps = [one - other for one, other in pairwise([first + shift, *others])]
-        near = [0.0, *[gap * stiffening(gap, exponent) if gap > 0 else 0.0 for gap in gaps], 0.0]
-        return np.array([behind - ahead for behind, ahead in pairwise(near)])
+        here, *others = y.tolist()
+        here += shift
+        behind, accelerations = 0.0, []
+        for other in others:
+            ahead = (here - other) * stiffening(here - other, exponent) if here > other else 0.0
+            accelerations.append(behind - ahead)
+            here, behind = other, ahead
+        return np.array([*accelerations, behind])
     forces = np.zeros(len(y) + 1)
     contacts = forces[1:-1]
     np.subtract(y[:-1], y[1:], out=contacts)
