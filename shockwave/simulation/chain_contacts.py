@@ -85,24 +85,25 @@ class Contacts:
         forces, powers, raw = self.forces(x, v, 0, n)
         whole = np.zeros(self.bodies + 2)
         whole[1 : n + 1] = forces
-        _, d, w = self.motion(x, v, 0, n)
+        d, w = self.overlaps(x, 0, n)[1], v[:n] - v[1 : n + 1]
         slope = np.where(raw > 0, self.slopes(x, v, whole, 0, n, time), 0.0)
         return End(x, v, d, w, whole, raw, powers, slope)
 
-    def motion(self, x: FloatArray, v: FloatArray, low: int, high: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Changes of the overlaps, overlaps and closing velocities of some contacts."""
-        x, v = x[low : high + 1], v[low : high + 1]
-        stretch = x[:-1] - x[1:]
+    def overlaps(self, x: FloatArray, low: int, high: int) -> tuple[FloatArray, FloatArray]:
+        """Changes of the overlaps, and overlaps, of some contacts."""
+        stretch = x[low:high] - x[low + 1 : high + 1]
         stretch += self.gap[low:high]
-        return stretch, stretch + self.base[low:high] if self.loaded else stretch, v[:-1] - v[1:]
+        return stretch, stretch + self.base[low:high] if self.loaded else stretch
 
     def forces(self, x: FloatArray, v: FloatArray, low: int, high: int) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Forces minus static ones, powers of the damping, and forces before they are cut off, of some contacts."""
         part = slice(low, high)
         k, static = self.k[part], self.static[part]
-        stretch, d, w = self.motion(x, v, low, high)
+        stretch, d = self.overlaps(x, low, high)
         closed = d > MIN_OVERLAP
         powers = np.zeros(high - low)
+        if self.damped or self.job.law is not None:
+            w = v[part] - v[low + 1 : high + 1]
         if self.job.law is not None:
             raw = np.zeros(high - low)
             raw[: self.contacts] = self.job.law.force(d[: self.contacts], w[: self.contacts], self.state)
@@ -149,7 +150,7 @@ class Contacts:
     def slopes(self, x: FloatArray, v: FloatArray, f: FloatArray, low: int, high: int, time: float) -> FloatArray:
         """Time derivatives of the forces of closed contacts of a range before they are cut off."""
         part = slice(low, high)
-        _, d, w = self.motion(x, v, low, high)
+        d, w = self.overlaps(x, low, high)[1], v[part] - v[low + 1 : high + 1]
         closed = d > MIN_OVERLAP
         inside = np.where(closed, d, 1.0)
         power = _power(inside, self.p - 1)

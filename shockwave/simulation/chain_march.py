@@ -205,7 +205,7 @@ class _March(Contacts):
         """
         n = self.n
         if self.jumps:
-            _, d, w = self.motion(x, v, 0, n)
+            d, w = self.overlaps(x, 0, n)[1], v[:n] - v[1 : n + 1]
             on = (d >= 0) | ((d >= -self.late(x, w)) & (w > 0))
             same = same if np.array_equal(on, self.on[:n]) else None
             self.on[:n] = on
