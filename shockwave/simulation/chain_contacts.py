@@ -22,6 +22,10 @@ KINK = 0.1
 #: Impulse error of the step in which a contact closes, over its length and the elastic or viscous force at its end.
 ELASTIC = 1e-3
 VISCOUS = 8e-3
+#: Fraction of the tolerance within which the closing of a contact with a dashpot is located.
+LOCATED = 0.1
+#: Rounding error of an overlap, relative to positions and displacements.
+ROUNDING = 1e-14
 
 
 @frozen(eq=False)
@@ -170,6 +174,22 @@ class Contacts:
         if q == 1:
             return most
         return min(most, math.pow(allowed / (VISCOUS * self.c[j] * math.pow(w, q)), 1 / q))
+
+    def late(self, x: FloatArray, w: FloatArray, time: float) -> FloatArray:
+        """Overlaps by which contacts with a dashpot may be early or late to close."""
+        n = len(w)
+        velocity, overlap = self.job.scales[:, :n]
+        most = np.minimum(velocity / np.maximum(self.both[:n] * self.c[:n], 1e-300), overlap)
+        least = ROUNDING * (np.abs(x[:n]) + np.abs(x[1 : n + 1]) + time * np.abs(w))
+        return np.asarray(np.maximum(most * (LOCATED * self.tolerance), least))
+
+    def raise_scales(self, finish: End, n: int) -> None:
+        """Raise the scales of the errors of n contacts to what was reached, or is expected next to it."""
+        scales, reached = self.job.scales, np.array((np.abs(finish.w), self.changes(finish)))
+        known = scales[:, : reached.shape[1]]
+        np.maximum(known, reached, out=known)
+        following = scales[:, 1:n]
+        np.maximum(following, self.reach[:, 1:n] * scales[:, : n - 1], out=following)
 
     def allowed(self, n: int) -> FloatArray:
         """Impulses that change the closing velocities of the first n contacts by the tolerance."""

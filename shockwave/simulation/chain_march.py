@@ -39,10 +39,6 @@ _SOON = 1e-3
 _KINK_SHARE = 0.1
 # Largest number of steps that are shortened in succession to end at a kink.
 _MOST_CUTS = 8
-# Fraction of the tolerance within which the closing of a contact with a dashpot is located.
-_LOCATED = 0.1
-# Rounding error of an overlap, relative to positions and displacements.
-_ROUNDING = 1e-14
 # A maximum within a step is computed if it may exceed the greatest force so far, less this fraction of it.
 _NEARLY = 0.1
 # Error over the tolerance beyond which a step is too long to find a kink in it.
@@ -67,8 +63,8 @@ def run(job: Job, compiled: ModuleType | None) -> None:
     tables = (none, none) if problem is None else (problem.path.rows, problem.path.coefficients)
     window = chain_contacts.MIN_OVERLAP, job.window, _GROWTH, _MARGIN, _AT_REST
     control = _SAFETY, _MIN_FACTOR, _MAX_FACTOR, _MIN_STEP, _MIN_FIRST
-    closing = chain_contacts.ELASTIC, chain_contacts.VISCOUS
-    kinks = _SOON, chain_contacts.KINK, _KINK_SHARE, _MOST_CUTS, _LOCATED, _ROUNDING, *closing
+    contacts = chain_contacts.LOCATED, chain_contacts.ROUNDING, chain_contacts.ELASTIC, chain_contacts.VISCOUS
+    kinks = _SOON, chain_contacts.KINK, _KINK_SHARE, _MOST_CUTS, *contacts
     peaks = _NEARLY, _HOPELESS, _MOST_TURNS, _NEAR, _PASSED, _WAVE
     settings = np.concatenate((job.settings, window, control, kinks, peaks, job.found))
     compiled.run(job.method.packed, *tables, job.stops, job.times, settings, job.table, job.samples, expired)
@@ -206,7 +202,7 @@ class _March(Contacts):
         n = self.n
         if self.jumps:
             d, w = self.overlaps(x, 0, n)[1], v[:n] - v[1 : n + 1]
-            on = (d >= 0) | ((d >= -self.late(x, w)) & (w > 0))
+            on = (d >= 0) | ((d >= -self.late(x, w, self.time)) & (w > 0))
             same = same if np.array_equal(on, self.on[:n]) else None
             self.on[:n] = on
         if same is None or len(same.d) != n or self.job.law is not None:
@@ -216,14 +212,6 @@ class _March(Contacts):
         above = np.flatnonzero(f[: self.contacts] > best[0, : min(n, self.contacts)])
         best[0, above], best[1, above] = f[above], self.time
         return start
-
-    def late(self, x: FloatArray, w: FloatArray) -> FloatArray:
-        """Overlaps by which contacts with a dashpot may be early or late to close."""
-        n = len(w)
-        velocity, overlap = self.job.scales[:, :n]
-        most = np.minimum(velocity / np.maximum(self.both[:n] * self.c[:n], 1e-300), overlap)
-        least = _ROUNDING * (np.abs(x[:n]) + np.abs(x[1 : n + 1]) + self.time * np.abs(w))
-        return np.asarray(np.maximum(most * (_LOCATED * self.tolerance), least))
 
     def next_size(self, start: End) -> tuple[float, float]:
         """Size and end of the next step."""
@@ -260,7 +248,7 @@ class _March(Contacts):
         changes = acts != ((finish.d >= 0) & (finish.raw >= 0))
         if not changes.any():
             return share
-        late, allowed = self.late(finish.x, finish.w), self.allowed(self.n)
+        late, allowed = self.late(finish.x, finish.w, self.time), self.allowed(self.n)
         for j in np.flatnonzero(changes).tolist():
             d0, d1, raw0, raw1 = (float(a[j]) for a in (start.d, finish.d, start.raw, finish.raw))
             at = 0.5
@@ -311,21 +299,13 @@ class _March(Contacts):
         last = max(n - _MARGIN, 0)
         if n < self.bodies and max(abs(finish.x[last]), abs(finish.v[last])) > _AT_REST:
             self.n = min(n + _GROWTH, self.bodies)
-        self.raise_scales(finish)
+        self.raise_scales(finish, self.n)
         if job.law is not None:
             count = self.contacts
             self.state = job.law.update(finish.d[:count], finish.w[:count], self.state)
         following = self.begin(finish.x, finish.v, finish)
         self.look_for_arrival(following)
         return following
-
-    def raise_scales(self, finish: End) -> None:
-        """Raise the scales of the errors to what was reached, or is expected next to it."""
-        scales, reached = self.job.scales, np.array((np.abs(finish.w), self.changes(finish)))
-        known = scales[:, : reached.shape[1]]
-        np.maximum(known, reached, out=known)
-        following = scales[:, 1 : self.n]
-        np.maximum(following, self.reach[:, 1 : self.n] * scales[:, : self.n - 1], out=following)
 
     def add_work(self, finish: End, size: float, end: float, impulses: list[float]) -> None:
         """Add the work of the force, integrated by parts: J w + J^2/2m minus the integral of J w'.
