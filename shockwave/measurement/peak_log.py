@@ -16,9 +16,9 @@ from shockwave.chain.chain import HERTZ
 from shockwave.chain.solitary_wave import HERTZ_WAVE, WaveLaw
 from shockwave.numerics import product
 from shockwave.quadrature import FloatArray
+from shockwave.simulation.force_law import power_force, stiffenings
 from shockwave.simulation.integrator import LONGEST_STEP
 from shockwave.simulation.march import Span, Stretch
-from shockwave.simulation.problem import power_force, stiffenings
 
 # Noise floor of a chain at rest: weaker peaks, over the strongest so far, are ignored.
 _FLOOR = 1e-4

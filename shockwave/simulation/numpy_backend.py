@@ -10,13 +10,13 @@ import numpy as np
 
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
+from shockwave.simulation.force_law import contact_force, power_force
 from shockwave.simulation.nystroem import Nystroem, kink
 from shockwave.simulation.one_step import Attempt
 from shockwave.simulation.peak_limit import (
     KEPT,
     NOISE,
     STRIDE,
-    contact_force,
     crossing,
     either,
     grown,
@@ -30,7 +30,6 @@ from shockwave.simulation.problem import (
     Status,
     WindowAcceleration,
     contact_forces,
-    power_force,
 )
 from shockwave.simulation.time_limit import expired
 

@@ -15,9 +15,10 @@ from attrs import define, field, frozen
 
 from shockwave.chain.chain import HERTZ
 from shockwave.quadrature import FloatArray
+from shockwave.simulation.force_law import stiffening
 from shockwave.simulation.integrator import Acceleration
 from shockwave.simulation.one_step import Attempt, OneStep, Scalar
-from shockwave.simulation.problem import ChainAcceleration, overlaps, stiffening
+from shockwave.simulation.problem import ChainAcceleration, overlaps
 
 _NONE = np.empty(0)
 # Error of a step in which a contact opens or closes, over its length and the force at the change of the overlap.

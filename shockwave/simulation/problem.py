@@ -22,11 +22,11 @@ from attrs import define, field, frozen
 
 from shockwave.chain.chain import HERTZ
 from shockwave.chain.solitary_wave import WaveLaw, wave_law
-from shockwave.numerics import elementwise
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.guard import trusted
 from shockwave.profiles.power_law import ManyPowers, Powers
 from shockwave.quadrature import FloatArray
+from shockwave.simulation.force_law import contact_force, power_force, stiffenings
 
 if TYPE_CHECKING:
     from shockwave.profiles.free_path import FreePath
@@ -217,24 +217,6 @@ class WindowAcceleration:
         return result
 
 
-def stiffening(overlap: float, exponent: float) -> float:
-    """The power p - 1 of an overlap; the root for Hertz's p, which is equal to the last bit everywhere."""
-    return math.sqrt(overlap) if exponent == HERTZ else math.pow(overlap, exponent - 1)
-
-
-def stiffenings(overlap: FloatArray, exponent: float) -> FloatArray:
-    """The power p - 1 of these overlaps, zero or positive."""
-    if exponent == HERTZ:
-        return np.asarray(np.sqrt(overlap))
-    # the steps amplify a difference in the last digit
-    return elementwise(lambda each: math.pow(each, exponent - 1), overlap)
-
-
-def power_force(overlap: FloatArray, exponent: float = HERTZ) -> FloatArray:
-    """Contact forces at these overlaps, zero or positive."""
-    return np.asarray(overlap * stiffenings(overlap, exponent))
-
-
 def chain_acceleration(y: FloatArray, shift: float = 0.0, exponent: float = HERTZ) -> FloatArray:
     """Accelerations of granules at ``y``, with the first at ``y[0] + shift``; shape (granules,)."""
     if len(y) <= _FEW:
@@ -242,7 +224,7 @@ def chain_acceleration(y: FloatArray, shift: float = 0.0, exponent: float = HERT
         here += shift
         behind, accelerations = 0.0, []
         for other in others:
-            ahead = (here - other) * stiffening(here - other, exponent) if here > other else 0.0
+            ahead = contact_force(here - other, exponent)
             accelerations.append(behind - ahead)
             here, behind = other, ahead
         return np.array([*accelerations, behind])
