@@ -16,9 +16,9 @@ from shockwave.chain.chain import HERTZ
 from shockwave.chain.solitary_wave import HERTZ_WAVE, WaveLaw
 from shockwave.numerics import product
 from shockwave.quadrature import FloatArray
+from shockwave.simulation.force_law import power_force, stiffenings
 from shockwave.simulation.integrator import LONGEST_STEP
 from shockwave.simulation.march import Span, Stretch
-from shockwave.simulation.problem import power_force, stiffenings
 
 # Noise floor of a chain at rest: weaker peaks, over the strongest so far, are ignored.
 _FLOOR = 1e-4
@@ -31,8 +31,9 @@ _NEGLIGIBLE = 0.1
 _CORRECTIONS = 4
 # Newton step in time below which the error of the force is a rounding error.
 _NEAR = 1e-5
-# The same for a peak that is found without derivatives, and the largest number of its steps.
-_AT_ONCE = 1e-8
+# The same for a peak that is found without derivatives, by secants: the error after the last one is much smaller.
+_AT_ONCE = 1e-7
+# Largest number of secants.
 _MOST_SECANTS = 60
 
 # Fraction of its peak force that a wave keeps at least from one contact to the next few.

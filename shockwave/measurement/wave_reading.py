@@ -17,8 +17,9 @@ from shockwave.measurement.peak_log import POWERS, Peak, PeakLog, force_rates, h
 from shockwave.measurement.waves import passage_time
 from shockwave.numerics import product
 from shockwave.quadrature import FloatArray
+from shockwave.simulation.force_law import power_force
 from shockwave.simulation.march import Stretch
-from shockwave.simulation.problem import ChainProblem, power_force
+from shockwave.simulation.problem import ChainProblem
 
 # Gauss nodes and weights of a step, as fractions of it; powers 0 to 7 and their derivatives at the nodes.
 _LEGENDRE = np.polynomial.legendre.leggauss(8)

@@ -31,6 +31,8 @@ _MOST_KEPT = 256
 # Exponents of the displacement for which a polynomial is faster than a power.
 _POLYNOMIALS = range(2, 7)
 
+# Number of samples whose pieces are computed at a time.
+_AT_A_TIME = 4096
 # Degree of the fitted polynomials.
 _DEGREE = 32
 # Number of last coefficients that estimate the truncation error. A jump changes all of them; by symmetry some can
@@ -172,20 +174,25 @@ def of_many_powers(rise_exponents: FloatArray, decay_exponents: FloatArray, n: F
 
 def of_samples(knots: FloatArray, forces: FloatArray, impulses: FloatArray, paths: FloatArray) -> FreePath:
     """Table of a force that is linear between its knots, from force, impulse and path at the knots, each shape (k,)."""
-    widths, left, rise = np.diff(knots), forces[:-1], np.diff(forces)
-    gain, square = 0.5 * widths * impulses[:-1], widths**2
-    # I + w (f y + r y^2/2) and its integral in Chebyshev polynomials of z, where y = (1 + z)/2.
-    coefficients = np.zeros((widths.size, 4, 2))
-    path, impulse = coefficients[:, :, 0].T, coefficients[:, :, 1].T
-    path[0] = paths[:-1] + gain + square * (3 / 16 * left + 5 / 96 * rise)
-    path[1] = gain + square * (left / 4 + 5 / 64 * rise)
-    path[2] = square * (left / 16 + rise / 32)
-    path[3] = square * (rise / 192)
-    impulse[0] = impulses[:-1] + widths * (left / 2 + 3 / 16 * rise)
-    impulse[1] = widths * (left / 2 + rise / 4)
-    impulse[2] = widths * (rise / 16)
-    table = coefficients.reshape(-1, 2)
-    return FreePath(_rows(knots[:-1], knots[1:], np.full(widths.size, 4)), table, _ROUNDING)
+    count = len(knots) - 1
+    rows, coefficients = np.empty((count, 8)), np.empty((count, 4, 2))
+    for first in range(0, count, _AT_A_TIME):  # of long records the arrays of all samples exceed the caches
+        part, after = slice(first, min(first + _AT_A_TIME, count)), slice(first + 1, first + _AT_A_TIME + 1)
+        widths, left, rise = knots[after] - knots[part], forces[part], forces[after] - forces[part]
+        gain, square = 0.5 * widths * impulses[part], widths**2
+        # I + w (f y + r y^2/2) and its integral in Chebyshev polynomials of z, where y = (1 + z)/2.
+        path, impulse = coefficients[part, :, 0].T, coefficients[part, :, 1].T
+        path[0] = paths[part] + gain + square * (3 / 16 * left + 5 / 96 * rise)
+        path[1] = gain + square * (left / 4 + 5 / 64 * rise)
+        path[2] = square * (left / 16 + rise / 32)
+        path[3] = square * (rise / 192)
+        impulse[0] = impulses[part] + widths * (left / 2 + 3 / 16 * rise)
+        impulse[1] = widths * (left / 2 + rise / 4)
+        impulse[2] = widths * (rise / 16)
+        impulse[3] = 0.0
+        rows[part] = _rows(knots[part], knots[after], np.full(widths.size, 4))
+        rows[part, 2] += 4 * first
+    return FreePath(rows, coefficients.reshape(-1, 2), _ROUNDING)
 
 
 def _rows(begin: FloatArray, end: FloatArray, count: npt.NDArray[np.int64]) -> FloatArray:

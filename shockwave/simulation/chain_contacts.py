@@ -22,6 +22,10 @@ KINK = 0.1
 #: Impulse error of the step in which a contact closes, over its length and the elastic or viscous force at its end.
 ELASTIC = 1e-3
 VISCOUS = 8e-3
+#: Fraction of the tolerance within which the closing of a contact with a dashpot is located.
+LOCATED = 0.1
+#: Rounding error of an overlap, relative to positions and displacements.
+ROUNDING = 1e-14
 
 
 @frozen(eq=False)
@@ -71,7 +75,7 @@ class Contacts:
         self.first, self.longest, contacts, self.end_stiffness, self.end_damping = job.settings[7:12].tolist()
         self.most_work, damped = job.settings[12:].tolist()
         self.inverse, self.k, self.gap, self.base, self.root, self.static, self.c = job.chain[:7]
-        self.reach_w, self.reach_u = job.chain[7:]
+        self.reach = job.chain[7:]
         self.bodies, self.contacts = len(self.inverse), int(contacts)
         self.padded = np.append(self.inverse, 0.0)
         self.both = job.switches[0]
@@ -85,21 +89,25 @@ class Contacts:
         forces, powers, raw = self.forces(x, v, 0, n)
         whole = np.zeros(self.bodies + 2)
         whole[1 : n + 1] = forces
-        d = (x[:n] - x[1 : n + 1]) + self.gap[:n] + self.base[:n]
-        w = v[:n] - v[1 : n + 1]
+        d, w = self.overlaps(x, 0, n)[1], v[:n] - v[1 : n + 1]
         slope = np.where(raw > 0, self.slopes(x, v, whole, 0, n, time), 0.0)
         return End(x, v, d, w, whole, raw, powers, slope)
+
+    def overlaps(self, x: FloatArray, low: int, high: int) -> tuple[FloatArray, FloatArray]:
+        """Changes of the overlaps, and overlaps, of some contacts."""
+        stretch = x[low:high] - x[low + 1 : high + 1]
+        stretch += self.gap[low:high]
+        return stretch, stretch + self.base[low:high] if self.loaded else stretch
 
     def forces(self, x: FloatArray, v: FloatArray, low: int, high: int) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Forces minus static ones, powers of the damping, and forces before they are cut off, of some contacts."""
         part = slice(low, high)
-        k, base, static = self.k[part], self.base[part], self.static[part]
-        stretch = (x[part] - x[low + 1 : high + 1]) + self.gap[part]
-        d = stretch + base
-        w = v[part] - v[low + 1 : high + 1]
+        k, static = self.k[part], self.static[part]
+        stretch, d = self.overlaps(x, low, high)
         closed = d > MIN_OVERLAP
-        inside = np.where(closed, d, 1.0)
         powers = np.zeros(high - low)
+        if self.damped or self.job.law is not None:
+            w = v[part] - v[low + 1 : high + 1]
         if self.job.law is not None:
             raw = np.zeros(high - low)
             raw[: self.contacts] = self.job.law.force(d[: self.contacts], w[: self.contacts], self.state)
@@ -107,19 +115,24 @@ class Contacts:
             powers = f * w
         else:
             if self.p == 1.5 and not self.loaded:
-                f = k * (d * np.sqrt(inside))
-            elif self.p == 1.5:
-                root = np.sqrt(inside)
-                f = k * (stretch * (d + root * self.root[part] + base) / (root + self.root[part]))
+                inside = np.where(closed, d, 0.0)
+                f = k * (inside * np.sqrt(inside))
             else:
-                strain = np.where(closed, stretch, 0.0) / np.where(base > 0, base, 1.0)
-                loaded = _libm(lambda each: math.expm1(self.p * math.log1p(each)), strain) if self.loaded else strain
-                f = np.where(base > 0, static * loaded, k * _power(inside, self.p))
-            raw = f = np.where(closed, f, -static)
+                inside, base = np.where(closed, d, 1.0), self.base[part]
+                if self.p == 1.5:
+                    root = np.sqrt(inside)
+                    f = k * (stretch * (d + root * self.root[part] + base) / (root + self.root[part]))
+                else:
+                    strain = np.where(closed, stretch, 0.0) / np.where(base > 0, base, 1.0)
+                    if self.loaded:
+                        strain = _libm(lambda each: math.expm1(self.p * math.log1p(each)), strain)
+                    f = np.where(base > 0, static * strain, k * _power(inside, self.p))
+                f = np.where(closed, f, -static)
+            raw = f
             if self.damped:
                 # only the dashpot of a contact that is off does not act: its force would jump within the step
                 acts = self.on[part] if self.q == 0.0 else closed
-                viscous = self.c[part] * _power(inside, self.q) * w
+                viscous = (self.c[part] if self.q == 0.0 else self.c[part] * _power(inside, self.q)) * w
                 raw = f + (viscous if self.q == 0.0 else np.where(closed, viscous, 0.0))
                 total = np.maximum(np.where(acts, raw, f), -static)
                 powers = (total - f) * w
@@ -127,7 +140,7 @@ class Contacts:
         if high == self.bodies and (self.end_stiffness or self.end_damping):
             f[-1] = self.end_stiffness * x[-2] + self.end_damping * v[-2]
             powers[-1] = self.end_damping * v[-2] * v[-2]
-        return f, powers, raw + static
+        return f, powers, raw + static if self.loaded else raw
 
     def changes(self, end: End) -> FloatArray:
         """Absolute changes of the overlaps since the beginning.
@@ -141,8 +154,7 @@ class Contacts:
     def slopes(self, x: FloatArray, v: FloatArray, f: FloatArray, low: int, high: int, time: float) -> FloatArray:
         """Time derivatives of the forces of closed contacts of a range before they are cut off."""
         part = slice(low, high)
-        d = (x[part] - x[low + 1 : high + 1]) + self.gap[part] + self.base[part]
-        w = v[part] - v[low + 1 : high + 1]
+        d, w = self.overlaps(x, low, high)[1], v[part] - v[low + 1 : high + 1]
         closed = d > MIN_OVERLAP
         inside = np.where(closed, d, 1.0)
         power = _power(inside, self.p - 1)
@@ -162,6 +174,22 @@ class Contacts:
         if q == 1:
             return most
         return min(most, math.pow(allowed / (VISCOUS * self.c[j] * math.pow(w, q)), 1 / q))
+
+    def late(self, x: FloatArray, w: FloatArray, time: float) -> FloatArray:
+        """Overlaps by which contacts with a dashpot may be early or late to close."""
+        n = len(w)
+        velocity, overlap = self.job.scales[:, :n]
+        most = np.minimum(velocity / np.maximum(self.both[:n] * self.c[:n], 1e-300), overlap)
+        least = ROUNDING * (np.abs(x[:n]) + np.abs(x[1 : n + 1]) + time * np.abs(w))
+        return np.asarray(np.maximum(most * (LOCATED * self.tolerance), least))
+
+    def raise_scales(self, finish: End, n: int) -> None:
+        """Raise the scales of the errors of n contacts to what was reached, or is expected next to it."""
+        scales, reached = self.job.scales, np.array((np.abs(finish.w), self.changes(finish)))
+        known = scales[:, : reached.shape[1]]
+        np.maximum(known, reached, out=known)
+        following = scales[:, 1:n]
+        np.maximum(following, self.reach[:, 1:n] * scales[:, : n - 1], out=following)
 
     def allowed(self, n: int) -> FloatArray:
         """Impulses that change the closing velocities of the first n contacts by the tolerance."""

@@ -39,10 +39,6 @@ _SOON = 1e-3
 _KINK_SHARE = 0.1
 # Largest number of steps that are shortened in succession to end at a kink.
 _MOST_CUTS = 8
-# Fraction of the tolerance within which the closing of a contact with a dashpot is located.
-_LOCATED = 0.1
-# Rounding error of an overlap, relative to positions and displacements.
-_ROUNDING = 1e-14
 # A maximum within a step is computed if it may exceed the greatest force so far, less this fraction of it.
 _NEARLY = 0.1
 # Error over the tolerance beyond which a step is too long to find a kink in it.
@@ -67,8 +63,8 @@ def run(job: Job, compiled: ModuleType | None) -> None:
     tables = (none, none) if problem is None else (problem.path.rows, problem.path.coefficients)
     window = chain_contacts.MIN_OVERLAP, job.window, _GROWTH, _MARGIN, _AT_REST
     control = _SAFETY, _MIN_FACTOR, _MAX_FACTOR, _MIN_STEP, _MIN_FIRST
-    closing = chain_contacts.ELASTIC, chain_contacts.VISCOUS
-    kinks = _SOON, chain_contacts.KINK, _KINK_SHARE, _MOST_CUTS, _LOCATED, _ROUNDING, *closing
+    contacts = chain_contacts.LOCATED, chain_contacts.ROUNDING, chain_contacts.ELASTIC, chain_contacts.VISCOUS
+    kinks = _SOON, chain_contacts.KINK, _KINK_SHARE, _MOST_CUTS, *contacts
     peaks = _NEARLY, _HOPELESS, _MOST_TURNS, _NEAR, _PASSED, _WAVE
     settings = np.concatenate((job.settings, window, control, kinks, peaks, job.found))
     compiled.run(job.method.packed, *tables, job.stops, job.times, settings, job.table, job.samples, expired)
@@ -83,6 +79,7 @@ class _March(Contacts):
         self.n = min(job.window, self.bodies) if job.law is None else self.bodies
         stages = len(job.method.nodes)
         self.stages, self.powers = np.zeros((stages, self.bodies + 2)), np.zeros((stages, self.bodies))
+        self.rates = self.impulses = np.empty(0)
         self.stops = [*job.stops.tolist(), math.inf]
         self.driven = job.problem is not None
         _, self.time, self.arrival, self.work, self.steps, self.evaluations, self.size = job.found.tolist()
@@ -100,40 +97,46 @@ class _March(Contacts):
 
         Also returns the impulses of the applied force at the stages, since the beginning of the step.
         """
-        method, h = self.job.method, size
-        x, v, inverse = start.x, start.v, self.inverse[low:high]
-        y, z = x.copy(), v.copy()
-        impulses, shift = [0.0], 0.0
-        square = h * h
+        method, h, square = self.job.method, size, size * size
+        part, beside = slice(low, high), slice(low, high + 1)
+        x, v, inverse = start.x[part], start.v[part], self.inverse[part]
+        whole_y, whole_z = start.x.copy(), start.v.copy()
+        y, z = whole_y[part], whole_z[part]
+        nodes, first, *later = method.columns
+        coasting = x + nodes * h * v
+        impulses = [0.0]
         self.stages[0] = start.f
         self.powers[0, : self.n] = start.powers
-        part = slice(low, high)
-        f = self.stages[:, low : high + 1]
-        for i in range(1, len(method.nodes)):
-            sums = np.add.reduce(method.positions[i, :i, None] * f[:i], axis=0)
-            c = float(method.nodes[i])
-            y[part] = x[part] + (c * h) * v[part] + square * (inverse * (sums[:-1] - sums[1:]))
+        # each force is added at once to all sums that contain it, in the same order as in the compiled code
+        sums = first * self.stages[0, beside]
+        terms, row, rows = np.empty_like(sums), 0, 1 + method.damped
+        for i, (c, column) in enumerate(zip(method.nodes[1:].tolist(), later, strict=True), start=1):
+            rates = inverse * np.subtract(sums[row : row + rows, :-1], sums[row : row + rows, 1:])
+            row += rows
+            np.add(coasting[i], square * rates[0], out=y)
             if method.damped:
-                sums = np.add.reduce(method.velocities[i, :i, None] * f[:i], axis=0)
-                z[part] = v[part] + h * (inverse * (sums[:-1] - sums[1:]))
+                np.add(v, h * rates[1], out=z)
             if self.driven and low == 0:
-                shift, impulse = self.shift(c * h, end if c == 1.0 else self.time + c * h)
-                impulses.append(impulse)
-                y[0] += shift
-                z[0] += self.inverse[0] * impulse
-            self.stages[i, low + 1 : high + 1], powers, _ = self.forces(y, z, low, high)
+                self.push(whole_y, whole_z, impulses, c * h, end if c == 1.0 else self.time + c * h)
+            self.stages[i, low + 1 : high + 1], powers, _ = self.forces(whole_y, whole_z, low, high)
             if self.damped:
                 self.powers[i, part] = powers
-        x1, v1 = x.copy(), v.copy()
-        position, velocity = np.add.reduce(method.weights[:2, :, None] * f, axis=1)
-        x1[part] = x[part] + h * v[part] + square * (inverse * (position[:-1] - position[1:]))
-        v1[part] = v[part] + h * (inverse * (velocity[:-1] - velocity[1:]))
+            left = sums[row:]
+            left += np.multiply(column, self.stages[i, beside], out=terms[row:])
+        self.impulses = sums[row + 1]
+        self.rates = inverse * np.subtract(sums[row:, :-1], sums[row:, 1:])
+        np.add(coasting[-1], square * self.rates[0], out=y)
+        np.add(v, h * self.rates[1], out=z)
         if self.driven and low == 0:
-            shift, impulse = self.shift(h, end)
-            impulses.append(impulse)
-            x1[0] += shift
-            v1[0] += self.inverse[0] * impulse
-        return x1, v1, impulses
+            self.push(whole_y, whole_z, impulses, h, end)
+        return whole_y, whole_z, impulses
+
+    def push(self, x: FloatArray, v: FloatArray, impulses: list[float], passed: float, time: float) -> None:
+        """Add the motion of body 0 by the applied force since the beginning of the step, and list the impulse."""
+        shift, impulse = self.shift(passed, time)
+        impulses.append(impulse)
+        x[0] += shift
+        v[0] += self.inverse[0] * impulse
 
     def shift(self, passed: float, time: float) -> tuple[float, float]:
         """Displacement of body 0 by the applied force since the beginning of the step, and the impulse."""
@@ -144,18 +147,12 @@ class _March(Contacts):
 
     def error(self, size: float) -> float:
         """Largest error of the last attempt over the tolerance."""
-        n, weights = self.n, self.job.method.weights
-        f = self.stages[:, : n + 1]
-        worst, scales = [], ((size * size, self.job.scales[1]), (size, self.job.scales[0]))
-        for pair in (weights[2:4], weights[4:6]):
-            most = 0.0
-            for row, (power, scale) in zip(pair, scales, strict=True):
-                sums = np.add.reduce(row[:, None] * f, axis=0)
-                changes = np.append(power * (self.inverse[:n] * (sums[:-1] - sums[1:])), 0.0)
-                error = np.max(np.abs(changes[:-1] - changes[1:]) / scale[:n])
-                most = most if error <= most else float(error)
-            worst.append(most)
-        return float(scaled_error(*worst) / self.tolerance)
+        n, rates = self.n, self.rates[2:].reshape(-1, 2, self.n)
+        changes = np.zeros((*rates.shape[:2], n + 1))  # the last one is that of the wall
+        np.multiply(rates, ((size * size,), (size,)), out=changes[..., :-1])
+        errors = np.abs(changes[..., :-1] - changes[..., 1:])
+        errors /= self.job.scales[::-1, :n]
+        return float(scaled_error(*np.maximum.reduce(errors, axis=(1, 2)).tolist()) / self.tolerance)
 
     def run(self) -> None:
         """Integrate to the end."""
@@ -197,42 +194,46 @@ class _March(Contacts):
         job.x[:], job.v[:] = start.x, start.v
         job.found[:] = status, self.time, self.arrival, self.work, self.steps, self.evaluations, self.size
 
-    def begin(self, x: FloatArray, v: FloatArray) -> End:
-        """The beginning of the next step; contacts with a dashpot close here."""
+    def begin(self, x: FloatArray, v: FloatArray, same: End | None = None) -> End:
+        """The beginning of the next step; contacts with a dashpot close here.
+
+        ``same`` is the end of the last step, where the forces are the same if no contact is switched or added.
+        """
         n = self.n
         if self.jumps:
-            d = (x[:n] - x[1 : n + 1]) + self.gap[:n] + self.base[:n]
-            w = v[:n] - v[1 : n + 1]
-            self.on[:n] = (d >= 0) | ((d >= -self.late(x, w)) & (w > 0))
-        start = self.end_of(x, v, self.time, n)
+            d, w = self.overlaps(x, 0, n)[1], v[:n] - v[1 : n + 1]
+            on = (d >= 0) | ((d >= -self.late(x, w, self.time)) & (w > 0))
+            same = same if np.array_equal(on, self.on[:n]) else None
+            self.on[:n] = on
+        if same is None or len(same.d) != n or self.job.law is not None:
+            same = self.end_of(x, v, self.time, n)
+        start = same
         f, best = start.f[1 : n + 1], self.job.peaks
         above = np.flatnonzero(f[: self.contacts] > best[0, : min(n, self.contacts)])
         best[0, above], best[1, above] = f[above], self.time
         return start
-
-    def late(self, x: FloatArray, w: FloatArray) -> FloatArray:
-        """Overlaps by which contacts with a dashpot may be early or late to close."""
-        n = len(w)
-        velocity, overlap = self.job.scales[:, :n]
-        most = np.minimum(velocity / np.maximum(self.both[:n] * self.c[:n], 1e-300), overlap)
-        least = _ROUNDING * (np.abs(x[:n]) + np.abs(x[1 : n + 1]) + self.time * np.abs(w))
-        return np.asarray(np.maximum(most * (_LOCATED * self.tolerance), least))
 
     def next_size(self, start: End) -> tuple[float, float]:
         """Size and end of the next step."""
         stop = min(self.stops[0], self.until)
         left, h = stop - self.time, self.size
         size = self.longest if self.driven else math.inf
-        d, w = start.d, start.w
-        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        near = np.flatnonzero(np.abs(start.d) < h * np.abs(start.w))
+        if near.size:
+            d, w = start.d[near], start.w[near]
             at = -d / w / h
-            opens = (not self.damped) & (kink_error(h, start.raw, 1 - at) > _KINK_SHARE * self.allowed(self.n))
-            ends = (np.abs(d) < h * np.abs(w)) & (at > _SOON) & ((d < 0) | opens)
+            soon = at > _SOON
+            if self.damped:
+                soon &= d < 0
+            else:
+                opens = kink_error(h, start.raw[near], 1 - at) > _KINK_SHARE * self.allowed(self.n)[near]
+                soon &= (d < 0) | opens
+            size = min(size, float((at[soon] * h).min(initial=math.inf)))
             if self.job.law is None:
                 # a contact has just closed: its force is a power of the time
-                for j in np.flatnonzero((w > 0) & (np.abs(d) < _SOON * h * w)).tolist():
-                    self.size = min(self.size, self.first_size(j, float(w[j])))
-        size = min(size, self.size, float((at[ends] * h).min(initial=math.inf)))
+                for j in near[np.abs(d) < _SOON * h * w].tolist():
+                    self.size = min(self.size, self.first_size(j, float(start.w[j])))
+        size = min(size, self.size)
         if size >= left:
             return left, stop
         size = min(size, left / 2)  # avoids a very short last step
@@ -247,7 +248,7 @@ class _March(Contacts):
         changes = acts != ((finish.d >= 0) & (finish.raw >= 0))
         if not changes.any():
             return share
-        late, allowed = self.late(finish.x, finish.w), self.allowed(self.n)
+        late, allowed = self.late(finish.x, finish.w, self.time), self.allowed(self.n)
         for j in np.flatnonzero(changes).tolist():
             d0, d1, raw0, raw1 = (float(a[j]) for a in (start.d, finish.d, start.raw, finish.raw))
             at = 0.5
@@ -275,7 +276,7 @@ class _March(Contacts):
         """Process an accepted step; the beginning of the next one."""
         job, n = self.job, self.n
         weights = job.method.weights[1][:, None]
-        job.sums[0, :n] += size * np.add.reduce(weights * self.stages[:, 1 : n + 1], axis=0)
+        job.sums[0, :n] += size * self.impulses[1:]
         if self.damped:
             lost = size * np.add.reduce(weights * self.powers[:, :n], axis=0)
             # a contact that is cut off loses its energy, whatever the length of the step
@@ -298,20 +299,13 @@ class _March(Contacts):
         last = max(n - _MARGIN, 0)
         if n < self.bodies and max(abs(finish.x[last]), abs(finish.v[last])) > _AT_REST:
             self.n = min(n + _GROWTH, self.bodies)
-        self.raise_scales(finish)
+        self.raise_scales(finish, self.n)
         if job.law is not None:
             count = self.contacts
             self.state = job.law.update(finish.d[:count], finish.w[:count], self.state)
-        following = self.begin(finish.x, finish.v)
+        following = self.begin(finish.x, finish.v, finish)
         self.look_for_arrival(following)
         return following
-
-    def raise_scales(self, finish: End) -> None:
-        """Raise the scales of the errors to what was reached, or is expected next to it."""
-        reached = np.abs(finish.w), self.changes(finish)
-        for scale, values, reach in zip(self.job.scales, reached, (self.reach_w, self.reach_u), strict=True):
-            scale[: len(values)] = np.maximum(scale[: len(values)], values)
-            scale[1 : self.n] = np.maximum(scale[1 : self.n], reach[1 : self.n] * scale[: self.n - 1])
 
     def add_work(self, finish: End, size: float, end: float, impulses: list[float]) -> None:
         """Add the work of the force, integrated by parts: J w + J^2/2m minus the integral of J w'.

@@ -37,10 +37,12 @@ def around_tops(f: FloatArray, r: FloatArray) -> tuple[FloatArray, FloatArray, F
     """
     rise = f[1] - f[0]
     c, e = 3 * rise - 2 * r[0] - r[1], r[0] + r[1] - 2 * rise
+    low, high = np.array((np.zeros(len(rise)), *f[:1], *r[:1])), np.array((np.ones(len(rise)), *f[1:], *r[1:]))
     with np.errstate(all="ignore"):
         at = -c / (3 * e)
-        middle = np.array([at, f[0] + at * (r[0] + at * (c + at * e)), r[0] + at * (2 * c + at * 3 * e)])
-    inside = (at > 0) & (at < 1)
-    low = np.where(inside & (r[0] <= 0) & (r[1] <= 0), middle, np.array([np.zeros_like(at), f[0], r[0]]))
-    high = np.where(inside & (r[0] > 0) & (r[1] > 0), middle, np.array([np.ones_like(at), f[1], r[1]]))
+        bends = (at > 0) & (at < 1) & ((r[0] > 0) == (r[1] > 0))
+        if bends.any():
+            middle = np.array([at, f[0] + at * (r[0] + at * (c + at * e)), r[0] + at * (2 * c + at * 3 * e)])
+            low = np.where(bends & (r[0] <= 0), middle, low)
+            high = np.where(bends & (r[0] > 0), middle, high)
     return low, high, np.maximum(low[1], high[1]) + 0.25 * (high[0] - low[0]) * (low[2] - high[2])

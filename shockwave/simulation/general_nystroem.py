@@ -45,6 +45,19 @@ class GeneralTableau:
     damped: bool
 
     @cached_property
+    def columns(self) -> tuple[FloatArray, ...]:
+        """The nodes and 1, and for each stage its coefficients in the sums to which it contributes, each shape (n, 1).
+
+        The sums are those of the positions, and velocities if there are stages of them, in the later stages, and of the
+        weights, unless these are zero.
+        """
+        used = (self.positions, self.velocities)[: 1 + self.damped]
+        weights = self.weights if self.weights[4:].any() else self.weights[:4]
+        sums = np.concatenate((np.stack(used, axis=1)[1:].reshape(-1, len(self.nodes)), weights))
+        stages = [sums[len(used) * stage :, stage, None].copy() for stage in range(len(self.nodes))]
+        return np.append(self.nodes, 1.0)[:, None], *stages
+
+    @cached_property
     def packed(self) -> FloatArray:
         """One-dimensional array for the compiled code."""
         head = [len(self.nodes), self.error_order, self.damped]
@@ -58,14 +71,10 @@ class GeneralTableau:
 def of_nystroem(method: type[Nystroem]) -> GeneralTableau:
     """The tableau of a pair for x'' = a(t, x)."""
     tableau = method.tableau
-    stages = len(tableau.nodes) + 1
-    positions = np.zeros((stages, stages))
-    for row, values in enumerate(tableau.stages, start=1):
-        positions[row, :row] = values
-    weights = np.concatenate((tableau.weights, np.zeros((2, stages))))
+    weights = np.concatenate((tableau.weights, np.zeros_like(tableau.weights[:2])))
     nodes = np.append(0.0, tableau.nodes)
-    none = np.zeros_like(positions)
-    return GeneralTableau(nodes, positions, none, weights, method.error_order, damped=False)
+    none = np.zeros_like(tableau.stages)
+    return GeneralTableau(nodes, tableau.stages, none, weights, method.error_order, damped=False)
 
 
 @cache
@@ -86,6 +95,6 @@ def dop853() -> GeneralTableau:
     return GeneralTableau(c, positions, velocities, weights, error_order=7, damped=True)
 
 
-def scaled_error(first: float, second: float) -> float:
+def scaled_error(first: float, second: float = 0.0) -> float:
     """Error of a step from those of one or two embedded methods (Hairer, Norsett & Wanner, eq. II.10.17)."""
     return first if second == 0 else first * first / math.sqrt(first * first + 0.01 * second * second)

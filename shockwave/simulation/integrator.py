@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import abc
+import math
 from collections.abc import Callable, Iterator
 from typing import Any, ClassVar, Literal, TypeAlias
 
+import numpy as np
 from attrs import define, field, frozen
 
 from shockwave.quadrature import FloatArray
@@ -113,5 +115,11 @@ class Counted:
 
     def __call__(self, time: float, x: FloatArray) -> FloatArray:
         self.integrator.evaluations += 1
-        # begin + (until - begin) may exceed until by a rounding error
-        return self.acceleration(min(time, self.until), x)
+        # begin + (until - begin) may exceed until by a rounding error; arithmetic with NumPy's numbers is slow
+        return self.acceleration(min(float(time), self.until), x)
+
+
+def finite(*arrays: FloatArray) -> bool:
+    """Whether all values are finite, and not too large to be squared."""
+    # faster than a check of each value
+    return all(map(math.isfinite, [np.vdot(array, array) for array in arrays]))

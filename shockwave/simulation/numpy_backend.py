@@ -10,13 +10,13 @@ import numpy as np
 
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
+from shockwave.simulation.force_law import contact_force, power_force
 from shockwave.simulation.nystroem import Nystroem, kink
 from shockwave.simulation.one_step import Attempt
 from shockwave.simulation.peak_limit import (
     KEPT,
     NOISE,
     STRIDE,
-    contact_force,
     crossing,
     either,
     grown,
@@ -30,7 +30,6 @@ from shockwave.simulation.problem import (
     Status,
     WindowAcceleration,
     contact_forces,
-    power_force,
 )
 from shockwave.simulation.time_limit import expired
 
@@ -60,7 +59,7 @@ _RIVAL = 2.0
 # A granule in free flight with velocity v makes a wave of less than (this times v)^(2p/(p + 1)).
 _FREE_FLIGHT = 2.075
 # Number of contacts from which on arrays are faster than numbers.
-_MANY = 32
+_MANY = 20
 # Position of the granule beyond a free end, out of reach of all others.
 _FAR = 1e30
 
@@ -244,15 +243,15 @@ class _Window:
         before, after = self.v[:-2] - self.v[1:-1], tried.v[:-2] - tried.v[1:-1]
         before[0] += self.free[1]
         after[0] += free[1]
-        at = np.flatnonzero((before > 0) & (after <= 0))
+        at = ((before > 0) & (after <= 0)).nonzero()[0]
         if not at.size:
             return
-        closed, opened = (x[at] - x[at + 1] for x in (tried.x, self.x))
+        closed, opened = tried.x[at] - tried.x[at + 1], self.x[at] - self.x[at + 1]
         if at[0] == 0:
             closed[0] += free[0]
             opened[0] += self.free[0]
         ahead = at > self.head - self.base
-        strong = np.flatnonzero((closed >= _WEAK) | (ahead & ((closed > _SLIGHT) | (at == 0))))
+        strong = ((closed >= _WEAK) | (ahead & ((closed > _SLIGHT) | (at == 0)))).nonzero()[0]
         if not strong.size:
             return
         at = at[strong]
@@ -263,13 +262,12 @@ class _Window:
             numbers = zip(*(rate.tolist() for rate in rates), strict=True)
             shares, moved = np.array([crossing(either, *each) for each in numbers]).T
         forces = power_force(np.maximum(opened[strong] + size * moved, 0.0), self.exponent)
-        for j, share, force in zip(at.tolist(), shares.tolist(), forces.tolist(), strict=True):
-            if force < _FLOOR:
-                continue
-            if self.base + j > self.head:
+        front = int(at.searchsorted(self.head - self.base, "right"))
+        behind = (forces[:front] >= _FLOOR).nonzero()[0]
+        self.late[at[behind]], self.since[at[behind]] = forces[behind], self.time + shares[behind] * size
+        for j, share, force in zip(at[front:].tolist(), shares[front:].tolist(), forces[front:].tolist(), strict=True):
+            if force >= _FLOOR:
                 self._add_peak(j, size, share)
-            else:
-                self.late[j], self.since[j] = force, self.time + share * size
 
     def _add_peak(self, j: int, size: float, share: float) -> None:
         """Process a peak of the front at local contact j."""
@@ -350,8 +348,8 @@ class _Window:
         forces = contact_forces(self.x[: front + 1], self.exponent)
         v = self.v[:front]
         flying = (forces == 0) & (np.append(0.0, forces[:-1]) == 0) & (v > 0)
-        thrown = (_FREE_FLIGHT * np.where(flying, v, 0.0)) ** (1 / self.problem.wave.of_momentum)
-        return float(np.max([recent, forces, thrown])) / self.peaks[-1].force
+        thrown = (_FREE_FLIGHT * v[flying]) ** (1 / self.problem.wave.of_momentum)
+        return float(np.max([recent.max(), forces.max(), thrown.max(initial=0.0)])) / self.peaks[-1].force
 
     def primary(self) -> Primary:
         """The leading wave, from the smallest force behind its peak, and the balances of the chain."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
@@ -14,9 +15,10 @@ from attrs import define, field, frozen
 
 from shockwave.chain.chain import HERTZ
 from shockwave.quadrature import FloatArray
+from shockwave.simulation.force_law import stiffening
 from shockwave.simulation.integrator import Acceleration
 from shockwave.simulation.one_step import Attempt, OneStep, Scalar
-from shockwave.simulation.problem import ChainAcceleration, overlaps, stiffening
+from shockwave.simulation.problem import ChainAcceleration, overlaps
 
 _NONE = np.empty(0)
 # Error of a step in which a contact opens or closes, over its length and the force at the change of the overlap.
@@ -34,21 +36,25 @@ class Tableau:
     ----------
     nodes : array, shape (stages - 1,)
         c of each stage after the first, in units of the step; the last one is 1.
-    stages : tuple of arrays
-        a_i1, ..., a_i,i-1 of each stage after the first.
+    stages : array, shape (stages, stages)
+        a_ij, strictly lower triangular.
     weights : array, shape (4, stages)
         b and b' of position and velocity, and their differences from those of the embedded method.
     last_is_first : bool
         Whether the last stage is the acceleration at the end of the step, and so the first stage of the next step.
+    columns : tuple of arrays, each of shape (n, 1)
+        The nodes, and for each stage its coefficients in the sums to which it contributes: in later stages, in the
+        position at the end if that is not the last stage, and in the other weights.
     packed : array
         One-dimensional array for the compiled code: number of stages, order of the embedded method, last_is_first, c,
         the square matrix a, and the weights.
     """
 
     nodes: FloatArray
-    stages: tuple[FloatArray, ...]
+    stages: FloatArray
     weights: FloatArray
     last_is_first: bool
+    columns: tuple[FloatArray, ...]
     packed: FloatArray
 
     @property
@@ -72,8 +78,9 @@ class Tableau:
             square[row, : len(texts)] = _fractions(texts)
         last_is_first = bool(np.array_equal(square[-1], weights[0]))
         packed = np.concatenate([[len(c), error_order, last_is_first], c, square.ravel(), weights.ravel()])
-        stages = tuple(square[row, :row] for row in range(1, len(c)))
-        return cls(c[1:], stages, weights, last_is_first, packed)
+        sums = np.concatenate((square[1:], weights[last_is_first:]))
+        columns = [c[1:, None], *(sums[stage:, stage, None].copy() for stage in range(len(c)))]
+        return cls(c[1:], square, weights, last_is_first, tuple(columns), packed)
 
 
 def kink(x: FloatArray, end: FloatArray, paths: Sequence[float], size: float, exponent: float) -> float:
@@ -111,6 +118,8 @@ class Nystroem(OneStep):
 
     #: The compiled module, or None for NumPy.
     compiled: ModuleType | None = field(default=None, repr=False)
+    # The arrays of large windows are kept: new memory takes as long as the arithmetic.
+    _memory: FloatArray = field(factory=lambda: np.empty(0), init=False, repr=False, eq=False)
 
     def attempt(
         self, acceleration: Acceleration, time: Scalar, size: Scalar, x: FloatArray, v: FloatArray, a: FloatArray
@@ -134,24 +143,36 @@ class Nystroem(OneStep):
         if self.compiled is not None and isinstance(chain, ChainAcceleration):
             return self._compiled_attempt(self.compiled, chain, float(time), float(size), np.concatenate((x, v, a)))
         tableau = self.tableau
-        rates, terms = np.empty((2, len(tableau.nodes) + 1, *x.shape))
-        column = (-1,) + (1,) * x.ndim
+        columns = tableau.columns if x.ndim == 1 else [column[..., None] for column in tableau.columns]
+        nodes, first, *later = columns
         square = size * size
-        # Same order of summation as in the compiled code: the results are identical to the last bit.
-        coasting = x + tableau.nodes.reshape(column) * size * v
-        rates[0] = a
-        for row, weights in enumerate(tableau.stages, start=1):
-            np.multiply(rates[:row], weights.reshape(column), out=terms[:row])
-            end = np.add.reduce(terms[:row], axis=0)
-            end *= square
-            end += coasting[row - 1]
-            a = rates[row] = acceleration(time + tableau.nodes[row - 1] * size, end)
-        position, velocity, error_x, error_v = np.add.reduce(tableau.weights.reshape(4, *column) * rates, axis=1)
-        end = coasting[-1] + square * position
+        stages, rows = len(nodes), len(nodes) + len(first)
+        work = self._work_array(rows + len(first), *x.shape)
+        coasting, sums, terms = work[:stages], work[stages:rows], work[rows:]
+        np.multiply(nodes * size, v, out=coasting)
+        coasting += x
+        # Each acceleration is added to all sums that contain it, in the same order as in the compiled code: the results
+        # are identical to the last bit.
+        np.multiply(first, a, out=sums)
+        for row, (node, column) in enumerate(zip(tableau.nodes.tolist(), later, strict=True)):
+            end = square * sums[row]
+            end += coasting[row]
+            a = acceleration(time + node * size, end)
+            left = sums[row + 1 :]
+            left += np.multiply(column, a, out=terms[row + 1 :])
         if not tableau.last_is_first:
+            end = coasting[-1] + square * sums[-4]
             a = acceleration(time + size, end)
-        error = np.maximum(np.abs(square * error_x), np.abs(size * error_v)).max(axis=0)
-        return Attempt(end, v + size * velocity, a, error)
+        error_x, error_v = np.maximum.reduce(np.abs(sums[-2:]), axis=1)
+        error = np.maximum(square * error_x, size * error_v)
+        return Attempt(end, v + size * sums[-3], a, error)
+
+    def _work_array(self, *shape: int) -> FloatArray:
+        """An array in memory that the next attempt uses again."""
+        size = math.prod(shape)
+        if size > len(self._memory):
+            self._memory = np.empty(2 * size)
+        return self._memory[:size].reshape(shape)
 
     def _compiled_attempt(
         self, compiled: ModuleType, chain: ChainAcceleration, time: float, size: float, state: FloatArray

@@ -13,7 +13,7 @@ from attrs import define
 
 from shockwave.errors import NumericalError
 from shockwave.quadrature import FloatArray
-from shockwave.simulation.integrator import LONGEST_STEP, Acceleration, Counted, Integrator, Step
+from shockwave.simulation.integrator import LONGEST_STEP, Acceleration, Counted, Integrator, Step, finite
 
 #: A number, or an array of shape (batch,) with a number for each chain of a batch.
 Scalar: TypeAlias = "float | FloatArray"
@@ -86,7 +86,7 @@ class OneStep(Integrator):
             smallest = _MIN_STEP * max(1.0, abs(time))
             end = self._end(time, until, max(size, smallest))
             tried = self._try(counted, time, end - time, x, v, a)
-            good = _finite(tried)
+            good = math.isfinite(float(tried.error)) and finite(tried.x, tried.v, tried.a)
             accepted = good and (not self.adaptive or float(tried.error) <= self.tolerance)
             if self.adaptive:
                 factor = self._factor(float(tried.error) / self.tolerance) if good else _MIN_FACTOR
@@ -127,9 +127,3 @@ class OneStep(Integrator):
         self, acceleration: Acceleration, begin: float, x: FloatArray, v: FloatArray, a: FloatArray, time: float
     ) -> tuple[FloatArray, FloatArray]:
         return self._try(acceleration, begin, time - begin, x, v, a)[:2]
-
-
-def _finite(tried: Attempt) -> bool:
-    # The sum of squares is finite if all values are, and is faster to compute than a check of each value.
-    arrays = (tried.x, tried.v, tried.a)
-    return math.isfinite(float(tried.error)) and all(math.isfinite(np.vdot(array, array)) for array in arrays)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from shockwave.quadrature import FloatArray
-from shockwave.simulation.problem import power_force, stiffening
+from shockwave.simulation.force_law import power_force
 
 #: Number of contacts between the peaks that are used for the limit.
 STRIDE = 4
@@ -105,13 +105,8 @@ def grown(late: FloatArray, since: FloatArray, now: float, growing: float) -> Fl
     for back in range(1, min(_TREND, front - 1) + 1):
         same[back:] &= (since[:-back] < since[1 : front - back + 1]) & (late[:-back] > 0)
         same[:back] = False
-        change[same] = np.abs(late[same] - late[np.flatnonzero(same) - back]) / back
+        np.copyto(change[back:], np.abs(late[back:] - late[:-back]) / back, where=same[back:])
     return np.where(now - since < _RECENT, late + np.minimum(growing * change, late), 0.0)
-
-
-def contact_force(overlap: float, exponent: float) -> float:
-    """Contact force at an overlap, in scaled units."""
-    return overlap * stiffening(overlap, exponent) if overlap > 0 else 0.0
 
 
 def window_energy(x: FloatArray, v: FloatArray, exponent: float) -> float:

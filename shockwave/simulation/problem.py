@@ -22,11 +22,11 @@ from attrs import define, field, frozen
 
 from shockwave.chain.chain import HERTZ
 from shockwave.chain.solitary_wave import WaveLaw, wave_law
-from shockwave.numerics import elementwise
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.guard import trusted
 from shockwave.profiles.power_law import ManyPowers, Powers
 from shockwave.quadrature import FloatArray
+from shockwave.simulation.force_law import contact_force, power_force, stiffenings
 
 if TYPE_CHECKING:
     from shockwave.profiles.free_path import FreePath
@@ -35,6 +35,10 @@ if TYPE_CHECKING:
 _MAX_STOPS = 64
 # Least number of power laws whose tables are computed faster together.
 _TOGETHER = 8
+# Largest number of granules for which numbers are faster than arrays.
+_FEW = 12
+# As an array, which need not be made from a number every time.
+_ZERO = np.zeros(())
 # Duration of the shortest long shock, in characteristic times.
 _LONG = 10.0
 # Times at which the force is sampled, over its duration: midpoints of equal intervals, so that both ends are excluded.
@@ -220,32 +224,23 @@ class WindowAcceleration:
         return result
 
 
-def stiffening(overlap: float, exponent: float) -> float:
-    """The power p - 1 of an overlap; the root for Hertz's p, which is equal to the last bit everywhere."""
-    return math.sqrt(overlap) if exponent == HERTZ else math.pow(overlap, exponent - 1)
-
-
-def stiffenings(overlap: FloatArray, exponent: float) -> FloatArray:
-    """The power p - 1 of these overlaps, zero or positive."""
-    if exponent == HERTZ:
-        return np.asarray(np.sqrt(overlap))
-    # the steps amplify a difference in the last digit
-    return elementwise(lambda each: math.pow(each, exponent - 1), overlap)
-
-
-def power_force(overlap: FloatArray, exponent: float = HERTZ) -> FloatArray:
-    """Contact forces at these overlaps, zero or positive."""
-    return np.asarray(overlap * stiffenings(overlap, exponent))
-
-
 def chain_acceleration(y: FloatArray, shift: float = 0.0, exponent: float = HERTZ) -> FloatArray:
     """Accelerations of granules at ``y``, with the first at ``y[0] + shift``; shape (granules,)."""
+    if len(y) <= _FEW:
+        here, *others = y.tolist()
+        here += shift
+        behind, accelerations = 0.0, []
+        for other in others:
+            ahead = contact_force(here - other, exponent)
+            accelerations.append(behind - ahead)
+            here, behind = other, ahead
+        return np.array([*accelerations, behind])
     forces = np.zeros(len(y) + 1)
     contacts = forces[1:-1]
     np.subtract(y[:-1], y[1:], out=contacts)
     if shift:
         contacts[0] = (y[0] + shift) - y[1]
-    np.maximum(contacts, 0.0, out=contacts)
+    np.maximum(contacts, _ZERO, out=contacts)
     contacts *= stiffenings(contacts, exponent)
     return np.asarray(forces[:-1] - forces[1:])
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from functools import cache, partial
+from functools import partial
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -13,7 +13,7 @@ from attrs import define
 
 from shockwave.errors import NumericalError
 from shockwave.quadrature import FloatArray
-from shockwave.simulation.integrator import LONGEST_STEP, Acceleration, Counted, Integrator, Step
+from shockwave.simulation.integrator import LONGEST_STEP, Acceleration, Counted, Integrator, Step, finite
 
 # Smallest relative tolerance that SciPy accepts; the absolute tolerance controls the error.
 _RELATIVE = 2.3e-14
@@ -51,7 +51,7 @@ class ScipySolver(Integrator):
             return np.concatenate((state[granules:], counted(time, state[:granules])))
 
         def started(time: float, state: FloatArray, error: float, size: float) -> Any:
-            return self.solver(
+            solver = self.solver(
                 derivative,
                 time,
                 state,
@@ -62,6 +62,8 @@ class ScipySolver(Integrator):
                 first_step=size,
                 **self._settings(granules),
             )
+            solver.fun = derivative  # without a count and a conversion
+            return solver
 
         def repeated(time: float, state: FloatArray, size: float) -> Any:
             with np.errstate(over="ignore", invalid="ignore"):
@@ -83,24 +85,29 @@ class ScipySolver(Integrator):
             end, after, rate = float(solver.t), solver.y, solver.f
             # most steps are never interpolated, and it takes as long as a third of a step
             again = partial(repeated, time, state, solver.step_size)
-            dense = cache(again) if self.repeats else partial(_same, solver.dense_output())
-            interpolate = partial(_interpolated, dense, granules)
+            dense = _Dense(again, None if self.repeats else solver.dense_output())
+            interpolate = partial(dense.at, granules)
             yield Step(time, end, after[:granules], after[granules:], rate[granules:], interpolate, solver.h_abs)
             time = end
 
     def _check(self, solver: Any, time: float, message: str | None) -> None:
-        if message is not None or not np.all(np.isfinite((solver.y, solver.f))):
+        if message is not None or not finite(solver.y, solver.f):
             reason = message or "values are not finite"
             raise NumericalError(f"{self.name} cannot step beyond t = {time:g} T0 ({reason})")
 
 
-def _same(dense: Any) -> Any:
-    return dense
+@define(eq=False)
+class _Dense:
+    """Interpolant of a step, which ``repeated`` computes when it is first used if it is None."""
 
+    repeated: Callable[[], Any]
+    interpolant: Any
 
-def _interpolated(dense: Callable[[], Any], granules: int, time: float) -> tuple[FloatArray, FloatArray]:
-    state = dense()(time)
-    return state[:granules], state[granules:]
+    def at(self, granules: int, time: float) -> tuple[FloatArray, FloatArray]:
+        if self.interpolant is None:
+            self.interpolant = self.repeated()
+        state = self.interpolant(time)
+        return state[:granules], state[granules:]
 
 
 @define

@@ -1,0 +1,34 @@
+"""The force of a contact in scaled units, a power of the overlap, for numbers and for arrays."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from shockwave.chain.chain import HERTZ
+from shockwave.numerics import elementwise
+from shockwave.quadrature import FloatArray
+
+
+def stiffening(overlap: float, exponent: float) -> float:
+    """The power p - 1 of an overlap; the root for Hertz's p, which is equal to the last bit everywhere."""
+    return math.sqrt(overlap) if exponent == HERTZ else math.pow(overlap, exponent - 1)
+
+
+def stiffenings(overlap: FloatArray, exponent: float) -> FloatArray:
+    """The power p - 1 of these overlaps, zero or positive."""
+    if exponent == HERTZ:
+        return np.asarray(np.sqrt(overlap))
+    # the steps amplify a difference in the last digit
+    return elementwise(lambda each: math.pow(each, exponent - 1), overlap)
+
+
+def power_force(overlap: FloatArray, exponent: float = HERTZ) -> FloatArray:
+    """Contact forces at these overlaps, zero or positive."""
+    return np.asarray(overlap * stiffenings(overlap, exponent))
+
+
+def contact_force(overlap: float, exponent: float) -> float:
+    """Contact force at an overlap, in scaled units."""
+    return overlap * stiffening(overlap, exponent) if overlap > 0 else 0.0
