@@ -708,29 +708,6 @@ static void accept(const Method *m, const Batch *batch, Window *w, Lane *lane, i
     if ((double)lane->head > job[MAX_CONTACTS] || lane->effort > job[MAX_WORK]) lane->status = TOO_LONG;
 }
 
-/* Displacements and impulses of the free granules: at the stages in `shift` and `impulses`, stages x BLOCK, and at
-   beginning and end of the step in `path`. */
-static void drive(const Method *m, const Window *w, Lane *lanes, const double *h, const int *stop, double (*path)[4],
-                  double *shift, double *impulses)
-{
-    int i, l;
-    for (l = 0; l < w->lanes; l++) {
-        Lane *lane = lanes + l;
-        path[l][2] = path[l][3] = 0;
-        if (lane->job < 0 || !lane->driven) continue;
-        shift[l] = path[l][0];
-        impulses[l] = path[l][1];
-        for (i = 1; i < m->stages; i++) {
-            const double t = stop[l] && m->c[i] == 1 ? lane->until : lane->t + m->c[i] * h[l];
-            double *const g = shift + i * BLOCK + l, *const impulse = impulses + i * BLOCK + l;
-            if (m->c[i] != m->c[i - 1]) free_path(&lane->path, t, g, impulse);
-            else { *g = g[-BLOCK]; *impulse = impulse[-BLOCK]; }
-        }
-        path[l][2] = shift[(m->stages - 1) * BLOCK + l];
-        path[l][3] = impulses[(m->stages - 1) * BLOCK + l];
-    }
-}
-
 /* Chooses the next step size in a lane from the errors of the last; returns whether the last step is accepted. */
 static int control(const Method *m, const double *job, Lane *lane, double h, double worst, double kink, int at_stop)
 {
@@ -767,10 +744,36 @@ static void swap(double **one, double **other)
 
 /* A trial step of all lanes: sizes, whether it ends at a stop, whether it is accepted, and the free granules. */
 typedef struct {
-    double h[BLOCK], worst[BLOCK], kink[BLOCK], shift[MAX_STAGES * BLOCK], impulses[MAX_STAGES * BLOCK];
+    double h[BLOCK], worst[BLOCK], kink[BLOCK], paths[MAX_STAGES * BLOCK], impulses[MAX_STAGES * BLOCK];
+    const double *shift; /* `paths`, or zeros if no force acts */
     int stop[BLOCK], accepted[BLOCK];
     long n;
 } Trial;
+
+/* Displacements and impulses of the free granules at the stages, and in `path` at beginning and end of the step. */
+static void drive(const Method *m, const Window *w, Lane *lanes, double (*path)[4], Trial *trial)
+{
+    static const double none[MAX_STAGES * BLOCK];
+    int i, l;
+    trial->shift = none;
+    for (l = 0; l < w->lanes; l++) {
+        Lane *lane = lanes + l;
+        path[l][2] = path[l][3] = 0;
+        if (lane->job < 0 || !lane->driven) continue;
+        if (trial->shift == none) memset(trial->paths, 0, (size_t)(m->stages * BLOCK) * sizeof(double));
+        trial->shift = trial->paths;
+        trial->paths[l] = path[l][0];
+        trial->impulses[l] = path[l][1];
+        for (i = 1; i < m->stages; i++) {
+            const double t = trial->stop[l] && m->c[i] == 1 ? lane->until : lane->t + m->c[i] * trial->h[l];
+            double *const g = trial->paths + i * BLOCK + l, *const impulse = trial->impulses + i * BLOCK + l;
+            if (m->c[i] != m->c[i - 1]) free_path(&lane->path, t, g, impulse);
+            else { *g = g[-BLOCK]; *impulse = impulse[-BLOCK]; }
+        }
+        path[l][2] = trial->paths[(m->stages - 1) * BLOCK + l];
+        path[l][3] = trial->impulses[(m->stages - 1) * BLOCK + l];
+    }
+}
 
 /* Sets `most` to the largest change of the overlap of contacts that open or close between x and x1, for each element of
    a block; `path` are the displacements of the first granules at both times. */
@@ -814,7 +817,6 @@ static void find_kinks(const Window *w, const Lane *lanes, double (*path)[4], Tr
 /* Chooses the step sizes and attempts the steps. Returns 0 without memory. */
 static int try_steps(const Method *m, Window *w, Lane *lanes, double (*path)[4], Trial *trial)
 {
-    const size_t used = (size_t)(m->stages * BLOCK) * sizeof(double);
     const int width = (int)w->lanes;
     long rows = 0;
     int l;
@@ -832,9 +834,7 @@ static int try_steps(const Method *m, Window *w, Lane *lanes, double (*path)[4],
     }
     trial->n = ((rows + 1) * width + BLOCK - 1) / BLOCK * BLOCK;
     if (trial->n > w->used) w->used = trial->n;
-    memset(trial->shift, 0, used);
-    memset(trial->impulses, 0, used);
-    drive(m, w, lanes, trial->h, trial->stop, path, trial->shift, trial->impulses);
+    drive(m, w, lanes, path, trial);
     if (!m->last_is_next) stage(trial->n, 0, 0, m->a, trial->h, trial->shift, w);
     attempt(m, w, trial->n, trial->h, trial->shift, trial->worst);
     for (l = width; l < BLOCK; l++) if (!(trial->worst[l] <= trial->worst[0])) trial->worst[0] = trial->worst[l];
