@@ -1063,6 +1063,7 @@ static int load(March *r, long base, long all)
     lane->count = all - base;
     if (!make_room(&r->w, lane->count + 24)) return 0;
     clear(r->method, &r->w, 0, 0);
+    if (lane->count + BLOCK > r->w.used) r->w.used = lane->count + BLOCK; /* as far as `restart` */
     memcpy(r->w.x, r->x + base, (size_t)lane->count * sizeof(double));
     memcpy(r->w.v, r->v + base, (size_t)lane->count * sizeof(double));
     memcpy(r->w.k[0], r->a + base, (size_t)lane->count * sizeof(double));
