@@ -31,14 +31,14 @@ _ROUNDING = 2e-13
 # Relative rounding error of a float.
 _EPSILON = 2e-16
 # Largest number of repetitions of a search that does not meet its tolerance, each with a tolerance smaller by a decade.
-# A search that comes to no end is repeated with more work, and then also with larger tolerances, up to this one.
 _REPEATS = 2
+# Largest tolerance in the repetitions of an inconclusive search, which are also allowed more work.
 _LOOSEST = 1e-4
-# A search has come to no end if another wave may still exceed the leading wave by more than this fraction.
+# A search is inconclusive if another wave may still exceed the leading wave by more than this fraction.
 _OUTGROWN = 1e-3
 #: Longest shock, in characteristic times, that is measured on the whole chain if the search has failed; the waves of
-# longer shocks are too similar to be separated there.
-WORTHWHILE = 60.0
+#: longer shocks are too similar to be separated there.
+LONGEST_MEASURED = 60.0
 
 
 class Answer(NamedTuple):
@@ -51,7 +51,7 @@ class Answer(NamedTuple):
 
 
 def search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, Answer]:
-    """Leading waves found by the search, with the keys of their problems; the most accurate of several results."""
+    """Find the leading waves, with the keys of their problems; of several results, keep the most accurate."""
     if setup.search is None:
         return {}
     found: dict[int, Answer] = {}
@@ -59,7 +59,7 @@ def search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, Answer]
     if len(problems) > 1 and setup.compiled is not None:
         found, tried = _search_short(problems, setup, setup.search, setup.compiled)
     rest = {key: each for key, each in problems.items() if key not in found} if found else problems
-    shares = {key: _control_share(each) for key, each in rest.items()}
+    shares = {key: _tolerance_share(each) for key, each in rest.items()}
     # a tolerance whose contribution to the error estimate exceeds what was requested is not tried
     left = {key: int(shares[key] * setup.accuracy(each)[0] > setup.rtol) for key, each in rest.items()}
     unknown: dict[int, Primary] = {}
@@ -87,7 +87,7 @@ def search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, Answer]
                 left[key] = decades - repeats if repeats or primary.impulse else 1
         repeats += 1
     for key, primary in unknown.items():
-        if problems[key].duration > WORTHWHILE and primary.impulse and primary.peak:
+        if problems[key].duration > LONGEST_MEASURED and primary.impulse and primary.peak:
             found.setdefault(key, Answer(primary, 1.0))
     return found
 
@@ -95,23 +95,23 @@ def search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, Answer]
 def _search_short(
     problems: dict[int, ChainProblem], setup: Setup, method: type[Nystroem], compiled: ModuleType
 ) -> tuple[dict[int, Answer], dict[int, Primary]]:
-    """First search for the leading waves of short shocks, in arrays.
+    """Search once for the leading waves of short shocks, with `find_short`.
 
     Returns the answers that meet the tolerance, and the other leading waves.
     """
     found: dict[int, Answer] = {}
     tried: dict[int, Primary] = {}
-    kinds: dict[float, list[int]] = {}
+    by_exponent: dict[float, list[int]] = {}
     for key, problem in problems.items():
         if not problem.is_long:
-            kinds.setdefault(problem.exponent, []).append(key)
-    for keys in kinds.values():
+            by_exponent.setdefault(problem.exponent, []).append(key)
+    for keys in by_exponent.values():
         own = [problems[key] for key in keys]
-        shares = np.array([_control_share(each) for each in own])
+        shares = np.array([_tolerance_share(each) for each in own])
         usual, tighter = setup.accuracy(own[0]), setup.accuracy(own[0], decades=1)
         tight = shares * usual[0] > setup.rtol
-        tolerances, doubts = (np.where(tight, *pair) for pair in zip(tighter, usual, strict=True))
-        rows, errors_of_paths = find_short(own, tolerances, doubts, method, compiled)
+        tolerances, uncertainties = (np.where(tight, *pair) for pair in zip(tighter, usual, strict=True))
+        rows, errors_of_paths = find_short(own, tolerances, uncertainties, method, compiled)
         columns = Primary(*rows.T)
         with np.errstate(divide="ignore", invalid="ignore"):  # of searches without a result
             errors = _error(columns, errors_of_paths, shares * tolerances)
@@ -125,17 +125,17 @@ def _search_short(
     return found, tried
 
 
-def _error(primary: Primary, path_error: Any, control: Any) -> Any:
-    """Relative error estimate of the peak force; ``control`` is the contribution of the step tolerance.
+def _error(primary: Primary, path_error: Any, step_error: Any) -> Any:
+    """Relative error estimate of the peak force; ``step_error`` is the contribution of the step tolerance.
 
     The numbers may be arrays, with an element for each shock.
     """
     # The position of the first granule is the difference of the free-particle displacement and the chain's reaction.
     rounding = _ROUNDING + _EPSILON * primary.free_path
-    control = control + _DEFECTS * primary.energy_defect
-    return primary.doubt + control + path_error + rounding
+    step_error = step_error + _DEFECTS * primary.energy_defect
+    return primary.doubt + step_error + path_error + rounding
 
 
-def _control_share(problem: ChainProblem) -> float:
-    """Ratio of the contribution of the step tolerance to the error estimate to this tolerance."""
+def _tolerance_share(problem: ChainProblem) -> float:
+    """Contribution to the error estimate per unit of the step tolerance."""
     return _TOLERANCE_SHARE if len(problem.breakpoints) <= _SMOOTH else _RECORD_SHARE

@@ -31,7 +31,7 @@ _NEGLIGIBLE = 0.1
 _CORRECTIONS = 4
 # Newton step in time below which the error of the force is a rounding error.
 _NEAR = 1e-5
-# The same for a peak that is found without derivatives, by secants: the error after the last one is much smaller.
+# Last secant in time of the search for a peak without derivatives: the error that remains is much smaller.
 _AT_ONCE = 1e-7
 # Largest number of secants.
 _MOST_SECANTS = 60

@@ -106,7 +106,7 @@ class SimulationResult(Result):
     seconds : float
         Run time [s], which varies from run to run and is ignored in comparisons.
     search_warnings : tuple of str
-        Sentences on the limits of the result for the leading wave.
+        Warnings of the search for the leading wave.
     on_demand : callable
         Function that computes the ``train``, a ``passage`` or the ``recording`` when it is accessed.
     scenario : str or None
@@ -337,7 +337,7 @@ class SimulationResult(Result):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Changes made to a record, unusual values, and limits of the result for the leading wave.
+        """Warnings of changes to a record, unusual values and the accuracy of the leading wave.
 
         ``train.warnings`` has those of the train.
         """

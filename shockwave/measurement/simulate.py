@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.yielding import beyond_elastic
 from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError
-from shockwave.measurement.leading_wave import WORTHWHILE, Answer, search
+from shockwave.measurement.leading_wave import LONGEST_MEASURED, Answer, search
 from shockwave.measurement.recording import check_requests
 from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulation_setup import Setup, immeasurable, scaled, setup_of
@@ -32,9 +32,11 @@ if TYPE_CHECKING:
 
 __all__ = ["equal_granules", "immeasurable", "scaled", "setup_of", "simulate", "simulate_many", "simulate_with"]
 
-# Largest and least number of shocks that a thread takes at a time; a single thread need not wait for another.
+# Largest number of shocks that one of several threads takes at a time: more would leave threads idle at the end.
 _SHARE = 128
+# The same for a single thread.
 _SHARE_ALONE = 1024
+# Least number of shocks for a thread.
 _FEWEST = 16
 # Largest relative error estimate that is meaningful.
 _UNSETTLED = 0.1
@@ -260,7 +262,7 @@ def _measured(problem: ChainProblem, scales: Scales, setup: Setup) -> Answer:
 
     if expired():
         raise NumericalError("the time limit was reached before the leading wave was known (increase timeout or rtol)")
-    if setup.search is not None and problem.granules is None and problem.duration > WORTHWHILE:
+    if setup.search is not None and problem.granules is None and problem.duration > LONGEST_MEASURED:
         lasts = f"the shock lasts {problem.duration:.3g} characteristic times of its wave"
         raise NumericalError(f"the leading wave could not be found: {lasts} (shorten it)")
     if problem.granules is not None and setup.options.timeout is None and (reason := immeasurable(problem)):

@@ -104,7 +104,7 @@ class Setup:
         return Request(problem, *self.accuracy(problem, decades), contacts, _PATIENCE if patient else 1.0)
 
     def accuracy(self, problem: ChainProblem, decades: int = 0) -> tuple[float, float]:
-        """Tolerance and doubt of a `Request`, smaller by this number of decades."""
+        """Step tolerance, smaller by this number of decades, and permitted uncertainty of the limit for a `Request`."""
         if problem.rises_again:
             # Such a leading wave is examined late, when its changes are as small as the step errors.
             decades += 1

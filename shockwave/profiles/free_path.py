@@ -31,7 +31,7 @@ _MOST_KEPT = 256
 # Exponents of the displacement for which a polynomial is faster than a power.
 _POLYNOMIALS = range(2, 7)
 
-# Number of samples whose pieces are computed at a time.
+# Number of samples whose pieces are computed at a time, so that their arrays fit in the cache.
 _AT_A_TIME = 4096
 # Degree of the fitted polynomials.
 _DEGREE = 32
@@ -176,7 +176,7 @@ def of_samples(knots: FloatArray, forces: FloatArray, impulses: FloatArray, path
     """Table of a force that is linear between its knots, from force, impulse and path at the knots, each shape (k,)."""
     count = len(knots) - 1
     rows, coefficients = np.empty((count, 8)), np.empty((count, 4, 2))
-    for first in range(0, count, _AT_A_TIME):  # of long records the arrays of all samples exceed the caches
+    for first in range(0, count, _AT_A_TIME):
         part, after = slice(first, min(first + _AT_A_TIME, count)), slice(first + 1, first + _AT_A_TIME + 1)
         widths, left, rise = knots[after] - knots[part], forces[part], forces[after] - forces[part]
         gain, square = 0.5 * widths * impulses[part], widths**2

@@ -4,7 +4,7 @@
    method is followed by another exponent. Row j of an array contains granule j of all lanes, so that the element
    of granule j is e = j * lanes + lane; neighbours are `lanes` elements apart. The arithmetic does not depend on the
    number of lanes: the results of a shock are identical to the last bit, whether it runs alone or among others (as
-   long as products and sums are not fused, see setup.py).
+   long as the compiler does not fuse products and sums, see setup.py).
 
    The functions take buffers of float64 and have no state; the global interpreter lock is released while they run. */
 
@@ -23,7 +23,8 @@
 /* Compiled for several vector widths; the loader selects the widest that the processor supports. */
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
 #define WIDE __attribute__((target_clones("avx512f", "avx2", "default")))
-#define VECTORS
+/* `attempt` selects one of the versions of _step.h when it is called. */
+#define X86_VECTORS
 #include <immintrin.h>
 #else
 #define WIDE
@@ -77,7 +78,7 @@ static int method_of(const double *data, Py_ssize_t size, Method *method)
 
 /* Arrays of a window, each with at least `lanes` zeros before its first element and spare elements after its last. */
 typedef struct {
-    long lanes, room, used; /* number of elements of each array, and of those that can differ from zero */
+    long lanes, room, used; /* room: elements of each array; used: leading elements that may be nonzero */
     double exponent;
     double *block;
     double *x, *v, *x1, *v1, *y, *f, *late, *since, *k[MAX_STAGES];
@@ -166,7 +167,7 @@ static void combine(long n, const Method *m, const double *h, Window *w, double 
     }
 }
 
-#ifdef VECTORS
+#ifdef X86_VECTORS
 typedef double Values4 __attribute__((vector_size(32), aligned(8), may_alias));
 typedef long long Bits4 __attribute__((vector_size(32)));
 typedef double Values8 __attribute__((vector_size(64), aligned(8), may_alias));
@@ -178,15 +179,16 @@ typedef long long Bits8 __attribute__((vector_size(64)));
 #define Bits Bits4
 #define PARTS 2
 #define SINGLE(w) ((w)->lanes == 1)
-/* many blocks of a single lane have no closed contact; in several lanes they are too irregular to be predicted */
+/* A block without a closed contact needs no roots. One lane has many such blocks; with several lanes they are too irregular
+   for the branch to be predicted. */
 #define FORCES(e) \
     for (i = 0; i < PARTS; i++) force[i] = overlap[i]; \
     if (!single || !_mm256_testz_si256((__m256i)overlap[0] | (__m256i)overlap[1], (__m256i)overlap[0] | (__m256i)overlap[1])) \
         for (i = 0; i < PARTS; i++) force[i] *= (Values)_mm256_sqrt_pd((__m256d)overlap[i]);
 #include "_step.h"
 
-/* Square roots without the divider, which is slower than all other arithmetic together. They are rounded correctly, like
-   those of the divider (Markstein, IBM Journal of Research and Development 34 (1990) 111). */
+/* Square roots by Newton's method instead of the divider, which takes longer than all other arithmetic of a stage. They
+   are correctly rounded, like those of the divider (Markstein, IBM Journal of Research and Development 34 (1990) 111). */
 __attribute__((target("avx512f"))) static inline __m512d roots(__m512d d)
 {
     const __m512d half = _mm512_set1_pd(0.5);
@@ -207,7 +209,7 @@ __attribute__((target("avx512f"))) static inline __m512d roots(__m512d d)
 #define Bits Bits8
 #define PARTS 1
 #define SINGLE(w) 0
-/* half the roots with the divider, half without */
+/* alternate blocks use the divider, which works in parallel with the arithmetic of `roots` */
 #define FORCES(e) force[0] = overlap[0] * (Values)((e) / BLOCK % 2 ? roots((__m512d)overlap[0]) : _mm512_sqrt_pd((__m512d)overlap[0]));
 #include "_step.h"
 #endif
@@ -217,7 +219,7 @@ __attribute__((target("avx512f"))) static inline __m512d roots(__m512d d)
 static void attempt(const Method *m, Window *w, long n, const double *h, const double *shift, double *worst)
 {
     int i;
-#ifdef VECTORS
+#ifdef X86_VECTORS
     if (w->exponent == HERTZ && w->lanes == BLOCK && __builtin_cpu_supports("avx512f")) {
         attempt_avx512(m, w, n, h, shift, worst);
         return;
@@ -584,14 +586,15 @@ static int observe(const Method *m, const Batch *batch, Window *w, Window *part,
     const long e = j * w->lanes + l, next = e + w->lanes, contact = lane->base + j;
     const double v0 = w->v[e] - w->v[next] + (j ? 0 : before[1]), v1 = w->v1[e] - w->v1[next] + (j ? 0 : after[1]);
     const double *first = w->k[0], *last = w->k[m->stages - 1];
-    double share, closed, force, time;
+    double overlap, share, closed, force, time;
     int i, wanted;
     if (!(v0 > 0 && v1 <= 0)) return 1;
-    closed = w->x1[e] - w->x1[next] + (j ? 0 : after[0]);
-    if (contact <= lane->head && closed < WEAK) return 1;
+    overlap = w->x1[e] - w->x1[next] + (j ? 0 : after[0]);
+    if (contact <= lane->head && overlap < WEAK) return 1;
     while (lane->wanted < lane->last_wanted && batch->wanted[PASSAGE * lane->wanted] < contact) lane->wanted++;
     wanted = lane->wanted < lane->last_wanted && batch->wanted[PASSAGE * lane->wanted] == contact;
-    if (contact > lane->head && (contact + 1) % STRIDE && !wanted && overlap_force(w, closed) > FLOOR) {
+    /* the limit does not use the peak of this contact: the front moves on without it */
+    if (contact > lane->head && (contact + 1) % STRIDE && !wanted && overlap_force(w, overlap) > FLOOR) {
         lane->head = contact;
         return 1;
     }
@@ -753,14 +756,14 @@ typedef struct {
 /* Displacements and impulses of the free granules at the stages, and in `path` at beginning and end of the step. */
 static void drive(const Method *m, const Window *w, Lane *lanes, double (*path)[4], Trial *trial)
 {
-    static const double none[MAX_STAGES * BLOCK];
+    static const double zeros[MAX_STAGES * BLOCK];
     int i, l;
-    trial->shift = none;
+    trial->shift = zeros;
     for (l = 0; l < w->lanes; l++) {
         Lane *lane = lanes + l;
         path[l][2] = path[l][3] = 0;
         if (lane->job < 0 || !lane->driven) continue;
-        if (trial->shift == none) memset(trial->paths, 0, (size_t)(m->stages * BLOCK) * sizeof(double));
+        if (trial->shift == zeros) memset(trial->paths, 0, (size_t)(m->stages * BLOCK) * sizeof(double));
         trial->shift = trial->paths;
         trial->paths[l] = path[l][0];
         trial->impulses[l] = path[l][1];

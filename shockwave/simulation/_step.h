@@ -1,17 +1,21 @@
-/* A stage of a step, and the new state: the same as `stage` and `combine` of _compiled.c, with vectors of one width.
+/* Stage and new state of a step for Hertz's exponent: the same arithmetic as in `stage` and `combine` of _compiled.c, for
+   vectors of one width.
 
-   Included once for each width, with these macros: WITH_VECTORS, the attribute of functions for processors that have
-   them; NAME(function), its name for this width; Values and Bits, the vectors of floats and of integers; PARTS, their
-   number in a block; SINGLE(window), whether neighbours are adjacent elements, not vectors; and FORCES(row), which sets
-   the contact forces. Positions and contact forces remain in registers, one block ahead and one behind. */
+   Included once for each width, with these macros: WITH_VECTORS, the attribute of functions that use the vectors;
+   NAME(function), the name of a function for this width; Values and Bits, the vectors of floats and of integers; PARTS,
+   the number of vectors in a block; SINGLE(window), whether the neighbour of an element is the next element (one lane),
+   not that of the next block; and FORCES(e), which sets the contact forces of the block at element e. Positions and
+   contact forces remain in registers, one block ahead and one behind. */
 
 #define PART(address, i) (*(Values *)((address) + (i) * (BLOCK / PARTS)))
+/* the larger of two values; a NaN is kept */
 #define LARGER(one, other) ((Values)(((Bits)(one) & ((other) <= (one))) | ((Bits)(other) & ~((other) <= (one)))))
 
-/* `terms` and `single` are constants where this is inlined, so that the loops over the stages are unrolled. */
+/* `single`, and `terms` up to 8, are compile-time constants after inlining, so that the loops over the stages are
+   unrolled. `x_end`, if not NULL, receives the positions. */
 WITH_VECTORS static inline __attribute__((always_inline)) void NAME(stage_of)(
     const int terms, const int single, long n, double c, const double *a, const double *h, const double *shift,
-    double *end, Window *w)
+    double *x_end, Window *w)
 {
     const double *const x = w->x, *const v = w->v;
     double *const *const k = w->k, *const out = k[terms];
@@ -41,7 +45,7 @@ WITH_VECTORS static inline __attribute__((always_inline)) void NAME(stage_of)(
                 for (i = 0; i < PARTS; i++) sum[i] += PART(k[j] + e + BLOCK, i) * a[j];
             for (i = 0; i < PARTS; i++) {
                 next[i] = next[i] + step[i] * PART(v + e + BLOCK, i) + square[i] * sum[i];
-                if (end) PART(end + e + BLOCK, i) = next[i];
+                if (x_end) PART(x_end + e + BLOCK, i) = next[i];
             }
         }
         if (e < 0) {
@@ -63,25 +67,25 @@ WITH_VECTORS static inline __attribute__((always_inline)) void NAME(stage_of)(
     }
 }
 
-#define CASE(terms) \
+#define UNROLLED(terms) \
     case terms: \
-        if (SINGLE(w)) NAME(stage_of)(terms, 1, n, c, a, h, shift, end, w); \
-        else NAME(stage_of)(terms, 0, n, c, a, h, shift, end, w); \
+        if (SINGLE(w)) NAME(stage_of)(terms, 1, n, c, a, h, shift, x_end, w); \
+        else NAME(stage_of)(terms, 0, n, c, a, h, shift, x_end, w); \
         break;
 
 WITH_VECTORS static void NAME(stage)(int terms, long n, double c, const double *a, const double *h, const double *shift,
-                                     double *end, Window *w)
+                                     double *x_end, Window *w)
 {
     switch (terms) {
-    CASE(1) CASE(2) CASE(3) CASE(4) CASE(5) CASE(6) CASE(7) CASE(8)
-    default: NAME(stage_of)(terms, SINGLE(w), n, c, a, h, shift, end, w);
+    UNROLLED(1) UNROLLED(2) UNROLLED(3) UNROLLED(4) UNROLLED(5) UNROLLED(6) UNROLLED(7) UNROLLED(8)
+    default: NAME(stage_of)(terms, SINGLE(w), n, c, a, h, shift, x_end, w);
     }
 }
 
 WITH_VECTORS static void NAME(combine)(long n, const Method *m, const double *h, Window *w, double *worst)
 {
     double *const *const k = w->k;
-    const Bits magnitude = ~(Bits)-(Values){0};
+    const Bits magnitude = ~(Bits)-(Values){0}; /* all bits except the sign */
     Values most[PARTS];
     long e;
     int begin = 1, end = m->stages, i, j;
@@ -123,6 +127,7 @@ WITH_VECTORS static void NAME(attempt)(const Method *m, Window *w, long n, const
                                        double *worst)
 {
     int i;
+    /* the positions of the last stage are those at the end if it is the first stage of the next step */
     for (i = 1; i < m->stages; i++)
         NAME(stage)(i, n, m->c[i], m->a + i * m->stages, h, shift + i * BLOCK,
                     m->last_is_next && i + 1 == m->stages ? w->x1 : NULL, w);
@@ -131,7 +136,7 @@ WITH_VECTORS static void NAME(attempt)(const Method *m, Window *w, long n, const
 
 #undef PART
 #undef LARGER
-#undef CASE
+#undef UNROLLED
 #undef WITH_VECTORS
 #undef NAME
 #undef Values

@@ -94,7 +94,7 @@ class Contacts:
         return End(x, v, d, w, whole, raw, powers, slope)
 
     def overlaps(self, x: FloatArray, low: int, high: int) -> tuple[FloatArray, FloatArray]:
-        """Changes of the overlaps, and overlaps, of some contacts."""
+        """Overlaps of the contacts from ``low`` to ``high`` - 1: relative to the static overlaps, and in all."""
         stretch = x[low:high] - x[low + 1 : high + 1]
         stretch += self.gap[low:high]
         return stretch, stretch + self.base[low:high] if self.loaded else stretch
@@ -175,8 +175,8 @@ class Contacts:
             return most
         return min(most, math.pow(allowed / (VISCOUS * self.c[j] * math.pow(w, q)), 1 / q))
 
-    def late(self, x: FloatArray, w: FloatArray, time: float) -> FloatArray:
-        """Overlaps by which contacts with a dashpot may be early or late to close."""
+    def closing_tolerance(self, x: FloatArray, w: FloatArray, time: float) -> FloatArray:
+        """Tolerances of the overlaps at which contacts with a dashpot close."""
         n = len(w)
         velocity, overlap = self.job.scales[:, :n]
         most = np.minimum(velocity / np.maximum(self.both[:n] * self.c[:n], 1e-300), overlap)

@@ -79,7 +79,7 @@ class _March(Contacts):
         self.n = min(job.window, self.bodies) if job.law is None else self.bodies
         stages = len(job.method.nodes)
         self.stages, self.powers = np.zeros((stages, self.bodies + 2)), np.zeros((stages, self.bodies))
-        self.rates = self.impulses = np.empty(0)
+        self.weighted = self.mean_forces = np.empty(0)
         self.stops = [*job.stops.tolist(), math.inf]
         self.driven = job.problem is not None
         _, self.time, self.arrival, self.work, self.steps, self.evaluations, self.size = job.found.tolist()
@@ -123,16 +123,17 @@ class _March(Contacts):
                 self.powers[i, part] = powers
             left = sums[row:]
             left += np.multiply(column, self.stages[i, beside], out=terms[row:])
-        self.impulses = sums[row + 1]
-        self.rates = inverse * np.subtract(sums[row:, :-1], sums[row:, 1:])
-        np.add(coasting[-1], square * self.rates[0], out=y)
-        np.add(v, h * self.rates[1], out=z)
+        self.mean_forces = sums[row + 1]
+        # rows: those of position and velocity, then those of their errors
+        self.weighted = inverse * np.subtract(sums[row:, :-1], sums[row:, 1:])
+        np.add(coasting[-1], square * self.weighted[0], out=y)
+        np.add(v, h * self.weighted[1], out=z)
         if self.driven and low == 0:
             self.push(whole_y, whole_z, impulses, h, end)
         return whole_y, whole_z, impulses
 
     def push(self, x: FloatArray, v: FloatArray, impulses: list[float], passed: float, time: float) -> None:
-        """Add the motion of body 0 by the applied force since the beginning of the step, and list the impulse."""
+        """Add the motion of body 0 by the applied force within the step, and append its impulse to ``impulses``."""
         shift, impulse = self.shift(passed, time)
         impulses.append(impulse)
         x[0] += shift
@@ -147,8 +148,8 @@ class _March(Contacts):
 
     def error(self, size: float) -> float:
         """Largest error of the last attempt over the tolerance."""
-        n, rates = self.n, self.rates[2:].reshape(-1, 2, self.n)
-        changes = np.zeros((*rates.shape[:2], n + 1))  # the last one is that of the wall
+        n, rates = self.n, self.weighted[2:].reshape(-1, 2, self.n)
+        changes = np.zeros((*rates.shape[:2], n + 1))  # the last element is the wall, which is at rest
         np.multiply(rates, ((size * size,), (size,)), out=changes[..., :-1])
         errors = np.abs(changes[..., :-1] - changes[..., 1:])
         errors /= self.job.scales[::-1, :n]
@@ -194,20 +195,20 @@ class _March(Contacts):
         job.x[:], job.v[:] = start.x, start.v
         job.found[:] = status, self.time, self.arrival, self.work, self.steps, self.evaluations, self.size
 
-    def begin(self, x: FloatArray, v: FloatArray, same: End | None = None) -> End:
-        """The beginning of the next step; contacts with a dashpot close here.
+    def begin(self, x: FloatArray, v: FloatArray, last: End | None = None) -> End:
+        """State at the beginning of the next step; contacts with a dashpot are switched here.
 
-        ``same`` is the end of the last step, where the forces are the same if no contact is switched or added.
+        ``last``, the state at the end of the last step, is used again if no contact is switched or added.
         """
         n = self.n
         if self.jumps:
             d, w = self.overlaps(x, 0, n)[1], v[:n] - v[1 : n + 1]
-            on = (d >= 0) | ((d >= -self.late(x, w, self.time)) & (w > 0))
-            same = same if np.array_equal(on, self.on[:n]) else None
+            on = (d >= 0) | ((d >= -self.closing_tolerance(x, w, self.time)) & (w > 0))
+            last = last if np.array_equal(on, self.on[:n]) else None
             self.on[:n] = on
-        if same is None or len(same.d) != n or self.job.law is not None:
-            same = self.end_of(x, v, self.time, n)
-        start = same
+        start = last
+        if start is None or len(start.d) != n or self.job.law is not None:
+            start = self.end_of(x, v, self.time, n)
         f, best = start.f[1 : n + 1], self.job.peaks
         above = np.flatnonzero(f[: self.contacts] > best[0, : min(n, self.contacts)])
         best[0, above], best[1, above] = f[above], self.time
@@ -248,7 +249,7 @@ class _March(Contacts):
         changes = acts != ((finish.d >= 0) & (finish.raw >= 0))
         if not changes.any():
             return share
-        late, allowed = self.late(finish.x, finish.w, self.time), self.allowed(self.n)
+        late, allowed = self.closing_tolerance(finish.x, finish.w, self.time), self.allowed(self.n)
         for j in np.flatnonzero(changes).tolist():
             d0, d1, raw0, raw1 = (float(a[j]) for a in (start.d, finish.d, start.raw, finish.raw))
             at = 0.5
@@ -276,7 +277,7 @@ class _March(Contacts):
         """Process an accepted step; the beginning of the next one."""
         job, n = self.job, self.n
         weights = job.method.weights[1][:, None]
-        job.sums[0, :n] += size * self.impulses[1:]
+        job.sums[0, :n] += size * self.mean_forces[1:]
         if self.damped:
             lost = size * np.add.reduce(weights * self.powers[:, :n], axis=0)
             # a contact that is cut off loses its energy, whatever the length of the step

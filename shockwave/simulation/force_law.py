@@ -1,4 +1,4 @@
-"""The force of a contact in scaled units, a power of the overlap, for numbers and for arrays."""
+"""Contact force in scaled units, a power of the overlap, for floats and for arrays."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from shockwave.quadrature import FloatArray
 
 
 def stiffening(overlap: float, exponent: float) -> float:
-    """The power p - 1 of an overlap; the root for Hertz's p, which is equal to the last bit everywhere."""
+    """Overlap to the power p - 1; for Hertz's p the square root, which every processor rounds correctly."""
     return math.sqrt(overlap) if exponent == HERTZ else math.pow(overlap, exponent - 1)
 
 
 def stiffenings(overlap: FloatArray, exponent: float) -> FloatArray:
-    """The power p - 1 of these overlaps, zero or positive."""
+    """Overlaps, zero or positive, to the power p - 1."""
     if exponent == HERTZ:
         return np.asarray(np.sqrt(overlap))
-    # the steps amplify a difference in the last digit
+    # as in the compiled code: the steps amplify a difference in the last digit
     return elementwise(lambda each: math.pow(each, exponent - 1), overlap)
 
 

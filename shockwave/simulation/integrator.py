@@ -115,11 +115,11 @@ class Counted:
 
     def __call__(self, time: float, x: FloatArray) -> FloatArray:
         self.integrator.evaluations += 1
-        # begin + (until - begin) may exceed until by a rounding error; arithmetic with NumPy's numbers is slow
+        # begin + (until - begin) may exceed until by a rounding error; arithmetic with NumPy's scalars is slow
         return self.acceleration(min(float(time), self.until), x)
 
 
 def finite(*arrays: FloatArray) -> bool:
-    """Whether all values are finite, and not too large to be squared."""
-    # faster than a check of each value
+    """Whether all values and their sums of squares are finite."""
+    # faster than np.isfinite for each value
     return all(map(math.isfinite, [np.vdot(array, array) for array in arrays]))

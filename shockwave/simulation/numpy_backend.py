@@ -58,7 +58,7 @@ _TALLER = 0.999
 _RIVAL = 2.0
 # A granule in free flight with velocity v makes a wave of less than (this times v)^(2p/(p + 1)).
 _FREE_FLIGHT = 2.075
-# Number of contacts from which on arrays are faster than numbers.
+# Least number of contacts for which arrays are faster than plain floats.
 _MANY = 20
 # Position of the granule beyond a free end, out of reach of all others.
 _FAR = 1e30

@@ -118,7 +118,7 @@ class Nystroem(OneStep):
 
     #: The compiled module, or None for NumPy.
     compiled: ModuleType | None = field(default=None, repr=False)
-    # The arrays of large windows are kept: new memory takes as long as the arithmetic.
+    # Kept between attempts: for large windows, allocating it takes as long as the arithmetic.
     _memory: FloatArray = field(factory=lambda: np.empty(0), init=False, repr=False, eq=False)
 
     def attempt(
@@ -168,7 +168,7 @@ class Nystroem(OneStep):
         return Attempt(end, v + size * sums[-3], a, error)
 
     def _work_array(self, *shape: int) -> FloatArray:
-        """An array in memory that the next attempt uses again."""
+        """Uninitialised array, which the next attempt overwrites."""
         size = math.prod(shape)
         if size > len(self._memory):
             self._memory = np.empty(2 * size)

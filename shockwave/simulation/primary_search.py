@@ -23,8 +23,9 @@ from shockwave.simulation.time_limit import expired
 _WIDTH = 8
 # Numbers found for each shock.
 _NUMBERS = len(Primary._fields) - 1
-# Columns of the table of jobs, and no requested contacts.
+# Number of columns of the table of jobs, JOB in _compiled.c.
 _COLUMNS = 27
+# Table without requested contacts.
 _NONE = np.empty(0)
 
 
@@ -53,14 +54,14 @@ def find_primaries(requests: Sequence[Request], method: type[Nystroem], compiled
 def find_short(
     problems: Sequence[ChainProblem],
     tolerances: FloatArray,
-    doubts: FloatArray,
+    uncertainties: FloatArray,
     method: type[Nystroem],
     compiled: ModuleType,
 ) -> tuple[FloatArray, FloatArray]:
-    """The leading waves of short shocks on chains with the same contact law, whose requests are made in arrays.
+    """Find the leading waves of short shocks on chains with the same contact law; the table of jobs is made in arrays.
 
-    ``tolerances`` and ``doubts`` are those of each `Request`. Returns a row for each shock, with the numbers of
-    `Primary`, and the errors of the free-particle displacements.
+    ``tolerances`` and ``uncertainties`` are ``tolerance`` and ``doubt`` of each `Request`. Returns a row for each
+    shock, with the numbers of `Primary`, and the errors of the free-particle displacements.
     """
     count, exponent = len(problems), problems[0].exponent
     numbers = np.array([(each.rise_time, each.peak_force, each.duration, each.granules or 0) for each in problems])
@@ -70,9 +71,10 @@ def find_short(
     rows, coefficients = [path.rows for path in paths], [path.coefficients for path in paths]
     stops = [each.stops for each in sorted_problems]
     jobs = np.zeros((count, _COLUMNS))
-    jobs[:, :4], jobs[:, 4], jobs[:, 5] = numbers[order], tolerances[order], doubts[order]
+    jobs[:, :4], jobs[:, 4], jobs[:, 5] = numbers[order], tolerances[order], uncertainties[order]
     for column, limits in enumerate(short_limits(jobs[:, 2], wave_law(exponent).spread), start=6):
         jobs[:, column] = limits
+    # PIECES; FIRST_PIECE, FIRST_COEFFICIENT and FIRST_STOP
     jobs[:, -5] = list(map(len, rows))
     for column, parts in ((-6, rows), (-4, coefficients), (-3, stops)):
         jobs[1:, column] = np.cumsum(list(map(len, parts)))[:-1]

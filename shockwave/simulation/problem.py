@@ -35,9 +35,9 @@ if TYPE_CHECKING:
 _MAX_STOPS = 64
 # Least number of power laws whose tables are computed faster together.
 _TOGETHER = 8
-# Largest number of granules for which numbers are faster than arrays.
+# Largest number of granules for which plain floats are faster than arrays.
 _FEW = 12
-# As an array, which need not be made from a number every time.
+# Zero as an array, which saves a conversion in every call.
 _ZERO = np.zeros(())
 # Duration of the shortest long shock, in characteristic times.
 _LONG = 10.0
@@ -90,7 +90,7 @@ class ChainProblem:
     duration : float
         Duration of the force.
     breakpoints : tuple of float
-        Those of the profile.
+        Breakpoints of the profile, in units of the rise time.
     """
 
     profile: ShockProfile

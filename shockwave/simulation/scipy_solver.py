@@ -62,7 +62,7 @@ class ScipySolver(Integrator):
                 first_step=size,
                 **self._settings(granules),
             )
-            solver.fun = derivative  # without a count and a conversion
+            solver.fun = derivative  # without the wrapper that counts calls and converts the result
             return solver
 
         def repeated(time: float, state: FloatArray, size: float) -> Any:
@@ -85,7 +85,7 @@ class ScipySolver(Integrator):
             end, after, rate = float(solver.t), solver.y, solver.f
             # most steps are never interpolated, and it takes as long as a third of a step
             again = partial(repeated, time, state, solver.step_size)
-            dense = _Dense(again, None if self.repeats else solver.dense_output())
+            dense = _LazyInterpolant(again, None if self.repeats else solver.dense_output())
             interpolate = partial(dense.at, granules)
             yield Step(time, end, after[:granules], after[granules:], rate[granules:], interpolate, solver.h_abs)
             time = end
@@ -97,8 +97,8 @@ class ScipySolver(Integrator):
 
 
 @define(eq=False)
-class _Dense:
-    """Interpolant of a step, which ``repeated`` computes when it is first used if it is None."""
+class _LazyInterpolant:
+    """Interpolant of a step; if it is None, ``repeated`` computes it at the first use."""
 
     repeated: Callable[[], Any]
     interpolant: Any
