@@ -286,10 +286,12 @@ def _many() -> list[tuple[sw.Shock, sw.Chain]]:
     profiles = [_power(n, rise, decay) for n in (1.1, 3, 20) for rise in (0, 0.5, 3, 300) for decay in (0, 1, 8)]
     profiles += [sw.Exponential(rise_rate=3, decay_rate=4, duration_ratio=20), sw.Triangular(duration_ratio=3)]
     profiles.append(sw.Tabulated(times=[0, 1, 2, 3, 4], forces=[0, 1, 0.1, 0.7, 0]))
-    chains = [CHAIN, attrs.evolve(CHAIN, granules=60)]
+    # some forces are beyond first yield
+    beads = attrs.evolve(CHAIN, material=attrs.evolve(CHAIN.material, yield_strength=2e9))
+    chains = [beads, attrs.evolve(beads, granules=60)]
     times = (1e-3, 0.4, 0.9, 3.0, 40.0)
     scenes = [(_shock(profile, time), chain) for profile in profiles for time in times for chain in chains]
-    return [*scenes, (_shock(profiles[0], 1e5), CHAIN)]  # longer than those of the estimate
+    return [*scenes, (_shock(profiles[0], 1e5), beads)]  # longer than those of the estimate
 
 
 @pytest.mark.parametrize("settings", [{}, {"alpha": "literal"}, {"wave_threshold": 1e-4}])
@@ -323,6 +325,18 @@ def test_columns_hold_the_attributes_of_outcomes(settings: dict[str, Any]) -> No
             name: pytest.approx(value, rel=1e-8, abs=1e-10) if isinstance(value, float) else value
             for name, value in expected.items()
         }
+
+
+def test_columns_do_not_depend_on_the_number_of_shocks() -> None:
+    scenes = _many()[::7]
+    predictor = sw.Predictor()
+
+    def rows_of(some: list[tuple[sw.Shock, sw.Chain]]) -> list[tuple[Any, ...]]:
+        columns = predictor.columns(*zip(*some, strict=True))
+        assert columns is not None
+        return list(zip(*columns.values.values(), strict=True))
+
+    assert rows_of(scenes) == [row for scene in scenes for row in rows_of([scene])]
 
 
 def test_models_without_columns_have_none() -> None:

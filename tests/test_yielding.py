@@ -84,6 +84,16 @@ def test_an_elastic_chain_refuses_forces_beyond_first_yield(chain: sw.Chain) -> 
         sw.simulate(shock(400.0), chain)
 
 
+def test_a_prediction_without_an_estimate_judges_the_force_of_the_shock() -> None:
+    slow = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=200.0, rise_time=10.0)
+    outcome = sw.Predictor().predict(slow, BEADS)
+    assert outcome.estimate is None
+    assert outcome.yielding is not None
+    assert outcome.yielding.peak_ratio >= 200.0 / outcome.yielding.first_yield_force * (1 - 1e-12)
+    with pytest.raises(InvalidValueError, match=r"^chain.elastic_only: must be left out for forces beyond first yield"):
+        sw.Predictor().predict(slow, ELASTIC)
+
+
 def test_an_elastic_chain_refuses_an_unknown_yield_strength() -> None:
     with pytest.raises(InvalidValueError, match="where a yield strength is not known"):
         sw.simulate(shock(1.0), UNKNOWN)

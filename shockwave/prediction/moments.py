@@ -120,7 +120,8 @@ class Law:
         """Products in the correction, shape (..., terms), from columns of shape (..., columns)."""
         picks = list(zip_longest(*([COLUMNS.index(name) for name in names] for names in self.terms), fillvalue=-1))
         factors = np.concatenate((found, np.ones((*found.shape[:-1], 1))), axis=-1)
-        return np.asarray(np.prod(factors[..., picks], axis=-2))
+        # in this order of memory, the sum of the terms of a pulse does not depend on the number of pulses
+        return np.ascontiguousarray(np.prod(factors[..., picks], axis=-2))
 
     def corrected(self, log_force: FloatArray, found: FloatArray) -> FloatArray:
         """Amplification F/F0 of pulses, shape (...), from the kernel's ln F and columns of shape (..., columns)."""

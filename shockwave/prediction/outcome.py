@@ -251,8 +251,10 @@ class Outcome(Result, _OnDemand[Estimate | None, tuple[float, float] | None]):
 
     @property
     def yielding(self) -> Yielding | None:
-        """First yield of the contacts, for the estimate or the strongest wave; None if no yield strength is known."""
-        return self.first_yield((self.estimate or max(self.waves, key=lambda wave: wave.peak_force)).peak_force)
+        """First yield for the estimate or, without one, the shock or a stronger wave; None without a yield strength."""
+        applied = self.peak_force / (self.amplification or np.inf)  # a striker applies no force
+        strongest = max(applied, *(wave.peak_force for wave in self.waves))
+        return self.first_yield(strongest if self.estimate is None else self.estimate.peak_force)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -269,9 +271,7 @@ class Outcome(Result, _OnDemand[Estimate | None, tuple[float, float] | None]):
     def to_dict(self) -> dict[str, Any]:
         """Document printed by ``predict --json``: SI floats, no NaN."""
         left_out = ("on_demand", "limit", "first_yield", "wall")
-        values = VERSION | asdict(
-            self, filter=lambda attribute, _: attribute.name not in left_out, value_serializer=_plain
-        )
+        values = VERSION | asdict(self, filter=lambda each, _: each.name not in left_out, value_serializer=_plain)
         own = {"regime": self.regime, "reason": self.reason or None, "ejection": None, "scene": self.scene.to_dict()}
         own["yield"] = None if self.yielding is None else asdict(self.yielding)
         accuracy, wall = asdict(self.accuracy, value_serializer=_plain), self.transmitted

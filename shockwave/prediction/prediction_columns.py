@@ -7,9 +7,10 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
 from shockwave.chain.chain import Chain
+from shockwave.chain.yielding import Yielding, yielding_of
 from shockwave.plausibility import unusual_warnings
 from shockwave.prediction.expected_error import (
     FIRST_CONTACTS,
@@ -49,6 +50,7 @@ def prediction_columns(
     )
     failed = cache(lambda shape: failed_conditions(scaled.shock(int(np.argmax(scaled.shapes == shape)))))
     notes: list[str | None] = []
+    yields: dict[int, Yielding | None] = {}  # of a force of 1 N, by the identity of the chain
     scenes = zip(places, scaled.shapes.tolist(), valid.tolist(), np.isnan(estimates[:, 0]).tolist(), strict=True)
     for own, (place, shape, holds, unknown) in enumerate(scenes):
         shock, chain = shocks[place], chains[place]
@@ -66,6 +68,12 @@ def prediction_columns(
             estimates[own], errors[own] = np.nan, (-np.inf, np.inf)
         if chain.count is not None:
             said.append(FIRST_CONTACTS)
+        if id(chain) not in yields:
+            yields[id(chain)] = yielding_of(chain, 1.0)
+        if (unit := yields[id(chain)]) is not None:
+            amplification = max(found.amplification[own], 1.0) if problem or unknown else estimates[own, 0]
+            force = float(amplification) * shock.peak_force * chain.contact_share
+            said += evolve(unit, peak_ratio=force * unit.peak_ratio).warnings
         notes.append("; ".join(dict.fromkeys(said)) or None)
     forces, rise_times, times, momenta = (
         np.array(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from functools import cache
-from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -168,11 +167,15 @@ def _rules_together(profiles: Sequence[ShockProfile], count: int) -> _Rules:
             powers.append((index, profile))
         else:
             left.append(index)
-    fine = (_fine_impulses_of_powers(powers[begin : begin + _AT_ONCE]) for begin in range(0, len(powers), _AT_ONCE))
-    others = _together([_fine_impulses(profiles[index]) for index in left])
-    for group, times, impulses in chain(fine, ((np.array(left)[own], s, parts) for own, s, parts in others)):
+    for begin in range(0, len(powers), _AT_ONCE):
+        group, times, impulses = _fine_impulses_of_powers(powers[begin : begin + _AT_ONCE])
         s[group], parts[group] = gauss(times, impulses, count)
         moments[group] = _moments_of(times, impulses)
+    for own, times, impulses in _together([_fine_impulses(profiles[index]) for index in left]):
+        group = np.array(left)[own]
+        s[group], parts[group] = gauss(times, impulses, count)
+    # not from the rows, whose sums depend on the longest of their group
+    moments[left] = np.reshape([_moments(profiles[index]) for index in left], (-1, 3))
     return s, parts, moments
 
 

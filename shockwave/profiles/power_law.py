@@ -17,6 +17,19 @@ if TYPE_CHECKING:
     from shockwave.profiles.free_path import FreePath
 
 
+def power(base: FloatArray, exponent: Any) -> FloatArray:
+    """Power of ``base`` by a number or by an array of exponents, with equal results for both to the last bit.
+
+    NumPy computes roots and squares as such for a single exponent, but not for an array of them.
+    """
+    found = np.asarray(base**exponent)
+    if np.ndim(exponent):
+        for special, function in ((0.5, np.sqrt), (2.0, np.square)):
+            if (exponent == special).any():
+                found = np.where(exponent == special, function(base), found)
+    return found
+
+
 class Powers(ShockProfile):
     """F1 = s^eta1 and F2 = ((n - s)/(n - 1))^eta2; a subclass defines eta1, eta2 and n."""
 
@@ -24,10 +37,10 @@ class Powers(ShockProfile):
     decay_exponent: float
 
     def rise(self, s: FloatArray) -> FloatArray:
-        return np.asarray(s**self.rise_exponent)
+        return power(s, self.rise_exponent)
 
     def decay(self, s: FloatArray) -> FloatArray:
-        return np.asarray(self._left(s) ** self.decay_exponent)
+        return power(self._left(s), self.decay_exponent)
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
@@ -47,13 +60,13 @@ class Powers(ShockProfile):
 
     def closed_running_impulse(self, s: FloatArray) -> FloatArray:
         a1, a2 = self.closed_areas()
-        rising = a1 * np.minimum(s, 1.0) ** (1 + self.rise_exponent)
-        return np.asarray(rising + a2 * (1 - self._left(s) ** (1 + self.decay_exponent)))
+        rising = a1 * power(np.minimum(s, 1.0), 1 + self.rise_exponent)
+        return np.asarray(rising + a2 * (1 - power(self._left(s), 1 + self.decay_exponent)))
 
     def closed_double_integral(self, s: FloatArray) -> FloatArray:
         a1, a2 = self.closed_areas()
-        rising = a1 * np.minimum(s, 1.0) ** (2 + self.rise_exponent) / (2 + self.rise_exponent)
-        fading = (self.duration_ratio - 1) * (1 - self._left(s) ** (2 + self.decay_exponent))
+        rising = a1 * power(np.minimum(s, 1.0), 2 + self.rise_exponent) / (2 + self.rise_exponent)
+        fading = (self.duration_ratio - 1) * (1 - power(self._left(s), 2 + self.decay_exponent))
         after = np.maximum(s - 1.0, 0.0)
         return np.asarray(rising + (a1 + a2) * after - a2 * fading / (2 + self.decay_exponent))
 
@@ -107,7 +120,7 @@ class ManyPowers(Powers):
     def impulse_and_force(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Running impulse and force at one s of each shape, 0 <= s <= n; shape (shapes,) each."""
         (a1, a2), left = self.closed_areas(), self._left(s)
-        rise, decay = np.minimum(s, 1.0) ** self.rise_exponent, left**self.decay_exponent
+        rise, decay = power(np.minimum(s, 1.0), self.rise_exponent), power(left, self.decay_exponent)
         rising = s <= 1
         return np.where(rising, a1 * s * rise, a1 + a2 * (1 - left * decay)), np.where(rising, rise, decay)
 
