@@ -399,3 +399,14 @@ def test_profiles_compare_by_value():
     assert clean() != Tabulated([0, 1, 2, 3], [0, 1, 0.6, 0])
     with pytest.raises(ValueError, match="read-only"):
         clean().times[0] = 1.0
+
+
+def test_the_table_of_a_long_record_has_no_seams() -> None:
+    # longer than the parts in which it is computed
+    times = np.linspace(0.0, 1e-3, 10_001)
+    record = Tabulated(times=times, forces=np.sin(np.pi * times / 1e-3) ** 2)
+    table, s = record.free_path(), np.linspace(0.0, record.duration_ratio, 311)
+    found = np.array([table.at(float(each)) for each in s])
+    # rounding of sums over the samples
+    assert found[:, 0] == pytest.approx(record.double_integral(s), rel=1e-11, abs=1e-12)
+    assert found[:, 1] == pytest.approx(record.running_impulse(s), rel=1e-11, abs=1e-12)

@@ -56,7 +56,7 @@ def search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, Answer]
         return {}
     found: dict[int, Answer] = {}
     tried: dict[int, Primary] = {}
-    if len(problems) > 1 and setup.compiled is not None:
+    if len(problems) > 1 and setup.compiled is not None and not expired():
         found, tried = _search_short(problems, setup, setup.search, setup.compiled)
     rest = {key: each for key, each in problems.items() if key not in found} if found else problems
     shares = {key: _tolerance_share(each) for key, each in rest.items()}

@@ -19,6 +19,7 @@ from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulation_setup import Setup, immeasurable, scaled, setup_of
 from shockwave.options import Backend, SimulateOptions, Waves
 from shockwave.plausibility import unusual_warnings
+from shockwave.profiles.power_law import Powers
 from shockwave.profiles.shock import Shock
 from shockwave.progress import progressed
 from shockwave.scene_summary import check_scene
@@ -34,8 +35,8 @@ __all__ = ["equal_granules", "immeasurable", "scaled", "setup_of", "simulate", "
 
 # Largest number of shocks that one of several threads takes at a time: more would leave threads idle at the end.
 _SHARE = 128
-# The same for a single thread.
-_SHARE_ALONE = 1024
+# The same for a single thread, unless some are records, whose tables would need much memory.
+_SHARE_ALONE = 512
 # Least number of shocks for a thread.
 _FEWEST = 16
 # Largest relative error estimate that is meaningful.
@@ -131,7 +132,8 @@ def simulate_many(
         threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     scenes = list(zip(shocks, chains, strict=True))
     threads = 1 if len(scenes) < 2 * _FEWEST else max(threads, 1)
-    size = max(_FEWEST, min(_SHARE if threads > 1 else _SHARE_ALONE, -(-len(scenes) // threads)))
+    small = threads == 1 and not any(_is_record(shock) for shock in shocks)
+    size = max(_FEWEST, min(_SHARE_ALONE if small else _SHARE, -(-len(scenes) // threads)))
     if setup.compiled is None:
         threads = size = 1
     shares = [scenes[begin : begin + size] for begin in range(0, len(scenes), size)]
@@ -148,6 +150,10 @@ def simulate_many(
         finally:  # after Ctrl-C the other threads stop as well
             interrupted.set()
     return results
+
+
+def _is_record(shock: object) -> bool:
+    return isinstance(shock, Shock) and shock.profile.recorded_peak_force is not None
 
 
 def _pool(threads: int) -> AbstractContextManager[Executor | None]:
@@ -178,6 +184,8 @@ def _simulate_all(scenes: Sequence[tuple[Shock | Impact, Chain]], setup: Setup) 
             scenes[index] = shock, equal
             problem, scales = scaled(cast(Shock, shock), equal)
             check_requests(setup.options, equal, scales)
+            if not isinstance(problem.profile, Powers):  # those of power laws are computed together
+                _ = problem.path  # an error of the profile is that of its own shock only
             known[index] = problem, scales
         except ShockwaveError as error:
             results[index] = error
@@ -208,8 +216,7 @@ def _simulate_all(scenes: Sequence[tuple[Shock | Impact, Chain]], setup: Setup) 
             on_demand=_on_demand,
             measured=answer.train,
         )
-        too_strong = chain.elastic_only and beyond_elastic(chain, partial(getattr, result, "yielding"))
-        results[index] = too_strong or result
+        results[index] = beyond_elastic(chain, partial(getattr, result, "yielding")) or result
     for index in set(range(len(scenes))).difference(results):
         # a shock on equal granules does not need them
         from shockwave.chain.impact import Impact

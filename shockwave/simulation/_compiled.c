@@ -20,12 +20,14 @@
 #include <string.h>
 #include "_free_path.h"
 
-/* Compiled for several vector widths; the loader selects the widest that the processor supports. */
-#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
-#define WIDE __attribute__((target_clones("avx512f", "avx2", "default")))
 /* `attempt` selects one of the versions of _step.h when it is called. */
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 #define X86_VECTORS
 #include <immintrin.h>
+#endif
+/* Compiled for several vector widths; the loader selects the widest that the processor supports. */
+#if defined(X86_VECTORS) && defined(__GLIBC__)
+#define WIDE __attribute__((target_clones("avx512f", "avx2", "default")))
 #else
 #define WIDE
 #endif
@@ -43,8 +45,11 @@ typedef long long Choice __attribute__((vector_size(HALF * sizeof(double))));
 #define VECTOR(address) (*(Vector *)(address))
 #define MAGNITUDE 0x7fffffffffffffffLL
 #define ABSOLUTE(v) ((Vector)((Choice)(v) & (Choice){MAGNITUDE, MAGNITUDE, MAGNITUDE, MAGNITUDE}))
-/* the larger of two values; a NaN is kept */
-#define GREATER(one, other) ((Vector)(((Choice)(one) & ((other) <= (one))) | ((Choice)(other) & ~((other) <= (one)))))
+/* `other` where it is larger or a NaN, else `one`, so that a NaN is kept; for vectors of floats and of whole numbers */
+#define LARGER_OF(Floats, Whole, one, other) \
+    ((Floats)(((Whole)(other) & (((other) > (one)) | ((other) != (other)))) \
+              | ((Whole)(one) & ~(((other) > (one)) | ((other) != (other))))))
+#define GREATER(one, other) LARGER_OF(Vector, Choice, one, other)
 
 /* ---------------------------------------------------------------- the method */
 
@@ -587,15 +592,17 @@ static int observe(const Method *m, const Batch *batch, Window *w, Window *part,
     const double v0 = w->v[e] - w->v[next] + (j ? 0 : before[1]), v1 = w->v1[e] - w->v1[next] + (j ? 0 : after[1]);
     const double *first = w->k[0], *last = w->k[m->stages - 1];
     double overlap, share, closed, force, time;
+    long next_wanted = lane->wanted;
     int i, wanted;
     if (!(v0 > 0 && v1 <= 0)) return 1;
     overlap = w->x1[e] - w->x1[next] + (j ? 0 : after[0]);
     if (contact <= lane->head && overlap < WEAK) return 1;
-    while (lane->wanted < lane->last_wanted && batch->wanted[PASSAGE * lane->wanted] < contact) lane->wanted++;
-    wanted = lane->wanted < lane->last_wanted && batch->wanted[PASSAGE * lane->wanted] == contact;
+    while (next_wanted < lane->last_wanted && batch->wanted[PASSAGE * next_wanted] < contact) next_wanted++;
+    wanted = next_wanted < lane->last_wanted && batch->wanted[PASSAGE * next_wanted] == contact;
     /* the limit does not use the peak of this contact: the front moves on without it */
     if (contact > lane->head && (contact + 1) % STRIDE && !wanted && overlap_force(w, overlap) > FLOOR) {
         lane->head = contact;
+        lane->wanted = next_wanted;
         return 1;
     }
     share = crossing(v0, v1, h * (first[e] - first[next]), h * (last[e] - last[next]), &closed);
@@ -608,6 +615,7 @@ static int observe(const Method *m, const Batch *batch, Window *w, Window *part,
         return 1;
     }
     lane->head = contact;
+    lane->wanted = next_wanted;
     if ((contact + 1) % STRIDE && !wanted) return 1;
     if (!read_peak(m, w, part, lane, l, j, h, share, 1e-4, &time, &force)) return 0;
     if (wanted) {
@@ -634,7 +642,7 @@ WIDE static void passed(long n, long lanes, const double *v, const double *v1, c
 {
     long e;
     for (e = 0; e < n; e++)
-        mark[e] = (v[e] > v[e + lanes]) & (v1[e] <= v1[e + lanes]) & (x1[e] - x1[e + lanes] > least) ? 1 : 0;
+        mark[e] = ((v[e] > v[e + lanes]) & (v1[e] <= v1[e + lanes]) & (x1[e] - x1[e + lanes] > least)) ? 1 : 0;
 }
 
 /* ---------------------------------------------------------------- integration */

@@ -8,8 +8,7 @@
    contact forces remain in registers, one block ahead and one behind. */
 
 #define PART(address, i) (*(Values *)((address) + (i) * (BLOCK / PARTS)))
-/* the larger of two values; a NaN is kept */
-#define LARGER(one, other) ((Values)(((Bits)(one) & ((other) <= (one))) | ((Bits)(other) & ~((other) <= (one)))))
+#define LARGER(one, other) LARGER_OF(Values, Bits, one, other)
 
 /* `single`, and `terms` up to 8, are compile-time constants after inlining, so that the loops over the stages are
    unrolled. `x_end`, if not NULL, receives the positions. */
@@ -90,8 +89,8 @@ WITH_VECTORS static void NAME(combine)(long n, const Method *m, const double *h,
     long e;
     int begin = 1, end = m->stages, i, j;
     /* stages without weight are left out */
-    while (m->bp[begin] == 0 && m->ep[begin] == 0 && begin < end) begin++;
-    while (m->b[end - 1] == 0 && m->e[end - 1] == 0 && begin < end) end--;
+    while (begin < end && m->bp[begin] == 0 && m->ep[begin] == 0) begin++;
+    while (begin < end && m->b[end - 1] == 0 && m->e[end - 1] == 0) end--;
     for (i = 0; i < PARTS; i++) most[i] = (Values){0};
     for (e = 0; e < n; e += BLOCK) {
         Values b[PARTS], bp[PARTS], d[PARTS], dp[PARTS];
