@@ -121,6 +121,13 @@ def test_a_wrong_number_of_chains_is_refused() -> None:
         sw.simulate_many(FEW, [CHAIN, CHAIN])
 
 
+def test_a_single_shock_and_no_thread_are_refused() -> None:
+    with pytest.raises(sw.InvalidValueError, match=r"shocks: must be a list of shocks \(got Shock; or use simulate\)"):
+        sw.simulate_many(FEW[0], CHAIN)  # type: ignore[arg-type]
+    with pytest.raises(sw.InvalidValueError, match=r"threads: must be a whole number >= 1 \(got 0\)"):
+        sw.simulate_many(FEW, CHAIN, threads=0)
+
+
 @pytest.mark.parametrize("backend", ["auto", "numpy"])
 def test_progress_of_many_is_reported_with_the_total(backend: str) -> None:
     reports = []

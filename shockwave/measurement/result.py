@@ -337,17 +337,22 @@ class SimulationResult(Result):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings of changes to a record, unusual values and the accuracy of the leading wave.
+        """Warnings of changes to a record, unusual values, the accuracy of the leading wave, and its first yield.
 
-        ``train.warnings`` has those of the train.
+        `all_warnings` has also those of the train, the passages and the histories.
         """
+        beyond = yielding_of(self.chain, self.peak_force)
+        return (*self._own_warnings, *(beyond.warnings if beyond else ()))
+
+    @property
+    def _own_warnings(self) -> tuple[str, ...]:
         return (*self.shock.profile.notes, *unusual_warnings(self.shock, self.chain), *self.search_warnings)
 
     @property
     def wave_warnings(self) -> tuple[str, ...]:
         """Warnings of the leading wave and of forces beyond first yield, and of the train if it was requested."""
         train = () if self.options.waves == "primary" else self.train.warnings
-        return (*self.warnings, *train, *(self.yielding.warnings if self.yielding else ()))
+        return (*self._own_warnings, *train, *(self.yielding.warnings if self.yielding else ()))
 
     @property
     def all_warnings(self) -> tuple[str, ...]:

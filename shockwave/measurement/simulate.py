@@ -124,6 +124,10 @@ def simulate_many(
         until=until,
     )
     setup = setup_of(options)
+    if not isinstance(shocks, Iterable):
+        raise InvalidValueError.of("shocks", f"must be a list of shocks (got {type(shocks).__name__}; or use simulate)")
+    if threads is not None and threads < 1:
+        raise InvalidValueError.of("threads", f"must be a whole number >= 1 (got {threads!r})")
     shocks = list(shocks)
     chains = [chain] * len(shocks) if isinstance(chain, Chain) else list(chain)
     if len(chains) != len(shocks):
@@ -131,7 +135,7 @@ def simulate_many(
     if threads is None:
         threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     scenes = list(zip(shocks, chains, strict=True))
-    threads = 1 if len(scenes) < 2 * _FEWEST else max(threads, 1)
+    threads = 1 if len(scenes) < 2 * _FEWEST else threads
     small = threads == 1 and not any(_is_record(shock) for shock in shocks)
     size = max(_FEWEST, min(_SHARE_ALONE if small else _SHARE, -(-len(scenes) // threads)))
     if setup.compiled is None:
