@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from functools import cache
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from attrs import frozen
@@ -163,7 +163,7 @@ def _rules_together(profiles: Sequence[ShockProfile], count: int) -> _Rules:
     moments = np.empty((len(profiles), 3))
     powers, left = [], []
     for index, profile in enumerate(profiles):
-        if isinstance(profile, Powers) and trusted(profile) and profile.is_smooth:
+        if _is_smooth_law(profile):
             powers.append((index, profile))
         else:
             left.append(index)
@@ -295,6 +295,9 @@ def _turns(profile: ShockProfile, cells: int) -> bool:
 @kept
 def _fine_impulses(profile: ShockProfile) -> tuple[FloatArray, FloatArray]:
     """Many instants s and impulses of a profile; of one with very many parts, exact impulses of equal intervals."""
+    if _is_smooth_law(profile):
+        _, times, rows = _fine_impulses_of_powers([(0, profile)])
+        return times[0], rows[0]
     edges = np.array(profile.breakpoints, dtype=float)
     parts = len(edges) - 1
     if parts > _MOST_PARTS:
@@ -311,16 +314,22 @@ def _fine_impulses(profile: ShockProfile) -> tuple[FloatArray, FloatArray]:
     return s, (widths * weights).ravel() * profile.force(s)
 
 
+def _is_smooth_law(profile: ShockProfile) -> TypeGuard[Powers]:
+    return isinstance(profile, Powers) and trusted(profile) and profile.is_smooth
+
+
 def _fine_impulses_of_powers(powers: Sequence[tuple[int, Powers]]) -> tuple[Indices, FloatArray, FloatArray]:
     """`_fine_impulses` of smooth power laws as rows, after the numbers of the laws."""
     numbers, profiles = zip(*powers, strict=True)
-    laws = ManyPowers(profiles)
+    # at least two, because NumPy may round a power differently if there is only one exponent
+    laws = ManyPowers(profiles if len(profiles) > 1 else profiles * 2)
     nodes, weights = (each[:, None] for each in gauss_legendre(_HALVINGS, _MIDDLE_NODES, _OUTER_NODES))
     width = laws.duration_ratio - 1
-    s = np.concatenate((np.broadcast_to(nodes, (nodes.size, len(profiles))), 1 + width * nodes))
+    s = np.concatenate((np.broadcast_to(nodes, (nodes.size, width.size)), 1 + width * nodes))
     rise, decay = laws.rise(s[: nodes.size]), laws.decay(s[nodes.size :])
     parts = np.concatenate((weights * rise, width * weights * decay))
-    return np.array(numbers), np.ascontiguousarray(s.T), np.ascontiguousarray(parts.T)
+    own = slice(len(profiles))
+    return np.array(numbers), np.ascontiguousarray(s.T[own]), np.ascontiguousarray(parts.T[own])
 
 
 def _divided(edges: FloatArray, width: float) -> FloatArray:
