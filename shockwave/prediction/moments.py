@@ -110,6 +110,12 @@ class Law:
     spreads: FloatArray = field(converter=_array)
     errors: FloatArray = field(converter=_array)
     turning_errors: FloatArray = field(converter=_array)
+    # Columns of the factors of each product; the last one, a column of ones, where there are fewer.
+    _picks: list[tuple[int, ...]] = field(init=False, repr=False)
+
+    @_picks.default
+    def _picked(self) -> list[tuple[int, ...]]:
+        return list(zip_longest(*([COLUMNS.index(name) for name in names] for names in self.terms), fillvalue=-1))
 
     @property
     def width(self) -> float:
@@ -118,10 +124,9 @@ class Law:
 
     def products(self, found: FloatArray) -> FloatArray:
         """Products in the correction, shape (..., terms), from columns of shape (..., columns)."""
-        picks = list(zip_longest(*([COLUMNS.index(name) for name in names] for names in self.terms), fillvalue=-1))
         factors = np.concatenate((found, np.ones((*found.shape[:-1], 1))), axis=-1)
         # in this order of memory, the sum of the terms of a pulse does not depend on the number of pulses
-        return np.ascontiguousarray(np.prod(factors[..., picks], axis=-2))
+        return np.ascontiguousarray(np.prod(factors[..., self._picks], axis=-2))
 
     def corrected(self, log_force: FloatArray, found: FloatArray) -> FloatArray:
         """Amplification F/F0 of pulses, shape (...), from the kernel's ln F and columns of shape (..., columns)."""
@@ -142,7 +147,9 @@ class Law:
     def bounds(self, pulses: Sequence[Pulse]) -> FloatArray:
         """Expected relative errors for pulses, shape (pulses,); infinite where none was measured."""
         spread, known, turns = np.array([(each.spread, each.known, each.turns) for each in pulses]).reshape(-1, 3).T
-        errors = np.where(turns, self.error(spread, True), self.error(spread, False))
+        errors = self.error(spread, False)
+        if turns.any():
+            errors = np.where(turns, self.error(spread, True), errors)
         return np.where((known > 0) & (spread <= FARTHEST), errors, np.inf)
 
     def amplification(self, pulses: Sequence[Pulse]) -> FloatArray:

@@ -16,7 +16,7 @@ from shockwave.prediction.model_interface import Indices, ScaledShock, Shocks
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import reversal
 from shockwave.profiles.guard import is_value, kept, trusted
-from shockwave.profiles.power_law import ManyPowers, Powers
+from shockwave.profiles.power_law import ManyPowers, Powers, power
 from shockwave.quadrature import FloatArray
 
 # Number of times that pieces of a smooth part are halved towards its ends, for infinite slopes and steep decays.
@@ -320,15 +320,16 @@ def _is_smooth_law(profile: ShockProfile) -> TypeGuard[Powers]:
 
 def _fine_impulses_of_powers(powers: Sequence[tuple[int, Powers]]) -> tuple[Indices, FloatArray, FloatArray]:
     """`_fine_impulses` of smooth power laws as rows, after the numbers of the laws."""
-    numbers, profiles = zip(*powers, strict=True)
+    numbers, laws = zip(*powers, strict=True)
     # at least two, because NumPy may round a power differently if there is only one exponent
-    laws = ManyPowers(profiles if len(profiles) > 1 else profiles * 2)
+    several = laws if len(laws) > 1 else laws * 2
+    rise, decay, n = np.array([(law.rise_exponent, law.decay_exponent, law.duration_ratio) for law in several]).T
     nodes, weights = (each[:, None] for each in gauss_legendre(_HALVINGS, _MIDDLE_NODES, _OUTER_NODES))
-    width = laws.duration_ratio - 1
-    s = np.concatenate((np.broadcast_to(nodes, (nodes.size, width.size)), 1 + width * nodes))
-    rise, decay = laws.rise(s[: nodes.size]), laws.decay(s[nodes.size :])
-    parts = np.concatenate((weights * rise, width * weights * decay))
-    own = slice(len(profiles))
+    width = n - 1
+    s = np.concatenate((np.repeat(nodes, n.size, axis=1), 1 + width * nodes))
+    left = np.minimum((n - s[nodes.size :]) / width, 1.0)
+    parts = np.concatenate((weights * power(s[: nodes.size], rise), width * weights * power(left, decay)))
+    own = slice(len(laws))
     return np.array(numbers), np.ascontiguousarray(s.T[own]), np.ascontiguousarray(parts.T[own])
 
 
