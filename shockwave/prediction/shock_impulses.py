@@ -111,7 +111,8 @@ def pulses_of(shocks: Shocks) -> list[Pulse]:
     for place in sorted(set(places.tolist())):
         where = np.flatnonzero(places == place)
         if limits[place] <= _MOMENTS:  # the rule of a short pulse depends on its shape only
-            used, back = np.unique(shapes[where], return_inverse=True)
+            one = shapes[:1], np.zeros_like(where)
+            used, back = one if len(profiles) == 1 else np.unique(shapes[where], return_inverse=True)
             s, parts, moments = (each[back] for each in _rules([profiles[shape] for shape in used], counts[place]))
             parts *= (strength[where] / parts.sum(axis=1))[:, None]
         else:
@@ -262,7 +263,7 @@ def _moments_of(s: FloatArray, impulses: FloatArray) -> FloatArray:
     total = impulses.sum(axis=-1)
     mean = (impulses * s).sum(axis=-1) / total
     variance = (impulses * (s - mean[..., None]) ** 2).sum(axis=-1) / total
-    return np.stack((mean, np.sqrt(variance), total), axis=-1)
+    return np.array((mean, np.sqrt(variance), total)).T
 
 
 def turns(shock: ScaledShock) -> bool:
