@@ -236,7 +236,7 @@ def test_compiled_code_refuses_buffers_that_do_not_fit() -> None:
         with pytest.raises(ValueError, match="buffers do not fit"):
             compiled.gauss(*given)
     with pytest.raises(ValueError, match="buffers do not fit"):
-        compiled.law(ten, ten, np.ones(1), nine, 1, 1.0, 1.0, 1.0, 1.0, False)
+        compiled.law(ten, ten, np.ones(1), nine, 1, 1.0, 1.0, 1.0, 1.0)
     with pytest.raises(ValueError, match="buffers do not fit"):
         compiled.gauss(ten, ten, ten, ten, 2**61)
 

@@ -10,12 +10,13 @@
 #include <Python.h>
 #include <float.h>
 #include <math.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Compiled for several vector widths; the loader selects the widest that the processor supports. */
+/* Compiled, with all that it calls, for several vector widths, of which the loader selects the widest. */
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
-#define WIDE __attribute__((target_clones("avx512f", "avx2", "default")))
+#define WIDE __attribute__((target_clones("avx512f", "avx2", "default"), flatten))
 #else
 #define WIDE
 #endif
@@ -25,13 +26,17 @@
 #define PADDED(n) (((n) + BLOCK - 1) / BLOCK * BLOCK)
 
 /* Several numbers as one value: a vector of the widest processors, and half of one. */
-#define LANES (BLOCK / 4)
-typedef double Wide __attribute__((vector_size(LANES * sizeof(double)), aligned(sizeof(double)), may_alias));
-#define HALF (LANES / 2)
-typedef double Vector __attribute__((vector_size(HALF * sizeof(double)), aligned(sizeof(double)), may_alias));
-typedef long long Whole __attribute__((vector_size(HALF * sizeof(double)), aligned(sizeof(double)), may_alias));
+#define WIDTH (BLOCK / 4)
+typedef double Wide __attribute__((vector_size(WIDTH * sizeof(double)), aligned(sizeof(double)), may_alias));
+#define LANES (WIDTH / 2)
+typedef double Vector __attribute__((vector_size(LANES * sizeof(double)), aligned(sizeof(double)), may_alias));
+typedef long long Whole __attribute__((vector_size(LANES * sizeof(double)), aligned(sizeof(double)), may_alias));
 #define VECTOR(address) (*(Vector *)(address))
 #define CHOICE(mask, yes, no) ((Vector)(((Whole)(yes) & (mask)) | ((Whole)(no) & ~(mask))))
+
+/* Numbers of several pulses, one in each lane. Loops over the lanes become vectors of each processor. */
+typedef double Lanes[LANES];
+#define EACH_LANE for (b = 0; b < LANES; b++)
 
 /* See gauss_impulses.py and moments.py for the meaning of the constants of the same names. */
 #define STABLE 32
@@ -47,12 +52,12 @@ typedef long long Whole __attribute__((vector_size(HALF * sizeof(double)), align
 /* ---------------------------------------------------------------- a pulse as a few impulses */
 
 /* Sum of the products of two arrays of padded length. */
-WIDE static double dot(const double *one, const double *other, long n)
+static double dot(const double *one, const double *other, long n)
 {
     const Wide *const a = (const Wide *)one, *const b = (const Wide *)other;
     Wide sum = {0}, second = sum, third = sum, fourth = sum;
     long i;
-    for (i = 0; i < n / LANES; i += 4) {
+    for (i = 0; i < n / WIDTH; i += 4) {
         sum += a[i] * b[i];
         second += a[i + 1] * b[i + 1];
         third += a[i + 2] * b[i + 2];
@@ -62,21 +67,21 @@ WIDE static double dot(const double *one, const double *other, long n)
     return ((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7]));
 }
 
-WIDE static void subtract(double *from, double factor, const double *values, long n)
+static void subtract(double *from, double factor, const double *values, long n)
 {
     long i;
     for (i = 0; i < n; i++) from[i] -= factor * values[i];
 }
 
-WIDE static void scale_by(double *values, double factor, long n)
+static void scale_by(double *values, double factor, long n)
 {
     long i;
     for (i = 0; i < n; i++) values[i] *= factor;
 }
 
 /* The next vector of Lanczos' recurrence before it is normalised; returns the diagonal element. */
-WIDE static double follow(const double *position, const double *vector, const double *last, double beside, double *next,
-                          long n)
+static double follow(const double *position, const double *vector, const double *last, double beside, double *next,
+                     long n)
 {
     double diagonal;
     long i;
@@ -86,12 +91,9 @@ WIDE static double follow(const double *position, const double *vector, const do
     return diagonal;
 }
 
-/* Numbers of four matrices, one in each lane. */
-typedef double Lanes[HALF];
-
 /* Rows `last` - 1 to l of the matrices in a QL iteration, in four lanes, in each of them from row m - 1 on. A lane in which
    the matrix falls into two parts stops: its m becomes l. */
-WIDE static void iterate(long l, long last, Lanes *d, Lanes *e, Lanes *first, long long *m, double *p, double *g)
+static void iterate(long l, long last, Lanes *d, Lanes *e, Lanes *first, long long *m, double *p, double *g)
 {
     const Vector one = {1, 1, 1, 1};
     const Whole least = {l, l, l, l};
@@ -105,7 +107,7 @@ WIDE static void iterate(long l, long last, Lanes *d, Lanes *e, Lanes *first, lo
         const Whole on = start > (Whole){i, i, i, i};
         Vector sine, cosine, turned;
         Whole turns;
-        for (b = 0; b < HALF; b++) root[b] = sqrt(square[b]);
+        EACH_LANE root[b] = sqrt(square[b]);
         turns = on & (root != 0);
         sine = f * (1 / root);
         cosine = now * (1 / root);
@@ -136,16 +138,16 @@ static int tridiagonal(Lanes *d, Lanes *e, Lanes *first, long n)
     long l, i;
     int b, turn;
     memset(first, 0, (size_t)n * sizeof *first);
-    for (b = 0; b < HALF; b++) {
+    EACH_LANE {
         first[0][b] = 1;
         e[n - 1][b] = 0;
     }
     for (l = 0; l < n; l++)
         for (turn = 0;; turn++) {
             Lanes p, g;
-            long long m[HALF];
-            long end[HALF], last = l;
-            for (b = 0; b < HALF; b++) {
+            long long m[LANES];
+            long end[LANES], last = l;
+            EACH_LANE {
                 long at = l;
                 double r;
                 while (at < n - 1 && !(fabs(e[at][b]) <= DBL_EPSILON * (fabs(d[at][b]) + fabs(d[at + 1][b])))) at++;
@@ -160,7 +162,7 @@ static int tridiagonal(Lanes *d, Lanes *e, Lanes *first, long n)
             if (last == l) break;
             if (turn == MOST_TURNS) return 0;
             iterate(l, last, d, e, first, m, p, g);
-            for (b = 0; b < HALF; b++) {
+            EACH_LANE {
                 if (m[b] > l) {
                     d[l][b] -= p[b];
                     e[l][b] = g[b];
@@ -168,7 +170,7 @@ static int tridiagonal(Lanes *d, Lanes *e, Lanes *first, long n)
                 if (end[b] > l) e[end[b]][b] = 0;
             }
         }
-    for (b = 0; b < HALF; b++)
+    EACH_LANE
         for (l = 1; l < n; l++) {
             const double value = d[l][b], own = first[l][b];
             for (i = l; i > 0 && d[i - 1][b] > value; i--) {
@@ -191,7 +193,7 @@ typedef struct {
 
 /* Lanczos' recurrence for one pulse of `points` impulses: the matrix of `count` rows in lane b. `work` has room for two
    vectors of padded length and those of the recurrence. */
-WIDE static void recur(const double *times, const double *impulses, long points, long count, int b, Reduced *to, double *work)
+static void recur(const double *times, const double *impulses, long points, long count, int b, Reduced *to, double *work)
 {
     const long n = PADDED(points);
     double *const position = work, *const weight = work + n, *const base = work + 2 * n;
@@ -231,9 +233,9 @@ WIDE static void recur(const double *times, const double *impulses, long points,
     to->total[b] = total;
 }
 
-/* `gauss` for at most four pulses. `work` has also room for three matrices of `count` rows of four numbers. */
-static int reduce(const double *times, const double *impulses, long points, double *instants, double *parts, long count,
-                  long pulses, double *work)
+/* `gauss` for at most as many pulses as there are lanes. `work` has also room for three columns of `count` lanes. */
+WIDE static int reduce(const double *times, const double *impulses, long points, double *instants, double *parts,
+                       long count, long pulses, double *work)
 {
     Lanes *const matrices = (Lanes *)work;
     Reduced found = {matrices, matrices + count, matrices + 2 * count, {0}, {0}, {0}};
@@ -241,7 +243,7 @@ static int reduce(const double *times, const double *impulses, long points, doub
     int b;
     memset(work, 0, (size_t)(3 * count) * sizeof *matrices);
     for (b = 0; b < pulses; b++)
-        recur(times + b * points, impulses + b * points, points, count, b, &found, work + 3 * count * HALF);
+        recur(times + b * points, impulses + b * points, points, count, b, &found, work + 3 * count * LANES);
     if (!tridiagonal(found.diagonal, found.beside, found.first, count)) return 0;
     for (b = 0; b < pulses; b++)
         for (i = 0; i < count; i++) {
@@ -258,219 +260,277 @@ typedef struct {
     double width, reach, peak, highest; /* peak: value of the kernel at 0; highest: ln of the step limit */
 } Law;
 
-/* One pulse of k impulses in the notation of `kernel_force`; square matrices, row by row. Row i of the kernel has values
-   from column first[i] to before column last[i], which both increase with i; elsewhere it is negligible. */
+/* Pulses of k impulses, one in each lane, in the notation of `kernel_force`. Of the symmetric k x k matrices, row i has
+   values from the diagonal to before column last[i], which increases with i; elsewhere the kernels are negligible. */
 typedef struct {
-    long k, *first, *last;
-    double *apart, *kernel, *system, *masses, *roots, *vector, *image, *right;
-} Kernel;
+    long k, *last;
+    Lanes *apart, *kernel, *system, *times, *impulses, *masses, *roots, *vector, *image, *right;
+} Kernels;
+#define MATRICES 3 /* in `Kernels` */
+#define VECTORS 7
 
 #define LOG2_E 1.4426950408889634
 #define LN2_HIGH 6.93147180369123816490e-01 /* so many digits that its products with whole numbers are exact */
 #define LN2_LOW 1.90821492927058770002e-10
 #define SHIFT 6755399441055744.0             /* 1.5 * 2^52: a sum with it is rounded to a whole number */
-#define LEAST (-708.0)                       /* smaller exponents count as this one, for which the exponential is 3e-308 */
 #define NEGLIGIBLE (-50.0)                   /* an element of the kernel is 2e-22 then, and 1 on the diagonal */
 
-/* Replaces n values of at most zero by their exponentials, to a unit in the last place. The function of the C library
-   takes several times as long, and its last digit depends on the processor. */
-WIDE static void exponentials(double *values, long n)
+/* Exponentials of values times a factor: from `NEGLIGIBLE` to 0, to a unit in the last place; zero for smaller numbers.
+   The function of the C library takes several times as long, and its last digit depends on the processor. */
+static void exponentials(const Lanes *restrict values, const double *restrict factor, Lanes *restrict results, long n)
 {
     static const double factors[] = {1 / 6227020800.0, 1 / 479001600.0, 1 / 39916800.0, 1 / 3628800.0, 1 / 362880.0,
                                      1 / 40320.0, 1 / 5040.0, 1 / 720.0, 1 / 120.0, 1 / 24.0, 1 / 6.0, 0.5, 1, 1};
-    const Vector zero = {0}, least = zero + LEAST, shift = zero + SHIFT;
-    const Whole bias = (Whole)shift - 1023;
-    double rest[HALF] = {0};
-    long e;
-    int i;
-    for (e = 0; e < n; e += HALF) {
-        const size_t open = (size_t)(n - e) * sizeof(double);
-        double *const at = open < sizeof rest ? memcpy(rest, values + e, open) : values + e;
-        const Vector given = VECTOR(at);
-        const Whole small = given < least;
-        const Vector x = (Vector)(((Whole)least & small) | ((Whole)given & ~small));
-        const Vector shifted = x * LOG2_E + shift, whole = shifted - shift;
-        const Vector left = (x - whole * LN2_HIGH) - whole * LN2_LOW;
-        const Whole power = ((Whole)shifted - bias) << 52;
-        Vector sum = zero + factors[0];
-        for (i = 1; i < 14; i++) sum = sum * left + factors[i];
-        VECTOR(at) = sum * (Vector)power;
-        if (at == rest) memcpy(values + e, rest, open);
-    }
+    long j;
+    int b, i;
+    for (j = 0; j < n; j++)
+        EACH_LANE {
+            const double given = values[j][b] * factor[b], x = given < NEGLIGIBLE ? NEGLIGIBLE : given;
+            const double shifted = x * LOG2_E + SHIFT, whole = shifted - SHIFT;
+            const double left = (x - whole * LN2_HIGH) - whole * LN2_LOW;
+            double sum = factors[0], power;
+            unsigned long long bits, bias;
+            memcpy(&bits, &shifted, sizeof bits);
+            memcpy(&bias, &(const double){SHIFT}, sizeof bias);
+            bits = (bits - bias + 1023) << 52;
+            memcpy(&power, &bits, sizeof power);
+            for (i = 1; i < 14; i++) sum = sum * left + factors[i];
+            results[j][b] = given < NEGLIGIBLE ? 0 : sum * power;
+        }
 }
 
-/* The kernel: exponentials of `factor`, which is negative, times `apart`, where these are not negligible. */
-static void exponentiate(Kernel *p, double factor)
+/* The kernels: exponentials of the factors, which are negative, times `apart`. */
+static void exponentiate(Kernels *p, const double *factor)
 {
     const long k = p->k;
-    long i, j, begin = 0, end = 0;
+    long i, end = 0;
+    int b;
     for (i = 0; i < k; i++) {
-        const long from = i - i % HALF; /* whole vectors */
-        double *const row = p->kernel + i * k;
-        while (end < k && !(p->apart[i * k + end] * factor < NEGLIGIBLE)) end++;
+        while (end < k) {
+            const double *const apart = p->apart[i * k + end];
+            int some = 0;
+            EACH_LANE some |= !(apart[b] * factor[b] < NEGLIGIBLE);
+            if (!some) break;
+            end++;
+        }
         p->last[i] = end;
-        while (p->last[begin] <= i) begin++;
-        p->first[i] = begin;
-        for (j = from; j < end; j++) row[j] = p->apart[i * k + j] * factor;
-        exponentials(row + from, end - from);
+        exponentials(p->apart + i * k + i, factor, p->kernel + i * k + i, end - i);
     }
-    for (i = 0; i < k; i++)
-        for (j = i + 1; j < p->last[i]; j++) p->kernel[j * k + i] = p->kernel[i * k + j];
 }
 
-static double total_mass(const double *values, long k)
-{
-    double sum = 0;
-    long i;
-    for (i = 0; i < k; i++) sum += values[i];
-    return sum;
-}
-
-/* The image of the right side by the kernel. The matrix is symmetric, so that its rows serve as columns. */
-WIDE static void apply(Kernel *p)
+/* The images of `right` by the kernels. */
+static void apply(Kernels *p)
 {
     const long k = p->k;
-    double *const image = p->image;
+    Lanes *const image = p->image, *const right = p->right;
     long i, j;
-    for (i = 0; i < k; i++) image[i] = 0;
-    for (j = 0; j < k; j++)
-        for (i = p->first[j]; i < p->last[j]; i++) image[i] += p->kernel[j * k + i] * p->right[j];
+    memset(image, 0, (size_t)k * sizeof *image);
+    for (i = 0; i < k; i++) {
+        const Lanes *const row = p->kernel + i * k;
+        const Vector own = VECTOR(right[i]);
+        Vector sum = VECTOR(image[i]) + VECTOR(row[i]) * own;
+        for (j = i + 1; j < p->last[i]; j++) {
+            sum += VECTOR(row[j]) * VECTOR(right[j]);
+            VECTOR(image[j]) += VECTOR(row[j]) * own;
+        }
+        VECTOR(image[i]) = sum;
+    }
 }
 
-/* Solves the system of shift - roots_i kernel_ij roots_j for `right`, by elimination. There is no pivoting and no
+/* Solves the systems of shift - roots_i kernel_ij roots_j for `right`, by elimination. There is no pivoting and no
    cancellation except on the diagonal, because all other elements are negative. */
-WIDE static void solve(Kernel *p, double shift)
+static void solve(Kernels *p, const double *shift)
 {
-    const long k = p->k, row = k + HALF, *const last = p->last;
-    double *const a = p->system, *const x = p->right;
+    const long k = p->k, *const last = p->last;
+    Lanes *const a = p->system, *const x = p->right;
     long i, j, m;
     for (i = 0; i < k; i++) {
-        for (j = i; j < last[i]; j++) a[i * row + j] = -p->kernel[i * k + j] * p->roots[i] * p->roots[j];
-        for (j = last[i]; j < last[i] + HALF; j++) a[i * row + j] = 0; /* so that all vectors are whole */
-        a[i * row + i] += shift;
+        for (j = i; j < last[i]; j++)
+            VECTOR(a[i * k + j]) = -VECTOR(p->kernel[i * k + j]) * VECTOR(p->roots[i]) * VECTOR(p->roots[j]);
+        VECTOR(a[i * k + i]) += VECTOR(shift);
     }
     for (m = 0; m < k; m++)
         for (i = m + 1; i < last[m]; i++) {
-            const double factor = a[m * row + i] / a[m * row + m];
-            for (j = i; j < last[m]; j += HALF) VECTOR(a + i * row + j) -= factor * VECTOR(a + m * row + j);
-            x[i] -= factor * x[m];
+            const Vector factor = VECTOR(a[m * k + i]) / VECTOR(a[m * k + m]);
+            for (j = i; j < last[m]; j++) VECTOR(a[i * k + j]) -= factor * VECTOR(a[m * k + j]);
+            VECTOR(x[i]) -= factor * VECTOR(x[m]);
         }
     for (m = k - 1; m >= 0; m--) {
-        for (i = m + 1; i < last[m]; i++) x[m] -= a[m * row + i] * x[i];
-        x[m] /= a[m * row + m];
+        Vector sum = VECTOR(x[m]);
+        for (i = m + 1; i < last[m]; i++) sum -= VECTOR(a[m * k + i]) * VECTOR(x[i]);
+        VECTOR(x[m]) = sum / VECTOR(a[m * k + m]);
     }
 }
 
-/* `kernel_force` for one pulse; returns 0 if the iteration does not converge. It starts from `log_force` and the present
-   vector if the last pulse was `similar`. */
-static int balance(const Law *law, const double *times, const double *impulses, int similar, Kernel *p, double *log_force)
+/* `kernel_force`: ln F/F0 of the pulses, which is NaN where the iteration does not converge, and their vectors. */
+WIDE static void balance(const Law *law, Kernels *p, double *force)
 {
     const long k = p->k;
-    double force;
+    Lanes *const masses = p->masses, *const vector = p->vector, *const image = p->image, *const right = p->right;
+    Lanes open, mass = {0};
     long i, j;
-    int step;
+    int b, step, left = 1;
     for (i = 0; i < k; i++) {
-        p->masses[i] = law->peak * impulses[i];
-        p->roots[i] = sqrt(p->masses[i]);
-        if (!similar) p->vector[i] = 1;
-        for (j = i - i % HALF; j < k; j++) { /* only these are used */
-            const double apart = fabs(times[i] - times[j]) / law->width;
-            p->apart[i * k + j] = apart * apart * sqrt(apart);
+        for (j = i; j < k; j++)
+            EACH_LANE {
+                const double apart = fabs(p->times[i][b] - p->times[j][b]) / law->width;
+                p->apart[i * k + j][b] = apart * apart * sqrt(apart);
+            }
+        EACH_LANE {
+            masses[i][b] = law->peak * p->impulses[i][b];
+            p->roots[i][b] = sqrt(masses[i][b]);
+            vector[i][b] = 1;
+            mass[b] += masses[i][b];
         }
     }
-    force = 1.2 * log(total_mass(p->masses, k));
-    if (!(force < law->highest)) force = law->highest;
-    if (similar) force = *log_force;
-    for (step = 0; step < MOST_STEPS; step++) {
-        const double growth = exp(force * (POWER / 6));
-        double shift = 0, most = 0, norm = 0, value = 0, slope = 0, change;
-        exponentiate(p, -growth);
-        for (i = 0; i < k; i++) p->right[i] = p->masses[i] * p->vector[i];
+    EACH_LANE {
+        force[b] = 1.2 * log(mass[b]);
+        if (!(force[b] < law->highest)) force[b] = law->highest;
+        open[b] = 1;
+    }
+    for (step = 0; left && step < MOST_STEPS; step++) {
+        Lanes factor, shift = {0}, most = {0};
+        Vector norm = {0}, value = {0}, slope = {0};
+        EACH_LANE factor[b] = -exp(force[b] * (POWER / 6));
+        exponentiate(p, factor);
+        for (i = 0; i < k; i++) EACH_LANE right[i][b] = masses[i][b] * vector[i][b];
         apply(p);
-        for (i = 0; i < k; i++) {
-            const double ratio = p->image[i] / p->vector[i];
-            if (!(ratio <= shift)) shift = ratio;
-        }
-        shift *= ABOVE;
-        /* with y = roots x, the solution x of (shift - kernel masses) x = vector is (vector + kernel roots y) / shift */
-        for (i = 0; i < k; i++) p->right[i] = p->roots[i] * p->vector[i];
-        solve(p, shift);
-        for (i = 0; i < k; i++) p->right[i] *= p->roots[i];
-        apply(p);
-        for (i = 0; i < k; i++) {
-            p->vector[i] += p->image[i];
-            if (!(p->vector[i] <= most)) most = p->vector[i];
-        }
-        for (i = 0; i < k; i++) {
-            p->vector[i] /= most;
-            p->right[i] = p->masses[i] * p->vector[i];
-            norm += p->right[i] * p->vector[i];
-        }
-        for (i = 0; i < k; i++) {
-            double row = 0, bent = 0;
-            for (j = i + 1; j < p->last[i]; j++) {
-                const double part = p->kernel[i * k + j] * p->right[j];
-                row += part;
-                bent += p->apart[i * k + j] * part;
+        for (i = 0; i < k; i++)
+            EACH_LANE {
+                const double ratio = image[i][b] / vector[i][b];
+                shift[b] = ratio <= shift[b] ? shift[b] : ratio;
             }
-            value += p->right[i] * (p->right[i] + 2 * row);
-            slope += 2 * p->right[i] * bent;
+        EACH_LANE shift[b] *= ABOVE;
+        /* with y = roots x, the solution x of (shift - kernel masses) x = vector is (vector + kernel roots y) / shift */
+        for (i = 0; i < k; i++) EACH_LANE right[i][b] = p->roots[i][b] * vector[i][b];
+        solve(p, shift);
+        for (i = 0; i < k; i++) EACH_LANE right[i][b] *= p->roots[i][b];
+        apply(p);
+        for (i = 0; i < k; i++)
+            EACH_LANE {
+                image[i][b] += vector[i][b];
+                most[b] = image[i][b] <= most[b] ? most[b] : image[i][b];
+            }
+        for (i = 0; i < k; i++) {
+            EACH_LANE {
+                vector[i][b] = open[b] > 0 ? image[i][b] / most[b] : vector[i][b];
+                right[i][b] = masses[i][b] * vector[i][b];
+            }
+            norm += VECTOR(right[i]) * VECTOR(vector[i]);
+        }
+        for (i = 0; i < k; i++) {
+            const Vector own = VECTOR(right[i]);
+            Vector row = {0}, bent = {0};
+            for (j = i + 1; j < p->last[i]; j++) {
+                const Vector part = VECTOR(p->kernel[i * k + j]) * VECTOR(right[j]);
+                row += part;
+                bent += VECTOR(p->apart[i * k + j]) * part;
+            }
+            value += own * (own + 2 * row);
+            slope += 2 * own * bent;
         }
         value /= norm;
-        slope *= -POWER * growth / (norm * value);
-        change = (1.2 * log(value) - force) / (1 - 0.2 * slope);
-        force += change;
-        if (fabs(change) < SETTLED) {
-            *log_force = force;
-            return 1;
-        }
+        left = 0;
+        EACH_LANE
+            if (open[b] > 0) {
+                const double bend = slope[b] * (POWER * factor[b] / (norm[b] * value[b]));
+                const double change = (1.2 * log(value[b]) - force[b]) / (1 - 0.2 * bend);
+                force[b] += change;
+                open[b] = !(fabs(change) < SETTLED);
+                left |= open[b] > 0;
+            }
     }
-    return 0;
+    EACH_LANE if (open[b] > 0) force[b] = NAN;
 }
 
-/* `columns` for one pulse. */
-static void measure(const Law *law, const double *times, const double *impulses, Kernel *p, double log_force, double *found)
+/* `columns` of the pulses after `balance`, of which only the vectors are still needed. */
+WIDE static void measure(const Law *law, Kernels *p, const double *force, Lanes *found)
 {
     const long k = p->k;
-    const double unit = exp(log_force / 6), strength = law->peak * exp(log_force * (-5.0 / 6)), reach = law->reach;
-    double whole = 0, mean = 0;
+    Lanes *const total = p->masses, *const before = p->roots, *const after = p->image, *const squared = p->right;
+    Lanes *const apart = p->system, *const times = p->times, *const impulses = p->impulses, *const vector = p->vector;
+    Lanes unit, strength, factor, whole = {0}, mean = {0};
     long i, j;
-    int c;
-    for (i = 0; i < k; i++) whole += impulses[i] * p->vector[i] * p->vector[i];
-    for (i = 0; i < k; i++)
-        for (j = i - i % HALF; j < k; j++) {
-            const double off = (times[i] - times[j]) * unit;
-            p->apart[i * k + j] = off * off;
-        }
-    exponentiate(p, -1 / (reach * reach));
-    for (c = 0; c < COLUMNS; c++) found[c] = 0;
-    for (i = 0; i < k; i++) {
-        double total = 0, before = 0, after = 0, squared = 0, apart = 0, directed, weight, share;
-        for (j = p->first[i]; j < p->last[i]; j++) {
-            const double off = (times[i] - times[j]) * unit, size = fabs(off);
-            const double near = p->kernel[i * k + j] * strength * impulses[j];
-            total += near;
-            if (off > 0) before += near * size; else after += near * size;
-            squared += near * off * off;
-            apart += near * off * off * sqrt(size);
-        }
-        directed = before - after;
-        weight = impulses[i] * p->vector[i] * p->vector[i] / whole;
-        share = p->image[i] = total - 1;
-        p->right[i] = weight;
-        mean += weight * share;
-        found[0] += weight * apart;
-        found[1] += weight * before * before * sqrt(before);
-        found[2] += weight * after * after * sqrt(after);
-        found[3] += weight * before * before * before * sqrt(before);
-        found[4] += weight * after * after * after * sqrt(after);
-        found[5] += weight * directed * directed * directed;
-        found[6] += weight * directed * squared;
-        found[7] += weight * directed * directed;
-        found[8] += weight * squared;
+    int b, c;
+    EACH_LANE {
+        unit[b] = exp(force[b] / 6);
+        strength[b] = law->peak * exp(force[b] * (-5.0 / 6));
+        factor[b] = -1 / (law->reach * law->reach);
     }
-    found[9] = mean;
-    for (i = 0; i < k; i++) found[10] += p->right[i] * (p->image[i] - mean) * (p->image[i] - mean);
+    for (i = 0; i < k; i++) {
+        EACH_LANE {
+            whole[b] += impulses[i][b] * vector[i][b] * vector[i][b];
+            total[i][b] = before[i][b] = after[i][b] = squared[i][b] = apart[i][b] = 0;
+        }
+        for (j = i; j < k; j++)
+            EACH_LANE {
+                const double off = (times[i][b] - times[j][b]) * unit[b];
+                p->apart[i * k + j][b] = off * off;
+            }
+    }
+    exponentiate(p, factor);
+    for (i = 0; i < k; i++) {
+        EACH_LANE total[i][b] += p->kernel[i * k + i][b] * strength[b] * impulses[i][b];
+        for (j = i + 1; j < p->last[i]; j++)
+            EACH_LANE {
+                const double off = (times[j][b] - times[i][b]) * unit[b], root = sqrt(off);
+                const double near = p->kernel[i * k + j][b] * strength[b];
+                const double later = near * impulses[j][b], earlier = near * impulses[i][b];
+                total[i][b] += later;
+                total[j][b] += earlier;
+                after[i][b] += later * off;
+                before[j][b] += earlier * off;
+                squared[i][b] += later * off * off;
+                squared[j][b] += earlier * off * off;
+                apart[i][b] += later * off * off * root;
+                apart[j][b] += earlier * off * off * root;
+            }
+    }
+    for (c = 0; c < COLUMNS; c++) EACH_LANE found[c][b] = 0;
+    for (i = 0; i < k; i++)
+        EACH_LANE {
+            const double rise = before[i][b], decay = after[i][b], directed = rise - decay, square = squared[i][b];
+            const double weight = impulses[i][b] * vector[i][b] * vector[i][b] / whole[b], share = total[i][b] - 1;
+            mean[b] += weight * share;
+            found[0][b] += weight * apart[i][b];
+            found[1][b] += weight * rise * rise * sqrt(rise);
+            found[2][b] += weight * decay * decay * sqrt(decay);
+            found[3][b] += weight * rise * rise * rise * sqrt(rise);
+            found[4][b] += weight * decay * decay * decay * sqrt(decay);
+            found[5][b] += weight * directed * directed * directed;
+            found[6][b] += weight * directed * square;
+            found[7][b] += weight * directed * directed;
+            found[8][b] += weight * square;
+        }
+    for (i = 0; i < k; i++)
+        EACH_LANE {
+            const double weight = impulses[i][b] * vector[i][b] * vector[i][b] / whole[b];
+            found[10][b] += weight * (total[i][b] - 1 - mean[b]) * (total[i][b] - 1 - mean[b]);
+        }
+    EACH_LANE found[9][b] = mean[b];
+}
+
+/* Evaluate the law for at most as many pulses of k impulses as there are lanes. */
+static void evaluate(const Law *law, const double *times, const double *impulses, long pulses, Kernels *p,
+                     double *log_force, double *columns)
+{
+    const long k = p->k;
+    Lanes force, found[COLUMNS];
+    long i;
+    int b, c;
+    EACH_LANE {
+        const long row = b < pulses ? b : 0; /* lanes that are left over repeat the first pulse */
+        for (i = 0; i < k; i++) {
+            p->times[i][b] = times[row * k + i];
+            p->impulses[i][b] = impulses[row * k + i];
+        }
+    }
+    balance(law, p, force);
+    measure(law, p, force, found);
+    for (b = 0; b < pulses; b++) {
+        log_force[b] = force[b];
+        for (c = 0; c < COLUMNS; c++) columns[b * COLUMNS + c] = found[c][b];
+    }
 }
 
 /* ---------------------------------------------------------------- Python */
@@ -514,13 +574,13 @@ static PyObject *gauss(PyObject *self, PyObject *args)
         for (i = 0; i < 4; i++) PyBuffer_Release(view + i);
         return PyErr_Format(PyExc_ValueError, "buffers do not fit one another");
     }
-    work = malloc((size_t)(PADDED(columns[0]) * (vectors_of(columns[2]) + 2) + 3 * HALF * columns[2]) * sizeof(double));
+    work = malloc((size_t)(PADDED(columns[0]) * (vectors_of(columns[2]) + 2) + 3 * LANES * columns[2]) * sizeof(double));
     if (work) {
         Py_BEGIN_ALLOW_THREADS
-        for (row = 0; row < rows; row += HALF)
+        for (row = 0; row < rows; row += LANES)
             ok &= reduce((double *)view[0].buf + row * columns[0], (double *)view[1].buf + row * columns[0], columns[0],
                          (double *)view[2].buf + row * columns[2], (double *)view[3].buf + row * columns[2], columns[2],
-                         rows - row < HALF ? rows - row : HALF, work);
+                         rows - row < LANES ? rows - row : LANES, work);
         Py_END_ALLOW_THREADS
     }
     for (i = 0; i < 4; i++) PyBuffer_Release(view + i);
@@ -528,22 +588,21 @@ static PyObject *gauss(PyObject *self, PyObject *args)
     return work ? PyBool_FromLong(ok) : PyErr_NoMemory();
 }
 
-PyDoc_STRVAR(law_doc, "law(times, impulses, log_force, columns, rows, width, reach, peak, step_limit, similar)\n--\n\n"
-             "Evaluate the kernel and the local measures of pulses, one in each row; each is similar to the one before if\n"
-             "`similar` is true. The results of a pulse for which the iteration does not converge are NaN.");
+PyDoc_STRVAR(law_doc, "law(times, impulses, log_force, columns, rows, width, reach, peak, step_limit)\n--\n\n"
+             "Evaluate the kernel and the local measures of pulses, one in each row. The results of a pulse for which the\n"
+             "iteration does not converge are NaN.");
 
 static PyObject *law_of(PyObject *self, PyObject *args)
 {
-    PyObject *own[10];
+    PyObject *own[9];
     Py_buffer view[4];
-    long columns[4] = {0, 0, 1, COLUMNS}, rows, row, k, square, *ends;
-    double number[4], *work;
-    int i, similar, done;
+    long columns[4] = {0, 0, 1, COLUMNS}, rows, row, k, *ends;
+    double number[4];
+    void *memory;
+    int i;
     (void)self;
-    if (!PyArg_UnpackTuple(args, "law", 10, 10, own, own + 1, own + 2, own + 3, own + 4, own + 5, own + 6, own + 7, own + 8,
-                           own + 9))
+    if (!PyArg_UnpackTuple(args, "law", 9, 9, own, own + 1, own + 2, own + 3, own + 4, own + 5, own + 6, own + 7, own + 8))
         return NULL;
-    similar = PyObject_IsTrue(own[9]);
     rows = PyLong_AsLong(own[4]);
     for (i = 0; i < 4; i++) number[i] = PyFloat_AsDouble(own[5 + i]);
     if (PyErr_Occurred() || !buffers_of(args, rows, 4, 2, columns, view)) return NULL;
@@ -552,33 +611,26 @@ static PyObject *law_of(PyObject *self, PyObject *args)
         for (i = 0; i < 4; i++) PyBuffer_Release(view + i);
         return PyErr_Format(PyExc_ValueError, "buffers do not fit one another");
     }
-    square = k * k;
-    work = calloc((size_t)(3 * square + (HALF + 5) * k), sizeof(double));
-    ends = calloc((size_t)(2 * k), sizeof(long));
-    if (work && ends) {
+    memory = malloc((size_t)(MATRICES * k * k + VECTORS * k + 1) * sizeof(Lanes));
+    ends = malloc((size_t)k * sizeof *ends);
+    if (memory && ends) {
         const Law law = {number[0], number[1], number[2], log(number[3])};
-        double *const vectors = work + 3 * square + HALF * k;
-        Kernel p = {k, ends, ends + k, work, work + square, work + 2 * square, vectors, vectors + k, vectors + 2 * k,
-                    vectors + 3 * k, vectors + 4 * k};
+        /* aligned, because numbers of all lanes are faster to read within a line of the cache */
+        Lanes *const matrices = (Lanes *)(((uintptr_t)memory / sizeof(Lanes) + 1) * sizeof(Lanes));
+        Lanes *const vectors = matrices + MATRICES * k * k;
+        Kernels p = {k, ends, matrices, matrices + k * k, matrices + 2 * k * k, vectors, vectors + k, vectors + 2 * k,
+                     vectors + 3 * k, vectors + 4 * k, vectors + 5 * k, vectors + 6 * k};
         Py_BEGIN_ALLOW_THREADS
-        for (row = 0; row < rows; row++) {
-            const double *const times = (double *)view[0].buf + row * k, *const impulses = (double *)view[1].buf + row * k;
-            double *const force = (double *)view[2].buf + row;
-            if (similar && row) *force = force[-1];
-            double *const found = (double *)view[3].buf + row * COLUMNS;
-            if (balance(&law, times, impulses, similar && row, &p, force)) measure(&law, times, impulses, &p, *force, found);
-            else {
-                *force = NAN;
-                for (i = 0; i < COLUMNS; i++) found[i] = NAN;
-            }
-        }
+        for (row = 0; row < rows; row += LANES)
+            evaluate(&law, (double *)view[0].buf + row * k, (double *)view[1].buf + row * k,
+                     rows - row < LANES ? rows - row : LANES, &p, (double *)view[2].buf + row,
+                     (double *)view[3].buf + row * COLUMNS);
         Py_END_ALLOW_THREADS
     }
     for (i = 0; i < 4; i++) PyBuffer_Release(view + i);
-    done = work && ends;
-    free(work);
+    free(memory);
     free(ends);
-    if (!done) return PyErr_NoMemory();
+    if (!memory || !ends) return PyErr_NoMemory();
     Py_RETURN_NONE;
 }
 

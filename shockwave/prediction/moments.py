@@ -74,7 +74,7 @@ _SETTLED = 1e-9
 _ABOVE = 1 + 1e-9
 _DIVERGED = "the law of moments did not converge for this pulse (simulate it instead)"
 # Most elements of matrices that are evaluated together: more would leave the processor's cache.
-_MOST_TOGETHER = 20_000
+_MOST_TOGETHER = 2**17
 # Step of ln t0 for the derivative.
 _STEP = 1e-5
 
@@ -174,17 +174,13 @@ def evaluated(law: Law, pulses: Sequence[Pulse]) -> tuple[FloatArray, FloatArray
     return log_force, found
 
 
-def measured(law: Law, times: FloatArray, impulses: FloatArray, similar: bool = False) -> tuple[FloatArray, FloatArray]:
-    """Results of `kernel_force` and `columns` for pulses of shape (pulses, k), by compiled code if there is any.
-
-    If the pulses are ``similar``, the result of one is the first approximation for the next.
-    """
+def measured(law: Law, times: FloatArray, impulses: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Results of `kernel_force` and `columns` for pulses of shape (pulses, k), by compiled code if there is any."""
     if compiled is None:
         log_force, vectors = kernel_force(law, times, impulses)
         return log_force, columns(law, times, impulses, log_force, vectors)
     log_force, found = np.empty(len(times)), np.empty((len(times), len(COLUMNS)))
-    numbers = law.width, law.reach, _G0, law.step_limit
-    compiled.law(times, impulses, log_force, found, len(times), *numbers, similar)
+    compiled.law(times, impulses, log_force, found, len(times), law.width, law.reach, _G0, law.step_limit)
     return log_force, found
 
 
@@ -324,7 +320,7 @@ def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
 def _amplifications(law: Law, pulse: Pulse) -> tuple[float, float]:
     """Amplification of a pulse, and of one of the same peak force that is longer by the step for the derivative."""
     lengths = np.array([[1.0], [1 + _STEP]])
-    peak, longer = law.corrected(*measured(law, lengths * pulse.times, lengths * pulse.impulses, similar=True)).tolist()
+    peak, longer = law.corrected(*measured(law, lengths * pulse.times, lengths * pulse.impulses)).tolist()
     return peak, longer
 
 
