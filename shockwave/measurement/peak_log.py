@@ -189,10 +189,15 @@ class PeakLog:
         under_way = now - time < _PATIENCE * np.maximum(force, 1e-30) ** -self.wave.of_speed
         # Weaker peaks must not hide the wave that has just passed.
         strong = (force >= share * force[under_way].max(initial=most)).nonzero()[0]
-        latest = np.full(at.max(initial=-1) + 2, -1)
+        latest = np.empty(at.max(initial=-1) + 2, np.intp)
+        latest.fill(len(time))
         latest[at[strong]] = strong
-        passed = np.append(time, -math.inf)[latest]
-        passed[contact + 1 :][passed[contact + 1 :] <= since] = -math.inf
+        times = np.empty(len(time) + 1)
+        times[:-1], times[-1] = time, -math.inf
+        passed = times[latest]
+        if since > -math.inf:
+            ahead = passed[contact + 1 :]
+            ahead[ahead <= since] = -math.inf
         head = latest[:-1][passed[:-1] > passed[1:]]
         return [self.peak(begin + index) for index in head[under_way[head]][::-1].tolist()]
 
