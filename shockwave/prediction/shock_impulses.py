@@ -37,15 +37,17 @@ _MOST_PARTS = 2048
 _MIDDLE = 0.05
 # Largest fraction of the impulse that the points may miss; if they miss more, the pulse is too fine for them.
 _MOST_MISSED = 1e-3
-# (longest duration, number of impulses) that represent a pulse; durations are in times of its wave.
-_INSTANTS = ((0.5, 8), (1.5, 12), (3.0, 16), (10.0, 32), (35.0, 64), (math.inf, 128))
-# Longest pulse, in times of its wave, whose moments suffice; a longer one is divided into equal cells, so that the
-# instants do not depend on its breakpoints.
-_MOMENTS = 10.0
 # Longest pulse, in times of its wave, that is represented as a whole; a longer one by the section around its strongest
 # blow, the impulse within so many of these times.
 _LONGEST = 50.0
 _BLOW = 6.0
+# (longest duration, number of impulses) of the classes of pulses; durations are in times of the wave.
+_CLASSES = (
+    (0.5, 8), (1.5, 12), (3.0, 16), (10.0, 32), (20.0, 64), (35.0, 64), (_LONGEST, 128), (math.inf, 128),
+)  # fmt: skip
+# Longest pulse, in times of its wave, whose moments suffice; a longer one is divided into equal cells, so that the
+# instants do not depend on its breakpoints.
+_MOMENTS = 10.0
 # Cells per blow, and most cells at once.
 _FINE = 96
 _MOST_CELLS = 100_000
@@ -104,24 +106,24 @@ def pulses_of(shocks: Shocks) -> list[Pulse]:
     strength = areas * unit
     ratios = np.array([float(profile.duration_ratio) for profile in profiles])[shapes]
     lengths = ratios * unit * np.minimum(IMPULSE_LIMIT * strength**1.2, _HIGHEST) ** (1 / 6)
-    limits, counts = zip(*_INSTANTS, strict=True)
-    places = np.searchsorted(limits, lengths)
+    limits, counts = zip(*_CLASSES, strict=True)
+    classes = np.searchsorted(limits, lengths)
     single = [_has_one_peak(profile) for profile in profiles]
     found: dict[int, Pulse] = {}
-    for place in sorted(set(places.tolist())):
-        where = np.flatnonzero(places == place)
-        if limits[place] <= _MOMENTS:  # the rule of a short pulse depends on its shape only
+    for own in sorted(set(classes.tolist())):
+        where = np.flatnonzero(classes == own)
+        if limits[own] <= _LONGEST:  # the rule depends on the shape only
             one = shapes[:1], np.zeros_like(where)
             used, back = one if len(profiles) == 1 else np.unique(shapes[where], return_inverse=True)
-            s, parts, moments = (each[back] for each in _rules([profiles[shape] for shape in used], counts[place]))
+            s, parts, moments = (each[back] for each in _rules([profiles[shape] for shape in used], own))
             parts *= (strength[where] / parts.sum(axis=1))[:, None]
         else:
-            own = [profiles[shape] for shape in shapes[where]]
-            s, parts = np.empty((2, len(own), counts[place]))
-            for group, times, impulses in _sections(own, lengths[where]):
-                s[group], parts[group] = gauss(times, impulses, counts[place])
+            long = [profiles[shape] for shape in shapes[where]]
+            s, parts = np.empty((2, len(long), counts[own]))
+            for group, times, impulses in _together(list(map(_strongest, long, lengths[where].tolist()))):
+                s[group], parts[group] = gauss(times, impulses, counts[own])
             parts *= unit[where, None]
-            moments = np.array([_moments(profile) for profile in own])
+            moments = np.array([_moments(profile) for profile in long])
         mean, deviation, total = moments.T
         times = (s - mean[:, None]) * unit[where, None]
         spread = deviation * unit[where] * strength[where] ** 0.2
@@ -137,19 +139,19 @@ def pulses_of(shocks: Shocks) -> list[Pulse]:
 
 
 _Rules = tuple[FloatArray, FloatArray, FloatArray]
-# Rules that were computed together, by profile and number of impulses: batches of a sweep share shapes.
+# Rules that were computed together, by profile and class: batches of a sweep share shapes.
 _known: dict[Any, Any] = {}
 
 
-def _rules(profiles: Sequence[ShockProfile], count: int) -> _Rules:
-    """Instants s and impulses of shapes, shape (shapes, ``count``) each, and their moments, shape (shapes, 3)."""
+def _rules(profiles: Sequence[ShockProfile], own: int) -> _Rules:
+    """Instants s and impulses of shapes of a class, shape (shapes, count), and their moments, shape (shapes, 3)."""
     if len(profiles) == 1:
-        s, parts, moments = _rule(profiles[0], count)
+        s, parts, moments = _rule(profiles[0], own)
         return s[None], parts[None], moments[None]
-    keys = [(profile, count) if is_value(profile) else None for profile in profiles]
+    keys = [(profile, own) if is_value(profile) else None for profile in profiles]
     rules = [_known.get(key) for key in keys]
     new = [index for index, rule in enumerate(rules) if rule is None]
-    for index, *rule in zip(new, *_rules_together([profiles[index] for index in new], count), strict=True):
+    for index, *rule in zip(new, *_rules_together([profiles[index] for index in new], own), strict=True):
         rules[index] = rule
     if len(_known) > _MOST_KNOWN:
         _known.clear()
@@ -158,8 +160,10 @@ def _rules(profiles: Sequence[ShockProfile], count: int) -> _Rules:
     return s, parts, moments
 
 
-def _rules_together(profiles: Sequence[ShockProfile], count: int) -> _Rules:
+def _rules_together(profiles: Sequence[ShockProfile], own: int) -> _Rules:
     """`_rules` without those that are known."""
+    limit, count = _CLASSES[own]
+    cells = math.ceil(limit / _BLOW * _FINE) if limit > _MOMENTS else 0
     s, parts = np.empty((2, len(profiles), count))
     moments = np.empty((len(profiles), 3))
     powers, left = [], []
@@ -169,20 +173,23 @@ def _rules_together(profiles: Sequence[ShockProfile], count: int) -> _Rules:
         else:
             left.append(index)
     for begin in range(0, len(powers), _AT_ONCE):
-        group, times, impulses = _fine_impulses_of_powers(powers[begin : begin + _AT_ONCE])
-        s[group], parts[group] = gauss(times, impulses, count)
-        moments[group] = _moments_of(times, impulses)
-    for own, times, impulses in _together([_fine_impulses(profiles[index]) for index in left]):
-        group = np.array(left)[own]
-        s[group], parts[group] = gauss(times, impulses, count)
+        group, laws = map(list, zip(*powers[begin : begin + _AT_ONCE], strict=True))
+        fine = _fine_impulses_of_powers(laws)
+        moments[group] = _moments_of(*fine)
+        s[group], parts[group] = gauss(*(_cells_of_powers(laws, cells) if cells else fine), count)
+    jobs = [_cells_of(profiles[index], cells) if cells else _fine_impulses(profiles[index]) for index in left]
+    for among, times, impulses in _together(jobs):
+        where = np.array(left)[among]
+        s[where], parts[where] = gauss(times, impulses, count)
     # not from the rows, whose sums depend on the longest of their group
     moments[left] = np.reshape([_moments(profiles[index]) for index in left], (-1, 3))
     return s, parts, moments
 
 
 @kept
-def _rule(profile: ShockProfile, count: int) -> _Rules:
-    return *gauss(*_fine_impulses(profile), count), np.array(_moments(profile))
+def _rule(profile: ShockProfile, own: int) -> _Rules:
+    s, parts, moments = _rules_together([profile], own)
+    return s[0], parts[0], moments[0]
 
 
 def _together(jobs: Sequence[tuple[FloatArray, FloatArray]]) -> Iterator[tuple[Indices, FloatArray, FloatArray]]:
@@ -210,24 +217,18 @@ def _length(shock: ScaledShock) -> float:
     return float(shock.duration / MOMENTUM * force ** (1 / 6))
 
 
-def _sections(
-    profiles: Sequence[ShockProfile], lengths: FloatArray
-) -> Iterator[tuple[Indices, FloatArray, FloatArray]]:
-    """Yield sections of pulses of the shapes ``profiles`` and of these ``lengths`` as `_strongest`, in groups."""
-    powers = np.array([isinstance(profile, Powers) and trusted(profile) for profile in profiles], dtype=bool)
-    powers &= lengths <= _LONGEST
-    cells = np.where(powers, np.ceil(lengths / _BLOW * _FINE), 0).astype(int)
-    order = np.argsort(cells, kind="stable")[np.count_nonzero(~powers) :]
-    for begin in range(0, len(order), _AT_ONCE):
-        group = order[begin : begin + _AT_ONCE]
-        laws = ManyPowers([profiles[index] for index in group.tolist()])
-        width, place = laws.duration_ratio / cells[group], np.arange(cells[group[-1]] + 1)[:, None]
-        impulses = np.diff(laws.closed_running_impulse(width * np.minimum(place, cells[group])), axis=0)
-        centres = width * (np.minimum(place[:-1], cells[group] - 1) + 0.5)
-        yield group, np.ascontiguousarray(centres.T), np.ascontiguousarray(impulses.T)
-    others = np.flatnonzero(~powers)
-    jobs = [_strongest(profiles[index], float(lengths[index])) for index in others.tolist()]
-    yield from ((others[group], times, impulses) for group, times, impulses in _together(jobs))
+def _cells_of(profile: ShockProfile, cells: int) -> tuple[FloatArray, FloatArray]:
+    """Instants s and impulses of equal cells of a pulse."""
+    edges = np.linspace(0.0, float(profile.duration_ratio), cells + 1)
+    return (edges[:-1] + edges[1:]) / 2, np.diff(profile.running_impulse(edges))
+
+
+def _cells_of_powers(powers: Sequence[Powers], cells: int) -> tuple[FloatArray, FloatArray]:
+    """`_cells_of` power laws as rows."""
+    laws = ManyPowers(powers)
+    width, place = laws.duration_ratio / cells, np.arange(cells + 1)[:, None]
+    impulses = np.diff(laws.closed_running_impulse(np.minimum(width * place, laws.duration_ratio)), axis=0)
+    return np.ascontiguousarray((width * (place[:-1] + 0.5)).T), np.ascontiguousarray(impulses.T)
 
 
 def _strongest(profile: ShockProfile, length: float) -> tuple[FloatArray, FloatArray]:
@@ -297,13 +298,12 @@ def _turns(profile: ShockProfile, cells: int) -> bool:
 def _fine_impulses(profile: ShockProfile) -> tuple[FloatArray, FloatArray]:
     """Many instants s and impulses of a profile; of one with very many parts, exact impulses of equal intervals."""
     if _is_smooth_law(profile):
-        _, times, rows = _fine_impulses_of_powers([(0, profile)])
-        return times[0], rows[0]
+        times, impulses = _fine_impulses_of_powers([profile])
+        return times[0], impulses[0]
     edges = np.array(profile.breakpoints, dtype=float)
     parts = len(edges) - 1
     if parts > _MOST_PARTS:
-        edges = np.linspace(0.0, float(profile.duration_ratio), _MOST_PARTS + 1)
-        return (edges[:-1] + edges[1:]) / 2, np.diff(profile.running_impulse(edges))
+        return _cells_of(profile, _MOST_PARTS)
     if parts <= _SMOOTH_PARTS:
         nodes, weights = gauss_legendre(_HALVINGS, _MIDDLE_NODES, _OUTER_NODES if parts <= _FEW_PARTS else _FEWER_NODES)
     else:
@@ -319,11 +319,10 @@ def _is_smooth_law(profile: ShockProfile) -> TypeGuard[Powers]:
     return isinstance(profile, Powers) and trusted(profile) and profile.is_smooth
 
 
-def _fine_impulses_of_powers(powers: Sequence[tuple[int, Powers]]) -> tuple[Indices, FloatArray, FloatArray]:
-    """`_fine_impulses` of smooth power laws as rows, after the numbers of the laws."""
-    numbers, laws = zip(*powers, strict=True)
+def _fine_impulses_of_powers(laws: Sequence[Powers]) -> tuple[FloatArray, FloatArray]:
+    """`_fine_impulses` of smooth power laws as rows."""
     # at least two, because NumPy may round a power differently if there is only one exponent
-    several = laws if len(laws) > 1 else laws * 2
+    several = laws if len(laws) > 1 else [*laws, *laws]
     rise, decay, n = np.array([(law.rise_exponent, law.decay_exponent, law.duration_ratio) for law in several]).T
     nodes, weights = (each[:, None] for each in gauss_legendre(_HALVINGS, _MIDDLE_NODES, _OUTER_NODES))
     width = n - 1
@@ -331,7 +330,7 @@ def _fine_impulses_of_powers(powers: Sequence[tuple[int, Powers]]) -> tuple[Indi
     left = np.minimum((n - s[nodes.size :]) / width, 1.0)
     parts = np.concatenate((weights * power(s[: nodes.size], rise), width * weights * power(left, decay)))
     own = slice(len(laws))
-    return np.array(numbers), np.ascontiguousarray(s.T[own]), np.ascontiguousarray(parts.T[own])
+    return np.ascontiguousarray(s.T[own]), np.ascontiguousarray(parts.T[own])
 
 
 def _divided(edges: FloatArray, width: float) -> FloatArray:
