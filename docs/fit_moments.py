@@ -2,7 +2,7 @@
 
     python docs/fit_moments.py
 
-writes, in about two minutes,
+writes, in less than a minute,
 
 - ``shockwave/prediction/moments.json``: the coefficients, with the seeds and numbers of pulses;
 - ``docs/moments/judged.csv``: the pulses of the validation, with their measures and errors;

@@ -192,9 +192,9 @@ class PeakLog:
         latest = np.empty(at.max(initial=-1) + 2, np.intp)
         latest.fill(len(time))
         latest[at[strong]] = strong
-        times = np.empty(len(time) + 1)
-        times[:-1], times[-1] = time, -math.inf
-        passed = times[latest]
+        padded = np.empty(len(time) + 1)
+        padded[:-1], padded[-1] = time, -math.inf  # the latter where a contact has no peak yet
+        passed = padded[latest]
         if since > -math.inf:
             ahead = passed[contact + 1 :]
             ahead[ahead <= since] = -math.inf

@@ -14,7 +14,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Compiled, with all that it calls, for several vector widths, of which the loader selects the widest. */
+/* Compiled for several instruction sets, with the functions it calls inlined; the loader selects the widest that the
+   processor supports. */
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
 #define WIDE __attribute__((target_clones("avx512f", "avx2", "default"), flatten))
 #else
@@ -25,7 +26,7 @@
                             padded with zeros to a multiple */
 #define PADDED(n) (((n) + BLOCK - 1) / BLOCK * BLOCK)
 
-/* Several numbers as one value: a vector of the widest processors, and half of one. */
+/* Vectors of eight numbers, a register of AVX-512, and of four. */
 #define WIDTH (BLOCK / 4)
 typedef double Wide __attribute__((vector_size(WIDTH * sizeof(double)), aligned(sizeof(double)), may_alias));
 #define LANES (WIDTH / 2)
@@ -34,7 +35,7 @@ typedef long long Whole __attribute__((vector_size(LANES * sizeof(double)), alig
 #define VECTOR(address) (*(Vector *)(address))
 #define CHOICE(mask, yes, no) ((Vector)(((Whole)(yes) & (mask)) | ((Whole)(no) & ~(mask))))
 
-/* Numbers of several pulses, one in each lane. Loops over the lanes become vectors of each processor. */
+/* Numbers of several pulses, one in each lane. Loops over the lanes are vectorised for each instruction set. */
 typedef double Lanes[LANES];
 #define EACH_LANE for (b = 0; b < LANES; b++)
 
@@ -233,7 +234,8 @@ static void recur(const double *times, const double *impulses, long points, long
     to->total[b] = total;
 }
 
-/* `gauss` for at most as many pulses as there are lanes. `work` has also room for three columns of `count` lanes. */
+/* `gauss` for at most as many pulses as there are lanes. `work` has room for three arrays of `count`
+   lanes in addition to what `recur` needs. */
 WIDE static int reduce(const double *times, const double *impulses, long points, double *instants, double *parts,
                        long count, long pulses, double *work)
 {
@@ -260,46 +262,48 @@ typedef struct {
     double width, reach, peak, highest; /* peak: value of the kernel at 0; highest: ln of the step limit */
 } Law;
 
-/* Pulses of k impulses, one in each lane, in the notation of `kernel_force`. Of the symmetric k x k matrices, row i has
-   values from the diagonal to before column last[i], which increases with i; elsewhere the kernels are negligible. */
+/* Pulses of k impulses, one in each lane, in the notation of `kernel_force`. Of the symmetric k x k matrices only a
+   part of the upper triangle is used: row i has columns i to end[i] - 1, and end[i] does not decrease with i. The kernels
+   beyond are negligible in every lane. */
 typedef struct {
-    long k, *last;
+    long k, *end;
     Lanes *apart, *kernel, *system, *times, *impulses, *masses, *roots, *vector, *image, *right;
 } Kernels;
 #define MATRICES 3 /* in `Kernels` */
 #define VECTORS 7
 
 #define LOG2_E 1.4426950408889634
-#define LN2_HIGH 6.93147180369123816490e-01 /* so many digits that its products with whole numbers are exact */
+#define LN2_HIGH 6.93147180369123816490e-01 /* has trailing zeros, so that its products with small integers are exact */
 #define LN2_LOW 1.90821492927058770002e-10
-#define SHIFT 6755399441055744.0             /* 1.5 * 2^52: a sum with it is rounded to a whole number */
-#define NEGLIGIBLE (-50.0)                   /* an element of the kernel is 2e-22 then, and 1 on the diagonal */
+#define SHIFT 6755399441055744.0             /* 1.5 * 2^52: adding it rounds to the nearest integer */
+#define NEGLIGIBLE (-50.0)                   /* least exponent of the kernel, whose value is 2e-22 then */
 
-/* Exponentials of values times a factor: from `NEGLIGIBLE` to 0, to a unit in the last place; zero for smaller numbers.
+/* exp(factor * values), to a unit in the last place, for arguments from `NEGLIGIBLE` to 0; zero for smaller arguments.
    The function of the C library takes several times as long, and its last digit depends on the processor. */
 static void exponentials(const Lanes *restrict values, const double *restrict factor, Lanes *restrict results, long n)
 {
-    static const double factors[] = {1 / 6227020800.0, 1 / 479001600.0, 1 / 39916800.0, 1 / 3628800.0, 1 / 362880.0,
-                                     1 / 40320.0, 1 / 5040.0, 1 / 720.0, 1 / 120.0, 1 / 24.0, 1 / 6.0, 0.5, 1, 1};
+    static const double coefficients[] = {1 / 6227020800.0, 1 / 479001600.0, 1 / 39916800.0, 1 / 3628800.0,
+                                          1 / 362880.0, 1 / 40320.0, 1 / 5040.0, 1 / 720.0, 1 / 120.0, 1 / 24.0,
+                                          1 / 6.0, 0.5, 1, 1};
     long j;
     int b, i;
     for (j = 0; j < n; j++)
         EACH_LANE {
             const double given = values[j][b] * factor[b], x = given < NEGLIGIBLE ? NEGLIGIBLE : given;
-            const double shifted = x * LOG2_E + SHIFT, whole = shifted - SHIFT;
-            const double left = (x - whole * LN2_HIGH) - whole * LN2_LOW;
-            double sum = factors[0], power;
+            const double shifted = x * LOG2_E + SHIFT, rounded = shifted - SHIFT;
+            const double rest = (x - rounded * LN2_HIGH) - rounded * LN2_LOW;
+            double sum = coefficients[0], power;
             unsigned long long bits, bias;
             memcpy(&bits, &shifted, sizeof bits);
             memcpy(&bias, &(const double){SHIFT}, sizeof bias);
             bits = (bits - bias + 1023) << 52;
             memcpy(&power, &bits, sizeof power);
-            for (i = 1; i < 14; i++) sum = sum * left + factors[i];
+            for (i = 1; i < 14; i++) sum = sum * rest + coefficients[i];
             results[j][b] = given < NEGLIGIBLE ? 0 : sum * power;
         }
 }
 
-/* The kernels: exponentials of the factors, which are negative, times `apart`. */
+/* The kernels, exp(factor * apart) with negative factors, and the ends of their rows. */
 static void exponentiate(Kernels *p, const double *factor)
 {
     const long k = p->k;
@@ -313,12 +317,12 @@ static void exponentiate(Kernels *p, const double *factor)
             if (!some) break;
             end++;
         }
-        p->last[i] = end;
+        p->end[i] = end;
         exponentials(p->apart + i * k + i, factor, p->kernel + i * k + i, end - i);
     }
 }
 
-/* The images of `right` by the kernels. */
+/* The products of the kernels and `right`, as `image`. */
 static void apply(Kernels *p)
 {
     const long k = p->k;
@@ -329,7 +333,7 @@ static void apply(Kernels *p)
         const Lanes *const row = p->kernel + i * k;
         const Vector own = VECTOR(right[i]);
         Vector sum = VECTOR(image[i]) + VECTOR(row[i]) * own;
-        for (j = i + 1; j < p->last[i]; j++) {
+        for (j = i + 1; j < p->end[i]; j++) {
             sum += VECTOR(row[j]) * VECTOR(right[j]);
             VECTOR(image[j]) += VECTOR(row[j]) * own;
         }
@@ -337,39 +341,39 @@ static void apply(Kernels *p)
     }
 }
 
-/* Solves the systems of shift - roots_i kernel_ij roots_j for `right`, by elimination. There is no pivoting and no
-   cancellation except on the diagonal, because all other elements are negative. */
+/* Solves (shift I - R K R) x = `right` in place, with R = diag(roots), by elimination without pivots. Cancellation
+   occurs only on the diagonal, because no other element is positive. */
 static void solve(Kernels *p, const double *shift)
 {
-    const long k = p->k, *const last = p->last;
+    const long k = p->k, *const end = p->end;
     Lanes *const a = p->system, *const x = p->right;
     long i, j, m;
     for (i = 0; i < k; i++) {
-        for (j = i; j < last[i]; j++)
+        for (j = i; j < end[i]; j++)
             VECTOR(a[i * k + j]) = -VECTOR(p->kernel[i * k + j]) * VECTOR(p->roots[i]) * VECTOR(p->roots[j]);
         VECTOR(a[i * k + i]) += VECTOR(shift);
     }
     for (m = 0; m < k; m++)
-        for (i = m + 1; i < last[m]; i++) {
+        for (i = m + 1; i < end[m]; i++) {
             const Vector factor = VECTOR(a[m * k + i]) / VECTOR(a[m * k + m]);
-            for (j = i; j < last[m]; j++) VECTOR(a[i * k + j]) -= factor * VECTOR(a[m * k + j]);
+            for (j = i; j < end[m]; j++) VECTOR(a[i * k + j]) -= factor * VECTOR(a[m * k + j]);
             VECTOR(x[i]) -= factor * VECTOR(x[m]);
         }
     for (m = k - 1; m >= 0; m--) {
         Vector sum = VECTOR(x[m]);
-        for (i = m + 1; i < last[m]; i++) sum -= VECTOR(a[m * k + i]) * VECTOR(x[i]);
+        for (i = m + 1; i < end[m]; i++) sum -= VECTOR(a[m * k + i]) * VECTOR(x[i]);
         VECTOR(x[m]) = sum / VECTOR(a[m * k + m]);
     }
 }
 
-/* `kernel_force`: ln F/F0 of the pulses, which is NaN where the iteration does not converge, and their vectors. */
-WIDE static void balance(const Law *law, Kernels *p, double *force)
+/* The results of `kernel_force`, ln F/F0 and the eigenvectors; ln F/F0 is NaN where the iteration does not converge. */
+WIDE static void balance(const Law *law, Kernels *p, double *log_force)
 {
     const long k = p->k;
     Lanes *const masses = p->masses, *const vector = p->vector, *const image = p->image, *const right = p->right;
-    Lanes open, mass = {0};
+    Lanes active, mass = {0};
     long i, j;
-    int b, step, left = 1;
+    int b, step, some = 1;
     for (i = 0; i < k; i++) {
         for (j = i; j < k; j++)
             EACH_LANE {
@@ -384,14 +388,14 @@ WIDE static void balance(const Law *law, Kernels *p, double *force)
         }
     }
     EACH_LANE {
-        force[b] = 1.2 * log(mass[b]);
-        if (!(force[b] < law->highest)) force[b] = law->highest;
-        open[b] = 1;
+        log_force[b] = 1.2 * log(mass[b]);
+        if (!(log_force[b] < law->highest)) log_force[b] = law->highest;
+        active[b] = 1;
     }
-    for (step = 0; left && step < MOST_STEPS; step++) {
+    for (step = 0; some && step < MOST_STEPS; step++) {
         Lanes factor, shift = {0}, most = {0};
-        Vector norm = {0}, value = {0}, slope = {0};
-        EACH_LANE factor[b] = -exp(force[b] * (POWER / 6));
+        Vector norm = {0}, eigenvalue = {0}, bends = {0};
+        EACH_LANE factor[b] = -exp(log_force[b] * (POWER / 6));
         exponentiate(p, factor);
         for (i = 0; i < k; i++) EACH_LANE right[i][b] = masses[i][b] * vector[i][b];
         apply(p);
@@ -413,53 +417,53 @@ WIDE static void balance(const Law *law, Kernels *p, double *force)
             }
         for (i = 0; i < k; i++) {
             EACH_LANE {
-                vector[i][b] = open[b] > 0 ? image[i][b] / most[b] : vector[i][b];
+                vector[i][b] = active[b] > 0 ? image[i][b] / most[b] : vector[i][b];
                 right[i][b] = masses[i][b] * vector[i][b];
             }
             norm += VECTOR(right[i]) * VECTOR(vector[i]);
         }
         for (i = 0; i < k; i++) {
             const Vector own = VECTOR(right[i]);
-            Vector row = {0}, bent = {0};
-            for (j = i + 1; j < p->last[i]; j++) {
+            Vector row = {0}, bend = {0};
+            for (j = i + 1; j < p->end[i]; j++) {
                 const Vector part = VECTOR(p->kernel[i * k + j]) * VECTOR(right[j]);
                 row += part;
-                bent += VECTOR(p->apart[i * k + j]) * part;
+                bend += VECTOR(p->apart[i * k + j]) * part;
             }
-            value += own * (own + 2 * row);
-            slope += 2 * own * bent;
+            eigenvalue += own * (own + 2 * row);
+            bends += 2 * own * bend;
         }
-        value /= norm;
-        left = 0;
+        eigenvalue /= norm;
+        some = 0;
         EACH_LANE
-            if (open[b] > 0) {
-                const double bend = slope[b] * (POWER * factor[b] / (norm[b] * value[b]));
-                const double change = (1.2 * log(value[b]) - force[b]) / (1 - 0.2 * bend);
-                force[b] += change;
-                open[b] = !(fabs(change) < SETTLED);
-                left |= open[b] > 0;
+            if (active[b] > 0) {
+                const double slope = bends[b] * (POWER * factor[b] / (norm[b] * eigenvalue[b]));
+                const double change = (1.2 * log(eigenvalue[b]) - log_force[b]) / (1 - 0.2 * slope);
+                log_force[b] += change;
+                active[b] = !(fabs(change) < SETTLED);
+                some |= active[b] > 0;
             }
     }
-    EACH_LANE if (open[b] > 0) force[b] = NAN;
+    EACH_LANE if (active[b] > 0) log_force[b] = NAN;
 }
 
-/* `columns` of the pulses after `balance`, of which only the vectors are still needed. */
-WIDE static void measure(const Law *law, Kernels *p, const double *force, Lanes *found)
+/* The results of `columns`, from the eigenvectors; overwrites the other arrays but `times` and `impulses`. */
+WIDE static void measure(const Law *law, Kernels *p, const double *log_force, Lanes *found)
 {
     const long k = p->k;
     Lanes *const total = p->masses, *const before = p->roots, *const after = p->image, *const squared = p->right;
     Lanes *const apart = p->system, *const times = p->times, *const impulses = p->impulses, *const vector = p->vector;
-    Lanes unit, strength, factor, whole = {0}, mean = {0};
+    Lanes unit, strength, factor, weights = {0}, mean = {0};
     long i, j;
     int b, c;
     EACH_LANE {
-        unit[b] = exp(force[b] / 6);
-        strength[b] = law->peak * exp(force[b] * (-5.0 / 6));
+        unit[b] = exp(log_force[b] / 6);
+        strength[b] = law->peak * exp(log_force[b] * (-5.0 / 6));
         factor[b] = -1 / (law->reach * law->reach);
     }
     for (i = 0; i < k; i++) {
         EACH_LANE {
-            whole[b] += impulses[i][b] * vector[i][b] * vector[i][b];
+            weights[b] += impulses[i][b] * vector[i][b] * vector[i][b];
             total[i][b] = before[i][b] = after[i][b] = squared[i][b] = apart[i][b] = 0;
         }
         for (j = i; j < k; j++)
@@ -471,7 +475,7 @@ WIDE static void measure(const Law *law, Kernels *p, const double *force, Lanes 
     exponentiate(p, factor);
     for (i = 0; i < k; i++) {
         EACH_LANE total[i][b] += p->kernel[i * k + i][b] * strength[b] * impulses[i][b];
-        for (j = i + 1; j < p->last[i]; j++)
+        for (j = i + 1; j < p->end[i]; j++)
             EACH_LANE {
                 const double off = (times[j][b] - times[i][b]) * unit[b], root = sqrt(off);
                 const double near = p->kernel[i * k + j][b] * strength[b];
@@ -490,7 +494,7 @@ WIDE static void measure(const Law *law, Kernels *p, const double *force, Lanes 
     for (i = 0; i < k; i++)
         EACH_LANE {
             const double rise = before[i][b], decay = after[i][b], directed = rise - decay, square = squared[i][b];
-            const double weight = impulses[i][b] * vector[i][b] * vector[i][b] / whole[b], share = total[i][b] - 1;
+            const double weight = impulses[i][b] * vector[i][b] * vector[i][b] / weights[b], share = total[i][b] - 1;
             mean[b] += weight * share;
             found[0][b] += weight * apart[i][b];
             found[1][b] += weight * rise * rise * sqrt(rise);
@@ -504,7 +508,7 @@ WIDE static void measure(const Law *law, Kernels *p, const double *force, Lanes 
         }
     for (i = 0; i < k; i++)
         EACH_LANE {
-            const double weight = impulses[i][b] * vector[i][b] * vector[i][b] / whole[b];
+            const double weight = impulses[i][b] * vector[i][b] * vector[i][b] / weights[b];
             found[10][b] += weight * (total[i][b] - 1 - mean[b]) * (total[i][b] - 1 - mean[b]);
         }
     EACH_LANE found[9][b] = mean[b];
@@ -515,20 +519,20 @@ static void evaluate(const Law *law, const double *times, const double *impulses
                      double *log_force, double *columns)
 {
     const long k = p->k;
-    Lanes force, found[COLUMNS];
+    Lanes logarithm, found[COLUMNS];
     long i;
     int b, c;
     EACH_LANE {
-        const long row = b < pulses ? b : 0; /* lanes that are left over repeat the first pulse */
+        const long row = b < pulses ? b : 0; /* lanes that are some over repeat the first pulse */
         for (i = 0; i < k; i++) {
             p->times[i][b] = times[row * k + i];
             p->impulses[i][b] = impulses[row * k + i];
         }
     }
-    balance(law, p, force);
-    measure(law, p, force, found);
+    balance(law, p, logarithm);
+    measure(law, p, logarithm, found);
     for (b = 0; b < pulses; b++) {
-        log_force[b] = force[b];
+        log_force[b] = logarithm[b];
         for (c = 0; c < COLUMNS; c++) columns[b * COLUMNS + c] = found[c][b];
     }
 }
@@ -615,7 +619,7 @@ static PyObject *law_of(PyObject *self, PyObject *args)
     ends = malloc((size_t)k * sizeof *ends);
     if (memory && ends) {
         const Law law = {number[0], number[1], number[2], log(number[3])};
-        /* aligned, because numbers of all lanes are faster to read within a line of the cache */
+        /* aligned, so that no vector crosses a line of the cache */
         Lanes *const matrices = (Lanes *)(((uintptr_t)memory / sizeof(Lanes) + 1) * sizeof(Lanes));
         Lanes *const vectors = matrices + MATRICES * k * k;
         Kernels p = {k, ends, matrices, matrices + k * k, matrices + 2 * k * k, vectors, vectors + k, vectors + 2 * k,

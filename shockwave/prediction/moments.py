@@ -73,7 +73,7 @@ _SETTLED = 1e-9
 # Shift of the matrix over its upper bound of the eigenvalue; a shift by the eigenvalue would make it singular.
 _ABOVE = 1 + 1e-9
 _DIVERGED = "the law of moments did not converge for this pulse (simulate it instead)"
-# Most elements of matrices that are evaluated together: more would leave the processor's cache.
+# Most elements of matrices in a call; limits the temporary arrays of NumPy to 1 MiB each.
 _MOST_TOGETHER = 2**17
 # Step of ln t0 for the derivative.
 _STEP = 1e-5
@@ -99,8 +99,9 @@ class Law:
     coefficients : numpy.ndarray, shape (terms,)
         Coefficients of these products.
     spreads, errors, turning_errors : numpy.ndarray, shape (knots,)
-        Expected relative errors of shocks with one peak and with several, at spreads tau, interpolated by powers; below
-        the first spread they scale as the power 5/2, beyond the last as the power 1/3.
+        Expected relative errors of shocks with one peak and with several, at spreads tau; their logarithms are
+        interpolated linearly. Below the first spread they scale as tau^(5/2), beyond the last as tau^(1/3) for one peak
+        and as tau^(3/2) for several.
     """
 
     step_limit: float

@@ -37,17 +37,17 @@ _MOST_PARTS = 2048
 _MIDDLE = 0.05
 # Largest fraction of the impulse that the points may miss; if they miss more, the pulse is too fine for them.
 _MOST_MISSED = 1e-3
-# Longest pulse, in times of its wave, that is represented as a whole; a longer one by the section around its strongest
-# blow, the impulse within so many of these times.
+# Durations of pulses are in passage times t_A (F/F0)^(-1/6) of the leading wave. The longest pulse that is represented
+# as a whole; of a longer one only a section of this length is used.
 _LONGEST = 50.0
+# Length of the window of largest impulse, around which the section is centred.
 _BLOW = 6.0
-# (longest duration, number of impulses) of the classes of pulses; durations are in times of the wave.
+# Duration classes: longest duration, and number of impulses that represent a pulse.
 _CLASSES = (
     (0.5, 8), (1.5, 12), (3.0, 16), (10.0, 32), (20.0, 64), (35.0, 64), (_LONGEST, 128), (math.inf, 128),
 )  # fmt: skip
-# Longest pulse, in times of its wave, whose moments suffice; a longer one is divided into equal cells, so that the
-# instants do not depend on its breakpoints.
-_MOMENTS = 10.0
+# Longest pulse that is not divided into cells of equal width, with which the instants do not depend on breakpoints.
+_LONGEST_WITHOUT_CELLS = 10.0
 # Cells per blow, and most cells at once.
 _FINE = 96
 _MOST_CELLS = 100_000
@@ -100,7 +100,7 @@ def pulse_of(shock: ScaledShock) -> Pulse:
 
 
 def pulses_of(shocks: Shocks) -> list[Pulse]:
-    """Pulses of many shocks; those with equally many impulses are computed together."""
+    """Pulses of many shocks; those of the same duration class are computed together."""
     profiles, shapes, unit = shocks.profiles, shocks.shapes, shocks.rise_times / MOMENTUM
     areas = np.array([each.total for each in shocks.areas])[shapes]
     strength = areas * unit
@@ -110,18 +110,18 @@ def pulses_of(shocks: Shocks) -> list[Pulse]:
     classes = np.searchsorted(limits, lengths)
     single = [_has_one_peak(profile) for profile in profiles]
     found: dict[int, Pulse] = {}
-    for own in sorted(set(classes.tolist())):
-        where = np.flatnonzero(classes == own)
-        if limits[own] <= _LONGEST:  # the rule depends on the shape only
+    for duration_class in sorted(set(classes.tolist())):
+        where = np.flatnonzero(classes == duration_class)
+        if limits[duration_class] <= _LONGEST:  # the rule depends only on the shape and the duration class
             one = shapes[:1], np.zeros_like(where)
             used, back = one if len(profiles) == 1 else np.unique(shapes[where], return_inverse=True)
-            s, parts, moments = (each[back] for each in _rules([profiles[shape] for shape in used], own))
+            s, parts, moments = (each[back] for each in _rules([profiles[shape] for shape in used], duration_class))
             parts *= (strength[where] / parts.sum(axis=1))[:, None]
         else:
             long = [profiles[shape] for shape in shapes[where]]
-            s, parts = np.empty((2, len(long), counts[own]))
+            s, parts = np.empty((2, len(long), counts[duration_class]))
             for group, times, impulses in _together(list(map(_strongest, long, lengths[where].tolist()))):
-                s[group], parts[group] = gauss(times, impulses, counts[own])
+                s[group], parts[group] = gauss(times, impulses, counts[duration_class])
             parts *= unit[where, None]
             moments = np.array([_moments(profile) for profile in long])
         mean, deviation, total = moments.T
@@ -139,31 +139,31 @@ def pulses_of(shocks: Shocks) -> list[Pulse]:
 
 
 _Rules = tuple[FloatArray, FloatArray, FloatArray]
-# Rules that were computed together, by profile and class: batches of a sweep share shapes.
-_known: dict[Any, Any] = {}
+# Cache of rules by profile and duration class, because the batches of a sweep share shapes.
+_rule_cache: dict[Any, Any] = {}
 
 
-def _rules(profiles: Sequence[ShockProfile], own: int) -> _Rules:
+def _rules(profiles: Sequence[ShockProfile], duration_class: int) -> _Rules:
     """Instants s and impulses of shapes of a class, shape (shapes, count), and their moments, shape (shapes, 3)."""
     if len(profiles) == 1:
-        s, parts, moments = _rule(profiles[0], own)
+        s, parts, moments = _rule(profiles[0], duration_class)
         return s[None], parts[None], moments[None]
-    keys = [(profile, own) if is_value(profile) else None for profile in profiles]
-    rules = [_known.get(key) for key in keys]
+    keys = [(profile, duration_class) if is_value(profile) else None for profile in profiles]
+    rules = [_rule_cache.get(key) for key in keys]
     new = [index for index, rule in enumerate(rules) if rule is None]
-    for index, *rule in zip(new, *_rules_together([profiles[index] for index in new], own), strict=True):
+    for index, *rule in zip(new, *_rules_together([profiles[index] for index in new], duration_class), strict=True):
         rules[index] = rule
-    if len(_known) > _MOST_KNOWN:
-        _known.clear()
-    _known.update((keys[index], rules[index]) for index in new if keys[index] is not None)
+    if len(_rule_cache) > _MOST_KNOWN:
+        _rule_cache.clear()
+    _rule_cache.update((keys[index], rules[index]) for index in new if keys[index] is not None)
     s, parts, moments = map(np.array, zip(*rules, strict=True))
     return s, parts, moments
 
 
-def _rules_together(profiles: Sequence[ShockProfile], own: int) -> _Rules:
-    """`_rules` without those that are known."""
-    limit, count = _CLASSES[own]
-    cells = math.ceil(limit / _BLOW * _FINE) if limit > _MOMENTS else 0
+def _rules_together(profiles: Sequence[ShockProfile], duration_class: int) -> _Rules:
+    """`_rules`, computed without the cache."""
+    limit, count = _CLASSES[duration_class]
+    cells = math.ceil(limit / _BLOW * _FINE) if limit > _LONGEST_WITHOUT_CELLS else 0
     s, parts = np.empty((2, len(profiles), count))
     moments = np.empty((len(profiles), 3))
     powers, left = [], []
@@ -181,14 +181,14 @@ def _rules_together(profiles: Sequence[ShockProfile], own: int) -> _Rules:
     for among, times, impulses in _together(jobs):
         where = np.array(left)[among]
         s[where], parts[where] = gauss(times, impulses, count)
-    # not from the rows, whose sums depend on the longest of their group
+    # not from the rows, which are padded to the longest of their group: this changes the rounding of the sums
     moments[left] = np.reshape([_moments(profiles[index]) for index in left], (-1, 3))
     return s, parts, moments
 
 
 @kept
-def _rule(profile: ShockProfile, own: int) -> _Rules:
-    s, parts, moments = _rules_together([profile], own)
+def _rule(profile: ShockProfile, duration_class: int) -> _Rules:
+    s, parts, moments = _rules_together([profile], duration_class)
     return s[0], parts[0], moments[0]
 
 
@@ -218,13 +218,13 @@ def _length(shock: ScaledShock) -> float:
 
 
 def _cells_of(profile: ShockProfile, cells: int) -> tuple[FloatArray, FloatArray]:
-    """Instants s and impulses of equal cells of a pulse."""
+    """Midpoints s and impulses of cells of equal width."""
     edges = np.linspace(0.0, float(profile.duration_ratio), cells + 1)
     return (edges[:-1] + edges[1:]) / 2, np.diff(profile.running_impulse(edges))
 
 
 def _cells_of_powers(powers: Sequence[Powers], cells: int) -> tuple[FloatArray, FloatArray]:
-    """`_cells_of` power laws as rows."""
+    """`_cells_of` for several power laws, one in each row."""
     laws = ManyPowers(powers)
     width, place = laws.duration_ratio / cells, np.arange(cells + 1)[:, None]
     impulses = np.diff(laws.closed_running_impulse(np.minimum(width * place, laws.duration_ratio)), axis=0)
@@ -232,7 +232,7 @@ def _cells_of_powers(powers: Sequence[Powers], cells: int) -> tuple[FloatArray, 
 
 
 def _strongest(profile: ShockProfile, length: float) -> tuple[FloatArray, FloatArray]:
-    """Instants s and impulses of the section around the strongest blow; the whole takes ``length`` times of its wave.
+    """Instants s and impulses of the section around the strongest blow; the whole takes ``length`` passage times.
 
     The leading wave of a long shock forms within a few of its own times, where the force is strongest.
     """
@@ -320,7 +320,7 @@ def _is_smooth_law(profile: ShockProfile) -> TypeGuard[Powers]:
 
 
 def _fine_impulses_of_powers(laws: Sequence[Powers]) -> tuple[FloatArray, FloatArray]:
-    """`_fine_impulses` of smooth power laws as rows."""
+    """`_fine_impulses` for several smooth power laws, one in each row."""
     # at least two, because NumPy may round a power differently if there is only one exponent
     several = laws if len(laws) > 1 else [*laws, *laws]
     rise, decay, n = np.array([(law.rise_exponent, law.decay_exponent, law.duration_ratio) for law in several]).T
