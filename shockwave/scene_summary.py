@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from attrs import asdict, field, frozen
@@ -26,6 +27,24 @@ def check_scene(shock: object, chain: object) -> None:
     if not (isinstance(shock, Shock) and isinstance(chain, Chain)):
         got = f"got {type(shock).__name__} and {type(chain).__name__}"
         raise InvalidValueError.of("shock", f"must be a Shock, and the chain a Chain ({got})")
+
+
+def scenes_of(shocks: Iterable[Any], chain: Any, single: str) -> list[tuple[Any, Any]]:
+    """Pairs of the shocks and their chains; ``chain`` is one for all shocks, or one for each shock.
+
+    Raises
+    ------
+    InvalidValueError
+        If ``shocks`` is a single shock, for which there is the function ``single``, or the numbers differ.
+    """
+    if not isinstance(shocks, Iterable):
+        rule = f"must be a list of shocks (got {type(shocks).__name__}; or use {single})"
+        raise InvalidValueError.of("shocks", rule)
+    shocks = list(shocks)
+    chains = [chain] * len(shocks) if isinstance(chain, Chain) else list(chain)
+    if len(chains) != len(shocks):
+        raise InvalidValueError.of("chain", f"must be one, or one for each shock (got {len(chains)})")
+    return list(zip(shocks, chains, strict=True))
 
 
 @frozen(kw_only=True)

@@ -176,8 +176,8 @@ def test_the_accuracy_is_computed_when_it_is_accessed(monkeypatch: pytest.Monkey
 
 
 def test_the_law_is_not_evaluated_again_to_say_why_there_is_no_estimate(monkeypatch: pytest.MonkeyPatch) -> None:
-    strongest, calls = shock_impulses._strongest, []
-    monkeypatch.setattr(shock_impulses, "_strongest", lambda *given: calls.append(given) or strongest(*given))
+    strongest, calls = shock_impulses.strongest_section, []
+    monkeypatch.setattr(shock_impulses, "strongest_section", lambda *given: calls.append(given) or strongest(*given))
     outcome = sw.Predictor().predict(lasting(sw.Triangular(duration_ratio=4), 5000.0), CHAIN)
     assert outcome.no_estimate is not None
     assert "longer" in outcome.no_estimate

@@ -124,6 +124,8 @@ def test_a_wrong_number_of_chains_is_refused() -> None:
 def test_a_single_shock_and_no_thread_are_refused() -> None:
     with pytest.raises(sw.InvalidValueError, match=r"shocks: must be a list of shocks \(got Shock; or use simulate\)"):
         sw.simulate_many(FEW[0], CHAIN)  # type: ignore[arg-type]
+    with pytest.raises(sw.InvalidValueError, match=r"shocks: must be a list of shocks \(got Shock; or use predict\)"):
+        sw.Predictor().predict_many(FEW[0], CHAIN)  # type: ignore[arg-type]
     with pytest.raises(sw.InvalidValueError, match=r"threads: must be a whole number >= 1 \(got 0\)"):
         sw.simulate_many(FEW, CHAIN, threads=0)
 

@@ -22,7 +22,7 @@ from shockwave.plausibility import unusual_warnings
 from shockwave.profiles.power_law import Powers
 from shockwave.profiles.shock import Shock
 from shockwave.progress import progressed
-from shockwave.scene_summary import check_scene
+from shockwave.scene_summary import check_scene, scenes_of
 from shockwave.simulation.problem import ChainProblem, prepare
 from shockwave.simulation.time_limit import expired, time_limit
 
@@ -124,19 +124,13 @@ def simulate_many(
         until=until,
     )
     setup = setup_of(options)
-    if not isinstance(shocks, Iterable):
-        raise InvalidValueError.of("shocks", f"must be a list of shocks (got {type(shocks).__name__}; or use simulate)")
+    scenes: Sequence[tuple[Shock | Impact, Chain]] = scenes_of(shocks, chain, "simulate")
     if threads is not None and threads < 1:
         raise InvalidValueError.of("threads", f"must be a whole number >= 1 (got {threads!r})")
-    shocks = list(shocks)
-    chains = [chain] * len(shocks) if isinstance(chain, Chain) else list(chain)
-    if len(chains) != len(shocks):
-        raise InvalidValueError.of("chain", f"must be one, or one for each shock (got {len(chains)})")
     if threads is None:
         threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    scenes = list(zip(shocks, chains, strict=True))
     threads = 1 if len(scenes) < 2 * _FEWEST else threads
-    small = threads == 1 and not any(_is_record(shock) for shock in shocks)
+    small = threads == 1 and not any(_is_record(shock) for shock, _ in scenes)
     size = max(_FEWEST, min(_SHARE_ALONE if small else _SHARE, -(-len(scenes) // threads)))
     if setup.compiled is None:
         threads = size = 1

@@ -40,8 +40,6 @@ typedef double Lanes[LANES];
 #define EACH_LANE for (b = 0; b < LANES; b++)
 
 /* See gauss_impulses.py and moments.py for the meaning of the constants of the same names. */
-#define STABLE 32
-#define ORTHOGONAL 32
 #define ROUNDING 1e-14
 #define MOST_STEPS 60
 #define SETTLED 1e-9
@@ -66,12 +64,6 @@ static double dot(const double *one, const double *other, long n)
     }
     sum = (sum + second) + (third + fourth);
     return ((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7]));
-}
-
-static void subtract(double *from, double factor, const double *values, long n)
-{
-    long i;
-    for (i = 0; i < n; i++) from[i] -= factor * values[i];
 }
 
 static void scale_by(double *values, double factor, long n)
@@ -184,23 +176,20 @@ static int tridiagonal(Lanes *d, Lanes *e, Lanes *first, long n)
     return 1;
 }
 
-/* Number of vectors that the recurrence needs: all if earlier ones are used again, otherwise three. */
-static long vectors_of(long count) { return count > STABLE ? count + 2 : 3; }
-
 /* Matrices of the pulses in the lanes, with mean and scale of their times and their total impulses. */
 typedef struct {
     Lanes *diagonal, *beside, *first, mean, scale, total;
 } Reduced;
 
-/* Lanczos' recurrence for one pulse of `points` impulses: the matrix of `count` rows in lane b. `work` has room for two
-   vectors of padded length and those of the recurrence. */
+/* Lanczos' recurrence for one pulse of `points` impulses: the matrix of `count` rows in lane b. `work` has room for five
+   vectors of padded length. */
 static void recur(const double *times, const double *impulses, long points, long count, int b, Reduced *to, double *work)
 {
     const long n = PADDED(points);
     double *const position = work, *const weight = work + n, *const base = work + 2 * n;
     double *vector = base + n, *last = base, *next, total, mean, scale = 0, step = 0;
     long i, row;
-    memset(work, 0, (size_t)(4 * n) * sizeof(double));
+    memset(work, 0, (size_t)(5 * n) * sizeof(double));
     for (i = 0; i < points; i++) {
         weight[i] = impulses[i] > 0 ? impulses[i] : 0;
         position[i] = times[i];
@@ -217,13 +206,8 @@ static void recur(const double *times, const double *impulses, long points, long
         vector[i] = sqrt(weight[i] * (1 / total));
     }
     for (row = 0; row < count; row++) {
-        next = count > STABLE ? vector + n : base + (row + 2) % 3 * n;
+        next = base + (row + 2) % 3 * n;
         to->diagonal[row][b] = follow(position, vector, last, step, next, n);
-        if (count > STABLE && row % ORTHOGONAL < 2)
-            for (i = row; i >= 0; i--) {
-                const double *const earlier = base + (i + 1) * n;
-                subtract(next, dot(earlier, next, n), earlier, n);
-            }
         to->beside[row][b] = step = sqrt(dot(next, next, n));
         scale_by(next, 1 / (step > ROUNDING ? step : ROUNDING), n);
         last = vector;
@@ -276,7 +260,7 @@ typedef struct {
 #define LN2_HIGH 6.93147180369123816490e-01 /* has trailing zeros, so that its products with small integers are exact */
 #define LN2_LOW 1.90821492927058770002e-10
 #define SHIFT 6755399441055744.0             /* 1.5 * 2^52: adding it rounds to the nearest integer */
-#define NEGLIGIBLE (-50.0)                   /* least exponent of the kernel, whose value is 2e-22 then */
+#define NEGLIGIBLE (-40.0)                   /* least exponent of the kernel, whose value is 4e-18 then */
 
 /* exp(factor * values), to a unit in the last place, for arguments from `NEGLIGIBLE` to 0; zero for smaller arguments.
    The function of the C library takes several times as long, and its last digit depends on the processor. */
@@ -578,7 +562,7 @@ static PyObject *gauss(PyObject *self, PyObject *args)
         for (i = 0; i < 4; i++) PyBuffer_Release(view + i);
         return PyErr_Format(PyExc_ValueError, "buffers do not fit one another");
     }
-    work = malloc((size_t)(PADDED(columns[0]) * (vectors_of(columns[2]) + 2) + 3 * LANES * columns[2]) * sizeof(double));
+    work = malloc((size_t)(5 * PADDED(columns[0]) + 3 * LANES * columns[2]) * sizeof(double));
     if (work) {
         Py_BEGIN_ALLOW_THREADS
         for (row = 0; row < rows; row += LANES)

@@ -15,10 +15,6 @@ compiled: ModuleType | None = None
 with suppress(ImportError):
     compiled = import_module("shockwave.prediction._moments")
 
-# Most steps of Lanczos' recurrence in which rounding errors do not grow.
-_STABLE = 32
-# Steps of a longer recurrence after which two vectors are made orthogonal to all earlier ones again.
-_ORTHOGONAL = 32
 # Norm of a Lanczos vector below which it is a rounding error.
 _ROUNDING = 1e-14
 
@@ -31,7 +27,8 @@ def gauss(times: FloatArray, impulses: FloatArray, count: int) -> tuple[FloatArr
     times, impulses : numpy.ndarray, shape (..., points)
         Pulses as many impulses; impulses that are not positive are ignored.
     count : int
-        Number of impulses to compute; where fewer suffice, the others are rounding errors.
+        Number of impulses to compute, at most 32: rounding errors grow in a longer recurrence. Where fewer suffice, the
+        others are rounding errors.
     """
     if compiled is not None:
         instants, parts = np.empty((2, *times.shape[:-1], count))
@@ -47,8 +44,6 @@ def numpy_gauss(times: FloatArray, impulses: FloatArray, count: int) -> tuple[Fl
     mean = (impulses * times).sum(axis=-1, keepdims=True) / total
     scale = np.abs(times - mean).max(axis=-1, keepdims=True)
     position, vector, last = (times - mean) / scale, np.sqrt(impulses / total), np.zeros_like(times)
-    orthogonal = count > _STABLE
-    vectors = np.zeros((*times.shape[:-1], count * orthogonal, times.shape[-1]))
     jacobi, beside = np.zeros((*times.shape[:-1], count, count)), np.zeros_like(mean)
     for row in range(count):
         following = position * vector
@@ -57,12 +52,6 @@ def numpy_gauss(times: FloatArray, impulses: FloatArray, count: int) -> tuple[Fl
         jacobi[..., row, row - 1] = beside[..., 0]
         following -= diagonal * vector
         following -= beside * last
-        if orthogonal:
-            vectors[..., row, :] = vector
-            if row % _ORTHOGONAL < 2:
-                earlier = vectors[..., : row + 1, :]
-                shares = np.einsum("...ij,...j->...i", earlier, following)
-                following -= np.einsum("...ij,...i->...j", earlier, shares)
         beside = np.sqrt((following * following).sum(axis=-1, keepdims=True))
         last, vector = vector, following / np.maximum(beside, _ROUNDING)
     instants, turn = np.linalg.eigh(jacobi)

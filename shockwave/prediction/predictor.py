@@ -53,7 +53,7 @@ from shockwave.profiles.conditions import conditions
 from shockwave.profiles.guard import is_value
 from shockwave.profiles.shock import Shock
 from shockwave.registry import blame, find, load
-from shockwave.scene_summary import ChainScene, Scene, check_scene
+from shockwave.scene_summary import ChainScene, Scene, check_scene, scenes_of
 
 if TYPE_CHECKING:  # a shock on equal granules does not need it
     from shockwave.chain.impact import Impact
@@ -301,11 +301,9 @@ class Predictor:
         InvalidValueError
             If the number of chains differs from that of the shocks, or an argument is of the wrong type.
         """
-        shocks = list(shocks)
-        chains = [chain] * len(shocks) if isinstance(chain, Chain) else list(chain)
-        if len(chains) != len(shocks):
-            raise InvalidValueError.of("chain", f"must be one, or one for each shock (got {len(chains)})")
-        given = list(chains)
+        scenes = scenes_of(shocks, chain, "predict")
+        shocks, given = [shock for shock, _ in scenes], [each for _, each in scenes]
+        chains = list(given)
         together = self._scaled_many(shocks, chains)
         scaled, places, failures = together.shocks, together.places, together.failures
         model, leading = load("models", self.model), evolve(self._settings, wave_threshold=math.inf)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from functools import cache
 from typing import Any, TypeGuard
@@ -13,10 +12,11 @@ from attrs import frozen
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM, wave_law
 from shockwave.prediction.gauss_impulses import gauss
 from shockwave.prediction.model_interface import Indices, ScaledShock, Shocks
+from shockwave.prediction.pulse_cells import LONGEST, cells_of, cells_of_powers, strongest_section
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import reversal
 from shockwave.profiles.guard import is_value, kept, trusted
-from shockwave.profiles.power_law import ManyPowers, Powers, power
+from shockwave.profiles.power_law import Powers, power
 from shockwave.quadrature import FloatArray
 
 # Number of times that pieces of a smooth part are halved towards its ends, for infinite slopes and steep decays.
@@ -37,22 +37,15 @@ _MOST_PARTS = 2048
 _MIDDLE = 0.05
 # Largest fraction of the impulse that the points may miss; if they miss more, the pulse is too fine for them.
 _MOST_MISSED = 1e-3
-# Durations of pulses are in passage times t_A (F/F0)^(-1/6) of the leading wave. The longest pulse that is represented
-# as a whole; of a longer one only a section of this length is used.
-_LONGEST = 50.0
-# Length of the window of largest impulse, around which the section is centred.
-_BLOW = 6.0
-# Duration classes: longest duration, and number of impulses that represent a pulse.
-_CLASSES = (
-    (0.5, 8), (1.5, 12), (3.0, 16), (10.0, 32), (20.0, 64), (35.0, 64), (_LONGEST, 128), (math.inf, 128),
-)  # fmt: skip
-# Longest pulse that is not divided into cells of equal width, with which the instants do not depend on breakpoints.
-_LONGEST_WITHOUT_CELLS = 10.0
-# Cells per blow, and most cells at once.
-_FINE = 96
-_MOST_CELLS = 100_000
-# Blows that differ by less, relatively, are equal but for rounding errors.
-_EQUAL = 1e-9
+# (longest duration, number) of impulses with the same lowest moments; durations are in passage times
+# t_A (F/F0)^(-1/6) of the leading wave.
+_INSTANTS = ((0.5, 8), (1.5, 12), (3.0, 16), (6.0, 32))
+# In the middle of a longer pulse they would be too far apart: it is divided into cells of equal width with two impulses
+# each. Number of impulses in a passage time and, so that shocks of one shape share cells, the least number and the
+# number of which all are multiples.
+_DENSITY = 2.8
+_FEWEST = 36
+_MULTIPLE = 4
 # Smallest fall and rise of the force, over its peak, that counts as a second peak; less is noise.
 _TURNS = 0.05
 # Most pulses that are reduced together: more would leave the processor's cache.
@@ -100,30 +93,28 @@ def pulse_of(shock: ScaledShock) -> Pulse:
 
 
 def pulses_of(shocks: Shocks) -> list[Pulse]:
-    """Pulses of many shocks; those of the same duration class are computed together."""
+    """Pulses of many shocks; those with equally many impulses are computed together."""
     profiles, shapes, unit = shocks.profiles, shocks.shapes, shocks.rise_times / MOMENTUM
     areas = np.array([each.total for each in shocks.areas])[shapes]
     strength = areas * unit
     ratios = np.array([float(profile.duration_ratio) for profile in profiles])[shapes]
     lengths = ratios * unit * np.minimum(IMPULSE_LIMIT * strength**1.2, _HIGHEST) ** (1 / 6)
-    limits, counts = zip(*_CLASSES, strict=True)
-    classes = np.searchsorted(limits, lengths)
+    counts = _counts(lengths)
     single = [_has_one_peak(profile) for profile in profiles]
     found: dict[int, Pulse] = {}
-    for duration_class in sorted(set(classes.tolist())):
-        where = np.flatnonzero(classes == duration_class)
-        if limits[duration_class] <= _LONGEST:  # the rule depends only on the shape and the duration class
+    for long, count in sorted(set(zip((lengths > LONGEST).tolist(), counts.tolist(), strict=True))):
+        where = np.flatnonzero((counts == count) & ((lengths > LONGEST) == long))
+        if long:
+            own = [profiles[shape] for shape in shapes[where]]
+            sections = map(strongest_section, own, lengths[where].tolist(), [count] * len(own))
+            s, parts = map(np.array, zip(*sections, strict=True))
+            parts *= unit[where, None]
+            moments = np.array([_moments(profile) for profile in own])
+        else:
             one = shapes[:1], np.zeros_like(where)
             used, back = one if len(profiles) == 1 else np.unique(shapes[where], return_inverse=True)
-            s, parts, moments = (each[back] for each in _rules([profiles[shape] for shape in used], duration_class))
+            s, parts, moments = (each[back] for each in _rules([profiles[shape] for shape in used], count))
             parts *= (strength[where] / parts.sum(axis=1))[:, None]
-        else:
-            long = [profiles[shape] for shape in shapes[where]]
-            s, parts = np.empty((2, len(long), counts[duration_class]))
-            for group, times, impulses in _together(list(map(_strongest, long, lengths[where].tolist()))):
-                s[group], parts[group] = gauss(times, impulses, counts[duration_class])
-            parts *= unit[where, None]
-            moments = np.array([_moments(profile) for profile in long])
         mean, deviation, total = moments.T
         times = (s - mean[:, None]) * unit[where, None]
         spread = deviation * unit[where] * strength[where] ** 0.2
@@ -138,32 +129,39 @@ def pulses_of(shocks: Shocks) -> list[Pulse]:
     return [found[index] for index in range(len(shocks))]
 
 
+def _counts(lengths: FloatArray) -> Indices:
+    """Numbers of impulses that represent pulses of these durations, in passage times."""
+    limits, counts = zip(*_INSTANTS, strict=True)
+    divided = _MULTIPLE * np.ceil(np.minimum(lengths, LONGEST) * (_DENSITY / _MULTIPLE)).astype(int)
+    whole = np.take(counts, np.searchsorted(limits, lengths), mode="clip")
+    return np.where(lengths > limits[-1], np.maximum(divided, _FEWEST), whole)
+
+
 _Rules = tuple[FloatArray, FloatArray, FloatArray]
-# Cache of rules by profile and duration class, because the batches of a sweep share shapes.
+# Cache of rules by profile and number of impulses, because the batches of a sweep share shapes.
 _rule_cache: dict[Any, Any] = {}
 
 
-def _rules(profiles: Sequence[ShockProfile], duration_class: int) -> _Rules:
-    """Instants s and impulses of shapes of a class, shape (shapes, count), and their moments, shape (shapes, 3)."""
+def _rules(profiles: Sequence[ShockProfile], count: int) -> _Rules:
+    """Instants s and impulses of shapes, shape (shapes, ``count``) each, and their moments, shape (shapes, 3)."""
     if len(profiles) == 1:
-        s, parts, moments = _rule(profiles[0], duration_class)
+        s, parts, moments = _rule(profiles[0], count)
         return s[None], parts[None], moments[None]
-    keys = [(profile, duration_class) if is_value(profile) else None for profile in profiles]
+    keys = [(profile, count) if is_value(profile) else None for profile in profiles]
     rules = [_rule_cache.get(key) for key in keys]
     new = [index for index, rule in enumerate(rules) if rule is None]
-    for index, *rule in zip(new, *_rules_together([profiles[index] for index in new], duration_class), strict=True):
+    for index, *rule in zip(new, *_rules_together([profiles[index] for index in new], count), strict=True):
         rules[index] = rule
-    if len(_rule_cache) > _MOST_KNOWN:
+    if len(_rule_cache) + len(new) > _MOST_KNOWN:
         _rule_cache.clear()
     _rule_cache.update((keys[index], rules[index]) for index in new if keys[index] is not None)
     s, parts, moments = map(np.array, zip(*rules, strict=True))
     return s, parts, moments
 
 
-def _rules_together(profiles: Sequence[ShockProfile], duration_class: int) -> _Rules:
+def _rules_together(profiles: Sequence[ShockProfile], count: int) -> _Rules:
     """`_rules`, computed without the cache."""
-    limit, count = _CLASSES[duration_class]
-    cells = math.ceil(limit / _BLOW * _FINE) if limit > _LONGEST_WITHOUT_CELLS else 0
+    divided = count > _INSTANTS[-1][1]
     s, parts = np.empty((2, len(profiles), count))
     moments = np.empty((len(profiles), 3))
     powers, left = [], []
@@ -176,19 +174,22 @@ def _rules_together(profiles: Sequence[ShockProfile], duration_class: int) -> _R
         group, laws = map(list, zip(*powers[begin : begin + _AT_ONCE], strict=True))
         fine = _fine_impulses_of_powers(laws)
         moments[group] = _moments_of(*fine)
-        s[group], parts[group] = gauss(*(_cells_of_powers(laws, cells) if cells else fine), count)
-    jobs = [_cells_of(profiles[index], cells) if cells else _fine_impulses(profiles[index]) for index in left]
-    for among, times, impulses in _together(jobs):
-        where = np.array(left)[among]
-        s[where], parts[where] = gauss(times, impulses, count)
+        s[group], parts[group] = cells_of_powers(laws, count) if divided else gauss(*fine, count)
+    if divided:
+        for index in left:
+            s[index], parts[index] = cells_of(profiles[index], count, 0.0, float(profiles[index].duration_ratio))
+    else:
+        for among, times, impulses in _together([_fine_impulses(profiles[index]) for index in left]):
+            where = np.array(left)[among]
+            s[where], parts[where] = gauss(times, impulses, count)
     # not from the rows, which are padded to the longest of their group: this changes the rounding of the sums
     moments[left] = np.reshape([_moments(profiles[index]) for index in left], (-1, 3))
     return s, parts, moments
 
 
 @kept
-def _rule(profile: ShockProfile, duration_class: int) -> _Rules:
-    s, parts, moments = _rules_together([profile], duration_class)
+def _rule(profile: ShockProfile, count: int) -> _Rules:
+    s, parts, moments = _rules_together([profile], count)
     return s[0], parts[0], moments[0]
 
 
@@ -215,43 +216,6 @@ def _length(shock: ScaledShock) -> float:
     """Duration over the time of the leading wave."""
     force = min(IMPULSE_LIMIT * (shock.impulse / MOMENTUM) ** 1.2, _HIGHEST)
     return float(shock.duration / MOMENTUM * force ** (1 / 6))
-
-
-def _cells_of(profile: ShockProfile, cells: int) -> tuple[FloatArray, FloatArray]:
-    """Midpoints s and impulses of cells of equal width."""
-    edges = np.linspace(0.0, float(profile.duration_ratio), cells + 1)
-    return (edges[:-1] + edges[1:]) / 2, np.diff(profile.running_impulse(edges))
-
-
-def _cells_of_powers(powers: Sequence[Powers], cells: int) -> tuple[FloatArray, FloatArray]:
-    """`_cells_of` for several power laws, one in each row."""
-    laws = ManyPowers(powers)
-    width, place = laws.duration_ratio / cells, np.arange(cells + 1)[:, None]
-    impulses = np.diff(laws.closed_running_impulse(np.minimum(width * place, laws.duration_ratio)), axis=0)
-    return np.ascontiguousarray((width * (place[:-1] + 0.5)).T), np.ascontiguousarray(impulses.T)
-
-
-def _strongest(profile: ShockProfile, length: float) -> tuple[FloatArray, FloatArray]:
-    """Instants s and impulses of the section around the strongest blow; the whole takes ``length`` passage times.
-
-    The leading wave of a long shock forms within a few of its own times, where the force is strongest.
-    """
-    n = float(profile.duration_ratio)
-    time = n / length
-    begin, end = 0.0, n
-    while True:
-        cells = math.ceil((end - begin) / (_BLOW * time) * _FINE)
-        resolved = cells <= _MOST_CELLS
-        edges = np.linspace(begin, end, min(cells, _MOST_CELLS) + 1)
-        impulses = np.diff(profile.running_impulse(edges))
-        centres = (edges[:-1] + edges[1:]) / 2
-        if resolved and end - begin <= 1.01 * _LONGEST * time:
-            return centres, impulses
-        held = min(_FINE if resolved else 1, len(impulses))
-        blows = np.convolve(impulses, np.ones(held), mode="same")
-        middle = centres[np.argmax(blows >= (1 - _EQUAL) * blows.max())]
-        half = max(_LONGEST * time / 2, 0.0 if resolved else 2 * (edges[1] - edges[0]))
-        begin, end = max(middle - half, 0.0), min(middle + half, n)
 
 
 @kept
@@ -303,7 +267,8 @@ def _fine_impulses(profile: ShockProfile) -> tuple[FloatArray, FloatArray]:
     edges = np.array(profile.breakpoints, dtype=float)
     parts = len(edges) - 1
     if parts > _MOST_PARTS:
-        return _cells_of(profile, _MOST_PARTS)
+        edges = np.linspace(0.0, float(profile.duration_ratio), _MOST_PARTS + 1)
+        return (edges[:-1] + edges[1:]) / 2, np.diff(profile.running_impulse(edges))
     if parts <= _SMOOTH_PARTS:
         nodes, weights = gauss_legendre(_HALVINGS, _MIDDLE_NODES, _OUTER_NODES if parts <= _FEW_PARTS else _FEWER_NODES)
     else:

@@ -1,0 +1,81 @@
+"""Long shocks as impulses in cells of equal width."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from shockwave.profiles.base import ShockProfile
+from shockwave.profiles.power_law import ManyPowers, Powers
+from shockwave.quadrature import FloatArray
+
+#: Longest pulse, in passage times of its wave, that is represented as a whole; of a longer one only a section of this
+#: length is used.
+LONGEST = 50.0
+# Length of the window of largest impulse, in the same times, around which the section is centred.
+_BLOW = 6.0
+# Number of pieces of a cell, from which its moments are computed.
+_PIECES = 8
+# Cells per blow where the strongest one is sought, and most cells at once.
+_FINE = 96
+_MOST_CELLS = 100_000
+# Blows that differ by less, relatively, are equal but for rounding errors.
+_EQUAL = 1e-9
+
+
+def cells_of(profile: ShockProfile, count: int, begin: float, end: float) -> tuple[FloatArray, FloatArray]:
+    """Instants s and impulses, two in each of ``count`` / 2 cells of equal width between two s."""
+    edges = np.linspace(begin, end, count // 2 * _PIECES + 1)
+    return _pairs(edges, np.diff(profile.running_impulse(edges)))
+
+
+def cells_of_powers(powers: Sequence[Powers], count: int) -> tuple[FloatArray, FloatArray]:
+    """`cells_of` for several power laws over all their duration, one in each row."""
+    laws, pieces = ManyPowers(powers), count // 2 * _PIECES
+    edges = np.minimum(laws.duration_ratio / pieces * np.arange(pieces + 1)[:, None], laws.duration_ratio)
+    return _pairs(edges.T, np.diff(laws.closed_running_impulse(edges), axis=0).T)
+
+
+def _pairs(edges: FloatArray, impulses: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Two instants and impulses for each cell with its four lowest moments, from pieces, shape (..., pieces)."""
+    shape = (*impulses.shape[:-1], -1, _PIECES)
+    parts = np.maximum(np.ascontiguousarray(impulses).reshape(shape), 0.0)  # rounding errors may be negative
+    total = parts.sum(axis=-1)
+    parts = np.where(total[..., None] > 0, parts, 1.0)
+    parts /= parts.sum(axis=-1, keepdims=True)
+    middle = np.ascontiguousarray(edges[..., :-1] + edges[..., 1:]).reshape(shape) / 2
+    mean = (parts * middle).sum(axis=-1, keepdims=True)
+    off = middle - mean
+    own = (middle[..., 1] - middle[..., 0]) ** 2 / 12  # variance within a piece
+    variance = (parts * off**2).sum(axis=-1) + own
+    half = (parts * off**3).sum(axis=-1) / (2 * variance)
+    root = np.sqrt(half**2 + variance)
+    offsets = np.stack((half - root, half + root), axis=-1)
+    shares = np.stack((0.5 + half / (2 * root), 0.5 - half / (2 * root)), axis=-1)
+    pulses = (*impulses.shape[:-1], -1)
+    return (mean + offsets).reshape(pulses), (total[..., None] * shares).reshape(pulses)
+
+
+def strongest_section(profile: ShockProfile, length: float, count: int) -> tuple[FloatArray, FloatArray]:
+    """Cells of the section around the strongest blow of a pulse; the whole takes ``length`` passage times.
+
+    The leading wave of a long shock forms within a few of its own times, where the force is strongest.
+    """
+    n = float(profile.duration_ratio)
+    time = n / length
+    begin, end = 0.0, n
+    while True:
+        cells = math.ceil((end - begin) / (_BLOW * time) * _FINE)
+        resolved = cells <= _MOST_CELLS
+        if resolved and end - begin <= 1.01 * LONGEST * time:
+            return cells_of(profile, count, begin, end)
+        edges = np.linspace(begin, end, min(cells, _MOST_CELLS) + 1)
+        impulses = np.diff(profile.running_impulse(edges))
+        centres = (edges[:-1] + edges[1:]) / 2
+        held = min(_FINE if resolved else 1, len(impulses))
+        blows = np.convolve(impulses, np.ones(held), mode="same")
+        middle = centres[np.argmax(blows >= (1 - _EQUAL) * blows.max())]
+        half = max(LONGEST * time / 2, 0.0 if resolved else 2 * (edges[1] - edges[0]))
+        begin, end = max(middle - half, 0.0), min(middle + half, n)
