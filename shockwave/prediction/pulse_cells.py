@@ -72,10 +72,11 @@ def strongest_section(profile: ShockProfile, length: float, count: int) -> tuple
         if resolved and end - begin <= 1.01 * LONGEST * time:
             return cells_of(profile, count, begin, end)
         edges = np.linspace(begin, end, min(cells, _MOST_CELLS) + 1)
-        impulses = np.diff(profile.running_impulse(edges))
-        centres = (edges[:-1] + edges[1:]) / 2
-        held = min(_FINE if resolved else 1, len(impulses))
-        blows = np.convolve(impulses, np.ones(held), mode="same")
-        middle = centres[np.argmax(blows >= (1 - _EQUAL) * blows.max())]
+        running = profile.running_impulse(edges)
+        cell = np.arange(len(edges) - 1)
+        held = _FINE if resolved else 1
+        blows = running[np.minimum(cell + (held + 1) // 2, cell.size)] - running[np.maximum(cell - held // 2, 0)]
+        first = int(np.argmax(blows >= (1 - _EQUAL) * blows.max()))
+        middle = (edges[first] + edges[first + 1]) / 2
         half = max(LONGEST * time / 2, 0.0 if resolved else 2 * (edges[1] - edges[0]))
         begin, end = max(middle - half, 0.0), min(middle + half, n)
