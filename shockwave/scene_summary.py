@@ -9,6 +9,7 @@ from attrs import asdict, field, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.errors import InvalidValueError
+from shockwave.fields import text_of
 from shockwave.profiles.shock import Shock
 from shockwave.text import si
 
@@ -41,6 +42,8 @@ def scenes_of(shocks: Iterable[Any], chain: Any, single: str) -> list[tuple[Any,
         rule = f"must be a list of shocks (got {type(shocks).__name__}; or use {single})"
         raise InvalidValueError.of("shocks", rule)
     shocks = list(shocks)
+    if not isinstance(chain, Chain | Iterable):
+        raise InvalidValueError.of("chain", f"must be a Chain, or one for each shock (got {text_of(chain)})")
     chains = [chain] * len(shocks) if isinstance(chain, Chain) else list(chain)
     if len(chains) != len(shocks):
         raise InvalidValueError.of("chain", f"must be one, or one for each shock (got {len(chains)})")

@@ -507,7 +507,7 @@ static void evaluate(const Law *law, const double *times, const double *impulses
     long i;
     int b, c;
     EACH_LANE {
-        const long row = b < pulses ? b : 0; /* lanes that are some over repeat the first pulse */
+        const long row = b < pulses ? b : 0; /* lanes that are left over repeat the first pulse */
         for (i = 0; i < k; i++) {
             p->times[i][b] = times[row * k + i];
             p->impulses[i][b] = impulses[row * k + i];

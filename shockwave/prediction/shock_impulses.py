@@ -41,8 +41,11 @@ _MOST_MISSED = 1e-3
 # t_A (F/F0)^(-1/6) of the leading wave.
 _INSTANTS = ((0.5, 8), (1.5, 12), (3.0, 16), (6.0, 32))
 # In the middle of a longer pulse they would be too far apart: it is divided into cells of equal width with two impulses
-# each. Number of impulses in a passage time and, so that shocks of one shape share cells, the least number and the
-# number of which all are multiples.
+# each. A concentrated force, this multiple of whose standard deviation is not longer, either, needs no cells, and its
+# law states so small an error that cells would be too coarse.
+_WIDTHS = 8.0
+# Number of impulses in a passage time and, so that shocks of one shape share cells, the least number and the number of
+# which all are multiples.
 _DENSITY = 2.8
 _FEWEST = 36
 _MULTIPLE = 4
@@ -100,14 +103,22 @@ def pulses_of(shocks: Shocks) -> list[Pulse]:
     ratios = np.array([float(profile.duration_ratio) for profile in profiles])[shapes]
     lengths = ratios * unit * np.minimum(IMPULSE_LIMIT * strength**1.2, _HIGHEST) ** (1 / 6)
     counts = _counts(lengths)
+    whole, most = _INSTANTS[-1]
+    longer = lengths > whole
+    if longer.any():
+        used, back = np.unique(shapes[longer], return_inverse=True)
+        deviations = _moments_together([profiles[shape] for shape in used])[back, 1]
+        concentrated = _WIDTHS * deviations * lengths[longer] / ratios[longer] <= whole
+        counts[longer] = np.where(concentrated, most, counts[longer])
+    sections = (lengths > LONGEST) & (counts > most)
     single = [_has_one_peak(profile) for profile in profiles]
     found: dict[int, Pulse] = {}
-    for long, count in sorted(set(zip((lengths > LONGEST).tolist(), counts.tolist(), strict=True))):
-        where = np.flatnonzero((counts == count) & ((lengths > LONGEST) == long))
+    for long, count in sorted(set(zip(sections.tolist(), counts.tolist(), strict=True))):
+        where = np.flatnonzero((counts == count) & (sections == long))
         if long:
             own = [profiles[shape] for shape in shapes[where]]
-            sections = map(strongest_section, own, lengths[where].tolist(), [count] * len(own))
-            s, parts = map(np.array, zip(*sections, strict=True))
+            cells = map(strongest_section, own, lengths[where].tolist(), [count] * len(own))
+            s, parts = map(np.array, zip(*cells, strict=True))
             parts *= unit[where, None]
             moments = np.array([_moments(profile) for profile in own])
         else:
@@ -161,30 +172,44 @@ def _rules(profiles: Sequence[ShockProfile], count: int) -> _Rules:
 
 def _rules_together(profiles: Sequence[ShockProfile], count: int) -> _Rules:
     """`_rules`, computed without the cache."""
-    divided = count > _INSTANTS[-1][1]
     s, parts = np.empty((2, len(profiles), count))
-    moments = np.empty((len(profiles), 3))
-    powers, left = [], []
-    for index, profile in enumerate(profiles):
-        if _is_smooth_law(profile):
-            powers.append((index, profile))
-        else:
-            left.append(index)
-    for begin in range(0, len(powers), _AT_ONCE):
-        group, laws = map(list, zip(*powers[begin : begin + _AT_ONCE], strict=True))
-        fine = _fine_impulses_of_powers(laws)
-        moments[group] = _moments_of(*fine)
-        s[group], parts[group] = cells_of_powers(laws, count) if divided else gauss(*fine, count)
-    if divided:
+    groups, left = _groups_of(profiles)
+    if count > _INSTANTS[-1][1]:
+        for group, laws in groups:
+            s[group], parts[group] = cells_of_powers(laws, count)
         for index in left:
             s[index], parts[index] = cells_of(profiles[index], count, 0.0, float(profiles[index].duration_ratio))
-    else:
-        for among, times, impulses in _together([_fine_impulses(profiles[index]) for index in left]):
-            where = np.array(left)[among]
-            s[where], parts[where] = gauss(times, impulses, count)
+        return s, parts, _moments_together(profiles)
+    moments = np.empty((len(profiles), 3))
+    for group, laws in groups:
+        fine = _fine_impulses_of_powers(laws)
+        s[group], parts[group], moments[group] = *gauss(*fine, count), _moments_of(*fine)
+    for among, times, impulses in _together([_fine_impulses(profiles[index]) for index in left]):
+        where = np.array(left)[among]
+        s[where], parts[where] = gauss(times, impulses, count)
     # not from the rows, which are padded to the longest of their group: this changes the rounding of the sums
     moments[left] = np.reshape([_moments(profiles[index]) for index in left], (-1, 3))
     return s, parts, moments
+
+
+def _moments_together(profiles: Sequence[ShockProfile]) -> FloatArray:
+    """`_moments` of several profiles, shape (profiles, 3)."""
+    if len(profiles) == 1:
+        return _moments(profiles[0])[None]
+    moments = np.empty((len(profiles), 3))
+    groups, left = _groups_of(profiles)
+    for group, laws in groups:
+        moments[group] = _moments_of(*_fine_impulses_of_powers(laws))
+    moments[left] = np.reshape([_moments(profiles[index]) for index in left], (-1, 3))
+    return moments
+
+
+def _groups_of(profiles: Sequence[ShockProfile]) -> tuple[list[tuple[list[int], list[Powers]]], list[int]]:
+    """Indices of smooth power laws in groups that are computed together, with the laws; indices of the others."""
+    powers = [(index, profile) for index, profile in enumerate(profiles) if _is_smooth_law(profile)]
+    shares = [powers[begin : begin + _AT_ONCE] for begin in range(0, len(powers), _AT_ONCE)]
+    groups = [([index for index, _ in share], [law for _, law in share]) for share in shares]
+    return groups, [index for index, profile in enumerate(profiles) if not _is_smooth_law(profile)]
 
 
 @kept
