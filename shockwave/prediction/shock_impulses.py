@@ -102,22 +102,14 @@ def pulses_of(shocks: Shocks) -> list[Pulse]:
     strength = areas * unit
     ratios = np.array([float(profile.duration_ratio) for profile in profiles])[shapes]
     lengths = ratios * unit * np.minimum(IMPULSE_LIMIT * strength**1.2, _HIGHEST) ** (1 / 6)
-    counts = _counts(lengths)
-    whole, most = _INSTANTS[-1]
-    longer = lengths > whole
-    if longer.any():
-        used, back = np.unique(shapes[longer], return_inverse=True)
-        deviations = _moments_together([profiles[shape] for shape in used])[back, 1]
-        concentrated = _WIDTHS * deviations * lengths[longer] / ratios[longer] <= whole
-        counts[longer] = np.where(concentrated, most, counts[longer])
-    sections = (lengths > LONGEST) & (counts > most)
+    counts = _counts(profiles, shapes, lengths, lengths / ratios)
     single = [_has_one_peak(profile) for profile in profiles]
     found: dict[int, Pulse] = {}
-    for long, count in sorted(set(zip(sections.tolist(), counts.tolist(), strict=True))):
-        where = np.flatnonzero((counts == count) & (sections == long))
-        if long:
+    for count in sorted(set(counts.tolist())):
+        where = np.flatnonzero(counts == count)
+        if count < 0:
             own = [profiles[shape] for shape in shapes[where]]
-            cells = map(strongest_section, own, lengths[where].tolist(), [count] * len(own))
+            cells = map(strongest_section, own, lengths[where].tolist(), [-count] * len(own))
             s, parts = map(np.array, zip(*cells, strict=True))
             parts *= unit[where, None]
             moments = np.array([_moments(profile) for profile in own])
@@ -140,12 +132,22 @@ def pulses_of(shocks: Shocks) -> list[Pulse]:
     return [found[index] for index in range(len(shocks))]
 
 
-def _counts(lengths: FloatArray) -> Indices:
-    """Numbers of impulses that represent pulses of these durations, in passage times."""
+def _counts(profiles: Sequence[ShockProfile], shapes: Indices, lengths: FloatArray, times: FloatArray) -> Indices:
+    """Numbers of impulses that represent pulses of these durations, negative where they represent only a section.
+
+    ``lengths`` are the durations and ``times`` the rise times, in passage times.
+    """
     limits, counts = zip(*_INSTANTS, strict=True)
-    divided = _MULTIPLE * np.ceil(np.minimum(lengths, LONGEST) * (_DENSITY / _MULTIPLE)).astype(int)
-    whole = np.take(counts, np.searchsorted(limits, lengths), mode="clip")
-    return np.where(lengths > limits[-1], np.maximum(divided, _FEWEST), whole)
+    found = np.take(counts, np.searchsorted(limits, lengths), mode="clip")
+    longer = np.flatnonzero(lengths > limits[-1])
+    if longer.size:
+        used, back = np.unique(shapes[longer], return_inverse=True)
+        deviations = _moments_together([profiles[shape] for shape in used])[back, 1] * times[longer]
+        own = lengths[longer]
+        cells = _MULTIPLE * np.ceil(np.minimum(own, LONGEST) * (_DENSITY / _MULTIPLE)).astype(int)
+        cells = np.maximum(cells, _FEWEST) * np.where(own > LONGEST, -1, 1)
+        found[longer] = np.where(_WIDTHS * deviations <= limits[-1], counts[-1], cells)
+    return found
 
 
 _Rules = tuple[FloatArray, FloatArray, FloatArray]
@@ -214,6 +216,8 @@ def _groups_of(profiles: Sequence[ShockProfile]) -> tuple[list[tuple[list[int], 
 
 @kept
 def _rule(profile: ShockProfile, count: int) -> _Rules:
+    if count <= _INSTANTS[-1][1]:
+        return *gauss(*_fine_impulses(profile), count), _moments(profile)
     s, parts, moments = _rules_together([profile], count)
     return s[0], parts[0], moments[0]
 
