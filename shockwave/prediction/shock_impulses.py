@@ -1,4 +1,4 @@
-"""A shock as a few impulses with the same lowest moments."""
+"""A shock as a few impulses: with the same lowest moments, or in cells if it is long."""
 
 from __future__ import annotations
 
