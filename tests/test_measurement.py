@@ -25,6 +25,14 @@ def log_of(*peaks: tuple[int, float, float]) -> PeakLog:
     return log
 
 
+def test_the_nearest_peak_at_a_contact_and_the_next_one_are_found() -> None:
+    log = log_of((2, 1.0, 1.0), (2, 3.0, 0.5), (3, 3.4, 1.0), (2, 4.0, 0.2))
+    times = {time: peak.time for time in (0.0, 2.1, 3.4, 9.0) if (peak := log.nearest(2, time))}
+    assert times == {0.0: 1.0, 2.1: 3.0, 3.4: 3.0, 9.0: 4.0}
+    assert log.nearest(1, 0.0) is None
+    assert [log.following(peak) for peak in log.at(2)] == [np.inf, 4.0, 3.0]
+
+
 @pytest.mark.parametrize(
     ("peaks", "now", "heads"),
     [

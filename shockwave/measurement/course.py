@@ -7,6 +7,7 @@ import math
 from array import array
 from collections import deque
 from functools import partial
+from operator import itemgetter
 from types import ModuleType
 from typing import cast, final
 
@@ -40,6 +41,9 @@ _COLUMNS = (
     "strongest", "ended", "target", "rise_time", "peak_force", "duration", "length", "tolerance", "kept_since",
 )  # fmt: skip
 _PLACES = {name: place for place, name in enumerate(_COLUMNS)}
+# What is read after a stretch: three floats and five whole numbers.
+_READ = ("now", "strongest", "ended", "steps", "evaluations", "peaks", "kept", "granules")
+_read = itemgetter(*(_PLACES[name] for name in _READ))
 
 
 class Course(abc.ABC):
@@ -141,15 +145,13 @@ class _Compiled(Course):
         times, (xs, vs) = np.empty(rows), memory[:, :size].reshape(2, rows, capacity)
         self._set(target=until, kept_since=since, peaks=log.count, strongest=log.strongest)
         self._continue(chain, times, xs, vs, log.table, log.last, expired)
-        found = dict(zip(_COLUMNS, self._state, strict=True))
-        log.count, log.strongest = int(found["peaks"]), found["strongest"]
-        self.now, self.steps, self.integrator.evaluations = found["now"], int(found["steps"]), int(found["evaluations"])
-        if found["ended"] == Status.RUNNING:
+        self.now, log.strongest, ended, *counts = _read(self._state)
+        self.steps, self.integrator.evaluations, log.count, kept, self._granules = map(int, counts)
+        if ended == Status.RUNNING:
             raise overdue(self.now)
-        if found["ended"] == Status.FAILED:
+        if ended == Status.FAILED:
             raise NumericalError(f"{self.integrator.name} cannot step beyond t = {self.now:g} T0")
-        kept, granules = int(found["kept"]), int(found["granules"])
-        self._granules = granules
+        granules = self._granules
         if kept:
             return Stretch((), times[:kept], xs[:kept, :granules], vs[:kept, :granules])
         return Stretch((), np.array([self.now]), *self._chain[:2, None, :granules])

@@ -127,13 +127,16 @@ class PeakLog:
 
     def nearest(self, contact: int, time: float) -> Peak | None:
         """The peak at a contact nearest to ``time``; None if the contact has none."""
-        rows = np.flatnonzero(self.peaks["contact"] == contact)
-        return self.peak(int(rows[np.abs(self.peaks["time"][rows] - time).argmin()])) if len(rows) else None
+        found = None
+        for peak in self.at(contact):
+            if found is not None and abs(peak.time - time) > abs(found.time - time):
+                break
+            found = peak
+        return found
 
     def following(self, peak: Peak) -> float:
         """Time of the next peak at the contact of ``peak``; infinite if there is none."""
-        later = self.peaks[peak.row + 1 :]
-        return float(later["time"][later["contact"] == peak.contact].min(initial=math.inf))
+        return next((later.time for later in self.at(peak.contact) if later.previous == peak.row), math.inf)
 
     def observe(self, stretch: Stretch) -> None:
         """Log the maxima within ``stretch``."""

@@ -80,6 +80,7 @@ class Outlook:
         self.least = threshold * self.strongest
         self._trails: dict[int, Trail] = {}
         self._length: dict[int, int] = {}
+        self._bounds: dict[int, float] = {}
 
     def passed(self, wave: int) -> Trail:
         """The peaks of a wave from the foremost contact through which all of it has passed, if there is one."""
@@ -97,6 +98,11 @@ class Outlook:
         It is infinite for a wave that will collide with another one, or is followed by one that may still become
         stronger.
         """
+        if wave not in self._bounds:
+            self._bounds[wave] = self._bound(wave)
+        return self._bounds[wave]
+
+    def _bound(self, wave: int) -> float:
         force = self.heads[wave].force
         if any(_TALLER * head.force < force for head in self.heads[:wave]):
             return math.inf
@@ -139,13 +145,13 @@ def _doubt(forces: list[float], noise: float) -> float:
     if len(forces) <= 2 * _STRIDE:
         return math.inf
     half = _STRIDE // 2
-    recent = _span(forces[: half + 1])
-    older = _span(forces[half : _STRIDE + 1])
-    last = _span(forces[: _STRIDE + 1])
-    previous = _span(forces[_STRIDE : 2 * _STRIDE + 1])
+    recent, older = forces[: half + 1], forces[half : _STRIDE + 1]
+    high, higher, low, lower = max(recent), max(older), min(recent), min(older)
+    last = max(high, higher) - min(low, lower)
     if last <= noise:
         return last / forces[0]
-    ratio = min(max(_ratio(last, previous), _ratio(recent, older) ** 2), _SLOWEST)
+    previous = _span(forces[_STRIDE : 2 * _STRIDE + 1])
+    ratio = min(max(_ratio(last, previous), _ratio(high - low, higher - lower) ** 2), _SLOWEST)
     return last * max(ratio / (1 - ratio), 0.1) / forces[0]
 
 
