@@ -113,10 +113,16 @@ class Law:
     turning_errors: FloatArray = field(converter=_array)
     # Columns of the factors of each product; the last one, a column of ones, where there are fewer.
     _picks: list[tuple[int, ...]] = field(init=False, repr=False)
+    # Logarithms of the spreads and of both kinds of errors.
+    _table: tuple[FloatArray, FloatArray, FloatArray] = field(init=False, repr=False)
 
     @_picks.default
     def _picked(self) -> list[tuple[int, ...]]:
         return list(zip_longest(*([COLUMNS.index(name) for name in names] for names in self.terms), fillvalue=-1))
+
+    @_table.default
+    def _logarithms(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        return np.log(self.spreads), np.log(self.errors), np.log(self.turning_errors)
 
     @property
     def width(self) -> float:
@@ -135,13 +141,13 @@ class Law:
 
     def error(self, spread: FloatArray | float, turns: bool) -> FloatArray:
         """Expected relative error at a spread tau, same shape."""
-        errors = self.turning_errors if turns else self.errors
+        spreads, *errors = self._table
         logarithm = np.log(np.maximum(spread, 1e-300))
-        known = np.interp(logarithm, np.log(self.spreads), np.log(errors))
-        short = _POWER * np.minimum(logarithm - math.log(self.spreads[0]), 0)
+        known = np.interp(logarithm, spreads, errors[turns])
+        short = _POWER * np.minimum(logarithm - spreads[0], 0)
         # In addition, the rounding error of 1.1681817, at most the smallest error that could be measured.
         power = _LONG_POWER_OF_SEVERAL if turns else _LONG_POWER
-        long = power * np.maximum(logarithm - math.log(self.spreads[-1]), 0)
+        long = power * np.maximum(logarithm - spreads[-1], 0)
         grown = np.minimum(np.exp(known + short + long), _LARGEST_ERROR)
         return np.asarray(grown + min(5e-8, float(self.errors[0])))
 

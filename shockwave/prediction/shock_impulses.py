@@ -16,13 +16,13 @@ from shockwave.prediction.pulse_cells import LONGEST, cells_of, cells_of_powers,
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import reversal
 from shockwave.profiles.guard import is_value, kept, trusted
-from shockwave.profiles.power_law import Powers, power
+from shockwave.profiles.power_law import ManyPowers, Powers, power
 from shockwave.quadrature import FloatArray
 
 # Number of times that pieces of a smooth part are halved towards its ends, for infinite slopes and steep decays.
 _HALVINGS = 12
 # Nodes on the wide pieces in the middle of a smooth part and on the other pieces, which are fewer for many parts.
-_MIDDLE_NODES = 24
+_MIDDLE_NODES = 16
 _OUTER_NODES = 6
 _FEWER_NODES = 4
 # Most parts of a profile with the larger number of nodes.
@@ -37,9 +37,10 @@ _MOST_PARTS = 2048
 _MIDDLE = 0.05
 # Largest fraction of the impulse that the points may miss; if they miss more, the pulse is too fine for them.
 _MOST_MISSED = 1e-3
-# (longest duration, number) of impulses with the same lowest moments; durations are in passage times
-# t_A (F/F0)^(-1/6) of the leading wave.
-_INSTANTS = ((0.5, 8), (1.5, 12), (3.0, 16), (6.0, 32))
+# Longest durations of pulses, in passage times t_A (F/F0)^(-1/6) of the leading wave, and for each the number of
+# impulses with the same lowest moments.
+_LIMITS = np.array([0.5, 1.5, 3.0, 5.0, 6.0])
+_COUNTS = np.array([8, 12, 16, 24, 32])
 # In the middle of a longer pulse they would be too far apart: it is divided into cells of equal width with two impulses
 # each. A concentrated force, this multiple of whose standard deviation is not longer, either, needs no cells, and its
 # law states so small an error that cells would be too coarse.
@@ -106,7 +107,7 @@ def pulses_of(shocks: Shocks) -> list[Pulse]:
     single = [_has_one_peak(profile) for profile in profiles]
     found: dict[int, Pulse] = {}
     for count in sorted(set(counts.tolist())):
-        where = np.flatnonzero(counts == count)
+        where = (counts == count).nonzero()[0]
         if count < 0:
             own = [profiles[shape] for shape in shapes[where]]
             cells = map(strongest_section, own, lengths[where].tolist(), [-count] * len(own))
@@ -114,10 +115,8 @@ def pulses_of(shocks: Shocks) -> list[Pulse]:
             parts *= unit[where, None]
             moments = np.array([_moments(profile) for profile in own])
         else:
-            one = shapes[:1], np.zeros_like(where)
-            used, back = one if len(profiles) == 1 else np.unique(shapes[where], return_inverse=True)
-            s, parts, moments = (each[back] for each in _rules([profiles[shape] for shape in used], count))
-            parts *= (strength[where] / parts.sum(axis=1))[:, None]
+            s, parts, moments = _rules(profiles, shapes[where], count)
+            parts = parts * (strength[where] / parts.sum(axis=1))[:, None]
         mean, deviation, total = moments.T
         times = (s - mean[:, None]) * unit[where, None]
         spread = deviation * unit[where] * strength[where] ** 0.2
@@ -137,16 +136,15 @@ def _counts(profiles: Sequence[ShockProfile], shapes: Indices, lengths: FloatArr
 
     ``lengths`` are the durations and ``times`` the rise times, in passage times.
     """
-    limits, counts = zip(*_INSTANTS, strict=True)
-    found = np.take(counts, np.searchsorted(limits, lengths), mode="clip")
-    longer = np.flatnonzero(lengths > limits[-1])
+    found: Indices = _COUNTS.take(_LIMITS.searchsorted(lengths), mode="clip")
+    longer = (lengths > _LIMITS[-1]).nonzero()[0]
     if longer.size:
         used, back = np.unique(shapes[longer], return_inverse=True)
         deviations = _moments_together([profiles[shape] for shape in used])[back, 1] * times[longer]
         own = lengths[longer]
         cells = _MULTIPLE * np.ceil(np.minimum(own, LONGEST) * (_DENSITY / _MULTIPLE)).astype(int)
         cells = np.maximum(cells, _FEWEST) * np.where(own > LONGEST, -1, 1)
-        found[longer] = np.where(_WIDTHS * deviations <= limits[-1], counts[-1], cells)
+        found[longer] = np.where(_WIDTHS * deviations <= _LIMITS[-1], _COUNTS[-1], cells)
     return found
 
 
@@ -155,43 +153,44 @@ _Rules = tuple[FloatArray, FloatArray, FloatArray]
 _rule_cache: dict[Any, Any] = {}
 
 
-def _rules(profiles: Sequence[ShockProfile], count: int) -> _Rules:
-    """Instants s and impulses of shapes, shape (shapes, ``count``) each, and their moments, shape (shapes, 3)."""
+def _rules(profiles: Sequence[ShockProfile], shapes: Indices, count: int) -> _Rules:
+    """Instants s and impulses, shape (pulses, ``count``) each, and moments, shape (pulses, 3), of pulses.
+
+    ``shapes`` are the indices of their profiles. If there is only one profile, all pulses share a single row.
+    """
     if len(profiles) == 1:
         s, parts, moments = _rule(profiles[0], count)
         return s[None], parts[None], moments[None]
-    keys = [(profile, count) if is_value(profile) else None for profile in profiles]
+    used, back = np.unique(shapes, return_inverse=True)
+    own = [profiles[shape] for shape in used.tolist()]
+    keys = [(profile, count) if is_value(profile) else None for profile in own]
     rules = [_rule_cache.get(key) for key in keys]
     new = [index for index, rule in enumerate(rules) if rule is None]
-    for index, *rule in zip(new, *_rules_together([profiles[index] for index in new], count), strict=True):
+    for index, *rule in zip(new, *_rules_together([own[index] for index in new], count), strict=True):
         rules[index] = rule
     if len(_rule_cache) + len(new) > _MOST_KNOWN:
         _rule_cache.clear()
     _rule_cache.update((keys[index], rules[index]) for index in new if keys[index] is not None)
     s, parts, moments = map(np.array, zip(*rules, strict=True))
-    return s, parts, moments
+    return s[back], parts[back], moments[back]
 
 
 def _rules_together(profiles: Sequence[ShockProfile], count: int) -> _Rules:
     """`_rules`, computed without the cache."""
     s, parts = np.empty((2, len(profiles), count))
     groups, left = _groups_of(profiles)
-    if count > _INSTANTS[-1][1]:
+    if count >= _FEWEST:
         for group, laws in groups:
             s[group], parts[group] = cells_of_powers(laws, count)
         for index in left:
             s[index], parts[index] = cells_of(profiles[index], count, 0.0, float(profiles[index].duration_ratio))
         return s, parts, _moments_together(profiles)
-    moments = np.empty((len(profiles), 3))
     for group, laws in groups:
-        fine = _fine_impulses_of_powers(laws)
-        s[group], parts[group], moments[group] = *gauss(*fine, count), _moments_of(*fine)
+        s[group], parts[group] = gauss(*_fine_impulses_of_powers(laws), count)
     for among, times, impulses in _together([_fine_impulses(profiles[index]) for index in left]):
         where = np.array(left)[among]
         s[where], parts[where] = gauss(times, impulses, count)
-    # not from the rows, which are padded to the longest of their group: this changes the rounding of the sums
-    moments[left] = np.reshape([_moments(profiles[index]) for index in left], (-1, 3))
-    return s, parts, moments
+    return s, parts, _moments_together(profiles)
 
 
 def _moments_together(profiles: Sequence[ShockProfile]) -> FloatArray:
@@ -201,22 +200,27 @@ def _moments_together(profiles: Sequence[ShockProfile]) -> FloatArray:
     moments = np.empty((len(profiles), 3))
     groups, left = _groups_of(profiles)
     for group, laws in groups:
-        moments[group] = _moments_of(*_fine_impulses_of_powers(laws))
+        moments[group] = _moments_of_powers(ManyPowers(laws))
     moments[left] = np.reshape([_moments(profiles[index]) for index in left], (-1, 3))
     return moments
 
 
 def _groups_of(profiles: Sequence[ShockProfile]) -> tuple[list[tuple[list[int], list[Powers]]], list[int]]:
     """Indices of smooth power laws in groups that are computed together, with the laws; indices of the others."""
-    powers = [(index, profile) for index, profile in enumerate(profiles) if _is_smooth_law(profile)]
+    powers: list[tuple[int, Powers]] = []
+    left: list[int] = []
+    for index, profile in enumerate(profiles):
+        if _is_smooth_law(profile):
+            powers.append((index, profile))
+        else:
+            left.append(index)
     shares = [powers[begin : begin + _AT_ONCE] for begin in range(0, len(powers), _AT_ONCE)]
-    groups = [([index for index, _ in share], [law for _, law in share]) for share in shares]
-    return groups, [index for index, profile in enumerate(profiles) if not _is_smooth_law(profile)]
+    return [([index for index, _ in share], [law for _, law in share]) for share in shares], left
 
 
 @kept
 def _rule(profile: ShockProfile, count: int) -> _Rules:
-    if count <= _INSTANTS[-1][1]:
+    if count < _FEWEST:
         return *gauss(*_fine_impulses(profile), count), _moments(profile)
     s, parts, moments = _rules_together([profile], count)
     return s[0], parts[0], moments[0]
@@ -249,15 +253,25 @@ def _length(shock: ScaledShock) -> float:
 
 @kept
 def _moments(profile: ShockProfile) -> FloatArray:
-    return _moments_of(*_fine_impulses(profile))
+    """Mean and standard deviation in s, and impulse, of the force."""
+    if _is_smooth_law(profile):
+        return _moments_of_powers(profile)
+    s, impulses = _fine_impulses(profile)
+    total = impulses.sum()
+    mean = (impulses * s).sum() / total
+    return np.array((mean, np.sqrt((impulses * (s - mean) ** 2).sum() / total), total))
 
 
-def _moments_of(s: FloatArray, impulses: FloatArray) -> FloatArray:
-    """Mean and standard deviation in s, and impulse, of pulses of shape (..., points); shape (..., 3)."""
-    total = impulses.sum(axis=-1)
-    mean = (impulses * s).sum(axis=-1) / total
-    variance = (impulses * (s - mean[..., None]) ** 2).sum(axis=-1) / total
-    return np.array((mean, np.sqrt(variance), total)).T
+def _moments_of_powers(law: Powers) -> FloatArray:
+    """`_moments` of a power law, in closed form; shape (laws, 3) for `ManyPowers`."""
+    eta1, eta2, width = law.rise_exponent, law.decay_exponent, law.duration_ratio - 1
+    rise, decay = law.closed_areas()
+    first, last = (1 + eta1) / (2 + eta1), 1 + width / (2 + eta2)
+    total = rise + decay
+    mean = (rise * first + decay * last) / total
+    of_rise = first / ((2 + eta1) * (3 + eta1)) + (first - mean) ** 2
+    of_decay = width**2 * (1 + eta2) / ((2 + eta2) ** 2 * (3 + eta2)) + (last - mean) ** 2
+    return np.array((mean, np.sqrt((rise * of_rise + decay * of_decay) / total), total)).T
 
 
 def turns(shock: ScaledShock) -> bool:

@@ -160,7 +160,7 @@ class ShockProfile(abc.ABC):
         closed = self.closed_areas() if quadrature is None else None
         if closed is None:
             return _areas(self, quadrature)
-        return Areas(*(Integral(a, _ROUNDING * abs(a), 0, "closed form") for a in closed))
+        return Areas(*[Integral(area, _ROUNDING * abs(area), 0, "closed form") for area in closed])
 
     @property
     def total_area(self) -> float:
