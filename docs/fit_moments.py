@@ -343,18 +343,18 @@ def fitted(sample: Sample) -> Law:
 
 
 def judged(law: Law, sample: Sample) -> Iterator[dict[str, Any]]:
-    """Yield the pulses with their errors and the expected errors, the column ``told``."""
+    """Yield the pulses with their errors and the expected errors, the column ``stated``."""
     error = law.corrected(*evaluated(law, sample.pulses)) / sample.simulated - 1
     expected = np.where(sample.turns, law.error(sample.spread, True), law.error(sample.spread, False))
     names = ("spread", "skewness", "strength", "simulated")
     for i, kind in enumerate(sample.kinds):
-        numbers = {name: getattr(sample, name)[i] for name in names} | {"error": error[i], "told": expected[i]}
+        numbers = {name: getattr(sample, name)[i] for name in names} | {"error": error[i], "stated": expected[i]}
         yield {"kind": str(kind)} | {name: f"{value:.6g}" for name, value in numbers.items()}
 
 
 def tables(rows: list[dict[str, Any]]) -> dict[str, list[str]]:
     """Rows of the tables of the page: errors by spread, and by kind."""
-    spread, error, expected = (np.array([float(row[name]) for row in rows]) for name in ("spread", "error", "told"))
+    spread, error, expected = (np.array([float(row[name]) for row in rows]) for name in ("spread", "error", "stated"))
     kinds, size = np.array([row["kind"] for row in rows]), np.abs(error)
     new = np.isin(kinds, [kind.__name__ for kind in NEW])
     # allowing for the error of the simulation and the six digits of the table

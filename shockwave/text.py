@@ -260,7 +260,7 @@ def _template(file: Path, filters: tuple[Callable[..., object], ...]) -> Templat
         finalize=lambda value: admitted(value) if type(value) is str else value,
         trim_blocks=True,
         lstrip_blocks=True,
-        optimized=False,  # a template is filled in once
+        optimized=False,  # compiling takes longer than rendering
     )
     environment.filters |= {function.__name__: function for function in filters}
     return environment.get_template(file.name)

@@ -163,11 +163,12 @@ def test_many_instants_do_not_lose_digits(profile: sw.ShockProfile) -> None:
 
 @pytest.mark.parametrize("exponents", [(0.0, 0.0), (0.5, 1.0), (3.0, 0.2), (8.0, 20.0)])
 @pytest.mark.parametrize("n", [1.001, 3.0, 1e4])
-def test_the_spread_of_a_power_law_is_that_of_its_impulses(exponents: tuple[float, float], n: float) -> None:
+def test_centroid_and_spread_of_a_power_law_are_those_of_its_impulses(exponents: tuple[float, float], n: float) -> None:
     profile = sw.PowerLaw(rise_exponent=exponents[0], decay_exponent=exponents[1], duration_ratio=n)
     scaled = ScaledShock(profile, profile.areas(), 0.1 / n, MOMENTUM)
     pulse = pulse_of(scaled)
     strength = pulse.impulses.sum()
+    # the impulses are less accurate than the closed form where the force has infinite slopes
     centroid, square = (pulse.impulses @ pulse.times**power / strength for power in (1, 2))
     assert pulse.spread == pytest.approx(math.sqrt(square) * strength**0.2, rel=1e-6)
     assert centroid == pytest.approx(0.0, abs=1e-6 * math.sqrt(square))

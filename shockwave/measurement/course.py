@@ -32,7 +32,8 @@ _ROOM_RATE = 1.1
 _ROOM_TIME = 200.0
 # Number of granules for which memory is reserved, besides half of those at hand.
 _SLACK = 128
-# Memory of former stretches: the first access to new memory takes as long as many steps. The largest size that is kept.
+# Memory of former stretches, used again because the first access to new memory takes as long as many steps; and the
+# largest size that is kept.
 _spare: deque[FloatArray] = deque(maxlen=8)
 _LARGEST = 2**19
 # The state of the compiled code; see `_compiled.c`.
@@ -41,7 +42,7 @@ _COLUMNS = (
     "strongest", "ended", "target", "rise_time", "peak_force", "duration", "length", "tolerance", "kept_since",
 )  # fmt: skip
 _PLACES = {name: place for place, name in enumerate(_COLUMNS)}
-# What is read after a stretch: three floats and five whole numbers.
+# Values that are read after a stretch: three floats, then five whole numbers.
 _READ = ("now", "strongest", "ended", "steps", "evaluations", "peaks", "kept", "granules")
 _read = itemgetter(*(_PLACES[name] for name in _READ))
 

@@ -126,7 +126,7 @@ class PeakLog:
             index = peak.previous
 
     def nearest(self, contact: int, time: float) -> Peak | None:
-        """The peak at a contact nearest to ``time``; None if the contact has none."""
+        """Among the peaks at a contact, the one nearest to ``time``; None if there is none."""
         found = None
         for peak in self.at(contact):
             if found is not None and abs(peak.time - time) > abs(found.time - time):

@@ -69,7 +69,7 @@ class Outlook:
         The foremost peak of each wave, front first. Weaker waves are followed, too: they may still grow, and their
         energy is taken into account.
     least : float
-        Least peak force of a wave.
+        Peak force of the weakest wave that counts: ``threshold`` times that of the strongest wave.
     """
 
     def __init__(self, log: PeakLog, now: float, threshold: float, noise: float = 0.0) -> None:
@@ -93,7 +93,7 @@ class Outlook:
         return self._trails[wave]
 
     def bound(self, wave: int) -> float:
-        """Bound on the deviation of a wave from its limit, at the peak that has `passed`.
+        """Bound on the relative deviation of a wave from its limit, at the first peak of `passed`.
 
         It is infinite for a wave that will collide with another one, or is followed by one that may still become
         stronger.
@@ -113,7 +113,7 @@ class Outlook:
         return _doubt(self.passed(wave).forces, self._noise)
 
     def wait(self, wave: int, allowed: float) -> float:
-        """Time that passes at least before the bound of a wave decreases to ``allowed``; 0 if it is not known."""
+        """Least time until the bound of a wave decreases to ``allowed``; 0 if it is not known."""
         trail = self.passed(wave)
         contacts = 2 * _STRIDE + _STEP + 1 - float(len(trail.rows))
         if not trail.rows:  # all of the wave passes a contact later

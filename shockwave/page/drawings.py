@@ -28,7 +28,7 @@ _Draw = Callable[["Axes"], object]
 
 # Width and height [in]: a column in print, legible on a phone.
 _SIZE = (3.4, 2.7)
-# Fraction of the pictures that this process draws if another one helps: the last pictures take longer.
+# Fraction of the pictures that this process draws if a second process helps: the last pictures take longer.
 _OWN_SHARE = 0.6
 # Name of a picture, and its SVG element or the reason why it could not be drawn.
 _Drawn = tuple[str, str, str]
@@ -42,7 +42,7 @@ def drawn(found: Findings, aside: bool = False) -> Iterator[_Drawn]:
     found : Findings
         The results.
     aside : bool
-        Fork this process, where that is safe: its child starts to draw the last ones immediately.
+        Fork this process, where that is safe: its child starts to draw the last pictures immediately.
 
     Returns
     -------

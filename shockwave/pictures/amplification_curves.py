@@ -34,9 +34,9 @@ _LONGEST = 500.0
 _SIMULATED = 41
 # Number of predictions; regime borders are drawn halfway between two of them.
 _PREDICTED = 241
-# Predictions from one value of the expected range to the next.
+# The expected range is computed at every eighth prediction.
 _EVERY = 8
-# Threshold that omits the later waves of trains.
+# Threshold that omits the later waves of trains, which are not drawn.
 _NO_LATER = 0.999
 # Points of a universal curve.
 _CURVE_POINTS = 600

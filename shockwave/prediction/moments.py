@@ -111,9 +111,9 @@ class Law:
     spreads: FloatArray = field(converter=_array)
     errors: FloatArray = field(converter=_array)
     turning_errors: FloatArray = field(converter=_array)
-    # Columns of the factors of each product; the last one, a column of ones, where there are fewer.
+    # Columns of the factors of each product; where there are fewer, the last one, a column of ones.
     _picks: list[tuple[int, ...]] = field(init=False, repr=False)
-    # Logarithms of the spreads and of both kinds of errors.
+    # Logarithms of the spreads, and of the errors of shocks with one peak and with several.
     _table: tuple[FloatArray, FloatArray, FloatArray] = field(init=False, repr=False)
 
     @_picks.default
@@ -140,15 +140,15 @@ class Law:
         return np.asarray(np.exp(log_force + (self.products(found) * self.coefficients).sum(axis=-1)))
 
     def error(self, spread: FloatArray | float, turns: bool) -> FloatArray:
-        """Expected relative error at a spread tau, same shape."""
+        """Expected relative error at a spread tau, same shape; of shocks with several peaks if it ``turns``."""
         spreads, *errors = self._table
         logarithm = np.log(np.maximum(spread, 1e-300))
         known = np.interp(logarithm, spreads, errors[turns])
         short = _POWER * np.minimum(logarithm - spreads[0], 0)
-        # In addition, the rounding error of 1.1681817, at most the smallest error that could be measured.
         power = _LONG_POWER_OF_SEVERAL if turns else _LONG_POWER
         long = power * np.maximum(logarithm - spreads[-1], 0)
         grown = np.minimum(np.exp(known + short + long), _LARGEST_ERROR)
+        # in addition, the rounding error of 1.1681817, limited to the smallest tabulated error
         return np.asarray(grown + min(5e-8, float(self.errors[0])))
 
     def bounds(self, pulses: Sequence[Pulse]) -> FloatArray:

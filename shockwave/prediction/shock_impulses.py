@@ -21,7 +21,7 @@ from shockwave.quadrature import FloatArray
 
 # Number of times that pieces of a smooth part are halved towards its ends, for infinite slopes and steep decays.
 _HALVINGS = 12
-# Nodes on the wide pieces in the middle of a smooth part and on the other pieces, which are fewer for many parts.
+# Nodes on each wide piece in the middle of a smooth part and on each other piece; the latter are fewer for many parts.
 _MIDDLE_NODES = 16
 _OUTER_NODES = 6
 _FEWER_NODES = 4
@@ -37,13 +37,13 @@ _MOST_PARTS = 2048
 _MIDDLE = 0.05
 # Largest fraction of the impulse that the points may miss; if they miss more, the pulse is too fine for them.
 _MOST_MISSED = 1e-3
-# Longest durations of pulses, in passage times t_A (F/F0)^(-1/6) of the leading wave, and for each the number of
-# impulses with the same lowest moments.
+# Upper limits of durations, in passage times t_A (F/F0)^(-1/6) of the leading wave, and the number of impulses up to
+# each; they have the same lowest moments as the force.
 _LIMITS = np.array([0.5, 1.5, 3.0, 5.0, 6.0])
 _COUNTS = np.array([8, 12, 16, 24, 32])
-# In the middle of a longer pulse they would be too far apart: it is divided into cells of equal width with two impulses
-# each. A concentrated force, this multiple of whose standard deviation is not longer, either, needs no cells, and its
-# law states so small an error that cells would be too coarse.
+# In a longer pulse these impulses would be too far apart, so that it is divided into cells of equal width with two
+# impulses each. A force is concentrated if this multiple of its standard deviation in time is within the last limit. It
+# keeps the last number of impulses, because the stated error is so small that cells would be too coarse.
 _WIDTHS = 8.0
 # Number of impulses in a passage time and, so that shocks of one shape share cells, the least number and the number of
 # which all are multiples.
@@ -154,9 +154,9 @@ _rule_cache: dict[Any, Any] = {}
 
 
 def _rules(profiles: Sequence[ShockProfile], shapes: Indices, count: int) -> _Rules:
-    """Instants s and impulses, shape (pulses, ``count``) each, and moments, shape (pulses, 3), of pulses.
+    """Instants s and impulses of pulses, shape (pulses, ``count``) each, and their moments, shape (pulses, 3).
 
-    ``shapes`` are the indices of their profiles. If there is only one profile, all pulses share a single row.
+    ``shapes`` are the indices of their profiles. If there is only one profile, the arrays have a single row for all.
     """
     if len(profiles) == 1:
         s, parts, moments = _rule(profiles[0], count)
@@ -176,7 +176,7 @@ def _rules(profiles: Sequence[ShockProfile], shapes: Indices, count: int) -> _Ru
 
 
 def _rules_together(profiles: Sequence[ShockProfile], count: int) -> _Rules:
-    """`_rules`, computed without the cache."""
+    """Instants s, impulses and moments of shapes, a row for each profile, computed without the cache."""
     s, parts = np.empty((2, len(profiles), count))
     groups, left = _groups_of(profiles)
     if count >= _FEWEST:
@@ -253,7 +253,7 @@ def _length(shock: ScaledShock) -> float:
 
 @kept
 def _moments(profile: ShockProfile) -> FloatArray:
-    """Mean and standard deviation in s, and impulse, of the force."""
+    """Mean and standard deviation of s, weighted by the force, and the impulse; shape (3,)."""
     if _is_smooth_law(profile):
         return _moments_of_powers(profile)
     s, impulses = _fine_impulses(profile)
@@ -263,7 +263,7 @@ def _moments(profile: ShockProfile) -> FloatArray:
 
 
 def _moments_of_powers(law: Powers) -> FloatArray:
-    """`_moments` of a power law, in closed form; shape (laws, 3) for `ManyPowers`."""
+    """`_moments` of a power law, in closed form; shape (3,), or (laws, 3) for `ManyPowers`."""
     eta1, eta2, width = law.rise_exponent, law.decay_exponent, law.duration_ratio - 1
     rise, decay = law.closed_areas()
     first, last = (1 + eta1) / (2 + eta1), 1 + width / (2 + eta2)
