@@ -56,7 +56,8 @@ def drawn(found: Findings, aside: bool = False) -> Iterator[_Drawn]:
     """
     chosen = list(drawings(found).items())
     # after a fork, locks that other threads hold are never released
-    if not (aside and sys.platform == "linux" and threading.active_count() == 1 and len(os.sched_getaffinity(0)) > 1):
+    alone = sys.platform != "linux" or threading.active_count() > 1 or len(os.sched_getaffinity(0)) == 1
+    if alone or not aside or len(chosen) < 2:
         return _drawn(counted("pictures", chosen))
     own = round(_OWN_SHARE * len(chosen))
     later = _drawn_aside(chosen[own:])

@@ -36,8 +36,8 @@ _SIMULATED = 41
 _PREDICTED = 241
 # The expected range is computed at every eighth prediction.
 _EVERY = 8
-# Threshold that omits the later waves of trains, which are not drawn.
-_NO_LATER = 0.999
+# Threshold that omits most later waves of trains, which are not drawn.
+_FEW_LATER = 0.999
 # Points of a universal curve.
 _CURVE_POINTS = 600
 # Least rise time, as a fraction of the longest one of a curve.
@@ -89,14 +89,14 @@ def amplification(
     fine = np.geomspace(ratios[0], ratios[-1], _PREDICTED)
     patterns = [evolve(pattern, rise_time=ratio * unit) for ratio in fine.tolist()]
     outcomes = []
-    leading = evolve(predictor, wave_threshold=_NO_LATER)
+    leading = evolve(predictor, wave_threshold=_FEW_LATER)
     for outcome in leading.predict_each(patterns, [chain] * len(patterns)):
         if isinstance(outcome, Exception):
             raise outcome
         outcomes.append(outcome)
     regime_spans(ax, edges_of(fine, log=True), np.array([outcome.regime for outcome in outcomes]))
     ax.plot(fine, [outcome.amplification for outcome in outcomes], color=BLUE, linewidth=1.2, label="predicted")
-    _expected_range(ax, fine[::_EVERY], leading.predict_many(patterns[::_EVERY], chain))
+    _expected_range(ax, fine[::_EVERY], predictor.predict_many(patterns[::_EVERY], chain))
     shocks = [evolve(pattern, rise_time=ratio * unit) for ratio in ratios]
     results = zip(ratios, simulate_many(shocks, chain, waves="primary"), strict=True)
     found = {ratio: one.amplification for ratio, one in results if not isinstance(one, ShockwaveError)}

@@ -14,12 +14,13 @@ from shockwave.quadrature import FloatArray
 #: Longest pulse, in passage times of its wave, that is represented as a whole; of a longer one only a section of this
 #: length is used.
 LONGEST = 50.0
-# Length of the window of largest impulse, in the same times, around which the section is centred.
-_BLOW = 6.0
+# Lengths of the windows whose largest impulses are sought, in the same times: that of a wave that forms under a lasting
+# force, and that of a wave that a short blow generates.
+_BLOWS = (6.0, 2.2)
 # Number of pieces of a cell, from which its moments are computed.
 _PIECES = 8
-# Cells per blow where the strongest one is sought, and most cells at once.
-_FINE = 96
+# Cells in such a time where the strongest blow is sought, and most cells at once.
+_FINE = 16
 _MOST_CELLS = 100_000
 # Blows that differ by less, relatively, are equal but for rounding errors.
 _EQUAL = 1e-9
@@ -59,24 +60,40 @@ def _pairs(edges: FloatArray, impulses: FloatArray) -> tuple[FloatArray, FloatAr
 
 
 def strongest_section(profile: ShockProfile, length: float, count: int) -> tuple[FloatArray, FloatArray]:
-    """Cells of the section around the strongest blow of a pulse; the whole takes ``length`` passage times.
+    """Cells around the strongest blows of a pulse: one section, or two half as long if the blows are far apart.
 
-    The leading wave of a long shock forms within a few of its own times, where the force is strongest.
+    The whole pulse takes ``length`` passage times. The leading wave of a long shock forms within a few of its own
+    times, where the force is strongest.
     """
     n = float(profile.duration_ratio)
-    time = n / length
-    begin, end = 0.0, n
+    section = LONGEST * n / length
+    first, last = sorted(_strongest(profile, round(_FINE * blow), section) for blow in _BLOWS)
+    if last - first < section / 2:
+        sections = [((first + last) / 2, section, count)]
+    else:
+        sections = [(middle, section / 2, count // 2) for middle in (first, last)]
+    s, impulses = zip(
+        *(cells_of(profile, own, max(at - size / 2, 0.0), min(at + size / 2, n)) for at, size, own in sections),
+        strict=True,
+    )
+    return np.concatenate(s), np.concatenate(impulses)
+
+
+def _strongest(profile: ShockProfile, cells: int, section: float) -> float:
+    """Middle of the window of largest impulse, of so many cells; ``section`` is the length of `LONGEST` in s."""
+    cell = section / LONGEST / _FINE
+    begin, end = 0.0, float(profile.duration_ratio)
     while True:
-        cells = math.ceil((end - begin) / (_BLOW * time) * _FINE)
-        resolved = cells <= _MOST_CELLS
-        if resolved and end - begin <= 1.01 * LONGEST * time:
-            return cells_of(profile, count, begin, end)
-        edges = np.linspace(begin, end, min(cells, _MOST_CELLS) + 1)
+        number = math.ceil((end - begin) / cell)
+        resolved = number <= _MOST_CELLS
+        edges = np.linspace(begin, end, min(number, _MOST_CELLS) + 1)
         running = profile.running_impulse(edges)
-        cell = np.arange(len(edges) - 1)
-        held = _FINE if resolved else 1
-        blows = running[np.minimum(cell + (held + 1) // 2, cell.size)] - running[np.maximum(cell - held // 2, 0)]
+        index = np.arange(len(edges) - 1)
+        held = cells if resolved else 1
+        blows = running[np.minimum(index + (held + 1) // 2, index.size)] - running[np.maximum(index - held // 2, 0)]
         first = int(np.argmax(blows >= (1 - _EQUAL) * blows.max()))
-        middle = (edges[first] + edges[first + 1]) / 2
-        half = max(LONGEST * time / 2, 0.0 if resolved else 2 * (edges[1] - edges[0]))
-        begin, end = max(middle - half, 0.0), min(middle + half, n)
+        middle = float(edges[first] + edges[first + 1]) / 2
+        if resolved:
+            return middle
+        half = max(section / 2, 2 * float(edges[1] - edges[0]))
+        begin, end = max(middle - half, 0.0), min(middle + half, float(profile.duration_ratio))
