@@ -42,7 +42,7 @@ def scenes_of(shocks: Iterable[Any], chain: Any, single: str) -> list[tuple[Any,
         rule = f"must be a list of shocks (got {type(shocks).__name__}; or use {single})"
         raise InvalidValueError.of("shocks", rule)
     shocks = list(shocks)
-    if not isinstance(chain, Chain | Iterable):
+    if not isinstance(chain, Chain | Iterable) or isinstance(chain, str):
         raise InvalidValueError.of("chain", f"must be a Chain, or one for each shock (got {text_of(chain)})")
     chains = [chain] * len(shocks) if isinstance(chain, Chain) else list(chain)
     if len(chains) != len(shocks):

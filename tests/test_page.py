@@ -185,6 +185,7 @@ def test_passages_and_warnings_are_listed() -> None:
         (quantity(-1.5e-4, "N s"), "~150 µN s"),
         (quantity(3e-20, "N"), "3 * 10<sup>~20</sup> N"),
         (percent(22770.0), "+2.3 * 10<sup>6</sup> %"),
+        (percent(-4.9e-6), "~4.9 * 10<sup>~6</sup>"),
         (
             formula("alphaF0 A F0^(-1/6) < n t0"),
             "alpha <i>A</i> <i>F</i><sub>0</sub><sup>~1/6</sup> &lt; <i>n</i> <i>t</i><sub>0</sub>",
@@ -329,3 +330,16 @@ def test_a_page_on_a_wall_shows_the_estimate(excitation: dict[str, Any], estimat
     parsed(text)
     assert "Estimate: force on the wall " in plain(text)
     assert estimated in plain(text)
+
+
+@pytest.mark.parametrize(("contacts", "last"), [((), True), ((0, 10), False), ((0, 29), True)], ids=str)
+def test_the_caption_names_the_wall_if_its_contact_is_listed(contacts: tuple[int, ...], last: bool) -> None:
+    walled = evolve(scenario(triangle(0.5)), chain=evolve(CHAIN, granules=30, end=sw.Wall()))
+    text = without_pictures(findings(evolve(walled, simulate=SimulateOptions(contacts=contacts))))
+    assert ("the last one is with the wall" in plain(text)) == last
+
+
+def test_a_page_on_a_chain_that_no_model_covers_states_why_there_is_no_prediction() -> None:
+    damped = evolve(CHAIN, granules=30, damping=sw.KuwabaraKono(time=1e-6))
+    text = plain(without_pictures(findings(evolve(scenario(triangle(0.5)), chain=damped))))
+    assert "No prediction: section-4 does not cover chain.damping." in text

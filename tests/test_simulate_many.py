@@ -119,6 +119,8 @@ def test_each_shock_can_have_its_own_chain() -> None:
 def test_a_wrong_number_of_chains_is_refused() -> None:
     with pytest.raises(sw.InvalidValueError, match=r"chain: must be one, or one for each shock \(got 2\)"):
         sw.simulate_many(FEW, [CHAIN, CHAIN])
+    with pytest.raises(sw.InvalidValueError, match=r"chain: must be a Chain, or one for each shock \(got 'steel'\)"):
+        sw.simulate_many(FEW, "steel")  # type: ignore[arg-type]
 
 
 def test_a_single_shock_and_no_thread_are_refused() -> None:

@@ -158,6 +158,12 @@ def test_the_train_is_measured_if_the_scenario_requests_it(tmp_path: Path, waves
     found = rows(tmp_path / "out")[0]
     assert ("recoil_momentum" in found) == measured
     assert found.get("recoil_momentum", -1.0) < 0
+    # the momentum of the leading wave as a single run measures it
+    profile = sw.PowerLaw(rise_exponent=1, decay_exponent=1, duration_ratio=3)
+    shock = sw.Shock(profile=profile, peak_force=100.0, rise_time=1e-5)
+    chain = sw.Chain(material="paper-steel", diameter=9.5e-3)
+    leading = sw.simulate(shock, chain, rtol=1e-3, waves="train" if measured else "primary").waves[0]
+    assert (found["momentum"], found["foot"]) == (leading.momentum, leading.foot)
 
 
 # ---------------------------------------------------------------- workers and resumption
@@ -309,7 +315,7 @@ def test_a_folder_with_other_files_is_refused(scenario: Path, tmp_path: Path) ->
 
 USAGE = {
     "no sweep": (SIMULATE, [], 3, "sweep: must be given"),
-    "unknown executor": (GRID, ["--executor", "abacus"], 2, "processes, dask or dask=ADDRESS"),
+    "unknown executor": (GRID, ["--executor", "abacus"], 2, "must be processes, dask, dask=ADDRESS"),
     "nothing to resume": (GRID, ["--resume"], 2, "must hold a sweep to resume"),
     "folder is a file": (GRID, ["--out", "scene.yaml"], 5, "scene.yaml: cannot be"),
 }
@@ -325,6 +331,16 @@ def test_a_wrong_call_gives_a_short_error_message(
     shown = capsys.readouterr().err
     assert part in shown
     assert "Traceback" not in shown
+    assert not (tmp_path / "scene-sweep").exists()
+
+
+@pytest.mark.parametrize("wrong", [{"executor": 3}, {"workers": "2"}, {"executor": "dask", "timeout": 1}], ids=str)
+def test_a_wrong_executor_is_refused_before_anything_is_written(
+    scenario: Path, tmp_path: Path, wrong: dict[str, Any]
+) -> None:
+    with pytest.raises(sw.UsageError, match=f"^{list(wrong)[-1]}: must be"):
+        run_sweep(scenario, tmp_path / "out", **wrong)
+    assert not (tmp_path / "out").exists()
 
 
 # ---------------------------------------------------------------- points that fail

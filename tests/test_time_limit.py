@@ -54,6 +54,7 @@ def test_a_train_that_takes_too_long_leaves_the_leading_wave() -> None:
     assert len(result.waves) == 1
     assert any("the time limit was reached" in warning for warning in result.all_warnings)
     assert result.to_dict()["peak_force"] == result.peak_force
+    assert "only the leading wave is known" in str(result)
 
 
 def test_the_train_of_a_flat_top_is_not_integrated_and_its_cost_is_stated() -> None:

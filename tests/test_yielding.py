@@ -95,6 +95,16 @@ def test_a_prediction_without_an_estimate_judges_the_force_of_the_shock() -> Non
         sw.Predictor().predict(slow, ELASTIC)
 
 
+@pytest.mark.parametrize("model", ["section-4", "moments"])
+def test_many_predictions_judge_first_yield_like_single_ones(model: str) -> None:
+    predictor, forces = sw.Predictor(model=model), [1.0, 4.0, 4.5, 5.0, 200.0]
+    shocks = [shock(force) for force in forces] + [attrs.evolve(shock(200.0), rise_time=10.0)]
+    found = predictor.predict_many(shocks, ELASTIC)
+    refused = {i for i, each in enumerate(predictor.predict_each(shocks, [ELASTIC] * 6)) if isinstance(each, Exception)}
+    assert {4, 5} <= refused < set(range(6))
+    assert {index for index, _ in found.failures} == refused == set(np.flatnonzero(np.isnan(found.peak_force)))
+
+
 def test_an_elastic_chain_refuses_an_unknown_yield_strength() -> None:
     with pytest.raises(InvalidValueError, match="where a yield strength is not known"):
         sw.simulate(shock(1.0), UNKNOWN)

@@ -61,12 +61,12 @@ def _sweep(options: argparse.Namespace) -> int:
     from shockwave.sweep.definition import DEFINITION
     from shockwave.sweep.dry_run import plan_sweep
     from shockwave.sweep.runner import run_sweep
-    from shockwave.sweep.workers import check_executor
+    from shockwave.sweep.workers import check_workers
 
     folder = options.out or f"{Path(options.file).stem}-sweep"
     settings = {name: getattr(options, name) for name in ("workers", "retry_failed", "accept_versions")}
     if options.dry_run:
-        check_executor(options.executor or "processes")
+        check_workers(options.executor, options.workers, options.timeout)
         print_result(plan_sweep(options.file, folder, **settings), options.json)
         return 0
     if options.resume and not (Path(folder) / DEFINITION).exists():

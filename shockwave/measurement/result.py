@@ -83,6 +83,11 @@ class Train:
     cost: Cost = Cost(steps=0, force_evaluations=0, seconds=0.0)
     warnings: tuple[str, ...] = ()
 
+    @property
+    def is_integrated(self) -> bool:
+        """Whether the waves were measured; otherwise only the leading wave is known."""
+        return self.cost.steps > 0
+
 
 @frozen(kw_only=True, slots=False, repr=False)
 class SimulationResult(Result):

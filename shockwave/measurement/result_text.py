@@ -85,7 +85,8 @@ def result_answer(result: SimulationResult) -> Iterator[tuple[str, str]]:
         yield "greatest force", greatest
     count = len(result.waves)
     threshold = f"above {result.options.wave_threshold:g} of the leading wave"
-    yield "waves", f"{count} {'wave' if count == 1 else 'waves'} {threshold}"
+    counted = f"{count} {'wave' if count == 1 else 'waves'} {threshold}"
+    yield "waves", counted if result.train.is_integrated else "only the leading wave is known"
     ejected = result.ejected_granules
     granules = f"{ejected} granule" if ejected == 1 else f"{ejected} granules"
     known = result.recoil_error < result.applied_momentum
@@ -109,7 +110,8 @@ def wave_tables(result: SimulationResult) -> str:
     unsettled = len(result.waves) - len(waves)
     parts = [table(_WAVES, map(_wave_row, waves), _SPARE_WAVES)]
     if unsettled:
-        parts.append(f"  and {unsettled} waves that have not separated; --json lists them")
+        have = "wave that has" if unsettled == 1 else "waves that have"
+        parts.append(f"  and {unsettled} {have} not separated; --json lists them")
     if result.passages:
         parts += ["", table(_PASSAGES, map(_passage_row, result.passages))]
     return "\n".join(parts)

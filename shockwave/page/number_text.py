@@ -9,6 +9,8 @@ from markupsafe import Markup
 
 from shockwave.pictures.drawing import si_label
 
+# Relative difference below which a percentage would show no digit.
+_TINY = 5e-4
 _MINUS = "\N{MINUS SIGN}"
 _BLANK = "\N{NO-BREAK SPACE}"
 _POWER = re.compile(r"e\+?(-?)0*([0-9]+)")
@@ -43,7 +45,9 @@ def small(value: float) -> Markup:
 
 
 def percent(value: float, digits: int = 1) -> Markup:
-    """Return a relative difference in percent, with its sign."""
+    """Return a relative difference in percent, with its sign; a tiny one as a power of ten."""
+    if 0 < abs(value) < _TINY:
+        return number(f"{value:+.1e}")
     return number(f"{100 * value:+.{digits}f}" if abs(value) < 1e3 else f"{100 * value:+.1e}") + f"{_BLANK}%"
 
 

@@ -105,11 +105,13 @@ def _parameters(profile: ShockProfile) -> Iterator[tuple[str, str]]:
     cls: type = type(profile)
     declared = attrs.fields_dict(cls) if attrs.has(cls) else {}
     for name, value in parameters(profile).items():
-        if name == "duration_ratio":
+        if name == "duration_ratio" or value is None:
             continue
         spec = quantity_of(declared[name]) if name in declared else None
         if isinstance(value, np.ndarray | list | tuple):
             text = f"{len(value)} samples"
+        elif isinstance(value, bool):
+            text = "yes" if value else "no"
         elif isinstance(value, int | float):
             text = quantity(value, spec.unit if spec is not None else "")
         else:

@@ -166,5 +166,5 @@ def train(ax: Axes, comparison: Any) -> Axes:
         ax.plot(places[~settled], simulated[~settled], "s", markerfacecolor="none", label=label, **look)
     last = max(len(predicted), len(waves))
     ax.set(xlim=(0.4, last + 0.6), ylim=(0, top))
-    ax.locator_params(axis="x", integer=True)
+    ax.locator_params(axis="x", integer=True, min_n_ticks=1)
     return finish(ax, ("wave", ""), ("peak force", "N"))

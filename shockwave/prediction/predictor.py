@@ -315,9 +315,11 @@ class Predictor:
         results.amplification[places] = found.amplification
         results.method[places] = np.where(found.method == "", self.model, found.method)
         forces = contact_forces(shocks, chains)
-        for index, each in enumerate(given):
-            if error := beyond_elastic(each, partial(first_yield, each, results.amplification[index] * forces[index])):
-                failures.setdefault(index, str(error))
+        elastic = [index for index, each in enumerate(given) if each.elastic_only]
+        alone = self.predict_each([shocks[index] for index in elastic], [given[index] for index in elastic])
+        for index, outcome in zip(elastic, alone, strict=True):
+            if isinstance(outcome, Exception):
+                failures.setdefault(index, str(outcome))
                 results.amplification[index] = np.nan
         results.method[list(failures)] = ""
         return Predictions(

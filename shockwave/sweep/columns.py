@@ -136,11 +136,18 @@ _SIMULATED = (
     _number("amplification", "", "simulated, peak force divided by that of the shock", "simulated.amplification"),
     _number("error_estimate", "", "relative error of the simulated peak force, estimated", "simulated.error_estimate"),
 )
-_PRIMARY = (
-    _number("momentum", "N s", "of the leading wave, about as accurate as peak_force", "simulated.primary.momentum"),
-    _number("speed", "m/s", "of the leading wave, about as accurate as peak_force", "simulated.primary.speed"),
-    _number("width", "s", "full width at half maximum of the force of the leading wave", "simulated.primary.width"),
-)
+
+
+def _leading(wave: str) -> tuple[Read, ...]:
+    """Columns of the leading wave, which is at the path ``wave``."""
+    return (
+        _number("momentum", "N s", "of the leading wave, accurate to about foot", f"{wave}.momentum"),
+        _number("speed", "m/s", "of the leading wave, about as accurate as peak_force", f"{wave}.speed"),
+        _number("width", "s", "full width at half maximum of the force of the leading wave", f"{wave}.width"),
+        _number("foot", "", "residual force beside the leading wave, over its peak force", f"{wave}.foot"),
+    )
+
+
 _TRAIN = (
     _count("waves", "number of waves above the threshold", lambda answer: len(answer.simulated.waves)),
     _number("second_peak_force", "N", "of the second strongest wave", "simulated.waves.1.peak_force"),
@@ -214,7 +221,8 @@ def reads(run: Run, train: bool, finite: bool = False, wall: bool = False) -> tu
     if run == "predict":
         return (*_predicted(""), *_ESTIMATE, *(_PREDICTED_WALL if wall else ()), *_PREDICTED, *_LAST)
     if run == "simulate":
-        return (*_SIMULATED, *_PRIMARY, *more, *_LAST)
+        leading = _leading("simulated.waves.0" if train else "simulated.primary")
+        return (*_SIMULATED, *leading, *more, *_LAST)
     return (*_predicted("predicted_"), *_ESTIMATE, *_SIMULATED, *_COMPARED, *more, *_LAST)
 
 

@@ -130,8 +130,7 @@ class SweepDefinition(Sweep):
     def _identity(self) -> dict[str, Any]:
         """The content without the meanings of the columns, whose wording may change."""
         found = self._content()
-        for column in found["columns"]:
-            del column["meaning"]
+        found["columns"] = {column["name"]: column["unit"] or column["kind"] for column in found["columns"]}
         return found
 
     # ---------------------------------------------------------------- the file

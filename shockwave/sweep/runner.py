@@ -24,7 +24,7 @@ from shockwave.sweep.journal import NOT_RUN, Journal, line_of
 from shockwave.sweep.point_evaluation import Points, content_of
 from shockwave.sweep.report import SweepInterrupt, SweepReport
 from shockwave.sweep.tables import write_tables
-from shockwave.sweep.workers import LostError, Workers, workers_of
+from shockwave.sweep.workers import LostError, Workers, check_workers, workers_of
 
 # Most points in a batch.
 _MOST_IN_BATCH = 2048
@@ -114,6 +114,7 @@ def run_sweep(
     """
     begin = time.perf_counter()
     place, limit = folder_path(folder), _TIMEOUT.checked("timeout", timeout)
+    check_workers(executor, workers, limit)
     start_server(executor)
     points = points_of(scenario)
     journal = Journal(place, len(points.sweep))

@@ -66,15 +66,24 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def check_executor(name: str) -> None:
-    """Raise a `UsageError` if there is no such executor."""
-    if name != "processes" and name.partition("=")[0] != "dask":
-        raise UsageError(f"executor: must be processes, dask or dask=ADDRESS (got {name!r})")
+def check_workers(executor: object, count: object, timeout: float | None) -> None:
+    """Raise a `UsageError` if `workers_of` cannot take these arguments."""
+    if count is not None and not (isinstance(count, int) and count >= 1):
+        raise UsageError(f"workers: must be a whole number >= 1 (got {count!r})")
+    named = isinstance(executor, str) and (executor == "processes" or executor.partition("=")[0] == "dask")
+    if not (executor is None or named or hasattr(executor, "submit")):
+        kinds = "processes, dask, dask=ADDRESS, an executor or a client of dask"
+        raise UsageError(f"executor: must be {kinds} (got {executor!r})")
+    if timeout is not None and executor not in (None, "processes"):
+        reason = "only processes on this machine can be stopped; omit the timeout or the executor"
+        raise UsageError(f"timeout: must be omitted with an executor (got {executor!r}; {reason})")
 
 
 @contextmanager
 def workers_of(executor: Any, count: int | None, timeout: float | None = None) -> Iterator[Workers]:
     """Start or connect to the workers of ``executor``; workers started here are terminated at the end.
+
+    The arguments must have passed `check_workers`.
 
     Parameters
     ----------
@@ -88,21 +97,15 @@ def workers_of(executor: Any, count: int | None, timeout: float | None = None) -
     Raises
     ------
     UsageError
-        If there is no such executor, or a package that it needs is not installed.
+        If a package that the executor needs is not installed.
     LostError
         If no worker starts.
     """
-    if count is not None and count < 1:
-        raise UsageError(f"workers: must be a whole number >= 1 (got {count!r})")
     if executor is None or executor == "processes":
         _check_start()
         with closing(Processes(count or cores(), timeout)) as own:
             yield own
-    elif timeout is not None:
-        reason = "only processes on this machine can be stopped; omit the timeout or the executor"
-        raise UsageError(f"timeout: must be omitted with an executor (got {executor!r}; {reason})")
     elif isinstance(executor, str):
-        check_executor(executor)
         with _dask(executor.partition("=")[2], count) as remote:
             yield remote
     elif hasattr(executor, "get_executor"):  # a client of dask
