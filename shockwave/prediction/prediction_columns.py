@@ -74,7 +74,7 @@ def prediction_columns(
             amplification = max(found.amplification[own], 1.0) if problem or unknown else estimates[own, 0]
             force = float(amplification) * shock.peak_force * chain.contact_share
             said += evolve(unit, peak_ratio=force * unit.peak_ratio).warnings
-        notes.append("; ".join(dict.fromkeys(said)) or None)
+        notes.append(" ".join(dict.fromkeys(said)) or None)
     forces, rise_times, times, momenta = (
         np.array(
             [

@@ -55,7 +55,7 @@ class Answer(NamedTuple):
         """All warnings."""
         predicted = self.predicted.warnings if self.predicted is not None else ()
         simulated = self.simulated.all_warnings if self.simulated is not None else ()
-        return "; ".join(dict.fromkeys((*predicted, *simulated))) or None
+        return " ".join(dict.fromkeys((*predicted, *simulated))) or None
 
 
 class Read(NamedTuple):
