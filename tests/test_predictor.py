@@ -311,7 +311,7 @@ def test_columns_hold_the_attributes_of_outcomes(settings: dict[str, Any]) -> No
             "regime": outcome.regime,
             "relation": outcome.relation,
             "waves": len(outcome.waves),
-            "notes": "; ".join(outcome.warnings) or None,
+            "notes": " ".join(outcome.warnings) or None,
             "virtual_rise_time": getattr(outcome, "virtual_rise_time", None),
             "estimate": estimate and estimate.peak_force,
             "estimate_low": estimate and estimate.low,
