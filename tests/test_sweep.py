@@ -166,6 +166,14 @@ def test_the_train_is_measured_if_the_scenario_requests_it(tmp_path: Path, waves
     assert (found["momentum"], found["foot"]) == (leading.momentum, leading.foot)
 
 
+def test_a_train_that_is_not_integrated_has_no_values(tmp_path: Path) -> None:
+    block = "simulate: {rtol: 1e-3, waves: train}\nsweep: {grid: {shock.rise_time: [4 ms]}}\n"
+    swept(written(tmp_path, block), tmp_path / "out")
+    found = rows(tmp_path / "out")[0]
+    assert found["peak_force"] > 0
+    assert [found[name] for name in ("waves", "recoil_momentum", "recoil_error", "ejected_granules")] == [None] * 4
+
+
 # ---------------------------------------------------------------- workers and resumption
 
 
@@ -249,6 +257,16 @@ def test_another_axis_is_refused_and_what_differs_is_named(
     swept(written(tmp_path, MATERIALS), tmp_path / "out")
     with pytest.raises(sw.InvalidValueError, match=message):
         swept(written(tmp_path, MATERIALS.replace(*change)), tmp_path / "out")
+
+
+def test_columns_in_another_order_are_another_sweep(scenario: Path, tmp_path: Path) -> None:
+    swept(scenario, tmp_path / "out")
+    file = tmp_path / "out" / "sweep.json"
+    document = json.loads(file.read_text())
+    document["columns"].reverse()
+    file.write_text(json.dumps(document))
+    with pytest.raises(sw.InvalidValueError, match="order of columns"):
+        swept(scenario, tmp_path / "out")
 
 
 def test_another_version_must_be_accepted(scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

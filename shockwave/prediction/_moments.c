@@ -43,6 +43,7 @@ typedef double Lanes[LANES];
 #define ROUNDING 1e-14
 #define MOST_STEPS 60
 #define SETTLED 1e-9
+#define BOUND 1.005 /* largest ratio of the bound of the eigenvalue and the eigenvalue: it may be another one */
 #define ABOVE (1 + 1e-9)
 #define POWER 2.5
 #define COLUMNS 11
@@ -424,7 +425,7 @@ WIDE static void balance(const Law *law, Kernels *p, double *log_force)
                 const double slope = bends[b] * (POWER * factor[b] / (norm[b] * eigenvalue[b]));
                 const double change = (1.2 * log(eigenvalue[b]) - log_force[b]) / (1 - 0.2 * slope);
                 log_force[b] += change;
-                active[b] = !(fabs(change) < SETTLED);
+                active[b] = !(fabs(change) < SETTLED && shift[b] < BOUND * eigenvalue[b]);
                 some |= active[b] > 0;
             }
     }

@@ -70,6 +70,8 @@ FARTHEST = 1000.0
 _MOST_STEPS = 60
 # Step of ln F at which the iteration has converged.
 _SETTLED = 1e-9
+# Largest ratio of the upper bound of the eigenvalue and the eigenvalue; where it is larger, this may be another one.
+_BOUND = 1.005
 # Shift of the matrix over its upper bound of the eigenvalue; a shift by the eigenvalue would make it singular.
 _ABOVE = 1 + 1e-9
 _DIVERGED = "the law of moments did not converge for this pulse (simulate it instead)"
@@ -199,7 +201,7 @@ def kernel_force(law: Law, times: FloatArray, impulses: FloatArray) -> tuple[Flo
 
     The eigenvector is found by Noda's iteration, which solves a linear system with a shift above the largest
     eigenvalue and keeps the vector positive; each of its steps is followed by one of Newton's method for ln F. Both
-    converge quadratically: two to five steps suffice.
+    converge quadratically: two to five steps suffice in general.
 
     Parameters
     ----------
@@ -240,9 +242,10 @@ def kernel_force(law: Law, times: FloatArray, impulses: FloatArray) -> tuple[Flo
         slope = -_POWER * (weights * _applied(power, vector)).sum(axis=1) / (norm * eigenvalue)
         step = (1.2 * np.log(eigenvalue) - log_force) / (1 - 0.2 * slope)
         log_force = log_force + step
-        if np.abs(step).max() < _SETTLED:
+        settled = (np.abs(step) < _SETTLED) & (shift < _BOUND * eigenvalue)
+        if settled.all():
             return log_force, vector
-    return np.where(np.abs(step) < _SETTLED, log_force, math.nan), vector
+    return np.where(settled, log_force, math.nan), vector
 
 
 def _applied(matrices: FloatArray, vectors: FloatArray) -> FloatArray:

@@ -11,12 +11,12 @@ from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.power_law import ManyPowers, Powers
 from shockwave.quadrature import FloatArray
 
-#: Longest pulse, in passage times of its wave, that is represented as a whole; of a longer one only a section of this
-#: length is used.
+#: Longest pulse, in passage times of its wave, that is represented as a whole; of a longer one only sections of this
+#: length in all are used.
 LONGEST = 50.0
-# Lengths of the windows whose largest impulses are sought, in the same times: that of a wave that forms under a lasting
-# force, and that of a wave that a short blow generates.
-_BLOWS = (6.0, 2.2)
+# Lengths of the windows whose largest impulses are sought, in the same times: a lasting force forms its wave in the
+# longest one, a short blow within the shortest.
+_BLOWS = (6.0, 3.0, 2.0, 1.2)
 # Number of pieces of a cell, from which its moments are computed.
 _PIECES = 8
 # Cells in such a time where the strongest blow is sought, and most cells at once.
@@ -60,22 +60,24 @@ def _pairs(edges: FloatArray, impulses: FloatArray) -> tuple[FloatArray, FloatAr
 
 
 def strongest_section(profile: ShockProfile, length: float, count: int) -> tuple[FloatArray, FloatArray]:
-    """Cells around the strongest blows of a pulse: one section, or two half as long if the blows are far apart.
+    """Cells around the strongest blows of a pulse: one section, or several shorter ones if the blows are far apart.
 
     The whole pulse takes ``length`` passage times. The leading wave of a long shock forms within a few of its own
     times, where the force is strongest.
     """
     n = float(profile.duration_ratio)
-    section = LONGEST * n / length
-    first, last = sorted(_strongest(profile, round(_FINE * blow), section) for blow in _BLOWS)
-    if last - first < section / 2:
-        sections = [((first + last) / 2, section, count)]
-    else:
-        sections = [(middle, section / 2, count // 2) for middle in (first, last)]
-    s, impulses = zip(
-        *(cells_of(profile, own, max(at - size / 2, 0.0), min(at + size / 2, n)) for at, size, own in sections),
-        strict=True,
-    )
+    whole = LONGEST * n / length
+    groups = [[middle] for middle in sorted(_strongest(profile, round(_FINE * blow), whole) for blow in _BLOWS)]
+    # sections that would overlap are one
+    while near := next((i for i in range(1, len(groups)) if groups[i][0] - groups[i - 1][-1] < whole / len(groups)), 0):
+        groups[near - 1] += groups.pop(near)
+    cells = np.array_split(np.arange(count // 2), len(groups))
+    half = whole / len(groups) / 2
+    parts = []
+    for group, own in zip(groups, cells, strict=True):
+        middle = (group[0] + group[-1]) / 2
+        parts.append(cells_of(profile, 2 * own.size, max(middle - half, 0.0), min(middle + half, n)))
+    s, impulses = zip(*parts, strict=True)
     return np.concatenate(s), np.concatenate(impulses)
 
 

@@ -266,6 +266,7 @@ enum { RUNNING, KNOWN, TOO_LONG, AT_END, FAILED };   /* STATUS */
 #define FREE_FLIGHT 2.075 /* a granule of velocity v makes a wave of less than (this times v)^(2p/(p + 1)) */
 #define WEAK 0.2       /* smallest overlap of a peak behind the front */
 #define REACH 8        /* number of contacts that a free end affects */
+#define FORMING 6.0    /* time after the force in which a last blow forms its wave */
 #define FIRST_STEP 0.05
 #define LONGEST_STEP 1.0
 #define SAFETY 0.9     /* safety factor of the step size */
@@ -426,7 +427,7 @@ static void cut(const Method *m, const double *job, Window *w, Lane *lane, int l
     double least = SLACK * lane->peak[KEPT - 1];
     long most, rows = 0, j;
     int i;
-    if (lane->tried == lane->head) return;
+    if (lane->tried == lane->head || lane->t < job[DURATION] + FORMING) return;
     lane->tried = lane->head;
     most = lane->head - lane->base - rear_of(job, lane);
     if (most < BLOCK || strongest_behind(job, w, lane, l) > TALLER) return;

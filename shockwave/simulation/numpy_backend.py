@@ -24,6 +24,7 @@ from shockwave.simulation.peak_limit import (
     window_energy,
 )
 from shockwave.simulation.problem import (
+    FORMING,
     Passage,
     Primary,
     Request,
@@ -222,7 +223,7 @@ class _Window:
         no wave behind the front can become stronger than it.
         """
         most = self.head - self.base - self.request.rear_of(self.peaks[-1].force) if self.peaks else 0
-        if most < _ROWS or self.tried == self.head:
+        if most < _ROWS or self.tried == self.head or self.time < self.problem.duration + FORMING:
             return
         self.tried = self.head
         forces = contact_forces(self.x[most - _ROWS : most + 1], self.exponent)[::-1]

@@ -68,6 +68,9 @@ _RATE = 1.25
 # Number of contacts over which a wave may continue to grow at its present rate, without and with a second rise.
 _GROWING = 20.0
 _GROWING_AGAIN = 200.0
+#: Time after the end of the force in which a last blow forms its wave, whose force at the first contact may be small
+#: before.
+FORMING = 6.0
 # Tenths of the peak force, with a margin for rounding.
 _TENTHS = np.arange(10) / 10 * (1 + 1e-9)
 _NEVER = (0.0,) * len(_TENTHS)
@@ -308,7 +311,9 @@ def short_limits(duration: Any, spread: float) -> Limits:
     ``spread`` is that of the `WaveLaw`.
     """
     work = _WORK + _WORK_RATE * duration * duration
-    return Limits(_MAX_CONTACTS + _CONTACT_RATE * duration, work, math.ceil(_REAR * spread), duration, _GROWING)
+    return Limits(
+        _MAX_CONTACTS + _CONTACT_RATE * duration, work, math.ceil(_REAR * spread), duration + FORMING, _GROWING
+    )
 
 
 @frozen(eq=False, slots=False)
@@ -337,7 +342,7 @@ class Request:
             rear = math.ceil(problem.wave.spread * next(rear for least, rear in _LONG_REARS if self.tolerance >= least))
             again = problem.rises_again
         work = min(self.patience * limits.max_work, max(_MAX_WORK, _LEAST_RATE * duration * duration))
-        growing, earliest = (_GROWING_AGAIN, 2 * duration) if again else (_GROWING, duration)
+        growing, earliest = (_GROWING_AGAIN, 2 * duration) if again else (_GROWING, duration + FORMING)
         return Limits(limits.max_contacts, work, rear, earliest, growing)
 
     def rear_of(self, peak: float) -> int:

@@ -141,7 +141,12 @@ _SIMULATED = (
 def _leading(wave: str) -> tuple[Read, ...]:
     """Columns of the leading wave, which is at the path ``wave``."""
     return (
-        _number("momentum", "N s", "of the leading wave, accurate to about foot", f"{wave}.momentum"),
+        _number(
+            "momentum",
+            "N s",
+            "of the leading wave, accurate to about foot or rtol, whichever is larger",
+            f"{wave}.momentum",
+        ),
         _number("speed", "m/s", "of the leading wave, about as accurate as peak_force", f"{wave}.speed"),
         _number("width", "s", "full width at half maximum of the force of the leading wave", f"{wave}.width"),
         _number("foot", "", "residual force beside the leading wave, over its peak force", f"{wave}.foot"),
@@ -157,6 +162,13 @@ _TRAIN = (
     _count("ejected_granules", "number of rebounding granules", _at("simulated.ejected_granules")),
     _number("momentum_defect", "", "relative difference of momentum and impulse", "simulated.momentum_defect"),
 )
+
+
+def _if_integrated(read: Read) -> Read:
+    """The column of a train without a value where the train was not integrated."""
+    return Read(read.column, lambda answer: read.of(answer) if answer.simulated.train.is_integrated else None)
+
+
 _FINITE = (
     _number("greatest_force", "N", "greatest contact force in a finite chain", "simulated.greatest_force.peak_force"),
     _number("greatest_error", "", "relative error of greatest_force", "simulated.greatest_force.error_estimate"),
@@ -217,7 +229,7 @@ def reads(run: Run, train: bool, finite: bool = False, wall: bool = False) -> tu
 
     ``finite`` states whether some of the chains are finite, and ``wall`` whether they have a wall.
     """
-    more = (*(_TRAIN if train else ()), *(_FINITE if finite else ()))
+    more = (*(map(_if_integrated, _TRAIN) if train else ()), *(_FINITE if finite else ()))
     if run == "predict":
         return (*_predicted(""), *_ESTIMATE, *(_PREDICTED_WALL if wall else ()), *_PREDICTED, *_LAST)
     if run == "simulate":

@@ -130,8 +130,8 @@ class SweepDefinition(Sweep):
     def _identity(self) -> dict[str, Any]:
         """The content without the meanings of the columns, whose wording may change."""
         found = self._content()
-        found["columns"] = {column["name"]: column["unit"] or column["kind"] for column in found["columns"]}
-        return found
+        columns = {column["name"]: column["unit"] or column["kind"] for column in found.pop("columns")}
+        return found | {"columns": columns, "order of columns": ", ".join(columns)}
 
     # ---------------------------------------------------------------- the file
 
@@ -161,7 +161,11 @@ class SweepDefinition(Sweep):
         one, two = self._identity(), other._identity()
         axes = [*_axis_changes(one.pop("axes"), two.pop("axes"))]
         # what the names on changed axes mean is no difference of its own
-        others = (change for change in _changes(one, two) if not (axes and change[0].startswith("named")))
+        others = [change for change in _changes(one, two) if not (axes and change[0].startswith("named"))]
+        # columns follow from the rest, so they come last, and their order counts only if they are the same
+        others.sort(key=lambda change: "columns" in change[0])
+        if any(name.startswith("columns.") for name, *_ in others):
+            others = [change for change in others if change[0] != "order of columns"]
         return {name: f"{text_of(here)}, now {text_of(there)}" for name, here, there in chain(axes, others)}
 
     def resumed(self, there: SweepDefinition, folder: Path, accept_versions: bool) -> SweepDefinition:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import multiprocessing
+import operator
 import os
 import signal
 import threading
@@ -68,7 +69,9 @@ def cores() -> int:
 
 def check_workers(executor: object, count: object, timeout: float | None) -> None:
     """Raise a `UsageError` if `workers_of` cannot take these arguments."""
-    if count is not None and not (isinstance(count, int) and count >= 1):
+    if count is not None and not (
+        hasattr(count, "__index__") and not isinstance(count, bool) and operator.index(count) >= 1
+    ):
         raise UsageError(f"workers: must be a whole number >= 1 (got {count!r})")
     named = isinstance(executor, str) and (executor == "processes" or executor.partition("=")[0] == "dask")
     if not (executor is None or named or hasattr(executor, "submit")):
