@@ -18,10 +18,11 @@ from attrs import evolve
 import shockwave as sw
 from scenes import CHAIN, power, triangle
 from selection import keeping
+from shockwave.measurement.result import Train
 from shockwave.options import SimulateOptions
 from shockwave.page import findings, normalised, page, scene_hash, written
 from shockwave.page.number_text import formula, percent, quantity
-from shockwave.page.render import parts_in_use
+from shockwave.page.render import _parameters, parts_in_use
 from shockwave.registry import load
 
 ROOT = Path(__file__).parent.parent
@@ -343,3 +344,20 @@ def test_a_page_on_a_chain_that_no_model_covers_states_why_there_is_no_predictio
     damped = evolve(CHAIN, granules=30, damping=sw.KuwabaraKono(time=1e-6))
     text = plain(without_pictures(findings(evolve(scenario(triangle(0.5)), chain=damped))))
     assert "No prediction: section-4 does not cover chain.damping." in text
+
+
+def test_a_page_on_a_train_that_is_not_integrated_states_what_is_not_known() -> None:
+    found = findings(SCENES["several peaks"])
+    assert found.simulated is not None
+    alone = Train(waves=found.simulated.waves[:1], recoil_error=1.0)
+    cut = evolve(found, simulated=evolve(found.simulated, measured=alone))
+    rows = [plain(row) for row in re.findall("<tr>(.*?)</tr>", without_pictures(cut))]
+    for name, text in (("waves", "1+"), ("rebounding granules", "not known")):
+        assert any(row.startswith(name) and row.endswith(text) for row in rows)
+
+
+def test_parameters_that_are_not_set_are_left_out() -> None:
+    record = sw.Tabulated(times=[0, 1, 2], forces=[0, 1, 0], clean=False)
+    shown = dict(_parameters(record))
+    assert shown["clean"] == "no"
+    assert not any("None" in text for text in shown.values())

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 import multiprocessing
-import operator
 import os
 import signal
 import threading
@@ -20,6 +19,7 @@ from pebble import ProcessExpired, ProcessPool
 
 from shockwave import OWN_DISTRIBUTION
 from shockwave.errors import ShockwaveError, UsageError
+from shockwave.fields import Quantity
 from shockwave.sweep.fork_server import START, start_server
 from shockwave.sweep.point_evaluation import GROWTH, SLICE, run_batch
 
@@ -67,12 +67,13 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+_COUNT = Quantity("", "number of workers", at_least=1, whole=True, optional=True)
+
+
 def check_workers(executor: object, count: object, timeout: float | None) -> None:
     """Raise a `UsageError` if `workers_of` cannot take these arguments."""
-    if count is not None and not (
-        hasattr(count, "__index__") and not isinstance(count, bool) and operator.index(count) >= 1
-    ):
-        raise UsageError(f"workers: must be a whole number >= 1 (got {count!r})")
+    if problem := _COUNT.problem(count):
+        raise UsageError(f"workers: {problem}")
     named = isinstance(executor, str) and (executor == "processes" or executor.partition("=")[0] == "dask")
     if not (executor is None or named or hasattr(executor, "submit")):
         kinds = "processes, dask, dask=ADDRESS, an executor or a client of dask"
