@@ -47,7 +47,7 @@ EXTENSIONS = [
         extra_compile_args=["-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"],
         libraries=["m"],
     )
-    for name in ("simulation._compiled", "simulation._chains", "prediction._moments")
+    for name in ("simulation._compiled", "simulation._chains")
 ]
 
 setup(

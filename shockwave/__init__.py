@@ -9,7 +9,7 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
-__version__ = "0.1.0"
+__version__ = "0.2.0.dev0"
 #: Name of the distribution; on the package index, the name ``shockwave`` belongs to another project.
 OWN_DISTRIBUTION = "granular-shockwave"
 

@@ -38,12 +38,11 @@ if TYPE_CHECKING:  # mypy resolves cycles of imports only here
     from shockwave.prediction.chain_laws import damped_decay as damped_decay
     from shockwave.prediction.chain_laws import striker_waves as striker_waves
     from shockwave.prediction.chain_laws import wall_factor as wall_factor
-    from shockwave.prediction.outcome import EjectionOutcome as EjectionOutcome
     from shockwave.prediction.outcome import Outcome as Outcome
-    from shockwave.prediction.outcome import SingleOutcome as SingleOutcome
-    from shockwave.prediction.outcome import TrainOutcome as TrainOutcome
     from shockwave.prediction.predictor import Predictor as Predictor
-    from shockwave.prediction.striker import StrikerOutcome as StrikerOutcome
+    from shockwave.prediction.section4_outcome import EjectionOutcome as EjectionOutcome
+    from shockwave.prediction.section4_outcome import SingleOutcome as SingleOutcome
+    from shockwave.prediction.section4_outcome import TrainOutcome as TrainOutcome
     from shockwave.profiles.base import ShockProfile as ShockProfile
     from shockwave.profiles.exponential import Exponential as Exponential
     from shockwave.profiles.power_law import PowerLaw as PowerLaw

@@ -6,9 +6,11 @@ import functools
 import os
 from typing import TYPE_CHECKING, Any, cast
 
+import attrs
 from attrs import evolve
 
-from shockwave.errors import NotCoveredError
+from shockwave.errors import InvalidValueError
+from shockwave.fields import listed, text_of
 from shockwave.options import SimulateOptions
 
 if TYPE_CHECKING:
@@ -30,7 +32,7 @@ _kept_options = functools.lru_cache(maxsize=64, typed=True)(SimulateOptions)
 def predict(
     scene: Scene, chain: Chain | None = None, *, limit: Limit | float | str | None = None, **settings: Any
 ) -> Outcome:
-    """Predict the waves that a shock or a striker generates, and the force on a wall.
+    """Predict the waves that a shock or a striker generates: the engine's numbers, with section 4 beside them.
 
     Parameters
     ----------
@@ -41,26 +43,29 @@ def predict(
     limit : Limit, float or str, optional
         Limit of the force that leaves the chain, or this force [N]; by default that of the scenario.
     **settings
-        Settings of `Predictor`, which replace those of the scenario.
+        Settings of `Predictor` and options of `SimulateOptions`, which replace those of the scenario. A
+        ``wave_threshold`` is that of both.
 
     Raises
     ------
+    InvalidValueError
+        If the scene, a setting or an option is not valid; for a scenario, located in its file.
     NotCoveredError
-        If the model does not cover the scene; for a scenario, located in its file.
+        If the model is ``section-4``, and it does not cover the scene.
     ShockwaveError
         As `Predictor.predict` and `load_scenario`.
     """
-    from shockwave.prediction.predictor import Predictor
-
     scenario = _scenario(scene, chain)
+    predictor, options = _settings(scenario, settings)
     if scenario is None:
-        outcome = Predictor(**settings).predict(cast("Shock | Impact", scene), cast("Chain", chain))
+        outcome = predictor.predict(cast("Shock | Impact", scene), cast("Chain", chain), options)
         return cast("Outcome", _limited(outcome, limit))
     try:
-        outcome = _predictor(scenario, settings).predict(scenario.excitation, scenario.chain)
-    except NotCoveredError as error:
+        outcome = predictor.predict(scenario.excitation, scenario.chain, options)
+    except InvalidValueError as error:
         raise scenario.located(error) from None
-    return cast("Outcome", _limited(evolve(outcome, scenario=scenario.name, limit=scenario.limit), limit))
+    outcome = evolve(outcome, scenario=scenario.name, limit=scenario.limit, place=scenario.place)
+    return cast("Outcome", _limited(outcome, limit))
 
 
 def simulate(
@@ -109,38 +114,20 @@ def simulate(
     options |= {} if rtol is None else {"rtol": rtol}
     scenario = _scenario(scene, chain)
     if scenario is None:
-        plain = all(value is None or isinstance(value, str | int | float) for value in options.values())
-        made = (_kept_options if plain else SimulateOptions)(**options)
-        return _limited(simulate_with(made, cast("Shock", scene), cast("Chain", chain)), limit)
+        return _limited(simulate_with(_options_of(options), cast("Shock", scene), cast("Chain", chain)), limit)
     result = simulate_with(_options(scenario, options), scenario.excitation, scenario.chain)
     return _limited(evolve(result, scenario=scenario.name, limit=scenario.limit), limit)
 
 
 def compare(
-    scene: Scene,
-    chain: Chain | None = None,
-    predictor: Predictor | None = None,
-    options: SimulateOptions | None = None,
-    *,
-    limit: Limit | float | str | None = None,
-    **asked: Any,
+    scene: Scene, chain: Chain | None = None, *, limit: Limit | float | str | None = None, **settings: Any
 ) -> Comparison:
-    """Predict and simulate a scene; simulate alone where the model does not cover it.
+    """Simulate a scene, and score what section 4 of the paper promises for it.
 
     Parameters
     ----------
-    scene : Scenario, path-like, Shock or Impact
-        A scenario or its file, or a shock or striker on ``chain``.
-    chain : Chain, optional
-        The chain, if ``scene`` is a shock or a striker.
-    predictor : Predictor, optional
-        By default that of the scenario, or one with its defaults.
-    options : SimulateOptions, optional
-        By default those of the scenario; or else ``asked``.
-    limit : Limit, float or str, optional
-        Limit of the force that leaves the chain, or this force [N]; by default that of the scenario.
-    **asked
-        Options of `simulate`.
+    scene, chain, limit, **settings
+        As in `predict`; a ``model`` may only be ``section-4``.
 
     Raises
     ------
@@ -149,15 +136,18 @@ def compare(
     """
     from shockwave.studies import comparison
 
+    if settings.get("model", "section-4") != "section-4":
+        rule = "must be left out or section-4, whose promises are compared with the simulation"
+        raise InvalidValueError.of("model", f"{rule} (got {settings['model']!r})")
     scenario = _scenario(scene, chain)
+    predictor, options = _settings(scenario, {**settings, "model": "section-4"})
     if scenario is None:
-        found = comparison.compare(cast("Shock", scene), cast("Chain", chain), predictor, options, **asked)
-        return _both_limited(found, limit)
-    options = _options(scenario, asked) if options is None else options
-    found = comparison.compare(scenario.excitation, scenario.chain, predictor or scenario.predictor, options)
-    predicted = found.predicted and evolve(found.predicted, scenario=scenario.name, limit=scenario.limit)
-    simulated = evolve(found.simulated, scenario=scenario.name, limit=scenario.limit)
-    return _both_limited(evolve(found, predicted=predicted, simulated=simulated, published=scenario.published), limit)
+        compared = comparison.compare(cast("Shock", scene), cast("Chain", chain), predictor, options)
+        return cast("Comparison", _limited(compared, limit))
+    compared = comparison.compare(scenario.excitation, scenario.chain, predictor, options, scenario.place)
+    about = {"scenario": scenario.name, "limit": scenario.limit}
+    compared = evolve(compared, simulated=evolve(compared.simulated, **about), published=scenario.published)
+    return cast("Comparison", _limited(compared, limit))
 
 
 def _limited(result: Any, limit: Limit | float | str | None) -> Any:
@@ -169,12 +159,6 @@ def _limited(result: Any, limit: Limit | float | str | None) -> Any:
     return evolve(result, limit=limit_of(limit))
 
 
-def _both_limited(found: Comparison, limit: Limit | float | str | None) -> Comparison:
-    """The comparison with this limit of both results, if one is given."""
-    predicted = found.predicted and _limited(found.predicted, limit)
-    return evolve(found, predicted=predicted, simulated=_limited(found.simulated, limit))
-
-
 def _scenario(scene: object, chain: object) -> Scenario | None:
     """The scenario, loaded if ``scene`` is a path; None for an excitation with a chain."""
     if chain is not None and not isinstance(scene, str | os.PathLike):
@@ -184,8 +168,24 @@ def _scenario(scene: object, chain: object) -> Scenario | None:
     return scenario_alone(scene, chain)
 
 
-def _predictor(scenario: Scenario, settings: dict[str, Any]) -> Predictor:
-    return evolve(scenario.predictor, **settings)
+def _settings(scenario: Scenario | None, given: dict[str, Any]) -> tuple[Predictor, SimulateOptions]:
+    """Predictor and options with the ``given`` values in the place of those of the scenario."""
+    from shockwave.prediction.predictor import Predictor
+
+    of_predictor, of_options = (set(attrs.fields_dict(cls)) for cls in (Predictor, SimulateOptions))
+    if unknown := sorted(given.keys() - of_predictor - of_options):
+        names = listed([*sorted(of_predictor | of_options)])
+        raise InvalidValueError.of(unknown[0], f"must be left out (got {text_of(given[unknown[0]])}; known: {names})")
+    settings = {name: value for name, value in given.items() if name in of_predictor}
+    options = {name: value for name, value in given.items() if name in of_options}
+    if scenario is None:
+        return Predictor(**settings), _options_of(options)
+    return evolve(scenario.predictor, **settings), _options(scenario, options)
+
+
+def _options_of(given: dict[str, Any]) -> SimulateOptions:
+    plain = all(value is None or isinstance(value, str | int | float) for value in given.values())
+    return (_kept_options if plain else SimulateOptions)(**given)
 
 
 def _options(scenario: Scenario, given: dict[str, Any]) -> SimulateOptions:

@@ -1,4 +1,4 @@
-"""Entries of all built-in profiles, integrators, quadratures, materials, models and contact laws."""
+"""Entries of all built-in profiles, integrators, quadratures, materials and contact laws."""
 
 from __future__ import annotations
 
@@ -15,17 +15,13 @@ _DAMPING = "shockwave.chain.damping"
 # A damping is named in the ``damping`` block, other contact laws in the ``contact`` block.
 _DAMPS = "damping"
 _SCIPY = "shockwave.simulation.scipy_solver"
-_RELATIONS = "relations of section 4 of Hasan & Nemat-Nasser"
-_LAW = "law of moments: peak force from moments of the shock"
-_CHEAPEST = "law of moments, universal curve or simulation: the cheapest within rtol"
 
 
 class Entry(NamedTuple):
     """A registered object: its ``name``, its ``address`` (``package.module:attribute``) and a ``summary`` in one line.
 
     ``takes`` lists the settings that it uses, if they differ within its kind: for an integrator ``rtol`` if it is
-    adaptive and ``step`` otherwise; for a model ``alpha`` and ``rtol``, if it uses them; for a contact law ``damping``
-    if it is a damping. The registry sets
+    adaptive and ``step`` otherwise; for a contact law ``damping`` if it is a damping. The registry sets
     ``distribution``.
     """
 
@@ -76,11 +72,6 @@ ENTRIES = {
         Entry("quadpack", f"{_QUADRATURES}.quadpack:Quadpack", "QAGS of QUADPACK, through SciPy"),
     ],
     "materials": [_material(row) for row in json.loads(_LIBRARY.read_text(encoding="utf-8"))],
-    "models": [
-        Entry("section-4", "shockwave.prediction.section4_arrays:MODEL", _RELATIONS, takes="alpha exponent"),
-        Entry("moments", "shockwave.prediction.moments:MODEL", _LAW, takes="exponent"),
-        Entry("auto", "shockwave.studies.automatic_model:MODEL", _CHEAPEST, takes="rtol exponent"),
-    ],
     "contacts": [
         Entry("hertz", f"{_CONTACT}:Hertz", "k d^(3/2), k from materials and radii (default)"),
         Entry("power-law", f"{_CONTACT}:PowerContact", "k d^p, with k and p the same at all contacts"),

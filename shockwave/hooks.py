@@ -41,10 +41,5 @@ def shockwave_materials() -> list[Entry]:  # type: ignore[empty-body]
 
 
 @_hookspec
-def shockwave_models() -> list[Entry]:  # type: ignore[empty-body]
-    """Addresses of prediction models, functions of a scaled shock."""
-
-
-@_hookspec
 def shockwave_contacts() -> list[Entry]:  # type: ignore[empty-body]
     """Addresses of `ContactLaw` subclasses."""

@@ -7,14 +7,15 @@ from functools import reduce
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from shockwave.errors import UnknownNameError, UsageError
-from shockwave.text import html_of, in_one_line, si
+from shockwave.errors import InvalidValueError, UnknownNameError, UsageError, text_of
+from shockwave.fields import listed
+from shockwave.text import Detail, detailed, html_of, in_one_line, si
 
 if TYPE_CHECKING:  # a result that is only printed needs no arrays
     from shockwave.tables import Table
 
 #: Version of the JSON documents: the next one when a key is removed or changes its meaning; new keys do not count.
-VERSION = {"version": 1}
+VERSION = {"version": 2}
 # Rows of a table in a notebook.
 _MOST_ROWS = 8
 
@@ -45,6 +46,19 @@ class Result:
         shown = (f"{name}={_text(name, value)}" for name, value in found if value is not None)
         return f"<{type(self).__name__} {', '.join(shown)}>"
 
+    def text(self, detail: str = "verbose") -> str:
+        """Text of the result: ``short``, as it is printed, ``explain`` with the decision, or ``verbose``.
+
+        Raises
+        ------
+        InvalidValueError
+            If ``detail`` is none of them.
+        """
+        names = [each.name.lower() for each in Detail]
+        if detail not in names:
+            raise InvalidValueError.of("detail", f"must be {listed(names)} (got {text_of(detail)})")
+        return detailed(self, Detail[detail.upper()])
+
     def _repr_html_(self) -> str:
         """HTML for notebooks: answer, warnings, main table and picture, and the full text to unfold."""
         answer = in_one_line(self).partition("\n")[0]
@@ -60,7 +74,7 @@ class Result:
                 pass
         warnings = getattr(self, "all_warnings", getattr(self, "warnings", ()))
         template = Path(__file__).with_name("notebook.html.jinja")
-        return html_of(template, answer=answer, warnings=warnings, rows=rows, picture=picture, text=str(self))
+        return html_of(template, answer=answer, warnings=warnings, rows=rows, picture=picture, text=self.text())
 
     def _table(self, name: str) -> Table | None:
         """The table of this name; None if the result does not have it."""

@@ -30,6 +30,27 @@ def check_scene(shock: object, chain: object) -> None:
         raise InvalidValueError.of("shock", f"must be a Shock, and the chain a Chain ({got})")
 
 
+def equal_granules(excitation: object, chain: Chain) -> Chain | None:
+    """The chain as equal granules with free ends; None if the scene has further features.
+
+    An endless chain keeps its contact law.
+
+    Raises
+    ------
+    InvalidValueError
+        If ``excitation`` is neither a Shock nor an Impact, or ``chain`` not a Chain.
+    """
+    if isinstance(excitation, Shock) and isinstance(chain, Chain) and chain.is_uniform:
+        return chain
+    from shockwave.chain.coverage import reduced  # a shock on equal granules does not need it
+    from shockwave.chain.impact import Impact
+
+    if isinstance(excitation, Impact) and isinstance(chain, Chain):
+        return None
+    check_scene(excitation, chain)
+    return reduced(chain)
+
+
 def scenes_of(shocks: Iterable[Any], chain: Any, single: str) -> list[tuple[Any, Any]]:
     """Pairs of the shocks and their chains; ``chain`` is one for all shocks, or one for each shock.
 

@@ -12,12 +12,13 @@ import textwrap
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from enum import IntEnum
 from functools import cache
 from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from attrs import frozen
+from attrs import evolve, frozen
 
 if TYPE_CHECKING:
     from jinja2 import Template
@@ -35,8 +36,20 @@ _STYLE = re.compile("\x1b\\[[0-9;]*m")
 # Codes of terminals for bold, and for bold and red.
 _STRONG = "1"
 _ALARM = "1;31"
+#: Most lines of the short text of one scene.
+MOST_LINES = 14
+# Lines of facts that stay in it, however many warnings there are.
+_LEAST_FACTS = 5
 # Narrowest terminal that text is laid out for.
 _LEAST_COLUMNS = 40
+
+
+class Detail(IntEnum):
+    """How much of a result its text shows: at most `MOST_LINES` lines, the decision as well, or everything."""
+
+    SHORT = 0
+    EXPLAIN = 1
+    VERBOSE = 2
 
 
 @frozen
@@ -46,6 +59,7 @@ class Screen:
     columns: int = 80
     colour: bool = False
     wide: bool = False
+    detail: Detail = Detail.SHORT
 
 
 #: The screen of text that is made elsewhere than in a command: the same everywhere.
@@ -54,15 +68,15 @@ _screen: ContextVar[Screen] = ContextVar("screen", default=_PLAIN)
 
 
 @contextmanager
-def on_stdout(wide: bool = False) -> Iterator[None]:
+def on_stdout(wide: bool = False, detail: Detail = Detail.SHORT) -> Iterator[None]:
     """Lay text out for stdout meanwhile: as wide as the terminal; 80 columns and no colour where there is none.
 
     NO_COLOR, or a terminal that is dumb, turns colour off.
     """
-    shown = Screen(wide=wide)
+    shown = Screen(wide=wide, detail=detail)
     if sys.stdout.isatty():
         colour = not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
-        shown = Screen(max(_LEAST_COLUMNS, shutil.get_terminal_size().columns), colour, wide)
+        shown = Screen(max(_LEAST_COLUMNS, shutil.get_terminal_size().columns), colour, wide, detail)
     token = _screen.set(shown)
     try:
         yield
@@ -73,6 +87,26 @@ def on_stdout(wide: bool = False) -> Iterator[None]:
 def is_wide() -> bool:
     """Whether tables keep all columns and rows."""
     return _screen.get().wide
+
+
+def detail() -> Detail:
+    """How much of a result is shown."""
+    return _screen.get().detail
+
+
+def brief(answer: Iterable[str], warnings: Iterable[str], rest: Iterable[str]) -> str:
+    """At most `MOST_LINES` lines, unless all details are shown: the answer, its warnings, and as much as fits."""
+    head, tail = [line for part in answer for line in part.split("\n")], list(rest)
+    if detail() is Detail.VERBOSE:
+        return "\n".join([*head, *limits(warnings), *tail])
+    shown = [limits([warning]) for warning in dict.fromkeys(warnings)]
+    left, count = MOST_LINES - len(head) - 1, len(shown)
+    while shown and sum(map(len, shown)) > max(left - min(len(tail), _LEAST_FACTS), 3):
+        shown.pop()
+    lines = [*head, *(line for part in shown for line in part)]
+    if len(shown) < count:
+        lines += limits([f"{count - len(shown)} more; --verbose shows all"])
+    return "\n".join([*lines, *tail[: max(MOST_LINES - len(lines), 0)]])
 
 
 def strong(text: str) -> str:
@@ -235,9 +269,18 @@ def printed(result: object, writer: str) -> str:
     return str(getattr(importlib.import_module(module), name)(result))
 
 
-def in_one_line(result: object) -> str:
+def in_one_line(result: object, detail: Detail = Detail.SHORT) -> str:
     """Text of ``result`` in which no line is wrapped."""
-    token = _screen.set(Screen(columns=10_000, wide=True))
+    token = _screen.set(Screen(columns=10_000, wide=True, detail=detail))
+    try:
+        return str(result)
+    finally:
+        _screen.reset(token)
+
+
+def detailed(result: object, detail: Detail) -> str:
+    """Text of ``result`` with this detail."""
+    token = _screen.set(evolve(_screen.get(), detail=detail))
     try:
         return str(result)
     finally:

@@ -10,13 +10,11 @@ from attrs import evolve
 from shockwave.chain.chain import HERTZ, Chain
 from shockwave.chain.impact import Impact
 from shockwave.chain.segments import Segment, Taper, each_segment
-from shockwave.errors import Fault, InvalidValueError, NotCoveredError
+from shockwave.errors import Fault, NotCoveredError
 
 # Key of a record that keeps negative forces.
 _PULLING = "shock.parameters.negative"
-# Scopes of methods.
-_EQUAL_GRANULES = "shocks on chains of equal granules with free ends"
-_PREDICTABLE = "shocks and strikers on chains of equal granules with a free end or a fixed wall"
+_SCOPE = "shocks on chains of equal granules with free ends"
 #: Contact forces that a method covers: Hertz's with the stiffness of the materials or with any, or every power.
 Contact: TypeAlias = Literal["hertz", "stiffness", "exponent"]
 
@@ -54,39 +52,23 @@ def reduced(chain: Chain, contact: Contact = "exponent") -> Chain | None:
     return evolve(chain, material=first.material or chain.material, radius=radius, granules=chain.count)
 
 
-def predictable(chain: Chain, excitation: object, method: str, contact: Contact = "hertz") -> Chain:
-    """The chain as equal granules in front of its fixed wall, if it has one, or in a packing; see `covered`.
+def predictable(chain: Chain, excitation: object) -> Chain:
+    """The chain as equal granules, or in a packing, for section 4; see `covered`.
 
     Raises
     ------
     NotCoveredError
         If the scene has further features; it lists all of them.
-    InvalidValueError
-        If a striker hits an endless chain or a packing.
     """
-    if isinstance(excitation, Impact):
-        if faults := scene_faults(chain, excitation):
-            raise InvalidValueError(faults)
-        return covered(_with_free_end(chain), None, method, scope=_PREDICTABLE)
-    equal = covered(_with_free_end(chain), excitation, method, contact, _PREDICTABLE)
+    line = chain if chain.packing is None else evolve(chain, packing=None)
+    equal = covered(line, excitation, "section 4", "exponent")
     return equal if chain.packing is None else evolve(equal, packing=chain.packing)
 
 
-def _with_free_end(chain: Chain) -> Chain:
-    """The chain with a free end in place of a fixed wall, and as a line of beads if it has a packing."""
-    if chain.packing is not None:
-        return evolve(chain, packing=None)
-    fixed = chain.end is not None and chain.end.mass is None
-    # gravity needs the wall, and is refused with it
-    return evolve(chain, end=None) if fixed and not chain.gravity else chain
-
-
-def covered(
-    chain: Chain, excitation: object, method: str, contact: Contact = "hertz", scope: str = _EQUAL_GRANULES
-) -> Chain:
+def covered(chain: Chain, excitation: object, method: str, contact: Contact = "hertz") -> Chain:
     """The chain as one of equal granules, given by their number, for a ``method`` that covers no others.
 
-    ``contact`` states which contact forces of endless chains it covers, ``scope`` its scope in messages.
+    ``contact`` states which contact forces of endless chains it covers.
 
     Raises
     ------
@@ -103,10 +85,10 @@ def covered(
         features.append(("impact", "a striker"))
     if pulls:
         features.append((_PULLING, "pulling forces"))
-    rule = f"must be left out for {method}, which covers only {scope}"
+    rule = f"must be left out for {method}, which covers only {_SCOPE}"
     rules = {_PULLING: f"must be zero for {method}, which covers no negative forces"}
     raise NotCoveredError(
-        Fault(path, f"{rules.get(path, rule)} (got {reason}; simulate instead)")
+        Fault(path, f"{rules.get(path, rule)} (got {reason})")
         for path, reason in features or [("chain.granules", "1 granule")]
     )
 

@@ -8,13 +8,14 @@ import importlib
 import io
 import os
 import sys
+from argparse import Namespace
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 
 from shockwave.cli.output import failure, progress_on_stderr
 from shockwave.cli.parser import parser
 from shockwave.errors import FileAccessError
-from shockwave.text import on_stdout
+from shockwave.text import Detail, on_stdout
 
 # New objects after which garbage is collected: more than a command creates at its start, nearly all of which last.
 _GARBAGE = 200_000
@@ -41,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser(given).parse_args(given)
     try:
         registry = _without_plugins() if options.no_plugins else nullcontext()
-        with on_stdout(getattr(options, "wide", False)), progress_on_stderr(), registry:
+        with on_stdout(getattr(options, "wide", False), detail_of(options)), progress_on_stderr(), registry:
             module, _, name = options.command.partition(":")
             status: int = getattr(importlib.import_module(f"shockwave.cli.{module}"), name)(options)
             sys.stdout.flush()
@@ -60,6 +61,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         text, status = failure(error)
         print(text, file=sys.stderr)
         return status
+
+
+def detail_of(options: Namespace) -> Detail:
+    """How much of a result the options ask for."""
+    verbose, explain = (getattr(options, name, False) for name in ("verbose", "explain"))
+    return Detail.VERBOSE if verbose else Detail.EXPLAIN if explain else Detail.SHORT
 
 
 @contextmanager

@@ -12,7 +12,7 @@ from shockwave.errors import InvalidValueError
 from shockwave.limit import Limit
 from shockwave.units import to_si
 
-KINDS = ("profiles", "integrators", "backends", "quadratures", "materials", "models", "contacts", "plugins")
+KINDS = ("profiles", "integrators", "backends", "quadratures", "materials", "contacts", "plugins")
 _EXITS = "exit status: 0 success; 1 a run failed; 2 wrong usage; 3 invalid scenario; 4 faulty plugin; 5 file access"
 
 _Option = tuple[list[str], dict[str, Any]]
@@ -55,6 +55,13 @@ def _contacts(text: str) -> tuple[int, ...]:
     return contacts
 
 
+def _coefficient(text: str) -> str | float:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
 def _limit(text: str) -> Limit:
     try:
         return Limit(force=to_si(text, "N"))
@@ -89,7 +96,20 @@ _SIMULATE = [
     _option("--primary", "measure the leading wave only, not the whole train"),
     _option("--timeout SECONDS", "maximum computing time (default: no limit)", type=_number(1e-3, 1e9)),
 ]
-_SIMULATED = [_FILES, _JSON, _LIMIT, *_SIMULATE]
+_DETAIL = [
+    _option("--explain", "show the decision of section 4, with its symbols"),
+    _option("--verbose", "show everything"),
+]
+_SIMULATED = [_FILES, _JSON, _LIMIT, *_DETAIL, *_SIMULATE]
+#: These override the keys of the scenario's ``predict`` block.
+_PREDICT = [
+    _option("--momentum-coefficient COEFFICIENT", "leading number of A: exact, paper, or a number", type=_coefficient),
+    _option("--alpha ALPHA", "alpha of section 4.1 (constant) or eq. (5c) as printed", choices=("constant", "literal")),
+    _option("--equal-tolerance X", "relative difference called equal", type=_number(0, 1)),
+    _option("--quadrature QUADRATURE", "quadrature of all integrals; see `shockwave list quadratures`"),
+]
+_MODEL = _option("--model MODEL", "best (default), or section-4: the paper alone", choices=("best", "section-4"))
+_PREDICTED = [_MODEL, *_PREDICT, *_SIMULATED]
 _CURVE = [
     _FORCE_RTOL,
     _option(
@@ -176,9 +196,9 @@ _WITHOUT_TABLES = ("validate", "report", "explore", "plot", "new", "schema", "co
 # fmt: off
 #: Name, address of the function below `shockwave.cli`, summary, options.
 _COMMANDS: list[tuple[str, str, str, list[_Option]]] = [
-    ("predict", "scenario_commands:predict", "predict the waves that a shock generates", [_FILES, _JSON, _LIMIT]),
+    ("predict", "scenario_commands:predict", "predict the waves that a shock generates", _PREDICTED),
     ("simulate", "scenario_commands:simulate", "simulate the motion, measure the waves", _SIMULATED),
-    ("compare", "scenario_commands:compare", "compare prediction and simulation", _SIMULATED),
+    ("compare", "scenario_commands:compare", "score section 4 by a simulation", [*_PREDICT, *_SIMULATED]),
     ("validate", "scenario_commands:validate", "check scenario files and report all errors", [_FILES, _JSON]),
     ("report", "scenario_commands:report", "write a page on a scenario, with pictures", [_FILE, _LIMIT, _OUTPUT]),
     ("explore", "explore:explore", "open a page with sliders in the browser", _EXPLORE),

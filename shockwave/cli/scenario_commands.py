@@ -16,17 +16,19 @@ from shockwave.cli.output import check_output, failure, json_text, load_matplotl
 from shockwave.errors import Fault, InvalidValueError, ShockwaveError, UnknownNameError, UsageError
 from shockwave.files import refuse_inputs
 from shockwave.plausibility import unusual
+from shockwave.prediction.outcome_text import SHOWN_ERROR
 from shockwave.progress import counted
 from shockwave.registry import find
 from shockwave.result_base import VERSION
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scenario import Scenario
-from shockwave.text import alarm, error_text, limits, notes, paragraph, range_text, si, strong, table
+from shockwave.text import alarm, error_text, limits, notes, paragraph, si, strong, table
 
 if TYPE_CHECKING:
     from shockwave.measurement.chain_result import ChainResult
     from shockwave.measurement.result import SimulationResult
     from shockwave.prediction.outcome import Outcome
+    from shockwave.prediction.section4_outcome import Section4Outcome
     from shockwave.studies.comparison import Comparison
 
 # Names of columns and their cells.
@@ -111,7 +113,8 @@ def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any]
 
 
 def predict(options: Namespace) -> int:
-    return _run(options, answers.predict, _outcome_row)
+    given = _given(options)
+    return _run(options, lambda scenario: answers.predict(scenario, **given), _outcome_row, _OUTCOME_LEGEND)
 
 
 def simulate(options: Namespace) -> int:
@@ -124,15 +127,25 @@ def compare(options: Namespace) -> int:
     return _run(options, lambda scenario: answers.compare(scenario, **given), _comparison_row, _LEGEND)
 
 
+# Options whose values are settings of a prediction or options of a simulation, with the registry of those that are
+# names.
+_SETTINGS = {"integrator": "integrators", "quadrature": "quadratures"} | dict.fromkeys(
+    (
+        *("rtol", "step", "backend", "contacts", "timeout"),
+        *("model", "momentum_coefficient", "alpha", "equal_tolerance"),
+    )
+)
+
+
 def _given(options: Namespace) -> dict[str, Any]:
-    """Options of a simulation on the command line."""
-    names = ("rtol", "step", "integrator", "backend", "contacts", "timeout")
-    given = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
-    if options.integrator is not None:
+    """Settings and options on the command line."""
+    given = {name: getattr(options, name) for name in _SETTINGS if getattr(options, name, None) is not None}
+    for name in given:
         try:
-            find("integrators", options.integrator)
+            if (kind := _SETTINGS[name]) is not None:
+                find(kind, given[name])
         except UnknownNameError as error:
-            raise UsageError(f"--integrator: {error}") from None
+            raise UsageError(f"--{name}: {error}") from None
     return given | ({"waves": "primary"} if options.primary else {})
 
 
@@ -217,15 +230,14 @@ def curve(options: Namespace) -> int:
 
 # Columns that a narrow screen leaves out, the last named first.
 _SPARE = (
-    *("wall estimate", "wall range"),
-    *("wall force", "(3)", "expected error", "relation", "regime", "ejected", "waves", "published error", "virtual t0"),
-    *("published t0", "amplification", "wall impulse", "simulation error"),
+    *("wall force", "(3)", "relation", "regime", "ejected", "waves", "published error", "virtual t0"),
+    *("published t0", "amplification", "wall impulse", "added momentum", "simulation error"),
 )
 _FAILS = "FAIL"
+_OUTCOME_LEGEND = "error: estimated relative error of the first force; section-4 error: relative to the simulation"
 _LEGEND = """\
-error: relative error of the model with respect to the simulation; expected error: range found for \
-similar shocks; \
-relation, waves: predicted / simulated (/ published)"""
+error: relative error of section 4 with respect to the simulation; added momentum: relative error of the momentum \
+added by ejection; relation, waves: predicted / simulated (/ published)"""
 
 
 def _table(rows: Sequence[_Row], results: Sequence[Any], legend: str) -> str:
@@ -235,41 +247,56 @@ def _table(rows: Sequence[_Row], results: Sequence[Any], legend: str) -> str:
     spare = [name for name in _SPARE if name in header and not (failed and name == "(3)")]
     limiting, others = [], []
     for result in results:
-        answers = (result.predicted, result.simulated) if hasattr(result, "predicted") else (result,)
-        for answer in filter(None, answers):
-            warnings = getattr(answer, "all_warnings", answer.warnings)
-            named = {warning: f"{answer.scenario}: {warning}" for warning in warnings}
-            limiting += [named[warning] for warning in warnings if warning not in answer.scene.notes]
-            others += [named[warning] for warning in warnings if warning in answer.scene.notes]
+        warnings, record = getattr(result, "all_warnings", result.warnings), _notes(result)
+        named = {warning: f"{result.scenario}: {warning}" for warning in warnings}
+        limiting += [named[warning] for warning in warnings if warning not in record]
+        others += [f"{result.scenario}: {note}" for note in record]
     lines = [table(header, cells, spare, margin=0), *limits(dict.fromkeys(limiting))]
     if legend:
         lines += ["", *paragraph("", legend)]
     return "\n".join([*lines, *notes(dict.fromkeys(others))])
 
 
+def _notes(result: Any) -> Sequence[str]:
+    """Notes on a record."""
+    scene = getattr(result, "simulated", result).scene if hasattr(result, "errors") else result.scene
+    return tuple(scene.notes)
+
+
 def _outcome_row(outcome: Outcome) -> _Row:
+    paper = outcome.section4
+    row = {"scenario": outcome.scenario or "-", **_verdict_cell(outcome), **_force_cells(outcome)}
+    row["relation"] = outcome.relation or "-"
+    if paper is not None and outcome.simulation is not None:
+        row["section-4"] = si(paper.peak_force, "N", error=SHOWN_ERROR)
+        row["section-4 error"] = "-" if paper.error is None else error_text(paper.error)
+    if paper is not None:
+        row |= {"(3)": _conditions(paper), "regime": paper.regime}
+    return row
+
+
+def _force_cells(outcome: Outcome) -> _Row:
+    """The first force of an outcome with its error."""
+    wall, top = outcome.transmitted, outcome.greatest_force if outcome.peak_force is None else None
+    if outcome.simulation is None and outcome.peak_force is not None:
+        return {"peak force": si(outcome.peak_force, "N", error=SHOWN_ERROR), "error": "not known"}
+    if wall is not None:
+        return {
+            "wall force": si(wall.peak_force, "N", error=wall.error_estimate),
+            "error": f"{wall.error_estimate:.0e}",
+        }
+    if top is not None:
+        return {
+            "greatest force": si(top.peak_force, "N", error=top.error_estimate),
+            "error": f"{top.error_estimate:.0e}",
+        }
+    if outcome.peak_force is None:
+        return {"peak force": "no answer"}
+    error = 1.0 if outcome.high is None else outcome.high / outcome.peak_force - 1
     return {
-        "scenario": outcome.scenario or "-",
-        **_verdict_cell(outcome),
-        **_estimate_cells(outcome),
-        outcome.model: si(outcome.peak_force, "N", error=outcome.shown_error),
-        "expected error": range_text(outcome.expected_error),
-        "(3)": _conditions(outcome),
-        "regime": outcome.regime,
-        "waves": str(len(outcome.waves)),
-        "relation": outcome.relation or "-",
+        "peak force": si(outcome.peak_force, "N", error=error),
+        "error": f"{error:.0e}" if error < 1 else "not known",
     }
-
-
-def _estimate_cells(outcome: Outcome) -> _Row:
-    from shockwave.prediction.outcome_text import estimate_figures
-
-    peak, ends = ("not known", "-") if outcome.estimate is None else estimate_figures(outcome.estimate)
-    cells = {"estimate": peak, "range": ends}
-    if outcome.transmitted is None:
-        return cells
-    peak, ends = estimate_figures(outcome.transmitted)
-    return {"wall estimate": peak, "wall range": ends, **cells}
 
 
 def _simulation_row(result: SimulationResult | ChainResult) -> _Row:
@@ -305,32 +332,26 @@ def _chain_row(result: ChainResult) -> _Row:
 
 
 def _comparison_row(both: Comparison) -> _Row:
-    predicted = both.predicted
-    simulated = both.simulated
-    published = both.published
-    if predicted is None or both.error is None:
+    simulated, published, errors = both.simulated, both.published, both.errors
+    paper = None if both.predicted is None else both.predicted.section4
+    if paper is None or errors.peak_force is None:
         row = _simulation_row(simulated)
         row["simulation error"] = row.pop("error")
-        if predicted is not None:
-            cells = _estimate_cells(predicted)
-            row |= {name: cell for name, cell in cells.items() if "wall" in name or predicted.wall is None}
-            row["error"] = "-" if both.wall_error is None else error_text(both.wall_error)
         return row
     row = {
-        "scenario": predicted.scenario or "-",
+        "scenario": both.scenario or "-",
         **_verdict_cell(both),
         **_greatest_cell(simulated),
         "simulated": si(simulated.peak_force, "N", error=simulated.error_estimate),
-        **_estimate_cells(predicted),
-        predicted.model: si(predicted.peak_force, "N", error=predicted.shown_error),
-        "error": error_text(both.error or 0.0),
-        "expected error": range_text(predicted.expected_error),
-        "(3)": _conditions(predicted),
-        "regime": predicted.regime,
-        "relation": f"{predicted.relation} / {both.relation}",
-        "waves": f"{len(predicted.waves)} / {_wave_count(simulated)}",
+        "section-4": si(paper.peak_force, "N", error=SHOWN_ERROR),
+        "error": error_text(errors.peak_force),
+        "(3)": _conditions(paper),
+        "regime": paper.regime,
+        "relation": f"{paper.relation} / {both.relation}",
+        "waves": f"{len(paper.waves)} / {_wave_count(simulated)}",
+        "added momentum": "-" if errors.added_momentum is None else error_text(errors.added_momentum),
         "simulation error": f"{simulated.error_estimate:.0e}",
-        "virtual t0": _virtual_rise_time(predicted, predicted.shown_error),
+        "virtual t0": _virtual_rise_time(paper, SHOWN_ERROR),
     }
     if published:
         row["relation"] += f" / {published.relation or '-'}"
@@ -359,10 +380,8 @@ def _wave_count(result: SimulationResult) -> str:
     return f"{settled}{'+' if settled < len(result.waves) else ''}"
 
 
-def _conditions(outcome: Outcome) -> str:
-    if not outcome.conditions:  # of a striker
-        return "-"
-    return "hold" if all(condition.holds for condition in outcome.conditions) else alarm(_FAILS)
+def _conditions(paper: Section4Outcome) -> str:
+    return "hold" if paper.holds else alarm(_FAILS)
 
 
 def _virtual_rise_time(owner: object, error: float) -> str:

@@ -12,12 +12,13 @@ from attrs import evolve, frozen
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.contact_law import BoundLaw
+from shockwave.chain.coverage import scene_faults
 from shockwave.chain.ends import Wall
 from shockwave.chain.impact import Impact
 from shockwave.chain.layout import Layout
 from shockwave.chain.segments import MOST_GRANULES
 from shockwave.chain.solitary_wave import MOMENTUM
-from shockwave.errors import InvalidValueError
+from shockwave.errors import Fault, InvalidValueError
 from shockwave.measurement.recording import reported_contacts
 from shockwave.measurement.simulation_setup import RTOL
 from shockwave.options import SimulateOptions
@@ -136,6 +137,28 @@ class ChainSetup:
         """Contacts whose errors decide whether the tolerance is met: those that the result shows."""
         wall = [len(forces) - 1] if self.has_wall else []
         return np.unique(np.concatenate((self.reported, [np.argmax(forces)], wall)).astype(np.intp))
+
+
+def checked_setup(options: SimulateOptions, excitation: Shock | Impact, chain: Chain) -> ChainSetup | None:
+    """Setup of a finite chain, None for an endless one, whose length is found by integration; nothing is integrated.
+
+    Raises
+    ------
+    InvalidValueError
+        If a value is out of range, or a contact of the options is not one of the chain.
+    """
+    faults = scene_faults(chain, excitation)
+    if options.integrator is not None and not faults:
+        reason = load("integrators", options.integrator).refusal(chain.is_damped)
+        faults = [Fault("integrator", reason)] if reason else []
+    if faults:
+        raise InvalidValueError(faults)
+    if chain.count is None:
+        chosen(options.backend)
+        return None
+    case = ChainSetup.of(options, excitation, chain)
+    _ = case.until
+    return case
 
 
 def _endless(options: SimulateOptions, shock: Shock, chain: Chain) -> ChainSetup:

@@ -62,8 +62,12 @@ NO_LIMIT = (
 )
 
 
-def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: Chain) -> ChainResult:
+def simulate_chain(
+    options: SimulateOptions, excitation: Shock | Impact, chain: Chain, case: ChainSetup | None = None
+) -> ChainResult:
     """Simulate a finite or precompressed chain with an excitation, and estimate the errors of the forces.
+
+    ``case`` is its setup, if it is known.
 
     Raises
     ------
@@ -73,7 +77,7 @@ def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: 
         If the integrator fails, or the time limit is reached.
     """
     begin = time.perf_counter()
-    runs = runs_of(ChainSetup.of(options, excitation, chain))
+    runs = runs_of(case or ChainSetup.of(options, excitation, chain))
     case, motion, scales = runs.case, runs.motion, runs.case.scales
     count, start = case.granules, case.assembly.velocity / float(case.assembly.inverse_masses[0])
     momentum, energy = motion.applied_impulse + start, motion.work + motion.initial_energy

@@ -9,7 +9,7 @@ from shockwave.limit import verdict_facts
 from shockwave.measurement.chain_result import ChainResult, SegmentEnergy, Transmitted
 from shockwave.measurement.contact_peaks import ContactPeak
 from shockwave.measurement.result_text import balance_text, result_limits, work_details
-from shockwave.text import facts, is_wide, limits, notes, si, significant_digits, strong, table
+from shockwave.text import Detail, brief, detail, facts, is_wide, notes, si, significant_digits, strong, table
 
 _Item = TypeVar("_Item")
 _CONTACTS = ("contact", "greatest force", "time", "error")
@@ -20,21 +20,17 @@ _TIME_DIGITS = 5
 
 
 def chain_text(result: ChainResult) -> str:
-    """The greatest force with its contact, time and error, the force on the wall, all contacts, balances and cost."""
+    """The greatest force with its contact, time and error, the force on the wall; on request everything."""
     name = f"{result.scenario}: " if result.scenario else ""
-    lines = [
-        strong(f"{name}{chain_lead(result)}"),
-        *facts(verdict_facts(result)),
-        *limits(result_limits(result)),
-        *facts(chain_answer(result)),
-        "",
-        _shortened(_CONTACTS, result.contacts, lambda peak: _row(peak, place_of(result, peak.contact))),
-        *_energies(result),
-        "",
-        *facts([*chain_balances(result), *work_details(result), *result.scene.facts()]),
-        *notes(result.scene.notes),
-    ]
-    return "\n".join(lines)
+    lines = facts(chain_answer(result))
+    if detail() is Detail.VERBOSE or result.options.contacts:
+        contacts = _shortened(_CONTACTS, result.contacts, lambda peak: _row(peak, place_of(result, peak.contact)))
+        lines += ["", *contacts.split("\n")]
+    if detail() is Detail.VERBOSE:
+        lines += [*_energies(result), ""]
+        lines += facts([*chain_balances(result), *work_details(result), *result.scene.facts()])
+        lines += notes(result.scene.notes)
+    return brief([strong(f"{name}{chain_lead(result)}"), *facts(verdict_facts(result))], result_limits(result), lines)
 
 
 def chain_lead(result: ChainResult) -> str:

@@ -31,6 +31,16 @@ class ContactPeak:
     error_estimate: float
     static_force: float = 0.0
 
+    @property
+    def low(self) -> float:
+        """The force less its error estimate [N]."""
+        return self.peak_force - self.error_estimate * (self.peak_force - self.static_force)
+
+    @property
+    def high(self) -> float:
+        """The force plus its error estimate [N]."""
+        return 2 * self.peak_force - self.low
+
 
 def last_force(name: str, peak: ContactPeak | None, arrived: bool = True, later: float = 0.0) -> LeavingForce:
     """The force that leaves a chain, from its last contact; ``peak`` is None if it is not known.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from shockwave.limit import verdict_facts
 from shockwave.measurement.measured_wave import MeasuredWave, Passage
 from shockwave.measurement.result import SimulationResult
-from shockwave.text import facts, limits, notes, si, significant_digits, strong, table
+from shockwave.text import Detail, brief, detail, facts, notes, si, significant_digits, strong, table
 
 if TYPE_CHECKING:
     from shockwave.measurement.chain_result import ChainResult
@@ -19,25 +19,21 @@ _PASSAGES = ("contact", "arrival", "peak force", "error", "from")
 # Least relative error that the digits of figures other than forces show: five digits.
 _FINEST = 1e-4
 _TIME_DIGITS = 4
+# Later waves in the short text.
+_FEW = 3
 
 
 def result_text(result: SimulationResult) -> str:
-    """The peak force with its error estimate, the waves, then the balances, the cost and the scene."""
+    """The peak force with its error estimate, waves and rebounding granules; on request balances, cost and scene."""
     name = f"{result.scenario}: " if result.scenario else ""
-    waves = wave_tables(result)  # integrates the train, whose warnings and cost belong to the lines around
     leading = [("leading wave", peak_text(result))] if greatest_text(result) else []
-    lines = [
-        strong(f"{name}{lead_text(result)}"),
-        *facts(verdict_facts(result)),
-        *limits(result_limits(result)),
-        *facts([*leading, *result_answer(result)]),
-        "",
-        waves,
-        "",
-        *facts([*result_details(result), *result.scene.facts()]),
-        *notes(result.scene.notes),
-    ]
-    return "\n".join(lines)
+    lines = facts([*leading, *result_answer(result)])
+    if detail() is Detail.VERBOSE:
+        lines += ["", wave_tables(result), "", *facts([*result_details(result), *result.scene.facts()])]
+        lines += notes(result.scene.notes)
+    elif result.passages:
+        lines += ["", *passage_table(result).split("\n")]
+    return brief([strong(f"{name}{lead_text(result)}"), *facts(verdict_facts(result))], result_limits(result), lines)
 
 
 def lead_text(result: SimulationResult) -> str:
@@ -86,6 +82,8 @@ def result_answer(result: SimulationResult) -> Iterator[tuple[str, str]]:
     count = len(result.waves)
     threshold = f"above {result.options.wave_threshold:g} of the leading wave"
     counted = f"{count} {'wave' if count == 1 else 'waves'} {threshold}"
+    later = [si(wave.peak_force, "N", error=wave.error_estimate) for wave in result.waves[1:] if wave.error_estimate]
+    counted += f"; the next {', '.join(later[:_FEW])}" if later else ""
     yield "waves", counted if result.train.is_integrated else "only the leading wave is known"
     ejected = result.ejected_granules
     granules = f"{ejected} granule" if ejected == 1 else f"{ejected} granules"
@@ -113,8 +111,13 @@ def wave_tables(result: SimulationResult) -> str:
         have = "wave that has" if unsettled == 1 else "waves that have"
         parts.append(f"  and {unsettled} {have} not separated; --json lists them")
     if result.passages:
-        parts += ["", table(_PASSAGES, map(_passage_row, result.passages))]
+        parts += ["", passage_table(result)]
     return "\n".join(parts)
+
+
+def passage_table(result: SimulationResult) -> str:
+    """A row for each requested contact."""
+    return table(_PASSAGES, map(_passage_row, result.passages))
 
 
 def result_details(result: SimulationResult) -> Iterator[tuple[str, str]]:

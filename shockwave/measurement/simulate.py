@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from threading import Event
-from typing import TYPE_CHECKING, Any, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.yielding import beyond_elastic
@@ -22,7 +22,7 @@ from shockwave.plausibility import unusual_warnings
 from shockwave.profiles.power_law import Powers
 from shockwave.profiles.shock import Shock
 from shockwave.progress import progressed
-from shockwave.scene_summary import check_scene, scenes_of
+from shockwave.scene_summary import equal_granules, scenes_of
 from shockwave.simulation.problem import ChainProblem, prepare
 from shockwave.simulation.time_limit import expired, time_limit
 
@@ -30,8 +30,20 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
 
     from shockwave.chain.impact import Impact
+    from shockwave.measurement.chain_setup import ChainSetup
 
-__all__ = ["equal_granules", "immeasurable", "scaled", "setup_of", "simulate", "simulate_many", "simulate_with"]
+__all__ = [
+    "Job",
+    "equal_granules",
+    "immeasurable",
+    "job_of",
+    "run_jobs",
+    "scaled",
+    "setup_of",
+    "simulate",
+    "simulate_many",
+    "simulate_with",
+]
 
 # Largest number of shocks that one of several threads takes at a time: more would leave threads idle at the end.
 _SHARE = 128
@@ -67,7 +79,7 @@ def simulate_with(options: SimulateOptions, shock: Shock | Impact, chain: Chain)
         If the integrator fails, no wave forms, the shock is too long, or the time limit is reached. Warnings
         of unusual values, a possible cause, are notes of this error.
     """
-    (result,) = _simulate([(shock, chain)], setup_of(options))
+    (result,) = run_jobs([job_of(options, shock, chain)], options)
     if isinstance(result, NumericalError):
         for warning in unusual_warnings(shock, chain):
             result.add_note(warning)
@@ -88,6 +100,7 @@ def simulate_many(
     backend: Backend = "auto",
     contacts: Iterable[int] = (),
     until: float | None = None,
+    timeout: float | None = None,
     threads: int | None = None,
 ) -> list[_Outcome]:
     """Simulate many shocks in parallel: eight at a time on each core, on all cores.
@@ -100,6 +113,8 @@ def simulate_many(
         One chain for all shocks, or one for each shock.
     rtol, integrator, wave_threshold, step, waves, backend, contacts, until
         As in `SimulateOptions`.
+    timeout : float, optional
+        Maximum computing time of one scene [s].
     threads : int, optional
         Number of threads that run the compiled code. By default one for each core.
 
@@ -122,29 +137,106 @@ def simulate_many(
         backend=backend,
         contacts=contacts,
         until=until,
+        timeout=timeout,
     )
-    setup = setup_of(options)
+    setup_of(options)
     scenes: Sequence[tuple[Shock | Impact, Chain]] = scenes_of(shocks, chain, "simulate")
     if threads is not None and threads < 1:
         raise InvalidValueError.of("threads", f"must be a whole number >= 1 (got {threads!r})")
+    jobs: list[Job | ShockwaveError] = []
+    for scene in scenes:
+        try:
+            jobs.append(job_of(options, *scene))
+        except ShockwaveError as error:
+            jobs.append(error)
+    return run_jobs(jobs, options, threads)
+
+
+# ---------------------------------------------------------------- jobs
+
+
+class Job(NamedTuple):
+    """A valid scene that is ready to run.
+
+    Attributes
+    ----------
+    excitation, chain : Shock or Impact, Chain
+        The scene; equal granules are given by their number.
+    problem, scales : ChainProblem, Scales or None
+        The scaled problem of a shock on equal granules.
+    case : ChainSetup or None
+        The setup of another finite chain.
+    refusal : NumericalError or None
+        Reason why the scene cannot be simulated.
+    """
+
+    excitation: Shock | Impact
+    chain: Chain
+    problem: ChainProblem | None = None
+    scales: Scales | None = None
+    case: ChainSetup | None = None
+    refusal: NumericalError | None = None
+
+
+def job_of(options: SimulateOptions, excitation: Shock | Impact, chain: Chain) -> Job:
+    """Check a scene and options, and scale the problem; nothing is integrated.
+
+    Raises
+    ------
+    InvalidValueError, UnknownNameError
+        If a value is out of range, or the integrator cannot step the chain.
+    PluginError
+        If the profile violates its contract.
+    """
+    equal = equal_granules(excitation, chain)
+    if equal is None:
+        from shockwave.measurement.chain_setup import checked_setup  # a shock on equal granules does not need it
+
+        return Job(excitation, chain, case=checked_setup(options, excitation, chain))
+    try:
+        problem, scales = scaled(cast(Shock, excitation), equal)
+    except NumericalError as error:
+        return Job(excitation, equal, refusal=error)
+    check_requests(options, equal, scales)
+    if not isinstance(problem.profile, Powers):  # those of power laws are computed together
+        _ = problem.path
+    return Job(excitation, equal, problem, scales)
+
+
+def run_jobs(
+    jobs: Sequence[Job | ShockwaveError],
+    options: SimulateOptions,
+    threads: int | None = None,
+    patience: float | None = None,
+) -> list[_Outcome]:
+    """Run jobs with the ``options`` that they were made with; errors among them are passed on.
+
+    ``patience`` is the maximum computing time of a scene by compiled code [s] if the options have no ``timeout``.
+    """
+    setup = setup_of(options)
     if threads is None:
         threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    threads = 1 if len(scenes) < 2 * _FEWEST else threads
-    small = threads == 1 and not any(_is_record(shock) for shock, _ in scenes)
-    size = max(_FEWEST, min(_SHARE_ALONE if small else _SHARE, -(-len(scenes) // threads)))
+    threads = 1 if len(jobs) < 2 * _FEWEST or setup.compiled is None else threads
+    small = threads == 1 and not any(isinstance(job, Job) and _is_record(job.excitation) for job in jobs)
+    size = max(_FEWEST, min(_SHARE_ALONE if small else _SHARE, -(-len(jobs) // threads)))
     if setup.compiled is None:
-        threads = size = 1
-    shares = [scenes[begin : begin + size] for begin in range(0, len(scenes), size)]
-    results: list[_Outcome] = []
+        size = 1
     interrupted = Event()
-    progressed("simulations", 0, len(scenes))
+    limit = options.timeout or (None if setup.compiled is None else patience)
+    allowed = partial(time_limit, interrupted=interrupted)
+    results: list[_Outcome] = []
+    many = len(jobs) > 1
+    if many:
+        progressed("simulations", 0, len(jobs))
     # A thread does all the work for its share: while it runs the compiled code, which releases the global interpreter
     # lock, another thread prepares its problems.
     with _pool(threads) as pool:
         try:
-            for share in (pool.map if pool else map)(lambda share: _simulate(share, setup, interrupted), shares):
+            shares = [jobs[begin : begin + size] for begin in range(0, len(jobs), size)]
+            for share in (pool.map if pool else map)(lambda share: _run(share, setup, limit, allowed), shares):
                 results += share
-                progressed("simulations", len(results), len(scenes))
+                if many:
+                    progressed("simulations", len(results), len(jobs))
         finally:  # after Ctrl-C the other threads stop as well
             interrupted.set()
     return results
@@ -162,83 +254,61 @@ def _pool(threads: int) -> AbstractContextManager[Executor | None]:
     return ThreadPoolExecutor(threads)
 
 
-def _simulate(
-    scenes: Sequence[tuple[Shock | Impact, Chain]], setup: Setup, interrupted: Event | None = None
+def _run(
+    jobs: Sequence[Job | ShockwaveError],
+    setup: Setup,
+    limit: float | None,
+    allowed: Callable[[float | None], AbstractContextManager[None]],
 ) -> list[_Outcome]:
-    with time_limit(setup.options.timeout, interrupted):
-        return _simulate_all(scenes, setup)
-
-
-def _simulate_all(scenes: Sequence[tuple[Shock | Impact, Chain]], setup: Setup) -> list[_Outcome]:
+    """Run a share of the jobs; ``limit`` is the time limit of each [s], which ``allowed`` sets."""
     begin = time.perf_counter()
-    results: dict[int, _Outcome] = {}
-    known: dict[int, tuple[ChainProblem, Scales]] = {}
-    scenes = list(scenes)
-    for index, (shock, chain) in enumerate(scenes):
+    problems = {index: job.problem for index, job in enumerate(jobs) if isinstance(job, Job) and job.problem}
+    if len(problems) > 1:
+        prepare([*problems.values()])
+    with allowed(limit):
+        answers = search(problems, setup)
+    spent = time.perf_counter() - begin
+    seconds, alone = spent / max(len(jobs), 1), len(jobs) == 1
+    results: list[_Outcome] = []
+    for index, job in enumerate(jobs):
+        if isinstance(job, ShockwaveError):
+            results.append(job)
+            continue
+        begin, answer = time.perf_counter(), answers.get(index)
         try:
-            equal = equal_granules(shock, chain)
-            if equal is None:
-                continue
-            scenes[index] = shock, equal
-            problem, scales = scaled(cast(Shock, shock), equal)
-            check_requests(setup.options, equal, scales)
-            if not isinstance(problem.profile, Powers):  # those of power laws are computed together
-                _ = problem.path  # an error of the profile is that of its own shock only
-            known[index] = problem, scales
+            with allowed(limit if limit is None or not alone else max(limit - spent, 0.0)):
+                if answer is None and index in problems and limit is not None and spent > limit and not alone:
+                    answer = search({0: problems[index]}, setup).get(0)  # others have used up the time
+                results.append(_result(job, setup, answer, seconds, begin))
         except ShockwaveError as error:
-            results[index] = error
-    if len(known) > 1:
-        prepare([problem for problem, _ in known.values()])
-    answers = search({index: problem for index, (problem, _) in known.items()}, setup)
-    seconds = (time.perf_counter() - begin) / max(len(scenes), 1)
-    for index, (problem, scales) in known.items():
-        shock, chain = cast("tuple[Shock, Chain]", scenes[index])
-        answer, own = answers.get(index), seconds
-        if answer is None:
-            begin = time.perf_counter()
-            try:
-                answer = _measured(problem, scales, setup)
-            except ShockwaveError as error:
-                results[index] = error
-                continue
-            own += time.perf_counter() - begin
-        result = SimulationResult(
-            shock=shock,
-            chain=chain,
-            options=setup.options,
-            scales=scales,
-            found=answer.primary,
-            error_estimate=answer.error_estimate,
-            search_warnings=answer.warnings + _missed(setup.options, answer),
-            seconds=own,
-            on_demand=_on_demand,
-            measured=answer.train,
-        )
-        results[index] = beyond_elastic(chain, partial(getattr, result, "yielding")) or result
-    for index in set(range(len(scenes))).difference(results):
-        # a shock on equal granules does not need them
-        from shockwave.chain.impact import Impact
-        from shockwave.measurement.chain_simulation import simulate_chain
-
-        try:
-            if not isinstance(scenes[index][0], Shock | Impact):
-                check_scene(*scenes[index])
-            results[index] = simulate_chain(setup.given, *scenes[index])
-        except ShockwaveError as error:
-            results[index] = error
-    return [results[index] for index in range(len(scenes))]
+            results.append(error)
+    return results
 
 
-def equal_granules(excitation: object, chain: Chain) -> Chain | None:
-    """The chain as equal granules with free ends; None if the scene has further features.
+def _result(job: Job, setup: Setup, answer: Answer | None, seconds: float, begin: float) -> _Result:
+    """Result of a job from the ``answer`` of the search, if it has found one in its share of ``seconds``."""
+    if job.refusal is not None:
+        raise job.refusal
+    if job.problem is None or job.scales is None:
+        from shockwave.measurement.chain_simulation import simulate_chain  # equal granules do not need it
 
-    An endless chain keeps its contact law.
-    """
-    if not isinstance(chain, Chain) or (chain.is_uniform and isinstance(excitation, Shock)):
-        return chain
-    from shockwave.chain.coverage import reduced
-
-    return reduced(chain) if isinstance(excitation, Shock) else None
+        return simulate_chain(setup.given, job.excitation, job.chain, job.case)
+    answer = answer or _measured(job.problem, job.scales, setup)
+    result = SimulationResult(
+        shock=cast(Shock, job.excitation),
+        chain=job.chain,
+        options=setup.options,
+        scales=job.scales,
+        found=answer.primary,
+        error_estimate=answer.error_estimate,
+        search_warnings=answer.warnings + _missed(setup.options, answer),
+        seconds=seconds + time.perf_counter() - begin,
+        on_demand=_on_demand,
+        measured=answer.train,
+    )
+    if error := beyond_elastic(job.chain, partial(getattr, result, "yielding")):
+        raise error
+    return result
 
 
 def _missed(options: SimulateOptions, answer: Answer) -> tuple[str, ...]:

@@ -15,7 +15,7 @@ from shockwave import pictures
 from shockwave.chain.chain import Scales
 from shockwave.errors import ShockwaveError
 from shockwave.page.results import Findings
-from shockwave.prediction.outcome import EjectionOutcome
+from shockwave.prediction.section4_outcome import EjectionOutcome
 from shockwave.progress import counted, progress_shown
 
 if TYPE_CHECKING:
@@ -104,7 +104,12 @@ def _drawn_aside(chosen: list[tuple[str, _Draw]]) -> Iterator[_Drawn]:
 
 def drawings(found: Findings) -> dict[str, _Draw]:
     """Return the functions that draw the pictures of a scene, in their order; their titles are in the template."""
-    shock, predicted, result, compared = found.scenario.shock, found.predicted, found.simulated, found.comparison
+    shock, predicted, result, compared = (
+        found.scenario.shock,
+        found.predicted and found.predicted.section4,
+        found.simulated,
+        found.comparison,
+    )
     if found.is_beyond:
         return _of_chain(shock, result)
     chosen: dict[str, _Draw] = {

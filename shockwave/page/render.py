@@ -20,7 +20,6 @@ from shockwave.page.drawings import drawn
 from shockwave.page.number_text import formula, percent, quantity, small
 from shockwave.page.results import Findings, findings
 from shockwave.pictures.figures import described
-from shockwave.prediction.outcome_text import estimate_figures, estimate_text, without_advice
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import conditions
 from shockwave.registry import entry_of, find
@@ -59,12 +58,11 @@ def written(found: Findings, aside: bool = False) -> str:
         If matplotlib is not installed.
     """
     shown = drawn(found, aside)
-    filters: tuple[Callable[..., object], ...] = (estimate_figures, formula, greatest_text, percent, quantity)
-    filters = (*filters, small, without_advice)
+    filters: tuple[Callable[..., object], ...] = (formula, greatest_text, percent, quantity, small)
     if found.is_beyond:
         from shockwave.measurement.chain_text import chain_answer, chain_balances, chain_lead, chosen, span
 
-        filters = (*filters, chain_answer, chain_balances, chain_lead, chosen, estimate_text, span)
+        filters = (*filters, chain_answer, chain_balances, chain_lead, chosen, span)
         scene = ChainScene.of(found.scenario.excitation, found.scenario.chain)
         about: dict[str, Any] = {"conditions": (), "scene": scene}
     else:
@@ -134,8 +132,6 @@ def parts_in_use(found: Findings) -> Iterator[tuple[str, str, str]]:
     used: list[tuple[str, Entry | None]] = []
     if found.scenario.shock is not None:
         used.append(("profile", entry_of("profiles", type(found.scenario.shock.profile))))
-    if found.predicted is not None and found.scenario.impact is None:
-        used.append(("model", find("models", found.predicted.model)))
     if found.simulated is not None:
         used.append(("integrator", find("integrators", found.simulated.integrator)))
     for kind, part in used:

@@ -14,9 +14,8 @@ from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulate import equal_granules, immeasurable, scaled, simulate_with
 from shockwave.plausibility import unusual_warnings
 from shockwave.prediction.outcome import Outcome
-from shockwave.prediction.outcome_text import without_advice
 from shockwave.scenario.scenario import Scenario
-from shockwave.studies.comparison import Comparison, beside
+from shockwave.studies.comparison import Comparison
 
 # Least duration of the histories [characteristic times].
 _PASSED = 60.0
@@ -42,7 +41,7 @@ class Findings:
     scenario : Scenario
         The scenario.
     predicted : Outcome or None
-        The prediction; None if it failed, or the model does not cover the chain.
+        The prediction by section 4; None if it failed or does not cover the chain.
     simulated : SimulationResult, ChainResult or None
         The simulation, with histories unless the shock is too long; None if it failed.
     comparison : Comparison or None
@@ -76,13 +75,12 @@ class Findings:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings of the prediction, unless only its estimate is shown, and the simulation, without duplicates."""
-        predicted = () if self.predicted is None or self.is_beyond else self.predicted.warnings
+        """Warnings of the simulation; without one, of the prediction."""
         if self.simulated is not None:
-            predicted, simulated = tuple(map(without_advice, predicted)), self.simulated.wave_warnings
-        else:
-            simulated = unusual_warnings(self.scenario.excitation, self.scenario.chain)
-        return tuple(dict.fromkeys((*predicted, *simulated)))
+            return tuple(dict.fromkeys(self.simulated.wave_warnings))
+        if self.predicted is not None:
+            return self.predicted.warnings
+        return unusual_warnings(self.scenario.excitation, self.scenario.chain)
 
 
 def findings(scenario: Scenario) -> Findings:
@@ -94,11 +92,10 @@ def findings(scenario: Scenario) -> Findings:
         scenario = evolve(scenario, chain=equal)
     predicted, reason = None, ""
     try:
-        predicted = scenario.predictor.predict(scenario.excitation, scenario.chain)
+        predicted = evolve(scenario.predictor, model="section-4").predict(scenario.excitation, scenario.chain)
         predicted = evolve(predicted, limit=scenario.limit)
     except NotCoveredError as error:
-        places = listed([fault.path for fault in error.faults], "and")
-        reason = f"{scenario.predictor.model} does not cover {places}"
+        reason = f"it does not cover {listed([fault.path for fault in error.faults], 'and')}"
     except ShockwaveError as error:
         reason = str(error)
         failures[f"The prediction failed: {scenario.located(error)}."] = error.exit_code
@@ -118,7 +115,9 @@ def findings(scenario: Scenario) -> Findings:
         scenario=scenario,
         predicted=predicted,
         simulated=simulated,
-        comparison=beside(predicted, simulated, tolerance) if predicted and simulated and equal else None,
+        comparison=Comparison(predicted=predicted, simulated=simulated, equal_tolerance=tolerance)
+        if predicted and simulated and equal
+        else None,
         passages=tuple(filter(None, passages)),
         failures=tuple(failures),
         text=scenario.path.read_text(encoding="utf-8-sig", errors="replace") if scenario.path else "",

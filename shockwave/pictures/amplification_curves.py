@@ -12,13 +12,11 @@ from attrs import evolve
 from shockwave.chain.chain import Chain, Scales
 from shockwave.errors import InvalidValueError, ShockwaveError
 from shockwave.measurement.simulate import simulate_many
-from shockwave.pictures.drawing import BLACK, BLUE, GREY, SKY, VERMILION, finish, regime_spans, style
+from shockwave.pictures.drawing import BLACK, BLUE, GREY, VERMILION, finish, regime_spans, style
 from shockwave.pictures.maps import edges_of
-from shockwave.prediction.outcome import Predictions
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.shock import Shock
-from shockwave.quadrature import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,8 +32,6 @@ _LONGEST = 500.0
 _SIMULATED = 41
 # Number of predictions; regime borders are drawn halfway between two of them.
 _PREDICTED = 241
-# The expected range is computed at every eighth prediction.
-_EVERY = 8
 # Threshold that omits most later waves of trains, which are not drawn.
 _FEW_LATER = 0.999
 # Points of a universal curve.
@@ -57,8 +53,7 @@ def amplification(
 ) -> Axes:
     """Draw the amplification of the leading wave against t0/T0, with the regimes of the prediction.
 
-    For a given shape, the amplification depends on t0/T0 only. The band is the expected range of a simulation; there is
-    no band where the expected error is not known.
+    For a given shape, the amplification depends on t0/T0 only.
 
     Parameters
     ----------
@@ -88,15 +83,13 @@ def amplification(
     unit = Scales.of(chain, pattern.peak_force).time
     fine = np.geomspace(ratios[0], ratios[-1], _PREDICTED)
     patterns = [evolve(pattern, rise_time=ratio * unit) for ratio in fine.tolist()]
-    outcomes = []
-    leading = evolve(predictor, wave_threshold=_FEW_LATER)
-    for outcome in leading.predict_each(patterns, [chain] * len(patterns)):
+    paper = evolve(predictor, model="section-4", wave_threshold=_FEW_LATER)
+    outcomes: list[Any] = paper.predict_many(patterns, chain)
+    for outcome in outcomes:
         if isinstance(outcome, Exception):
             raise outcome
-        outcomes.append(outcome)
     regime_spans(ax, edges_of(fine, log=True), np.array([outcome.regime for outcome in outcomes]))
-    ax.plot(fine, [outcome.amplification for outcome in outcomes], color=BLUE, linewidth=1.2, label="predicted")
-    _expected_range(ax, fine[::_EVERY], predictor.predict_many(patterns[::_EVERY], chain))
+    ax.plot(fine, [outcome.amplification for outcome in outcomes], color=BLUE, linewidth=1.2, label="section 4")
     shocks = [evolve(pattern, rise_time=ratio * unit) for ratio in ratios]
     results = zip(ratios, simulate_many(shocks, chain, waves="primary"), strict=True)
     found = {ratio: one.amplification for ratio, one in results if not isinstance(one, ShockwaveError)}
@@ -112,16 +105,6 @@ def _default_ratios(profile: ShockProfile) -> list[float]:
     most = min(_STRONGEST / total, _LONGEST / float(profile.duration_ratio))
     least = min(_WEAKEST / total, most / 10)
     return list(map(float, np.geomspace(least, most, _SIMULATED)))
-
-
-def _expected_range(ax: Axes, ratios: FloatArray, predicted: Predictions) -> None:
-    """Draw the expected range of a simulation, which varies slowly, if it is known."""
-    low, high = predicted.expected_error.T
-    if np.isfinite(low).any():
-        # an error of -100 % has no upper bound
-        bounds = predicted.amplification / (1 + high), predicted.amplification / np.maximum(1 + low, 1e-3)
-        known = np.isfinite(low)
-        ax.fill_between(ratios, *bounds, where=known, color=SKY, alpha=0.35, linewidth=0, label="expected range")
 
 
 def _frame(ax: Axes, least: float, most: float, highest: float, mark: float | None) -> Axes:

@@ -8,7 +8,7 @@ import numpy as np
 
 from shockwave.errors import InvalidValueError
 from shockwave.pictures.drawing import BLACK, BLUE, MINUS, ORANGE, SKY, VERMILION, area, finish, si_label, thinned
-from shockwave.prediction.outcome import EjectionOutcome, Outcome
+from shockwave.prediction.section4_outcome import EjectionOutcome, Section4Outcome
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import conditions as conditions_of
 from shockwave.profiles.shock import Shock
@@ -83,7 +83,7 @@ def conditions(ax: Axes, shock: Shock) -> Axes:
     return finish(ax, ("margin / sum of both sides", ""), ("", ""))
 
 
-def correction_area(ax: Axes, shock: Shock, outcome: Outcome) -> Axes:
+def correction_area(ax: Axes, shock: Shock, outcome: Section4Outcome) -> Axes:
     """Draw Figure 1 of the paper: the shock, the virtual shock of (5g), and the area that (5h) adds twice.
 
     Parameters
@@ -92,7 +92,7 @@ def correction_area(ax: Axes, shock: Shock, outcome: Outcome) -> Axes:
         Axes to draw on.
     shock : Shock
         The shock.
-    outcome : Outcome
+    outcome : Section4Outcome
         Its prediction, in the regime ejection.
 
     Raises

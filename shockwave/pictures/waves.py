@@ -11,7 +11,7 @@ import numpy as np
 from shockwave.errors import InvalidValueError
 from shockwave.measurement.recording import Recording
 from shockwave.measurement.result import SimulationResult
-from shockwave.pictures.drawing import BLACK, BLUE, FIELD, GREY, VERMILION, colour_scale, finish, halo, style
+from shockwave.pictures.drawing import BLUE, FIELD, GREY, VERMILION, colour_scale, finish, halo, style
 from shockwave.pictures.maps import colour_cells, edges_of
 from shockwave.profiles.shock import Shock
 
@@ -135,7 +135,6 @@ def field_of_forces(ax: Axes, kept: Recording) -> None:
 def train(ax: Axes, comparison: Any) -> Axes:
     """Draw the predicted and the simulated peak forces of the waves, and the peak force of the shock.
 
-    The bar at the first wave is the expected range of the simulated peak force; there is no bar if it is not known.
     Open squares are simulated waves that had not separated.
 
     Parameters
@@ -145,19 +144,15 @@ def train(ax: Axes, comparison: Any) -> Axes:
     comparison : shockwave.Comparison
         Comparison of a prediction and a simulation; force in N.
     """
-    predicted = np.array([wave.peak_force for wave in comparison.predicted.waves])
+    predicted = np.array([wave.peak_force for wave in comparison.predicted.section4.waves])
     waves = comparison.simulated.waves
     simulated = np.array([wave.peak_force for wave in waves])
     settled = np.array([wave.error_estimate is not None for wave in waves])
     shock = comparison.simulated.shock.peak_force
     top = 1.12 * max(predicted.max(), simulated.max(), shock)
     ax.axhline(shock, color=GREY, linewidth=1.0, linestyle=":", label="shock")
-    if (bounds := comparison.predicted.expected_error) is not None:
-        # f/(1 + high) to f/(1 + low) of the prediction f, up to the top of the axes
-        ends = predicted[0] / (1 + bounds[1]), predicted[0] / max(1 + bounds[0], predicted[0] / top)
-        ax.plot([1, 1], ends, color=BLACK, linewidth=0.9, marker="_", label="expected range")
     places = np.arange(1, len(predicted) + 1) - 0.12
-    ax.plot(places, predicted, "o", color=BLUE, markersize=5, label="predicted")
+    ax.plot(places, predicted, "o", color=BLUE, markersize=5, label="section 4")
     places = np.arange(1, len(waves) + 1) + 0.12
     look: dict[str, Any] = {"color": VERMILION, "markersize": 4.5}
     ax.plot(places[settled], simulated[settled], "s", label="simulated", **look)

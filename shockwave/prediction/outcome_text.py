@@ -1,152 +1,145 @@
-"""Text of a prediction's result."""
+"""Text of a prediction: the answer in a few lines, the decision of section 4, or everything."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
+from typing import Any
 
 from shockwave.limit import verdict_facts
-from shockwave.prediction.model_interface import Inequality
-from shockwave.prediction.outcome import EjectionOutcome, Estimate, Outcome, WallForce
+from shockwave.prediction.outcome import Outcome
+from shockwave.prediction.scaled_shock import Inequality
+from shockwave.prediction.section4_outcome import EjectionOutcome, Section4Outcome
 from shockwave.profiles.conditions import Condition
-from shockwave.text import alarm, facts, limits, notes, range_text, si, significant_digits, strong, table
-
-if TYPE_CHECKING:  # only for impacts
-    from shockwave.prediction.striker import StrikerOutcome
+from shockwave.text import (
+    Detail,
+    alarm,
+    brief,
+    detail,
+    error_text,
+    facts,
+    notes,
+    paragraph,
+    si,
+    significant_digits,
+    strong,
+    table,
+)
 
 # Printed quantities of a wave, with their units.
 _WAVE = {"peak_force": "N", "momentum": "N s", "energy": "J", "speed": "m/s", "width": "s"}
 # Most waves in the printed table.
 _MOST_ROWS = 20
+# Relative error that the digits of the relations show: three digits.
+SHOWN_ERROR = 0.03
 _REGIMES = {
     "ejection": "one wave, and the first granule rebounds",
     "single": "one wave that carries the entire impulse",
-    "train": "{count} waves",
+    "train": "a train of waves",
 }
-# A train of which only the leading wave is listed.
-_LONE = "1 wave; later waves are below wave_threshold or are not predicted"
-# Advice that a simulation makes void.
-_ADVICE = re.compile(r"; simulate$| \(simulate it instead\)| (?:Simulate to|A simulation gives)[^.]*\.")
-# Least relative error of an answer that is wrong.
-_WRONG = 1.0
 _RELATIONS = {"less": "less than", "equal": "about equal to", "greater": "greater than"}
+# Symbols of the decision.
+_SYMBOLS = "F0 peak force, t0 rise time, n t0 duration of the shock; a1, a2 areas of rise and decay, per F0 t0"
 
 
 def outcome_text(outcome: Outcome) -> str:
-    """The peak force with its expected error, the inequalities that decided, then the waves and the scene."""
-    return _text(outcome, decision_lines(outcome))
-
-
-def striker_text(outcome: StrikerOutcome) -> str:
-    """The peak force with its expected error, the striker, then the waves and the scene."""
-    count = outcome.wave_count
-    striker = [
-        ("waves", f"{count if count <= len(outcome.waves) else f'about {count}'} of 0.4 % of the leading wave or more"),
-        ("striker", f"{outcome.mass_ratio:.4g} times the mass of a granule; velocity afterwards {_after(outcome)}"),
-    ]
-    return _text(outcome, facts(striker))
-
-
-def _text(outcome: Outcome, reasons: Iterable[str]) -> str:
-    """The lines of a prediction, with ``reasons`` between its warnings and its waves."""
+    """The first numbers with their accuracy, the warnings, and section 4 beside."""
     name = f"{outcome.scenario}: " if outcome.scenario else ""
-    lines = [
-        strong(name + estimate_text(outcome)),
-        *facts(verdict_facts(outcome)),
-        *limits(outcome_limits(outcome)),
-        *reasons,
-        "",
-        wave_table(outcome),
-        "",
-        *facts([*outcome_details(outcome), *outcome.scene.facts()]),
-        *notes(outcome.scene.notes),
-    ]
-    return "\n".join(lines)
+    lines = [*facts([*_forces(outcome), *_section4(outcome)])]
+    if detail() >= Detail.EXPLAIN and outcome.section4 is not None:
+        lines += ["", *decision_lines(outcome.section4)]
+    if detail() is Detail.VERBOSE:
+        lines += [*_details(outcome), *notes(outcome.notes)]
+    return brief([strong(name + lead_text(outcome)), *facts(verdict_facts(outcome))], outcome.warnings, lines)
 
 
-def _after(outcome: StrikerOutcome) -> str:
-    return si(outcome.velocity, "m/s", 4) if outcome.velocity else "about 0"
+def lead_text(outcome: Outcome) -> str:
+    """The force on a wall, of the leading wave, or the greatest one, with its accuracy."""
+    if outcome.transmitted is not None:
+        return f"force on the wall {_peak(outcome.transmitted)}"
+    if outcome.simulation is None:
+        return f"leading wave {si(outcome.peak_force or 0.0, 'N', error=SHOWN_ERROR)} by section 4, error not known"
+    if outcome.peak_force is not None:
+        return f"leading wave {force_text(outcome.peak_force, outcome.low, outcome.high)}"
+    top = outcome.greatest_force
+    return f"no answer: {outcome.reason}" if top is None else f"greatest force {_peak(top)}"
 
 
-def estimate_text(outcome: Outcome) -> str:
-    """The estimated force on the wall, if there is one, and of the leading wave with ranges, or that there is none."""
-    found, wall = outcome.estimate, outcome.transmitted
-    if found is None:
-        unknown = "leading wave" if outcome.wall is None else "force on the wall"
-        return f"{unknown} not known a priori: {outcome.no_estimate}"
-    peak, ends = estimate_figures(found)
-    wave = f"leading wave {peak}, range {ends} (method: {found.method})"
-    return wave if wall is None else "force on the wall {}, range {}; {}".format(*estimate_figures(wall), wave)
+def force_text(force: float, low: float | None, high: float | None) -> str:
+    """A force with its relative error estimate."""
+    if low is None or high is None:
+        return f"{si(force, 'N', 2)}, error not known"
+    error = (high - low) / 2 / force
+    return f"{si(force, 'N', error=error)}, estimated relative error {error:.0e}"
 
 
-def estimate_figures(found: Estimate | WallForce) -> tuple[str, str]:
-    """The estimate and its range, with the digits that the range supports."""
-    spread = max(found.high / found.peak_force - 1, 1 - found.low / found.peak_force)
-    peak, low, high = (si(value, "N", error=spread) for value in (found.peak_force, found.low, found.high))
-    number, unit = low.split()
-    return peak, f"{number if high.endswith(f' {unit}') else low} to {high}"
+def _peak(peak: Any) -> str:
+    """A greatest force with its time."""
+    if not peak.peak_force:
+        return "0 N"
+    return f"{force_text(peak.peak_force, peak.low, peak.high)}, at {si(peak.time, 's', 4)}"
 
 
-def outcome_limits(outcome: Outcome) -> list[str]:
-    """Warnings that limit the answer; notes on a record do not, and the first line states why there is no estimate."""
-    stated = outcome.no_estimate or "\n"
-    return [warning for warning in outcome.warnings if warning not in outcome.scene.notes and stated not in warning]
+def _forces(outcome: Outcome) -> Iterator[tuple[str, str]]:
+    """Labels and texts of the forces beside the first one."""
+    top, ratio = outcome.greatest_force if outcome.peak_force is None else None, outcome.amplification
+    if outcome.transmitted is not None and top is not None and top.peak_force > outcome.transmitted.peak_force:
+        yield "greatest force", f"{_peak(top)}, at contact {top.contact}"
+    if ratio is not None and outcome.relation is not None:
+        error = SHOWN_ERROR if outcome.low is None or not outcome.peak_force else 1 - outcome.low / outcome.peak_force
+        digits = min(significant_digits(ratio, error), 5)
+        yield "relation", f"{_RELATIONS[outcome.relation]} the shock's peak force (ratio {ratio:.{digits}g})"
 
 
-def without_advice(sentence: str) -> str:
-    """Remove the advice to simulate from a sentence that is shown beside a simulation."""
-    return _ADVICE.sub("", sentence)
+def _section4(outcome: Outcome) -> Iterator[tuple[str, str]]:
+    """Labels and texts of what section 4 says, with its actual error."""
+    paper = outcome.section4
+    if paper is None:
+        features = (
+            f"{fault.path} ({fault.problem.rpartition('(got ')[2].rstrip(')')})" for fault in outcome.section4_faults
+        )
+        yield "section 4", f"does not apply, because of {', '.join(features)}"
+        return
+    holds = "conditions (3) hold" if paper.holds else alarm("conditions (3) fail")
+    if outcome.simulation is not None:
+        error = "error not known" if paper.error is None else f"error {error_text(paper.error)}"
+        yield "section 4", f"peak force {si(paper.peak_force, 'N', error=SHOWN_ERROR)}, {error}; {holds}"
+    yield "regime", regime_text(paper) + ("" if outcome.simulation is not None else f"; {holds}")
+    if isinstance(paper, EjectionOutcome):
+        yield "ejection", ejection_text(paper)
 
 
-def decision_lines(outcome: Outcome) -> list[str]:
-    """The decision, the conditions on the shape, and the inequalities that decided."""
-    conditions = [_condition_row(condition) for condition in outcome.conditions]
-    steps = [_step_row(step) for step in outcome.trace]
+def regime_text(paper: Section4Outcome) -> str:
+    """The regime by section 4, in words."""
+    count = len(paper.waves)
+    waves = f"{count} waves" if paper.regime == "train" and count > 1 else _REGIMES[paper.regime]
+    return f"{paper.regime}: {waves}"
+
+
+def ejection_text(paper: EjectionOutcome) -> str:
+    """Virtual rise time and added momentum."""
+    rise, added = si(paper.virtual_rise_time, "s", 3), si(paper.added_momentum, "N s", 3)
+    return f"virtual rise time {rise}, added momentum {added}"
+
+
+# ---------------------------------------------------------------- the decision
+
+
+def decision_lines(paper: Section4Outcome) -> list[str]:
+    """The conditions on the shape and the inequalities that decided, with every symbol."""
+    a1, a2 = paper.areas.rise.value, paper.areas.decay.value
+    symbols = (
+        f"{_SYMBOLS}: a1 = {a1:.4g}, a2 = {a2:.4g}; A F0^(5/6) momentum of a solitary wave of peak force F0:"
+        f" A F0^(-1/6) = {si(paper.wave_time, 's', 4)}; alphaF0 A F0^(-1/6) its passage time, alphaF0 = 2 less the"
+        " deviations of a1 and a2 from a triangle"
+    )
+    conditions = [_condition_row(condition) for condition in paper.conditions]
     return [
-        *facts(_decision(outcome)),
-        "",
         table(("condition (3)", "margin", ""), conditions),
         "",
-        table(("decided by", "left", "right", "conclusion", "equation"), steps),
+        table(("decided by", "left", "right", "conclusion", "equation"), map(_step_row, paper.trace)),
+        "",
+        *paragraph("  ", symbols, 2),
     ]
-
-
-def wave_table(outcome: Outcome) -> str:
-    """A row for each of the first predicted waves."""
-    waves = []
-    for number, wave in enumerate(outcome.waves[:_MOST_ROWS], start=1):
-        figures = [si(getattr(wave, name), unit, error=outcome.shown_error) for name, unit in _WAVE.items()]
-        waves.append([str(number), *figures])
-    rows = table(("wave", *(name.replace("_", " ") for name in _WAVE)), waves)
-    more = len(outcome.waves) - len(waves)
-    return f"{rows}\n  ({more} more waves; --json lists all)" if more else rows
-
-
-def _decision(outcome: Outcome) -> Iterator[tuple[str, str]]:
-    error = outcome.shown_error
-    count = len(outcome.waves)
-    if outcome.reason:
-        yield "method", f"{outcome.method}: {outcome.reason}"
-    elif outcome.estimate is None or outcome.estimate.method != outcome.method:
-        peak = f"peak force {si(outcome.peak_force, 'N', error=error)}"
-        holds = all(condition.holds for condition in outcome.conditions)
-        fails, known = "does not hold here, nor do its regime, relation and waves:", outcome.expected_error
-        if not holds:
-            answer = alarm(f"{fails} {peak}, error not known")
-        elif known and known[0] > _WRONG:
-            answer = alarm(f"{fails} {peak}, {1 + known[0]:.2g} times the estimate")
-        else:
-            answer = f"{peak}, expected error {range_text(known)}"
-        yield outcome.model, answer
-    ratio = f"{outcome.amplification:.{significant_digits(outcome.amplification, error)}g}"
-    waves = _LONE if outcome.regime == "train" and count == 1 else _REGIMES[outcome.regime].format(count=count)
-    yield "regime", f"{outcome.regime}: {waves}"
-    yield "relation", f"leading wave {_RELATIONS[outcome.relation]} the shock's peak force (ratio {ratio})"
-    if isinstance(outcome, EjectionOutcome):
-        rise = si(outcome.virtual_rise_time, "s", error=error)
-        added = si(outcome.added_momentum, "N s", error=error)
-        yield "ejection", f"virtual rise time {rise}, added momentum {added}"
 
 
 def _condition_row(condition: Condition) -> tuple[str, ...]:
@@ -159,11 +152,33 @@ def _step_row(step: Inequality) -> tuple[str, ...]:
     return step.statement, si(step.left, "s"), si(step.right, "s"), step.outcome, equation
 
 
-def outcome_details(outcome: Outcome) -> Iterator[tuple[str, str]]:
-    """Labels and texts of what else was predicted."""
-    if powers := outcome.exponents:
-        yield "scales as", f"R^{powers.radius:.3f} rho^{powers.density:.3f} E^{powers.youngs_modulus:.3f}"
-    yield "applied momentum", si(outcome.applied_momentum, "N s")
+# ---------------------------------------------------------------- everything
+
+
+def wave_table(paper: Section4Outcome) -> str:
+    """A row for each of the first predicted waves."""
+    waves = []
+    for number, wave in enumerate(paper.waves[:_MOST_ROWS], start=1):
+        figures = [si(getattr(wave, name), unit, error=SHOWN_ERROR) for name, unit in _WAVE.items()]
+        waves.append([str(number), *figures])
+    rows = table(("wave", *(name.replace("_", " ") for name in _WAVE)), waves)
+    more = len(paper.waves) - len(waves)
+    return f"{rows}\n  ({more} more waves; --json lists all)" if more else rows
+
+
+def _details(outcome: Outcome) -> list[str]:
+    """Waves and scaling of section 4, momentum, first yield and the scene."""
+    pairs = [("applied momentum", si(outcome.applied_momentum, "N s"))]
+    paper, lines = outcome.section4, []
+    if paper is not None:
+        lines = ["", "  waves by section 4", wave_table(paper), ""]
+        if powers := paper.exponents:
+            pairs.append(("scales as", exponents_text(powers)))
     if outcome.yielding is not None:
-        yield from outcome.yielding.facts()
-    yield "model", outcome.model
+        pairs += outcome.yielding.facts()
+    return [*lines, *facts([*pairs, *outcome.scene.facts()])]
+
+
+def exponents_text(powers: Any) -> str:
+    """Powers of radius, density and stiffness."""
+    return f"R^{powers.radius:.3f} rho^{powers.density:.3f} E^{powers.youngs_modulus:.3f}"

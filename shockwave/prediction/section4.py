@@ -18,22 +18,24 @@ powers of the force are those of its solitary wave.
 from __future__ import annotations
 
 import math
+from typing import Literal
 
 import numpy as np
 from attrs import evolve
 
 from shockwave.chain.chain import HERTZ
 from shockwave.numerics import bracketed_root, newton_root
-from shockwave.prediction.model_interface import (
+from shockwave.prediction.scaled_shock import (
     Inequality,
     Regime,
     Relation,
     ScaledAnswer,
     ScaledEjection,
     ScaledShock,
-    Settings,
 )
 
+#: Readings of alpha: that of section 4.1, or (5c) as printed.
+Alpha = Literal["constant", "literal"]
 #: Largest number of later waves in a train.
 MOST_WAVES = 1000
 # Points of the scan for roots of (5c) towards each end of rise and decay.
@@ -83,8 +85,10 @@ def relation_of(ratio: float, tolerance: float) -> Relation:
     return "greater" if ratio > 1 else "less"
 
 
-def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
-    """Answer of section 4 for a scaled shock, by the table above."""
+def predict(
+    shock: ScaledShock, alpha: Alpha = "constant", equal_tolerance: float = 0.05, wave_threshold: float = 5e-3
+) -> ScaledAnswer:
+    """Answer of section 4 for a scaled shock, by the table above; for the settings see `Predictor`."""
     kind, (split, *momentum) = regime(shock)
     wave = split.statement.split(" ", 1)[1].rsplit(" ", 3)[0]
     statement, share = f"total impulse / F0 vs. {wave}", shock.impulse
@@ -92,10 +96,10 @@ def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
         statement = f"impulse / F0 until alphaF0 {wave} vs. {wave}"
         share = shock.at(split.left)[0]
     unit = shock.momentum_parameter
-    relation = relation_of(share / unit, settings.equal_tolerance)
+    relation = relation_of(share / unit, equal_tolerance)
     trace = (split, Inequality(statement, share, unit, split.equation, relation), *momentum)
     if kind == "train":
-        return _train(shock, settings, relation, trace)
+        return _train(shock, alpha == "literal", wave_threshold, relation, trace)
     if kind == "ejection":
         return _ejection(shock, relation, trace)
     amplitude = (shock.impulse / unit) ** shock.of_force  # (5f)
@@ -137,9 +141,10 @@ def constant_alpha(shock: ScaledShock) -> float:
 # ---------------------------------------------------------------- trains
 
 
-def _train(shock: ScaledShock, settings: Settings, relation: Relation, trace: tuple[Inequality, ...]) -> ScaledAnswer:
+def _train(
+    shock: ScaledShock, literal: bool, wave_threshold: float, relation: Relation, trace: tuple[Inequality, ...]
+) -> ScaledAnswer:
     """Answer with the leading wave by (5a), with alpha^F0 or (5c) as printed, and the later waves by (5i)."""
-    literal = settings.alpha == "literal"
     alpha = constant_alpha(shock)
     if literal:
         primary, end, roots, warnings = _literal_primary(shock)
@@ -150,7 +155,7 @@ def _train(shock: ScaledShock, settings: Settings, relation: Relation, trace: tu
         roots, warnings, reach = (primary,), [], -shock.of_time
     if end >= shock.duration:
         warnings.append(ENTIRE)
-    later = _later_waves(shock, settings.wave_threshold * primary, end)
+    later = _later_waves(shock, wave_threshold * primary, end)
     highest = max(later, default=0.0)
     if highest > ABOVE_ROUNDING * primary:
         warnings.append(STRONGER)

@@ -101,7 +101,7 @@ def _needed(name: str, example: str) -> Key:
 
 
 def _settings(cls: type) -> tuple[Key, ...]:
-    kinds = {"model": "models", "quadrature": "quadratures", "integrator": "integrators"}
+    kinds = {"quadrature": "quadratures", "integrator": "integrators"}
     return tuple(evolve(key, kind=kinds.get(key.name, "")) for key in keys_of(cls))
 
 

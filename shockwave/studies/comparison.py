@@ -1,60 +1,84 @@
-"""Prediction beside simulation: how right the relations are for one shock on one chain."""
+"""Section 4 beside the simulation: all that the paper promises for one scene, scored."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import cached_property
 from itertools import zip_longest
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
-from attrs import asdict, frozen
+from attrs import asdict, evolve, field, frozen
 
 from shockwave.chain.chain import Chain
-from shockwave.errors import InvalidValueError, NotCoveredError
-from shockwave.fields import text_of
-from shockwave.limit import Verdict, plain_verdict, verdict_facts
-from shockwave.measurement.result import SimulationResult
-from shockwave.measurement.result_text import lead_text, result_answer, result_details, result_limits, wave_tables
-from shockwave.measurement.simulate import simulate, simulate_with
+from shockwave.chain.solitary_wave import SolitaryWave
+from shockwave.errors import Fault, NotCoveredError, ShockwaveError
+from shockwave.limit import Limit, Verdict, plain_verdict
+from shockwave.measurement.simulate import simulate_many, simulate_with
 from shockwave.options import SimulateOptions
-from shockwave.prediction.model_interface import Relation
 from shockwave.prediction.outcome import Outcome
-from shockwave.prediction.outcome_text import (
-    decision_lines,
-    estimate_text,
-    outcome_details,
-    outcome_limits,
-    wave_table,
-    without_advice,
-)
 from shockwave.prediction.predictor import Predictor
-from shockwave.profiles.shock import Shock
+from shockwave.prediction.scaled_shock import Regime, Relation
+from shockwave.prediction.section4 import relation_of
+from shockwave.prediction.section4_outcome import EjectionOutcome, Exponents, Section4Outcome
 from shockwave.result_base import VERSION, Result
 from shockwave.scenario.scenario import Published
 from shockwave.tables import Table, column, coordinate
-from shockwave.text import error_text, facts, limits, notes, paragraph, si, strong
+from shockwave.text import printed
 
 if TYPE_CHECKING:
     from shockwave.chain.impact import Impact
-    from shockwave.measurement.chain_result import ChainResult
     from shockwave.measurement.contact_peaks import ContactPeak
+    from shockwave.measurement.measured_wave import MeasuredWave
+    from shockwave.profiles.shock import Shock
+
+# Relative change of t0/T0 for the simulated exponents, and largest tolerance of these simulations.
+_STEP = 0.01
+_STEP_RTOL = 1e-7
 
 
-@frozen(kw_only=True, repr=False)
+@frozen
+class WaveErrors:
+    """Relative errors of a predicted wave; None where it is not simulated."""
+
+    peak_force: float | None
+    momentum: float | None
+
+
+@frozen
+class Errors:
+    """What section 4 promises against the simulation, None where it promises nothing.
+
+    Attributes
+    ----------
+    peak_force : float or None
+        Relative error of the peak force of the leading wave.
+    waves : tuple of WaveErrors
+        Relative errors of the predicted waves, in their order.
+    added_momentum : float or None
+        Relative error of the momentum that rebounding granules add.
+    exponents : Exponents or None
+        Absolute errors of the scaling exponents.
+    """
+
+    peak_force: float | None = None
+    waves: tuple[WaveErrors, ...] = ()
+    added_momentum: float | None = None
+    exponents: Exponents | None = None
+
+
+@frozen(kw_only=True, slots=False, repr=False)
 class Comparison(Result):
-    """A prediction and a simulation of the same scene.
+    """What section 4 promises for a scene, and its simulation.
 
     Attributes
     ----------
     predicted : Outcome or None
-        The prediction; None where the model does not cover the scene.
+        The prediction by section 4 alone; None where it does not cover the scene.
     simulated : SimulationResult or ChainResult
-        The simulation; a ChainResult for a chain beyond equal spheres.
-    error : float or None
-        Relative error of the predicted peak force, uncertain by ``simulated.error_estimate``; None without prediction,
-        and for a ChainResult.
-    relation : str or None
-        ``less``, ``equal`` or ``greater`` by simulation, with the predictor's tolerance of equality; None where
-        ``error`` is.
+        The simulation.
+    equal_tolerance : float
+        Relative difference up to which peak forces are called equal.
     published : Published or None
         Figures printed in a source for the same scene.
     reason : str or None
@@ -62,164 +86,190 @@ class Comparison(Result):
     """
 
     predicted: Outcome | None
-    simulated: SimulationResult | Any
-    error: float | None
-    relation: Relation | None
+    simulated: Any
+    equal_tolerance: float = field(default=0.05, repr=False)
     published: Published | None = None
     reason: str | None = None
 
     _brief = (
         *("simulated.scenario", "simulated.peak_force", "greatest_force.peak_force"),
-        *("predicted.estimate.peak_force", "predicted.model", "predicted.peak_force", "error", "relation"),
+        *("predicted.peak_force", "errors.peak_force", "relation"),
     )
     _tables = (("waves", "wave"),)
 
-    def _table(self, name: str) -> Table | None:
-        if self.predicted is None or not self.simulated.waves:
-            return self.simulated._main_table()
-        parts = (self.predicted, self.simulated)
-        forces = [*zip_longest(*([wave.peak_force for wave in part.waves] for part in parts), fillvalue=math.nan)]
-        table = coordinate("wave", range(len(forces))) | coordinate("source", ["predicted", "simulated"])
-        holds = [all(condition.holds for condition in self.predicted.conditions)] * len(forces)
-        return table | column("peak_force", forces, "wave", "source") | column("conditions_hold", holds, "wave")
+    @property
+    def _paper(self) -> Section4Outcome | None:
+        """Section 4, where the simulation has a leading wave to compare it with."""
+        return None if self.predicted is None or self.simulated.peak_force is None else self.predicted.section4
 
-    def to_dict(self) -> dict[str, Any]:
-        """The document that ``compare --json`` prints."""
-        predicted = self.predicted
+    @property
+    def scenario(self) -> str | None:
+        """Name of the scenario."""
+        name: str | None = self.simulated.scenario
+        return name
+
+    @property
+    def limit(self) -> Limit | None:
+        """Limit of the force that leaves the chain."""
+        limit: Limit | None = self.simulated.limit
+        return limit
+
+    @property
+    def verdict(self) -> Verdict | None:
+        """Verdict of the simulation on the limit; None without a limit."""
+        verdict: Verdict | None = self.simulated.verdict
+        return verdict
+
+    @property
+    def relation(self) -> Relation | None:
+        """Simulated relation of the leading wave to the shock."""
+        ratio = self.simulated.amplification
+        return None if ratio is None else relation_of(ratio, self.equal_tolerance)
+
+    @property
+    def waves(self) -> tuple[MeasuredWave, ...]:
+        """Simulated waves that have settled, strongest first."""
+        return tuple(wave for wave in self.simulated.waves if wave.error_estimate is not None)
+
+    @property
+    def added_momentum(self) -> float | None:
+        """Momentum that rebounding granules add to the waves by simulation [N s]; None if it is not known."""
+        recoil, error = self.simulated.recoil_momentum, self.simulated.recoil_error
+        known = recoil is not None and error is not None and error < abs(recoil)
+        return -float(recoil) if known else None
+
+    @property
+    def regime(self) -> Regime | None:
+        """Regime by simulation: more than one wave, or whether granules rebound; None without the whole train."""
+        simulated = self.simulated
+        if simulated.peak_force is None or simulated.options.waves != "train" or not simulated.train.is_integrated:
+            return None
+        return "train" if len(self.waves) > 1 else "ejection" if simulated.ejected_granules else "single"
+
+    @cached_property
+    def exponents(self) -> Exponents | None:
+        """Simulated scaling exponents, from t0/T0 a percent up and down; None where section 4 has none."""
+        simulated = self.simulated
+        if self._paper is None or self._paper.exponents is None:
+            return None
+        shock, options = simulated.shock, simulated.options
+        shocks = [evolve(shock, rise_time=shock.rise_time * factor) for factor in (1 - _STEP, 1 + _STEP)]
+        rtol = None if options.rtol is None else min(options.rtol, _STEP_RTOL)
+        settings = {"integrator": options.integrator, "step": options.step, "waves": "primary"}
+        results: Any = simulate_many(shocks, simulated.chain, rtol, **settings)
+        if any(isinstance(result, ShockwaveError) for result in results):
+            return None
+        low, high = (math.log(result.peak_force) for result in results)
+        # the peak force is F0 f(t0/T0), and T0 scales as A
+        return Exponents.of(-(high - low) / (math.log1p(_STEP) - math.log1p(-_STEP)), simulated.chain)
+
+    @cached_property
+    def errors(self) -> Errors:
+        """Error of each promise."""
+        paper = self._paper
+        if paper is None:
+            return Errors()
+        promised, simulated = paper.exponents, self.exponents
+        exponents, added = None, None
+        if promised is not None and simulated is not None:
+            pairs = ((getattr(promised, name), getattr(simulated, name)) for name in asdict(promised))
+            exponents = Exponents(*(left - right for left, right in pairs))
+        if isinstance(paper, EjectionOutcome) and self.added_momentum is not None:
+            added = paper.added_momentum / self.added_momentum - 1
+        waves = zip_longest(paper.waves, self.waves[: len(paper.waves)])
+        return Errors(
+            peak_force=paper.peak_force / self.simulated.peak_force - 1,
+            waves=tuple(self._wave_errors(*pair) for pair in waves),
+            added_momentum=added,
+            exponents=exponents,
+        )
+
+    def _wave_errors(self, predicted: SolitaryWave, simulated: MeasuredWave | None) -> WaveErrors:
+        if simulated is None:
+            return WaveErrors(None, None)
+        # a settled wave is the exact solitary wave of its peak force; what neighbours leave at its ends is not its own
+        momentum = SolitaryWave.of(simulated.peak_force, self.simulated.chain).momentum
+        return WaveErrors(predicted.peak_force / simulated.peak_force - 1, predicted.momentum / momentum - 1)
+
+    @property
+    def agrees(self) -> dict[str, bool | None]:
+        """Whether relation, regime and number of waves are as predicted; None where they are not known."""
+        paper = self._paper
+        if paper is None:
+            return {"relation": None, "regime": None, "count": None}
+        regime = self.regime
         return {
-            **VERSION,
-            "scenario": self.simulated.scenario,
-            "predicted": predicted and predicted.to_dict(),
-            "simulated": self.simulated.to_dict(),
-            "errors": predicted and {"peak_force": self.error, "transmitted": self.wall_error},
-            "relations": predicted and {"predicted": predicted.relation, "simulated": self.relation},
-            "published": None if self.published is None else asdict(self.published),
-            "reason": self.reason,
-            "verdict": plain_verdict(self),
+            "relation": paper.relation == self.relation,
+            "regime": None if regime is None else paper.regime == regime,
+            "count": None if regime is None else len(paper.waves) == len(self.waves),
         }
 
     @property
     def greatest_force(self) -> ContactPeak | None:
         """Greatest simulated contact force where no peak force of a leading wave is simulated; else None."""
-        found: ContactPeak | None = self.simulated.greatest_force if self.simulated.peak_force is None else None
-        return found
+        peak: ContactPeak | None = self.simulated.greatest_force if self.simulated.peak_force is None else None
+        return peak
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings that limit one of the answers."""
-        limiting = map(without_advice, outcome_limits(self.predicted) if self.predicted else [])
-        return tuple(dict.fromkeys([*limiting, *result_limits(self.simulated)]))
+        """Warnings of the simulation, which are those of the comparison."""
+        notes = self.simulated.scene.notes
+        return tuple(warning for warning in self.simulated.all_warnings if warning not in notes)
 
-    @property
-    def wall_error(self) -> float | None:
-        """Relative error of the predicted force on the wall; None where it is not predicted."""
-        return wall_error(self.predicted, self.simulated)
+    def _table(self, name: str) -> Table | None:
+        paper = self._paper
+        if paper is None:
+            table: Table | None = self.simulated._main_table()
+            return table
+        forces = [
+            *zip_longest(*([wave.peak_force for wave in part.waves] for part in (paper, self)), fillvalue=math.nan)
+        ]
+        places = coordinate("wave", range(len(forces))) | coordinate("source", ["section4", "simulated"])
+        return places | column("peak_force", forces, "wave", "source")
 
-    @property
-    def verdict(self) -> Verdict | None:
-        """Verdict of the simulation on the limit; None without a limit."""
-        found: Verdict | None = self.simulated.verdict
-        return found
+    def to_dict(self) -> dict[str, Any]:
+        """The document that ``compare --json`` prints."""
+        return {
+            **VERSION,
+            "scenario": self.scenario,
+            "predicted": self.predicted and self.predicted.to_dict(),
+            "simulated": self.simulated.to_dict(),
+            "errors": asdict(self.errors) if self._paper else None,
+            "agrees": self.agrees if self._paper else None,
+            "published": None if self.published is None else asdict(self.published),
+            "reason": self.reason,
+            "verdict": plain_verdict(self),
+            "warnings": list(self.warnings),
+        }
 
     def __str__(self) -> str:
-        return comparison_text(self)
+        return printed(self, "shockwave.studies.comparison_text:comparison_text")
 
 
 def compare(
     shock: Shock | Impact,
     chain: Chain,
-    predictor: Predictor | None = None,
-    options: SimulateOptions | None = None,
-    **asked: Any,
+    predictor: Predictor,
+    options: SimulateOptions,
+    place: Callable[[Fault], Fault] = lambda fault: fault,
 ) -> Comparison:
-    """Predict and simulate ``shock`` on ``chain``; simulate alone where the model does not cover the scene.
+    """Simulate ``shock`` on ``chain``, with the prediction of section 4 where it covers the scene.
 
     Parameters
     ----------
     shock, chain : Shock or Impact, Chain
         The scene.
-    predictor : Predictor, optional
-        Left out, one with its defaults.
-    options : SimulateOptions, optional
-        How to simulate, such as ``scenario.simulate``; or else
-    **asked
-        the arguments of `simulate`.
+    predictor, options : Predictor, SimulateOptions
+        Settings; the model is ``section-4``.
+    place : callable
+        Function that adds the place in a file to a fault.
     """
-    predictor = predictor or Predictor()
-    if not isinstance(predictor, Predictor):
-        raise InvalidValueError.of("predictor", f"must be a Predictor (got {text_of(predictor)})")
     predicted, reason = None, None
     try:
-        predicted = predictor.predict(cast(Shock, shock), chain)
+        predicted = predictor.predict(shock, chain)
     except NotCoveredError as error:
-        features = ", ".join(fault.path for fault in error.faults)
-        reason = f"{predictor.model} covers chains of equal granules with free ends or a fixed wall, without {features}"
-    simulated = simulate_with(options, shock, chain) if options is not None else simulate(shock, chain, **asked)
-    if predicted is None:
-        return Comparison(predicted=None, simulated=simulated, error=None, relation=None, reason=reason)
-    return beside(predicted, simulated, predictor.equal_tolerance)
-
-
-def beside(predicted: Outcome, simulated: SimulationResult | ChainResult, equal_tolerance: float) -> Comparison:
-    """The two answers side by side; forces that differ by less than ``equal_tolerance`` are called equal."""
-    if simulated.peak_force is None or simulated.amplification is None:
-        return Comparison(predicted=predicted, simulated=simulated, error=None, relation=None)
-    excess = simulated.amplification - 1
-    relation: Relation = "equal" if abs(excess) <= equal_tolerance else "greater" if excess > 0 else "less"
-    error = predicted.peak_force / simulated.peak_force - 1
-    return Comparison(predicted=predicted, simulated=simulated, error=error, relation=relation)
-
-
-def wall_error(predicted: Outcome | None, simulated: Any) -> float | None:
-    """Relative error of the predicted force on the wall; None where it is not predicted or the wave does not arrive."""
-    if predicted is None or predicted.transmitted is None or not simulated.transmitted.peak_force:
-        return None
-    return float(predicted.transmitted.peak_force / simulated.transmitted.peak_force - 1)
-
-
-def _figures(published: Published) -> str:
-    error, rise_time = published.error, published.virtual_rise_time
-    figures = {
-        "relation": published.relation,
-        "error": None if error is None else f"{error:.1%}",
-        "virtual rise time": None if rise_time is None else si(rise_time, "s"),
-    }
-    return ", ".join(f"{name} {figure}" for name, figure in figures.items() if figure is not None)
-
-
-def comparison_text(both: Comparison) -> str:
-    """The error of the prediction, both answers, what decided the prediction, and the waves of both."""
-    predicted, simulated = both.predicted, both.simulated
-    if predicted is None:
-        return "\n".join([str(simulated), "", *paragraph("  no prediction: ", both.reason or "", 4)])
-    answers = [("estimate", without_advice(estimate_text(predicted)))]
-    if both.error is None:
-        error = [] if both.wall_error is None else [("error", f"wall force {error_text(both.wall_error)}")]
-        return "\n".join([str(simulated), "", "  predicted", *facts(answers + error), "", wave_table(predicted)])
-    name = f"{predicted.scenario}: " if predicted.scenario else ""
-    waves = wave_tables(simulated)  # integrates the train, whose warnings and cost belong to the lines around
-    answers += [
-        ("error", f"{predicted.model} {error_text(both.error)}"),
-        ("relation", f"predicted {predicted.relation}, simulated {both.relation} (relative to the shock)"),
-    ]
-    if both.published is not None:
-        answers.append(("published", f"{_figures(both.published)} ({both.published.source})"))
-    lines = [
-        strong(f"{name}simulated {lead_text(simulated)}"),
-        *facts(verdict_facts(both)),
-        *limits(both.warnings),
-        *facts(answers),
-        *decision_lines(predicted),
-        "",
-        "  predicted",
-        wave_table(predicted),
-        "",
-        "  simulated",
-        *facts(result_answer(simulated)),
-        waves,
-        "",
-        *facts({**dict(outcome_details(predicted)), **dict(result_details(simulated))}.items()),
-        *facts(predicted.scene.facts()),
-        *notes(predicted.scene.notes),
-    ]
-    return "\n".join(lines)
+        reason = str(NotCoveredError(map(place, error.faults)))
+    simulated = simulate_with(options, shock, chain)
+    return Comparison(
+        predicted=predicted, simulated=simulated, equal_tolerance=predictor.equal_tolerance, reason=reason
+    )

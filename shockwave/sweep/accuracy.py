@@ -11,8 +11,7 @@ import numpy.typing as npt
 from shockwave.text import si
 
 # Main quantity of a sweep: the first of these columns that it has; a simulated one, where there is one.
-_MAIN = ("amplification", "predicted_amplification")
-_ESTIMATE = "estimate_amplification"
+_MAIN = ("amplification", "section4_amplification")
 # Columns of simulated quantities, by the column of their error estimate: relative, but absolute for a momentum.
 _ESTIMATES = {
     "peak_force": "error_estimate",
@@ -21,17 +20,11 @@ _ESTIMATES = {
     "recoil_momentum": "recoil_error",
     "greatest_force": "greatest_error",
 }
-# Columns of predicted quantities, after a prefix, that have an expected error.
-_EXPECTED = ("peak_force", "amplification")
-# Least ratio of prediction and simulation: an expected error of -100 % has no upper bound.
-_LEAST_RATIO = 1e-3
 
 
 def main_quantity(columns: Sequence[str]) -> str:
     """Name of the main quantity of a sweep with these ``columns`` of numbers."""
-    simulated = "error_estimate" in columns
-    names = _MAIN if simulated else (_ESTIMATE, *_MAIN)
-    return next((name for name in names if name in columns), columns[0])
+    return next((name for name in _MAIN if name in columns), columns[0])
 
 
 class Accuracy(NamedTuple):
@@ -56,19 +49,10 @@ def accuracy_of(name: str, columns: Collection[str], values_of: Callable[[str], 
         if column != "recoil_error":
             sentence, error = f"relative error at most {most:.1e}", error * np.abs(values)
         return Accuracy(values - error, values + error, "error estimate", sentence)
-    if name in ("estimate", _ESTIMATE) and "estimate_low" in columns:
-        low, high = (values_of(f"estimate_{side}") / values_of("estimate") for side in ("low", "high"))
-        sentence = f"estimated, range of at most +-{max(1 - np.nanmin(low), np.nanmax(high) - 1):.1%}"
-        return Accuracy(values * low, values * high, "range of the estimate", sentence)
-    prefix = "predicted_" if name.startswith("predicted_") else ""
-    sides = [f"{prefix}expected_error_{side}" for side in ("low", "high")]
-    if name.removeprefix(prefix) not in _EXPECTED or sides[0] not in columns:
-        return Accuracy(low, high, "", "")
-    low, high = map(values_of, sides)
-    sentence = "predicted, error not known"
-    if (known := np.isfinite(low)).any():
-        sentence = f"predicted, expected error {np.nanmin(low):+.1%} to {np.nanmax(high):+.1%}"
-        if not known.all():
-            sentence += f", known at {known.mean():.0%} of the points"
-    ratio = np.maximum(1 + low, _LEAST_RATIO)
-    return Accuracy(values / (1 + high), values / ratio, "expected range of a simulation", sentence)
+    if name in ("peak_force", "amplification") and "low" in columns:
+        error = (values_of("high") - values_of("low")) / 2 / values_of("peak_force")
+        if not np.isfinite(error).any():
+            return Accuracy(low, high, "", "by section 4, error not known")
+        sentence = f"relative error at most {np.nanmax(error):.1e}"
+        return Accuracy(values * (1 - error), values * (1 + error), "error estimate", sentence)
+    return Accuracy(low, high, "", "")

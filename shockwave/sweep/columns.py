@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from shockwave.limit import Verdict
 from shockwave.measurement.result import SimulationResult
 from shockwave.prediction.outcome import Outcome
+from shockwave.prediction.section4 import relation_of
+from shockwave.prediction.section4_outcome import Section4Outcome
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.sweep_block import Run
-from shockwave.studies.comparison import Comparison, wall_error
 from shockwave.sweep.definition import NOTES, Column
 
 if TYPE_CHECKING:
@@ -29,20 +30,25 @@ class Answer(NamedTuple):
     duration: float | None = None
     predicted: Outcome | None = None
     simulated: SimulationResult | ChainResult | None = None
-    compared: Comparison | None = None
 
     @property
-    def wall_error(self) -> float | None:
-        """Relative error of the predicted force on the wall."""
-        return wall_error(self.predicted, self.simulated)
+    def section4(self) -> Section4Outcome | None:
+        """What section 4 predicts."""
+        return None if self.predicted is None else self.predicted.section4
 
     @property
-    def estimate_amplification(self) -> float | None:
-        """Estimate over the peak force of the shock."""
-        found = self.predicted
-        if found is None or found.estimate is None or found.amplification is None:
+    def error(self) -> float | None:
+        """Relative error of section 4; None without its prediction or without a limit of the leading wave."""
+        if self.section4 is None or self.simulated is None or self.simulated.peak_force is None:
             return None
-        return found.estimate.peak_force / found.peak_force * found.amplification
+        return self.section4.peak_force / self.simulated.peak_force - 1
+
+    @property
+    def relation(self) -> str | None:
+        """Simulated relation of the leading wave to the shock."""
+        if self.predicted is None or self.simulated is None or self.simulated.amplification is None:
+            return None
+        return relation_of(self.simulated.amplification, self.predicted.predictor.equal_tolerance)
 
     @property
     def verdict(self) -> Verdict | None:
@@ -53,9 +59,11 @@ class Answer(NamedTuple):
     @property
     def notes(self) -> str | None:
         """All warnings."""
-        predicted = self.predicted.warnings if self.predicted is not None else ()
-        simulated = self.simulated.all_warnings if self.simulated is not None else ()
-        return " ".join(dict.fromkeys((*predicted, *simulated))) or None
+        if self.simulated is not None:
+            return " ".join(dict.fromkeys(self.simulated.all_warnings)) or None
+        assert self.predicted is not None
+        unknown = (f"No answer: {self.predicted.reason}.",) * (self.predicted.reason is not None)
+        return " ".join(dict.fromkeys((*unknown, *self.predicted.notes, *self.predicted.warnings))) or None
 
 
 class Read(NamedTuple):
@@ -99,37 +107,28 @@ def _text(name: str, meaning: str, path: str) -> Read:
 
 
 _RELATION = "peak force of the leading wave less than, equal to or greater than that of the shock"
-_EXPECTED = "expected relative error of the predicted peak force"
 
 
-def _predicted(prefix: str) -> tuple[Read, ...]:
-    """Columns of the predicted leading wave."""
-    return (
-        _text(f"{prefix}regime", "predicted: ejection, single or train", "predicted.regime"),
-        _text(f"{prefix}relation", f"predicted: {_RELATION}", "predicted.relation"),
-        _number(f"{prefix}peak_force", "N", "predicted, of the leading wave", "predicted.peak_force"),
-        _number(f"{prefix}amplification", "", "predicted, peak force / that of the shock", "predicted.amplification"),
-        _number(f"{prefix}expected_error_low", "", f"lower bound of the {_EXPECTED}", "predicted.expected_error.0"),
-        _number(f"{prefix}expected_error_high", "", f"upper bound of the {_EXPECTED}", "predicted.expected_error.1"),
-    )
-
-
-_ESTIMATE = (
-    _number("estimate", "N", "a-priori estimate of the leading wave's peak force", "predicted.estimate.peak_force"),
-    _number("estimate_low", "N", "lower end of the range of the estimate", "predicted.estimate.low"),
-    _number("estimate_high", "N", "upper end of the range of the estimate", "predicted.estimate.high"),
-    _number("estimate_amplification", "", "estimate divided by the peak force of the shock", "estimate_amplification"),
-)
-_PREDICTED_WALL = (
-    _number("transmitted", "N", "a-priori estimate of the force on a wall", "predicted.transmitted.peak_force"),
-    _number("transmitted_low", "N", "lower end of its range", "predicted.transmitted.low"),
-    _number("transmitted_high", "N", "upper end of its range", "predicted.transmitted.high"),
+_SECTION4 = (
+    _text("section4_regime", "by section 4: ejection, single or train", "section4.regime"),
+    _text("section4_relation", f"by section 4: {_RELATION}", "section4.relation"),
+    _number("section4_peak_force", "N", "by section 4, of the leading wave", "section4.peak_force"),
+    _number("section4_amplification", "", "by section 4, peak force / that of the shock", "section4.amplification"),
+    _count(
+        "section4_waves", "number of waves by section 4", lambda answer: answer.section4 and len(answer.section4.waves)
+    ),
 )
 _PREDICTED = (
-    _count("waves", "number of predicted waves", lambda answer: len(answer.predicted.waves)),
+    _text("relation", _RELATION, "predicted.relation"),
+    _number("peak_force", "N", "of the leading wave, between low and high", "predicted.peak_force"),
+    _number("low", "N", "peak force less its error estimate", "predicted.low"),
+    _number("high", "N", "peak force plus its error estimate", "predicted.high"),
+    _number("amplification", "", "peak force divided by that of the shock", "predicted.amplification"),
+    *_SECTION4,
+    _number("section4_error", "", "relative difference of section4_peak_force from peak_force", "section4.error"),
     _number("applied_momentum", "N s", "impulse of the shock", "predicted.applied_momentum"),
-    _number("virtual_rise_time", "s", "predicted, in the regime ejection", "predicted.virtual_rise_time"),
-    _number("added_momentum", "N s", "predicted, in the regime ejection", "predicted.added_momentum"),
+    _number("virtual_rise_time", "s", "by section 4, in the regime ejection", "section4.virtual_rise_time"),
+    _number("added_momentum", "N s", "by section 4, in the regime ejection", "section4.added_momentum"),
 )
 _SIMULATED = (
     _number("peak_force", "N", "simulated, of the leading wave, accurate to error_estimate", "simulated.peak_force"),
@@ -174,16 +173,16 @@ _FINITE = (
     _number("greatest_error", "", "relative error of greatest_force", "simulated.greatest_force.error_estimate"),
 )
 _COMPARED = (
-    _number("error", "", "relative error of the predicted peak force, accurate to error_estimate", "compared.error"),
-    _text("relation", f"simulated: {_RELATION}", "compared.relation"),
+    _text("relation", f"simulated: {_RELATION}", "relation"),
+    *_SECTION4,
+    _number("error", "", "relative error of section4_peak_force, accurate to error_estimate", "error"),
 )
 
 
-_WALL_ERROR = (_number("transmitted_error", "", "relative error of the predicted force on the wall", "wall_error"),)
 _LAST = (
     _number("scaled_rise_time", "", "t0/T0, rise time divided by the characteristic time of the chain", "rise_time"),
     _number("scaled_duration", "", "n t0/T0, duration divided by the characteristic time of the chain", "duration"),
-    _text(NOTES, "warnings of the prediction and the simulation", "notes"),
+    _text(NOTES, "warnings", "notes"),
 )
 
 
@@ -205,10 +204,10 @@ _STRIKER = _number("restitution", "", "coefficient of restitution of the striker
 _DISSIPATED = _number("dissipated_energy", "J", "energy dissipated by damping", "simulated.dissipated_energy")
 
 
-def chain_reads(scenario: Scenario, predicted: bool) -> tuple[Read, ...]:
-    """Return the columns of a sweep of simulations of chains beyond equal granules.
+def chain_reads(scenario: Scenario, compared: bool) -> tuple[Read, ...]:
+    """Return the columns of a sweep of chains beyond equal granules.
 
-    ``predicted`` states whether a model may predict some points. Columns of a wall or a striker that no point has are
+    ``compared`` states whether section 4 may predict some points. Columns of a wall or a striker that no point has are
     left out.
     """
     forces = [
@@ -218,24 +217,23 @@ def chain_reads(scenario: Scenario, predicted: bool) -> tuple[Read, ...]:
         for index, contact in enumerate(scenario.simulate.contacts)
     ]
     wall = () if scenario.chain.end is None else _WALL
-    own = (*_CHAIN, *wall, _CHAIN_ERROR, *(() if scenario.impact is None else (_STRIKER,)), _DISSIPATED, *forces)
-    if predicted:
-        own = (*_predicted("predicted_"), *_ESTIMATE, *(wall and _PREDICTED_WALL), *own, *(wall and _WALL_ERROR))
-    return (*own, *_LAST[-1:])
+    striker = () if scenario.impact is None else (_STRIKER,)
+    compared_columns = _COMPARED if compared else ()
+    return (*_CHAIN, *wall, _CHAIN_ERROR, *striker, _DISSIPATED, *forces, *compared_columns, *_LAST[-1:])
 
 
-def reads(run: Run, train: bool, finite: bool = False, wall: bool = False) -> tuple[Read, ...]:
+def reads(run: Run, train: bool, finite: bool = False) -> tuple[Read, ...]:
     """Return the columns of a sweep that does ``run`` and measures the whole ``train`` or the leading wave only.
 
-    ``finite`` states whether some of the chains are finite, and ``wall`` whether they have a wall.
+    ``finite`` states whether some of the chains are finite.
     """
-    more = (*(map(_if_integrated, _TRAIN) if train else ()), *(_FINITE if finite else ()))
     if run == "predict":
-        return (*_predicted(""), *_ESTIMATE, *(_PREDICTED_WALL if wall else ()), *_PREDICTED, *_LAST)
+        return (*_PREDICTED, *_LAST)
+    more = (*(map(_if_integrated, _TRAIN) if train else ()), *(_FINITE if finite else ()))
     if run == "simulate":
         leading = _leading("simulated.waves.0" if train else "simulated.primary")
         return (*_SIMULATED, *leading, *more, *_LAST)
-    return (*_predicted("predicted_"), *_ESTIMATE, *_SIMULATED, *_COMPARED, *more, *_LAST)
+    return (*_SIMULATED, *_COMPARED, *more, *_LAST)
 
 
 def row(columns: tuple[Read, ...], answer: Answer) -> list[Any]:

@@ -22,7 +22,7 @@ from shockwave.scenario.sweep_block import Sweep
 DEFINITION = "sweep.json"
 #: Name of the last column, whose text may differ at every point.
 NOTES = "notes"
-_FORMAT = 2
+_FORMAT = 3
 _REMEDY = "choose a folder that `shockwave sweep FILE --out FOLDER` has written"
 # Largest file [bytes], enough for some hundred thousand values; parsing takes up to 25 times as much memory.
 _MOST_BYTES = 2**24
@@ -148,6 +148,9 @@ class SweepDefinition(Sweep):
         """
         file = str(folder / DEFINITION)
         document = parse_json(read_bytes(file, _MOST_BYTES, _REMEDY), file, _REMEDY)
+        if isinstance(document, dict) and document.get("format") in range(_FORMAT):
+            got = f"got format {document['format']} of an earlier version; run the sweep again in a new folder"
+            raise InvalidValueError.of(file, f"must be of format {_FORMAT} ({got})")
         return structured(document, SweepDefinition, file, "the definition of a sweep", _REMEDY)
 
     def write(self, folder: Path) -> None:

@@ -8,7 +8,7 @@ import pickle
 import platform
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, Union
@@ -22,18 +22,17 @@ from shockwave.chain.coverage import predictable
 from shockwave.errors import Fault, NotCoveredError, UsageError, message_of
 from shockwave.files import read_bytes
 from shockwave.measurement.result import SimulationResult
-from shockwave.measurement.simulate import equal_granules, simulate_many, simulate_with
+from shockwave.measurement.simulate import simulate_many
 from shockwave.options import SimulateOptions
 from shockwave.prediction.outcome import Outcome
-from shockwave.prediction.predictor import Predictor
 from shockwave.registry import load, plugins
 from shockwave.scenario.block_keys import BLOCKS, MATERIALS, WALLS
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_family import Family, FamilyScene
 from shockwave.scenario.scene_hash import normalised
 from shockwave.scenario.sweep_block import Sweep
+from shockwave.scene_summary import equal_granules
 from shockwave.simulation.backend import lack
-from shockwave.studies.comparison import beside
 from shockwave.sweep.columns import VERDICT, Answer, chain_reads, reads, row
 from shockwave.sweep.definition import SweepDefinition
 from shockwave.sweep.journal import line_of
@@ -53,7 +52,7 @@ _POINT_ERRORS = (Exception, SystemExit)
 #: Time after which a worker returns the finished points of its batch [s].
 SLICE = 0.5
 # Options that apply to many simulations.
-_SETTINGS = ("rtol", "integrator", "wave_threshold", "step", "backend")
+_SETTINGS = ("rtol", "integrator", "wave_threshold", "step", "backend", "contacts", "until", "timeout")
 # Most points that a worker evaluates in one call.
 _MOST_TOGETHER = 1024
 # Number of points in the last call of a batch over that in the first call of the next, whose points may take longer.
@@ -82,13 +81,13 @@ class Points:
         finite = scenario.chain.granules is not None or "chain.granules" in names
         self.chains = _has_features(scenario, finite) or any(_is_feature(name, finite) for name in names)
         run = self.sweep.run
-        self._columns = reads(run, self.train, finite, wall=scenario.chain.end is not None)
+        self._columns = reads(run, self.train, finite)
         if self.chains:
             refused = _refused(scenario, self.sweep)
-            if refused and run == "predict":
+            if refused and run == "predict" and scenario.predictor.model == "section-4":
                 raise NotCoveredError(refused)
-            if run != "predict":
-                self._columns = chain_reads(scenario, predicted=run == "compare" and not refused)
+            if run != "predict" or scenario.predictor.model != "section-4":
+                self._columns = chain_reads(scenario, compared=run == "compare" and not refused)
         if scenario.limit is not None:
             self._columns = (*self._columns[:-1], VERDICT, self._columns[-1])
         self._family = Family(scenario)
@@ -106,38 +105,21 @@ class Points:
         """Evaluate some points, and return their lines of the journal."""
         scenes: dict[int, FamilyScene] = {}
         found: dict[int, _Found] = {}
-        lines: dict[int, str] = {}
         for index in indices:
             try:
                 scenes[index] = self._family.scene(self.sweep.point(index))
             except _POINT_ERRORS as error:
                 found[index] = error
-        if self.sweep.run != "predict":
-            found |= self._simulated(scenes)
         predicted: dict[int, _Predicted] = {}
-        if self.sweep.run != "simulate":
-            for predictor, group in _groups(scenes, "predictor").items():
-                alone = self.sweep.run == "predict" and not self.chains and self.scenario.limit is None
-                if alone and (ready := self._in_columns(predictor, group, scenes)):
-                    lines |= ready
-                else:
-                    predicted |= self._predicted(predictor, group, scenes)
+        if self.sweep.run == "predict":
+            predicted = self._predicted(scenes)
+        else:
+            found |= self._simulated(scenes)
+        if self.sweep.run == "compare":
+            predicted = self._compared(scenes)
         return "".join(
-            lines.get(index) or self._line(index, scenes.get(index), found.get(index), predicted.get(index))
-            for index in indices
+            self._line(index, scenes.get(index), found.get(index), predicted.get(index)) for index in indices
         )
-
-    def _in_columns(self, predictor: Predictor, indices: list[int], scenes: _Scenes) -> dict[int, str]:
-        """Lines of points that are predicted together; none if the model cannot, or if a plugin fails at any point."""
-        try:
-            found = predictor.columns(*_excitations_and_chains(indices, scenes))
-        except _POINT_ERRORS:
-            return {}
-        if found is None:
-            return {}
-        rows = zip(*(found.values[read.column.name] for read in self._columns), strict=True)
-        lines = {indices[place]: _done(indices[place], row) for place, row in zip(found.places, rows, strict=True)}
-        return lines | {indices[place]: _failed(indices[place], reason) for place, reason in found.failures.items()}
 
     def _line(self, index: int, scene: FamilyScene | None, found: _Found | None, predicted: _Predicted) -> str:
         """Line of a point; ``found`` and ``predicted`` are its results, if any, or their errors."""
@@ -151,19 +133,27 @@ class Points:
         except _POINT_ERRORS as error:
             return _failed(index, message_of(error))
 
-    def _predicted(self, predictor: Predictor, indices: list[int], scenes: _Scenes) -> dict[int, _Predicted]:
-        """Outcomes by point number; None where there is a simulation, and the model does not cover the scene."""
-        outcomes: list[_Predicted] = list(predictor.predict_each(*_excitations_and_chains(indices, scenes)))
-        if self.sweep.run == "compare":
-            outcomes = [None if isinstance(one, NotCoveredError) else one for one in outcomes]
-        return dict(zip(indices, outcomes, strict=True))
+    def _predicted(self, scenes: _Scenes) -> dict[int, _Predicted]:
+        """Outcomes by point number; scenes with the same settings are simulated in one call."""
+        outcomes: dict[int, _Predicted] = {}
+        for (predictor, options), indices in _groups(scenes, lambda scene: (scene.predictor, scene.simulate)).items():
+            shocks, chains = _excitations_and_chains(indices, scenes)
+            results = predictor.predict_many(shocks, chains, evolve(options, waves="primary"))
+            outcomes |= dict(zip(indices, results, strict=True))
+        return outcomes
+
+    def _compared(self, scenes: _Scenes) -> dict[int, _Predicted]:
+        """Outcomes of section 4 by point number; None where it does not cover the scene."""
+        outcomes: dict[int, _Predicted] = {}
+        for index, scene in scenes.items():
+            (outcome,) = scene.predictor.predict_many([scene.excitation], [scene.chain])
+            outcomes[index] = None if isinstance(outcome, NotCoveredError) else outcome
+        return outcomes
 
     def _simulated(self, scenes: _Scenes) -> _Results:
         """Results by point number; scenes with the same options are simulated in one call."""
-        if self.chains:
-            return {index: _alone(scene) for index, scene in scenes.items()}
         found: _Results = {}
-        for options, indices in _groups(scenes, "simulate").items():
+        for options, indices in _groups(scenes, lambda scene: scene.simulate).items():
             found |= self._together(options, indices, scenes)
         return found
 
@@ -171,7 +161,7 @@ class Points:
         try:
             shocks, chains = _excitations_and_chains(indices, scenes)
             settings: dict[str, Any] = {name: getattr(options, name) for name in _SETTINGS}
-            waves = options.waves if self.train else "primary"
+            waves = options.waves if self.train or self.chains else "primary"
             found = simulate_many(shocks, chains, **settings, waves=waves, threads=1)
         except _POINT_ERRORS as error:
             if len(indices) == 1:
@@ -181,11 +171,11 @@ class Points:
         return dict(zip(indices, found, strict=True))
 
 
-def _groups(scenes: _Scenes, part: str) -> dict[Any, list[int]]:
+def _groups(scenes: _Scenes, part: Callable[[FamilyScene], Any]) -> dict[Any, list[int]]:
     """Point numbers by a part of their scenes."""
     groups: dict[Any, list[int]] = {}
     for index, scene in scenes.items():
-        groups.setdefault(getattr(scene, part), []).append(index)
+        groups.setdefault(part(scene), []).append(index)
     return groups
 
 
@@ -212,7 +202,7 @@ def _has_features(scene: Scenario | FamilyScene, finite: bool) -> bool:
     if scene.impact is not None:
         return True
     # an endless chain keeps its contact law
-    equal = not finite and equal_granules(scene.shock, scene.chain) is not None
+    equal = not finite and scene.shock is not None and equal_granules(scene.shock, scene.chain) is not None
     return not (scene.chain.is_uniform or scene.chain.packing or equal)
 
 
@@ -229,30 +219,21 @@ def _refused(scenario: Scenario, sweep: Sweep) -> list[Fault]:
     """Features for which the prediction refuses all points: those of the first scene that do not vary."""
     names = [name for axis in sweep.axes for name in axis.names]
     try:
-        predictable(scenario.chain, scenario.excitation, scenario.predictor.name, scenario.predictor.contact)
+        predictable(scenario.chain, scenario.excitation)
     except NotCoveredError as error:
         faults: Sequence[Fault] = getattr(scenario.located(error), "faults", ())
         return [fault for fault in faults if not any(name.startswith(fault.path) for name in names)]
     return []
 
 
-def _alone(scene: FamilyScene) -> _Found:
-    """Result of one scene."""
-    try:
-        return simulate_with(scene.simulate, scene.excitation, scene.chain)
-    except _POINT_ERRORS as error:
-        return error
-
-
 def _answer(scene: FamilyScene, predicted: Outcome | None, simulated: SimulationResult | ChainResult | None) -> Answer:
+    if simulated is None and predicted is not None:
+        simulated = predicted.simulated
     if _has_features(scene, scene.chain.granules is not None):
         return Answer(predicted=predicted, simulated=simulated)
     characteristic = Scales.of(scene.chain, scene.shock.peak_force).time
     times = scene.shock.rise_time / characteristic, scene.shock.duration / characteristic
-    compared = None
-    if predicted is not None and isinstance(simulated, SimulationResult):
-        compared = beside(predicted, simulated, scene.predictor.equal_tolerance)
-    return Answer(*times, predicted, simulated, compared)
+    return Answer(*times, predicted, simulated)
 
 
 # ---------------------------------------------------------------- versions and files on which the results depend
@@ -283,7 +264,6 @@ def _used(scenario: Scenario, sweep: Sweep) -> set[tuple[str, Any]]:
     used: set[tuple[str, Any]] = {
         ("materials", scenario.chain.material.name),
         ("integrators", scenario.simulate.integrator),
-        ("models", scenario.predictor.model),
         ("quadratures", scenario.predictor.quadrature),
     }
     if scenario.shock is not None:
