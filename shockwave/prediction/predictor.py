@@ -111,6 +111,7 @@ class Predictor:
         shocks: Iterable[Shock | Impact],
         chain: Chain | Sequence[Chain],
         options: SimulateOptions | None = None,
+        threads: int | None = None,
     ) -> list[Outcome | ShockwaveError]:
         """Predict many shocks; their simulations run together when a number of the first of them is read.
 
@@ -122,6 +123,8 @@ class Predictor:
             One chain for all shocks, or one for each shock.
         options : SimulateOptions, optional
             Options of the simulations.
+        threads : int, optional
+            Number of threads that run the compiled code. By default one for each core.
 
         Returns
         -------
@@ -135,7 +138,7 @@ class Predictor:
         """
         scenes = scenes_of(shocks, chain, "predict")
         options = options or SimulateOptions()
-        engine = _Engine([], options)
+        engine = _Engine([], options, threads)
         outcomes = [self._attempt(engine, *scene) for scene in scenes]
         return [self._elastic(outcome) for outcome in outcomes]
 
@@ -238,8 +241,8 @@ def _measurement() -> ModuleType:
 class _Engine:
     """Simulations of scenes with the same options, which run together when the first result is read."""
 
-    def __init__(self, jobs: list[Job], options: SimulateOptions) -> None:
-        self.jobs, self.options = jobs, options
+    def __init__(self, jobs: list[Job], options: SimulateOptions, threads: int | None = None) -> None:
+        self.jobs, self.options, self.threads = jobs, options, threads
         self.results: list[Any] | None = None
 
     def add(self, excitation: Shock | Impact, chain: Chain) -> Simulation:
@@ -250,7 +253,7 @@ class _Engine:
     def result(self, index: int) -> Any:
         """Result of a scene, or its error."""
         if self.results is None:
-            self.results = _measurement().run_jobs(self.jobs, self.options, patience=_PATIENCE)
+            self.results = _measurement().run_jobs(self.jobs, self.options, self.threads, _PATIENCE)
         return self.results[index]
 
 

@@ -138,7 +138,7 @@ class Points:
         outcomes: dict[int, _Predicted] = {}
         for (predictor, options), indices in _groups(scenes, lambda scene: (scene.predictor, scene.simulate)).items():
             shocks, chains = _excitations_and_chains(indices, scenes)
-            results = predictor.predict_many(shocks, chains, evolve(options, waves="primary"))
+            results = predictor.predict_many(shocks, chains, evolve(options, waves="primary"), threads=1)
             outcomes |= dict(zip(indices, results, strict=True))
         return outcomes
 
