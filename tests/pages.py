@@ -47,6 +47,10 @@ PAGES = [
 # These change what is installed, or run all tests: a test must not.
 NOT_RUN = ("python -m pip ", "python3 -m venv ", ". .venv/bin/activate", "python -m pytest", "sphinx-build ", ".ci/run")
 
+#: Columns of the output where there is no terminal.
+PIPED = 80
+
+_STYLE = re.compile(r"\x1b\[[0-9;]*m")
 # A number that is no part of a word or of a version, and is not cut short by ``...``.
 _NUMBER = r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?!\w|\.\d|\.\.\.)"
 # Smaller figures are rounding alone, and numbers printed with all their digits agree to this share.
@@ -141,8 +145,23 @@ def prepare(folder: Path, block: Block, patch: pytest.MonkeyPatch) -> None:
     importlib.invalidate_caches()
 
 
-def run(command: str, status: int, errors: io.StringIO | None = None) -> tuple[str, int]:
-    """Output of ``command`` and its exit status; ``status`` is that of the last one. Stderr may go to ``errors``."""
+class _Output(io.StringIO):
+    """Standard output, which is shown between the errors on ``screen``."""
+
+    def __init__(self, screen: io.StringIO) -> None:
+        super().__init__()
+        self._screen = screen
+
+    def write(self, text: str) -> int:
+        self._screen.write(text)
+        return super().write(text)
+
+
+def run(command: str, status: int, output: io.StringIO | None = None) -> tuple[str, int]:
+    """Output of ``command``, errors included, and its exit status; ``status`` is that of the last command.
+
+    Without the errors, it is also written to ``output``.
+    """
     printed = io.StringIO()
     for part in (part.strip() for part in command.split("&&")):
         if f"{part} ".startswith(NOT_RUN):
@@ -153,12 +172,19 @@ def run(command: str, status: int, errors: io.StringIO | None = None) -> tuple[s
         program, *words = shlex.split(part)
         assert program == "shockwave", f"{part!r} is neither a command of shockwave nor in NOT_RUN"
         arguments = [file for word in words for file in (sorted(glob.glob(word)) if "*" in word else [word])]
-        with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(errors or printed):
+        with contextlib.redirect_stdout(_Output(printed)) as stdout, contextlib.redirect_stderr(printed):
             try:
                 status = cli.main(arguments)
             except SystemExit as end:
                 status = int(end.code or 0)
+        if output is not None:
+            output.write(stdout.getvalue())
     return printed.getvalue(), status
+
+
+def widest(text: str) -> int:
+    """Number of columns of the longest line, without its style."""
+    return max((len(_STYLE.sub("", line)) for line in text.splitlines()), default=0)
 
 
 def agree(shown: str, printed: str) -> bool:

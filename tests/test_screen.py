@@ -3,52 +3,28 @@
 from __future__ import annotations
 
 import contextlib
-import io
 import os
 import re
 import struct
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 
 import pages
-from pages import PAGES, ROOT, Block, blocks_of
-from selection import keeping
+from pages import PIPED, ROOT, widest
 from shockwave.cli.output import ProgressBar
-from test_docs import LONG, commands
+from test_docs import commands
 
-# Columns where there is no terminal.
-PIPED = 80
-# JSON is for programs; --wide asks for all columns; validate prints one line for each error, as editors expect.
-NOT_WRAPPED = ("--json", "--wide", "validate")
 STYLE = re.compile(r"\x1b\[[0-9;]*m")
-CONSOLES = [block for page in PAGES for block in blocks_of(page) if block.language == "console"]
 SCENE = str(ROOT / "profiles" / "paper" / "table2-row1.yaml")
 # Quick commands whose output has lines of more than 80 columns where there is room.
 WIDE = {
     "predict": ["predict", SCENE],
     "list": ["list", "integrators"],
-    "stress": ["stress", "rates-1e-12", "--backend", "numpy"],
 }
 PROGRAM = "import sys; from shockwave.cli import main; sys.exit(main())"
-
-
-def widest(text: str) -> int:
-    return max((len(STYLE.sub("", line)) for line in text.splitlines()), default=0)
-
-
-@pytest.mark.parametrize("block", keeping(CONSOLES, *(one for one in CONSOLES if one.page not in LONG)), ids=str)
-def test_commands_of_the_documentation_print_at_most_80_columns(
-    block: Block, tmp_path: Path, patch: pytest.MonkeyPatch
-) -> None:
-    pages.prepare(tmp_path, block, patch)
-    for command, _ in block.commands:
-        printed, _ = pages.run(command, 0, io.StringIO())
-        if not set(NOT_WRAPPED) & set(command.split()):
-            assert widest(printed) <= PIPED, f"$ {command}\n{printed}"
 
 
 @pytest.mark.parametrize("command", ["", *commands()])
