@@ -6,9 +6,8 @@ import csv
 import json
 import os
 import re
-import resource
+import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -119,21 +118,34 @@ def test_tables_do_not_depend_on_the_order_of_the_journal(tmp_path: Path) -> Non
         assert (one / file).read_bytes() == (other / file).read_bytes()
 
 
-@pytest.fixture
-def small_disk() -> Iterator[None]:
-    """Limit files to 200 bytes."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (200, before[1]))
-    yield
-    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+# A limit on the file size acts like a full disk.
+SMALL_DISK = """
+import resource, sys
+from pathlib import Path
+from shockwave.errors import FileAccessError
+from shockwave.sweep.definition import SweepDefinition
+from shockwave.sweep.journal import Journal
+from shockwave.sweep.tables import write_tables
+
+folder = Path(sys.argv[1])
+definition = SweepDefinition.read(folder)
+journal = Journal(folder, definition.points)
+journal.read(definition.columns)
+resource.setrlimit(resource.RLIMIT_FSIZE, (200, 200))
+try:
+    write_tables(definition, journal)
+except FileAccessError as error:
+    print(error)
+"""
 
 
-def test_a_full_disk_leaves_the_old_table_unchanged(tmp_path: Path, request: pytest.FixtureRequest) -> None:
+@pytest.mark.skipif(sys.platform == "win32", reason="no limit on the size of files")
+def test_a_full_disk_leaves_the_old_table_unchanged(tmp_path: Path) -> None:
     place = folder_of(tmp_path / "out", lines=LINES[:1])
     (place / "results.csv").write_text("old", encoding="utf-8")
-    request.getfixturevalue("small_disk")
-    with pytest.raises(FileAccessError, match=r"results\.\w+: cannot be written \(File too large"):
-        written(place)
+    command = [sys.executable, "-c", SMALL_DISK, str(place)]
+    printed = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout
+    assert re.search(r"results\.\w+: cannot be written \(File too large", printed)
     assert (place / "results.csv").read_text(encoding="utf-8") == "old"
     assert [file.name for file in place.iterdir() if file.suffix == ".part"] == []
 
