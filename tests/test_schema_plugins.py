@@ -115,6 +115,7 @@ def validator(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Draft7Valida
         yield _plug(folder, patch)
 
 
+@pytest.mark.usefixtures("validator")
 class TestPlugin:
     @pytest.mark.parametrize(
         ("profile", "parameters", "more"),
