@@ -43,25 +43,7 @@ class Pulse(Triangular):
     pass
 """
 
-# fmt: off
-#: Files whose numbers could depend on the processor: the tests that are marked ``numerical``.
-NUMERICAL = {
-    "automatic_model", "backends", "chain", "conditions", "curve", "design", "docs", "extremes", "finite_chains",
-    "free_path", "integrators", "many", "march", "measurement", "moments", "numerics", "paper_tables", "predictor",
-    "primary", "profile_contract", "profiles", "profiles_digits", "quadratures", "record_styles", "recording",
-    "records", "section4", "simulation", "solitary_wave", "stress", "tabulated", "testing", "testing_integrators",
-    "testing_quadratures", "train", "trust", "uncertainty", "yielding",
-}
-# fmt: on
-
 Install = Callable[..., str]
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the numerical tests."""
-    for item in items:
-        if item.path.stem.removeprefix("test_") in NUMERICAL:
-            item.add_marker(pytest.mark.numerical)
 
 
 @pytest.fixture(scope="module")

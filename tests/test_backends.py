@@ -26,6 +26,8 @@ from shockwave.simulation.primary_search import find_primaries
 from shockwave.simulation.problem import ChainProblem, Status
 from shockwave.simulation.problem import Request as SearchRequest
 
+pytestmark = pytest.mark.numerical
+
 compiled_alone = pytest.mark.skipif(backend.compiled is None, reason=backend.lack())
 
 

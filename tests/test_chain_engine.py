@@ -28,6 +28,8 @@ sys.path.append(str(Path(__file__).parent.parent / "docs"))
 from check_chains import Reference
 from check_chains import scene as random_scene
 
+pytestmark = pytest.mark.numerical
+
 try:
     from shockwave.simulation import _chains as compiled
 except ImportError:

@@ -28,6 +28,8 @@ from shockwave.prediction.chain_laws import (
     wall_factor,
 )
 
+pytestmark = pytest.mark.numerical
+
 SHOCK = triangle(1.0)
 # Units in which mass and contact stiffness of the granules of CHAIN and a velocity of 0.5 m/s are 1.
 VELOCITY = 0.5

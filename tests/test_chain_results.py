@@ -24,6 +24,8 @@ from shockwave.measurement.chain_result import ChainResult
 from shockwave.measurement.recording import Recording
 from shockwave.studies.comparison import compare
 
+pytestmark = pytest.mark.numerical
+
 CASES: dict[str, dict[str, Any]] = json.loads((Path(__file__).parent / "data" / "chains.json").read_text())
 # Wall forces of the reference are accurate to this, relative to the force.
 WALL_TRUST = 1e-6

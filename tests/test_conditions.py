@@ -19,6 +19,8 @@ from shockwave.profiles.tabulated import Tabulated
 from shockwave.profiles.triangular import Triangular
 from shockwave.quadrature import FloatArray, Integral
 
+pytestmark = pytest.mark.numerical
+
 NAMES = ("decay-outweighs-rise", "steep-rise", "slow-decay")
 
 

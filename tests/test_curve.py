@@ -29,6 +29,8 @@ from shockwave.studies.chebyshev_fit import evaluated, fitted
 from shockwave.studies.universal_curve import UniversalCurve
 from shockwave.studies.varied_scenes import curve_of
 
+pytestmark = pytest.mark.numerical
+
 TRIANGLE = sw.Triangular(duration_ratio=3)
 SHAPES: dict[str, sw.ShockProfile] = {
     "triangle": TRIANGLE,

@@ -23,6 +23,8 @@ from shockwave.studies.quantities import TARGETS
 from shockwave.studies.scaling_exponents import POWERS
 from shockwave.studies.varied_scenes import curve_of, duration_of, exponents_of, scenario_of, value_of
 
+pytestmark = pytest.mark.numerical
+
 SCENE = scenario_of(CASE_A, CHAIN)
 FILE = str(ROOT / "profiles" / "examples" / "protector.yaml")
 #: Parameter -> an interval that contains its value.

@@ -12,6 +12,8 @@ import shockwave as sw
 from scenes import CHAIN, FORCE, UNITS, power, triangle
 from shockwave.options import Backend
 
+pytestmark = pytest.mark.numerical
+
 
 @cache
 def finite(granules: int) -> sw.SimulationResult:

@@ -12,6 +12,8 @@ from shockwave import cli
 from shockwave.limit import LeavingForce, verdict
 from shockwave.studies.sampling import exceedance
 
+pytestmark = pytest.mark.numerical
+
 STEEL = sw.Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0)
 SHOCK = sw.Shock(profile=sw.Triangular(duration_ratio=3.0), peak_force=100.0, rise_time=10e-6)
 SCENE = """

@@ -15,6 +15,8 @@ from shockwave.chain.layout import mass_and_length
 from shockwave.scenario.scene_family import Family
 from shockwave.studies.quantities import Quantity, Requirement, parts_of
 
+pytestmark = pytest.mark.numerical
+
 # Small beads in front of large ones: the wall force depends on both sizes.
 SCENE = """
 name: two layers

@@ -16,6 +16,8 @@ from scenes import CHAIN, FORCE, STEEL, lasting
 from shockwave.chain import Scales
 from shockwave.prediction import expected_error, moments, shock_impulses
 
+pytestmark = pytest.mark.numerical
+
 T0 = Scales.of(CHAIN, FORCE).time
 
 # Part of the public interface.

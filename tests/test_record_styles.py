@@ -13,6 +13,8 @@ import shockwave as sw
 from record_styles import DURATION, PEAK, RISE, styles
 from shockwave.errors import ShockwaveError
 
+pytestmark = pytest.mark.numerical
+
 STYLES = styles()
 #: Without these the file is read all the same, with a note: there is no header that could state the unit.
 NOTED = {("column-numbers", "time_unit")}

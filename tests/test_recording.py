@@ -13,6 +13,8 @@ import shockwave as sw
 from scenes import CASE_A, CHAIN, UNITS, power
 from shockwave.measurement.recording import Recording
 
+pytestmark = pytest.mark.numerical
+
 CONTACTS = (0, 3, 5)
 INTERVAL = 0.05 * UNITS.time
 SHOCK = power(0.5)

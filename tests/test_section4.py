@@ -11,6 +11,8 @@ from scenes import CHAIN, FORCE
 from shockwave.prediction.model_interface import ScaledShock, Settings
 from shockwave.prediction.section4 import predict
 
+pytestmark = pytest.mark.numerical
+
 PAPER = sw.Predictor(momentum_coefficient="paper")
 SCENARIOS = Path(__file__).parent.parent / "profiles" / "paper"
 #: A F0^(-1/6) of the paper's beads at 100 N with 13/3, from eq. (4c) written out.

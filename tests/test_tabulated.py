@@ -22,6 +22,8 @@ from shockwave.profiles.shock import Shock
 from shockwave.profiles.tabulated import Tabulated
 from shockwave.studies.universal_curve import UniversalCurve
 
+pytestmark = pytest.mark.numerical
+
 ROOT = pathlib.Path(__file__).parents[1]
 HAMMER = ROOT / "profiles" / "examples" / "hammer.csv"
 

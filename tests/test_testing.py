@@ -31,6 +31,8 @@ from shockwave.testing import IntegratorContract, ProfileContract, QuadratureCon
 from shockwave.testing import quadrature as kit
 from shockwave.testing.profile import rough_place
 
+pytestmark = pytest.mark.numerical
+
 PACKAGE = Path(shockwave.__file__).parent
 
 

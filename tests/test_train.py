@@ -14,6 +14,8 @@ import shockwave as sw
 from scenes import CHAIN, FORCE
 from shockwave.chain import Scales
 
+pytestmark = pytest.mark.numerical
+
 T0 = Scales.of(CHAIN, FORCE).time
 #: A F0^(-1/6) in seconds, with the exact coefficient, from eq. (4c) written out.
 TIME = 4.344507853978653 * ((1 - 0.3**2) * 7958**1.5 * 4.75e-3**4 / 193e9) ** (1 / 3) * FORCE ** (-1 / 6)

@@ -25,6 +25,8 @@ from shockwave.studies import varied_scenes as scenes
 from shockwave.studies.uncertainty_result import Estimate
 from shockwave.studies.uncertainty_sampling import Distribution, slopes_at
 
+pytestmark = pytest.mark.numerical
+
 FILE = ROOT / "profiles" / "examples" / "protector.yaml"
 SPREADS = {
     "chain.material.youngs_modulus": {"factor": 1.2},

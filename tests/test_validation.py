@@ -9,6 +9,8 @@ from pages import table
 from scenes import script
 from selection import keeping
 
+pytestmark = pytest.mark.numerical
+
 STUDY = script("validate_chains")
 #: Largest relative difference from references that do not agree to all their digits; the page gives the reasons.
 LARGEST = {"taperchain": 3e-4, "restitution": 1e-4, "walls": 1e-6, "precompression": 4e-3, "lazaridi": 0.21}

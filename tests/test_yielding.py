@@ -18,6 +18,8 @@ from shockwave.registry import load
 from shockwave.scenario.scene_family import Family
 from shockwave.studies.varied_scenes import primaries
 
+pytestmark = pytest.mark.numerical
+
 #: The beads of the two published figures.
 STEEL = attrs.evolve(load("materials", "stainless-steel-302"), yield_strength=600e6)
 BEARING = attrs.evolve(load("materials", "bearing-steel-52100"), yield_strength=2e9)
