@@ -209,6 +209,7 @@ def test_modules_in_the_current_folder_are_not_run(executor: str, tmp_path: Path
     program.write_text("import sys\nfrom shockwave.cli import main\nif __name__ == '__main__': sys.exit(main())\n")
     command = [sys.executable, str(program), "sweep", "scene.yaml", "--workers", "1", "--executor", executor]
     usual = {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"}
+    usual["DASK_TEMPORARY_DIRECTORY"] = str(tmp_path)
     run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env=usual)
     assert not marker.exists(), marker.read_text()
     assert run.returncode == 0, run.stderr
@@ -305,21 +306,36 @@ def test_a_cluster_without_workers_stops_the_sweep(monkeypatch: pytest.MonkeyPat
         _ = crew.count
 
 
+#: Without an address, all clusters would use the same port.
+CLUSTER = {
+    "dashboard_address": None,
+    "scheduler_kwargs": {"dashboard_address": "127.0.0.1:0"},
+    "silence_logs": 50,
+    "threads_per_worker": 1,
+}
+
+
 @pytest.fixture(scope="module")
-def cluster() -> Iterator[Any]:
+def dask_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Workers of dask keep their files in a folder of the tests."""
+    dask = pytest.importorskip("dask")
+    with dask.config.set({"temporary-directory": str(tmp_path_factory.mktemp("dask"))}):
+        yield
+
+
+@pytest.fixture(scope="module")
+def cluster(dask_folder: None) -> Iterator[Any]:
     """A scheduler on loopback with two worker processes."""
     distributed = pytest.importorskip("distributed")
-    with distributed.LocalCluster(
-        host="127.0.0.1", n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50
-    ) as made:
+    with distributed.LocalCluster(host="127.0.0.1", n_workers=2, **CLUSTER) as made:
         yield made
 
 
+@pytest.mark.usefixtures("dask_folder")
 def test_a_client_of_dask_is_an_executor(tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed")
-    settings = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": None, "silence_logs": 50}
     with (
-        distributed.LocalCluster(host="127.0.0.1", protocol="tcp://", processes=False, **settings) as made,
+        distributed.LocalCluster(host="127.0.0.1", protocol="tcp://", n_workers=1, processes=False, **CLUSTER) as made,
         distributed.Client(made, set_as_default=False) as client,
     ):
         report = run_sweep(written(tmp_path, 3), tmp_path / "out", client)
@@ -340,6 +356,7 @@ def test_a_killed_worker_of_dask_loses_no_results(scenario: Path, tmp_path: Path
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("dask_folder")
 def test_only_the_point_that_crashes_dask_workers_is_recorded_as_crashed(tmp_path: Path, install: Install) -> None:
     pytest.importorskip("distributed")
     report = run_sweep(risky(tmp_path, install, 0, 1, 5, 3, 4), tmp_path / "out", "dask", workers=2)
@@ -376,6 +393,7 @@ def listening() -> set[tuple[str, int]]:
     return {(one.laddr.ip, one.laddr.port) for one in found if one.status == psutil.CONN_LISTEN}
 
 
+@pytest.mark.usefixtures("dask_folder")
 def test_a_cluster_of_dask_is_closed_to_other_users() -> None:
     distributed: Any = pytest.importorskip("distributed")
     before = listening()
