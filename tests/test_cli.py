@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 import shockwave as sw
-from shockwave.cli import main
+from shockwave.cli import main, scenario_commands
 from shockwave.measurement import simulate
 from shockwave.simulation.backend import lack
 
@@ -98,6 +98,26 @@ def test_validate_reports_every_error_of_every_file(tmp_path: Path, capsys: pyte
     *lines, last = capsys.readouterr().out.splitlines()
     assert [line.split(": ")[1] for line in lines] == ["chain.radius", "shock.rise_time"]
     assert last == f"{SCENE}: valid"
+
+
+def test_validate_ends_with_the_greatest_status(tmp_path: Path) -> None:
+    bad = tmp_path / "bad.yaml"
+    bad.write_text(SOFT.replace("density: 1000", "density: 0"))
+    assert main(["validate", str(bad), SCENE]) == 3
+    assert main(["validate", "nowhere.yaml", str(bad), SCENE]) == 5
+
+
+def test_invalid_files_end_with_the_greatest_of_their_statuses(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bad = tmp_path / "bad.yaml"
+    bad.write_text(SOFT.replace("density: 1000", "density: 0"))
+    assert main(["simulate", str(bad)]) == 3
+    capsys.readouterr()
+    assert main(["simulate", str(bad), "nowhere.yaml"]) == 5
+    err = capsys.readouterr().err
+    assert f"{bad}:2:" in err
+    assert "nowhere.yaml" in err
 
 
 def test_an_invalid_file_stops_the_others_before_they_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -202,6 +222,30 @@ def test_a_run_that_fails_ends_with_1_and_keeps_the_others(
     assert "the step size has vanished" in err
 
 
+def test_runs_that_fail_end_with_the_greatest_of_their_statuses(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    failures = iter(
+        [sw.InvalidValueError.of("rtol", "must be larger"), sw.NumericalError("the step size has vanished")]
+    )
+    monkeypatch.setattr(simulate, "simulate_with", lambda *_: raised(next(failures)))
+    assert main(["simulate", SCENE, SCENE]) == 3
+    err = capsys.readouterr().err
+    assert err.index("must be larger") < err.index("too small a step")
+
+
+def raised(error: BaseException) -> None:
+    raise error
+
+
+def test_an_interrupt_of_any_command_ends_with_130(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(scenario_commands, "load_scenario", lambda _: raised(KeyboardInterrupt()))
+    assert main(["validate", SCENE]) == 130
+    assert capsys.readouterr().err == "interrupted\n"
+
+
 @pytest.mark.parametrize("form", [["--json"], []], ids=["json", "text"])
 def test_an_interrupt_keeps_the_results_before_it(
     form: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -253,4 +297,13 @@ def test_module_runs_as_a_program_and_a_closed_pipe_is_no_error() -> None:
     with subprocess.Popen(command, stdout=write, stderr=subprocess.PIPE, cwd=ROOT) as closed:
         os.close(write)
         _, err = closed.communicate(timeout=600)
-    assert err == b""
+    assert (err, closed.returncode) == (b"", 0)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+def test_output_that_cannot_be_written_ends_with_5() -> None:
+    command = [sys.executable, "-m", "shockwave", "simulate", "--json", "--rtol", "1e-2", SCENE]
+    with Path("/dev/full").open("wb") as full:
+        run = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, cwd=ROOT)
+    assert run.returncode == 5
+    assert run.stderr == "the output cannot be written (No space left on device)\n"
