@@ -115,7 +115,8 @@ class ChainResult(Result):
     applied_momentum, applied_energy : float
         Impulse and work of the shock, or momentum and energy of the striker [N s, J].
     dissipated_energy : float
-        Energy dissipated by the damping of contacts and of the wall [J].
+        Energy dissipated by the damping of contacts and of the wall [J]. With the contact law of a plugin, whose stored
+        energy is not known, it includes that of the contacts that are closed at the end.
     segments : tuple of SegmentEnergy
         Energy in each segment at the end of the simulated time; a striker is a segment of its own.
     end_energy : float or None

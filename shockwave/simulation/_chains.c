@@ -227,7 +227,8 @@ static double error_of(March *m, double h)
     const double *w = m->errors, *u = w + 2 * m->stages;
     const double second = m->moves ? larger(largest(m, u, h * h, m->scale_u), largest(m, u + m->stages, h, m->scale_w)) : 0;
     const double first = larger(largest(m, w, h * h, m->scale_u), largest(m, w + m->stages, h, m->scale_w));
-    return (second != 0 ? first * first / sqrt(first * first + 0.01 * second * second) : first) / m->r->tolerance;
+    const double rough = 0.01 * second * second;
+    return (rough != 0 ? first * first / sqrt(first * first + rough) : first) / m->r->tolerance;
 }
 
 /* Overlap by which a contact with a dashpot may be early or late to close. */

@@ -140,7 +140,12 @@ class Assembly:
         return np.array([inverse, k, gap, base, np.sqrt(base), k * base**p, c, *reach]), scales, first
 
     def potential(self, x: FloatArray) -> FloatArray:
-        """Integral of the contact force minus its static part from the initial state to ``x``, shape (contacts,)."""
+        """Integral of the contact force minus its static part from the initial state to ``x``, shape (contacts,).
+
+        Zeros for the law of a plugin: its energy depends on the history, and counts as dissipated.
+        """
+        if self.law is not None:
+            return np.zeros(len(self.overlaps))
         changes = (x - np.append(x[1:], 0.0))[: len(self.overlaps)]
         static, p = np.maximum(self.overlaps, 0.0), self.exponent
         closed = np.maximum(self.overlaps + changes, 0.0)
@@ -177,7 +182,7 @@ class Motion:
     applied_impulse, work : float
         Impulse and work of the applied force.
     dissipated : float
-        Energy dissipated by contacts and by the dashpot of the end.
+        Energy dissipated by contacts and by the dashpot of the end; with the law of a plugin, all that went into contacts.
     kinetic : array, shape (bodies,)
         Kinetic energies at the end.
     potential : array, shape (contacts,)

@@ -26,6 +26,9 @@ VISCOUS = 8e-3
 LOCATED = 0.1
 #: Rounding error of an overlap, relative to positions and displacements.
 ROUNDING = 1e-14
+#: Change of overlap and closing velocity, relative to the overlap and to the greatest velocity, over which the slope of
+#: a plugin's force is computed: the error of a central difference is about its square, and that of rounding 1e-16 over it.
+LAW_CHANGE = 1e-5
 
 
 @frozen(eq=False)
@@ -50,12 +53,13 @@ class End:
 def greatest_overlap(start: End, finish: End, size: float, tolerance: float) -> float:
     """Fraction of a step at which an overlap is greatest, where the history of a contact changes; else 1.
 
-    A step that ends later by less than a relative change of the overlap of ``tolerance`` need not be divided.
+    A step need not be divided if the overlap at its beginning or at its end is the greatest to a relative difference of
+    ``tolerance``.
     """
     turns = np.flatnonzero((start.w > 0) & (finish.w < 0) & (finish.d > 0))
     before, after, overlap = start.w[turns], -finish.w[turns], finish.d[turns]
-    late = after * after / (before + after) * size > tolerance * overlap
-    return float((before / (before + after))[late].min(initial=1.0))
+    misses = np.minimum(before, after) ** 2 / (before + after) * size > tolerance * overlap
+    return float((before / (before + after))[misses].min(initial=1.0))
 
 
 def kink_error(size: float, force: FloatArray | float, idle: FloatArray | float) -> FloatArray:
@@ -106,12 +110,10 @@ class Contacts:
         stretch, d = self.overlaps(x, low, high)
         closed = d > MIN_OVERLAP
         powers = np.zeros(high - low)
-        if self.damped or self.job.law is not None:
+        if self.damped:
             w = v[part] - v[low + 1 : high + 1]
         if self.job.law is not None:
-            raw = np.zeros(high - low)
-            raw[: self.contacts] = self.job.law.force(d[: self.contacts], w[: self.contacts], self.state)
-            f = np.maximum(raw, 0.0)
+            f = raw = self.law_forces(d, w, low, high)
             powers = f * w
         else:
             if self.p == 1.5 and not self.loaded:
@@ -142,6 +144,17 @@ class Contacts:
             powers[-1] = self.end_damping * v[-2] * v[-2]
         return f, powers, raw + static if self.loaded else raw
 
+    def law_forces(self, d: FloatArray, w: FloatArray, low: int, high: int) -> FloatArray:
+        """Forces of a plugin's contact law for some contacts, from their overlaps and closing velocities.
+
+        The law has the state and the properties of all contacts, so it is evaluated for all: the others as if open.
+        """
+        assert self.job.law is not None
+        motion, forces = np.zeros((2, self.bodies)), np.zeros(self.bodies)
+        motion[:, low:high] = d, w
+        forces[: self.contacts] = self.job.law.force(*motion[:, : self.contacts], self.state)
+        return np.where(d > MIN_OVERLAP, forces[low:high], 0.0)
+
     def changes(self, end: End) -> FloatArray:
         """Absolute changes of the overlaps since the beginning.
 
@@ -157,14 +170,23 @@ class Contacts:
         d, w = self.overlaps(x, low, high)[1], v[part] - v[low + 1 : high + 1]
         closed = d > MIN_OVERLAP
         inside = np.where(closed, d, 1.0)
-        power = _power(inside, self.p - 1)
-        slope = self.p * self.k[part] * power * w
         if self.damped:
             a = self.padded[low : high + 1] * (f[low : high + 1] - f[low + 1 : high + 2])
             if low == 0:
                 a[0] += self.inverse[0] * self.applied(time)
-            rate = _power(inside, self.q)
-            slope = slope + self.c[part] * rate * (self.q / inside * w * w + (a[:-1] - a[1:]))
+            closing = a[:-1] - a[1:]
+        if self.job.law is not None:
+            rate = np.abs(w) / inside + np.abs(closing) / self.job.scales[0, part]
+            span = LAW_CHANGE / np.maximum(rate, 1e-300)
+            after, before = (
+                self.law_forces(d + side * w, w + side * closing, low, high) for side in (span, -span)
+            )
+            slope = (after - before) / (2 * span)
+        else:
+            slope = self.p * self.k[part] * _power(inside, self.p - 1) * w
+            if self.damped:
+                rate = _power(inside, self.q)
+                slope = slope + self.c[part] * rate * (self.q / inside * w * w + closing)
         return np.where(closed, slope, 0.0)
 
     def first_size(self, j: int, w: float) -> float:

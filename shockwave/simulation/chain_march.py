@@ -259,7 +259,7 @@ class _March(Contacts):
             jumps = closes and self.jumps and d0 < 0
             if self.damped and d0 >= 0 and raw0 * raw1 < 0 and (d1 >= 0 or self.q == 0.0):
                 change = raw1 - raw0
-                rate = size * float(start.slope[j]) if raw0 > 0 and self.job.law is None else change
+                rate = size * float(start.slope[j]) if raw0 > 0 else change
                 cut = root(raw0, rate, raw1, 2 * change - rate)
                 at = cut if d1 >= 0 else min(at, cut)
             elif self.damped and not closes:

@@ -97,4 +97,5 @@ def dop853() -> GeneralTableau:
 
 def scaled_error(first: float, second: float = 0.0) -> float:
     """Error of a step from those of one or two embedded methods (Hairer, Norsett & Wanner, eq. II.10.17)."""
-    return first if second == 0 else first * first / math.sqrt(first * first + 0.01 * second * second)
+    rough = 0.01 * second * second
+    return first if rough == 0 else first * first / math.sqrt(first * first + rough)
