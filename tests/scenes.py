@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 from functools import cache
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
-import pytest
 
 import shockwave as sw
 from shockwave.chain import Scales
@@ -100,17 +97,3 @@ def shock_of(case: dict[str, Any]) -> sw.Shock:
 def simulated(index: int, rtol: float) -> sw.SimulationResult:
     """Simulation of case ``index`` of direct.json, once for all tests."""
     return sw.simulate(shock_of(TRUTH[index]), CHAIN, rtol=rtol)
-
-
-@cache
-def script(name: str) -> ModuleType:
-    """A script of the documentation as a module; it may import scripts beside it."""
-    folder = Path(__file__).parent.parent / "docs"
-    spec = importlib.util.spec_from_file_location(name, folder / f"{name}.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(folder)
-        spec.loader.exec_module(module)
-    return module

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -23,10 +22,8 @@ from shockwave.simulation.nystroem import Rkn64, Rkn1210
 from shockwave.simulation.problem import ChainProblem
 from shockwave.simulation.scipy_solver import Dop853
 from shockwave.simulation.time_limit import time_limit
-
-sys.path.append(str(Path(__file__).parent.parent / "docs"))
-from check_chains import Reference
-from check_chains import scene as random_scene
+from support.chain_reference import Reference
+from support.random_chains import scene as random_scene
 
 pytestmark = pytest.mark.numerical
 

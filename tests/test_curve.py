@@ -16,7 +16,6 @@ from attrs import evolve
 
 import shockwave as sw
 from pages import ROOT
-from pulse_families import Composed
 from scenes import CHAIN, FORCE, TRUTH, UNITS, name_of, shock_of
 from selection import keeping, thinned
 from shockwave import cli, pictures
@@ -28,6 +27,7 @@ from shockwave.studies import universal_curve_fit
 from shockwave.studies.chebyshev_fit import evaluated, fitted
 from shockwave.studies.universal_curve import UniversalCurve
 from shockwave.studies.varied_scenes import curve_of
+from support.pulse_families import Composed
 
 pytestmark = pytest.mark.numerical
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import shockwave as sw
-from scenes import CHAIN, FORCE, UNITS, power, triangle
+from scenes import CHAIN, FORCE, UNITS, lasting, power, triangle
 from shockwave.options import Backend
 
 pytestmark = pytest.mark.numerical
@@ -33,6 +33,13 @@ def test_granules_of_a_short_chain_carry_all_momentum_away(granules: int) -> Non
     momentum = CHAIN.granule_mass * sum(result.spall_velocities or ())
     # left out are granules slower than a thousandth of the fastest
     assert momentum + result.recoil_momentum == pytest.approx(result.applied_momentum, rel=5e-3)
+
+
+def test_first_contacts_exceed_the_leading_wave_of_a_short_shock_by_19_percent() -> None:
+    result = sw.simulate(lasting(sw.Triangular(duration_ratio=4), 0.01), attrs.evolve(CHAIN, granules=100))
+    assert result.greatest_force is not None
+    assert result.greatest_force.contact == 0
+    assert result.greatest_force.peak_force / result.peak_force == pytest.approx(1.186, abs=5e-4)  # three digits
 
 
 def test_waves_of_a_long_finite_chain_are_those_of_an_endless_one() -> None:

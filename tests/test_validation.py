@@ -1,4 +1,4 @@
-"""The comparisons of docs/validation.md: the page shows what its script computes, and references agree."""
+"""The comparisons of docs/validation.md: the page shows what `published_chains` computes, and references agree."""
 
 from functools import cache
 from typing import Any
@@ -6,12 +6,11 @@ from typing import Any
 import pytest
 
 from pages import table
-from scenes import script
 from selection import keeping
+from support import published_chains
 
 pytestmark = pytest.mark.numerical
 
-STUDY = script("validate_chains")
 #: Largest relative difference from references that do not agree to all their digits; the page gives the reasons.
 LARGEST = {"taperchain": 3e-4, "restitution": 1e-4, "walls": 1e-6, "precompression": 4e-3, "lazaridi": 0.21}
 FAST = ("taperchain", "restitution", "walls", "lazaridi")
@@ -19,21 +18,21 @@ FAST = ("taperchain", "restitution", "walls", "lazaridi")
 
 @cache
 def rows(name: str) -> list[Any]:
-    return list(STUDY.CHECKS[name]())
+    return list(published_chains.CHECKS[name]())
 
 
-@pytest.mark.parametrize("name", keeping(STUDY.CHECKS, *FAST))
+@pytest.mark.parametrize("name", keeping(published_chains.CHECKS, *FAST))
 def test_the_page_shows_the_results(name: str) -> None:
     shown = table("docs/validation.md", name)
     assert [cells[:2] for cells in shown] == [[row.quantity, row.reference] for row in rows(name)]
     for cells, row in zip(shown, rows(name), strict=True):
         assert float(cells[2]) == pytest.approx(
-            row.value, rel=0, abs=1.01 * 10.0 ** -(row.decimals + STUDY.MORE_DIGITS)
+            row.value, rel=0, abs=1.01 * 10.0 ** -(row.decimals + published_chains.MORE_DIGITS)
         )
         assert (cells[4] == "within rounding") == row.agrees
 
 
-@pytest.mark.parametrize("name", keeping(STUDY.CHECKS, *FAST))
+@pytest.mark.parametrize("name", keeping(published_chains.CHECKS, *FAST))
 def test_results_agree_with_the_references(name: str) -> None:
     largest = LARGEST.get(name)
     assert [row for row in rows(name) if not (row.agrees or (largest and abs(row.difference) <= largest))] == []

@@ -44,15 +44,16 @@ _PARTING_RATE = 20
 # the largest velocity: slower granules would travel so far that rounding affects their overlaps.
 _SHORT = 50
 _SLOWEST = 1e-6
-# Contributions to the error of the rebound momentum, measured by docs/check_waves.py: its change over the last third of
-# the time after the shock, the momentum that other granules carry backwards, and the momentum of the granules behind
-# the waves, some of which rebound late.
+# Contributions to the error of the rebound momentum, checked by research/check/check_estimates.py: its change over the
+# last third of the time after the shock, the momentum that other granules carry backwards, and the momentum of the
+# granules behind the waves, some of which rebound late.
 _LATE = 1 / 3
 _CHANGE_SHARE = 2.0
 _BACKWARD_SHARE = 4.0
 _REMAINING_SHARE = 3e-3
-# Contributions to the error of a wave that has not settled, measured by docs/check_estimates.py: its enlargement, and
-# the share of the motion that faster waves have left ahead, which it will meet, over the 5/6 power of its peak force.
+# Contributions to the error of a wave that has not settled, checked by research/check/check_estimates.py: its
+# enlargement, and the share of the motion that faster waves have left ahead, which it will meet, over the 5/6 power of
+# its peak force.
 _UNSETTLED = 2.0
 _AHEAD_SHARE = 0.07
 # Fraction of the time after the shock at which another run is compared with this one, at the earliest.

@@ -22,8 +22,8 @@ _TIGHTER = 0.1
 _RUNS = 5
 _HOPELESS = 10.0
 # The relative error of a force follows from the largest difference of the last two runs at this number of contacts on
-# both sides, for it may vanish by chance at one of them, and the error tolerance of a step; docs/check_chains.py
-# measures how often it holds.
+# both sides, for it may vanish by chance at one of them, and the error tolerance of a step;
+# research/check/check_chains.py measures how often it holds.
 _NEIGHBOURS = 3
 # Error estimate of the impulse on a wall, over its difference between two runs: the errors of both may be of the same
 # order, since late collisions amplify them, so that the difference may be small by chance.

@@ -30,7 +30,7 @@ _FOLLOWED = 0.3
 # A wave whose peak force exceeds that of a wave ahead by this factor will overtake it.
 _TALLER = 1.001
 # Number of contacts over which the approach to the limit must be uniform to be extrapolated, and the factor by which
-# the extrapolation is enlarged; measured by docs/check_waves.py, as are the three numbers that follow.
+# the extrapolation is enlarged; checked by research/check/check_estimates.py, as are the three numbers that follow.
 _FAR = 40
 _MARGIN = 1.5
 # If the ratio of successive changes falls by more than this factor, the changes are about to reverse their sign.

@@ -1,7 +1,7 @@
 """Check the simulation against independent codes: LAMMPS and SciPy.
 
-    python docs/independent_check.py
-    python docs/independent_check.py --case B --step 0.004
+    python research/check/independent_check.py
+    python research/check/independent_check.py --case B --step 0.004
 
 A chain of equal spheres, at rest and in contact, with Hertz's contact force d^(3/2) and without friction, is loaded at
 its first sphere by a power-law pulse. The peak contact force and its time at a few contacts are computed by
@@ -26,6 +26,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import metadata
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 try:
@@ -35,6 +36,9 @@ try:
 except ImportError as missing:
     print(f"{missing.name} is missing; install it with: python -m pip install numpy scipy", file=sys.stderr)
     raise SystemExit(2) from None
+
+sys.path.append(str(Path(__file__).parents[2] / "tests"))
+from support.sampled_peak import sampled_peak
 
 Array = NDArray[np.floating[Any]]
 
@@ -217,16 +221,6 @@ def verlet(start: Callable[[], Any], case: Case, step: float) -> Array:
     lmp.commands_list([f"timestep {step!r}", f"run {count}"])
     lmp.close()
     return np.array([sampled_peak(np.maximum(column, 0) ** 1.5, step) for column in overlaps.T])
-
-
-def sampled_peak(force: Array, step: float) -> tuple[float, float]:
-    """Maximum of a sampled force and its time, from a polynomial through nine samples."""
-    highest = int(force.argmax())
-    curve = np.polynomial.Polynomial.fit(np.arange(-4, 5), force[highest - 4 : highest + 5], 8, domain=[-4, 4])
-    offset, slope = 0.0, curve.deriv()
-    for _ in range(6):
-        offset -= slope(offset) / slope.deriv()(offset)
-    return float(curve(offset)), (highest + offset) * step
 
 
 def by_lammps(start: Callable[[], Any], case: Case, step: float) -> list[Answer]:

@@ -1,14 +1,14 @@
-"""Draw error against run time for formulas, laws, curves, simulations and SciPy by hand.
+"""Draw error against run time for section 4, simulations and SciPy by hand.
 
-    python docs/draw_error_time.py
-    python docs/draw_error_time.py --drawn
+    python research/draw/draw_error_time.py
+    python research/draw/draw_error_time.py --drawn
 
 measures all methods in some minutes, writes the runs to docs/benchmarks/error-time.csv and draws
 docs/benchmarks/error-time.svg; with ``--drawn`` it draws the runs of the file. There are two problems: the peak force
 of the leading wave for the eight pulses of the paper, and the force on the wall behind the mixed, damped chain of
 profiles/chains/damped.yaml. Run times are process times over that of ``simulate`` with rtol 1e-6 for the same pulse or
-chain, which is measured alternately with each run: such ratios vary less between machines than seconds do. Formulas,
-curves and simulations are also measured for a thousand pulses of one shape in one call.
+chain, which is measured alternately with each run: such ratios vary less between machines than seconds do. Simulations
+are also measured for a thousand pulses of one shape in one call.
 
 SciPy integrates the whole chain as a first-order system, restarts at the kinks of the force and evaluates the peak from
 its own steps, as a careful user would. On the pulses it computes the force at contact 60, with the reference of that
@@ -29,8 +29,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from compare_simulators import by_scipy, read_front
-from independent_check import Array, Case, by_shockwave
 from scipy.integrate import DOP853, LSODA, solve_ivp
 from scipy.optimize import minimize_scalar
 
@@ -39,13 +37,16 @@ from shockwave import pictures
 from shockwave.chain import Scales
 from shockwave.chain.layout import Layout
 
-ROOT = Path(__file__).parent.parent
-FOLDER = Path(__file__).parent / "benchmarks"
+sys.path.append(str(Path(__file__).parents[1] / "check"))
+from compare_simulators import by_scipy, read_front
+from independent_check import Array, Case, by_shockwave
+
+ROOT = Path(__file__).parents[2]
+FOLDER = ROOT / "docs" / "benchmarks"
 FILE = FOLDER / "error-time.csv"
 PULSES, CHAIN = "pulses of the paper", "mixed, damped chain before a wall"
-#: Tolerances of the simulation, of curves and of SciPy.
+#: Tolerances of the simulation and of SciPy.
 SIMULATED = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)
-CURVES = (1e-3, 1e-5)
 BY_HAND = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
 SOLVERS = {"SciPy DOP853": DOP853, "SciPy LSODA": LSODA}
 #: Contact at which SciPy computes the peak force, and length of its chain.
@@ -101,13 +102,8 @@ def of_pulse(scene: sw.Scenario) -> Iterator[Row]:
     def common() -> float:
         return simulated(1e-6)
 
-    runs: list[tuple[str, str, Run]] = [
-        ("section 4", "", lambda: sw.Predictor().predict(shock, chain).peak_force),
-        ("law of moments", "", lambda: sw.Predictor(model="moments").predict(shock, chain).peak_force),
-    ]
-    for rtol in CURVES:
-        curve = sw.UniversalCurve(shock.profile, rtol=rtol)
-        runs.append(("universal curve", f"{rtol:g}", lambda curve=curve: curve.peak_force(shock, chain)))
+    paper = sw.Predictor(model="section-4")
+    runs: list[tuple[str, str, Run]] = [("section 4", "", lambda: paper.predict(shock, chain).peak_force)]
     runs += [("simulate", f"{rtol:g}", lambda rtol=rtol: simulated(rtol)) for rtol in SIMULATED]
     reference = simulated(1e-12)
     for method, setting, run in runs:
@@ -115,17 +111,13 @@ def of_pulse(scene: sw.Scenario) -> Iterator[Row]:
 
     # many shocks of this shape in one call; the first is the pulse itself
     forces = shock.peak_force * np.linspace(1.0, 1.1, MANY)
-    shocks = [sw.Shock(profile=shock.profile, peak_force=one, rise_time=shock.rise_time) for one in forces]
-    ratios = shock.rise_time / Scales.of(chain, shock.peak_force).time * (forces / forces[0]) ** (1 / 6)
-    together: list[tuple[str, str, Run]] = [
-        ("section 4", "", lambda: sw.Predictor().predict_many(shocks, chain).peak_force[0]),
-        ("law of moments", "", lambda: sw.Predictor(model="moments").predict_many(shocks, chain).peak_force[0]),
-        ("universal curve", f"{CURVES[-1]:g}", lambda: curve.amplification(ratios)[0] * shock.peak_force),
-        ("simulate", "1e-06", lambda: sw.simulate_many(shocks, chain, waves="primary", threads=1)[0].peak_force),
-    ]
-    for method, setting, run in together:
-        error = abs(run() / reference - 1)
-        yield Row(PULSES, scene.name, method, f"{setting} {TOGETHER}".strip(), error, ratio(run, common) / MANY)
+    shocks = [sw.Shock(profile=shock.profile, peak_force=force, rise_time=shock.rise_time) for force in forces]
+
+    def together() -> float:
+        return sw.simulate_many(shocks, chain, waves="primary", threads=1)[0].peak_force
+
+    error = abs(together() / reference - 1)
+    yield Row(PULSES, scene.name, "simulate", f"1e-06 {TOGETHER}", error, ratio(together, common) / MANY)
 
     profile = shock.profile
     at = shock.rise_time / Scales.of(chain, shock.peak_force).time
@@ -213,8 +205,6 @@ def of_chain(scene: sw.Scenario) -> Iterator[Row]:
 
 MARKS = {
     "section 4": "X",
-    "law of moments": "P",
-    "universal curve": "D",
     "simulate": "o",
     "SciPy DOP853": "s",
     "SciPy LSODA": "^",

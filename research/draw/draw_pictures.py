@@ -1,7 +1,7 @@
 """Draw the pictures of the documentation.
 
-    python docs/draw_pictures.py
-    python docs/draw_pictures.py --folder elsewhere
+    python research/draw/draw_pictures.py
+    python research/draw/draw_pictures.py --folder elsewhere
 
 writes docs/pictures/*.svg in about ten seconds. The files change only if matplotlib or the simulated values change. The
 extra ``plot`` of shockwave is required.
@@ -22,7 +22,7 @@ import shockwave as sw
 from shockwave import pictures
 from shockwave.chain import Scales
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 PROFILES = ROOT / "profiles"
 FOLDER = ROOT / "docs" / "pictures"
 

@@ -1,7 +1,7 @@
 """Compare error and run time of shockwave with those of SciPy, CyRK, diffrax and LAMMPS.
 
-    python docs/compare_simulators.py
-    python docs/compare_simulators.py --longest 10 A
+    python research/check/compare_simulators.py
+    python research/check/compare_simulators.py --longest 10 A
 
 For each problem, every installed code computes the peak force of the front at one contact and its time with a sequence
 of settings. The simulation and the integrators of shockwave are measured by ``shockwave bench --family integrators``.

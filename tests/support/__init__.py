@@ -1,0 +1,1 @@
+"""References and generators that tests and the scripts in ``research`` share."""
