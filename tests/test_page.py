@@ -2,7 +2,6 @@
 
 import json
 import re
-import subprocess
 import sys
 import xml.etree.ElementTree as ET
 from functools import cache
@@ -18,6 +17,7 @@ from attrs import evolve
 import shockwave as sw
 from scenes import CHAIN, power, triangle
 from selection import keeping
+from shockwave import cli
 from shockwave.measurement.result import Train
 from shockwave.options import SimulateOptions
 from shockwave.page import findings, normalised, page, scene_hash, written
@@ -101,45 +101,10 @@ def test_every_page_is_complete_and_self_contained(name: str) -> None:
     assert {"#" + name for name in given} >= {target for target in targets if target.startswith("#")}
 
 
-@pytest.mark.parametrize("outcome", ["completes", "crashes"])
-def test_report_is_the_same_if_the_drawing_process_crashes(outcome: str, tmp_path: Path) -> None:
-    program = f"""
-import os, sys
-from shockwave import pictures
-from shockwave.cli import main
-drawn, this = pictures.balance, os.getpid()
-completes = {outcome == "completes"}
-pictures.balance = lambda *given, **of: drawn(*given, **of) if completes or os.getpid() == this else os.abort()
-sys.exit(main(["report", {str(ROW1)!r}, "-o", "page.html"]))
-"""
-    subprocess.run([sys.executable, "-c", program], cwd=tmp_path, check=True, capture_output=True)
+def test_the_command_writes_the_same_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["report", str(ROW1), "-o", str(tmp_path / "page.html")]) == 0
     assert (tmp_path / "page.html").read_text(encoding="utf-8") == made("ejection")
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="the drawing process is forked on Linux only")
-def test_the_drawing_process_ends_with_its_parent(tmp_path: Path) -> None:
-    program = f"""
-import os, sys
-from shockwave.cli import main
-from shockwave.page import render
-render.html_of = lambda *given, **of: os._exit(3)
-sys.exit(main(["report", {str(ROW1)!r}, "-o", "page.html"]))
-"""
-    # a process that remained would keep the pipes open
-    done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, timeout=60)
-    assert done.returncode == 3
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="the drawing process is forked on Linux only")
-def test_a_report_is_written_if_ended_processes_are_not_kept(tmp_path: Path) -> None:
-    program = f"""
-import signal, sys
-from shockwave.cli import main
-signal.signal(signal.SIGCHLD, signal.SIG_IGN)
-sys.exit(main(["report", {str(ROW1)!r}, "-o", "page.html"]))
-"""
-    subprocess.run([sys.executable, "-c", program], cwd=tmp_path, check=True, capture_output=True)
-    assert (tmp_path / "page.html").read_text(encoding="utf-8") == made("ejection")
+    assert "Traceback" not in capsys.readouterr().err
 
 
 def test_compared_and_published_values_are_shown() -> None:

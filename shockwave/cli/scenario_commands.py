@@ -194,7 +194,7 @@ def report(options: Namespace) -> int:
     found = findings(_limited(scenario, options))
     for failed in found.failures:
         print(f"{options.file}: {failed}", file=sys.stderr)
-    written(page(found, aside=True), options.output)
+    written(page(found), options.output)
     return found.exit_code
 
 

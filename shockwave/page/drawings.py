@@ -2,13 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
-import json
-import os
-import sys
-import threading
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import suppress
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from shockwave import pictures
@@ -16,7 +10,7 @@ from shockwave.chain.chain import Scales
 from shockwave.errors import ShockwaveError
 from shockwave.page.results import Findings
 from shockwave.prediction.section4_outcome import EjectionOutcome
-from shockwave.progress import counted, progress_shown
+from shockwave.progress import counted
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,25 +22,14 @@ _Draw = Callable[["Axes"], object]
 
 # Width and height [in]: a column in print, legible on a phone.
 _SIZE = (3.4, 2.7)
-# Fraction of the pictures that this process draws if a second process helps: the last pictures take longer.
-_OWN_SHARE = 0.6
-# Name of a picture, and its SVG element or the reason why it could not be drawn.
-_Drawn = tuple[str, str, str]
 
 
-def drawn(found: Findings, aside: bool = False) -> Iterator[_Drawn]:
+def drawn(found: Findings) -> Iterator[tuple[str, str, str]]:
     """Draw the pictures of a scene.
 
-    Parameters
-    ----------
-    found : Findings
-        The results.
-    aside : bool
-        Fork this process, where that is safe: its child starts to draw the last pictures immediately.
-
-    Returns
-    -------
-    iterator of (str, str, str)
+    Yields
+    ------
+    str, str, str
         Name and SVG element of each picture, and the reason why it could not be drawn; one of the two is empty.
 
     Raises
@@ -54,18 +37,7 @@ def drawn(found: Findings, aside: bool = False) -> Iterator[_Drawn]:
     UsageError
         If matplotlib is not installed.
     """
-    chosen = list(drawings(found).items())
-    # after a fork, locks that other threads hold are never released
-    alone = sys.platform != "linux" or threading.active_count() > 1 or len(os.sched_getaffinity(0)) == 1
-    if alone or not aside or len(chosen) < 2:
-        return _drawn(counted("pictures", chosen))
-    own = round(_OWN_SHARE * len(chosen))
-    later = _drawn_aside(chosen[own:])
-    return itertools.chain(_drawn(counted("pictures", chosen[:own])), later)
-
-
-def _drawn(chosen: Iterable[tuple[str, _Draw]]) -> Iterator[_Drawn]:
-    for name, draw in chosen:
+    for name, draw in counted("pictures", list(drawings(found).items())):
         figure, (ax,) = pictures.figure(size=_SIZE)
         try:
             draw(ax)
@@ -73,33 +45,6 @@ def _drawn(chosen: Iterable[tuple[str, _Draw]]) -> Iterator[_Drawn]:
             yield name, "", str(error)
         else:
             yield name, pictures.svg(figure, name), ""
-
-
-def _drawn_aside(chosen: list[tuple[str, _Draw]]) -> Iterator[_Drawn]:
-    """Draw in a forked process, from now on; if that fails, draw here when the pictures are needed."""
-    output, given = os.pipe()
-    child = os.fork()
-    if child == 0:
-        try:
-            os.close(output)  # a reader of its own would let it wait for ever if the parent ends
-            with progress_shown(None), open(given, "w", encoding="ascii") as file:
-                file.write(json.dumps(list(_drawn(chosen))))
-        finally:
-            os._exit(0)
-    os.close(given)
-
-    def of_child() -> Iterator[_Drawn]:
-        with open(output, encoding="ascii") as file:
-            text = file.read()
-        with suppress(ChildProcessError):  # the system has removed it if SIGCHLD is ignored
-            os.waitpid(child, 0)
-        try:
-            received = json.loads(text)
-        except ValueError:
-            received = _drawn(chosen)
-        yield from received
-
-    return of_child()
 
 
 def drawings(found: Findings) -> dict[str, _Draw]:

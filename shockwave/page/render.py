@@ -49,15 +49,15 @@ def page(scenario: Scenario) -> str:
     return written(findings(scenario))
 
 
-def written(found: Findings, aside: bool = False) -> str:
-    """Return the page of the results of a scenario; ``aside`` lets another process draw some of the pictures.
+def written(found: Findings) -> str:
+    """Return the page of the results of a scenario.
 
     Raises
     ------
     UsageError
         If matplotlib is not installed.
     """
-    shown = drawn(found, aside)
+    shown = drawn(found)
     filters: tuple[Callable[..., object], ...] = (formula, greatest_text, percent, quantity, small)
     if found.is_beyond:
         from shockwave.measurement.chain_text import chain_answer, chain_balances, chain_lead, chosen, span
