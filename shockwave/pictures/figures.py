@@ -6,11 +6,8 @@ import io
 import re
 import threading
 from html import escape
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from shockwave import OWN_DISTRIBUTION
 from shockwave.errors import InvalidValueError, UsageError
@@ -30,8 +27,6 @@ _HEIGHT = 2.6
 _DOTS = 200
 #: Points per inch; a point is the unit of SVG files.
 POINTS = 72
-# Space around axes with their labels [pt].
-_PAD = 3.0
 _FORMATS = ("svg", "png", "pdf")
 # Start of an SVG picture in a page.
 _BEGIN = '<svg role="img"'
@@ -118,29 +113,12 @@ def svg(figure: Figure, name: str = "picture", description: str = "") -> str:
         raise InvalidValueError.of("name", f"must be a letter, then letters, digits and hyphens (got {name!r})")
     from matplotlib import rc_context
 
-    backend: Any = import_module("matplotlib.backends.backend_svg")
-    written, dots = io.StringIO(), figure.dpi
+    written = io.StringIO()
     unsigned = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-    layout, stale = figure.get_layout_engine(), figure.stale
-    # savefig would draw twice, once for the layout
-    figure.set_layout_engine("none")
-    figure.dpi = POINTS
-    width, height = figure.get_size_inches()
     # without a salt, the names of shared shapes differ from run to run
     with DRAWING, rc_context({"svg.hashsalt": "shockwave", "svg.fonttype": "path"}):
-        page = backend.RendererSVG(POINTS * width, POINTS * height, written, image_dpi=_DOTS, metadata=unsigned)
-        renderer = backend.MixedModeRenderer(figure, width, height, _DOTS, page)
-        if layout is not None and stale:  # a second layout of the same figure would shift its axes slightly
-            _fit(figure.axes[0], renderer) if len(figure.axes) == 1 else layout.execute(figure)
-        figure.draw(renderer)
-        renderer.finalize()
-    figure.dpi = dots
-    figure.set_layout_engine(layout)
-    figure.stale = False
+        figure.savefig(written, format="svg", dpi=_DOTS, metadata=unsigned)
     text = re.sub(r"\s*<!--.*?-->", "", written.getvalue().partition("<svg ")[2], flags=re.DOTALL)
-    # other names differ from run to run, and are removed
-    referred = set(re.findall(r'(?:href="|url\()#([^")]+)', text))
-    text = re.sub(r' id="([^"]+)"', lambda found: found[0] if found[1] in referred else "", text)
     text = re.sub(r'( id="|href="#|url\(#)', rf"\1{name}-", text)
     return described(f"{_BEGIN} {text}", description)
 
@@ -149,16 +127,6 @@ def described(picture: str, description: str) -> str:
     """Return a picture of `svg` with a description for readers who cannot see it; unchanged if it is empty."""
     label = f' aria-label="{escape(admitted(description))}"' if description else ""
     return f"{_BEGIN}{label}{picture.removeprefix(_BEGIN)}"
-
-
-def _fit(ax: Axes, renderer: Any) -> None:
-    """Place the axes so that they and their labels fill the figure, from one measurement of the labels."""
-    inner, outer = ax.get_window_extent(), ax.get_tightbbox(renderer, for_layout_only=True)
-    assert outer is not None
-    margins = np.abs(outer.get_points() - inner.get_points()) + _PAD
-    (left, low), (right, high) = margins / ax.figure.bbox.size
-    ax.set_position((left, low, 1 - left - right, 1 - low - high))
-    ax.set_in_layout(True)
 
 
 def save(figure: Figure, file: str | Path) -> None:
