@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import importlib
 import json
 import os
 import sys
@@ -71,7 +70,7 @@ class ProgressBar:
         if self._bar is None:
             from tqdm import tqdm
 
-            tqdm.monitor_interval = 0  # without a thread of its own, so that this process can be forked
+            tqdm.monitor_interval = 0  # without a thread of its own
             self._work = work
             form = _BAR if total else "{desc}: {n_fmt} steps [{elapsed}]"
             self._bar = tqdm(total=total, desc=work, delay=1, leave=False, dynamic_ncols=True, bar_format=form)
@@ -112,7 +111,7 @@ def written(text: str, output: str | None, anew: bool = False) -> int:
 
 
 def load_matplotlib() -> None:
-    """Import matplotlib without the lists of properties in its docstrings, which take a third of the time.
+    """Import matplotlib, to fail before a computation rather than after it.
 
     Raises
     ------
@@ -121,13 +120,4 @@ def load_matplotlib() -> None:
     """
     from shockwave.pictures import figure
 
-    try:
-        artist: Any = importlib.import_module("matplotlib.artist")
-    except ImportError:
-        figure()  # raises the error
-        raise
-    composed, artist.kwdoc = getattr(artist, "kwdoc", None), lambda _: ""
-    try:
-        figure()
-    finally:
-        artist.kwdoc = composed
+    figure()
