@@ -136,7 +136,6 @@ WRONG = {
     "word-for-contacts": (["simulate", "--contacts", "x", SCENE], "--contacts: must be whole numbers >= 0"),
     "no-worker": (["sweep", SCENE, "--workers", "0"], "--workers: must be >= 1 and <= 10000 (got 0)"),
     "integrator": (["simulate", SCENE, "--integrator", "nope"], "--integrator: unknown integrator (got 'nope'"),
-    "no-executor": (["sweep", SCENE, "--dry-run", "--executor", "x"], "executor: must be processes, dask,"),
     "check-of-profiles": (["list", "profiles", "--check"], "--check: can be used only with plugins"),
     "page-as-pdf": (
         ["report", SCENE, "-o", "x.pdf"],

@@ -70,7 +70,7 @@ def test_every_dependency_has_a_floor_and_the_tests_have_those_of_the_extras() -
     extras = {name: floors(needs) for name, needs in project()["optional-dependencies"].items()}
     needed = floors(project()["dependencies"]) | extras["test"]
     assert [name for name, floor in needed.items() if not floor.startswith(">=")] == []
-    assert extras["test"].items() >= extras["plot"].items() | extras["dask"].items()
+    assert extras["test"].items() >= extras["plot"].items()
 
 
 def workflow() -> dict[str, Any]:

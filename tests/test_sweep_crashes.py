@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 from types import SimpleNamespace
@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import shockwave as sw
-from shockwave.sweep import workers
 from shockwave.sweep.report import SweepReport
 from shockwave.sweep.runner import run_sweep
 from shockwave.sweep.workers import LostError
@@ -192,13 +191,10 @@ def test_signals_stop_a_sweep_like_an_interrupt(
 
 
 #: Modules that the processes of a sweep import.
-PLANTED = ("numpy", "yaml", "signal", "multiprocessing", "pickle", "threading", "attrs", "distributed", "shockwave")
+PLANTED = ("numpy", "yaml", "signal", "multiprocessing", "pickle", "threading", "attrs", "shockwave")
 
 
-@pytest.mark.parametrize("executor", ["processes", pytest.param("dask", marks=pytest.mark.slow)])
-def test_modules_in_the_current_folder_are_not_run(executor: str, tmp_path: Path) -> None:
-    if executor == "dask":
-        pytest.importorskip("distributed")
+def test_modules_in_the_current_folder_are_not_run(tmp_path: Path) -> None:
     written(tmp_path, 2)
     marker = tmp_path / "marker"
     for name in PLANTED:
@@ -207,9 +203,8 @@ def test_modules_in_the_current_folder_are_not_run(executor: str, tmp_path: Path
     program = tmp_path / "bin" / "command.py"
     program.parent.mkdir()
     program.write_text("import sys\nfrom shockwave.cli import main\nif __name__ == '__main__': sys.exit(main())\n")
-    command = [sys.executable, str(program), "sweep", "scene.yaml", "--workers", "1", "--executor", executor]
+    command = [sys.executable, str(program), "sweep", "scene.yaml", "--workers", "1"]
     usual = {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"}
-    usual["DASK_TEMPORARY_DIRECTORY"] = str(tmp_path)
     run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env=usual)
     assert not marker.exists(), marker.read_text()
     assert run.returncode == 0, run.stderr
@@ -285,133 +280,32 @@ def test_a_program_without_a_main_guard_is_refused_with_a_hint(scenario: Path, t
     assert "if __name__ == '__main__':" in run.stderr
 
 
-# ---------------------------------------------------------------- dask
+@pytest.mark.parametrize(
+    ("executor", "got"),
+    [("processes", "got 'processes'"), (SimpleNamespace(get_executor=None), r"got .*; its get_executor\(\) is one\)")],
+    ids=["name", "client"],
+)
+def test_what_is_no_executor_is_refused(scenario: Path, tmp_path: Path, executor: Any, got: str) -> None:
+    with pytest.raises(sw.UsageError, match=rf"^executor: must be a concurrent\.futures\.Executor \({got}"):
+        run_sweep(scenario, tmp_path / "out", executor)
 
 
-def test_a_silent_scheduler_is_reported(scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("distributed")
-    monkeypatch.setattr(workers, "_PATIENCE", 0.2)
-    with pytest.raises(LostError, match=r"dask: tcp://127\.0\.0\.1:9 must answer"):
-        run_sweep(scenario, tmp_path / "out", "dask=tcp://127.0.0.1:9")
+class Elsewhere(ThreadPoolExecutor):
+    """Workers with another version of shockwave."""
+
+    def submit(self, function: Any, /, *arguments: Any, **named: Any) -> Any:
+        def run() -> Any:
+            with pytest.MonkeyPatch.context() as patch:
+                patch.setattr(sw, "__version__", "0.0.9")
+                return function(*arguments, **named)
+
+        return super().submit(run)
 
 
-def test_a_cluster_without_workers_stops_the_sweep(monkeypatch: pytest.MonkeyPatch) -> None:
-    client = SimpleNamespace(get_executor=lambda pure: None, nthreads=lambda: {"tcp://127.0.0.1:1": 2})
-    crew = workers.DaskWorkers(client, None, OSError)
-    assert crew.count == 2
-    client.nthreads = dict
-    assert crew.count == 1
-    monkeypatch.setattr(workers, "_LONELY", -1)
-    with pytest.raises(LostError, match="dask: must have a worker"):
-        _ = crew.count
-
-
-#: Without an address, all clusters would use the same port.
-CLUSTER = {
-    "dashboard_address": None,
-    "scheduler_kwargs": {"dashboard_address": "127.0.0.1:0"},
-    "silence_logs": 50,
-    "threads_per_worker": 1,
-}
-
-
-@pytest.fixture(scope="module")
-def dask_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Workers of dask keep their files in a folder of the tests."""
-    dask = pytest.importorskip("dask")
-    with dask.config.set({"temporary-directory": str(tmp_path_factory.mktemp("dask"))}):
-        yield
-
-
-@pytest.fixture(scope="module")
-def cluster(dask_folder: None) -> Iterator[Any]:
-    """A scheduler on loopback with two worker processes."""
-    distributed = pytest.importorskip("distributed")
-    with distributed.LocalCluster(host="127.0.0.1", n_workers=2, **CLUSTER) as made:
-        yield made
-
-
-@pytest.mark.usefixtures("dask_folder")
-def test_a_client_of_dask_is_an_executor(tmp_path: Path) -> None:
-    distributed = pytest.importorskip("distributed")
+def test_a_worker_with_another_version_is_refused(scenario: Path, tmp_path: Path) -> None:
     with (
-        distributed.LocalCluster(host="127.0.0.1", protocol="tcp://", n_workers=1, processes=False, **CLUSTER) as made,
-        distributed.Client(made, set_as_default=False) as client,
+        Elsewhere(1) as executor,
+        pytest.raises(sw.UsageError, match=r"got a worker with versions\.shockwave '0\.0\.9', now "),
     ):
-        report = run_sweep(written(tmp_path, 3), tmp_path / "out", client)
-        assert client.status == "running"
-    assert report.done == 3
-
-
-@pytest.mark.slow
-def test_a_killed_worker_of_dask_loses_no_results(scenario: Path, tmp_path: Path, cluster: Any) -> None:
-    from distributed import Client
-
-    with Client(cluster, set_as_default=False) as client:
-        pids = client.run(os.getpid)
-        strike = once(lambda: os.kill(next(iter(pids.values())), signal.SIGKILL))
-        report = run_sweep(scenario, tmp_path / "out", f"dask={cluster.scheduler_address}", progress=strike)
-    assert (report.done, report.crashed) == (1200, 0)
-    assert tables(tmp_path / "out") == undisturbed(scenario, tmp_path / "whole")
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("dask_folder")
-def test_only_the_point_that_crashes_dask_workers_is_recorded_as_crashed(tmp_path: Path, install: Install) -> None:
-    pytest.importorskip("distributed")
-    report = run_sweep(risky(tmp_path, install, 0, 1, 5, 3, 4), tmp_path / "out", "dask", workers=2)
-    assert (report.done, report.crashed) == (4, 1)
-    assert unfinished(tmp_path / "out") == {2: "crashed"}
-
-
-@pytest.mark.slow
-def test_a_worker_of_dask_with_another_version_is_refused(scenario: Path, tmp_path: Path, cluster: Any) -> None:
-    from distributed import Client
-
-    with Client(cluster, set_as_default=False) as client:
-        client.wait_for_workers(2, timeout=600)
-        client.run(_call_version, "0.0.9")
-        try:
-            with pytest.raises(sw.UsageError, match=r"got a worker with versions\.shockwave '0\.0\.9', now "):
-                run_sweep(scenario, tmp_path / "out", f"dask={cluster.scheduler_address}")
-        finally:
-            client.run(_call_version, sw.__version__)
+        run_sweep(scenario, tmp_path / "out", executor)
     assert journal(tmp_path / "out") == []
-
-
-def _call_version(version: str) -> None:
-    import shockwave
-
-    shockwave.__version__ = version
-
-
-def listening() -> set[tuple[str, int]]:
-    """Addresses at which this process and its children accept connections."""
-    psutil = pytest.importorskip("psutil")
-    me = psutil.Process()
-    found = [one for process in (me, *me.children(recursive=True)) for one in process.net_connections("tcp")]
-    return {(one.laddr.ip, one.laddr.port) for one in found if one.status == psutil.CONN_LISTEN}
-
-
-@pytest.mark.usefixtures("dask_folder")
-def test_a_cluster_of_dask_is_closed_to_other_users() -> None:
-    distributed: Any = pytest.importorskip("distributed")
-    before = listening()
-    with workers.workers_of("dask", 1) as crew:
-        assert {host for host, _ in listening() - before} == {"127.0.0.1"}
-        assert isinstance(crew, workers.DaskWorkers)
-        name, _, place = crew.client.scheduler.address.partition("://")
-        assert name == "tls"
-        with pytest.raises(OSError, match="tcp://127"):
-            distributed.Client(f"tcp://{place}", timeout=0.5, set_as_default=False)
-    assert listening() <= before
-
-
-@pytest.mark.parametrize("missing", ["cryptography", "distributed"])
-def test_missing_packages_of_a_cluster_are_named(
-    missing: str, scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    pytest.importorskip("distributed")
-    monkeypatch.setitem(sys.modules, missing, None)
-    with pytest.raises(sw.UsageError, match=r"executor: dask must be installed .*python -m pip install '.*\[dask\]'"):
-        run_sweep(scenario, tmp_path / "out", "dask", workers=1)

@@ -124,7 +124,6 @@ _SWEEP = [
     _option("FILE", "scenario file (YAML) with a `sweep` block"),
     _option("-o --out FOLDER", "folder of the results (default: NAME-sweep)"),
     _option("--dry-run", "report the points and the estimated time; run nothing"),
-    _option("--executor NAME", "processes (default), dask, or dask=ADDRESS"),
     _option("--workers N", "number of workers (default: one for each core)", type=_number(1, 10_000, int)),
     _option("--timeout SECONDS", "time limit of one point (default: none)", type=_number(1e-3, 1e9)),
     _option("--fail-fast", "stop at the first point that fails"),

@@ -54,7 +54,7 @@ def sweep(options: argparse.Namespace) -> int:
 
 def _sweep(options: argparse.Namespace) -> int:
     if not options.dry_run:
-        start_server(options.executor)
+        start_server()
     # imported while the server loads its own modules
     from tqdm import tqdm
 
@@ -66,7 +66,7 @@ def _sweep(options: argparse.Namespace) -> int:
     folder = options.out or f"{Path(options.file).stem}-sweep"
     settings = {name: getattr(options, name) for name in ("workers", "retry_failed", "accept_versions")}
     if options.dry_run:
-        check_workers(options.executor, options.workers, options.timeout)
+        check_workers(None, options.workers, options.timeout)
         print_result(plan_sweep(options.file, folder, **settings), options.json)
         return 0
     if options.resume and not (Path(folder) / DEFINITION).exists():
@@ -82,6 +82,6 @@ def _sweep(options: argparse.Namespace) -> int:
             bar.update(report.points - report.left - bar.n)
 
         settings |= {"timeout": options.timeout, "fail_fast": options.fail_fast, "progress": show}
-        report = run_sweep(options.file, folder, options.executor, **settings)
+        report = run_sweep(options.file, folder, **settings)
     print_result(report, options.json)
     return report.exit_code

@@ -18,7 +18,7 @@ _THREADS = dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_TH
 
 def start_server(executor: object = None, modules: Sequence[str] = WORKERS) -> None:
     """Start the server, which loads ``modules``, unless it runs already or ``executor`` needs none; do not wait."""
-    if sys.platform != "win32" and executor in (None, "processes"):
+    if sys.platform != "win32" and executor is None:
         from multiprocessing import forkserver
 
         START.set_forkserver_preload(list(modules))

@@ -60,7 +60,7 @@ def points_of(scenario: Scenario | str | os.PathLike[str]) -> Points:
 def run_sweep(
     scenario: Scenario | str | os.PathLike[str],
     folder: str | os.PathLike[str],
-    executor: Executor | str | Any = None,
+    executor: Executor | None = None,
     *,
     workers: int | None = None,
     timeout: float | str | None = None,
@@ -80,8 +80,8 @@ def run_sweep(
         A scenario with a ``sweep`` block.
     folder : path-like
         Folder of the journal and the results: a new one, or that of the same sweep.
-    executor : concurrent.futures.Executor, distributed.Client or str, optional
-        An executor or a client of dask, or ``processes`` (default), ``dask`` or ``dask=ADDRESS``.
+    executor : concurrent.futures.Executor, optional
+        An executor, such as that of a cluster; default: processes on this machine.
     workers : int, optional
         Number of workers; default: that of the executor, or the number of cores.
     timeout : float or str, optional

@@ -1,32 +1,24 @@
-"""Workers of a sweep: processes on this machine, workers of a dask scheduler, or an executor of the caller."""
+"""Workers of a sweep: processes on this machine, or an executor of the caller."""
 
 from __future__ import annotations
 
 import gc
 import multiprocessing
 import os
-import signal
 import threading
 import time
 from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import closing, contextmanager
-from importlib import import_module
 from multiprocessing import connection
 from typing import Any
 
 from pebble import ProcessExpired, ProcessPool
 
-from shockwave import OWN_DISTRIBUTION
 from shockwave.errors import ShockwaveError, UsageError
 from shockwave.fields import Quantity
 from shockwave.sweep.fork_server import START, start_server
 from shockwave.sweep.point_evaluation import GROWTH, SLICE, run_batch
-
-# Time for a scheduler and its first worker to answer [s].
-_PATIENCE = 30
-# Time that a cluster may be without workers [s].
-_LONELY = 60
 
 
 class LostError(ShockwaveError):
@@ -74,25 +66,24 @@ def check_workers(executor: object, count: object, timeout: float | None) -> Non
     """Raise a `UsageError` if `workers_of` cannot take these arguments."""
     if problem := _COUNT.problem(count):
         raise UsageError(f"workers: {problem}")
-    named = isinstance(executor, str) and (executor == "processes" or executor.partition("=")[0] == "dask")
-    if not (executor is None or named or hasattr(executor, "submit")):
-        kinds = "processes, dask, dask=ADDRESS, an executor or a client of dask"
-        raise UsageError(f"executor: must be {kinds} (got {executor!r})")
-    if timeout is not None and executor not in (None, "processes"):
+    if not (executor is None or isinstance(executor, Executor)):
+        hint = "; its get_executor() is one" if hasattr(executor, "get_executor") else ""
+        raise UsageError(f"executor: must be a concurrent.futures.Executor (got {executor!r}{hint})")
+    if timeout is not None and executor is not None:
         reason = "only processes on this machine can be stopped; omit the timeout or the executor"
         raise UsageError(f"timeout: must be omitted with an executor (got {executor!r}; {reason})")
 
 
 @contextmanager
-def workers_of(executor: Any, count: int | None, timeout: float | None = None) -> Iterator[Workers]:
-    """Start or connect to the workers of ``executor``; workers started here are terminated at the end.
+def workers_of(executor: Executor | None, count: int | None, timeout: float | None = None) -> Iterator[Workers]:
+    """Start processes on this machine, or use ``executor``; processes started here are terminated at the end.
 
     The arguments must have passed `check_workers`.
 
     Parameters
     ----------
-    executor : concurrent.futures.Executor, distributed.Client or str, optional
-        An executor or a client of dask, or ``processes`` (default), ``dask`` or ``dask=ADDRESS``.
+    executor : concurrent.futures.Executor, optional
+        An executor; default: processes on this machine.
     count : int, optional
         Number of workers; default: that of the executor, or the number of cores.
     timeout : float, optional
@@ -100,20 +91,13 @@ def workers_of(executor: Any, count: int | None, timeout: float | None = None) -
 
     Raises
     ------
-    UsageError
-        If a package that the executor needs is not installed.
     LostError
         If no worker starts.
     """
-    if executor is None or executor == "processes":
+    if executor is None:
         _check_start()
         with closing(Processes(count or cores(), timeout)) as own:
             yield own
-    elif isinstance(executor, str):
-        with _dask(executor.partition("=")[2], count) as remote:
-            yield remote
-    elif hasattr(executor, "get_executor"):  # a client of dask
-        yield DaskWorkers(executor, count, import_module("distributed").KilledWorker)
     else:
         yield Workers(executor, count or getattr(executor, "_max_workers", None) or cores())
 
@@ -198,72 +182,3 @@ def _begin() -> None:
 def _end_with(sentinel: int) -> None:
     connection.wait([sentinel])
     os._exit(1)
-
-
-# ---------------------------------------------------------------- dask
-
-
-class DaskWorkers(Workers):
-    """Workers of a dask scheduler, one for each thread; workers may join and leave during the sweep."""
-
-    def __init__(self, client: Any, requested: int | None, killed: type[BaseException]) -> None:
-        self.executor = client.get_executor(pure=False)
-        self.client = client
-        self.requested = requested
-        self.deaths = (killed,)
-        self.seen = time.monotonic()
-
-    @property
-    def count(self) -> int:  # type: ignore[override]
-        """Number of workers to keep busy; raises a `LostError` if there has been no worker for a minute."""
-        there = sum(self.client.nthreads().values())
-        if there:
-            self.seen = time.monotonic()
-        elif time.monotonic() - self.seen > _LONELY:
-            remedy = "finished points are kept: run the sweep again"
-            raise LostError(f"dask: must have a worker (got none for {_LONELY} s; {remedy})")
-        return self.requested or max(there, 1)
-
-
-@contextmanager
-def _dask(address: str, count: int | None) -> Iterator[Workers]:
-    """Workers at ``address``, such as ``tcp://host:8786``, or of a new cluster on this machine if it is empty."""
-    try:
-        distributed: Any = import_module("distributed")
-        cluster = None if address else _local_cluster(distributed, count or cores())
-    except ImportError as error:
-        remedy = f"python -m pip install '{OWN_DISTRIBUTION}[dask]'"
-        raise UsageError(f"executor: dask must be installed (got {error}; {remedy})") from None
-    client: Any = None
-    try:
-        client = distributed.Client(cluster or address, timeout=_PATIENCE, set_as_default=False)
-        client.wait_for_workers(1, timeout=_PATIENCE)
-        if cluster:  # only the client handles Ctrl-C
-            client.run(_ignore_interrupts)
-    except (OSError, ValueError, TypeError) as error:
-        name = address or "the local cluster"
-        raise LostError(f"dask: {name} must answer and have a worker (got {error})") from None
-    else:
-        yield DaskWorkers(client, count, distributed.KilledWorker)
-    finally:
-        for one in filter(None, (client, cluster)):
-            one.close()
-
-
-def _ignore_interrupts() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-def _local_cluster(distributed: Any, count: int) -> Any:
-    """A cluster that accepts connections only from this machine and with its certificates."""
-    dask: Any = import_module("dask")
-    # the sweep, not dask, repeats the batches of a worker that terminates
-    with dask.config.set({"distributed.scheduler.allowed-failures": 0}):
-        return distributed.LocalCluster(
-            n_workers=count,
-            threads_per_worker=1,
-            host="127.0.0.1",
-            security=distributed.Security.temporary(),
-            dashboard_address=None,
-            scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
-        )
