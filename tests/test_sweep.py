@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -20,7 +21,7 @@ from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scene_family import Family
 from shockwave.studies.comparison import compare
 from shockwave.sweep import point_evaluation
-from shockwave.sweep.dry_run import plan_sweep
+from shockwave.sweep.dry_run import _duration, dry_run
 from shockwave.sweep.fork_server import start_server
 from shockwave.sweep.report import SweepInterrupt, SweepReport
 from shockwave.sweep.runner import points_of, run_sweep
@@ -474,24 +475,26 @@ def test_a_dry_run_writes_nothing_and_reports_the_work(
     scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert main(["sweep", scenario.name, "--dry-run", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert (found["points"], found["finished"], found["measured"], found["failed"]) == (40, 0, 40, 0)
-    assert 0 < found["seconds"][0] <= found["seconds"][1]
+    assert main(["sweep", scenario.name, "--dry-run", "--workers", "2"]) == 0
+    lead, *_ = capsys.readouterr().out.splitlines()
+    assert re.fullmatch(r"40 of 40 points to run, about \d+ s on 2 workers", lead)
     assert [file.name for file in tmp_path.iterdir()] == ["scene.yaml"]
 
 
 def test_a_dry_run_reports_finished_and_failed_points(tmp_path: Path) -> None:
     file = written(tmp_path, SIMULATE + BROKEN)
     swept(file, tmp_path / "out")
-    plan = plan_sweep(file, tmp_path / "out")
-    assert (plan.finished, plan.failed) == (2, 0)
-    assert str(plan).startswith("0 of 2 points to run\n")
-    again = plan_sweep(file, tmp_path / "out", retry_failed=True)
-    assert (again.finished, again.failed) == (1, 1)
-    assert "1 of the 2 measured points failed: chain.radius: must give granules a mass" in str(again)
+    assert dry_run(file, tmp_path / "out").startswith("0 of 2 points to run\n")
+    again = dry_run(file, tmp_path / "out", workers=1, retry_failed=True)
+    assert again.startswith("1 of 2 points to run, about ")
+    assert "a measured point failed: chain.radius: must give granules a mass" in " ".join(again.split())
     with pytest.raises(sw.InvalidValueError, match=r"scenario\.simulate\.rtol 0\.0001, now 1e-05"):
-        plan_sweep(written(tmp_path, SIMULATE.replace("-4", "-5") + BROKEN), tmp_path / "out")
+        dry_run(written(tmp_path, SIMULATE.replace("-4", "-5") + BROKEN), tmp_path / "out")
+
+
+@pytest.mark.parametrize(("seconds", "text"), [(1.4, "1 s"), (120.0, "120 s"), (7325.0, "2:02:05 h")])
+def test_estimated_times_are_readable(seconds: float, text: str) -> None:
+    assert _duration(seconds) == text
 
 
 def test_starting_the_server_of_workers_leaves_the_environment_unchanged() -> None:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def sweep(options: argparse.Namespace) -> int:
-    """Run or resume a sweep, or print the plan of a dry run.
+    """Run or resume a sweep, or report what a run would take.
 
     SIGTERM and SIGHUP stop it like Ctrl-C. The exit status is then 128 plus the number of the signal.
     """
@@ -59,7 +59,7 @@ def _sweep(options: argparse.Namespace) -> int:
     from tqdm import tqdm
 
     from shockwave.sweep.definition import DEFINITION
-    from shockwave.sweep.dry_run import plan_sweep
+    from shockwave.sweep.dry_run import dry_run
     from shockwave.sweep.runner import run_sweep
     from shockwave.sweep.workers import check_workers
 
@@ -67,7 +67,9 @@ def _sweep(options: argparse.Namespace) -> int:
     settings = {name: getattr(options, name) for name in ("workers", "retry_failed", "accept_versions")}
     if options.dry_run:
         check_workers(None, options.workers, options.timeout)
-        print_result(plan_sweep(options.file, folder, **settings), options.json)
+        if options.json:
+            raise UsageError("--json: must be omitted with --dry-run (got both; the dry run prints text)")
+        print(dry_run(options.file, folder, **settings))
         return 0
     if options.resume and not (Path(folder) / DEFINITION).exists():
         raise UsageError(f"{folder}: must hold a sweep to resume (got none; omit --resume to begin one)")
