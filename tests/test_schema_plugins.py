@@ -137,7 +137,7 @@ class TestPlugin:
     @pytest.mark.parametrize(
         "case",
         [
-            ("declared", "", "", "parameters", True),
+            ("declared", "", "", "parameters", False),
             ("declared", "delay: 0.001", "", "parameters.delay", True),
             ("declared", "delay: 2 ms, knots: [1, -2 s]", "", "parameters.knots[1]", False),
             ("declared", "delay: 2 ms, dealy: 2", "", "parameters", True),

@@ -1,7 +1,8 @@
 """JSON Schema (draft-07) of the keys of a scenario and their values, for editors.
 
-It is derived from the keys of the loader and accepts everything that the loader accepts. Rules on several values, on
-units and on files are left to the loader.
+It is derived from the keys of the loader and accepts everything that the loader accepts. It states the keys, their
+meaning, and the types, ranges and names of their values. Which keys are needed, and rules on units and on files, are
+left to ``shockwave validate``.
 """
 
 from __future__ import annotations
@@ -17,11 +18,10 @@ from shockwave import __version__, registry
 from shockwave.chain.material import Material
 from shockwave.fields import Quantity
 from shockwave.limit import Limit
-from shockwave.scenario.block_keys import BLOCKS, CHAIN, SCENARIO, SHOCK, Key, keys_of, parameters_of, shock_keys
+from shockwave.scenario.block_keys import BLOCKS, CHAIN, SCENARIO, SHOCK, Key, keys_of, parameters_of
 from shockwave.scenario.chain_blocks import CELL, END, IMPACT, LAWS, MODEL, SEGMENT, TAPER, models
 from shockwave.scenario.scenario import Published
 from shockwave.scenario.sweep_block import SWEEP
-from shockwave.scenario.uncertainty import TWINS
 
 _DRAFT = "http://json-schema.org/draft-07/schema#"
 _ABOUT = (
@@ -48,18 +48,15 @@ def schema() -> Form:
     forms["chain"] |= _chain()
     forms["impact"] |= _mapping(IMPACT)
     forms["shock"] |= _mapping(SHOCK)
-    profiles = {name: _of_profile(name) for name in _names("profiles")}
-    forms["shock"]["allOf"] = [_where("profile", name, admitted) for name, (admitted, _) in profiles.items()]
-    forms["predict"] |= _or_null(_mapping(BLOCKS["predict"]))
-    forms["simulate"] |= _or_null(_mapping(BLOCKS["simulate"]))
-    forms["limit"] |= _or_null(_mapping(keys_of(Limit)) | _required(keys_of(Limit)))
-    forms["published"] |= _or_null(_mapping(keys_of(Published)) | _required(keys_of(Published)))
-    forms["sweep"] |= _or_null(_mapping(SWEEP))
+    forms["shock"]["allOf"] = [_where("profile", name, _of_profile(name)) for name in _names("profiles")]
+    optional = {block: BLOCKS[block] for block in ("predict", "simulate")}
+    optional |= {"limit": keys_of(Limit), "published": keys_of(Published), "sweep": SWEEP}
+    for block, keys in optional.items():
+        forms[block] |= _or_null(_mapping(keys))
     for part in ("grid", "zip"):
         forms["sweep"]["properties"][part] |= _dotted()
     forms["sweep"]["properties"]["points"] |= {"type": "array", "minItems": 1, "items": _dotted()}
-    forms["sweep"]["anyOf"] = [{"required": [part]} for part in ("grid", "zip", "points")]
-    forms["uncertainty"] |= _or_null(_dotted()) | _never(TWINS)
+    forms["uncertainty"] |= _or_null(_dotted())
     return {
         "$schema": _DRAFT,
         "$comment": f"Written by shockwave {__version__}. Write it again after the installation of a plugin.",
@@ -68,32 +65,7 @@ def schema() -> Form:
         "type": "object",
         "properties": forms,
         "additionalProperties": False,
-        **_never([(key.name, other) for key in SCENARIO for other in key.instead_of]),
-        # the points of a sweep may fill in what is missing here
-        "if": {"properties": {"sweep": {"type": "object"}}, "required": ["sweep"]},
-        "else": _complete([_where("profile", name, needed) for name, (_, needed) in profiles.items()]),
     }
-
-
-def _complete(of_profiles: list[Form]) -> Form:
-    """Keys that a scenario of a single scene must have."""
-    material = {"properties": {"material": _if_mapping(_required(keys_of(Material)))}}
-    segments = {"items": material | {"properties": {**material["properties"], "cell": {"items": material}}}}
-    end = _required(END) | {"properties": {"wall": material["properties"]["material"]}}
-    properties = {**material["properties"], "granules": segments, "end": _if_mapping(end)}
-    for block in LAWS:
-        laws = [_where("model", name, _required(_law(name))) for name in models(block)]
-        # the law whose parameters need no name
-        unnamed = _required(_law("power-law")[1:]) if block == "contact" else {"required": ["model"]}
-        properties[block] = _if_mapping({"allOf": [*laws, {"anyOf": [{"required": ["model"]}, unnamed]}]})
-    chain = _required(CHAIN) | {"properties": properties}
-    shock = _required(SHOCK) | {"allOf": of_profiles}
-    impact = _required(IMPACT) | material
-    return _required(SCENARIO) | {"properties": {"chain": chain, "shock": shock, "impact": impact}}
-
-
-def _if_mapping(form: Form) -> Form:
-    return {"if": {"type": "object"}, "then": form}
 
 
 # ---------------------------------------------------------------- chains beyond equal spheres
@@ -103,7 +75,7 @@ def _chain() -> Form:
     """Values of the ``chain`` block."""
     form = _mapping(CHAIN)
     properties = form["properties"]
-    cell = _mapping(CELL) | _required(CELL)
+    cell = _mapping(CELL)
     cell["properties"]["cell"] |= {"type": "array", "minItems": 1, "items": _segment()}
     parts = {"type": "array", "minItems": 1, "items": {"anyOf": [_segment(), cell]}}
     granules = properties["granules"]
@@ -111,15 +83,9 @@ def _chain() -> Form:
     properties["granules"] = description | {"anyOf": [granules, parts]}
     properties["end"] |= {"anyOf": [*_in_any_case(["free"]), _KINDS[type(None)], _mapping(END)]}
     for block in LAWS:
-        known = models(block)
-        laws = [_where("model", name, _mapping(_law(name))) for name in known]
-        unnamed = _mapping(_law("power-law")) if block == "contact" else {}
-        named = {
-            "if": {"required": ["model"]},
-            "then": {"properties": {"model": {"anyOf": _in_any_case(known)}}},
-            "else": unnamed,
-        }
-        properties[block] |= {"type": ["object", "null"], "allOf": [_if_mapping({"allOf": [named, *laws]})]}
+        laws = [_where("model", name, _mapping(_law(name))) for name in models(block)]
+        named = {"properties": {"model": {"anyOf": _in_any_case(models(block))}}}
+        properties[block] |= {"type": ["object", "null"], "allOf": [named, *laws]}
     return form
 
 
@@ -127,8 +93,7 @@ def _segment() -> Form:
     form = _mapping(SEGMENT)
     for name in ("diameter", "radius"):
         size = form["properties"][name]
-        taper = _mapping(TAPER) | _required(TAPER)
-        form["properties"][name] = {"description": size.pop("description"), "anyOf": [size, taper]}
+        form["properties"][name] = {"description": size.pop("description"), "anyOf": [size, _mapping(TAPER)]}
     return form
 
 
@@ -143,57 +108,29 @@ def _law(name: str) -> tuple[Key, ...]:
 # ---------------------------------------------------------------- blocks
 
 
-def _mapping(own: Sequence[Key]) -> Form:
-    """A mapping with these keys only, and without two keys for one value."""
-    properties = {key.name: _value(key) for key in own}
-    form: Form = {"type": "object", "properties": properties, "additionalProperties": False}
-    pairs = [(key.name, other) for key in own for other in key.instead_of]
-    return form | _never([*pairs, *((key.name, *key.one_of) for key in own if key.one_of)])
-
-
-def _never(pairs: Sequence[tuple[str, ...]]) -> Form:
-    """Pairs of keys, or more keys, of which a mapping must not have all."""
-    doubled = [{"required": list(pair)} for pair in pairs]
-    # `required` alone accepts everything that is not a mapping
-    return {"not": {"type": "object", "anyOf": doubled}} if doubled else {}
-
-
-def _required(own: Sequence[Key]) -> Form:
-    """Keys that a mapping must have, where one key may replace another."""
-    substitutes = {name: key.name for key in own for name in key.instead_of}
-    names = [key.name for key in own if key.required]
-    either = [(name, substitutes[name]) for name in names if name in substitutes]
-    form: Form = {"required": [name for name in names if name not in substitutes]}
-    groups = [[[name] for name in pair] for pair in either]
-    for key in own:
-        if group := [name for name in form["required"] if name in key.one_of]:
-            form["required"] = [name for name in form["required"] if name not in group]
-            groups.append([group, *([key.name, *(one for one in group if one != name)] for name in group)])
-    if groups:
-        form["allOf"] = [{"anyOf": [{"required": names} for names in group]} for group in groups]
-    return form
+def _mapping(keys: Sequence[Key]) -> Form:
+    """A mapping with these keys only."""
+    return {"type": "object", "properties": {key.name: _value(key) for key in keys}, "additionalProperties": False}
 
 
 def _where(key: str, name: str, form: Form) -> Form:
-    condition = {"properties": {key: _in_any_case([name])[1]}, "required": [key]}
+    """``form`` for mappings in which ``key`` has this name."""
+    condition = {"type": "object", "properties": {key: _in_any_case([name])[1]}, "required": [key]}
     return {"if": condition, "then": form}
 
 
-def _of_profile(name: str) -> tuple[Form, Form]:
-    """Values that the ``shock`` block admits for a profile, and keys that it must have."""
+def _of_profile(name: str) -> Form:
+    """Values that the ``shock`` block admits for a profile."""
     try:
         cls = registry.load("profiles", name)
-        parameters = parameters_of(name, cls)
         ratios = [key for key in keys_of(cls) if key.name == "duration_ratio"]
-        form, needed, of_shock = _or_null(_mapping(parameters)), _required(parameters), _required(shock_keys(cls))
-        rules: Form = {"duration_ratio": _value(ratios[0]) if ratios else {"not": {}}, "parameters": form}
+        parameters = _or_null(_mapping(parameters_of(name, cls)))
+        return {
+            "properties": {"duration_ratio": _value(ratios[0]) if ratios else {"not": {}}, "parameters": parameters}
+        }
     except Exception as error:  # a plugin's class may be anything
         unknown = f"parameters of {name}, which are unknown ({' '.join(str(error).split())})"
-        return {"properties": {"parameters": {"type": ["object", "null"], "description": unknown}}}, {}
-    if any(key.required for key in parameters):
-        of_shock["required"].append("parameters")
-        of_shock["properties"] = {"parameters": {"type": "object"} | needed}
-    return {"properties": rules} | _never([] if ratios else [("rise_time", "duration")]), of_shock
+        return {"properties": {"parameters": {"type": ["object", "null"], "description": unknown}}}
 
 
 def _dotted() -> Form:
