@@ -54,9 +54,6 @@ if TYPE_CHECKING:  # mypy resolves cycles of imports only here
     from shockwave.studies.comparison import Comparison as Comparison
     from shockwave.studies.design_result import Design as Design
     from shockwave.studies.design_search import design as design
-    from shockwave.studies.optimal_design import optimal_design as optimal_design
-    from shockwave.studies.optimal_result import OptimalDesign as OptimalDesign
-    from shockwave.studies.uncertainty_result import SimulatedUncertainty as SimulatedUncertainty
     from shockwave.studies.uncertainty_result import Uncertainty as Uncertainty
     from shockwave.studies.uncertainty_sampling import uncertainty as uncertainty
     from shockwave.studies.universal_curve import UniversalCurve as UniversalCurve

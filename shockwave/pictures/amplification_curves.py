@@ -138,35 +138,33 @@ def universal_curves(ax: Axes, curves: Mapping[str, Any], mark: float | None = N
     return _frame(ax, least, most, highest, mark)
 
 
-def design(ax: Axes, found: Any) -> Axes:
-    """Draw the target property of a design against the varied value, with the target value and the solutions.
+def design(ax: Axes, design: Any) -> Axes:
+    """Draw the required quantity of a design against the varied number, with the target and the solutions.
 
     Parameters
     ----------
     ax : Axes
         Axes to draw on.
-    found : shockwave.Design
+    design : shockwave.Design
         Design with a varied number.
     """
-    options = sorted((*found.table, *found.solutions), key=lambda option: float(option.value))
-    values, reached = np.array([(option.value, option.reached) for option in options]).T
-    ax.plot(
-        values, reached, color=BLUE, linewidth=1.2, label="simulations" if found.target.quantity else "leading wave"
-    )
-    ax.axhline(found.target.value, color=GREY, linewidth=0.9, linestyle="--", label="target value")
-    if places := [option.value for option in found.solutions]:
-        levels = [found.target.value] * len(places)
-        ax.plot(places, levels, "o", color=VERMILION, markersize=4, label="solutions")
+    (parameter,), (target,) = design.parameters, design.requirements
+    quantity = target.quantity
+    values, reached = np.array(sorted((option.value, option.reached) for option in design.tried)).T
+    ax.plot(values, reached, color=BLUE, linewidth=1.2, label="simulations")
+    ax.axhline(target.value, color=GREY, linewidth=0.9, linestyle="--", label="target value")
+    if places := [option.value for option in design.solutions]:
+        ax.plot(places, [target.value] * len(places), "o", color=VERMILION, markersize=4, label="solutions")
     ax.set_xlim(values[0], values[-1])
     if 0 < _WIDE * values.min() < values.max():
         ax.set_xscale("log")
     if 0 < _WIDE * reached.min() < reached.max():
         ax.set_yscale("log")
-    return finish(ax, (found.varied, found.unit), (found.target.label, found.target.unit))
+    return finish(ax, (design.varied, parameter.unit), (quantity.label, quantity.printed_unit))
 
 
-def pareto(ax: Axes, found: Any) -> Axes:
-    """Draw the options of an optimal design: the first required quantity against the one that is minimised.
+def pareto(ax: Axes, design: Any) -> Axes:
+    """Draw the options of a design: the first required quantity against the one that is minimised.
 
     A line connects the options that no other option surpasses in both (the Pareto front).
 
@@ -174,21 +172,24 @@ def pareto(ax: Axes, found: Any) -> Axes:
     ----------
     ax : Axes
         Axes to draw on.
-    found : shockwave.OptimalDesign
-        The design.
+    design : shockwave.Design
+        Design that minimises a quantity.
     """
-    requirement = next((one for one in found.requirements if one.quantity.name != found.least), found.requirements[0])
-    quantity = requirement.quantity
-    every = np.array([(option.least, option.quantities[quantity.name]) for option in found.tried])
-    front = np.array([(option.least, option.quantities[quantity.name]) for option in found.front(requirement)])
+    required = next(
+        (each for each in design.requirements if each.quantity.name != design.least), design.requirements[0]
+    )
+    quantity, least = required.quantity, next(each for each in design.quantities if each.name == design.least)
+    every, front = (
+        np.array([(option.quantities[least.name], option.quantities[quantity.name]) for option in options])
+        for options in (design.tried, design.front(required))
+    )
     ax.plot(*every.T, ".", color=GREY, markersize=2, alpha=0.5, label="options")
     ax.plot(*front.T, color=BLUE, linewidth=1.2, label="Pareto front", drawstyle="steps-post")
-    ax.axhline(requirement.value, color=GREY, linewidth=0.9, linestyle="--", label=f"required {requirement.sign}")
-    if found.best is not None:
-        ax.plot(
-            found.best.least, found.best.quantities[quantity.name], "o", color=VERMILION, markersize=4, label="best"
-        )
+    ax.axhline(required.value, color=GREY, linewidth=0.9, linestyle="--", label=f"required {required.sign}")
+    if design.best is not None:
+        place = design.best.quantities[least.name], design.best.quantities[quantity.name]
+        ax.plot(*place, "o", color=VERMILION, markersize=4, label="best")
     for set_scale, values in ((ax.set_xscale, every[:, 0]), (ax.set_yscale, every[:, 1])):
         if 0 < _WIDE * values.min() < values.max():
             set_scale("log")
-    return finish(ax, (found.least_label, found.least_unit), (quantity.label, quantity.unit.replace("*", " ")))
+    return finish(ax, (least.label, least.printed_unit), (quantity.label, quantity.printed_unit))

@@ -20,34 +20,32 @@ _ROW_HEIGHT = 0.17
 _WIDTH = 4.6
 
 
-def materials(ax: Axes, found: Any) -> Axes:
+def materials(ax: Axes, design: Any) -> Axes:
     """Draw a ranking of materials, the best one at the top, with bars for the errors.
 
-    A row is a material and the target property that it gives; or a combination of materials and the minimised quantity
-    of its best option.
+    A row is a material and the required quantity that it gives; or a combination of materials and the minimised
+    quantity of its best option.
 
     Parameters
     ----------
     ax : Axes
         Axes to draw on.
-    found : shockwave.Design or shockwave.OptimalDesign
-        Design in which a material varies.
+    design : shockwave.Design
+        Design in which a material varies, or a whole number.
     """
-    if hasattr(found, "ranking"):
-        name, unit = found.least_label, found.least_unit
-        rows = [
-            (
-                ", ".join(value for value in one.values if isinstance(value, str)),
-                one.least,
-                one.errors.get(found.least, 0.0),
-                one.violation <= 0,
-            )
-            for one in found.ranking
-        ]
-    else:
-        target, name, unit = found.target, found.target.label, found.target.unit
-        rows = [(str(one.value), one.reached, one.reached_error, one in found.solutions) for one in found.table]
+    target = design.requirements[0]
+    quantity = next((each for each in design.quantities if each.name == design.least), target.quantity)
+    if design.least is None:
         ax.axvline(target.value, color=GREY, linewidth=0.9, linestyle="--", label=f"target {target.sign}")
+    rows = [
+        (
+            ", ".join(str(value) for value in option.values if isinstance(value, str) or design.least is None),
+            option.quantities[quantity.name],
+            option.errors[quantity.name],
+            option.violation <= 0 if design.least else option in design.solutions,
+        )
+        for option in design.table
+    ]
     labels, values, errors, met = (np.array(column) for column in zip(*rows, strict=True))
     places = np.arange(len(rows))
     ax.errorbar(values, places, xerr=errors * values, fmt="none", ecolor=GREY, elinewidth=0.9, capsize=2)
@@ -55,7 +53,7 @@ def materials(ax: Axes, found: Any) -> Axes:
         ax.plot(values[which], places[which], "o", color=colour, markerfacecolor=face, markersize=4, label=label)
     ax.set_yticks(places, [literal(label) for label in labels.tolist()])
     ax.set_ylim(len(rows) - 0.5, -0.5)
-    label_axis(ax, "x", name, unit.replace("*", " "))
+    label_axis(ax, "x", quantity.label, quantity.printed_unit)
     add_legend(ax, ax.get_legend_handles_labels()[0])
     return ax
 

@@ -1,13 +1,14 @@
-"""Quantities of results by their names in the document that ``simulate --json`` prints, and requirements on them."""
+"""Quantities of a scene by their names in the document that ``simulate --json`` prints, and requirements on them."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal, NamedTuple, cast
 
 from attrs import frozen
 
+from shockwave.chain.layout import mass_and_length
 from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.chain.yielding import UNJUDGED
 from shockwave.errors import InvalidValueError, hint_of
@@ -22,30 +23,34 @@ from shockwave.tables import unit_of
 from shockwave.text import si
 
 # Name -> SI unit and label. A contact is named by its index in the list of the reported contacts.
-_QUANTITIES = {
+_OF_LIMIT = {"peak_force": ("N", "peak force"), "amplification": ("", "amplification")}
+_OF_FORCES = {
     "greatest_force.peak_force": ("N", "greatest force"),
     "transmitted.peak_force": ("N", "wall force"),
     "transmitted.impulse": ("N*s", "wall impulse"),
-    "peak_force": ("N", "peak force"),
-    "amplification": ("", "amplification"),
     "restitution": ("", "restitution"),
     "dissipated_energy": ("J", "dissipated energy"),
 }
 _CONTACT = re.compile(r"contacts\[\d+\]\.peak_force")
 # Properties of the leading wave that follow from its peak force.
 _OF_WAVE = ("momentum", "energy", "speed", "width", "granule_velocity")
-#: Properties of the leading wave that can be the target.
-TARGETS = ("peak_force", "amplification", *_OF_WAVE)
 # Further quantities of a design, which `uncertainty` does not list.
 _OF_DESIGNS = {"yield.peak_ratio": ("", "ratio to first yield")} | {
     name: (unit_of(name).replace(" ", "*"), name.replace("_", " ")) for name in _OF_WAVE
 }
+# Quantities of the granules, which need no simulation -> index in `mass_and_length`.
+_OF_GRANULES = {"chain.mass": 0, "chain.length": 1}
+_GRANULES = {"chain.mass": ("kg", "chain mass"), "chain.length": ("m", "chain length")}
+# Hint in the error for the mass of an endless chain.
+_OR_LEAST = "; or state another quantity to minimise, --least of the command or least in Python"
 # No property of the leading wave grows faster than the square of its peak force.
 _LARGEST_POWER = 2.0
 Sign = Literal["<=", ">=", "="]
 _REQUIREMENT = re.compile(r"\s*([\w.\[\]]+)\s*(<=|>=|=)(?![<>=])\s*(.*\S)\s*")
-# Relative tolerance of an equality, and of any requirement for rounding, as of a sum of diameters.
+_FORM = "must be a quantity, <=, >= or =, and a value, such as 'transmitted.peak_force <= 60 N'"
+# Relative tolerance of an equality of several parameters.
 _EQUAL = 1e-3
+# Relative tolerance of any requirement for rounding, as of a sum of diameters.
 _ROUNDING = 1e-12
 
 
@@ -59,29 +64,39 @@ def contacts_of(scenario: Scenario) -> tuple[int, ...]:
 
 
 class Quantity(NamedTuple):
-    """A quantity of a simulation: its name, SI unit, and label in printed form."""
+    """A quantity of a scene: its name, SI unit, and label in printed form."""
 
     name: str
     unit: str
     label: str
 
     @classmethod
-    def named(cls, name: str, contacts: Sequence[int], others: Iterable[str], kind: str) -> Quantity:
+    def named(cls, name: object, contacts: Sequence[int], kind: str) -> Quantity:
         """The quantity of this name, for a scenario that reports these contacts; ``kind`` names it in messages.
 
         Raises
         ------
         InvalidValueError
-            If there is none; the message lists the names, and ``others`` before them.
+            If there is none; the message lists the names.
         """
-        known = _known(contacts)
-        if str(name) in known:
-            return known[str(name)]
+        quantities = _quantities(contacts)
+        if str(name) in quantities:
+            return quantities[str(name)]
         if _CONTACT.fullmatch(str(name)):
             rule = "must count from 0 in the list of the reported contacts, which simulate.contacts sets"
             raise InvalidValueError.of(kind, f"{rule} (got {text_of(name)}; the list has {len(contacts)})")
-        hint = hint_of(str(name), list(dict.fromkeys((*others, *_known(contacts[:1])))))
+        hint = hint_of(str(name), list(_quantities(contacts[:1])))
         raise InvalidValueError.of(kind, f"must be a property of the result (got {text_of(name)}; {hint})")
+
+    @property
+    def is_of_granules(self) -> bool:
+        """Whether it is the mass or the length of the granules, which needs no simulation."""
+        return self.name in _OF_GRANULES
+
+    @property
+    def printed_unit(self) -> str:
+        """The unit in printed form."""
+        return self.unit.replace("*", " ")
 
     def read(self, result: Any) -> tuple[float, float] | None:
         """Value and estimated relative error in the result of a simulation; None where the result has no value.
@@ -103,52 +118,55 @@ class Quantity(NamedTuple):
             error = getattr(value, "error_estimate", error)
         return None if value is None else (float(value), float(error))
 
+    def read_scene(self, scene: Scenario, result: Any, values: Mapping[str, Any], kind: str) -> tuple[float, float]:
+        """Value and relative error in a scene, from the chain or the ``result`` of its simulation.
 
-#: Quantities of the chain, which need no simulation.
-OWN = {
-    one.name: one for one in (Quantity("chain.mass", "kg", "chain mass"), Quantity("chain.length", "m", "chain length"))
-}
+        ``values`` are those of the varied parameters; ``kind`` names the quantity in messages.
+
+        Raises
+        ------
+        InvalidValueError
+            If the scene has no value, and the message lists the quantities that it has; or if the simulated time ends
+            before the wave reaches the wall.
+        """
+        if self.is_of_granules:
+            return mass_and_length(scene.chain, _OR_LEAST * (kind == "least"))[_OF_GRANULES[self.name]], 0.0
+        figures = self.read(result)
+        place = " and ".join(
+            f"{name} is {each if isinstance(each, str) else f'{each:g}'}" for name, each in values.items()
+        )
+        if self.name.startswith("transmitted.") and figures and result.options.until and result.arrival_time is None:
+            rule = "must be later than the arrival of the wave at the wall"
+            until = f"got {result.options.until:g} s, too early where {place}"
+            raise InvalidValueError.of("simulate.until", f"{rule} ({until})")
+        if figures is None:
+            names = ", ".join(
+                name for name, each in _quantities(()).items() if not each.is_of_granules and each.read(result)
+            )
+            rule = "must be a quantity that the simulation of every scene has"
+            raise InvalidValueError.of(kind, f"{rule} (got {self.name}, which is null where {place}; known: {names})")
+        return figures
 
 
-def label_of(name: str) -> str:
-    """A quantity of a simulation, or another property of the leading wave or the chain, in printed form."""
-    return (_QUANTITIES | _OF_DESIGNS).get(name, ("", name.removeprefix("chain.").replace("_", " ")))[1]
-
-
-def _known(contacts: Sequence[int]) -> dict[str, Quantity]:
+def _quantities(contacts: Sequence[int]) -> dict[str, Quantity]:
     """Quantities by their names, for a scenario that reports these contacts."""
-    forces = {f"contacts[{i}].peak_force": ("N", f"force at contact {contact}") for i, contact in enumerate(contacts)}
-    return {name: Quantity(name, *about) for name, about in (_QUANTITIES | _OF_DESIGNS | forces).items()}
+    about = _GRANULES | _OF_LIMIT | _OF_FORCES | _OF_DESIGNS | _of_contacts(contacts)
+    return {name: Quantity(name, *each) for name, each in about.items()}
 
 
-def required(quantity: Quantity, result: Any, values: Mapping[str, Any], kind: str = "target") -> tuple[float, float]:
-    """Value and estimated relative error of a quantity in the simulation of a scene with these parameters.
-
-    ``kind`` names the quantity in messages.
-
-    Raises
-    ------
-    InvalidValueError
-        If the result has no value, and the message lists the quantities that it has; or if the simulated time ends
-        before the wave reaches the wall.
-    """
-    found = quantity.read(result)
-    place = " and ".join(f"{name} is {one if isinstance(one, str) else f'{one:g}'}" for name, one in values.items())
-    if quantity.name.startswith("transmitted.") and found and result.options.until and result.arrival_time is None:
-        rule = "must be later than the arrival of the wave at the wall"
-        got = f"got {result.options.until:g} s, too early where {place}"
-        raise InvalidValueError.of("simulate.until", f"{rule} ({got})")
-    if found is None:
-        known = ", ".join(name for name, one in _known(()).items() if one.read(result) is not None)
-        rule = "must be a quantity that the simulation of every scene has"
-        raise InvalidValueError.of(kind, f"{rule} (got {quantity.name}, which is null where {place}; known: {known})")
-    return found
+def _of_contacts(contacts: Sequence[int]) -> dict[str, tuple[str, str]]:
+    return {f"contacts[{i}].peak_force": ("N", f"force at contact {contact}") for i, contact in enumerate(contacts)}
 
 
 def quantities_of(scenario: Scenario, result: Any) -> list[Quantity]:
-    """Quantities that a simulation of the scenario reports and that are not zero; contacts only if requested."""
-    known = [one for name, one in _known(scenario.simulate.contacts).items() if name not in _OF_DESIGNS]
-    return [one for one in known if (one.read(result) or (0.0,))[0]]
+    """Quantities of an uncertainty that a simulation of the scenario reports and that are not zero.
+
+    Where the leading wave has a limit, these are its peak force and amplification, else the forces in the chain; and
+    the forces at the contacts that the scenario requests.
+    """
+    about = (_OF_FORCES if result.peak_force is None else _OF_LIMIT) | _of_contacts(scenario.simulate.contacts)
+    quantities = [Quantity(name, *each) for name, each in about.items()]
+    return [quantity for quantity in quantities if (quantity.read(result) or (0.0,))[0]]
 
 
 # ---------------------------------------------------------------- requirements
@@ -164,29 +182,14 @@ def parts_of(text: object, kind: str) -> tuple[str, Sign, str]:
     """
     parts = _REQUIREMENT.fullmatch(str(text))
     if parts is None:
-        rule = "must be a quantity, <=, >= or =, and a value, such as 'transmitted.peak_force <= 60 N'"
-        raise InvalidValueError.of(kind, f"{rule} (got {text_of(text)})")
+        raise InvalidValueError.of(kind, f"{_FORM} (got {text_of(text)})")
     name, sign, value = parts.groups()
     return name, cast(Sign, sign), value
 
 
-def positive(name: str, unit: str, given: object) -> float:
-    """A value above 0, given as a number in SI units or as text with a unit; ``name`` names it in messages.
-
-    Raises
-    ------
-    InvalidValueError
-        If it is something else.
-    """
-    try:
-        return float(converted(Key(name, spec=Number(unit, "", above=0)), given))
-    except ValueError as error:
-        raise InvalidValueError.of(name, str(error)) from None
-
-
 @frozen
 class Requirement:
-    """A quantity that must be below or above a value, or equal to it within a thousandth.
+    """A quantity that must be below or above a value, or equal to it.
 
     Attributes
     ----------
@@ -206,17 +209,20 @@ class Requirement:
     kind: str = "target"
 
     @classmethod
-    def of(cls, text: str, kind: str, quantity: Callable[[str, str], Quantity]) -> Requirement:
-        """Convert text such as ``transmitted.peak_force <= 60 N``; ``kind`` names the argument in messages.
+    def of(cls, name: str, sign: Sign, value: object, contacts: Sequence[int], kind: str) -> Requirement:
+        """Convert a name and a value, a number in SI units or text; ``kind`` names the argument in messages.
 
         Raises
         ------
         InvalidValueError
-            If it has another form, the quantity is unknown, or the value is not above 0.
+            If the quantity is unknown, or the value is not above 0.
         """
-        name, sign, given = parts_of(text, kind)
-        found = quantity(name, kind)
-        return cls(found, sign, positive(f"{kind}.{name}", found.unit, given), kind)
+        quantity = Quantity.named(name, contacts, kind)
+        try:
+            number = float(converted(Key(name, spec=Number(quantity.unit, "", above=0)), value))
+        except ValueError as error:
+            raise InvalidValueError.of(f"{kind}.{name}", str(error)) from None
+        return cls(quantity, sign, number, kind)
 
     def violation(self, value: float, error: float, margin: float = 0.0) -> float:
         """Relative violation by a ``value`` of this relative ``error``; the requirement holds if it is not above 0.
@@ -237,7 +243,7 @@ class Requirement:
     @property
     def bound(self) -> str:
         """The relation and the value in printed form."""
-        return f"{self.sign} {si(self.value, self.quantity.unit.replace('*', ' '))}"
+        return f"{self.sign} {si(self.value, self.quantity.printed_unit, 6)}"
 
     def __str__(self) -> str:
         return f"{self.quantity.label} {self.bound}"

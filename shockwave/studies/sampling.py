@@ -23,7 +23,7 @@ from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.uncertainty import Spread
 from shockwave.scenario.yaml_document import dotted
 from shockwave.studies import varied_scenes
-from shockwave.studies.uncertainty_result import Estimate, Statistics
+from shockwave.studies.uncertainty_result import Estimate
 
 # Number of independent batches of samples.
 _BATCHES = 16
@@ -203,18 +203,13 @@ def estimates(statistic: Callable[[FloatArray], Any], batches: FloatArray) -> Fl
     return np.stack([statistic(pooled), errors], axis=-1)
 
 
-def statistics(batches: FloatArray, nominal: float, moves: FloatArray) -> Statistics:
-    """Statistics of draws of shape (batches, draws of a batch).
-
-    ``moves`` are the first-order changes of the logarithm for one standard deviation of each parameter.
-    """
-    return Statistics(
-        nominal=nominal,
-        mean=Estimate(*estimates(np.mean, batches).tolist()),
-        sd=Estimate(*estimates(lambda values: np.std(values, ddof=1), batches).tolist()),
-        quantiles={share: _quantile(batches, share) for share in _QUANTILES},
-        linear_sd=abs(nominal) * math.hypot(*moves),
-    )
+def statistics(batches: FloatArray) -> dict[str, Any]:
+    """Mean, standard deviation and quantiles of draws of shape (batches, draws of a batch)."""
+    return {
+        "mean": Estimate(*estimates(np.mean, batches).tolist()),
+        "sd": Estimate(*estimates(lambda values: np.std(values, ddof=1), batches).tolist()),
+        "quantiles": {share: _quantile(batches, share) for share in _QUANTILES},
+    }
 
 
 def _quantile(batches: FloatArray, share: float) -> Estimate:

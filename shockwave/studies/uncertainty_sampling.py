@@ -1,4 +1,4 @@
-"""Uncertainty of the peak force of the leading wave, or of the forces in a chain without a leading wave."""
+"""Uncertainty of the peak force of the leading wave, or of the forces in a chain, by simulations of drawn scenes."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from attrs import asdict, evolve
+from attrs import define, evolve, field
 
 from shockwave.chain.chain import Chain
 from shockwave.errors import Fault, InvalidValueError
 from shockwave.fields import Quantity as Number
-from shockwave.limit import WAVE, Limit, limit_of, verdict
+from shockwave.limit import Exceedance, Limit, Verdict, limit_of, verdict
 from shockwave.log import logger
+from shockwave.measurement.simulate import equal_granules
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.scenario.scenario import Scenario
@@ -25,34 +26,22 @@ from shockwave.scenario.yaml_document import dotted
 from shockwave.studies import sampling, varied_scenes
 from shockwave.studies.quantities import Quantity, quantities_of
 from shockwave.studies.sampling import WORK, Distribution
-from shockwave.studies.scaling_exponents import POWERS, Exponents
-from shockwave.studies.uncertainty_result import (
-    Estimate,
-    Parameter,
-    QuantityStatistics,
-    Sensitivity,
-    Share,
-    SimulatedUncertainty,
-    Uncertainty,
-)
-from shockwave.studies.universal_curve import RTOL
+from shockwave.studies.uncertainty_result import Estimate, Parameter, QuantityStatistics, Sensitivity, Uncertainty
 
 _DRAWS = Number("", "number of draws", at_least=256, at_most=2**18, whole=True)
-# Default number of draws from a curve, and if each is a simulation of a chain beyond equal spheres.
-_OF_CURVE = 4096
-_OF_SIMULATIONS = 512
-# Outputs of a scene with a leading wave.
-_OUTPUTS = ("peak_force", "amplification")
-# Step of a finite difference, over the standard deviation of the parameter, and tolerance of its simulations.
-_STEP = 1e-2
-_DIFFERENCE_RTOL = 1e-10
-# The same in chains beyond equal spheres, where late collisions make slopes over smaller steps irregular.
-_FORCE_STEP = 0.3
-_FORCE_RTOL = 1e-8
+# Default number of draws for equal granules, where a simulation takes less than a millisecond, and for other chains.
+_EQUAL_DRAWS = 1024
+_CHAIN_DRAWS = 512
+# Longest shock on equal granules [characteristic times]: thousands of longer simulations take hours.
+_LONGEST = 300.0
+# Step of a finite difference, over the standard deviation of the parameter: late collisions make slopes over smaller
+# steps irregular. Tolerance of its simulations.
+_STEP = 0.3
+_STEP_RTOL = 1e-8
 # Standard deviation, over the error of a simulation, of a spread that the error may have caused.
 _NOISE = 3.0
-# Tolerance of a curve whose slope is used.
-_SLOPE_RTOL = 1e-6
+# The force that leaves the chain.
+_LEAVING = Quantity("leaving.value", "N", "")
 
 
 def uncertainty(
@@ -64,8 +53,8 @@ def uncertainty(
     seed: int = 0,
     rtol: float = 1e-4,
     limit: Limit | float | str | None = None,
-) -> Uncertainty | SimulatedUncertainty:
-    """Distribution of the peak force of the leading wave, or of the forces in a chain beyond equal spheres.
+) -> Uncertainty:
+    """Distribution of the peak force of the leading wave, or of the forces in a chain where it has no limit.
 
     Parameters
     ----------
@@ -76,20 +65,20 @@ def uncertainty(
     spreads : mapping, optional
         Dotted names and distributions, as in the ``uncertainty`` block, which they replace.
     draws : int, optional
-        Number of scenes to draw, a power of 2 from 256 to 262144; by default 4096, or 512 in a chain beyond equal
-        spheres, where each scene is simulated.
+        Number of scenes to draw, a power of 2 from 256 to 262144; by default 1024 for a shock on equal granules with
+        free ends, otherwise 512. Each is simulated, and as many for every parameter.
     seed : int
         Seed of the random numbers; the same seed gives the same digits.
     rtol : float
-        Allowed relative error of one peak force, 1e-7 to 1e-2.
+        Tolerance of a simulation, 1e-7 to 1e-2.
     limit : Limit, float or str, optional
         Limit of the force that leaves the chain, or this force [N]; by default that of the scenario. The probability
-        that it is reached is found then. A finite chain of equal granules is simulated, as its last contact is judged.
+        that it is reached is found then.
 
     Returns
     -------
-    Uncertainty or SimulatedUncertainty
-        Statistics in SI units, with their sampling errors; a `SimulatedUncertainty` for a chain beyond equal spheres.
+    Uncertainty
+        Statistics in SI units, with their sampling errors.
 
     Raises
     ------
@@ -100,108 +89,15 @@ def uncertainty(
     """
     scenario = varied_scenes.scenario_of(scene, chain)
     scenario = evolve(scenario, limit=limit_of(limit) or scenario.limit)
-    # curves are those of endless chains
-    covered = varied_scenes.is_covered(scenario) and (scenario.limit is None or scenario.chain.count is None)
-    draws = _DRAWS.checked("draws", (_OF_CURVE if covered else _OF_SIMULATIONS) if draws is None else draws)
-    seed, rtol = varied_scenes.SEED.checked("seed", seed), RTOL.checked("rtol", rtol)
+    equal = equal_granules(scenario.excitation, scenario.chain) is not None
+    draws = _DRAWS.checked("draws", (_EQUAL_DRAWS if equal else _CHAIN_DRAWS) if draws is None else draws)
+    seed, rtol = varied_scenes.SEED.checked("seed", seed), varied_scenes.RTOL.checked("rtol", rtol)
     if draws.bit_count() > 1:
-        raise InvalidValueError.of("draws", f"must be a power of 2, such as 4096 (got {draws})")
+        raise InvalidValueError.of("draws", f"must be a power of 2, such as 1024 (got {draws})")
     drawn = [Distribution.of(spread, scenario) for spread in _spreads(scenario, spreads)]
     progressed(WORK, 0, draws * (len(drawn) + 2))
     logger.info("uncertainty of %s: %d scenes", scenario.name or "the scene", draws * (len(drawn) + 2))
-    return (_of_leading_wave if covered else _of_forces)(scenario, drawn, draws, seed, rtol)
-
-
-def _of_leading_wave(
-    scenario: Scenario, drawn: Sequence[Distribution], draws: int, seed: int, rtol: float
-) -> Uncertainty:
-    nominal = {one.name: np.array([one.value]) for one in drawn}
-    # if the shock has no curve, the error is raised before anything is drawn
-    curve = varied_scenes.curve_of(scenario.shock.profile, min(rtol, _SLOPE_RTOL), varied_scenes.duration_of(scenario))
-    exponents = varied_scenes.exponents_of(scenario, curve)
-
-    def evaluate(values: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
-        amplification, force, error = varied_scenes.primaries(scenario, values, rtol)
-        return np.array([amplification * force, amplification]), np.array([error.max()])
-
-    ((peak_force,), (amplification,)), (error,) = evaluate(nominal)
-    points, outputs, (errors,) = sampling.sampled(drawn, draws, seed, evaluate)
-    slopes = [slopes_at(scenario, exponents, one, nominal) for one in drawn]
-    # shape (2 indices, parameters, 2 outputs, value and error)
-    shares = sampling.estimates(sampling.indices, outputs)
-    forces, ratios = outputs[:, 0, 0], outputs[:, 1, 0]
-    largest = float(max(error, errors))
-    reached = sampling.exceedance(scenario.limit, WAVE, forces, largest) if scenario.limit else (None, None)
-    moves = np.array([[slope.value * one.sd for slope in both] for one, both in zip(drawn, slopes, strict=True)])
-    return Uncertainty(
-        method="curve" if varied_scenes.keep_shape(nominal) else "simulation",
-        peak_force=sampling.statistics(forces, float(peak_force), moves[:, 0]),
-        amplification=sampling.statistics(ratios, float(amplification), moves[:, 1]),
-        sensitivities=tuple(map(_sensitivity, drawn, slopes, shares.swapaxes(0, 1))),
-        exponents=exponents,
-        model_error=largest,
-        warnings=(*varied_scenes.notes_of(scenario), *sampling.cut_warnings(drawn)),
-        **_sampled(scenario, drawn, points, seed, reached),
-        peak_forces=forces.ravel(),
-    )
-
-
-def _of_forces(
-    scenario: Scenario, drawn: Sequence[Distribution], draws: int, seed: int, rtol: float
-) -> SimulatedUncertainty:
-    (result,) = varied_scenes.simulations([scenario], rtol)
-    quantities = quantities_of(scenario, result)
-    read = [*quantities, *[Quantity("leaving.value", "N", "")] * (scenario.limit is not None)]
-    family, nominal = Family(scenario), {one.name: np.array([one.value]) for one in drawn}
-    later = [0.0]
-
-    def evaluate(values: Mapping[str, FloatArray], rtol: float = rtol) -> tuple[FloatArray, FloatArray]:
-        found = varied_scenes.simulations(varied_scenes.scenes_of(family, values), rtol)
-        if scenario.limit is not None:
-            later.extend(each.leaving.later for each in found)
-        figures = np.array([[one.read(each) or (math.nan, 0.0) for each in found] for one in read])
-        return figures[..., 0], figures[..., 1].max(axis=1)
-
-    points, outputs, errors = sampling.sampled(drawn, draws, seed, evaluate)
-    reached: tuple[Any, Any] = (None, None)
-    if scenario.limit is not None:
-        leaving, forces = result.leaving, outputs[:, -1, 0]
-        if leaving.high is not None and np.isfinite(forces).all():
-            error = float(errors[-1])
-            reached = sampling.exceedance(scenario.limit, leaving.name, forces, error, max(later))
-        else:  # some forces are not known: the simulated time ends too early, or they have no upper bound
-            reached = None, verdict(scenario.limit, evolve(leaving, high=None))
-    shares = sampling.estimates(sampling.indices, outputs)
-    slopes = []
-    for one in drawn:
-        values = sampling.scenes_about(one, _FORCE_STEP, nominal)
-        rows, _ = evaluate(values, _FORCE_RTOL)
-        slopes.append([sampling.difference(values[one.name], row, _FORCE_RTOL).value for row in rows])
-    made, notes = [], []
-    for index, quantity in enumerate(quantities):
-        value, _ = quantity.read(result) or (0.0, 0.0)
-        slope = [of_parameter[index] / value for of_parameter in slopes]
-        if not (np.isfinite(outputs[:, index]).all() and np.isfinite(slope).all()):
-            notes.append(f"the {quantity.label} is left out, because some scenes have none")
-            continue
-        moves = np.array([own * one.sd for own, one in zip(slope, drawn, strict=True)])
-        found = sampling.statistics(outputs[:, index, 0], value, moves)
-        if found.sd.value <= _NOISE * errors[index] * abs(value):
-            notes.append(f"the spread of the {quantity.label} is within the error of the simulations")
-        sensitivities = (
-            Share(name=one.name, exponent=own * one.value, first=Estimate(*first), total=Estimate(*total))
-            for one, own, first, total in zip(drawn, slope, *shares[:, :, index].tolist(), strict=True)
-        )
-        known: dict[str, Any] = {**asdict(found, recurse=False), **quantity._asdict()}
-        error = float(errors[index])
-        made.append(QuantityStatistics(**known, model_error=error, sensitivities=tuple(sensitivities)))
-    return SimulatedUncertainty(
-        parameters=tuple(Parameter(**_described(one)) for one in drawn),
-        quantities=tuple(made),
-        warnings=(*result.warnings, *notes, *sampling.cut_warnings(drawn)),
-        **_sampled(scenario, drawn, points, seed, reached),
-        outputs={one.name: outputs[:, index, 0].ravel() for index, one in enumerate(quantities)},
-    )
+    return _result(_Scenes.of(scenario, drawn, rtol), draws, seed, rtol)
 
 
 def _spreads(scenario: Scenario, given: Mapping[str, Any] | None) -> tuple[Spread, ...]:
@@ -219,48 +115,144 @@ def _spreads(scenario: Scenario, given: Mapping[str, Any] | None) -> tuple[Sprea
         raise InvalidValueError(faults) from None
 
 
-def _sampled(
-    scenario: Scenario, drawn: Sequence[Distribution], points: FloatArray, seed: int, reached: Sequence[Any]
-) -> dict[str, Any]:
-    """Fields of `Sampled` but the warnings; ``reached`` is the exceedance and the verdict."""
-    draws, names = len(points[0]), [one.name for one in drawn]
-    about = {"scenario": scenario.name, "draws": draws, "seed": seed, "evaluations": draws * (len(drawn) + 2)}
-    return about | {"exceedance": reached[0], "verdict": reached[1], "values": dict(zip(names, points, strict=True))}
+@define
+class _Scenes:
+    """Scenes about that of a scenario, with what is read from their simulations."""
+
+    scenario: Scenario
+    drawn: Sequence[Distribution]
+    #: Simulation of the scenario itself.
+    nominal: Any
+    #: Quantities that are read; the last one is the force that leaves the chain if there is a limit.
+    quantities: list[Quantity]
+    family: Family
+    #: Greatest bound of the force after the simulated time [N].
+    later: float = 0.0
+    #: Kinds of warnings of the scenes -> the first one and how many there are.
+    warnings: dict[str, tuple[str, int]] = field(factory=dict)
+
+    @classmethod
+    def of(cls, scenario: Scenario, drawn: Sequence[Distribution], rtol: float) -> _Scenes:
+        (nominal,) = varied_scenes.simulations([scenario], rtol, _LONGEST)
+        leaving = [_LEAVING] if scenario.limit is not None else []
+        return cls(scenario, drawn, nominal, [*quantities_of(scenario, nominal), *leaving], Family(scenario))
+
+    def evaluate(self, values: Mapping[str, FloatArray], rtol: float) -> tuple[FloatArray, FloatArray]:
+        """Quantities, shape (quantities, n), and their greatest relative errors; see `sampling.Evaluate`."""
+        rows = zip(*(column.tolist() for column in values.values()), strict=True)
+        scenes = [self.family.scenario(dict(zip(values, row, strict=True))) for row in rows]
+        results = varied_scenes.simulations(scenes, rtol, _LONGEST)
+        for result in results:
+            if self.scenario.limit is not None:
+                self.later = max(self.later, result.leaving.later)
+            for warning in result.wave_warnings:
+                kind = varied_scenes.kind_of(warning)
+                first, count = self.warnings.get(kind, (warning, 0))
+                self.warnings[kind] = first, count + 1
+        figures = np.array([[each.read(result) or (math.nan, 0.0) for result in results] for each in self.quantities])
+        return figures[..., 0], figures[..., 1].max(axis=1)
+
+    def slopes(self) -> list[list[Estimate]]:
+        """Derivatives of the quantities with respect to each parameter, at the nominal values."""
+        nominal = {each.name: np.array([each.value]) for each in self.drawn}
+        slopes = []
+        for each in self.drawn:
+            ends = sampling.scenes_about(each, _STEP, nominal)
+            heights, _ = self.evaluate(ends, _STEP_RTOL)
+            slopes.append([sampling.difference(ends[each.name], row, _STEP_RTOL * abs(row[0])) for row in heights])
+        return slopes
+
+    def further_warnings(self, scenes: int) -> list[str]:
+        """Warnings of drawn scenes that the nominal scene does not have."""
+        own = {varied_scenes.kind_of(warning) for warning in self.nominal.wave_warnings}
+        return [
+            f"In {count} of {scenes} scenes: {first}"
+            for kind, (first, count) in self.warnings.items()
+            if kind not in own
+        ]
 
 
-def _described(one: Distribution) -> dict[str, Any]:
-    """Fields of a `Parameter`."""
-    unit = one.spread.variable.unit or ""
-    return {"name": one.name, "unit": unit, "spread": str(one.spread), "value": one.value, "sd": one.sd}
-
-
-def _sensitivity(one: Distribution, slopes: Sequence[Estimate], indices: FloatArray) -> Sensitivity:
-    """Sensitivity to one parameter, from its indices of shape (2 indices, 2 outputs, value and error)."""
-    exponent, names = slopes[0], [f"{name}_{index}" for index in ("first", "total") for name in _OUTPUTS]
-    shares: Any = zip(names, (Estimate(*pair) for pair in indices.reshape(-1, 2).tolist()), strict=True)
-    return Sensitivity(
-        **_described(one),
-        exponent=exponent.value * one.value if one.value else None,
-        exponent_error=exponent.error * abs(one.value) if one.value else None,
-        **dict(shares),
+def _result(scenes: _Scenes, draws: int, seed: int, rtol: float) -> Uncertainty:
+    """Simulate the drawn scenes and those around the nominal one."""
+    scenario, drawn, nominal = scenes.scenario, scenes.drawn, scenes.nominal
+    points, outputs, errors = sampling.sampled(drawn, draws, seed, lambda values: scenes.evaluate(values, rtol))
+    evaluations = draws * (len(drawn) + 2)
+    warnings, exceedance, decided = scenes.further_warnings(evaluations), None, None
+    if scenario.limit is not None:
+        exceedance, decided = _judged(scenario.limit, nominal, outputs[:, -1, 0], float(errors[-1]), scenes.later)
+    slopes, shares = scenes.slopes(), sampling.estimates(sampling.indices, outputs)
+    statistics, notes = [], []
+    for index, quantity in enumerate(each for each in scenes.quantities if each is not _LEAVING):
+        own = [of_parameter[index] for of_parameter in slopes]
+        if not (np.isfinite(outputs[:, index]).all() and all(math.isfinite(slope.value) for slope in own)):
+            notes.append(f"the {quantity.label} is left out, because some scenes have none")
+            continue
+        each = _statistics(scenes, quantity, outputs[:, index, 0], float(errors[index]), own, shares[:, :, index])
+        statistics.append(each)
+        if each.sd.value <= _NOISE * each.model_error * abs(each.nominal):
+            notes.append(f"the spread of the {quantity.label} is within the error of the simulations")
+    return Uncertainty(
+        scenario=scenario.name,
+        draws=draws,
+        seed=seed,
+        evaluations=evaluations,
+        parameters=tuple(map(_parameter, drawn)),
+        quantities=tuple(statistics),
+        warnings=(*nominal.wave_warnings, *warnings, *notes, *sampling.cut_warnings(drawn)),
+        exceedance=exceedance,
+        verdict=decided,
+        values=dict(zip([each.name for each in drawn], points, strict=True)),
+        outputs={
+            each.name: outputs[:, i, 0].ravel() for i, each in enumerate(scenes.quantities) if each is not _LEAVING
+        },
     )
 
 
-# ---------------------------------------------------------------- to first order
+def _statistics(
+    scenes: _Scenes,
+    quantity: Quantity,
+    batches: FloatArray,
+    error: float,
+    slopes: Sequence[Estimate],
+    indices: FloatArray,
+) -> QuantityStatistics:
+    """Statistics of one quantity, from its draws and the slopes and indices of shape (2, parameters, 2)."""
+    value, _ = quantity.read(scenes.nominal) or (0.0, 0.0)
+    moves = [slope.value * each.sd for slope, each in zip(slopes, scenes.drawn, strict=True)]
+    pairs = zip(scenes.drawn, slopes, indices.swapaxes(0, 1), strict=True)
+    return QuantityStatistics(
+        **quantity._asdict(),
+        **sampling.statistics(batches),
+        nominal=value,
+        linear_sd=math.hypot(*moves),
+        model_error=error,
+        sensitivities=tuple(_sensitivity(each, slope, value, shares) for each, slope, shares in pairs),
+    )
 
 
-def slopes_at(
-    scenario: Scenario, exponents: Exponents, one: Distribution, nominal: Mapping[str, FloatArray]
-) -> list[Estimate]:
-    """Derivatives of ln F and ln (F/F0) with respect to the parameter, at the nominal values."""
-    if one.name in POWERS:
-        value = one.value or math.inf  # the slope vanishes at Poisson's ratio 0
-        force = exponents.at(one.name) / value
-        error = exponents.error / abs(value)
-        own = 1 / value if one.name == "shock.peak_force" else 0.0
-        return [Estimate(force, error), Estimate(force - own, error)]
-    values = sampling.scenes_about(one, _STEP, nominal)
-    ratios, forces, _ = varied_scenes.primaries(scenario, values, _DIFFERENCE_RTOL)
-    # a parameter of the profile may change the peak force of the shock too
-    heights = np.log(ratios * forces), np.log(ratios)
-    return [sampling.difference(values[one.name], each, _DIFFERENCE_RTOL) for each in heights]
+def _judged(
+    limit: Limit, result: Any, forces: FloatArray, error: float, later: float
+) -> tuple[Exceedance | None, Verdict]:
+    """Exceedance and verdict for the forces that leave the chain, shape (batches, draws of a batch)."""
+    if result.leaving.high is None or not np.isfinite(forces).all():
+        # some forces are not known: the simulated time ends too early, or they have no upper bound
+        return None, verdict(limit, evolve(result.leaving, high=None))
+    return sampling.exceedance(limit, result.leaving.name, forces, error, later)
+
+
+def _parameter(each: Distribution) -> Parameter:
+    unit = each.spread.variable.unit or ""
+    return Parameter(name=each.name, unit=unit, spread=str(each.spread), value=each.value, sd=each.sd)
+
+
+def _sensitivity(each: Distribution, slope: Estimate, value: float, indices: FloatArray) -> Sensitivity:
+    """Sensitivity of a quantity with this ``value`` and ``slope``, from indices of shape (2, value and error)."""
+    first, total = (Estimate(*pair) for pair in indices.tolist())
+    scale = each.value / value
+    return Sensitivity(
+        name=each.name,
+        exponent=slope.value * scale if each.value else None,
+        exponent_error=slope.error * abs(scale) if each.value else None,
+        first=first,
+        total=total,
+    )
