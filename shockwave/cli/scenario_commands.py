@@ -202,7 +202,7 @@ def curve(options: Namespace) -> int:
     """Print or write the universal curve for the shape of a scenario's shock."""
     from shockwave import pictures
     from shockwave.studies.universal_curve import UniversalCurve
-    from shockwave.studies.varied_scenes import notes_of, rise_time_of
+    from shockwave.studies.varied_scenes import rise_time_of
 
     check_output(options.output, ".json", ".svg", ".png", ".pdf")
     (scenario,) = loaded([options.file], output=options.output)
@@ -222,7 +222,7 @@ def curve(options: Namespace) -> int:
     if ratio <= found.longest_rise_time:
         with located(scenario):
             answer = found.answer(scenario.shock, scenario.chain)
-    print(answer, *limits(notes_of(scenario)), "", found, sep="\n")
+    print(answer, *limits(scenario.shock.profile.notes), "", found, sep="\n")
     return 0
 
 
