@@ -161,6 +161,10 @@ class _Loading:
     def block(self, name: str, given: Any, cls: type) -> Any:
         """Instance of ``cls`` from the ``name`` block, whose keys are its arguments; None if the block has errors."""
         path = tuple(name.split("."))
+        if name == "predict" and isinstance(given, dict) and "rtol" in given:
+            problem = f"must be left out (got {text_of(given['rtol'])}; simulate.rtol is the tolerance of all forces)"
+            self.add((*path, "rtol"), problem, at_key=True)
+            given = {key: value for key, value in given.items() if key != "rtol"}
         keys = BLOCKS[name] if name in ("predict", "simulate") else keys_of(cls)
         values, valid = self.values(path, given, keys)
         if not {key.name for key in keys if key.required} <= values.keys():

@@ -178,9 +178,7 @@ class Contacts:
         if self.job.law is not None:
             rate = np.abs(w) / inside + np.abs(closing) / self.job.scales[0, part]
             span = LAW_CHANGE / np.maximum(rate, 1e-300)
-            after, before = (
-                self.law_forces(d + side * w, w + side * closing, low, high) for side in (span, -span)
-            )
+            after, before = (self.law_forces(d + side * w, w + side * closing, low, high) for side in (span, -span))
             slope = (after - before) / (2 * span)
         else:
             slope = self.p * self.k[part] * _power(inside, self.p - 1) * w
