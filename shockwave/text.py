@@ -95,7 +95,7 @@ def detail() -> Detail:
 
 
 def brief(answer: Iterable[str], warnings: Iterable[str], rest: Iterable[str]) -> str:
-    """At most `MOST_LINES` lines, unless all details are shown: the answer, its warnings, and as much as fits."""
+    """At most `MOST_LINES` lines, unless more is asked for: the answer, its warnings, and as much as fits."""
     head, tail = [line for part in answer for line in part.split("\n")], list(rest)
     if detail() is Detail.VERBOSE:
         return "\n".join([*head, *limits(warnings), *tail])
@@ -106,7 +106,8 @@ def brief(answer: Iterable[str], warnings: Iterable[str], rest: Iterable[str]) -
     lines = [*head, *(line for part in shown for line in part)]
     if len(shown) < count:
         lines += limits([f"{count - len(shown)} more; --verbose shows all"])
-    return "\n".join([*lines, *tail[: max(MOST_LINES - len(lines), 0)]])
+    fitting = len(tail) if detail() is Detail.EXPLAIN else max(MOST_LINES - len(lines), 0)
+    return "\n".join([*lines, *tail[:fitting]])
 
 
 def strong(text: str) -> str:
