@@ -106,8 +106,11 @@ def brief(answer: Iterable[str], warnings: Iterable[str], rest: Iterable[str]) -
     lines = [*head, *(line for part in shown for line in part)]
     if len(shown) < count:
         lines += limits([f"{count - len(shown)} more; --verbose shows all"])
-    fitting = len(tail) if detail() is Detail.EXPLAIN else max(MOST_LINES - len(lines), 0)
-    return "\n".join([*lines, *tail[:fitting]])
+    if detail() is not Detail.EXPLAIN and len(tail) > (left := max(MOST_LINES - len(lines), 0)):
+        tail = tail[: max(left - 1, 0)]
+        # no part of a table without its rest
+        tail = [*(tail[: tail.index("")] if "" in tail else tail), "  (--verbose shows more)"]
+    return "\n".join([*lines, *tail])
 
 
 def strong(text: str) -> str:
