@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from attrs import asdict, field, frozen
+from attrs import asdict, evolve, field, frozen
 
 from shockwave.result_base import VERSION, Result
 from shockwave.studies.quantities import Quantity, Requirement
@@ -248,9 +248,8 @@ class Design(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """The document that ``design --json`` prints: SI floats."""
-        document = asdict(
-            self, filter=lambda attribute, _: attribute.name not in ("tried", "requirements", "quantities")
-        )
+        document = asdict(evolve(self, tried=(), requirements=(), quantities=()))
+        del document["tried"], document["quantities"]
         document["requirements"] = [
             {"quantity": each.quantity.name, "unit": each.quantity.printed_unit, "sign": each.sign, "value": each.value}
             for each in self.requirements
