@@ -31,10 +31,6 @@ RUNS = (
     Run(method="formula", error=None, seconds=2e-5, problem="no wave"),
     Run(method="other", error=None, seconds=None, problem="not installed"),
 )
-X = np.geomspace(0.5, 30, 12)
-N = np.geomspace(1.5, 20, 10)
-ERRORS = np.log(np.outer(X, N) / 20) / 5
-REGIMES = np.where(np.outer(X, np.ones(10)) < 4, "ejection", "train")
 
 
 @cache
@@ -69,7 +65,6 @@ PICTURES: dict[str, Any] = {
     "amplification": lambda ax, name: amplification(ax, SHOCKS[name].profile, rise_times=[0.3, 1.0, 3.0]),
     "correction": lambda ax, _: pictures.correction_area(ax, SHOCKS["ejection"], compared("ejection").predicted),
     "work_precision": lambda ax, _: pictures.work_precision(ax, RUNS),
-    "trust_map": lambda ax, _: pictures.trust_map(ax, X, N, ERRORS, REGIMES, ERRORS > 0),
 }
 #: Axis labels with units for the ejection.
 LABELS = {
@@ -125,7 +120,7 @@ def test_files_have_the_requested_format_and_are_reproducible(tmp_path: Path, ki
     for name in ("one", "two"):
         figure, (left, right) = pictures.figure(1, 2)
         pictures.train(left, compared("train"))
-        pictures.trust_map(right, X, N, ERRORS, REGIMES)
+        pictures.space_time(right, recorded("train", "forces"))
         pictures.save(figure, tmp_path / f"{name}.{kind}")
     first, second = ((tmp_path / f"{name}.{kind}").read_bytes() for name in ("one", "two"))
     assert first.startswith(head)
@@ -287,15 +282,6 @@ def test_runs_are_connected_by_method_and_failed_runs_are_counted(ax: Axes) -> N
     assert key_of(ax) == ["rk4", "formula (1 failed)", "other (1 failed)"]
     # an error of zero is drawn at the rounding error
     assert np.transpose(line(ax, "rk4")).tolist() == [[0.01, 1e-3], [1.0, 1e-16]]
-
-
-def test_a_trust_map_shows_the_errors(ax: Axes) -> None:
-    errors = ERRORS.copy()
-    errors[3, 4] = np.nan
-    pictures.trust_map(ax, X, N, errors, REGIMES)
-    drawn: Any = np.ma.asarray(ax.collections[0].get_array())
-    assert np.array_equal(drawn.filled(np.nan), errors.T, equal_nan=True)
-    assert {text.get_text() for text in ax.texts} == {"ejection", "train"}
 
 
 REFUSED: dict[str, Any] = {

@@ -11,16 +11,18 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
-import numpy as np
 from attrs import frozen
 from matplotlib.figure import Figure
 
 import shockwave as sw
 from shockwave import pictures
-from shockwave.chain import Scales
+from shockwave.sweep.plot import plot
+from shockwave.sweep.results import SweepResults
 
 ROOT = Path(__file__).parents[2]
 PROFILES = ROOT / "profiles"
@@ -55,15 +57,13 @@ def recorded(name: str, record: tuple[str, ...], contacts: tuple[int, ...]) -> s
 
 
 def landing() -> Figure:
-    """The way of a blow along the chain, and the waves into which it separates, with the range of the estimate."""
+    """The way of a blow along the chain, and the waves into which it separates."""
     chain = sw.Chain(material=sw.material("stainless-steel-302"), diameter=9.5e-3)
     shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=20.0, rise_time=80e-6)
     result = sw.simulate(shock, chain, contacts=range(80), record=["forces"])
-    estimate = sw.predict(shock, chain).estimate
     figure, (left, right) = pictures.figure(1, 2, (7.6, 3.0))
     pictures.space_time(left, result)
     pictures.contact_forces(right, result, contacts=[10, 79])
-    right.axhspan(estimate.low, estimate.high, color="grey", alpha=0.4)
     return figure
 
 
@@ -131,7 +131,7 @@ def amplification() -> Figure:
     """Amplification for a triangle with n = 10 and for the shape of the first row of Table 2."""
     figure, places = pictures.figure(1, 2, "page")
     for ax, profile in zip(places, (sw.Triangular(duration_ratio=10), scene(EJECTION).shock.profile), strict=True):
-        pictures.amplification(ax, profile, sw.Predictor(), scene(EJECTION).chain)
+        pictures.amplification(ax, profile, sw.Predictor(model="section-4"), scene(EJECTION).chain)
     return figure
 
 
@@ -152,40 +152,22 @@ def work_precision() -> Figure:
     return figure
 
 
+@cache
+def swept() -> SweepResults:
+    """Section 4 and simulations over the plane of rise time and duration ratio."""
+    with TemporaryDirectory() as folder, ThreadPoolExecutor(1) as executor:
+        sw.run_sweep(PROFILES / "maps" / "amplification.yaml", folder, executor)
+        return sw.load_sweep(folder)
+
+
+def amplification_map() -> Figure:
+    """Amplification over the plane, with the borders of the regimes."""
+    return plot(swept()).figure
+
+
 def trust_map() -> Figure:
-    """Error of section 4 for the power law with exponents 0.5 and 1."""
-    chain = scene(EJECTION).chain
-    unit = Scales.of(chain, 1.0).time
-    x, n = np.geomspace(0.3, 30.0, 28), np.geomspace(1.25, 20.0, 20)
-    shapes = [sw.PowerLaw(rise_exponent=0.5, decay_exponent=1.0, duration_ratio=ratio) for ratio in n]
-    shocks = [
-        sw.Shock(profile=shape, peak_force=1.0, rise_time=duration / shape.duration_ratio * unit)
-        for duration in x
-        for shape in shapes
-    ]
-    predicted = [sw.Predictor().predict(shock, chain) for shock in shocks]
-    simulated = sw.simulate_many(shocks, chain, waves="primary", rtol=1e-4)
-    error = [
-        outcome.peak_force / result.peak_force - 1 if isinstance(result, sw.SimulationResult) else np.nan
-        for outcome, result in zip(predicted, simulated, strict=True)
-    ]
-    regime = [outcome.regime for outcome in predicted]
-    holds = [all(condition.holds for condition in outcome.conditions) for outcome in predicted]
-    plane = (len(x), len(n))
-    figure, (ax,) = pictures.figure(size=(5.0, 3.4))
-    pictures.trust_map(ax, x, n, *(np.reshape(values, plane) for values in (error, regime, holds)))
-    return figure
-
-
-def materials() -> Figure:
-    """Ranking of materials for a target."""
-    names = ["ptfe", "nylon-66", "delrin", "pmma", "lead", "brass-260", "copper", "aluminium-6061-t6"]
-    found = sw.design(
-        scene("examples/protector"), vary="chain.material", target={"peak_force": 110.0}, among=names, sign="<="
-    )
-    figure, (ax,) = pictures.ranked_figure(len(found.table))
-    pictures.materials(ax, found)
-    return figure
+    """Error of section 4 over the same plane."""
+    return plot(swept(), "error").figure
 
 
 #: Functions that draw the pictures, by file name.
@@ -200,8 +182,8 @@ PICTURES: dict[str, Callable[[], Figure]] = {
     "balance": balance,
     "amplification": amplification,
     "work-precision": work_precision,
+    "map": amplification_map,
     "trust-map": trust_map,
-    "materials": materials,
 }
 
 

@@ -17,7 +17,6 @@ from shockwave.pictures.chains import wall_force as wall_force
 from shockwave.pictures.figures import figure as figure
 from shockwave.pictures.figures import save as save
 from shockwave.pictures.figures import svg as svg
-from shockwave.pictures.maps import trust_map as trust_map
 from shockwave.pictures.ranking import materials as materials
 from shockwave.pictures.ranking import ranked_figure as ranked_figure
 from shockwave.pictures.shock import conditions as conditions

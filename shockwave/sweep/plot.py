@@ -1,4 +1,4 @@
-"""Picture of a sweep: lines or a map of a quantity, with its error bounds and the borders of the regimes."""
+"""Picture of a sweep: lines or a map of a quantity, with the borders of the regimes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from attrs import frozen
 from shockwave.errors import UnknownNameError, UsageError
 from shockwave.pictures.drawing import COLOURS
 from shockwave.pictures.figures import SMALL, figure
-from shockwave.pictures.sweep import Line, sweep_lines, sweep_map
+from shockwave.pictures.sweep import sweep_lines, sweep_map
 from shockwave.sweep.accuracy import accuracy_of, main_quantity
 from shockwave.sweep.journal import NOT_RUN
 from shockwave.sweep.plotted_axes import PlottedAxes, label_of
@@ -46,9 +46,10 @@ class Plot:
 def plot(
     results: SweepResults, column: str | None = None, x: str | None = None, at: Mapping[str, Any] | None = None
 ) -> Plot:
-    """Draw a quantity over one or two axes of a sweep, with the borders of the regimes.
+    """Draw a quantity over one or two axes of a sweep.
 
-    One axis gives a line. A second axis of a few values gives a line for each of them; otherwise two axes give a map.
+    One axis gives a line. A second axis of a few values gives a line for each of them; otherwise two axes give a map
+    with the borders of the regimes.
 
     Parameters
     ----------
@@ -75,29 +76,33 @@ def plot(
     chosen = PlottedAxes(results, at or {}, x)
     known = [one for one in numbers if np.isfinite(chosen.pick(one)).any()]
     name = column or main_quantity(known or numbers)
-    values = chosen.pick(name)
-    accuracy = accuracy_of(name, results.units, chosen.pick)
-    quantity = label_of(name), results.units[name] or ""
-    regime = next((one.name for one in results.columns if one.name in _REGIMES), None)
-    regimes = chosen.pick(regime) if regime else None
-    across, *up = [axis.drawn for axis in chosen.axes]
-    if not up or len(up[0].places) <= min(len(COLOURS) - 1, len(across.places)):
-        sheet, (ax,) = figure(size=(5.0, 3.2))
-        columns = (array.reshape(len(values), -1).T for array in (values, accuracy.low, accuracy.high))
-        lines = [Line(*line) for line in zip(chosen.labels(), *columns, strict=True)]
-        sweep_lines(ax, across, lines, quantity, accuracy.bounds, None if up or not across.joined else regimes)
-    else:
-        for axis in chosen.axes:
-            if (np.diff(axis.drawn.places) <= 0).any():
-                remedy = "fix another variable of that axis with --at NAME=VALUE, or choose another with --x"
-                got = f"got {axis.name}, which repeats a value; {remedy}"
-                raise UsageError(f"points of a map must have different coordinates ({got})")
-        sheet, (ax,) = figure(size=(5.0, 3.6))
-        sweep_map(ax, across, up[0], values, quantity, regimes)
+    sheet = _drawn(chosen, name)
     if caption := chosen.caption():
         sheet.suptitle(caption, fontsize=SMALL, parse_math=False)
     status = chosen.pick("status")
     failed = int(np.count_nonzero((status != "done") & (status != NOT_RUN)))
     missing = [f"{failed} of the {status.size} drawn points failed"] if failed else []
+    accuracy = accuracy_of(name, results.units, chosen.pick)
     sentence = accuracy.sentence or next(one.meaning for one in results.columns if one.name == name)
     return Plot(sheet, name, (f"{name}: {sentence}", *missing, *results.warnings))
+
+
+def _drawn(chosen: PlottedAxes, name: str) -> Figure:
+    """The figure with lines or a map of the column ``name``."""
+    results, values = chosen.results, chosen.pick(name)
+    quantity = label_of(name), results.units[name] or ""
+    across, *up = [axis.drawn for axis in chosen.axes]
+    if not up or len(up[0].places) <= min(len(COLOURS) - 1, len(across.places)):
+        sheet, (ax,) = figure(size=(5.0, 3.2))
+        lines = zip(chosen.labels(), values.reshape(len(values), -1).T, strict=True)
+        sweep_lines(ax, across, list(lines), quantity)
+        return sheet
+    for axis in chosen.axes:
+        if (np.diff(axis.drawn.places) <= 0).any():
+            remedy = "fix another variable of that axis with --at NAME=VALUE, or choose another with --x"
+            got = f"got {axis.name}, which repeats a value; {remedy}"
+            raise UsageError(f"points of a map must have different coordinates ({got})")
+    regime = next((one.name for one in results.columns if one.name in _REGIMES), None)
+    sheet, (ax,) = figure(size=(5.0, 3.6))
+    sweep_map(ax, across, up[0], values, quantity, chosen.pick(regime) if regime else None)
+    return sheet

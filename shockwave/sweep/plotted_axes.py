@@ -35,8 +35,6 @@ class PlottedAxis:
         Number of the axis of the sweep, counted from 0.
     name : str
         Variable that is drawn.
-    others : tuple of str
-        Other variables that change along the axis.
     positions : array of int
         Positions along the axis of the sweep, in the order in which they are drawn.
     drawn : DrawnAxis
@@ -45,7 +43,6 @@ class PlottedAxis:
 
     place: int
     name: str
-    others: tuple[str, ...]
     positions: npt.NDArray[np.intp]
     drawn: DrawnAxis
 
@@ -69,14 +66,12 @@ class PlottedAxes:
             here = self.positions[place]
             self.positions[place] = here[self._equal(name, value)]
         free = [place for place, here in enumerate(self.positions) if len(here) > 1]
-        if not free:
+        if not 1 <= len(free) <= 2:
             got = "got one point; see results.csv, or omit an --at"
+            if free:
+                known = "; ".join(f"{name}={self._listed(name, 3)}" for name in map(self._longest, free))
+                got = f"got {len(free)}; fix {len(free) - 2} of them with --at NAME=VALUE: {known}"
             raise UsageError(f"a plot must have one or two axes ({got})")
-        if len(free) > 2:
-            names = [self._longest(place) for place in free]
-            known = "; ".join(f"{name}={self._listed(name, 3)}" for name in names)
-            hint = f"fix {len(free) - 2} of them with --at NAME=VALUE: {known}"
-            raise UsageError(f"a plot must have one or two axes (got {len(free)}; {hint})")
         if x is not None and self._count(x) < 2:
             raise UsageError(f"--x: must be a variable with several values (got {x}, which has one)")
         across = self.results.place(x) if x else max(free, key=lambda place: len(self.positions[place]))
@@ -94,74 +89,65 @@ class PlottedAxes:
         """The first variable of an axis with the most different values."""
         return max(self.results.axes[place].names, key=self._count)
 
-    def _texts(self, name: str) -> list[str]:
-        """Values of a variable at the drawn positions, as text."""
-        place = self.results.place(name)
+    def _texts(self, name: str, positions: npt.NDArray[np.intp]) -> list[str]:
+        """Values of a variable at positions along its axis, as text."""
         unit = self.results.units[name]
-        values = self.results.axes[place].along(name)
-        return [_text(values[position], unit, position) for position in self.positions[place].tolist()]
+        values = self.results.axes[self.results.place(name)].along(name)
+        return [_text(values[position], unit, position) for position in positions.tolist()]
 
     def _listed(self, name: str, most: int = _MOST_LISTED) -> str:
-        texts = list(dict.fromkeys(self._texts(name)))
+        texts = list(dict.fromkeys(self._texts(name, self.positions[self.results.place(name)])))
         return ", ".join(texts[:most] + ["..."] * (len(texts) > most))
 
     def _equal(self, name: str, value: Any) -> npt.NDArray[np.bool_]:
         """Whether the variable has this value, for each drawn position."""
         unit = self.results.units[name]
         if unit is None or value == "none":
-            found = np.array(self._texts(name)) == str(value)
+            equal = np.array(self._texts(name, self.positions[self.results.place(name)])) == str(value)
         else:
             try:
                 number = to_si(value, unit)
             except ValueError as error:
                 raise UsageError(f"{name}: {error}") from None
-            found = np.isclose(self._values(name), number, rtol=_CLOSE, atol=0)
-        if not found.any():
+            equal = np.isclose(self._values(name), number, rtol=_CLOSE, atol=0)
+        if not equal.any():
             raise UsageError(f"{name}: must be one of its values (got {value}; they are {self._listed(name)})")
-        return np.asarray(found)
+        return np.asarray(equal)
 
     def _plotted(self, name: str) -> PlottedAxis:
         place = self.results.place(name)
-        here = self.positions[place]
-        values = self._values(name)
-        unit = self.results.units[name]
-        others = tuple(one for one in self.results.axes[place].names if one != name and self._count(one) > 1)
-        order = np.arange(len(here))
+        here, values, unit = self.positions[place], self._values(name), self.results.units[name]
         if unit is None or np.isnan(values).any():
-            drawn = DrawnAxis(label_of(name), "", order.astype(float), self._texts(name), joined=False)
-        else:
-            order = np.argsort(values, kind="stable")
-            drawn = DrawnAxis(label_of(name), unit, values[order], joined=not others)
-        return PlottedAxis(place, name, others, here[order], drawn)
+            places = np.arange(len(here), dtype=float)
+            drawn = DrawnAxis(label_of(name), "", places, self._texts(name, here), joined=False)
+            return PlottedAxis(place, name, here, drawn)
+        order = np.argsort(values, kind="stable")
+        alone = all(self._count(other) == 1 for other in self.results.axes[place].names if other != name)
+        return PlottedAxis(place, name, here[order], DrawnAxis(label_of(name), unit, values[order], joined=alone))
 
     def pick(self, name: str) -> npt.NDArray[Any]:
         """Return a quantity at the drawn points, in the order of `axes`."""
         chosen = [here[:1] for here in self.positions]
         for axis in self.axes:
             chosen[axis.place] = axis.positions
-        found = self.results.values(name)[np.ix_(*chosen)].squeeze()
-        return found if self.axes[0].place <= self.axes[-1].place else found.T
+        picked = self.results.values(name)[np.ix_(*chosen)].squeeze()
+        return picked if self.axes[0].place <= self.axes[-1].place else picked.T
 
     def labels(self) -> list[str]:
-        """Return a label for each value of the second axis, with all variables that change along it."""
-        if len(self.axes) == 1:
-            return [""]
-        axis = self.axes[1]
-        order = np.searchsorted(self.positions[axis.place], axis.positions)
-        names = [name for name in self.results.axes[axis.place].names if name == axis.name or name in axis.others]
-        columns = [[f"{label_of(name)} {text}" for text in self._texts(name)] for name in names]
-        return [", ".join(texts[position] for texts in columns) for position in order]
+        """Return a label for each value of the second axis."""
+        return [
+            f"{label_of(axis.name)} {text}" for axis in self.axes[1:] for text in self._texts(axis.name, axis.positions)
+        ] or [""]
 
     def caption(self) -> str:
-        """Return the fixed values and the variables that change along the axes without being drawn."""
-        parts = []
-        for axis in self.results.axes:
-            for name in axis.names:
-                if self._count(name) == 1 < len(np.unique(self.results.coordinate(name))):
-                    parts.append(f"{label_of(name)} {self._texts(name)[0]}")
-        for one in self.axes:
-            parts += [f"{label_of(other)} changes with {label_of(one.name)}" for other in one.others]
-        return textwrap.fill(", ".join(parts), _CAPTION_WIDTH)
+        """Return the fixed values."""
+        fixed = [
+            f"{label_of(name)} {self._texts(name, here[:1])[0]}"
+            for axis, here in zip(self.results.axes, self.positions, strict=True)
+            for name in axis.names
+            if self._count(name) == 1 < len(np.unique(self.results.coordinate(name)))
+        ]
+        return textwrap.fill(", ".join(fixed), _CAPTION_WIDTH)
 
 
 def label_of(name: str) -> str:
