@@ -170,6 +170,17 @@ def trust_map() -> Figure:
     return plot(swept(), "error").figure
 
 
+def materials() -> Figure:
+    """Ranking of materials for a target."""
+    names = ["ptfe", "nylon-66", "delrin", "pmma", "lead", "brass-260", "copper", "aluminium-6061-t6"]
+    ranked = sw.design(
+        scene("examples/protector"), vary="chain.material", target={"peak_force": 110.0}, among=names, sign="<="
+    )
+    figure, (ax,) = pictures.ranked_figure(len(ranked.table))
+    pictures.materials(ax, ranked)
+    return figure
+
+
 #: Functions that draw the pictures, by file name.
 PICTURES: dict[str, Callable[[], Figure]] = {
     "landing": landing,
@@ -184,6 +195,7 @@ PICTURES: dict[str, Callable[[], Figure]] = {
     "work-precision": work_precision,
     "map": amplification_map,
     "trust-map": trust_map,
+    "materials": materials,
 }
 
 
