@@ -177,8 +177,7 @@ def test_a_wheel_without_compiled_code_serves_all_platforms(
     wheel = build(source, setuptools, "bdist_wheel", before, **variables)
     assert wheel.name.endswith("-py3-none-any.whl")
     names = zipfile.ZipFile(wheel).namelist()
-    assert [name for name in names if "_compiled" in name] == ["shockwave/simulation/_compiled.pyi"]
-    assert [name for name in names if "_chains" in name] == ["shockwave/simulation/_chains.pyi"]
+    assert [name for name in names if name.endswith((".so", ".pyd"))] == []
     assert "shockwave/__init__.pyi" in names  # read at run time
 
 
