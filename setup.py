@@ -1,13 +1,10 @@
 """The compiled parts of shockwave: C files, left out where they cannot be built. All else stands in pyproject.toml."""
 
 import os
-import shutil
 import sysconfig
-from pathlib import Path
 
 from setuptools import Extension, setup
 from setuptools.command.bdist_wheel import bdist_wheel
-from setuptools.command.build_py import build_py
 
 
 class BdistWheel(bdist_wheel):
@@ -19,16 +16,6 @@ class BdistWheel(bdist_wheel):
             self.distribution.ext_modules = None
             self.root_is_pure = True
         super().run()
-
-
-class BuildPy(build_py):
-    """A build with the scenarios of ``profiles``, which are the examples of the explorer."""
-
-    def run(self):
-        super().run()
-        if not self.editable_mode:
-            examples = Path(self.build_lib, "shockwave", "page", "presets")
-            shutil.copytree("profiles", examples, ignore=shutil.ignore_patterns("*.md"), dirs_exist_ok=True)
 
 
 # Without a C compiler, the NumPy code gives the same results. It is also used where the files cannot be compiled yet:
@@ -51,7 +38,7 @@ EXTENSIONS = [
 ]
 
 setup(
-    cmdclass={"bdist_wheel": BdistWheel, "build_py": BuildPy},
+    cmdclass={"bdist_wheel": BdistWheel},
     ext_modules=EXTENSIONS if COMPILES else [],
     options={"bdist_wheel": {"py_limited_api": "cp311"}} if COMPILES else {},
 )

@@ -43,3 +43,8 @@ def shockwave_materials() -> list[Entry]:  # type: ignore[empty-body]
 @_hookspec
 def shockwave_contacts() -> list[Entry]:  # type: ignore[empty-body]
     """Addresses of `ContactLaw` subclasses."""
+
+
+@_hookspec
+def shockwave_commands() -> list[Entry]:  # type: ignore[empty-body]
+    """Addresses of functions that run a command: they take its arguments, a list of str, and return an exit status."""

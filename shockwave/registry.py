@@ -1,4 +1,4 @@
-"""Registry of profiles, integrators, quadratures, materials and contact laws, built in or from plugins.
+"""Registry of profiles, integrators, quadratures, materials, contact laws and commands, built in or from plugins.
 
 A registry holds addresses (``package.module:attribute``): listing names imports nothing, and a scene imports only the
 objects that it names. Addresses are imported in this module only.
@@ -26,7 +26,7 @@ from shockwave.built_ins import Entry
 from shockwave.errors import MOST_NAMES, PluginError, ShockwaveError, UnknownNameError, nearest
 
 #: Kind of an entry -> its name in messages.
-KINDS = {f"{name}s": name for name in ("profile", "integrator", "quadrature", "material", "contact")}
+KINDS = {f"{name}s": name for name in ("profile", "integrator", "quadrature", "material", "contact", "command")}
 #: Environment variable with the distributions to ignore, separated by commas.
 DISABLE = "SHOCKWAVE_DISABLE_PLUGINS"
 #: Value of this variable that stands for all distributions.
@@ -259,6 +259,8 @@ def loaded_entry(kind: str, entry: Entry) -> Any:
 def _broken_rule(kind: str, entry: Entry, found: Any) -> str:
     if kind == "materials":
         return "" if isinstance(found, _at("shockwave.chain.material:Material")) else "must be a Material"
+    if kind == "commands":
+        return "" if callable(found) else "must be a function of a list of arguments"
     base = _at(_BASES[kind])
     if not (isinstance(found, type) and issubclass(found, base)):
         return f"must be a subclass of {base.__name__}"

@@ -25,7 +25,7 @@ from distributions import install
 from pages import DOCS, PAGES, ROOT, Block, blocks_of, code_in, table
 from selection import keeping
 from shockwave import built_ins, cli, pictures, registry
-from shockwave.cli.parser import KINDS, parser
+from shockwave.cli.parser import KINDS, OFFERED, parser
 from shockwave.fields import quantity_of
 from shockwave.limit import Limit
 from shockwave.options import SimulateOptions
@@ -269,7 +269,7 @@ def test_every_command_and_kind_is_listed() -> None:
     assert set(code_in(row[1])) == set(KINDS)
 
 
-@pytest.mark.parametrize("command", commands())
+@pytest.mark.parametrize("command", [name for name in commands() if name not in OFFERED])
 def test_help_lists_the_options_of_the_page(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     listed = {word for row in table("docs/commands.md", f"options of {command}") for word in code_in(row[0])}
     with pytest.raises(SystemExit):

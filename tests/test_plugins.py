@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 import zlib
 from pathlib import Path
@@ -10,9 +11,10 @@ from pathlib import Path
 import pytest
 
 from conftest import HOOKS as SOUND_HOOKS
-from conftest import PULSE, Install
+from conftest import PULSE, ROOT, Install
 from shockwave import built_ins, plugin_check, registry
 from shockwave.cli import main
+from shockwave.cli.parser import COMMANDS, OFFERED
 from shockwave.errors import PluginError, UnknownNameError
 from shockwave.hooks import Entry
 
@@ -239,6 +241,94 @@ def test_an_integrator_that_fails_is_an_error_of_its_plugin(
     out, report = capsys.readouterr()
     assert "good" in out
     assert f"bad.yaml: integrator {name!r} of test-methods: must not raise (got " in report
+
+
+# ---------------------------------------------------------------- commands
+
+COMMAND_HOOK = """
+from shockwave.hooks import Entry, hookimpl
+
+@hookimpl
+def shockwave_commands():
+    return [Entry("{name}", "{module}_pulse:run", "a command")]
+"""
+RUN = "from shockwave import UsageError\ndef run(arguments):\n    {body}\n"
+
+
+@pytest.mark.parametrize(
+    ("body", "status", "text"),
+    [
+        ("print(arguments)", 0, "['--depth', '3', 'x.yaml']"),
+        ("return len(arguments)", 3, ""),
+        ("raise UsageError('--depth: must be left out')", 2, "--depth: must be left out"),
+        ("raise OSError('oops')", 4, "command 'dig' of test-dig: must not raise (got OSError: oops)"),
+        ("return 'done'", 4, "command 'dig' of test-dig: must not raise (got ValueError: "),
+    ],
+    ids=["prints", "status", "error", "fails", "no status"],
+)
+def test_a_command_of_a_plugin_gets_its_arguments(
+    body: str, status: int, text: str, install: Install, capsys: pytest.CaptureFixture[str]
+) -> None:
+    install("test-dig", hooks=COMMAND_HOOK, pulse=RUN.format(body=body), name="dig")
+    assert main(["dig", "--depth", "3", "x.yaml"]) == status
+    assert text in "".join(capsys.readouterr())
+
+
+def test_a_command_may_exit(install: Install) -> None:
+    install("test-dig", hooks=COMMAND_HOOK, pulse=RUN.format(body="raise SystemExit(2)"), name="dig")
+    with pytest.raises(SystemExit, match="2"):
+        main(["dig"])
+
+
+@pytest.mark.parametrize("pulse", ["1 / 0", "run = 5"], ids=["import", "no function"])
+def test_a_faulty_command_is_an_error_of_its_plugin(
+    pulse: str, install: Install, capsys: pytest.CaptureFixture[str]
+) -> None:
+    install("test-dig", hooks=COMMAND_HOOK, pulse=pulse, name="dig")
+    assert main(["dig"]) == 4
+    assert "plugin test-dig is faulty: command 'dig': test_dig_pulse:run: " in capsys.readouterr().err
+
+
+def test_known_commands_and_help_load_no_plugin(install: Install, capsys: pytest.CaptureFixture[str]) -> None:
+    install("test-dig", hooks="raise SystemExit(9)")
+    for arguments in (["--help"], ["new", "--help"]):
+        with pytest.raises(SystemExit, match="0"):
+            main(arguments)
+    assert main(["new"]) == 0
+    assert "test_dig" not in sys.modules
+    capsys.readouterr()
+    assert main(["dig"]) == 4
+    assert "unknown command (got 'dig'; plugin test-dig is faulty: SystemExit: 9)" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("before", [[], ["--no-plugins"]], ids=["unknown", "disabled"])
+def test_an_unknown_command_is_an_error_of_usage(
+    before: list[str], install: Install, capsys: pytest.CaptureFixture[str]
+) -> None:
+    install("test-dig", hooks=COMMAND_HOOK, pulse=RUN.format(body="return 0"), name="dig" if before else "delve")
+    with pytest.raises(SystemExit, match="2"):
+        main([*before, "dig"])
+    assert "invalid choice: 'dig'" in capsys.readouterr().err
+
+
+def test_the_name_of_a_built_in_command_is_refused(install: Install, capsys: pytest.CaptureFixture[str]) -> None:
+    install("test-dig", hooks=COMMAND_HOOK, name="predict")
+    assert "command 'predict' is a built-in name" in str(rows(capsys)["test-dig"]["problem"])
+
+
+def test_the_names_that_commands_of_plugins_cannot_take_are_those_of_the_parser() -> None:
+    names = {name for name, *_ in COMMANDS}
+    assert {entry.name for entry in built_ins.ENTRIES["commands"]} == names - OFFERED.keys()
+
+
+@pytest.mark.usefixtures("patch")
+@pytest.mark.parametrize("before", [[], ["--no-plugins"]], ids=["missing", "disabled"])
+def test_explore_names_what_to_install(before: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([*before, "explore", "--port", "0"]) == 2
+    report = capsys.readouterr().err
+    assert report.startswith("explore: shockwave-explore must be installed")
+    (folder,) = re.findall(r"python -m pip install (\S+?)\)", report)
+    assert (ROOT / folder / "pyproject.toml").is_file()
 
 
 # ---------------------------------------------------------------- leaving plugins out

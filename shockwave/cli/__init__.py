@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 
 from shockwave.cli.output import failure, progress_on_stderr
-from shockwave.cli.parser import parser
+from shockwave.cli.parser import parsed
 from shockwave.errors import FileAccessError
 from shockwave.text import Detail, on_stdout
 
@@ -38,8 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # characters that the terminal cannot show are no error
             stream.reconfigure(errors="backslashreplace")
-    given = sys.argv[1:] if arguments is None else arguments
-    options = parser(given).parse_args(given)
+    options = parsed(sys.argv[1:] if arguments is None else list(arguments))
     try:
         registry = _without_plugins() if options.no_plugins else nullcontext()
         with on_stdout(getattr(options, "wide", False), detail_of(options)), progress_on_stderr(), registry:

@@ -177,11 +177,6 @@ _LIST = [
     _option("KIND", f"{', '.join(KINDS)} (default: all)", nargs="?", choices=KINDS, metavar="KIND"),
     _option("--check", "import everything that plugins register, report errors"),
 ]
-_EXPLORE = [
-    _option("FILE", "scenario file to begin with (default: an example)", nargs="?"),
-    _option("--port N", "port on loopback (default: 8042; 0: any)", type=_number(0, 65535, int), default=8042),
-    _option("--no-browser", "print the address only"),
-]
 _NEW = [
     _option("--profile PROFILE", "profile of the shock (default: power-law)", default="power-law"),
     _option("-o --output FILE", "write to FILE, which must not exist (default: stdout)"),
@@ -194,13 +189,13 @@ _WITHOUT_TABLES = ("validate", "report", "explore", "plot", "new", "schema", "co
 
 # fmt: off
 #: Name, address of the function below `shockwave.cli`, summary, options.
-_COMMANDS: list[tuple[str, str, str, list[_Option]]] = [
+COMMANDS: list[tuple[str, str, str, list[_Option]]] = [
     ("predict", "scenario_commands:predict", "predict the waves that a shock generates", _PREDICTED),
     ("simulate", "scenario_commands:simulate", "simulate the motion, measure the waves", _SIMULATED),
     ("compare", "scenario_commands:compare", "score section 4 by a simulation", [*_PREDICT, *_SIMULATED]),
     ("validate", "scenario_commands:validate", "check scenario files and report all errors", [_FILES, _JSON]),
     ("report", "scenario_commands:report", "write a page on a scenario, with pictures", [_FILE, _LIMIT, _OUTPUT]),
-    ("explore", "explore:explore", "open a page with sliders in the browser", _EXPLORE),
+    ("explore", "plugin_commands:run", "open a page with sliders in the browser (shockwave-explore)", []),
     ("curve", "scenario_commands:curve", "amplification as a function of the rise time", [_FILE, *_CURVE]),
     ("sweep", "sweep:sweep", "run or resume all cases of a sweep", [*_SWEEP, _JSON]),
     ("plot", "plot:plot", "plot the results of a sweep as lines or as a map", _PLOT),
@@ -214,6 +209,9 @@ _COMMANDS: list[tuple[str, str, str, list[_Option]]] = [
     ("completion", "registry_commands:completion", "write a script that completes commands in a shell", _COMPLETION),
 ]
 # fmt: on
+
+#: Commands in the table that a sample plugin runs -> that plugin.
+OFFERED = {"explore": "shockwave-explore"}
 
 
 class _Version(argparse.Action):
@@ -238,10 +236,23 @@ def parser(arguments: Sequence[str] = ()) -> argparse.ArgumentParser:
     made.add_argument("--version", action=_Version, nargs=0, help="print the version and the back end, and exit")
     made.add_argument("--no-plugins", **{**_NO_PLUGINS[1], "default": False})
     commands = made.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for name, address, summary, options in [row for row in _COMMANDS if row[0] in arguments[:1]] or _COMMANDS:
+    for name, address, summary, options in [row for row in COMMANDS if row[0] in arguments[:1]] or COMMANDS:
         command = commands.add_parser(name, help=summary, description=summary, epilog=_EXITS)
         command.set_defaults(command=address)
         common = [_NO_PLUGINS] if name in _WITHOUT_TABLES else [_NO_PLUGINS, _WIDE]
         for flags, settings in [*common, *options]:
             command.add_argument(*flags, **settings)
     return made
+
+
+def parsed(arguments: list[str]) -> argparse.Namespace:
+    """Options of a command; the arguments of a command of a plugin are left to its function.
+
+    An unknown name is that of a plugin, which is looked up when the command runs.
+    """
+    own = {name for name, *_ in COMMANDS} - OFFERED.keys()
+    no_plugins = arguments[:1] == ["--no-plugins"]
+    name, *rest = arguments[no_plugins:] or ["-"]
+    if name in own or name.startswith("-"):
+        return parser(arguments).parse_args(arguments)
+    return argparse.Namespace(command="plugin_commands:run", no_plugins=no_plugins, name=name, arguments=rest)

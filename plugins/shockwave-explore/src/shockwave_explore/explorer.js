@@ -45,7 +45,7 @@ async function show(request) {
   valid = $("text").value = reply.text;
   clearTimeout(settled); // browsers limit how often the address may change
   settled = setTimeout(() => history.replaceState(null, "", valid === initial ? location.pathname : hash()), 300);
-  for (const name of ["headline", "estimate"]) $(name).innerHTML = reply[name];
+  for (const name of ["headline", "results"]) $(name).innerHTML = reply[name];
   const time = document.querySelector("#figures svg")?.getCurrentTime() ?? 0;
   $("figures").innerHTML = reply.figures;
   animate(time);
@@ -104,20 +104,27 @@ function copy(text) {
 $("copy").addEventListener("click", () => copy(valid));
 $("link").addEventListener("click", () => copy(`${location.origin}/${hash()}`));
 
-document.addEventListener("click", async ({ target }) => {
+function save(name, blob) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  URL.revokeObjectURL(link.href);
+}
+$("report").addEventListener("click", async () => {
+  const reply = await post("report", { text: valid });
+  if (reply.ok) save("report.html", await reply.blob());
+  else fail(await reply.text());
+});
+$("figures").addEventListener("click", ({ target }) => {
   if (target.id === "pause") {
     paused = !paused;
     animate();
+  } else if (target.className === "save") {
+    const figure = target.closest("figure");
+    const picture = new XMLSerializer().serializeToString(figure.querySelector("svg"));
+    save(`${figure.ariaLabel}.svg`, new Blob([picture], { type: "image/svg+xml" }));
   }
-  const { source, kind } = target.dataset;
-  if (!source) return;
-  const reply = await post("export", { text: valid, source, kind });
-  if (!reply.ok) return fail(await reply.text());
-  const link = document.createElement("a");
-  link.href = URL.createObjectURL(await reply.blob());
-  link.download = `${source}.${kind}`;
-  link.click();
-  URL.revokeObjectURL(link.href);
 });
 
 // ---------------------------------------------------------------- links

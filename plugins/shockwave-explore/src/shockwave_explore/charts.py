@@ -12,7 +12,6 @@ import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 from markupsafe import Markup, escape
-
 from shockwave.pictures.drawing import BLUE, FIELD, GREY, SKY, VERMILION, si_label
 from shockwave.quadrature import FloatArray
 
@@ -30,6 +29,7 @@ _ROOM = 1.08
 _SECTIONS = 300
 # Most cells of a map along the time.
 _MOST_CELLS = 240
+_PIXELS = 'preserveAspectRatio="none" image-rendering="pixelated"'
 # Marks on the colour bar, relative to the greatest value.
 _SHARES = (0.0, 0.1, 0.3, 0.6, 1.0)
 # Animation: its length [s], frames, most beads, size [px], greatest displacement relative to the greatest diameter.
@@ -52,17 +52,21 @@ _LOOKS = {
     "area": f'fill="{SKY}" fill-opacity="0.35"',
 }
 # Signs of a legend.
-_KEYS = {"line": "\N{EM DASH}", "dashed": "--", "dots": "\u25cf", "squares": "\u25a0", "band": "\u25ac"}
+_KEYS = {"line": "\N{EM DASH}", "dashed": "--", "dots": "\u25cf", "squares": "\u25a0"}
+# Grid and axes.
+_GRID = 'stroke="#dedede" stroke-width="0.7"'
+_AXIS = 'fill="none" stroke="#555"'
+_FONT = 'font-family="system-ui, \'Segoe UI\', \'DejaVu Sans\', sans-serif" font-size="12.5" fill="#1a1a1a"'
 
 
 @frozen
 class Series:
-    """Points of a chart: a line, an area under a line, markers, or a band between the limits ``y``, over ``x``."""
+    """Points of a chart: a line, an area under a line, or markers."""
 
     x: Any
     y: Any
     label: str = ""
-    kind: Literal["line", "dashed", "area", "dots", "squares", "band"] = "line"
+    kind: Literal["line", "dashed", "area", "dots", "squares"] = "line"
     colour: str = BLUE
 
 
@@ -83,14 +87,14 @@ def chart(
         Whether the abscissa counts something.
     """
     drawn = list(series)
-    top = _ROOM * max((float(np.max(one.y)) for one in drawn), default=0.0) or 1.0
+    top = _ROOM * max((float(np.max(line.y)) for line in drawn), default=0.0) or 1.0
     area = _Area(0.5 if whole else 0.0, right, top)
     legend, at = "", 0
-    for one in drawn:
-        if one.label:
-            key = Markup('<tspan fill="{}">{}</tspan> {}').format(one.colour, _KEYS[one.kind], one.label)
+    for line in drawn:
+        if line.label:
+            key = Markup('<tspan fill="{}">{}</tspan> {}').format(line.colour, _KEYS[line.kind], line.label)
             legend += _text(area.left + at, 16, key)
-            at += _KEY + _LETTER * len(one.label)
+            at += _KEY + _LETTER * len(line.label)
     return _picture([area.axes(x, y), *map(area.draw, drawn), legend])
 
 
@@ -117,9 +121,9 @@ def field_map(times: FloatArray, contacts: Sequence[int], forces: FloatArray, la
     place = f'x="{area.left}" y="{_TOP}" width="{area.width}" height="{area.height}"'
     bar = area.left + area.width + 8
     parts = [
-        f'<image {place} preserveAspectRatio="none" href="{_image(levels)}"/>',
+        f'<image {place} {_PIXELS} href="{_image(levels)}"/>',
         area.axes(("time", "s"), (label, "")),
-        f'<image x="{bar}" y="{_TOP}" width="10" height="{area.height}" preserveAspectRatio="none"'
+        f'<image x="{bar}" y="{_TOP}" width="10" height="{area.height}" {_PIXELS}'
         f' href="{_image(np.linspace(0, 1, 64)[:, None])}"/>',
     ]
     factor, unit = _scale(greatest, "N")
@@ -128,7 +132,7 @@ def field_map(times: FloatArray, contacts: Sequence[int], forces: FloatArray, la
         parts.append(_text(bar + 14, height + 4, f"{share * greatest / factor:.3g}"))
     parts.append(_text(bar + 10, _TOP - 10, f"force ({unit})", "middle"))
     parts.append(
-        f'<path d="M{area.left} {_TOP}v{area.height}" class="now">'
+        f'<path d="M{area.left} {_TOP}v{area.height}" stroke="{BLUE}">'
         f'<animateTransform attributeName="transform" type="translate" {_TIMING} values="0;{area.width}"/></path>'
     )
     return _picture(parts)
@@ -232,36 +236,33 @@ class _Area:
         parts = [_text(self.left + self.width / 2, _HEIGHT - 8, f"{x[0]} ({unit})" if unit else x[0], "middle")]
         for tick in _ticks(self.begin, self.end, factor, 0.0 if unit else 1.0):
             at = float(self.x(tick))
-            parts.append(f'<path d="M{at:.1f} {_TOP}V{bottom}" class="grid"/>')
+            parts.append(f'<path d="M{at:.1f} {_TOP}V{bottom}" {_GRID}/>')
             parts.append(_text(at, bottom + 15, f"{tick / factor:.6g}", "middle"))
         factor, unit = _scale(self.top, y[1])
         turned = f'transform="rotate(-90 14 {middle})"'
         parts.append(_text(14, middle, f"{y[0]} ({unit})" if unit else y[0], "middle", turned))
         for tick in _ticks(0.0, self.top, factor):
             at = float(self.y(tick))
-            parts.append(f'<path d="M{self.left} {at:.1f}H{right}" class="grid"/>')
+            parts.append(f'<path d="M{self.left} {at:.1f}H{right}" {_GRID}/>')
             parts.append(_text(self.left - 6, at + 4, f"{tick / factor:.6g}", "end"))
-        return "".join([*parts, f'<path d="M{self.left} {_TOP}V{bottom}H{right}" class="axis"/>'])
+        return "".join([*parts, f'<path d="M{self.left} {_TOP}V{bottom}H{right}" {_AXIS}/>'])
 
-    def draw(self, one: Series) -> str:
+    def draw(self, series: Series) -> str:
         """The points of a series."""
-        if one.kind in _MARKS:
-            places = zip(self.x(one.x), self.y(one.y), strict=True)
-            return "".join(_MARKS[one.kind].format(x, y, one.colour) for x, y in places)
-        if one.kind == "band":
-            (left, right), (low, high) = self.x(one.x), self.y(one.y)
-            place = f'x="{left:.1f}" y="{high:.1f}" width="{right - left:.1f}" height="{max(low - high, 1):.1f}"'
-            return f'<rect {place} fill="{one.colour}" fill-opacity="0.25"/>'
-        kept = _thinned(np.asarray(one.y))
-        x, y = self.x(np.asarray(one.x)[kept]), self.y(np.asarray(one.y)[kept])
+        if series.kind in _MARKS:
+            places = zip(self.x(series.x), self.y(series.y), strict=True)
+            return "".join(_MARKS[series.kind].format(x, y, series.colour) for x, y in places)
+        kept = _thinned(np.asarray(series.y))
+        x, y = self.x(np.asarray(series.x)[kept]), self.y(np.asarray(series.y)[kept])
         path = "L".join(f"{right:.1f} {down:.1f}" for right, down in zip(x, y, strict=True))
-        if one.kind == "area":
+        if series.kind == "area":
             path += f"V{_TOP + self.height}H{x[0]:.1f}Z"
-        return f'<path d="M{path}" stroke="{one.colour}" stroke-width="1.6" {_LOOKS[one.kind]}/>'
+        return f'<path d="M{path}" stroke="{series.colour}" stroke-width="1.6" {_LOOKS[series.kind]}/>'
 
 
 def _picture(parts: Iterable[str], width: float = _WIDTH, height: float = _HEIGHT) -> Markup:
-    return Markup(f'<svg viewBox="0 0 {width} {height}" aria-hidden="true">{"".join(parts)}</svg>')
+    head = f'xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" aria-hidden="true" {_FONT}'
+    return Markup(f"<svg {head}>{''.join(parts)}</svg>")
 
 
 def _scale(largest: float, unit: str) -> tuple[float, str]:

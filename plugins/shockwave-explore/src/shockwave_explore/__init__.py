@@ -1,0 +1,1 @@
+"""The explorer of shockwave: a page with sliders on loopback."""

@@ -1,0 +1,150 @@
+"""The scenario of the explorer as text, and changes to it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from functools import lru_cache
+from itertools import accumulate
+from pathlib import Path
+from typing import Any
+
+import yaml
+from attrs import evolve
+from shockwave.errors import InvalidValueError, ScenarioError
+from shockwave.scenario.loader import load_scenario, scenario_of
+from shockwave.scenario.scenario import Scenario
+from shockwave.scenario.template import template
+from shockwave.scenario.yaml_document import Document, parse_document, steps_of
+
+#: The scenario file in messages.
+NAME = "scenario"
+#: Choices for the end of a chain; the last one is followed by the material of the wall.
+ENDLESS, FREE, WALL = "endless chain", "free end", "wall: "
+#: Example scenarios by their names; the page begins with the wall.
+PRESETS = {file.stem: file for file in sorted(Path(__file__).with_name("scenes").glob("*.yaml"))}
+# Granules of a chain that was endless before.
+_GRANULES = 30
+# Most granules of a chain that is integrated to its end, and the longest computing time [s].
+_MOST_GRANULES = 300
+_LONGEST = 3.0
+# Keys of a record that act on its samples; the others act on the reading of its file.
+_PROCESSING = ("clean", "baseline", "low_pass", "crop", "negative")
+# Longest text, about 6 000 samples of a record, and deepest brackets: bounds on the time of the parser.
+_MOST_CHARACTERS = 2**18
+_MOST_NESTED = 50
+
+
+def text_of_file(path: str | Path) -> str:
+    """Text of the scenario in a file, without a sweep or uncertain values, and with the samples of its record.
+
+    Raises
+    ------
+    ShockwaveError
+        As `load_scenario`.
+    """
+    scenario = load_scenario(path)
+    assert scenario.document is not None
+    data = scenario.document.data
+    text = Path(path).read_text(encoding="utf-8-sig")
+    if len(scenario.files) > 1:  # a link contains everything
+        profile: Any = scenario.shock.profile
+        record = {name: getattr(profile, name).tolist() for name in ("times", "forces")}
+        record |= {name: value for name, value in data["shock"]["parameters"].items() if name in _PROCESSING}
+        data = data | {"shock": data["shock"] | {"parameters": record}}
+    elif parse_document(text, NAME).data.keys() == data.keys():
+        return text  # with its comments
+    return _written({"name": scenario.name} | data)
+
+
+def loaded(text: str) -> Scenario:
+    """The scenario in ``text``, which is as untrusted as a link.
+
+    Raises
+    ------
+    ShockwaveError
+        As `load_scenario`; or if it names a file, is too long, or has more granules than the page can simulate.
+    """
+    document = _parsed(text)
+    if value_at(document.data, "shock", "parameters", "file") is not None:
+        hint = "run `shockwave explore FILE` with a scenario that names it"
+        problem = f"must be left out here, because a link must not read files ({hint})"
+        raise ScenarioError([document.fault(("shock", "parameters", "file"), problem)])
+    scenario = scenario_of(document, None)
+    if scenario.sweep is not None:
+        raise ScenarioError([document.fault(("sweep",), "must be left out here, because the page shows a single case")])
+    count = scenario.chain.count
+    if count is not None and count > _MOST_GRANULES and not scenario.chain.is_uniform:
+        problem = f"must be at most {_MOST_GRANULES} here (got {count}; `shockwave simulate` takes more)"
+        raise ScenarioError([document.fault(("chain", "granules"), problem)])
+    timeout = min(scenario.simulate.timeout or _LONGEST, _LONGEST)
+    return evolve(scenario, simulate=evolve(scenario.simulate, timeout=timeout))
+
+
+@lru_cache(maxsize=4)
+def _parsed(text: str) -> Document:
+    """The document in ``text``, parsed once for an answer and the edit that follows it."""
+    if len(text) > _MOST_CHARACTERS:
+        hint = "shorten its record, or use `shockwave predict` and `shockwave simulate`"
+        problem = f"must have at most {_MOST_CHARACTERS} characters here (got {len(text)}; {hint})"
+        raise InvalidValueError.of(NAME, problem)
+    brackets = (1 if bracket in "[{" else -1 for bracket in re.findall(r"[][{}]", text))
+    if max(accumulate(brackets), default=0) > _MOST_NESTED:
+        raise InvalidValueError.of(NAME, f"must have at most {_MOST_NESTED} nested brackets (got more)")
+    return parse_document(text, NAME)
+
+
+def edited(text: str, edits: Mapping[str, Any]) -> str:
+    """``text`` with the values of controls in their places; it need not be a valid scenario.
+
+    Raises
+    ------
+    ShockwaveError
+        If ``text`` is not a document.
+    """
+    document = _parsed(text)
+    for name, value in edits.items():
+        for path, new in _changes(document.data, name, value):
+            document = document.having({path: new})
+    return _written(document.data) if edits else text
+
+
+def _changes(data: dict[str, Any], name: str, value: Any) -> Iterator[tuple[tuple[str | int, ...], Any]]:
+    """Paths and values for the value of a control; None stands for no value."""
+    if name == "chain.end":
+        granules, end = value_at(data, "chain", "granules"), value_at(data, "chain", "end")
+        walled = {**(end if isinstance(end, dict) else {}), "wall": str(value).removeprefix(WALL)}
+        yield ("chain", "end"), None if value in (ENDLESS, FREE) else walled
+        yield ("chain", "granules"), None if value == ENDLESS else _GRANULES if granules is None else granules
+    elif name == "shock.profile":
+        fresh = parse_document(template(str(value)), NAME).data["shock"]
+        old = data.get("shock") or {}
+        if "rise_time" in fresh and "rise_time" not in old and "duration" in old:
+            fresh["duration"] = fresh.pop("rise_time")
+        kept = {key: old[key] for key in fresh.keys() & old.keys() - {"profile", "parameters"}}
+        yield ("shock",), {**fresh, **kept}
+    else:
+        yield steps_of(name), value
+    if name.startswith(("chain.end", "chain.granules")) and value_at(data, "simulate", "contacts"):
+        yield ("simulate", "contacts"), None  # the chain may be too short for them
+
+
+def value_at(data: Any, *path: str | int) -> Any:
+    """The value at ``path``; None if there is none."""
+    for step in path:
+        try:
+            data = data[step]
+        except (TypeError, LookupError):
+            return None
+    return data
+
+
+def _written(data: Any) -> str:
+    """``data`` as YAML, without keys that have no value."""
+    return yaml.safe_dump(_present(data), sort_keys=False, allow_unicode=True, default_flow_style=None, width=88)
+
+
+def _present(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: new for key, old in value.items() if (new := _present(old)) not in (None, {})}
+    return [_present(item) for item in value] if isinstance(value, list) else value

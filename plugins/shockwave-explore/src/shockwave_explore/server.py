@@ -1,0 +1,130 @@
+"""The server of the explorer: a page on loopback on which sliders change a scenario, and its answers follow."""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import socket
+import threading
+import webbrowser
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import flask
+from flask.typing import ResponseReturnValue
+from shockwave.errors import ShockwaveError, UsageError, message_of
+from shockwave.page import page as report
+from shockwave.text import html_of
+from werkzeug.serving import make_server
+
+from .answer import parts_of
+from .scene import PRESETS, edited, loaded, text_of_file
+
+#: The only address that the explorer listens on.
+LOOPBACK = "127.0.0.1"
+# Scenario at the start.
+_FIRST = "wall"
+_MOST_PORT = 65535
+# Largest request [bytes], above the longest scenario.
+_MOST_BYTES = 2**21
+# The page executes its own script only, and loads nothing from elsewhere.
+_POLICY = "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
+# matplotlib and the caches of the package are used by one request at a time.
+_LOCK = threading.Lock()
+
+
+def explore(arguments: list[str]) -> int:
+    """Run the command: answer the requests of the page until an interrupt.
+
+    Raises
+    ------
+    ShockwaveError
+        If the scenario is not valid, or the port is in use.
+    """
+    parser = argparse.ArgumentParser(prog="shockwave explore", description="Open a page with sliders in the browser.")
+    parser.add_argument("file", nargs="?", metavar="FILE", help="scenario file to begin with (default: an example)")
+    parser.add_argument("--port", type=int, default=8042, help="port on loopback (default: 8042; 0: any)")
+    parser.add_argument("--no-browser", action="store_true", help="print the address only")
+    options = parser.parse_args(arguments)
+    if not 0 <= options.port <= _MOST_PORT:
+        raise UsageError(f"--port: must be >= 0 and <= {_MOST_PORT} (got {options.port})")
+    first = text_of_file(options.file or PRESETS[_FIRST])
+    loaded(first)  # a file that the page cannot show ends here
+    serve(application(first), options.port, not options.no_browser)
+    return 0
+
+
+def serve(app: flask.Flask, port: int, browser: bool) -> None:
+    """Serve the application on loopback until an interrupt; port 0 is a free one."""
+    try:
+        listening = socket.create_server((LOOPBACK, port))
+    except OSError as error:
+        got = f"got {port}: {error.strerror or message_of(error)}; choose another, or 0 for any"
+        raise UsageError(f"--port: must be a free port ({got})") from None
+    port = listening.getsockname()[1]
+    logging.getLogger("werkzeug").setLevel(logging.ERROR)
+    server = make_server(LOOPBACK, port, app, threaded=True, fd=listening.fileno())
+    # errors of connections that break off, also by the end of the server; Flask reports all others
+    server.handle_error = lambda *_: None  # type: ignore[method-assign]
+    address = f"http://{LOOPBACK}:{port}/"
+    with suppress(KeyboardInterrupt):
+        print(f"{address} (Ctrl-C ends)", flush=True)
+        if browser:
+            threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+        server.serve_forever()
+
+
+def application(first: str) -> flask.Flask:
+    """The web application, which begins with the scenario in the text ``first``."""
+    app = flask.Flask("shockwave", static_folder=None)
+    # a page from elsewhere that names this address otherwise cannot read the answers
+    app.config.update(TRUSTED_HOSTS=[LOOPBACK, "localhost"], MAX_CONTENT_LENGTH=_MOST_BYTES)
+    folder = Path(__file__).parent
+
+    @app.get("/")
+    def page() -> str:
+        return html_of(folder / "page.html.jinja", first=first, presets=list(PRESETS))
+
+    @app.get("/explorer.<any(js, css):kind>")
+    def asset(kind: str) -> ResponseReturnValue:
+        return flask.send_file(folder / f"explorer.{kind}")
+
+    @app.post("/answer")
+    def answer() -> dict[str, str]:
+        preset, text, edits, controls = _fields(preset=str, text=str, edits=dict, controls=bool)
+        with _LOCK:
+            try:
+                text = text_of_file(PRESETS[preset]) if preset in PRESETS else edited(text, edits)
+                names = ("controls",) if controls else ()
+                return {"text": text, **parts_of(text, *names, "headline", "results", "figures")}
+            except ShockwaveError as error:
+                return {"fault": str(error)}
+            except Exception as error:  # the page goes on
+                return {"fault": f"internal error: {message_of(error)} (please report it)"}
+
+    @app.post("/report")
+    def report_page() -> ResponseReturnValue:
+        (text,) = _fields(text=str)
+        with _LOCK:
+            try:
+                return report(loaded(text))
+            except ShockwaveError as error:
+                return str(error), 400
+
+    @app.after_request
+    def protected(response: flask.Response) -> flask.Response:
+        response.headers["Content-Security-Policy"] = _POLICY
+        response.headers["X-Content-Type-Options"] = "nosniff"
+        return response
+
+    return app
+
+
+def _fields(**kinds: type) -> list[Any]:
+    """The named fields of the JSON object that the page sends; an empty value for one that is left out."""
+    request = flask.request.get_json()
+    values = [request.get(name, kind()) if isinstance(request, dict) else None for name, kind in kinds.items()]
+    if not all(map(isinstance, values, kinds.values())):
+        flask.abort(400, "must be a JSON object that the page sends")
+    return values

@@ -1,0 +1,29 @@
+"""Commands of plugins."""
+
+from __future__ import annotations
+
+import argparse
+
+from shockwave.cli.parser import OFFERED, parser
+from shockwave.errors import PluginError, ShockwaveError, UnknownNameError, UsageError
+from shockwave.registry import described, find, load
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command of a plugin; a name that no plugin registers is an error of usage."""
+    try:
+        entry = find("commands", options.name)
+    except UnknownNameError:
+        if plugin := OFFERED.get(options.name):
+            remedy = f"in the source tree: python -m pip install ./plugins/{plugin}"
+            raise UsageError(f"{options.name}: {plugin} must be installed and not disabled ({remedy})") from None
+        parser().parse_args([options.name])  # reports the known names
+        raise
+    function = load("commands", options.name)
+    try:
+        return int(function(options.arguments) or 0)
+    except (ShockwaveError, BrokenPipeError):
+        raise
+    except Exception as error:
+        problem = f"must not raise (got {described(error):.200})"
+        raise PluginError(f"command {entry.name!r} of {entry.distribution}: {problem}") from error
