@@ -13,6 +13,7 @@ from attrs import frozen
 from markupsafe import Markup
 from shockwave.chain.layout import Layout
 from shockwave.pictures.drawing import BLACK, BLUE, GREEN, GREY, VERMILION
+from shockwave.prediction.outcome_text import regime_text
 from shockwave.text import html_of, si
 
 from .charts import Series, beads, chart, field_map
@@ -74,12 +75,19 @@ def parts_of(text: str, *names: str) -> dict[str, str]:
 
 def _forces(outcome: sw.Outcome) -> Iterator[tuple[str, str, str]]:
     """Name, value and accuracy of the forces in the headline."""
-    named = [("Force on the wall", outcome.transmitted)]
-    named.append(("Leading wave" if outcome.waves else "Greatest force", outcome))
-    for name, force in named:
-        if force is not None and force.peak_force is not None:
-            error = (force.high - force.low) / 2 / (force.peak_force or 1.0)
-            yield name, si(force.peak_force, "N", error=max(error, _LEAST_ERROR)), f"estimated error {error:.0e}"
+    leading = None if outcome.peak_force is None else outcome
+    wall, greatest = outcome.transmitted, outcome.greatest_force if leading is None else None
+    if wall is not None and greatest is not None and greatest.peak_force <= wall.peak_force:
+        greatest = None
+    forces = {"Force on the wall": wall, "Leading wave": leading, "Greatest force": greatest}
+    for name, force in forces.items():
+        if force is None:
+            continue
+        if not force.peak_force or force.low is None or force.high is None:
+            yield name, si(force.peak_force, "N", 3), "error not known"
+            continue
+        error = (force.high - force.low) / 2 / force.peak_force
+        yield name, si(force.peak_force, "N", error=max(error, _LEAST_ERROR)), f"estimated error {error:.0e}"
 
 
 def _facts(outcome: sw.Outcome) -> Iterator[tuple[str, str]]:
@@ -88,16 +96,24 @@ def _facts(outcome: sw.Outcome) -> Iterator[tuple[str, str]]:
         yield "verdict", str(outcome.verdict)
     if outcome.amplification is not None:
         yield "amplification", f"{outcome.amplification:.4g} times the peak force of the shock"
-    if outcome.waves:
-        shown = [si(wave.peak_force, "N", 4) for wave in outcome.waves[:_MOST_WAVES]]
-        yield "waves", f"{len(outcome.waves)}: " + ", ".join([*shown, "..."][: len(outcome.waves)])
+    if waves := _waves(outcome):
+        shown = [si(wave.peak_force, "N", 4) for wave in waves[:_MOST_WAVES]]
+        yield "waves", f"{len(waves)}: " + ", ".join([*shown, "..."][: len(waves)])
     yield "applied momentum", si(outcome.applied_momentum, "N*s", 4)
     paper = outcome.section4
     if paper is None:
-        yield "section 4", f"does not apply: {outcome.section4_reason}"
+        yield "section 4", f"does not apply because of {', '.join(fault.path for fault in outcome.section4_faults)}"
     else:
         error = "" if paper.error is None else f", error {100 * paper.error:+.2g} %"
-        yield "section 4", f"{si(paper.peak_force, 'N', 4)}{error}; regime: {paper.regime}"
+        yield "section 4", f"{si(paper.peak_force, 'N', 4)}{error}; {regime_text(paper)}"
+
+
+def _waves(outcome: sw.Outcome) -> tuple[Any, ...]:
+    """All waves that the simulation measures, or the leading one if the others cannot be measured."""
+    try:
+        return tuple(outcome.waves if outcome.simulated is None else outcome.simulated.waves)
+    except sw.NumericalError:
+        return outcome.waves
 
 
 # ---------------------------------------------------------------- pictures
@@ -105,7 +121,7 @@ def _facts(outcome: sw.Outcome) -> Iterator[tuple[str, str]]:
 
 def figures(scenario: sw.Scenario, outcome: sw.Outcome) -> Iterator[Figure]:
     """The animation of the beads and the charts of a scene."""
-    result = outcome.simulated if outcome.peak_force is not None else None
+    result = outcome.simulated
     kept: Any = None if result is None else result.recording
     if kept is not None:
         yield _animation(scenario, kept)
@@ -115,8 +131,8 @@ def figures(scenario: sw.Scenario, outcome: sw.Outcome) -> Iterator[Figure]:
         yield Figure("Space-time map", field_map(kept.times, kept.contacts, kept.forces, _CONTACT[0]))
         if kept.wall_force is not None:
             yield _wall(scenario, kept)
-    if outcome.waves:
-        yield _train(outcome, scenario.shock.peak_force)
+    if waves := _waves(outcome):
+        yield _train(waves, outcome.section4, scenario.shock.peak_force)
     elif result is not None:
         contacts = [peak.contact for peak in result.contacts]
         peaks = Series(contacts, [peak.peak_force for peak in result.contacts], colour=VERMILION)
@@ -149,11 +165,11 @@ def _wall(scenario: sw.Scenario, kept: Any) -> Figure:
     return Figure("Force on the wall", chart(lines, _TIME, ("force on the wall", "N"), end))
 
 
-def _train(outcome: sw.Outcome, shock: float) -> Figure:
+def _train(simulated: tuple[Any, ...], paper: Any, shock: float) -> Figure:
     """Peak forces of the waves, simulated and by section 4."""
-    trains = {"simulated": (outcome.waves, "squares", VERMILION)}
-    if outcome.section4 is not None:
-        trains["section 4"] = (outcome.section4.waves, "dots", BLUE)
+    trains: dict[str, tuple[Any, ...]] = {"simulated": (simulated, "squares", VERMILION)}
+    if paper is not None:
+        trains["section 4"] = (paper.waves, "dots", BLUE)
     ends = 0.5, max(len(waves) for waves, *_ in trains.values()) + 0.5
     series = [Series(ends, (shock, shock), "shock", "dashed", GREY)]
     for name, (waves, *look) in trains.items():
