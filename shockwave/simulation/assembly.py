@@ -182,7 +182,8 @@ class Motion:
     applied_impulse, work : float
         Impulse and work of the applied force.
     dissipated : float
-        Energy dissipated by contacts and by the dashpot of the end; with the law of a plugin, all that went into contacts.
+        Energy dissipated by contacts and by the dashpot of the end; with the law of a plugin, all the energy that went
+        into the contacts.
     kinetic : array, shape (bodies,)
         Kinetic energies at the end.
     potential : array, shape (contacts,)

@@ -27,7 +27,7 @@ LOCATED = 0.1
 #: Rounding error of an overlap, relative to positions and displacements.
 ROUNDING = 1e-14
 #: Change of overlap and closing velocity, relative to the overlap and to the greatest velocity, over which the slope of
-#: a plugin's force is computed: the error of a central difference is about its square, and that of rounding 1e-16 over it.
+#: a plugin's force is computed: a central difference has an error of about its square, and rounding one of 1e-16 over it.
 LAW_CHANGE = 1e-5
 
 
@@ -150,9 +150,10 @@ class Contacts:
         The law has the state and the properties of all contacts, so it is evaluated for all: the others as if open.
         """
         assert self.job.law is not None
-        motion, forces = np.zeros((2, self.bodies)), np.zeros(self.bodies)
-        motion[:, low:high] = d, w
-        forces[: self.contacts] = self.job.law.force(*motion[:, : self.contacts], self.state)
+        every, forces = np.zeros((2, self.bodies)), np.zeros(self.bodies)
+        every[:, low:high] = d, w
+        overlaps, velocities = every[:, : self.contacts]
+        forces[: self.contacts] = self.job.law.force(overlaps, velocities, self.state)
         return np.where(d > MIN_OVERLAP, forces[low:high], 0.0)
 
     def changes(self, end: End) -> FloatArray:

@@ -242,7 +242,7 @@ class _March(Contacts):
 
     def kink(self, start: End, finish: End, size: float) -> float:
         """Fraction of the step at which it should end since a contact closes, opens or is cut off; 1 if it need not."""
-        share = 1.0 if self.job.law is None else greatest_overlap(start, finish, size, self.tolerance)
+        share = greatest_overlap(start, finish, size, self.tolerance) if self.state.size else 1.0
         acts = (start.d >= 0) & (start.raw >= 0)
         if self.jumps:
             acts = self.on[: self.n] & (start.raw >= 0)
