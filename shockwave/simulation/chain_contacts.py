@@ -26,8 +26,8 @@ VISCOUS = 8e-3
 LOCATED = 0.1
 #: Rounding error of an overlap, relative to positions and displacements.
 ROUNDING = 1e-14
-#: Change of overlap and closing velocity, relative to the overlap and to the greatest velocity, over which the slope of
-#: a plugin's force is computed: a central difference has an error of about its square, and rounding one of 1e-16 over it.
+#: Change of overlap and closing velocity, relative to the overlap and to the greatest velocity, for the slope of the
+#: force of a plugin: the error of its central difference is about the square, and that of rounding 1e-16 over it.
 LAW_CHANGE = 1e-5
 
 
