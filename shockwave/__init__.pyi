@@ -16,6 +16,9 @@ if TYPE_CHECKING:  # mypy resolves cycles of imports only here
     from shockwave.chain.damping import Tsuji as Tsuji
     from shockwave.chain.ends import Wall as Wall
     from shockwave.chain.impact import Impact as Impact
+    from shockwave.chain.laws import damped_decay as damped_decay
+    from shockwave.chain.laws import striker_waves as striker_waves
+    from shockwave.chain.laws import wall_factor as wall_factor
     from shockwave.chain.material import material as material
     from shockwave.chain.segments import Cell as Cell
     from shockwave.chain.segments import Segment as Segment
@@ -35,9 +38,6 @@ if TYPE_CHECKING:  # mypy resolves cycles of imports only here
     from shockwave.measurement.chain_result import ChainResult as ChainResult
     from shockwave.measurement.result import SimulationResult as SimulationResult
     from shockwave.measurement.simulate import simulate_many as simulate_many
-    from shockwave.prediction.chain_laws import damped_decay as damped_decay
-    from shockwave.prediction.chain_laws import striker_waves as striker_waves
-    from shockwave.prediction.chain_laws import wall_factor as wall_factor
     from shockwave.prediction.outcome import Outcome as Outcome
     from shockwave.prediction.predictor import Predictor as Predictor
     from shockwave.prediction.section4_outcome import EjectionOutcome as EjectionOutcome
