@@ -56,7 +56,7 @@ if TYPE_CHECKING:  # mypy resolves cycles of imports only here
     from shockwave.studies.design_search import design as design
     from shockwave.studies.uncertainty_result import Uncertainty as Uncertainty
     from shockwave.studies.uncertainty_sampling import uncertainty as uncertainty
-    from shockwave.studies.universal_curve import UniversalCurve as UniversalCurve
+    from shockwave.studies.curve import UniversalCurve as UniversalCurve
     from shockwave.sweep.report import SweepReport as SweepReport
     from shockwave.sweep.results import SweepResults as SweepResults
     from shockwave.sweep.results import load_sweep as load_sweep
