@@ -52,11 +52,11 @@ if TYPE_CHECKING:  # mypy resolves cycles of imports only here
     from shockwave.scenario.loader import load_scenario as load_scenario
     from shockwave.scenario.scenario import Scenario as Scenario
     from shockwave.studies.comparison import Comparison as Comparison
+    from shockwave.studies.curve import UniversalCurve as UniversalCurve
     from shockwave.studies.design_result import Design as Design
     from shockwave.studies.design_search import design as design
     from shockwave.studies.uncertainty_result import Uncertainty as Uncertainty
     from shockwave.studies.uncertainty_sampling import uncertainty as uncertainty
-    from shockwave.studies.curve import UniversalCurve as UniversalCurve
     from shockwave.sweep.report import SweepReport as SweepReport
     from shockwave.sweep.results import SweepResults as SweepResults
     from shockwave.sweep.results import load_sweep as load_sweep

@@ -75,7 +75,7 @@ LABELS = {
 
 
 def amplification(ax: Axes, profile: sw.ShockProfile, rise_times: Any) -> Axes:
-    return pictures.amplification(ax, profile, sw.Predictor(), CHAIN, rise_times=rise_times)
+    return pictures.amplification(ax, profile, sw.Predictor(model="section-4"), CHAIN, rise_times=rise_times)
 
 
 @pytest.fixture
@@ -270,7 +270,9 @@ def test_amplifications_agree_with_simulation_and_prediction(ax: Axes) -> None:
     shocks = [triangle(3 * ratio) for ratio in ratios]
     simulated = [sw.simulate(shock, CHAIN).amplification for shock in shocks]
     assert line(ax, "simulated")[1] == pytest.approx(simulated, rel=1e-9)
-    assert line(ax, "predicted")[1][0] == pytest.approx(sw.Predictor().predict(shocks[0], CHAIN).amplification)
+    assert line(ax, "section 4")[1][0] == pytest.approx(
+        sw.Predictor(model="section-4").predict(shocks[0], CHAIN).amplification
+    )
     borders = [one.get_xdata()[0] for one in ax.get_lines() if one.get_linestyle() == "--"]  # type: ignore[index]
     # alphaF0 tA = n t0, 4.1, with alphaF0 = 2 for a triangle and tA = 1.652066518648 T0; S is 1 there, too;
     # borders are halfway between two predictions, which are 20^(1/240) apart

@@ -1,4 +1,4 @@
-"""Amplification against rise time: prediction, simulation, universal curve; target property of a design."""
+"""Amplification against rise time: section 4, simulation, universal curve; target property of a design."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from attrs import evolve
 
 from shockwave.chain.chain import Chain, Scales
-from shockwave.errors import InvalidValueError, ShockwaveError
+from shockwave.errors import InvalidValueError
 from shockwave.measurement.simulate import simulate_many
 from shockwave.pictures.drawing import BLACK, BLUE, GREY, VERMILION, finish, regime_spans, style
 from shockwave.pictures.maps import edges_of
@@ -30,14 +30,12 @@ _STRONGEST = 20.0
 _LONGEST = 500.0
 # Number of simulations.
 _SIMULATED = 41
-# Number of predictions; regime borders are drawn halfway between two of them.
+# Number of points of section 4; regime borders are drawn halfway between two of them.
 _PREDICTED = 241
 # Threshold that omits most later waves of trains, which are not drawn.
 _FEW_LATER = 0.999
 # Points of a universal curve.
 _CURVE_POINTS = 600
-# Least rise time, as a fraction of the longest one of a curve.
-_SHORTEST = 1e-3
 # Ratio of greatest and least value above which an axis is logarithmic.
 _WIDE = 3.0
 
@@ -51,7 +49,7 @@ def amplification(
     rise_times: Iterable[float] | None = None,
     mark: float | None = None,
 ) -> Axes:
-    """Draw the amplification of the leading wave against t0/T0, with the regimes of the prediction.
+    """Draw the amplification of the leading wave against t0/T0, by section 4 and simulated, with the regimes.
 
     For a given shape, the amplification depends on t0/T0 only.
 
@@ -62,7 +60,7 @@ def amplification(
     profile : ShockProfile
         Shape of the shock.
     predictor : Predictor
-        Predictor of the curve.
+        Settings of section 4.
     chain : Chain
         The chain.
     rise_times : iterable of float, optional
@@ -75,49 +73,49 @@ def amplification(
     InvalidValueError
         If rise times are out of range.
     """
-    ratios = _default_ratios(profile) if rise_times is None else sorted(map(float, rise_times))
-    if len(ratios) < 2 or not all(0 < ratio < math.inf for ratio in ratios):
+    ratios = np.sort(_default_ratios(profile) if rise_times is None else [*map(float, rise_times)])
+    if len(ratios) < 2 or not (np.isfinite(ratios) & (ratios > 0)).all():
         rule = "must be two or more finite numbers above 0"
-        raise InvalidValueError.of("rise_times", f"{rule} (got {ratios})")
-    pattern = Shock(profile=profile, peak_force=1.0, rise_time=1.0)
-    unit = Scales.of(chain, pattern.peak_force).time
+        raise InvalidValueError.of("rise_times", f"{rule} (got {ratios.tolist()})")
+    pattern = Shock(profile=profile, peak_force=1.0, rise_time=Scales.of(chain, 1.0).time)
     fine = np.geomspace(ratios[0], ratios[-1], _PREDICTED)
-    patterns = [evolve(pattern, rise_time=ratio * unit) for ratio in fine.tolist()]
-    paper = evolve(predictor, model="section-4", wave_threshold=_FEW_LATER)
-    outcomes: list[Any] = paper.predict_many(patterns, chain)
-    for outcome in outcomes:
-        if isinstance(outcome, Exception):
-            raise outcome
+    section4 = evolve(predictor, model="section-4", wave_threshold=_FEW_LATER)
+    outcomes = [section4.predict(shock, chain) for shock in _stretched(pattern, fine)]
+    results = simulate_many(_stretched(pattern, ratios), chain, waves="primary")
+    simulated = np.array([getattr(result, "amplification", math.nan) for result in results])
+    predicted = np.array([outcome.amplification for outcome in outcomes])
+    failed = np.isnan(simulated).sum()
     regime_spans(ax, edges_of(fine, log=True), np.array([outcome.regime for outcome in outcomes]))
-    ax.plot(fine, [outcome.amplification for outcome in outcomes], color=BLUE, linewidth=1.2, label="section 4")
-    shocks = [evolve(pattern, rise_time=ratio * unit) for ratio in ratios]
-    results = zip(ratios, simulate_many(shocks, chain, waves="primary"), strict=True)
-    found = {ratio: one.amplification for ratio, one in results if not isinstance(one, ShockwaveError)}
-    lost = len(ratios) - len(found)
-    label = "simulated" + (f" ({lost} of {len(ratios)} failed)" if lost else "")
-    ax.plot(list(found), list(found.values()), "s", color=VERMILION, markersize=3, label=label)
-    highest = max(*found.values(), *(outcome.amplification for outcome in outcomes))
-    return _frame(ax, ratios[0], ratios[-1], highest, mark)
+    ax.plot(fine, predicted, color=BLUE, linewidth=1.2, label="section 4")
+    label = "simulated" + (f" ({failed} of {len(ratios)} failed)" if failed else "")
+    ax.plot(ratios, simulated, "s", color=VERMILION, markersize=3, label=label)
+    return _frame(ax, (ratios[0], ratios[-1]), np.nanmax([*simulated, *predicted]), mark)
 
 
-def _default_ratios(profile: ShockProfile) -> list[float]:
+def _default_ratios(profile: ShockProfile) -> Any:
     total = profile.total_area
     most = min(_STRONGEST / total, _LONGEST / float(profile.duration_ratio))
-    least = min(_WEAKEST / total, most / 10)
-    return list(map(float, np.geomspace(least, most, _SIMULATED)))
+    return np.geomspace(min(_WEAKEST / total, most / 10), most, _SIMULATED)
 
 
-def _frame(ax: Axes, least: float, most: float, highest: float, mark: float | None) -> Axes:
+def _stretched(pattern: Shock, ratios: Any) -> list[Shock]:
+    """Shocks with multiples of the rise time of ``pattern``."""
+    return [evolve(pattern, rise_time=ratio * pattern.rise_time) for ratio in ratios.tolist()]
+
+
+def _frame(ax: Axes, ends: tuple[float, float], highest: float, mark: float | None) -> Axes:
     """Label the axes, and draw the line of amplification 1 and a mark in the range."""
     ax.axhline(1.0, color=GREY, linewidth=0.8, linestyle=":")
-    if mark is not None and least <= mark <= most:
+    if mark is not None and ends[0] <= mark <= ends[1]:
         ax.axvline(mark, color=BLACK, linewidth=0.9, linestyle="-.", label="this shock")
-    ax.set(xscale="log", xlim=(least, most), ylim=(0, 1.14 * highest))
+    ax.set(xscale="log", xlim=ends, ylim=(0, 1.14 * highest))
     return finish(ax, ("rise time / characteristic time, t₀/T₀", ""), ("amplification", ""))
 
 
 def universal_curves(ax: Axes, curves: Mapping[str, Any], mark: float | None = None) -> Axes:
     """Draw universal curves: amplification of the leading wave against t0/T0, with a line for each shape.
+
+    A thin dotted line of the same colour shows section 4 at the points of the curve.
 
     Parameters
     ----------
@@ -128,14 +126,23 @@ def universal_curves(ax: Axes, curves: Mapping[str, Any], mark: float | None = N
     mark : float, optional
         t0/T0 to be marked by a vertical line.
     """
-    most = max(one.longest_rise_time for one in curves.values())
-    least = _SHORTEST * most
-    for index, (label, one) in enumerate(curves.items()):
+    points = {
+        label: np.array(
+            [(each.rise_time, each.amplification, each.section4_amplification) for each in curve.points], dtype=float
+        ).T
+        for label, curve in curves.items()
+    }
+    for index, (label, curve) in enumerate(curves.items()):
+        rise_times, _, section4 = points[label]
         # rounding must not move the last point out of the range
-        x = np.geomspace(least, one.longest_rise_time, _CURVE_POINTS).clip(max=one.longest_rise_time)
-        ax.plot(x, one.amplification(x), linewidth=1.2, label=label, **style(index))
-    highest = max(one.highest[1] for one in curves.values())
-    return _frame(ax, least, most, highest, mark)
+        x = np.geomspace(rise_times[0], rise_times[-1], _CURVE_POINTS).clip(max=rise_times[-1])
+        ax.plot(x, curve.amplification(x), linewidth=1.2, label=label, **style(index))
+        ax.plot(
+            rise_times, section4, linewidth=0.9, label="" if index else "section 4", **style(index) | {"linestyle": ":"}
+        )
+    together = np.hstack([*points.values()])
+    ends = together[0].min(), together[0].max()
+    return _frame(ax, ends, np.nanmax(together[1:]), mark)
 
 
 def design(ax: Axes, design: Any) -> Axes:
