@@ -196,7 +196,7 @@ COMMANDS: list[tuple[str, str, str, list[_Option]]] = [
     ("validate", "scenario_commands:validate", "check scenario files and report all errors", [_FILES, _JSON]),
     ("report", "scenario_commands:report", "write a page on a scenario, with pictures", [_FILE, _LIMIT, _OUTPUT]),
     ("explore", "plugin_commands:run", "open a page with sliders in the browser (shockwave-explore)", []),
-    ("curve", "scenario_commands:curve", "amplification as a function of the rise time", [_FILE, *_CURVE]),
+    ("curve", "curve:curve", "amplification as a function of the rise time", [_FILE, *_CURVE]),
     ("sweep", "sweep:sweep", "run or resume all cases of a sweep", [*_SWEEP, _JSON]),
     ("plot", "plot:plot", "plot the results of a sweep as lines or as a map", _PLOT),
     ("design", "design:design", "find values that give a wave or a force a target value", _DESIGN),

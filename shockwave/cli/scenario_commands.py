@@ -1,4 +1,4 @@
-"""Commands on scenario files: predict, simulate, compare, validate, report, curve; tables of several results."""
+"""Commands on scenario files: predict, simulate, compare, validate, report; tables of several results."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from shockwave.registry import find
 from shockwave.result_base import VERSION
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scenario import Scenario
-from shockwave.text import alarm, error_text, limits, notes, paragraph, si, strong, table
+from shockwave.text import alarm, error_text, limits, notes, paragraph, si, table
 
 if TYPE_CHECKING:
     from shockwave.measurement.chain_result import ChainResult
@@ -196,34 +196,6 @@ def report(options: Namespace) -> int:
         print(f"{options.file}: {failed}", file=sys.stderr)
     written(page(found), options.output)
     return found.exit_code
-
-
-def curve(options: Namespace) -> int:
-    """Print or write the universal curve for the shape of a scenario's shock."""
-    from shockwave import pictures
-    from shockwave.studies.universal_curve import UniversalCurve
-    from shockwave.studies.varied_scenes import rise_time_of
-
-    check_output(options.output, ".json", ".svg", ".png", ".pdf")
-    (scenario,) = loaded([options.file], output=options.output)
-    scenario = scenario.covered_by("the universal curve")
-    ratio = rise_time_of(scenario)
-    found = UniversalCurve(scenario.shock.profile, rtol=options.rtol, longest=options.longest)
-    if options.output:
-        if options.output.lower().endswith(".json"):
-            found.save(options.output)
-        else:
-            sheet, (ax,) = pictures.figure()
-            pictures.universal_curves(ax, {"universal curve": found}, ratio)
-            pictures.save(sheet, options.output)
-        print(f"{options.output}: written", file=sys.stderr)
-        return 0
-    answer: object = strong(f"t0/T0 = {ratio:.6g} is beyond the range of this curve (increase --longest)")
-    if ratio <= found.longest_rise_time:
-        with located(scenario):
-            answer = found.answer(scenario.shock, scenario.chain)
-    print(answer, *limits(scenario.shock.profile.notes), "", found, sep="\n")
-    return 0
 
 
 # ---------------------------------------------------------------- tables of several results, then their warnings

@@ -206,7 +206,7 @@ class UniversalCurve(Result):
         """
         chain = covered(chain, shock, "the universal curve")
         if not _same_shape(shock.profile, self.profile):
-            rule = f"must have the shape {self.profile}"
+            rule = f"must have the shape {text_of(self.profile)}"
             raise InvalidValueError.of("profile", f"{rule} (got {text_of(shock.profile)})")
         ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
         value = float(self.amplification(ratio))
@@ -241,7 +241,7 @@ class UniversalCurve(Result):
         accuracy = f"accurate to {worst:.0e} (requested: {self.rtol:.0e}), {len(self.points)} simulations"
         lines = facts(
             [
-                ("shape", str(self.profile)),
+                ("shape", text_of(self.profile)),
                 ("durations", f"n t0/T0 up to {self.longest:g}, t0/T0 up to {self.longest_rise_time:g}"),
                 ("amplification", f"at most {si(most, '', error=worst)}, at t0/T0 = {ratio:.6g}"),
             ]
