@@ -20,7 +20,7 @@ from shockwave.measurement.simulate import simulate
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock import Shock
 from shockwave.profiles.tabulated import Tabulated
-from shockwave.studies.universal_curve import UniversalCurve
+from shockwave.studies.curve import UniversalCurve
 
 pytestmark = pytest.mark.numerical
 

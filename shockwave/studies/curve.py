@@ -55,6 +55,8 @@ _SAFETY = 3.0
 _SAME = 1e-8
 # Rows of the printed table.
 _ROWS = 4
+# Characters of the profile in the text: two lines.
+_MOST_CHARACTERS = 110
 
 
 @frozen(kw_only=True)
@@ -81,7 +83,7 @@ class CurveAnswer:
     def __str__(self) -> str:
         amplification = si(self.amplification, "", error=self.error)
         force = si(self.peak_force, "N", error=self.error)
-        accuracy = f"accurate to {self.error:.0e} (t0/T0 = {self.rise_time:.6g})"
+        accuracy = f"error {self.error:.0e} (t0/T0 = {self.rise_time:.6g})"
         return strong(f"amplification {amplification}, peak force {force}, {accuracy}")
 
 
@@ -241,7 +243,7 @@ class UniversalCurve(Result):
         accuracy = f"accurate to {worst:.0e} (requested: {self.rtol:.0e}), {len(self.points)} simulations"
         lines = facts(
             [
-                ("shape", text_of(self.profile)),
+                ("shape", text_of(self.profile, _MOST_CHARACTERS)),
                 ("durations", f"n t0/T0 up to {self.longest:g}, t0/T0 up to {self.longest_rise_time:g}"),
                 ("amplification", f"at most {si(most, '', error=worst)}, at t0/T0 = {ratio:.6g}"),
             ]
@@ -289,7 +291,7 @@ def _simulated_points(profile: ShockProfile, rtol: float, longest: float) -> tup
     """The points of a curve."""
     shortest = min(math.cbrt(rtol), _SPAN * longest)
     n = float(profile.duration_ratio)
-    grid = _refined(partial(_simulated, profile, rtol), math.log(shortest / n), math.log(longest / n), rtol)
+    grid = refined(partial(_simulated, profile, rtol), math.log(shortest / n), math.log(longest / n), rtol)
     points = []
     for x, y, error in np.transpose(grid).tolist():
         section4 = _by_section4(_scaled_shock(profile, x))
@@ -325,7 +327,7 @@ def _simulated(profile: ShockProfile, rtol: float, x: FloatArray) -> tuple[Float
     return heights, np.array([result.error_estimate for result in results])
 
 
-def _refined(
+def refined(
     simulated: Callable[[FloatArray], tuple[FloatArray, FloatArray]], begin: float, end: float, rtol: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Grid, values and error from each point to the next, such that a cubic spline meets the tolerance.
