@@ -234,7 +234,7 @@ class Comparison(Result):
             "scenario": self.scenario,
             "predicted": self.predicted and self.predicted.to_dict(),
             "simulated": self.simulated.to_dict(),
-            "errors": asdict(self.errors) if self._paper else None,
+            "errors": self._paper and asdict(self.errors) | {"waves": [asdict(each) for each in self.errors.waves]},
             "agrees": self.agrees if self._paper else None,
             "published": None if self.published is None else asdict(self.published),
             "reason": self.reason,
