@@ -2,13 +2,11 @@
 From a record to a verdict
 ==========================
 
-A measured force, here a noisy half-sine, becomes a shock. The limit of the force behind the beads is judged with the
-accuracy of the prediction and of the simulation.
+A measured force, here a noisy half-sine, becomes a shock. The force behind the beads is compared with a limit.
 """
 
 import matplotlib.pyplot as plt
 import numpy as np
-from attrs import evolve
 
 import shockwave as sw
 from shockwave import pictures
@@ -24,10 +22,8 @@ chain = sw.Chain(material="aluminium-6061-t6", diameter="12 mm", granules=60, en
 shock = sw.Shock(profile=record)
 
 limit = sw.Limit(force="70 N")
-predicted = sw.predict(shock, chain)
-simulated = sw.simulate(shock, chain, record=["forces"])
-for result in (predicted, simulated):
-    print(evolve(result, limit=limit).verdict)
+simulated = sw.simulate(shock, chain, record=["forces"], limit=limit)
+print(simulated.verdict)
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
 pictures.pulse(left, shock)

@@ -14,12 +14,12 @@ from shockwave import pictures
 chain = sw.Chain(material="stainless-steel-302", diameter="9.5 mm", granules=20, end=sw.Wall(material="rigid"))
 shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force="20 N", rise_time="10 us")
 
-found = sw.optimal_design(
+found = sw.design(
     shock,
     chain,
     vary={"chain.diameter": ("5 mm", "15 mm"), "chain.material": ["ptfe", "delrin"]},
-    targets=["transmitted.peak_force <= 9 N"],
-    budgets=["chain.length <= 0.3 m"],
+    target=["transmitted.peak_force <= 9 N"],
+    budget=["chain.length <= 0.3 m"],
 )
 print(found)
 

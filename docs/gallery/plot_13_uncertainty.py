@@ -22,9 +22,10 @@ mean, deviation = found.peak_force.mean, found.peak_force.sd
 print(f"{mean.value:.3f} N, standard deviation {deviation.value:.3f} N")
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
-left.hist(found.peak_forces, bins=40)
+left.hist(found.outputs["peak_force"], bins=40)
 left.set(xlabel="peak force (N)", ylabel="scenes")
-names = [one.name.rpartition(".")[2].replace("_", " ") for one in found.sensitivities]
-right.barh(names, [one.peak_force_total.value for one in found.sensitivities])
+sensitivities = found.peak_force.sensitivities
+names = [one.name.rpartition(".")[2].replace("_", " ") for one in sensitivities]
+right.barh(names, [one.total.value for one in sensitivities])
 right.set(xlabel="share of the variance (total Sobol index)", xlim=(0, 1))
 plt.show()

@@ -35,8 +35,7 @@ figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained
 for power in (1, 2, 4):
     bell = Bell(power=power, duration_ratio=2)
     shock = sw.Shock(profile=bell, peak_force="10 N", rise_time="60 us")
-    estimate = sw.predict(shock, chain).estimate
-    print(f"p = {power}: leading wave {estimate.peak_force:.2f} N, range {estimate.low:.2f} to {estimate.high:.2f} N")
+    print(f"p = {power}: leading wave {sw.predict(shock, chain).peak_force:.4f} N")
     s = np.linspace(0, 2, 300)
     left.plot(60 * s, 10 * np.where(s < 1, bell.rise(s), bell.decay(s)), label=f"p = {power}")
 left.set(xlabel="time (µs)", ylabel="force (N)")
