@@ -54,7 +54,7 @@ def folder_of(folder: Path, axes: Any = AXES, lines: Any = LINES, columns: Any =
         {"names": [name for name, _ in variables], "units": [unit for _, unit in variables], "values": values}
         for variables, values in axes
     ]
-    definition = {"format": 2, "name": "a test", "run": run, "axes": parts, "columns": columns}
+    definition = {"format": 3, "name": "a test", "run": run, "axes": parts, "columns": columns}
     definition |= {"scenario": {"chain": {"radius": 1}}, "named": {}, "versions": {"shockwave": "0.1", "python": "3"}}
     (folder / "sweep.json").write_text(json.dumps(definition), encoding="utf-8")
     (folder / "journal.jsonl").write_text("".join(lines), encoding="utf-8")

@@ -69,8 +69,8 @@ def landing() -> Figure:
 
 @cache
 def compared(name: str) -> sw.Comparison:
-    """Prediction and simulation of a scene."""
-    return sw.compare(scene(name).shock, scene(name).chain, scene(name).predictor)
+    """Section 4 and simulation of a scene."""
+    return sw.compare(scene(name))
 
 
 def pulse() -> Figure:
@@ -106,7 +106,7 @@ def train() -> Figure:
 def correction_area() -> Figure:
     """Figure 1 of the paper, for the first row of its Table 2."""
     figure, (ax,) = pictures.figure(size=(5.0, 3.0))
-    pictures.correction_area(ax, scene(EJECTION).shock, compared(EJECTION).predicted)
+    pictures.correction_area(ax, scene(EJECTION).shock, compared(EJECTION).predicted.section4)
     return figure
 
 
@@ -173,9 +173,8 @@ def trust_map() -> Figure:
 def materials() -> Figure:
     """Ranking of materials for a target."""
     names = ["ptfe", "nylon-66", "delrin", "pmma", "lead", "brass-260", "copper", "aluminium-6061-t6"]
-    ranked = sw.design(
-        scene("examples/protector"), vary="chain.material", target={"peak_force": 110.0}, among=names, sign="<="
-    )
+    target = "peak_force <= 110 N"
+    ranked = sw.design(scene("examples/protector"), vary="chain.material", target=target, among=names)
     figure, (ax,) = pictures.ranked_figure(len(ranked.table))
     pictures.materials(ax, ranked)
     return figure
