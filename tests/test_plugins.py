@@ -297,8 +297,8 @@ def test_known_commands_and_help_load_no_plugin(install: Install, capsys: pytest
     assert main(["new"]) == 0
     assert "test_dig" not in sys.modules
     capsys.readouterr()
-    assert main(["dig"]) == 4
-    assert "unknown command (got 'dig'; plugin test-dig is faulty: SystemExit: 9)" in capsys.readouterr().err
+    assert main(["tunnel"]) == 4
+    assert "unknown command (got 'tunnel'; plugin test-dig is faulty: SystemExit: 9)" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("before", [[], ["--no-plugins"]], ids=["unknown", "disabled"])

@@ -53,10 +53,11 @@ def answered(text: str) -> tuple[sw.Scenario, sw.Outcome]:
     """
     scenario = loaded(text)
     count = scenario.chain.count
-    contacts = range(_FIRST_CONTACTS if count is None else min(_FIRST_CONTACTS, count - 1))
-    if not scenario.chain.is_uniform:
-        contacts = range(0, count - 1, -(-count // _MOST_CONTACTS))
-    recorded = {"record": ("forces", "field"), "contacts": contacts, "interval": None, "until": None}
+    contacts = range(_FIRST_CONTACTS)
+    if count is not None:
+        all_contacts = range(0, count - 1, -(-count // _MOST_CONTACTS))
+        contacts = range(min(_FIRST_CONTACTS, count - 1)) if scenario.chain.is_uniform else all_contacts
+    recorded: dict[str, Any] = {"record": ("forces", "field"), "contacts": contacts, "interval": None, "until": None}
     return scenario, sw.predict(scenario, **recorded)
 
 
@@ -99,7 +100,7 @@ def _facts(outcome: sw.Outcome) -> Iterator[tuple[str, str]]:
     if waves := _waves(outcome):
         shown = [si(wave.peak_force, "N", 4) for wave in waves[:_MOST_WAVES]]
         yield "waves", f"{len(waves)}: " + ", ".join([*shown, "..."][: len(waves)])
-    yield "applied momentum", si(outcome.applied_momentum, "N*s", 4)
+    yield "applied momentum", si(outcome.applied_momentum, "N s", 4)
     paper = outcome.section4
     if paper is None:
         yield "section 4", f"does not apply because of {', '.join(fault.path for fault in outcome.section4_faults)}"
