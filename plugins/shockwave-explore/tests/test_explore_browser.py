@@ -96,7 +96,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
 
 def test_the_page_shows_results_without_errors_and_loads_from_loopback_alone(page: Page) -> None:
     page.open()
-    assert "Force on the wall" in page.html("headline")
+    assert "force on the wall" in page.html("headline")
     assert page.html("figures").count("<svg") >= 5
     assert page.driver.get_log("browser") == []
     events = [json.loads(entry["message"])["message"] for entry in page.driver.get_log("performance")]
@@ -143,7 +143,7 @@ def test_a_hostile_link_is_refused_with_a_message_and_runs_nothing(page: Page) -
     fault = page.until(lambda: page.find("#fault").text)
     assert "shock.peak_force: must be a force" in fault
     assert evil in fault
-    assert "Force on the wall" in page.html("headline")
+    assert "force on the wall" in page.html("headline")
     page.open(f"name: {evil!r}\n{CHAIN}\n{SHOCK}")
     assert not page.find("#fault").is_displayed()
     assert page.driver.title == "shockwave explore"

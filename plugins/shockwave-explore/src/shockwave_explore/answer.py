@@ -13,8 +13,8 @@ from attrs import frozen
 from markupsafe import Markup
 from shockwave.chain.layout import Layout
 from shockwave.pictures.drawing import BLACK, BLUE, GREEN, GREY, VERMILION
-from shockwave.prediction.outcome_text import regime_text
-from shockwave.text import html_of, si
+from shockwave.prediction.outcome_text import lead_text
+from shockwave.text import html_of
 
 from .charts import Series, beads, chart, field_map
 from .controls import controls
@@ -27,10 +27,6 @@ _COLOURS = (BLUE, VERMILION, GREEN, BLACK)
 # Most contacts with histories; first contacts of an endless chain that have one.
 _MOST_CONTACTS = 120
 _FIRST_CONTACTS = 60
-# Waves whose forces are listed.
-_MOST_WAVES = 6
-# Least relative error that a text shows.
-_LEAST_ERROR = 1e-4
 
 
 @frozen
@@ -66,55 +62,11 @@ def parts_of(text: str, *names: str) -> dict[str, str]:
     scenario, outcome = answered(text)
     values: dict[str, object] = {
         "groups": controls(scenario) if "controls" in names else {},
-        "forces": list(_forces(outcome)),
-        "facts": list(_facts(outcome)),
-        "outcome": outcome,
+        "lead": lead_text(outcome).partition(", "),
+        "outcome": str(outcome),
         "figures": list(figures(scenario, outcome)) if "figures" in names else [],
     }
     return {name: html_of(_TEMPLATE, (), part=name, **values) for name in names}
-
-
-def _forces(outcome: sw.Outcome) -> Iterator[tuple[str, str, str]]:
-    """Name, value and accuracy of the forces in the headline."""
-    leading = None if outcome.peak_force is None else outcome
-    wall, greatest = outcome.transmitted, outcome.greatest_force if leading is None else None
-    if wall is not None and greatest is not None and greatest.peak_force <= wall.peak_force:
-        greatest = None
-    forces = {"Force on the wall": wall, "Leading wave": leading, "Greatest force": greatest}
-    for name, force in forces.items():
-        if force is None:
-            continue
-        if not force.peak_force or force.low is None or force.high is None:
-            yield name, si(force.peak_force, "N", 3), "error not known"
-            continue
-        error = (force.high - force.low) / 2 / force.peak_force
-        yield name, si(force.peak_force, "N", error=max(error, _LEAST_ERROR)), f"estimated error {error:.0e}"
-
-
-def _facts(outcome: sw.Outcome) -> Iterator[tuple[str, str]]:
-    """Label and text of each result."""
-    if outcome.verdict is not None:
-        yield "verdict", str(outcome.verdict)
-    if outcome.amplification is not None:
-        yield "amplification", f"{outcome.amplification:.4g} times the peak force of the shock"
-    if waves := _waves(outcome):
-        shown = [si(wave.peak_force, "N", 4) for wave in waves[:_MOST_WAVES]]
-        yield "waves", f"{len(waves)}: " + ", ".join([*shown, "..."][: len(waves)])
-    yield "applied momentum", si(outcome.applied_momentum, "N s", 4)
-    paper = outcome.section4
-    if paper is None:
-        yield "section 4", f"does not apply because of {', '.join(fault.path for fault in outcome.section4_faults)}"
-    else:
-        error = "" if paper.error is None else f", error {100 * paper.error:+.2g} %"
-        yield "section 4", f"{si(paper.peak_force, 'N', 4)}{error}; {regime_text(paper)}"
-
-
-def _waves(outcome: sw.Outcome) -> tuple[Any, ...]:
-    """All waves that the simulation measures, or the leading one if the others cannot be measured."""
-    try:
-        return tuple(outcome.waves if outcome.simulated is None else outcome.simulated.waves)
-    except sw.NumericalError:
-        return outcome.waves
 
 
 # ---------------------------------------------------------------- pictures
@@ -164,6 +116,14 @@ def _wall(scenario: sw.Scenario, kept: Any) -> Figure:
     if (limit := scenario.limit) is not None:
         lines.append(Series((0.0, end), (limit.force, limit.force), "limit", "dashed", BLACK))
     return Figure("Force on the wall", chart(lines, _TIME, ("force on the wall", "N"), end))
+
+
+def _waves(outcome: sw.Outcome) -> tuple[Any, ...]:
+    """All waves that the simulation measures, or the leading one if the others cannot be measured."""
+    try:
+        return tuple(outcome.waves if outcome.simulated is None else outcome.simulated.waves)
+    except sw.NumericalError:
+        return outcome.waves
 
 
 def _train(simulated: tuple[Any, ...], paper: Any, shock: float) -> Figure:

@@ -164,36 +164,25 @@ def beads(
     swing = factor * np.array([max(-moved.min(), 0.0), max(moved.max(), 0.0)])
     scale = min((_ROW - 8) / (centres[-1] + radii[-1] + swing.sum()), (_ROW_HEIGHT - 8) / 2 / float(radii.max()))
     places = scale * (swing[0] + centres + factor * moved) + 4
-    share = speeds / (float(np.abs(speeds).max()) or 1.0)
-    shades = np.round(_SHADES * (1 + np.sign(share) * np.sqrt(np.abs(share)))).astype(int).tolist()
+    fastest = float(np.abs(speeds).max()) or 1.0
+    shades = np.sqrt(np.abs(speeds) / fastest)
     parts = []
     for index in range(shown):
         path = ";".join(f"{place:.1f}" for place in places[:, index])
-        fills = ";".join(_FILLS[row[index]] for row in shades)
+        fills = ";".join(f"{shade:.2f}" for shade in shades[:, index])
         parts.append(
             f'<circle cx="{places[0, index]:.1f}" cy="{_ROW_HEIGHT / 2}" r="{scale * radii[index]:.2f}"'
-            f' fill="#FFFFFF" stroke="{GREY}"><animate attributeName="cx" {_TIMING} values="{path}"/>'
-            f'<animate attributeName="fill" {_TIMING} values="{fills}"/></circle>'
+            f' fill="{VERMILION}" stroke="{GREY}"><animate attributeName="cx" {_TIMING} values="{path}"/>'
+            f'<animate attributeName="fill-opacity" {_TIMING} values="{fills}"/></circle>'
         )
     if wall and shown == len(radii) == moved.shape[1]:
         edge = scale * (swing[0] + centres[-1] + radii[-1]) + 4
         parts.append(f'<rect x="{edge:.1f}" y="2" width="6" height="{_ROW_HEIGHT - 4}" fill="{GREY}"/>')
     caption = (
         f"The first {shown} granules during {si_label(times[-1], 's')}, displacements enlarged {factor:g} times; "
-        f"orange moves forward and blue backward, at up to {si_label(float(np.abs(speeds).max()), 'm/s')}."
+        f"colours deepen up to a speed of {si_label(fastest, 'm/s')}."
     )
     return _picture(parts, _ROW, _ROW_HEIGHT), caption
-
-
-def _mixed(colour: str, share: float) -> str:
-    """White with a share of ``colour``."""
-    parts = (255 + (int(colour[at : at + 2], 16) - 255) * share for at in (1, 3, 5))
-    return "#" + "".join(f"{round(part):02X}" for part in parts)
-
-
-_SHADES = 20
-#: Colours from the fastest backward motion over white, at rest, to the fastest forward motion.
-_FILLS = [_mixed(VERMILION if step > 0 else BLUE, abs(step) / _SHADES) for step in range(-_SHADES, _SHADES + 1)]
 
 
 def _image(levels: FloatArray) -> str:

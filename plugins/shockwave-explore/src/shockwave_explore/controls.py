@@ -98,9 +98,6 @@ def _of_chain(chain: dict[str, Any]) -> Iterator[Control]:
     walls = (f"{WALL}{name}" for name in (*WALLS, *_materials()))
     yield _list("chain.end", "end", end, *([FREE] if segments else [ENDLESS, FREE]), *walls)
     yield from _of_numbers(chain, "chain", {name: specs[name] for name in ("precompression", "gravity")})
-    for name, value in (chain.get("damping") or {}).items():
-        if name != "model":
-            yield Control(f"chain.damping.{name}", f"damping: {name}", str(value))
 
 
 def _named(material: Any) -> str:
