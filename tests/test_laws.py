@@ -104,6 +104,12 @@ def test_the_peak_force_decreases_with_the_spread() -> None:
         assert (np.diff(short_peak(1.0, np.linspace(0, 0.7, 200), skewness)) < 0).all()
 
 
+def test_the_law_of_short_shocks_is_the_formula_of_the_page() -> None:
+    tau, g = 0.4, -0.7
+    q = 2.0212 + 0.8634 * tau - 6.2382 * tau**2 + 4.4357 * tau**3 + (0.4645 - 0.7309 * tau) * g - 0.3265 * tau * g**2
+    assert short_peak(3.0, tau, g) == pytest.approx(1.1681817 * 3**1.2 * math.exp(-(tau**2.5) * q), rel=1e-7)
+
+
 # ---------------------------------------------------------------- walls
 
 
@@ -210,10 +216,10 @@ def test_without_damping_a_wave_keeps_its_force() -> None:
     assert damped_decay([0, 1000], 0.0).tolist() == [1.0, 1.0]
 
 
-def test_far_away_a_damped_wave_forgets_its_force() -> None:
-    # T_n increases by 0.11347 A at each contact, whatever T was
-    n, ratio = 1e9, np.array([0.01, 0.02])
-    assert damped_decay(n, ratio) * (0.11347 * ratio * n) ** 6 == pytest.approx([1.0, 1.0], rel=1e-4)
+def test_the_law_of_damping_is_the_formula_of_the_page() -> None:
+    n, time, damping = 60.0, 1.3, 0.05
+    later = time + 0.11347 * damping * n - 4.881 * damping * math.log(1 + 0.11347 * damping * n / time)
+    assert damped_decay(n, damping / time) == pytest.approx((time / later) ** 6, rel=1e-12)
 
 
 # ---------------------------------------------------------------- values out of range
