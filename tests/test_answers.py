@@ -48,7 +48,7 @@ def test_studies_take_a_scenario_or_its_file(scene: Any) -> None:
     radius = {"between": ("4 mm", "5 mm"), "target": {"amplification": 1.0}, "points": 2}
     assert sw.design(scene, vary="chain.radius", **radius).scenario == "table 1 row 1"
     materials = {"chain.material": ["copper", "brass-260"]}
-    assert sw.optimal_design(scene, vary=materials, targets=["amplification >= 0.1"], least="peak_force").best
+    assert sw.design(scene, vary=materials, target=["amplification >= 0.1"], least="peak_force").best
 
 
 def test_options_given_replace_those_of_the_scenario() -> None:

@@ -15,8 +15,6 @@ from shockwave import built_ins, cli
 from shockwave.chain.yielding import yielding_of
 from shockwave.errors import InvalidValueError
 from shockwave.registry import load
-from shockwave.scenario.scene_family import Family
-from shockwave.studies.varied_scenes import primaries
 
 pytestmark = pytest.mark.numerical
 
@@ -217,31 +215,10 @@ def test_studies_of_curves_refuse_forces_beyond_first_yield(
 
 def test_a_draw_beyond_first_yield_is_refused(tmp_path: Path) -> None:
     scene = sw.load_scenario(elastic(tmp_path, "60 N", "1 %"))
-    forces = sw.uncertainty(scene, draws=256)
-    assert isinstance(forces, sw.Uncertainty)
+    assert sw.uncertainty(scene, draws=256).peak_force is not None
     # first yield scales as the square of the radius: some of the draws are beyond it, although the scenario is not
-    with pytest.raises(InvalidValueError, match=r"got a peak force of 1\.\d+ times the force of first yield"):
+    with pytest.raises(InvalidValueError, match=r"valid samples .*got a peak force of 1\.?\d* times"):
         sw.uncertainty(scene, spreads={"chain.radius": "10 %"}, draws=256)
-
-
-def test_the_yield_of_a_draw_is_that_of_its_scene(tmp_path: Path) -> None:
-    scene = sw.load_scenario(elastic(tmp_path, "60 N"))
-    values = {"chain.radius": [3e-3], "chain.material.youngs_modulus": [3e11], "chain.material.poisson_ratio": [0.1]}
-    drawn = {name: np.array(value) for name, value in values.items()}
-    with pytest.raises(InvalidValueError) as refused:
-        primaries(scene, drawn, 1e-4)
-    own = Family(scene).scenario({name: value for name, (value,) in values.items()})
-    with pytest.raises(InvalidValueError) as known:
-        sw.simulate(own.shock, own.chain)
-    # three digits of the ratio are printed
-    assert str(refused.value) == str(known.value)
-
-
-def test_a_ranking_leaves_out_materials_beyond_first_yield() -> None:
-    names = ["bearing-steel-52100", "copper", "ptfe"]
-    found = sw.design(shock(40.0), ELASTIC, vary="chain.material", target={"peak_force": "50 N"}, among=names)
-    assert [one.value for one in found.table] == names[:1]
-    assert found.warnings[-1].endswith("copper, ptfe")
 
 
 def test_contacts_with_an_unknown_strength_are_not_judged() -> None:

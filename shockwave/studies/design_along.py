@@ -11,7 +11,7 @@ import numpy as np
 from attrs import define, evolve, field
 
 from shockwave.errors import InvalidValueError, ShockwaveError
-from shockwave.numerics import crossings
+from shockwave.numerics import bracketed_root
 from shockwave.progress import progressed
 from shockwave.studies.design_result import Option
 from shockwave.studies.design_scenes import VERIFIED_RTOL, DesignScenes
@@ -127,7 +127,7 @@ class _Line:
         self.simulate(shares, _GRID_SHARE * self.rtol)
         table = [self.options[share] for share in shares[::each]]
         self.refine()
-        limits = crossings(self.height, sorted(self.options), lambda _: self.rtol)
+        limits = self.limits()
         solutions = [option for option in map(self.solution, limits) if self.is_reached(option)]
         intervals = self.intervals(limits) if self.target.sign != "=" else ()
         shown = solutions or [self.verified(min(self.options, key=lambda share: abs(self.height(share))))]
@@ -178,13 +178,26 @@ class _Line:
     def may_reach(self, height: float, around: Sequence[float]) -> bool:
         """Whether an extremum near a point of this height may reach the target; ``around`` are its neighbours, too."""
         swing = max(abs(each - height) for each in around)
-        below = height < 0 and height == max(around)
-        above = height > 0 and height == min(around)
+        below = height <= 0 and height == max(around)
+        above = height >= 0 and height == min(around)
         return (below or above) and max(abs(height), _GRID_SHARE * self.rtol) < swing
+
+    def limits(self) -> list[float]:
+        """Shares at which the quantity crosses the target, or touches it within the tolerance."""
+        shares = sorted(self.options)
+        heights = [self.height(share) for share in shares]
+        crossed = [index for index, (low, high) in enumerate(pairwise(heights)) if low * high < 0]
+        limits = [bracketed_root(self.height, shares[index], shares[index + 1], "target") for index in crossed]
+        near = (abs(self.options[share].reached / self.target.value - 1) <= self.rtol for share in shares)
+        for is_near, group in groupby(enumerate(near), lambda pair: pair[1]):
+            run = [index for index, _ in group]
+            if is_near and not {*crossed} & {run[0] - 1, *run}:
+                limits.append(shares[min(run, key=lambda index: abs(heights[index]))])
+        return sorted(limits)
 
     def verified(self, share: float) -> Option:
         """The option at a share by a more accurate simulation."""
-        if not self.options[share].verified:
+        if share not in self.options or not self.options[share].verified:
             self.simulate([share], VERIFIED_RTOL)
         return self.options[share]
 

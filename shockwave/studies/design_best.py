@@ -1,7 +1,7 @@
 """Search of several parameters: the option that meets all requirements with the least of a quantity.
 
-Each combination of materials is searched by SciPy's differential evolution, and the best options found are improved by
-COBYLA. The answer is verified by a more accurate simulation.
+Each combination of materials is searched by samples of Sobol points, first in all intervals, then in smaller and
+smaller boxes about the best options. The answer is verified by a more accurate simulation.
 """
 
 from __future__ import annotations
@@ -13,38 +13,30 @@ from typing import Any
 
 import numpy as np
 from attrs import define, evolve, field
-from scipy import optimize
 from scipy.stats import qmc
 
 from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError
-from shockwave.progress import progressed
+from shockwave.progress import counted
 from shockwave.quadrature import FloatArray
 from shockwave.studies.design_result import Option, VariedParameter
 from shockwave.studies.design_scenes import VERIFIED_RTOL, DesignScenes, Values
 
-# its type declarations do not admit functions of many points at once
-_optimize: Any = optimize
 # Tolerance of the simulations of the search.
 _SEARCH_RTOL = 1e-5
 # Margin by which the search meets inequalities: several errors of its simulations.
 _MARGIN = 1e-4
-# Scenes of the first sample, members of a generation and local searches, each for a parameter; most generations.
+# Scenes of the first sample for one number; twice as many for two, four times for three or four, as Sobol points need.
 _SAMPLE = 256
-_MEMBERS = 12
-_LOCAL = 2
-_GENERATIONS = 20
-# Most evaluations of a local search by COBYLA, and its first and last step over the intervals.
-_EVALUATIONS = 60
-_FIRST_STEP = 0.02
-_LAST_STEP = 1e-5
-# Least number of members of a generation that SciPy accepts.
-_LEAST_MEMBERS = 5
-# Least distance of the beginnings of two local searches over the intervals.
-_APART = 0.1
+# Scenes in a box for each number, and boxes, each about the best option of the one before.
+_STEPS = 8
+_BOXES = 4
+# Rounds, half the width of the first box over the intervals, and the ratio of the widths of two rounds: the last box
+# is a few 1e-5 wide.
+_ROUNDS = 12
+_WIDTH = 0.15
+_SHRINKING = 0.5
 # Most combinations of materials.
 _COMBINATIONS = 200
-# Violation of a scene that is not possible or whose simulation fails.
-_IMPOSSIBLE = 1e3
 
 
 def search_best(scenes: DesignScenes, seed: int) -> dict[str, Any]:
@@ -67,25 +59,22 @@ def search_best(scenes: DesignScenes, seed: int) -> dict[str, Any]:
     if len(combinations) > _COMBINATIONS:
         problem = f"must have at most {_COMBINATIONS} combinations of materials (got {len(combinations)})"
         raise InvalidValueError.of("among", f"{problem}; name fewer)")
-    groups = [
-        _Group(scenes, combination, np.random.default_rng([seed, i])) for i, combination in enumerate(combinations)
-    ]
-    for index, group in enumerate(groups):
-        group.search(index, len(groups))
-    best_of_groups = [min(group.options.values(), key=group.rank) for group in groups if group.options]
-    if not best_of_groups:
-        failures = [group.failures[0] for group in groups if group.failures]
-        first = f"; the first: {failures[0]}" if failures else ""
+    groups = [_Group(scenes, parameters) for parameters in combinations]
+    for index, group in enumerate(counted("combinations", groups)):
+        group.search(np.random.default_rng([seed, index]))
+    ranked = sorted((group.ranked[0] for group in groups if group.options), key=groups[0].rank)
+    if not ranked:
+        first = next((f"; the first: {group.failures[0]}" for group in groups if group.failures), "")
         raise NumericalError(f"no scene of the search could be simulated{first}")
-    ranked = sorted(best_of_groups, key=groups[0].rank)
     # the search keeps a margin, so that an option other than the first is rarely needed
-    verified = (_verified(scenes, each) for each in [each for each in ranked if each.violation <= 0] or ranked[:1])
+    feasible = [each for each in ranked if each.violation <= 0]
+    verified = (_verified(scenes, each) for each in feasible or ranked[:1])
     best = next((each for each in verified if each.violation <= 0), None)
     answer = best or _verified(scenes, ranked[0])
     return {
         "solutions": () if best is None else (best,),
         "nearest": answer if best is None else None,
-        "table": tuple(ranked) if len(combinations) > 1 or scenes.parameters[0].among else (),
+        "table": tuple(ranked) if any(each.among for each in scenes.parameters) else (),
         "warnings": answer.warnings,
     }
 
@@ -102,107 +91,54 @@ class _Group:
 
     scenes: DesignScenes
     parameters: Sequence[VariedParameter]
-    rng: np.random.Generator
-    #: Options keyed by their values, and the shares of the intervals at which each was first tried.
-    options: dict[Values, Option] = field(factory=dict)
+    #: Options, and the shares of the intervals at which each value was first tried.
+    options: list[Option] = field(factory=list)
     places: dict[Values, FloatArray] = field(factory=dict)
     failures: list[ShockwaveError] = field(factory=list)
 
-    @property
-    def numbers(self) -> list[VariedParameter]:
-        """Parameters that are numbers."""
-        return [each for each in self.parameters if not each.among]
-
     def rank(self, option: Option) -> tuple[float, float]:
         """Violation of the requirements, if any, then the quantity that is minimised."""
-        return max(option.violation, 0.0), self.least(option)
-
-    def least(self, option: Option) -> float:
-        """The quantity that is minimised."""
-        assert self.scenes.least is not None
-        return option.quantities[self.scenes.least]
-
-    def search(self, index: int, total: int) -> None:
-        """Fill ``options``; this is group ``index`` of ``total``."""
-        size = len(self.numbers)
-        if not size:
-            self.simulate(np.empty((0, 1)))
-            return
-        self.simulate(qmc.Sobol(size, seed=self.rng).random(_SAMPLE * size).T)
-        if not self.options:
-            return
-        steps = itertools.count(1)
-        self.evolve(
-            lambda *_: progressed(
-                "generations", index * _GENERATIONS + min(next(steps), _GENERATIONS), total * _GENERATIONS
-            )
-        )
-        if all(each.whole for each in self.numbers):
-            return
-        # the best options that lie apart from each other
-        apart: list[FloatArray] = []
-        for place in self.ranked:
-            if len(apart) < _LOCAL * size and all(np.abs(place - other).max() > _APART for other in apart):
-                apart.append(place)
-        for begin in apart:
-            self.improve(begin)
+        return max(option.violation, 0.0), option.quantities[self.scenes.least or ""]
 
     @property
-    def ranked(self) -> list[FloatArray]:
-        """Places of the options, best first."""
-        return [self.places[key] for key in sorted(self.options, key=lambda key: self.rank(self.options[key]))]
+    def ranked(self) -> list[Option]:
+        """The options, best first."""
+        return sorted(self.options, key=self.rank)
 
-    def evolve(self, report: Any) -> None:
-        """Search by differential evolution from the best options; ``report`` is called after every generation."""
-        size = len(self.numbers)
-        first = self.ranked[: _MEMBERS * size]
-        first += list(self.rng.random((max(_LEAST_MEMBERS - len(first), 0), size)))
-        _optimize.differential_evolution(
-            lambda x: self.simulate(x)[0],
-            [(0.0, 1.0)] * size,
-            constraints=_optimize.NonlinearConstraint(lambda x: self.simulate(x)[1:], -np.inf, 0.0),
-            vectorized=True,
-            updating="deferred",
-            init=np.array(first),
-            maxiter=_GENERATIONS,
-            seed=self.rng,
-            polish=False,
-            callback=report,
-        )
+    def search(self, rng: np.random.Generator) -> None:
+        """Fill ``options``."""
+        size = sum(not each.among for each in self.parameters)
+        if not size:
+            self.simulate(np.empty((1, 0)))
+            return
+        sobol, width = qmc.Sobol(size, seed=rng), _WIDTH
+        self.simulate(sobol.random(_SAMPLE * 2 ** (size - 1).bit_length()))
+        centres = self.centres()
+        for _ in range(_ROUNDS):
+            for index, centre in enumerate(centres):
+                around = self.places[centre.values] + width * (2 * sobol.random(_STEPS * size) - 1)
+                centres[index] = min([centre, *self.simulate(np.clip(around, 0.0, 1.0))], key=self.rank)
+            width *= _SHRINKING
 
-    def improve(self, begin: FloatArray) -> None:
-        """Search around an option by COBYLA."""
-        scale = abs(float(self.simulate(begin)[0, 0])) or 1.0
-        _optimize.minimize(
-            lambda x: float(self.simulate(x)[0, 0]) / scale,
-            begin,
-            method="COBYLA",
-            constraints=[
-                {"type": "ineq", "fun": lambda x: -float(self.simulate(x)[1, 0])},
-                {"type": "ineq", "fun": lambda x: x},
-                {"type": "ineq", "fun": lambda x: 1 - x},
-            ],
-            options={"rhobeg": _FIRST_STEP, "tol": _LAST_STEP, "maxiter": _EVALUATIONS},
-        )
+    def centres(self) -> list[Option]:
+        """The best options that lie apart from each other."""
+        apart: list[Option] = []
+        for option in self.ranked:
+            distances = (np.abs(self.places[option.values] - self.places[each.values]).max() for each in apart)
+            if len(apart) < _BOXES and min(distances, default=math.inf) > _WIDTH:
+                apart.append(option)
+        return apart
 
-    def simulate(self, x: FloatArray) -> FloatArray:
-        """The minimised quantity and the violation, shape (2, options), at shares of the intervals.
-
-        ``x`` has the shape (numbers,) or (numbers, options); each scene is simulated once.
-        """
-        keys: list[Values] = []
+    def simulate(self, places: FloatArray) -> list[Option]:
+        """New options at shares of the intervals, shape (scenes, numbers)."""
         new: dict[Values, FloatArray] = {}
-        for column in np.atleast_2d(x.T):
-            shares = iter(column.tolist())
-            keys.append(tuple(each.among[0] if each.among else each.at(next(shares)) for each in self.parameters))
-            if keys[-1] not in self.places:
-                new[keys[-1]] = column
-        self.places |= new
-        for key, option in zip(new, self.scenes.options(list(new), _SEARCH_RTOL, _MARGIN), strict=True):
-            if isinstance(option, ShockwaveError):
-                self.failures.append(option)
-            else:
-                self.options[key] = option
-        options = [self.options.get(key) for key in keys]
-        figures = [(math.inf, _IMPOSSIBLE) if each is None else (self.least(each), each.violation) for each in options]
-        return np.array(figures).T
+        for place in places:
+            shares = iter(place.tolist())
+            values = tuple(each.among[0] if each.among else each.at(next(shares)) for each in self.parameters)
+            if values not in self.places:
+                self.places[values] = new[values] = place
+        results = self.scenes.options(list(new), _SEARCH_RTOL, _MARGIN)
+        self.failures += [result for result in results if isinstance(result, ShockwaveError)]
+        options = [result for result in results if isinstance(result, Option)]
+        self.options += options
+        return options

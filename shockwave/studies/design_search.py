@@ -16,7 +16,6 @@ from shockwave.scenario.scene_argument import Scene
 from shockwave.scenario.scene_family import Family
 from shockwave.studies import varied_scenes
 from shockwave.studies.design_along import compare_values, search_interval
-from shockwave.studies.design_best import search_best
 from shockwave.studies.design_result import Design, VariedParameter
 from shockwave.studies.design_scenes import DesignScenes
 from shockwave.studies.quantities import Quantity, Requirement, contacts_of, parts_of
@@ -107,6 +106,8 @@ def design(
     }
     scenes = DesignScenes(Family(scenario), **task)
     if not single:
+        from shockwave.studies.design_best import search_best  # imports scipy.stats, which one parameter does not need
+
         answer = search_best(scenes, seed)
     elif parameters[0].among or parameters[0].whole:
         answer = compare_values(_countable(scenes), rtol)

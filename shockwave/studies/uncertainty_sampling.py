@@ -97,7 +97,7 @@ def uncertainty(
     drawn = [Distribution.of(spread, scenario) for spread in _spreads(scenario, spreads)]
     progressed(WORK, 0, draws * (len(drawn) + 2))
     logger.info("uncertainty of %s: %d scenes", scenario.name or "the scene", draws * (len(drawn) + 2))
-    return _result(_Scenes.of(scenario, drawn, rtol), draws, seed, rtol)
+    return _result(UncertainScenes.of(scenario, drawn, rtol), draws, seed, rtol)
 
 
 def _spreads(scenario: Scenario, given: Mapping[str, Any] | None) -> tuple[Spread, ...]:
@@ -116,7 +116,7 @@ def _spreads(scenario: Scenario, given: Mapping[str, Any] | None) -> tuple[Sprea
 
 
 @define
-class _Scenes:
+class UncertainScenes:
     """Scenes about that of a scenario, with what is read from their simulations."""
 
     scenario: Scenario
@@ -132,7 +132,7 @@ class _Scenes:
     warnings: dict[str, tuple[str, int]] = field(factory=dict)
 
     @classmethod
-    def of(cls, scenario: Scenario, drawn: Sequence[Distribution], rtol: float) -> _Scenes:
+    def of(cls, scenario: Scenario, drawn: Sequence[Distribution], rtol: float) -> UncertainScenes:
         (nominal,) = varied_scenes.simulations([scenario], rtol, _LONGEST)
         leaving = [_LEAVING] if scenario.limit is not None else []
         return cls(scenario, drawn, nominal, [*quantities_of(scenario, nominal), *leaving], Family(scenario))
@@ -172,7 +172,7 @@ class _Scenes:
         ]
 
 
-def _result(scenes: _Scenes, draws: int, seed: int, rtol: float) -> Uncertainty:
+def _result(scenes: UncertainScenes, draws: int, seed: int, rtol: float) -> Uncertainty:
     """Simulate the drawn scenes and those around the nominal one."""
     scenario, drawn, nominal = scenes.scenario, scenes.drawn, scenes.nominal
     points, outputs, errors = sampling.sampled(drawn, draws, seed, lambda values: scenes.evaluate(values, rtol))
@@ -209,7 +209,7 @@ def _result(scenes: _Scenes, draws: int, seed: int, rtol: float) -> Uncertainty:
 
 
 def _statistics(
-    scenes: _Scenes,
+    scenes: UncertainScenes,
     quantity: Quantity,
     batches: FloatArray,
     error: float,
