@@ -350,8 +350,6 @@ def test_the_sensitivity_of_a_sensor_can_be_uncertain(name: str, parameters: str
     slope = math.log(known[1] / known[0]) / math.log(1.01 / 0.99)
     # the differences over 2 % and 1.5 % are of second order
     assert exponent(scene, f"shock.parameters.{name}", 0.05) == pytest.approx(slope, abs=1e-3)
-        math.log(known[1] / known[0]) / math.log(1.01 / 0.99), abs=1e-3
-    )
 
 
 def test_a_factor_that_the_scenario_does_not_state_is_refused_with_its_place(

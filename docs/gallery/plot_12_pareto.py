@@ -14,18 +14,18 @@ from shockwave import pictures
 chain = sw.Chain(material="stainless-steel-302", diameter="9.5 mm", granules=20, end=sw.Wall(material="rigid"))
 shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force="20 N", rise_time="10 us")
 
-found = sw.design(
+result = sw.design(
     shock,
     chain,
     vary={"chain.diameter": ("5 mm", "15 mm"), "chain.material": ["ptfe", "delrin"]},
-    target=["transmitted.peak_force <= 9 N"],
-    budget=["chain.length <= 0.3 m"],
+    target="transmitted.peak_force <= 9 N",
+    budget="chain.length <= 0.3 m",
 )
-print(found)
+print(result)
 
 # %%
 # The line joins the options that no other one beats in both quantities.
 
 figure, ax = plt.subplots(figsize=(6, 3.8), layout="constrained")
-pictures.pareto(ax, found)
+pictures.pareto(ax, result)
 plt.show()

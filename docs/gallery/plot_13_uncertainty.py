@@ -12,20 +12,18 @@ import shockwave as sw
 
 chain = sw.Chain(material="stainless-steel-302", diameter="9.5 mm")
 shock = sw.Shock(profile=sw.Triangular(duration_ratio=4), peak_force="10 N", rise_time="30 us")
-found = sw.uncertainty(
+result = sw.uncertainty(
     shock,
     chain,
     {"chain.radius": "2 %", "chain.material.youngs_modulus": "5 %", "shock.peak_force": {"sd": "0.5 N"}},
-    draws=1024,
 )
-mean, deviation = found.peak_force.mean, found.peak_force.sd
-print(f"{mean.value:.3f} N, standard deviation {deviation.value:.3f} N")
+force = result.quantities[0]
+print(f"{force.label}: {force.mean.value:.3f} N, standard deviation {force.sd.value:.3f} N")
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
-left.hist(found.outputs["peak_force"], bins=40)
+left.hist(result.outputs["peak_force"], bins=40)
 left.set(xlabel="peak force (N)", ylabel="scenes")
-sensitivities = found.peak_force.sensitivities
-names = [one.name.rpartition(".")[2].replace("_", " ") for one in sensitivities]
-right.barh(names, [one.total.value for one in sensitivities])
+names = [each.name.rpartition(".")[2].replace("_", " ") for each in force.sensitivities]
+right.barh(names, [each.total.value for each in force.sensitivities])
 right.set(xlabel="share of the variance (total Sobol index)", xlim=(0, 1))
 plt.show()

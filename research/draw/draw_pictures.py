@@ -173,10 +173,9 @@ def trust_map() -> Figure:
 def materials() -> Figure:
     """Ranking of materials for a target."""
     names = ["ptfe", "nylon-66", "delrin", "pmma", "lead", "brass-260", "copper", "aluminium-6061-t6"]
-    target = "peak_force <= 110 N"
-    ranked = sw.design(scene("examples/protector"), vary="chain.material", target=target, among=names)
-    figure, (ax,) = pictures.ranked_figure(len(ranked.table))
-    pictures.materials(ax, ranked)
+    result = sw.design(scene("examples/protector"), vary="chain.material", target="peak_force <= 110 N", among=names)
+    figure, (ax,) = pictures.ranked_figure(len(result.table))
+    pictures.materials(ax, result)
     return figure
 
 

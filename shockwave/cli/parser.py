@@ -159,7 +159,7 @@ _UNCERTAINTY = [
     _JSON,
     _LIMIT,
     _option("FILE", "scenario file (YAML) with an `uncertainty` block"),
-    _option("--draws N", "number of samples, a power of 2 (default: 4096 by a curve, 512 by simulations)", type=int),
+    _option("--draws N", "number of samples, a power of 2 (default: 1024 for equal granules, else 512)", type=int),
     _option("--seed N", "seed of the samples (default: 0)", type=int, default=0),
 ]
 _BENCH = [

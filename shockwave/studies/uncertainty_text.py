@@ -61,7 +61,7 @@ def _variances(result: Uncertainty) -> list[str]:
     for parameter, effects in sorted(
         zip(result.parameters, shares, strict=True), key=lambda pair: -pair[1][0].total.value
     ):
-        row = [parameter.name, *(_percent(each.total) for each in effects), parameter.spread]
+        row = [parameter.name.removeprefix("chain."), *(_percent(each.total) for each in effects), parameter.spread]
         row += ["-" if each.exponent is None else f"{each.exponent:.3f}" for each in effects]
         rows.append([*row, *(_percent(each.first) for each in effects)])
     return [table(header, rows, header[2:]), *paragraph("  ", _SHARES_LEGEND, 2)]
