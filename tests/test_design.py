@@ -145,7 +145,8 @@ def test_all_crossings_of_a_wave_are_found_with_few_simulations() -> None:
         root + 2 * math.pi * turn / 17 for root in roots for turn in range(3) if root + 2 * math.pi * turn / 17 < 1
     )
     assert curve.values == pytest.approx(roots, abs=1e-6)
-    assert curve.count < 100
+    # 33 on the grid, 12 a round about the least and the greatest value, at most eight for a crossing
+    assert curve.count < 150
 
 
 def test_a_jump_over_the_target_is_no_solution() -> None:
@@ -177,7 +178,8 @@ def test_poissons_ratio_has_two_solutions_about_zero() -> None:
     force = sw.simulate(CASE_A, chain, rtol=1e-9).peak_force
     result = design({"peak_force": force}, "chain.material.poisson_ratio", (-0.7, 0.4))
     assert [option.value for option in result.solutions] == pytest.approx([-0.25, 0.25], rel=1e-4)
-    assert result.lowest.value == pytest.approx(0, abs=0.02)
+    # the minimum is known within the root of a tenth of the tolerance
+    assert result.lowest.value == pytest.approx(0, abs=4e-3)
 
 
 def test_a_response_with_a_maximum_gives_both_solutions(tmp_path: Path) -> None:

@@ -17,6 +17,8 @@ from shockwave.studies.design_result import Option
 from shockwave.studies.design_scenes import VERIFIED_RTOL, DesignScenes
 from shockwave.studies.quantities import Requirement
 
+# Most whole numbers that are tried one by one.
+_MOST_WHOLE = 200
 # Fewest cells of the grid on which the quantity is simulated.
 _CELLS = 32
 # Parts into which the cells beside an extremum are divided, and most times that they are.
@@ -48,6 +50,9 @@ def compare_values(scenes: DesignScenes, rtol: float) -> dict[str, Any]:
     """
     (parameter,), (target,) = scenes.parameters, scenes.requirements
     low, high = map(int, parameter.between or (0, -1))
+    if high - low >= _MOST_WHOLE:
+        problem = f"must have at most {_MOST_WHOLE} whole numbers (got {high - low + 1}; narrow the interval)"
+        raise InvalidValueError.of("between", problem)
     values = [(each,) for each in (parameter.among or range(low, high + 1))]
     options, beyond = [], {}
     for (value,), option in zip(values, scenes.options(values, VERIFIED_RTOL), strict=True):
@@ -62,7 +67,8 @@ def compare_values(scenes: DesignScenes, rtol: float) -> dict[str, Any]:
     ranked = sorted(options, key=lambda option: _distance(option.reached, target.value))
     # whole numbers ascend; materials have no other order
     rows = sorted(ranked, key=lambda option: 0.0 if isinstance(option.value, str) else option.value)
-    solutions = tuple(option for option in rows if _meets(target, option, rtol))
+    equality = target.sign == "="
+    solutions = tuple(each for each in rows if (_equals(target, each, rtol) if equality else each.violation <= 0))
     left_out = (_BEYOND + ", ".join(map(str, beyond)),) if beyond else ()
     return {
         "solutions": solutions,
@@ -95,11 +101,9 @@ def _distance(reached: float, value: float) -> float:
     return abs(math.log(reached / value)) if reached > 0 else math.inf
 
 
-def _meets(target: Requirement, option: Option, rtol: float) -> bool:
-    """Whether an option meets the target, an equality within the tolerance and the error of its simulation."""
-    if target.sign == "=":
-        return abs(option.reached / target.value - 1) <= rtol + option.reached_error
-    return option.reached <= target.value if target.sign == "<=" else option.reached >= target.value
+def _equals(target: Requirement, option: Option, rtol: float) -> bool:
+    """Whether an option has the value of the target within the tolerance and the error of its simulation."""
+    return abs(option.reached / target.value - 1) <= rtol + option.reached_error
 
 
 def _warnings(options: Sequence[Option]) -> list[str]:
@@ -128,7 +132,7 @@ class _Line:
         table = [self.options[share] for share in shares[::each]]
         self.refine()
         limits = self.limits()
-        solutions = [option for option in map(self.solution, limits) if self.is_reached(option)]
+        solutions = [option for option in map(self.solution, limits) if _equals(self.target, option, self.rtol)]
         intervals = self.intervals(limits) if self.target.sign != "=" else ()
         shown = solutions or [self.verified(min(self.options, key=lambda share: abs(self.height(share))))]
         ends = {end for both in intervals for end in both} - {option.value for option in shown}
@@ -158,14 +162,16 @@ class _Line:
         return 0.0 if abs(ratio - 1) <= _STOP_SHARE * self.rtol else math.asinh(ratio) - math.asinh(1.0)
 
     def refine(self) -> None:
-        """Divide the cells beside extrema that may reach the target, until these are known."""
+        """Divide the cells beside the least and the greatest value, and beside extrema that may reach the target."""
         for _ in range(_ROUNDS):
             shares = sorted(self.options)
             heights = [self.height(share) for share in shares]
+            inner = heights[1:-1]
             places: set[float] = set()
             for index, height in enumerate(heights):
                 around = slice(max(index - 1, 0), index + 2)
-                if self.may_reach(height, heights[around]):
+                ranges = height in (min(heights), max(heights)) and height in inner
+                if self.is_extremum(height, heights[around], ranges):
                     places |= {
                         begin + (end - begin) * part / _PARTS
                         for begin, end in pairwise(shares[around])
@@ -175,12 +181,17 @@ class _Line:
                 return
             self.simulate(sorted(places), _GRID_SHARE * self.rtol)
 
-    def may_reach(self, height: float, around: Sequence[float]) -> bool:
-        """Whether an extremum near a point of this height may reach the target; ``around`` are its neighbours, too."""
+    def is_extremum(self, height: float, around: Sequence[float], ranges: bool) -> bool:
+        """Whether there is an extremum near a point of this height that is not yet known.
+
+        ``around`` are its neighbours, too. Unless it ``ranges`` the quantity, the extremum counts if it may reach the
+        target.
+        """
         swing = max(abs(each - height) for each in around)
-        below = height <= 0 and height == max(around)
-        above = height >= 0 and height == min(around)
-        return (below or above) and max(abs(height), _GRID_SHARE * self.rtol) < swing
+        below = height == max(around) and (height <= 0 or ranges)
+        above = height == min(around) and (height >= 0 or ranges)
+        nearest = 0.0 if ranges else abs(height)
+        return (below or above) and max(nearest, _GRID_SHARE * self.rtol) < swing
 
     def limits(self) -> list[float]:
         """Shares at which the quantity crosses the target, or touches it within the tolerance."""
@@ -200,10 +211,6 @@ class _Line:
         if share not in self.options or not self.options[share].verified:
             self.simulate([share], VERIFIED_RTOL)
         return self.options[share]
-
-    def is_reached(self, option: Option) -> bool:
-        """Whether an option meets the target as an equality."""
-        return abs(option.reached / self.target.value - 1) <= self.rtol + option.reached_error
 
     def solution(self, share: float) -> Option:
         """The verified option at a share with the error of its value, from the nearest clear difference."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from attrs import field, frozen
@@ -11,7 +11,7 @@ from shockwave.errors import InvalidValueError, ShockwaveError
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_family import Family
 from shockwave.studies import varied_scenes
-from shockwave.studies.design_result import Option, VariedParameter
+from shockwave.studies.design_result import Design, Option, VariedParameter
 from shockwave.studies.quantities import Quantity, Requirement
 
 #: Tolerance of the simulations of answers.
@@ -83,6 +83,12 @@ class DesignScenes:
             if isinstance(option, ShockwaveError):
                 raise option
         return [option for option in options if isinstance(option, Option)]
+
+    def design(self, answer: Mapping[str, Any]) -> Design:
+        """The design with the fields that are its answer."""
+        task = ("parameters", "requirements", "quantities", "least")
+        tried, scenario = tuple(self.tried), self.family.base.name
+        return Design(scenario=scenario, **{name: getattr(self, name) for name in task}, **answer, tried=tried)
 
     def named(self, values: Values) -> dict[str, float | str]:
         """The values by the names of their parameters."""

@@ -20,8 +20,6 @@ from shockwave.studies.design_result import Design, VariedParameter
 from shockwave.studies.design_scenes import DesignScenes
 from shockwave.studies.quantities import Quantity, Requirement, contacts_of, parts_of
 
-# Most whole numbers that are tried one by one.
-_MOST_WHOLE = 200
 _POINTS = Number("", "number of rows", at_least=2, at_most=1000, whole=True)
 
 
@@ -95,26 +93,30 @@ def design(
         raise InvalidValueError.of("target", "must be given, such as 'transmitted.peak_force <= 60 N' (got nothing)")
     parameters = tuple(_parameters(scenario, vary, between, among))
     single = len(parameters) == len(requirements) == 1 and least is None
-    minimised = None if single else Quantity.named("chain.mass" if least is None else least, contacts, "least")
-    mass = [Quantity.named("chain.mass", contacts, "least")] if scenario.chain.count is not None else []
-    quantities = [*(each.quantity for each in requirements), *([minimised] if minimised else mass)]
-    task: dict[str, Any] = {
-        "parameters": parameters,
-        "requirements": requirements,
-        "quantities": tuple(dict.fromkeys(quantities)),
-        "least": minimised and minimised.name,
-    }
-    scenes = DesignScenes(Family(scenario), **task)
-    if not single:
+    mass = Quantity.named("chain.mass" if least is None else least, contacts, "least")
+    # along one parameter, the mass of a finite chain is shown beside the quantity
+    quantities = [each.quantity for each in requirements] + [mass] * (not single or scenario.chain.count is not None)
+    scenes = DesignScenes(
+        family=Family(scenario),
+        parameters=parameters,
+        requirements=requirements,
+        quantities=tuple(dict.fromkeys(quantities)),
+        least=None if single else mass.name,
+    )
+    result = scenes.design(_search(scenes, points, rtol, seed))
+    logger.info("design of %s: %d scenes simulated", scenario.name or "the scene", len(scenes.tried))
+    return result
+
+
+def _search(scenes: DesignScenes, points: int, rtol: float, seed: int) -> dict[str, Any]:
+    """Search for all solutions of one parameter, or the best option."""
+    if scenes.least is not None:
         from shockwave.studies.design_best import search_best  # imports scipy.stats, which one parameter does not need
 
-        answer = search_best(scenes, seed)
-    elif parameters[0].among or parameters[0].whole:
-        answer = compare_values(_countable(scenes), rtol)
-    else:
-        answer = search_interval(scenes, points, rtol)
-    logger.info("design of %s: %d scenes simulated", scenario.name or "the scene", len(scenes.tried))
-    return Design(scenario=scenario.name, **task, **answer, tried=tuple(scenes.tried))
+        return search_best(scenes, seed)
+    if scenes.parameters[0].among or scenes.parameters[0].whole:
+        return compare_values(scenes, rtol)
+    return search_interval(scenes, points, rtol)
 
 
 def _requirements(given: Any, kind: str, contacts: Sequence[int]) -> list[Requirement]:
@@ -158,12 +160,3 @@ def _parameter(scenario: Scenario, name: str, values: Any) -> VariedParameter:
         raise InvalidValueError.of("vary", f"must be a number or a material of the chain or the shock (got {name})")
     ends = varied_scenes.interval(variable, values)
     return VariedParameter(name=name, unit=variable.unit, whole=variable.whole, between=ends)
-
-
-def _countable(scenes: DesignScenes) -> DesignScenes:
-    """The scenes, unless their parameter has too many whole numbers."""
-    low, high = scenes.parameters[0].between or (0, 0)
-    if high - low >= _MOST_WHOLE:
-        problem = f"must have at most {_MOST_WHOLE} whole numbers (got {high - low + 1:.0f}; narrow the interval)"
-        raise InvalidValueError.of("between", problem)
-    return scenes
