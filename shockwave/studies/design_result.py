@@ -251,7 +251,8 @@ class Design(Result):
         document = asdict(evolve(self, tried=(), requirements=(), quantities=()))
         del document["tried"], document["quantities"]
         document["requirements"] = [
-            {"quantity": each.quantity.name, "sign": each.sign, "value": each.value} for each in self.requirements
+            {"quantity": each.quantity.name, "unit": each.quantity.printed_unit, "sign": each.sign, "value": each.value}
+            for each in self.requirements
         ]
         return {**VERSION, **document, "evaluations": len(self.tried), "reachable": self.reachable, "why": self.why}
 
