@@ -511,3 +511,14 @@ def test_results_of_all_chains_have_the_same_attributes() -> None:
     results = [sw.simulate(triangle(3.0), chain) for chain in (equal, walled)]
     for name in set(results[0].to_dict()) & set(results[1].to_dict()) - {"version", "yield", "wave_threshold", "step"}:
         assert all(hasattr(result, name) for result in results), name
+
+
+def test_the_energy_of_the_spring_behind_a_wall_may_exert_a_later_force() -> None:
+    # the wall has the mass of a granule and nearly all energy; after a quarter of its period, 1 ms, it is in the spring
+    wall = Wall(material="same", mass=4e-3, stiffness=1e4)
+    chain = sw.Chain(material="stainless-steel-302", diameter=9.5e-3, granules=1, end=wall)
+    early, late = (sw.simulate(Impact(velocity=0.3), chain, until=until) for until in (1e-3, 4e-3))
+    assert early.transmitted is not None
+    assert late.transmitted is not None
+    assert late.transmitted.time > 1e-3
+    assert early.transmitted.peak_force < late.transmitted.peak_force < early.later_force

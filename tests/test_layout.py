@@ -119,7 +119,7 @@ def test_static_overlaps_carry_precompression_and_the_weight_above(exponent: flo
 
 def test_a_striker_neither_carries_nor_weighs() -> None:
     made = chain(sw.Segment(count=2), end=sw.Wall(), precompression=2.0, gravity=10.0)
-    static = Layout.of(made, sw.Impact(velocity=1.0)).static_forces
+    static = Layout.of(made, sw.Impact(velocity=1.0, radius=2 * RADIUS)).static_forces
     weight = 10 * CHAIN.granule_mass
     assert static == pytest.approx([0.0, 2 + weight, 2 + 2 * weight], rel=ROUNDINGS)
 

@@ -52,6 +52,14 @@ def test_a_verdict_is_decided_by_the_whole_range(low: float | None, high: float 
     assert found.remedy == ("simulate" if decision == "undecided" else None)
 
 
+@pytest.mark.parametrize(("limit", "decision"), [(30.0, "above"), (60.0, "undecided"), (80.0, "below")])
+def test_a_greater_later_force_is_the_upper_end_of_the_range(limit: float, decision: str) -> None:
+    force = LeavingForce(name="force", value=50.0, low=49.0, high=51.0, later=70.0)
+    found = verdict(sw.Limit(force=limit), force)
+    assert (found.high, found.decision) == (70.0, decision)
+    assert found.remedy == ("simulate to a later end" if decision == "undecided" else None)
+
+
 def test_a_force_of_unknown_error_decides_nothing() -> None:
     found = verdict(sw.Limit(force=60.0), LeavingForce.measured("force", 50.0, 50.0))
     assert found.decision == "undecided"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import attrs
 import numpy as np
 import pytest
@@ -49,6 +51,10 @@ def test_heads_are_where_the_next_contact_has_not_peaked(
     assert [(head.contact, head.force) for head in log_of(*peaks).heads(now, 0.01)] == heads
 
 
+#: Contacts, delay and peak force of two waves, of which the second one is stronger.
+BEHIND = ((115, 0.0, 0.5), (85, 33.0, 1.0))
+
+
 @pytest.mark.parametrize(
     ("forces", "least", "most"),
     [
@@ -63,6 +69,15 @@ def test_the_bound_covers_the_approach_to_the_limit(forces: np.ndarray, least: f
     outlook = Outlook(log, 1.1 * (len(forces) - 1) + 5.5, 0.01)
     assert len(outlook.heads) == 1
     assert least <= outlook.bound(0) <= most
+
+
+def test_a_wave_behind_a_weaker_one_will_collide() -> None:
+    weak, strong = ([(contact, late + 1.1 * contact, force) for contact in range(last)] for last, late, force in BEHIND)
+    outlook = Outlook(log_of(*sorted([*weak, *strong])), 131.0, 0.01)
+    assert [head.force for head in outlook.heads] == [0.5, 1.0]
+    assert outlook.bound(1) == math.inf
+    # the same wave alone has settled
+    assert Outlook(log_of(*strong), 131.0, 0.01).bound(0) == 0
 
 
 def test_waves_are_not_followed_to_a_far_end() -> None:

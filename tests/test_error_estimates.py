@@ -1,0 +1,144 @@
+"""What error estimates contain: every part of an error, in full."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import attrs
+import numpy as np
+import pytest
+
+import shockwave as sw
+from scenes import CASE_A, CHAIN, UNITS, lasting
+from shockwave.measurement import leading_wave, repeated_runs, train
+from shockwave.measurement.chain_run import ChainRun
+from shockwave.measurement.measured_wave import MeasuredWave
+from shockwave.measurement.peak_log import Peak
+from shockwave.quadrature import FloatArray
+from shockwave.simulation.problem import Primary, Status
+
+pytestmark = pytest.mark.numerical
+
+# ---------------------------------------------------------------- contacts of a chain, from two runs
+
+
+def motion(contacts: int, changes: dict[int, float] | None = None, late: float = 0.0) -> Any:
+    """A run with unit forces at all contacts, but for relative ``changes``."""
+    forces = np.ones(contacts)
+    for contact, change in (changes or {}).items():
+        forces[contact] += change
+    return SimpleNamespace(forces=forces, dynamic_forces=forces, force_times=np.full(contacts, 5.0 + late))
+
+
+def estimates(coarse: Any, fine: Any, tolerance: float = 1e-12) -> tuple[FloatArray, bool]:
+    case: Any = SimpleNamespace(
+        rtol=1e-5, assembly=SimpleNamespace(force=None), judged=lambda forces: np.arange(len(forces))
+    )
+    return repeated_runs._errors(case, coarse, fine, tolerance)
+
+
+def test_the_estimate_is_twice_the_difference_of_two_runs_there_and_at_three_contacts_around() -> None:
+    errors, missed = estimates(motion(12, {5: 1e-4}), motion(12))
+    # the difference may vanish by chance at a contact, but not at all of its neighbours
+    assert np.flatnonzero(errors > 1e-6).tolist() == [2, 3, 4, 5, 6, 7, 8]
+    # both runs may be wrong; the tolerance of a step adds 1e-12
+    assert errors[2:9] == pytest.approx(2e-4, rel=1e-6)
+    assert missed
+
+
+def test_the_estimate_contains_the_tolerance_of_a_step() -> None:
+    errors, missed = estimates(motion(4), motion(4), tolerance=1e-7)
+    assert np.all(errors >= 1e-7)
+    assert not missed
+
+
+@pytest.mark.parametrize(("late", "missed"), [(5e-5, False), (1e-3, True)])
+def test_times_of_peaks_have_ten_times_the_tolerance_in_characteristic_times(late: float, missed: bool) -> None:
+    assert estimates(motion(4, late=late), motion(4))[1] == missed
+
+
+# ---------------------------------------------------------------- waves of a train, from two runs
+
+
+def wave(force: float, **values: float) -> MeasuredWave:
+    rest = {"momentum": 1.0, "energy": 1.0, "speed": 1.0, "width": 1.0, "granule_velocity": 1.0, "contact": 60}
+    return MeasuredWave(
+        **{**rest, "peak_force": force, "arrival_time": 60.0, "error_estimate": 0.0, "foot": 0.0} | values
+    )
+
+
+def train_errors(waves: list[MeasuredWave], change: float = 0.0, early: float = 60.0, defect: float = 0.0) -> list[Any]:
+    """Error estimates of waves that a second run finds stronger by ``change`` at the time ``early``."""
+    problem, integrator = SimpleNamespace(exponent=1.5), SimpleNamespace(tolerance=1e-9)
+    fine: Any = SimpleNamespace(waves=waves, problem=problem, integrator=integrator, work=1.0, energy=1.0 + defect)
+    traced = [Peak(0, 60, -1, -1, early, each.peak_force) for each in waves]
+    nearest = {peak.force: peak._replace(force=peak.force * (1 + change)) for peak in traced}
+    forces = iter(nearest.values())
+    coarse: Any = SimpleNamespace(nearest=lambda contact, time: next(forces))
+    return [each.error_estimate for each in train._waves(fine, traced, coarse, UNITS)]
+
+
+def test_the_estimate_of_a_wave_contains_the_whole_difference_of_two_runs() -> None:
+    (error,) = train_errors([wave(1.0)], change=1e-3)
+    assert error == pytest.approx(1e-3, rel=1e-5)  # and the tolerance of a step
+
+
+def test_the_difference_grows_until_the_wave_is_measured() -> None:
+    (error,) = train_errors([wave(1.0)], change=1e-3, early=20.0)
+    assert error == pytest.approx(3e-3, rel=1e-5)
+
+
+def test_the_estimate_of_a_wave_contains_its_distance_from_the_limit() -> None:
+    (error,) = train_errors([wave(1.0, error_estimate=2e-4)], change=1e-3)
+    assert error == pytest.approx(1.2e-3, rel=1e-5)
+
+
+def test_the_estimate_of_a_wave_contains_the_energy_defect() -> None:
+    # a peak force scales as the power 3/5 of the energy
+    assert train_errors([wave(1.0)], defect=-1e-3) == pytest.approx([6e-4], rel=1e-5)
+
+
+def test_an_energy_defect_of_a_run_is_in_the_estimates_of_its_later_waves(monkeypatch: pytest.MonkeyPatch) -> None:
+    finished = ChainRun.finished
+
+    def losing(run: ChainRun) -> ChainRun:
+        ended = finished(run)
+        ended.energy *= 0.999
+        return ended
+
+    monkeypatch.setattr(ChainRun, "finished", losing)
+    _, *later = sw.simulate(CASE_A, CHAIN, rtol=1e-4).waves
+    assert later
+    # in a run of tolerance 1e-5 the energy is conserved to better than this
+    assert all(each.error_estimate is None or each.error_estimate > 0.99 * 6e-4 for each in later)
+
+
+def test_errors_of_a_step_are_larger_relative_to_weak_waves() -> None:
+    strong, weak = train_errors([wave(1.0), wave(0.01)])
+    assert strong == pytest.approx(1e-9, rel=0.01)  # and rounding
+    assert weak == pytest.approx(1e-8, rel=0.01)
+
+
+# ---------------------------------------------------------------- the leading wave
+
+
+def primary(**values: float) -> Primary:
+    nothing = dict.fromkeys(Primary._fields[:-1], 0.0)
+    return Primary(**{**nothing, "status": Status.KNOWN, "chain_energy": 1.0, "work": 1.0, **values})
+
+
+def test_the_estimate_of_the_leading_wave_contains_each_part_in_full() -> None:
+    assert leading_wave._error(primary(doubt=1e-4), 0.0, 0.0) == pytest.approx(1e-4, rel=1e-6)
+    assert leading_wave._error(primary(), 1e-5, 0.0) == pytest.approx(1e-5, rel=1e-6)
+    assert leading_wave._error(primary(), 0.0, 1e-6) == pytest.approx(1e-6, rel=1e-6)
+    # the whole path is rounded to one part in 2^52
+    assert leading_wave._error(primary(free_path=1e8), 0.0, 0.0) >= 1e8 * 2.0**-53
+
+
+def test_the_estimate_is_not_below_the_error_of_a_fitted_shock(monkeypatch: pytest.MonkeyPatch) -> None:
+    fit = sw.Exponential.free_path
+    monkeypatch.setattr(sw.Exponential, "free_path", lambda profile: attrs.evolve(fit(profile), error=1e-4))
+    profile = sw.Exponential(rise_rate=1.0, decay_rate=1.0, duration_ratio=3.0)
+    result = sw.simulate(lasting(profile, 1.0), CHAIN, rtol=1e-6, waves="primary")
+    assert 1e-4 <= result.error_estimate < 2e-4
