@@ -170,8 +170,18 @@ def test_results_that_may_change_later_have_warnings() -> None:
     assert free.warnings == ()
 
 
-@pytest.mark.parametrize(("velocity", "doubtful"), [(1.0, False), (400.0, True)])
-def test_overlaps_beyond_hertz_have_a_warning(velocity: float, doubtful: bool) -> None:
+def test_a_granule_that_follows_the_striker_makes_its_restitution_provisional() -> None:
+    # the second granule crosses a gap, rebounds from a heavy one, and is faster than the striker
+    segments = [Segment(), Segment(gap=1e-5), Segment(diameter=40e-3)]
+    chain = sw.Chain(material="stainless-steel-302", diameter=9.5e-3, granules=segments)
+    early, late = (sw.simulate(Impact(velocity=0.5), chain, until=until) for until in (1e-4, 3e-4))
+    assert any("its restitution is provisional" in warning for warning in early.warnings)
+    assert late.restitution > 2 * early.restitution
+    assert late.warnings == ()
+
+
+@pytest.mark.parametrize(("velocity", "doubtful"), [(1.0, False), (50.0, False), (60.0, True)])
+def test_overlaps_beyond_a_tenth_of_the_radius_have_a_warning(velocity: float, doubtful: bool) -> None:
     result = sw.simulate(Impact(velocity=velocity), attrs.evolve(CHAIN, granules=2))
     assert any("Hertz's law holds for small overlaps only" in warning for warning in result.warnings) == doubtful
 

@@ -223,6 +223,8 @@ MARKED = {
         "simulate.integrator", "must be rkn64, rkn86, rkn1210 or dop853 for a chain of mixed granules"),
     "integrator-without-damping": (finite(", damping: {model: dashpot, coefficient: 1}")
         + "simulate: {integrator: |rkn86}\n", "simulate.integrator", "must be dop853 for a chain with damping"),
+    "integrator-without-damping-of-a-wall": (finite(", end: {wall: same, mass: 2 kg, damping: 50 N*s/m}")
+        + "simulate: {integrator: |rkn86}\n", "simulate.integrator", "must be dop853 for a chain with damping"),
     "unit-of-a-stiffness": (finite(", contact: {exponent: 2, stiffness: |5e7 N/m}"),
         "chain.contact.stiffness", "must be a bare number, in N/m^p (got '5e7 N/m')"),
     "interval-without-record": (finite() + "simulate: {interval: |1 us}\n",
@@ -241,7 +243,8 @@ UNSEEN = {
     "gravity-without-a-wall", "gap-under-precompression", "tsuji-without-hertz",
     "impact-on-an-endless-chain", "single-granule", "single-granule-by-number", "too-many",
     "sweep-of-a-missing-segment", "contact-beyond-the-wall", "integrator-of-equal-granules",
-    "integrator-without-damping", "unit-of-a-stiffness", "interval-without-record",
+    "integrator-without-damping",
+    "integrator-without-damping-of-a-wall", "unit-of-a-stiffness", "interval-without-record",
     "wrong-unit",
 }  # fmt: skip
 

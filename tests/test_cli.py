@@ -1,5 +1,6 @@
 """The command line: what it prints, where, and how it ends."""
 
+import argparse
 import atexit
 import gc
 import json
@@ -15,6 +16,8 @@ import pytest
 
 import shockwave as sw
 from shockwave.cli import main, scenario_commands
+from shockwave.cli.output import of_arguments
+from shockwave.errors import Fault
 from shockwave.measurement import simulate
 from shockwave.simulation.backend import lack
 
@@ -127,6 +130,15 @@ def test_an_invalid_file_stops_the_others_before_they_run(tmp_path: Path, capsys
     out, err = capsys.readouterr()
     assert out == ""
     assert f"{bad}:2:" in err
+
+
+def test_an_error_of_an_argument_is_one_of_usage_and_an_error_of_the_scene_is_not() -> None:
+    options = argparse.Namespace(rtol=1.0)
+    wrong = [Fault("rtol", "must be smaller"), Fault("chain.radius", "must be larger")]
+    with pytest.raises(sw.UsageError, match=r"^--rtol: must be smaller$"), of_arguments(options):
+        raise sw.InvalidValueError(wrong[:1])
+    with pytest.raises(sw.InvalidValueError), of_arguments(options):
+        raise sw.InvalidValueError(wrong)
 
 
 #: Arguments that are wrong, and what is printed of them.

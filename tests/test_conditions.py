@@ -11,7 +11,7 @@ import pytest
 
 from shockwave.errors import InvalidValueError
 from shockwave.profiles.base import Areas, ShockProfile
-from shockwave.profiles.conditions import conditions
+from shockwave.profiles.conditions import conditions, reversal
 from shockwave.profiles.exponential import Exponential
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.shock import Shock
@@ -53,6 +53,26 @@ def _checked(profile: ShockProfile, quadrature: str | None = None) -> tuple[Any,
 def test_each_condition_states_its_inequality() -> None:
     found = [(condition.name, condition.statement) for condition in _checked(Triangular(duration_ratio=2))]
     assert found == list(zip(NAMES, ["a2 >= a1", "a1 >= 1/2", "a2 <= (n-1)/2"], strict=True))
+
+
+def test_an_inequality_holds_within_the_error_of_the_areas() -> None:
+    decay = Integral(0.6, 0.0, 1, "exact")
+    for error, holds in ((1e-6, True), (1e-7, False)):
+        _, steep, _ = conditions(Areas(Integral(0.5 - 5e-7, error, 1, "exact"), decay), 3.0)
+        assert steep.holds == holds
+
+
+@pytest.mark.parametrize(
+    ("forces", "share"),
+    [
+        pytest.param([0.0, 1.0, 0.5, 0.2, 0.0], 0.0, id="one-peak"),
+        pytest.param([0.0, 0.6, 0.4, 1.0, 0.0], 0.2, id="falls-in-the-rise"),
+        pytest.param([0.0, 1.0, 0.5, 0.8, 0.0], 0.3, id="rises-in-the-decay"),
+    ],
+)
+def test_a_force_that_reverses_is_measured_in_rise_and_decay(forces: list[float], share: float) -> None:
+    profile = Tabulated(times=[0.0, 1.0, 2.0, 3.0, 4.0], forces=forces)
+    assert reversal(profile) == pytest.approx(share, rel=1e-12)
 
 
 @pytest.mark.parametrize("quadrature", [None, "gauss-legendre", "tanh-sinh", "quadpack"])

@@ -15,6 +15,8 @@ from shockwave.measurement import leading_wave, repeated_runs, train
 from shockwave.measurement.chain_run import ChainRun
 from shockwave.measurement.measured_wave import MeasuredWave
 from shockwave.measurement.peak_log import Peak
+from shockwave.measurement.simulation_setup import scaled, setup_of
+from shockwave.options import SimulateOptions
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.problem import Primary, Status
 
@@ -114,6 +116,57 @@ def test_an_energy_defect_of_a_run_is_in_the_estimates_of_its_later_waves(monkey
     assert all(each.error_estimate is None or each.error_estimate > 0.99 * 6e-4 for each in later)
 
 
+def test_the_error_of_the_recoil_contains_what_may_still_rebound(monkeypatch: pytest.MonkeyPatch) -> None:
+    finished = ChainRun.finished
+
+    def unfinished(run: ChainRun) -> ChainRun:
+        ended = finished(run)
+        ended.unfinished_recoil = 0.25
+        return ended
+
+    monkeypatch.setattr(ChainRun, "finished", unfinished)
+    assert sw.simulate(CASE_A, CHAIN, rtol=1e-4).recoil_error >= 0.25 * UNITS.momentum
+
+
+def test_a_run_that_ends_before_its_waves_have_settled_has_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
+    finished = ChainRun.finished
+
+    def unsettled(run: ChainRun) -> ChainRun:
+        ended = finished(run)
+        ended.settled = False
+        return ended
+
+    assert sw.simulate(CASE_A, CHAIN, rtol=1e-4).train.warnings == ()
+    monkeypatch.setattr(ChainRun, "finished", unsettled)
+    (warning,) = sw.simulate(CASE_A, CHAIN, rtol=1e-4).train.warnings
+    assert "still moving when it was measured" in warning
+
+
+@pytest.mark.parametrize(("factor", "warned"), [(1.0, False), (1.01, True)])
+def test_a_strongest_wave_other_than_the_leading_one_has_a_warning(
+    factor: float, warned: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    measured = train._train
+
+    def stronger(*arguments: Any) -> Any:
+        found, run = measured(*arguments)
+        strongest, *others = found.waves
+        strongest = attrs.evolve(strongest, peak_force=factor * strongest.peak_force)
+        return attrs.evolve(found, waves=(strongest, *others)), run
+
+    monkeypatch.setattr(train, "_train", stronger)
+    warnings = sw.simulate(CASE_A, CHAIN, rtol=1e-4).train.warnings
+    assert any("differs from the leading wave by 1e-02" in each for each in warnings) == warned
+
+
+@pytest.mark.parametrize("rtol", [1e-2, 1e-4])
+def test_waves_are_separated_from_noise_however_loose_the_tolerance(rtol: float) -> None:
+    setup = setup_of(SimulateOptions(rtol=rtol))
+    step, doubt = setup.accuracy(scaled(CASE_A, CHAIN)[0])
+    assert step <= 2e-4
+    assert doubt <= 3e-5
+
+
 def test_errors_of_a_step_are_larger_relative_to_weak_waves() -> None:
     strong, weak = train_errors([wave(1.0), wave(0.01)])
     assert strong == pytest.approx(1e-9, rel=0.01)  # and rounding
@@ -132,6 +185,8 @@ def test_the_estimate_of_the_leading_wave_contains_each_part_in_full() -> None:
     assert leading_wave._error(primary(doubt=1e-4), 0.0, 0.0) == pytest.approx(1e-4, rel=1e-6)
     assert leading_wave._error(primary(), 1e-5, 0.0) == pytest.approx(1e-5, rel=1e-6)
     assert leading_wave._error(primary(), 0.0, 1e-6) == pytest.approx(1e-6, rel=1e-6)
+    # if the whole defect is the leading wave's, whose force scales as the power 3/5 of its energy of about 1/3
+    assert leading_wave._error(primary(chain_energy=1.001), 0.0, 0.0) >= 1.7e-3
     # the whole path is rounded to one part in 2^52
     assert leading_wave._error(primary(free_path=1e8), 0.0, 0.0) >= 1e8 * 2.0**-53
 

@@ -10,9 +10,10 @@ import pytest
 
 import shockwave as sw
 from scenes import CASE_A, CHAIN, FORCE, UNITS, triangle
+from shockwave.chain.solitary_wave import HERTZ_WAVE
 from shockwave.measurement.chain_run import ChainRun
 from shockwave.measurement.peak_log import PeakLog, Trail
-from shockwave.measurement.waves import Outlook, distance_from_limit
+from shockwave.measurement.waves import Outlook, _nothing_to_come, distance_from_limit
 from shockwave.simulation.nystroem import Rkn86
 from shockwave.simulation.problem import ChainProblem
 
@@ -78,6 +79,14 @@ def test_a_wave_behind_a_weaker_one_will_collide() -> None:
     assert outlook.bound(1) == math.inf
     # the same wave alone has settled
     assert Outlook(log_of(*strong), 131.0, 0.01).bound(0) == 0
+
+
+@pytest.mark.parametrize(("share", "complete"), [(0.9, True), (1.1, False)])
+def test_a_wave_may_come_while_the_energy_behind_the_others_suffices(share: float, complete: bool) -> None:
+    least, wave = 0.1, HERTZ_WAVE
+    v = np.zeros(100)
+    v[20] = np.sqrt(2 * share * wave.energy * least**wave.of_energy)
+    assert _nothing_to_come(np.zeros(100), v, 90, least, wave) == complete
 
 
 def test_waves_are_not_followed_to_a_far_end() -> None:

@@ -468,6 +468,18 @@ def test_a_full_disk_is_reported_and_finished_points_are_kept(scenario: Path, tm
     assert swept(scenario, tmp_path / "out").before == len(kept)
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGHUP")
+def test_a_sweep_inside_a_program_leaves_its_signals_alone(scenario: Path) -> None:
+    numbers = signal.SIGTERM, signal.SIGHUP
+    before = [signal.signal(number, signal.SIG_DFL) for number in numbers]
+    try:
+        assert main(["sweep", str(scenario), "--dry-run"]) == 0
+        assert [signal.getsignal(number) for number in numbers] == [signal.SIG_DFL] * 2
+    finally:
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, handler)
+
+
 # ---------------------------------------------------------------- dry runs
 
 
