@@ -13,6 +13,7 @@ import shockwave as sw
 from pages import DOCS, blocks_of, execute
 from scenes import CHAIN, FORCE, UNITS, triangle
 from shockwave.chain.contact_law import Pairs
+from shockwave.simulation.general_nystroem import scaled_error
 
 MASS = CHAIN.granule_mass
 #: Coefficient of a dashpot that damps a contact weakly within a characteristic time [N s/m].
@@ -135,3 +136,8 @@ def test_histories_and_gaps_of_a_chain_with_a_plugin(end: str) -> None:
     assert recorded.forces.max() == pytest.approx(result.greatest_force.peak_force, rel=0.05)  # time between samples
     assert np.isfinite(recorded.kinetic_energy).all()
     assert result.momentum_defect < 1e-13
+
+
+def test_error_of_a_step_too_short_to_have_one_is_a_number() -> None:
+    # their squares underflow
+    assert scaled_error(1e-170, 1e-170) == 1e-170
