@@ -45,6 +45,9 @@ _SPACING = 0.25
 _NARROWEST = 2.0**-10
 # Greatest number of simulations. Ordinary shapes need 50 to 300.
 _MOST = 2000
+# Greatest number of force evaluations of the checks: about twenty seconds for waves that hardly separate. Ordinary
+# curves take 1e5.
+_BUDGET = 3_000_000
 # Tolerance of a simulation over that of the curve.
 _SIMULATION_RTOL = 0.03
 # Largest difference at a midpoint, over the tolerance, for which an interval is not divided further.
@@ -313,8 +316,8 @@ def _by_section4(shock: Shock) -> float | None:
         return None
 
 
-def _simulated(profile: ShockProfile, rtol: float, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Logarithms of the amplifications at ln t0/T0 = ``x``, and their error estimates."""
+def _simulated(profile: ShockProfile, rtol: float, x: FloatArray) -> tuple[FloatArray, FloatArray, int]:
+    """Logarithms of the amplifications at ln t0/T0 = ``x``, their error estimates, and the force evaluations."""
     shocks = [_scaled_shock(profile, place) for place in x.tolist()]
     results: list[Any] = simulate_many(shocks, _CHAIN, _SIMULATION_RTOL * rtol, waves="primary")
     for shock, result in zip(shocks, results, strict=True):
@@ -324,26 +327,29 @@ def _simulated(profile: ShockProfile, rtol: float, x: FloatArray) -> tuple[Float
         if isinstance(result, ShockwaveError):
             raise result
     heights = np.log([result.amplification for result in results])
-    return heights, np.array([result.error_estimate for result in results])
+    errors = np.array([result.error_estimate for result in results])
+    return heights, errors, sum(result.cost.force_evaluations for result in results)
 
 
 def refined(
-    simulated: Callable[[FloatArray], tuple[FloatArray, FloatArray]], begin: float, end: float, rtol: float
+    simulated: Callable[[FloatArray], tuple[FloatArray, FloatArray, int]], begin: float, end: float, rtol: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Grid, values and error from each point to the next, such that a cubic spline meets the tolerance.
 
     Each round simulates the midpoints of the open intervals. Halves stay open where the spline missed the midpoint, or
-    that of a neighbouring interval.
+    that of a neighbouring interval. Intervals that are open when the budget is spent have larger errors.
     """
     x = np.linspace(begin, end, math.ceil((end - begin) / _SPACING) + 1)
     narrowest = _NARROWEST * (x[1] - x[0])
-    y, errors = simulated(x)
+    y, errors, _ = simulated(x)
+    spent = 0
     differences = np.zeros(len(x) - 1)
     is_open = np.ones(len(x) - 1, dtype=bool)
-    while is_open.any() and len(x) < _MOST:
+    while is_open.any() and len(x) < _MOST and spent < _BUDGET:
         (index,) = is_open.nonzero()
         middle = (x[index] + x[index + 1]) / 2
-        heights, estimates = simulated(middle)
+        heights, estimates, evaluations = simulated(middle)
+        spent += evaluations
         differences[index] = np.abs(CubicSpline(x, y)(middle) - heights)
         # a difference within the errors of the simulations is noise
         noise = estimates + np.maximum(errors[index], errors[index + 1])
