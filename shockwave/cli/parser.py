@@ -118,7 +118,7 @@ _CURVE = [
         type=_number(1e-3, 1e3),
         default=50.0,
     ),
-    _option("-o --output FILE", "write a curve (.json) or picture (.svg, .png, .pdf)"),
+    _option("-o --output FILE", "write points (.json) or a picture (.svg, .png, .pdf)"),
 ]
 _SWEEP = [
     _option("FILE", "scenario file (YAML) with a `sweep` block"),

@@ -278,7 +278,7 @@ class UniversalCurve(Result):
 def _row(point: CurvePoint) -> tuple[str, str, str]:
     section4 = point.section4_amplification
     by_section4 = "-" if section4 is None else si(section4, "", 4)
-    return si(point.rise_time, "", 4), si(point.amplification, "", error=point.error), by_section4
+    return si(point.rise_time, "", 4), si(point.amplification, "", 4), by_section4
 
 
 def _same_shape(profile: ShockProfile, other: ShockProfile) -> bool:
