@@ -102,13 +102,8 @@ def of_pulse(scene: sw.Scenario) -> Iterator[Row]:
     def common() -> float:
         return simulated(1e-6)
 
-    runs: list[tuple[str, str, Run]] = [
-        ("section 4", "", lambda: sw.Predictor().predict(shock, chain).peak_force),
-        ("law of moments", "", lambda: sw.Predictor(model="moments").predict(shock, chain).peak_force),
-    ]
-    for rtol in CURVES:
-        curve = sw.UniversalCurve(shock.profile, rtol=rtol)
-        runs.append(("universal curve", f"{rtol:g}", lambda curve=curve: curve.answer(shock, chain).peak_force))
+    paper = sw.Predictor(model="section-4")
+    runs: list[tuple[str, str, Run]] = [("section 4", "", lambda: paper.predict(shock, chain).peak_force)]
     runs += [("simulate", f"{rtol:g}", lambda rtol=rtol: simulated(rtol)) for rtol in SIMULATED]
     reference = simulated(1e-12)
     for method, setting, run in runs:
