@@ -23,7 +23,6 @@ BUILT_IN = {
     "integrators": "dop853",
     "quadratures": "gauss-legendre",
     "materials": "paper-steel",
-    "models": "section-4",
 }
 EVERY_KIND = pytest.mark.parametrize("kind", BUILT_IN)
 
