@@ -2,7 +2,7 @@
 
     python research/fit_laws.py
 
-takes two minutes; the names of laws after it fit these and keep the others.
+takes a minute of an idle processor; the names of laws after it fit these and keep the others.
 """
 
 from __future__ import annotations
@@ -125,7 +125,8 @@ def moments(profile: sw.ShockProfile) -> tuple[float, float, float]:
 def random_shocks(seed: int, count: int) -> tuple[Array, list[sw.Shock]]:
     """Strength, spread and skewness of random shocks of 100 N, shape (3, count), and the shocks."""
     draw, units = np.random.default_rng(seed), Scales.of(CHAIN, 100.0)
-    rows, shocks = [], []
+    rows: list[tuple[float, float, float]] = []
+    shocks: list[sw.Shock] = []
     while len(rows) < count:
         profile = random_profile(draw, len(rows) % 3)
         area, sigma, skewness = moments(profile)
@@ -233,7 +234,7 @@ def train(mass_ratio: float) -> Array:
     force = striker(mass_ratio, contact + 40, until, rtol=1e-8, **recording).recording.forces[:, 0]
     at = np.flatnonzero((force[3:-3] > force[2:-4]) & (force[3:-3] >= force[4:-2])) + 3
     peaks = np.array([peak(force[place - 3 : place + 4]) for place in at if force[place] > 1e-3 * force.max()][:6])
-    return np.pad(peaks, (0, 6 - len(peaks))) / peaks[0]
+    return np.asarray(np.pad(peaks, (0, 6 - len(peaks))) / peaks[0])
 
 
 def peak(y: Array) -> float:
@@ -305,7 +306,7 @@ LAWS: dict[str, Callable[[], Any]] = {
     "impulse": fit_impulse,
     "short": fit_short,
     "wall": fit_wall,
-    "leading": lambda: fitted(leading, np.log([LIGHTEST, 1.0, 1.3, 1.5, laws.HEAVIEST]), 14, 3e-8),
+    "leading": lambda: fitted(leading, np.log([LIGHTEST, 1.0, 1.3, 1.5, laws.HEAVIEST]).tolist(), 14, 3e-8),
     "later": fit_later,
     "rebound": fit_rebound,
     "damping": fit_damping,
