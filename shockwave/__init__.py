@@ -1,7 +1,6 @@
 """Prediction and simulation of solitary waves in granular crystals under shocks of finite rise and decay.
 
-The public names are listed in ``__init__.pyi``. Each is imported when it is first used, so that ``import shockwave`` is
-fast.
+Each public name is imported when it is first used, so that ``import shockwave`` is fast.
 """
 
 from __future__ import annotations
@@ -13,10 +12,56 @@ __version__ = "0.2.0.dev0"
 #: Name of the distribution; on the package index, the name ``shockwave`` belongs to another project.
 OWN_DISTRIBUTION = "granular-shockwave"
 
-with open(f"{__file__}i", encoding="utf-8") as _stub:
-    _imports = [line.split() for line in _stub if line.startswith("    from ")]
+# Public names by module; ``__init__.pyi`` states them to type checkers.
+_NAMES: dict[str, tuple[str, ...]] = {
+    "answers": ("compare", "predict", "simulate"),
+    "chain": ("Chain", "Material", "SolitaryWave"),
+    "chain.contact_law": ("ContactLaw", "PowerContact"),
+    "chain.damping": ("Dashpot", "KuwabaraKono", "Tsuji"),
+    "chain.ends": ("Wall",),
+    "chain.impact": ("Impact",),
+    "chain.laws": ("damped_decay", "striker_waves", "wall_factor"),
+    "chain.material": ("material",),
+    "chain.segments": ("Cell", "Segment", "Taper"),
+    "errors": (
+        "FileAccessError",
+        "InvalidValueError",
+        "NotCoveredError",
+        "NumericalError",
+        "PluginError",
+        "ScenarioError",
+        "ShockwaveError",
+        "UnknownNameError",
+        "UsageError",
+    ),
+    "fields": ("quantity",),
+    "limit": ("Limit", "Verdict"),
+    "measurement.chain_result": ("ChainResult",),
+    "measurement.result": ("SimulationResult",),
+    "measurement.simulate": ("simulate_many",),
+    "prediction.outcome": ("Outcome",),
+    "prediction.predictor": ("Predictor",),
+    "prediction.section4_outcome": ("EjectionOutcome", "SingleOutcome", "TrainOutcome"),
+    "profiles.base": ("ShockProfile",),
+    "profiles.exponential": ("Exponential",),
+    "profiles.power_law": ("PowerLaw",),
+    "profiles.shock": ("Shock",),
+    "profiles.tabulated": ("Tabulated",),
+    "profiles.triangular": ("Triangular",),
+    "scenario.loader": ("load_scenario",),
+    "scenario.scenario": ("Scenario",),
+    "studies.comparison": ("Comparison",),
+    "studies.curve": ("UniversalCurve",),
+    "studies.design_result": ("Design",),
+    "studies.design_search": ("design",),
+    "studies.uncertainty_result": ("Uncertainty",),
+    "studies.uncertainty_sampling": ("uncertainty",),
+    "sweep.report": ("SweepReport",),
+    "sweep.results": ("SweepResults", "load_sweep"),
+    "sweep.runner": ("run_sweep",),
+}
 # Public name -> its module.
-_HOMES = {words[-1]: words[1] for words in _imports}
+_HOMES = {name: f"shockwave.{module}" for module, names in _NAMES.items() for name in names}
 
 __all__ = sorted(_HOMES)
 

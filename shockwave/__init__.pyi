@@ -1,4 +1,4 @@
-"""Public names and their modules; `__init__.py` reads this file and imports a name when it is first used."""
+"""Public names and their modules, for type checkers; `__init__.py` imports a name when it is first used."""
 
 from typing import TYPE_CHECKING
 

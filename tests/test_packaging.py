@@ -74,6 +74,14 @@ def test_every_dependency_has_a_floor_and_the_tests_have_those_of_the_extras() -
     assert extras["test"].items() >= extras["plot"].items()
 
 
+def test_type_checkers_and_python_have_the_same_public_names() -> None:
+    stub = (ROOT / "shockwave" / "__init__.pyi").read_text(encoding="utf-8")
+    imports = re.findall(r"^    from (\S+) import (\w+) as (\w+)$", stub, re.MULTILINE)
+    assert {name: module for module, name, _ in imports} == sw._HOMES
+    assert [name for _, name, exported in imports if name != exported] == []
+    assert [name for name in sw.__all__ if getattr(sw, name, None) is None] == []
+
+
 def workflow() -> dict[str, Any]:
     """The jobs of the public forge."""
     document = yaml.safe_load((ROOT / ".github" / "workflows" / "ci.yml").read_text(encoding="utf-8"))
@@ -179,7 +187,7 @@ def test_a_wheel_without_compiled_code_serves_all_platforms(
     assert wheel.name.endswith("-py3-none-any.whl")
     names = zipfile.ZipFile(wheel).namelist()
     assert [name for name in names if name.endswith((".so", ".pyd"))] == []
-    assert "shockwave/__init__.pyi" in names  # read at run time
+    assert {"shockwave/__init__.pyi", "shockwave/py.typed"} <= set(names)
 
 
 @pytest.mark.slow
