@@ -1,4 +1,4 @@
-"""Configuration of Sphinx; the lists of materials, integrators, quadratures and models come from the registry.
+"""Configuration of Sphinx; the lists of materials, integrators, quadratures and contact laws come from the registry.
 
 The pages are built and read without a network: formulas become MathML, which browsers draw themselves, and the
 inventories of other projects are files of this folder.
@@ -99,14 +99,8 @@ def _public(_app: Sphinx, _name: str, _what: object, _options: object, bases: li
     bases[:] = [base for base in bases if not getattr(base, "__name__", "").startswith("_")] or [object]
 
 
-def _signature(_app: Sphinx, _what: str, name: str, *_: object) -> tuple[str, str] | None:
-    """Shorten the signature of the outcome of which the inherited types are names of another module."""
-    return ("(...)", "") if name == "shockwave.StrikerOutcome" else None
-
-
 def setup(app: Sphinx) -> None:
-    """Register the writer of formulas and the choices of bases and signatures."""
-    app.connect("autodoc-process-signature", _signature)
+    """Register the writer of formulas and the choice of bases."""
     app.connect("autodoc-process-bases", _public)
     app.add_html_math_renderer("mathml", (_formula, None), (_formula, None))
 
@@ -131,6 +125,5 @@ myst_substitutions = {
     "materials": _materials(),
     "integrators": _listed("integrators"),
     "quadratures": _listed("quadratures"),
-    "models": _listed("models"),
     "contacts": _listed("contacts"),
 }
