@@ -95,35 +95,6 @@ def newton_root(
     raise NumericalError(f"{what}: not found in {_MOST_ITERATIONS} steps between {lower:g} and {upper:g}")
 
 
-def newton_roots(
-    function: Callable[[npt.NDArray[np.float64]], tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]],
-    lower: npt.NDArray[np.float64],
-    upper: npt.NDArray[np.float64],
-    guess: npt.NDArray[np.float64],
-    what: str,
-) -> npt.NDArray[np.float64]:
-    """Find the roots of many functions, one for each element of the arrays, as `newton_root` does.
-
-    Raises
-    ------
-    NumericalError
-        If an iteration has not converged after 200 steps.
-    """
-    x, done = np.clip(guess, lower, upper), np.zeros(lower.shape, dtype=bool)
-    for count in range(1, _MOST_ITERATIONS):
-        with np.errstate(all="ignore"):
-            value, slope = function(x)
-            lower, upper = np.where(value > 0, lower, x), np.where(value > 0, x, upper)
-            found = x * np.exp(np.minimum(-value / slope, _LARGEST_STEP))
-        bisected = ~((lower <= found) & (found <= upper)) | (count % _NEWTON_STEPS == 0)
-        found = np.where(bisected, np.sqrt(lower) * np.sqrt(upper), found)
-        x, settled = np.where(done, x, found), np.abs(found - x) <= _SMALL_STEP * found
-        done |= settled
-        if done.all():
-            return x
-    raise NumericalError(f"{what}: not found in {_MOST_ITERATIONS} steps")
-
-
 def crossings(
     function: Callable[[float], float], points: Sequence[float], tolerance: Callable[[float], float] = lambda _: 0.0
 ) -> list[float]:

@@ -251,15 +251,6 @@ def limits(warnings: Iterable[str]) -> list[str]:
     return [alarm(line) for warning in warnings for line in paragraph("  ! ", warning, 4)]
 
 
-def range_text(bounds: tuple[float, float] | None) -> str:
-    """A range of relative errors, in percent unless it is far below, or that it is not known."""
-    if bounds is None or not all(map(math.isfinite, bounds)):
-        return "not known"
-    # more digits where these would show nothing
-    form = "+.1%" if max(map(abs, bounds)) >= 5e-4 else "+.1e"
-    return f"{bounds[0]:{form}} to {bounds[1]:{form}}"
-
-
 def error_text(error: float) -> str:
     """A relative error, to three digits or so."""
     if abs(error) < 5e-4:

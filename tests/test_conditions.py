@@ -11,7 +11,7 @@ import pytest
 
 from shockwave.errors import InvalidValueError
 from shockwave.profiles.base import Areas, ShockProfile
-from shockwave.profiles.conditions import conditions, reversal
+from shockwave.profiles.conditions import conditions
 from shockwave.profiles.exponential import Exponential
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.shock import Shock
@@ -60,19 +60,6 @@ def test_an_inequality_holds_within_the_error_of_the_areas() -> None:
     for error, holds in ((1e-6, True), (1e-7, False)):
         _, steep, _ = conditions(Areas(Integral(0.5 - 5e-7, error, 1, "exact"), decay), 3.0)
         assert steep.holds == holds
-
-
-@pytest.mark.parametrize(
-    ("forces", "share"),
-    [
-        pytest.param([0.0, 1.0, 0.5, 0.2, 0.0], 0.0, id="one-peak"),
-        pytest.param([0.0, 0.6, 0.4, 1.0, 0.0], 0.2, id="falls-in-the-rise"),
-        pytest.param([0.0, 1.0, 0.5, 0.8, 0.0], 0.3, id="rises-in-the-decay"),
-    ],
-)
-def test_a_force_that_reverses_is_measured_in_rise_and_decay(forces: list[float], share: float) -> None:
-    profile = Tabulated(times=[0.0, 1.0, 2.0, 3.0, 4.0], forces=forces)
-    assert reversal(profile) == pytest.approx(share, rel=1e-12)
 
 
 @pytest.mark.parametrize("quadrature", [None, "gauss-legendre", "tanh-sinh", "quadpack"])

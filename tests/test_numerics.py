@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-import numpy as np
-import numpy.typing as npt
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from shockwave.errors import NumericalError
-from shockwave.numerics import bracketed_root, newton_root, newton_roots
+from shockwave.numerics import bracketed_root, newton_root
 
 pytestmark = pytest.mark.numerical
 
@@ -96,13 +94,3 @@ def test_newtons_method_finds_a_root_at_an_end(root: float) -> None:
 def test_newtons_method_refuses_a_bracket_without_a_root(root: float, guess: float) -> None:
     with pytest.raises(NumericalError, match=r"^time of a wave: no change of sign between 0\.001 and 1000$"):
         newton_root(lambda x: (x - root, x), 1e-3, 1e3, guess, "time of a wave")
-
-
-def test_many_roots_are_those_of_each_alone() -> None:
-    powers, levels = np.array([0.2, 1.0, 5.0, 9.0]), np.array([1e-3, 2.0, 1e4, 1.0])
-
-    def function(x: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-        return x**powers - levels, powers * x**powers
-
-    found = newton_roots(function, np.full(4, 1e-16), np.full(4, 1e3), np.array([1.0, 0.0, 900.0, 1.0]), "x")
-    assert found == pytest.approx(levels ** (1 / powers), rel=4e-15, abs=0)

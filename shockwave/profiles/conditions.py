@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-import numpy as np
-import numpy.typing as npt
 from attrs import frozen
 
-from shockwave.profiles.base import Areas, ShockProfile
-from shockwave.profiles.guard import kept
+from shockwave.profiles.base import Areas
 
 #: A condition holds if its margin is at least -TOLERANCE * n: each row of the paper's Table 2 has one margin of zero.
 TOLERANCE = 1e-9
@@ -50,25 +45,3 @@ def conditions(areas: Areas, duration_ratio: float) -> tuple[Condition, ...]:
         Condition(name, text, margin if abs(margin) > tolerance else 0.0, margin >= -tolerance)
         for name, text, margin in margins
     )
-
-
-def hold(areas: Sequence[Areas], duration_ratios: Sequence[float]) -> npt.NDArray[np.bool_]:
-    """Whether all conditions (3) hold, for many profiles; shape (profiles,)."""
-    numbers = [(each.rise.value, each.decay.value, each.rise.error + each.decay.error) for each in areas]
-    (a1, a2, error), n = np.array(numbers).T, np.array(duration_ratios, dtype=float)
-    return np.asarray(np.minimum(np.minimum(a2 - a1, a1 - 0.5), (n - 1) / 2 - a2) >= -(TOLERANCE * n + error))
-
-
-@kept
-def reversal(profile: ShockProfile) -> float:
-    """Largest drop of the force during the rise, or largest increase during the decay, over the peak force.
-
-    It is zero for a shock with one peak. The force is sampled at the breakpoints and at 129 points each of rise and
-    decay.
-    """
-    n = profile.duration_ratio
-    points = np.sort(np.concatenate((profile.breakpoints, np.linspace(0, 1, 129), np.linspace(1, n, 129))))
-    rise, decay = profile.force(points[points <= 1]), profile.force(points[points >= 1])
-    falls = np.maximum.accumulate(rise) - rise
-    climbs = decay - np.minimum.accumulate(decay)
-    return float(max(falls.max(), climbs.max()))
