@@ -23,6 +23,7 @@ from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
 from shockwave.quadrature import FloatArray
 from shockwave.studies import curve as studied
 from shockwave.studies.curve import UniversalCurve, refined
+from support.pulse_families import Composed
 
 pytestmark = pytest.mark.numerical
 
