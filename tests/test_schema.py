@@ -193,7 +193,7 @@ def test_names_of_a_chain_are_read_in_any_case(name: str) -> None:
     assert found.chain == usual.chain
 
 
-@pytest.mark.parametrize("settings", ["momentum_coefficient: Paper", "model: MOMENTS"])
+@pytest.mark.parametrize("settings", ["momentum_coefficient: Paper", "model: SECTION-4"])
 def test_names_of_a_prediction_are_read_in_any_case(settings: str) -> None:
     text = f"chain: {{material: copper, radius: 1 mm}}\n{SHOCK}predict: {{{settings}}}\n"
     assert _faults(text) == []
