@@ -24,8 +24,9 @@ MODULES = [module for module in FILES if module != "shockwave"]
 #: Room -> its floor. A module may import from its own room and from those on lower floors.
 FLOORS = {name: -row for row, cells in enumerate(table("CONTRIBUTING.md", "rooms")) for name in code_in(cells[1])}
 FLOORS["__main__"] = 1
-A_PRIORI = {"prediction", "scenario"}
-DIRECT = {"simulation", "measurement"}
+#: Rooms of the engine, and modules that must not need them.
+ENGINE = {"simulation", "measurement"}
+WITHOUT_ENGINE = ("prediction.section4", "prediction.scaled_shock", "prediction.section4_outcome", "scenario")
 
 
 def room(module: str) -> str:
@@ -60,10 +61,18 @@ def test_no_files_import_each_other_in_a_cycle() -> None:
     TopologicalSorter({module: imports(module) for module in MODULES}).prepare()
 
 
-def test_columns_never_import_each_other() -> None:
-    for own, others in ((A_PRIORI, DIRECT), (DIRECT, A_PRIORI)):
-        for module in MODULES:
-            assert room(module) not in own or others.isdisjoint(map(room, imports(module))), module
+def test_section_4_and_the_engine_never_import_each_other() -> None:
+    apart = [module for module in MODULES if module.removeprefix("shockwave.").startswith(WITHOUT_ENGINE)]
+    assert {f"shockwave.{name}" for name in WITHOUT_ENGINE} <= set(apart)
+    for module in MODULES:
+        others = set(map(room, imports(module)))
+        assert module not in apart or ENGINE.isdisjoint(others), module
+        assert room(module) not in ENGINE or others.isdisjoint({"prediction", "scenario"}), module
+
+
+def test_only_the_predictor_asks_the_engine() -> None:
+    program = "import shockwave.prediction.outcome_text, shockwave.prediction.predictor"
+    assert {name for name in loaded(program) if name.startswith(COLUMN)} == set()
 
 
 def test_rooms_are_few_and_files_short() -> None:
@@ -109,9 +118,14 @@ FEATURES = (
     *(f"shockwave.measurement.{name}" for name in ("chain_result", "chain_s", "chain_text", "repeated_runs")),
     *(f"shockwave.simulation.{name}" for name in ("assembly", "chain_", "_chains", "general_")),
     "shockwave.scenario.chain_",
-    "shockwave.prediction.kernel_law",
 )
 OTHER_PROFILES = tuple(f"shockwave.profiles.{name}" for name in ("exponential", "triangular", "record"))
+
+
+def test_the_modules_that_must_not_load_exist() -> None:
+    own = (*COLUMN, *FEATURES, *OTHER_PROFILES, *(name for name in OUTPUT if name.startswith("shockwave")))
+    compiled = [f"shockwave.simulation.{name}" for name in ("_chains", "_compiled")]
+    assert [name for name in own if not any(each.startswith(name) for each in [*FILES, *compiled])] == []
 
 
 @pytest.mark.parametrize(
@@ -121,15 +135,16 @@ OTHER_PROFILES = tuple(f"shockwave.profiles.{name}" for name in ("exponential", 
         (HELP, ("numpy", "scipy", "pint", "yaml")),
         (command("list"), ("numpy", "scipy", "shockwave.profiles", "shockwave.chain")),
         (
-            command("predict", SCENE),
+            command("predict", "--model", "section-4", SCENE),
             (*COLUMN, *OTHER_PROFILES, *OUTPUT, *SLOW, *FEATURES, "shockwave.quadrature.gauss"),
         ),
         (command("simulate", SCENE), (*OUTPUT, *SLOW, *FEATURES)),
         ("import shockwave.pictures", ("matplotlib",)),
         (f"{IN_PYTHON}sw.simulate(shock, chain, rtol=1e-2)", ("shockwave.prediction", *FEATURES)),
-        (f"{IN_PYTHON}sw.Predictor(model='moments').predict(shock, chain)", (*COLUMN, "scipy")),
+        (f"{IN_PYTHON}sw.Predictor(model='section-4').predict(shock, chain)", (*COLUMN, "scipy")),
+        (f"{IN_PYTHON}sw.predict(shock, chain).peak_force", (*OUTPUT, *SLOW, *FEATURES)),
     ],
-    ids=["import", "help", "list", "predict", "simulate", "pictures", "simulate-in-python", "moments"],
+    ids=["import", "help", "list", "predict", "simulate", "pictures", "simulate-in-python", "paper", "best"],
 )
 def test_a_program_does_not_load(program: str, unwanted: tuple[str, ...]) -> None:
     assert {name for name in loaded(program) if name.startswith(unwanted)} == set()
