@@ -142,10 +142,10 @@ class UncertainScenes:
         rows = zip(*(column.tolist() for column in values.values()), strict=True)
         scenes = [self.family.scenario(dict(zip(values, row, strict=True))) for row in rows]
         results = varied_scenes.simulations(scenes, rtol, _LONGEST)
-        for result in results:
+        for scene, result in zip(scenes, results, strict=True):
             if self.scenario.limit is not None:
                 self.later = max(self.later, result.leaving.later)
-            for warning in result.wave_warnings:
+            for warning in varied_scenes.warnings_of(scene, result):
                 kind = varied_scenes.kind_of(warning)
                 first, count = self.warnings.get(kind, (warning, 0))
                 self.warnings[kind] = first, count + 1
@@ -162,14 +162,12 @@ class UncertainScenes:
             slopes.append([sampling.difference(ends[each.name], row, _STEP_RTOL * abs(row[0])) for row in heights])
         return slopes
 
-    def further_warnings(self, scenes: int) -> list[str]:
-        """Warnings of drawn scenes that the nominal scene does not have."""
-        own = {varied_scenes.kind_of(warning) for warning in self.nominal.wave_warnings}
-        return [
-            f"In {count} of {scenes} scenes: {first}"
-            for kind, (first, count) in self.warnings.items()
-            if kind not in own
-        ]
+    def all_warnings(self, count: int) -> list[str]:
+        """Warnings of the nominal scene, and those of other kinds of the ``count`` drawn scenes."""
+        warnings = varied_scenes.warnings_of(self.scenario, self.nominal)
+        kinds = {varied_scenes.kind_of(warning) for warning in warnings}
+        others = [each for kind, each in self.warnings.items() if kind not in kinds]
+        return [*warnings, *(f"In {share} of {count} scenes: {first}" for first, share in others)]
 
 
 def _result(scenes: UncertainScenes, draws: int, seed: int, rtol: float) -> Uncertainty:
@@ -177,7 +175,7 @@ def _result(scenes: UncertainScenes, draws: int, seed: int, rtol: float) -> Unce
     scenario, drawn, nominal = scenes.scenario, scenes.drawn, scenes.nominal
     points, outputs, errors = sampling.sampled(drawn, draws, seed, lambda values: scenes.evaluate(values, rtol))
     evaluations = draws * (len(drawn) + 2)
-    warnings, exceedance, decided = scenes.further_warnings(evaluations), None, None
+    warnings, exceedance, decided = scenes.all_warnings(evaluations), None, None
     if scenario.limit is not None:
         exceedance, decided = _judged(scenario.limit, nominal, outputs[:, -1, 0], float(errors[-1]), scenes.later)
     slopes, shares = scenes.slopes(), sampling.estimates(sampling.indices, outputs)
@@ -198,7 +196,7 @@ def _result(scenes: UncertainScenes, draws: int, seed: int, rtol: float) -> Unce
         evaluations=evaluations,
         parameters=tuple(map(_parameter, drawn)),
         quantities=tuple(statistics),
-        warnings=(*nominal.wave_warnings, *warnings, *notes, *sampling.cut_warnings(drawn)),
+        warnings=(*warnings, *notes, *sampling.cut_warnings(drawn)),
         exceedance=exceedance,
         verdict=decided,
         values=dict(zip([each.name for each in drawn], points, strict=True)),

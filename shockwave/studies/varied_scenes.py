@@ -218,6 +218,12 @@ def _too_long(scene: Scenario, longest: float) -> InvalidValueError | None:
     return InvalidValueError.of("shock", problem)
 
 
+def warnings_of(scene: Scenario, result: Any) -> tuple[str, ...]:
+    """Warnings of a simulation, without the notes of what was done with a record."""
+    notes = () if scene.impact is not None else scene.shock.profile.notes
+    return tuple(warning for warning in result.wave_warnings if warning not in notes)
+
+
 def kind_of(warning: str) -> str:
     """A warning without its numbers, in which those of several scenes differ."""
     return _NUMBER.sub("", warning)
