@@ -325,7 +325,7 @@ def test_progress_is_reported() -> None:
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "vary-unknown": ({"vary": "chain.radios"}, "vary: must be the dotted name of a key .* did you mean"),
     "vary-known": ({"vary": "radius"}, r"vary: .*known: chain.material, chain.diameter, (?!.*predict)"),
-    "vary-number": ({"vary": 5}, r"vary: must be the dotted name"),
+    "vary-list": ({"vary": ["chain.radius"]}, "vary: must be a name, or a mapping of names"),
     "vary-setting": ({"vary": "simulate.rtol"}, "vary: must be a number or a material of the chain or the shock"),
     "vary-nothing": ({"vary": {}, "between": None}, "vary: must be a name, or a mapping of names"),
     "vary-of-file": ({"vary": "chain.damping.time"}, r"vary: .*made in Python.* \(got chain\.damping\.time;"),

@@ -136,13 +136,13 @@ def _requirements(given: Any, kind: str, contacts: Sequence[int]) -> list[Requir
 
 def _parameters(scenario: Scenario, vary: Any, between: Any, among: Any) -> list[VariedParameter]:
     """The varied parameters, with their intervals or materials."""
+    if not vary or not isinstance(vary, str | Mapping):
+        rule = 'must be a name, or a mapping of names such as {"chain.radius": ("2 mm", "8 mm")}'
+        raise InvalidValueError.of("vary", f"{rule} (got {text_of(vary)})")
     if isinstance(vary, Mapping):
-        if not vary:
-            rule = 'must be a name, or a mapping of names such as {"chain.radius": ("2 mm", "8 mm")}'
-            raise InvalidValueError.of("vary", f"{rule} (got {text_of(vary)})")
         unused, ranges = {"between": between, "among": among}, vary
     else:
-        of_material = str(vary).endswith(MATERIALS)
+        of_material = vary.endswith(MATERIALS)
         unused = {"between": between} if of_material else {"among": among}
         ranges = {vary: among if of_material else between}
     for argument, value in unused.items():
