@@ -300,7 +300,7 @@ def test_the_text_has_the_answer_first_and_at_most_ten_rows() -> None:
     assert max(map(len, lines)) <= 80
     rule = next(index for index, line in enumerate(lines) if line.startswith("  ---"))
     assert len([line for line in lines[rule + 1 :] if " N" in line]) == 10
-    assert lines[-1] == "  (30 more rows; --wide shows all)"
+    assert lines[-1] == "  (31 more rows; --wide shows all)"
 
 
 def test_a_varied_peak_force_is_named_in_full_beside_that_of_the_wave() -> None:

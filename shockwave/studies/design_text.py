@@ -24,30 +24,38 @@ def text_of_design(design: Design) -> str:
         *limits(_kinds(design.warnings)),
         *facts(pair for pair in [*(_required(design) if best else []), *details] if pair[1]),
     ]
+    options = [*_first_options(design), *design.table]
     rows = [_row(design, option) for option in _shown_options(design)]
     if rows:
         spare = [name for name in reversed(rows[0]) if name not in (next(iter(rows[0])), "")]
         lines += ["", table(list(rows[0]), [list(row.values()) for row in rows], spare)]
-    hidden = len(design.table) - len(rows)
-    if rows and hidden > 0:
-        lines.append(f"  ({hidden} more rows; --wide shows all)")
+    if len(rows) < len(options):
+        lines.append(f"  ({len(options) - len(rows)} more rows; --wide shows all)")
     return "\n".join(lines)
 
 
 def _kinds(warnings: Sequence[str]) -> list[str]:
     """The first of the warnings that differ in numbers alone."""
-    return list({kind_of(warning): warning for warning in reversed(warnings)}.values())[::-1]
+    kinds: dict[str, str] = {}
+    for warning in warnings:
+        kinds.setdefault(kind_of(warning), warning)
+    return list(kinds.values())
+
+
+def _first_options(design: Design) -> list[Option]:
+    """Solutions that are not in the table."""
+    return [] if design.is_ranked or design.least is not None else list(design.solutions)
 
 
 def _shown_options(design: Design) -> list[Option]:
-    """Options of the table: the solutions of a number first, then the trade-off or the ranking."""
-    first = [] if design.is_ranked or design.least is not None else list(design.solutions)
-    if is_wide():
-        return [*first, *design.table]
-    first = first[:_MOST_ROWS]
-    left = min(_MOST_ROWS - len(first), len(design.table))
-    chosen = range(left) if design.is_ranked else evenly(len(design.table), left).tolist() if left else []
-    return [*first, *(design.table[index] for index in chosen)]
+    """Options of the printed table: the solutions of a number first, then the trade-off or the ranking."""
+    first, rest = _first_options(design), list(design.table)
+    if not is_wide():
+        first = first[:_MOST_ROWS]
+        left = min(_MOST_ROWS - len(first), len(rest))
+        chosen = range(left) if design.is_ranked else evenly(len(rest), left).tolist() if left else []
+        rest = [rest[index] for index in chosen]
+    return [*first, *rest]
 
 
 def _answer(design: Design) -> str:
@@ -62,9 +70,8 @@ def _answer(design: Design) -> str:
         (parameter,) = design.parameters
         ends = [[parameter.shown(end) for end in dict.fromkeys(both)] for both in design.intervals]
         spans = " or ".join(" to ".join(both) for both in ends)
-        return f"{design.varied} {spans} gives {wanted}" + f" (limits {values}, {simulated[1:]}" * bool(
-            design.solutions
-        )
+        limits_of = f" (limits {values}, {simulated[1:]}" if design.solutions else ""
+        return f"{design.varied} {spans} gives {wanted}{limits_of}"
     if design.reachable:
         return f"{design.varied} {values} gives {wanted} {simulated}"
     return f"no {design.varied} gives {wanted}; nearest {values} {simulated}"
