@@ -408,7 +408,7 @@ def test_the_command_prints_what_python_gives(capsys: pytest.CaptureFixture[str]
     document = json.loads(capsys.readouterr().out)
     result = sw.design(FILE, vary="chain.radius", between=("2 mm", "20 mm"), target="peak_force <= 60 N")
     assert document == json.loads(json.dumps(result.to_dict()))
-    assert document["requirements"] == [{"quantity": "peak_force", "sign": "<=", "value": 60.0}]
+    assert document["requirements"] == [{"quantity": "peak_force", "unit": "N", "sign": "<=", "value": 60.0}]
     assert document["solutions"][0]["quantities"]["peak_force"] == pytest.approx(60, rel=1e-6)
     assert [each["values"] for each in document["solutions"]] == [[document["intervals"][0][0]]]
 
