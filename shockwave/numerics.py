@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from itertools import pairwise
+from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
@@ -93,34 +92,6 @@ def newton_root(
                 return x
             raise NumericalError(f"{what}: no change of sign between {begin:g} and {end:g}")
     raise NumericalError(f"{what}: not found in {_MOST_ITERATIONS} steps between {lower:g} and {upper:g}")
-
-
-def crossings(
-    function: Callable[[float], float], points: Sequence[float], tolerance: Callable[[float], float] = lambda _: 0.0
-) -> list[float]:
-    """All zeros of ``function`` in ascending order.
-
-    Parameters
-    ----------
-    function : callable
-        Function of one number, monotone between the points.
-    points : sequence of float
-        Ends of its domain and its turning points, ascending.
-    tolerance : callable
-        Error of the function at x. A point where the function is zero within this error counts as a zero, unless there
-        is a crossing next to it; of two such neighbouring points the first one counts.
-    """
-    heights = [function(x) for x in points]
-    found: dict[int, float] = {}
-    for index, (low, high) in enumerate(pairwise(heights)):
-        if low * high < 0:
-            found[index] = bracketed_root(function, points[index], points[index + 1], "crossing")
-    touching: dict[int, float] = {}
-    for index, x in enumerate(points):
-        taken = index in found or index - 1 in found or index - 1 in touching
-        if not taken and abs(heights[index]) <= tolerance(x):
-            touching[index] = x
-    return sorted([*found.values(), *touching.values()])
 
 
 def product(left: npt.NDArray[np.float64], right: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

@@ -98,12 +98,6 @@ def yielding_of(
     return Yielding(first_yield_force=min(firsts), peak_ratio=max(ratios))
 
 
-def require_elastic(chain: Chain, peak_force: float) -> None:
-    """Raise InvalidValueError if the chain must be elastic, and a leading wave of this peak force [N] is beyond."""
-    if error := beyond_elastic(chain, lambda: yielding_of(chain, peak_force)):
-        raise error
-
-
 def beyond_elastic(chain: Chain, yielding: Callable[[], Yielding | None]) -> InvalidValueError | None:
     """Error of a result with forces beyond first yield, or of unknown yield strengths, if the chain must be elastic.
 

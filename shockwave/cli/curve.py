@@ -8,9 +8,9 @@ from argparse import Namespace
 from shockwave import pictures
 from shockwave.chain.chain import Scales
 from shockwave.cli.output import check_output, json_text, written
-from shockwave.cli.scenario_commands import loaded, located
+from shockwave.cli.scenario_commands import loaded
 from shockwave.studies.curve import UniversalCurve
-from shockwave.text import limits, strong
+from shockwave.text import limits, si, strong
 
 
 def curve(options: Namespace) -> int:
@@ -28,12 +28,13 @@ def curve(options: Namespace) -> int:
         pictures.save(figure, options.output)
         print(f"{options.output}: written", file=sys.stderr)
         return 0
-    answer: object = strong(f"t0/T0 = {ratio:.6g} is beyond the range of this curve (increase --longest)")
+    answer = f"t0/T0 = {ratio:.6g} is beyond the range of this curve (increase --longest)"
     if ratio <= universal.longest_rise_time:
-        with located(scenario):
-            answer = universal.answer(shock, chain)
+        error = float(universal.error(ratio))
+        amplification = si(float(universal.amplification(ratio)), "", error=error)
+        answer = f"amplification {amplification}, error {error:.0e}, at t0/T0 = {ratio:.6g}"
     notes = list(shock.profile.notes)
     if chain.count is not None:
         notes.append(f"the chain of {chain.count} granules is treated as endless")
-    print(answer, *limits(notes), "", universal, sep="\n")
+    print(strong(answer), *limits(notes), "", universal, sep="\n")
     return 0

@@ -13,13 +13,10 @@ from attrs import asdict, frozen
 from scipy.interpolate import CubicSpline
 
 from shockwave.chain.chain import Chain, Scales
-from shockwave.chain.coverage import covered
 from shockwave.chain.material import Material
-from shockwave.chain.yielding import require_elastic
 from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError
 from shockwave.fields import Quantity, text_of
 from shockwave.measurement.simulate import simulate_many
-from shockwave.numerics import crossings
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.shock import Shock
@@ -30,7 +27,6 @@ from shockwave.text import facts, si, strong, table
 
 _RTOL = Quantity("", "relative error allowed", at_least=1e-7, at_most=1e-2)
 _LONGEST = Quantity("", "longest duration n t0/T0", at_least=1e-3, at_most=1e3)
-_TARGET = Quantity("", "amplification", above=0)
 # A chain whose scales cancel in the amplification.
 _CHAIN = Chain(material=Material(youngs_modulus=1e9, poisson_ratio=0.3, density=1e3), radius=1e-3)
 # Exponent of t0/T0 in the amplification of an impulse.
@@ -54,40 +50,10 @@ _SIMULATION_RTOL = 0.03
 _ACCEPTED = 0.3
 # Stated error over the largest difference at the midpoints of an interval and its neighbours.
 _SAFETY = 3.0
-# Relative tolerance within which the integrals of equal shapes agree: records in other units differ by rounding.
-_SAME = 1e-8
 # Rows of the printed table.
 _ROWS = 4
 # Characters of the profile in the text: two lines.
 _MOST_CHARACTERS = 110
-
-
-@frozen(kw_only=True)
-class CurveAnswer:
-    """Answer of a universal curve for one shock on one chain.
-
-    Attributes
-    ----------
-    peak_force : float
-        Peak force of the leading wave [N].
-    amplification : float
-        Peak force of the leading wave over that of the shock.
-    error : float
-        Estimate of the relative error of both.
-    rise_time : float
-        t0/T0.
-    """
-
-    peak_force: float
-    amplification: float
-    error: float
-    rise_time: float
-
-    def __str__(self) -> str:
-        amplification = si(self.amplification, "", error=self.error)
-        force = si(self.peak_force, "N", error=self.error)
-        accuracy = f"error {self.error:.0e} (t0/T0 = {self.rise_time:.6g})"
-        return strong(f"amplification {amplification}, peak force {force}, {accuracy}")
 
 
 @frozen(kw_only=True)
@@ -198,43 +164,6 @@ class UniversalCurve(Result):
         starts = [point.rise_time for point in self.points]
         return np.array(errors)[np.searchsorted(starts, self._checked(rise_time), side="right")]
 
-    def answer(self, shock: Shock, chain: Chain) -> CurveAnswer:
-        """Peak force of the leading wave of ``shock`` on ``chain``, which is treated as endless.
-
-        Raises
-        ------
-        NotCoveredError
-            If the scene has features beyond shocks on equal granules with free ends.
-        InvalidValueError
-            If the shock has another shape, or is longer than the curve covers, or if the chain must be elastic and the
-            wave is beyond first yield.
-        """
-        chain = covered(chain, shock, "the universal curve")
-        if not _same_shape(shock.profile, self.profile):
-            rule = f"must have the shape {text_of(self.profile)}"
-            raise InvalidValueError.of("profile", f"{rule} (got {text_of(shock.profile)})")
-        ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
-        value = float(self.amplification(ratio))
-        force = value * shock.peak_force
-        require_elastic(chain, force)
-        return CurveAnswer(peak_force=force, amplification=value, error=float(self.error(ratio)), rise_time=ratio)
-
-    def solve(self, amplification: float) -> tuple[float, ...]:
-        """All t0/T0 with this amplification, ascending; an empty tuple if it is out of reach.
-
-        Raises
-        ------
-        InvalidValueError
-            If it is not a finite number above 0.
-        """
-        target = _TARGET.checked("amplification", amplification)
-        places = self._landmarks.tolist()
-        solutions = crossings(lambda ratio: math.log(self.amplification(ratio) / target), places)
-        shortest = float(self.amplification(places[0]))
-        if target < shortest:
-            solutions.insert(0, places[0] * (target / shortest) ** (1 / _IMPULSE_POWER))
-        return tuple(solutions)
-
     def to_dict(self) -> dict[str, Any]:
         """The document that ``shockwave curve -o FILE.json`` writes."""
         document = {"profile": str(self.profile), "rtol": self.rtol, "longest": self.longest}
@@ -279,15 +208,6 @@ def _row(point: CurvePoint) -> tuple[str, str, str]:
     section4 = point.section4_amplification
     by_section4 = "-" if section4 is None else si(section4, "", 4)
     return si(point.rise_time, "", 4), si(point.amplification, "", 4), by_section4
-
-
-def _same_shape(profile: ShockProfile, other: ShockProfile) -> bool:
-    """Whether duration, area and double integral of two profiles agree."""
-    first, second = (
-        (float(each.duration_ratio), float(each.total_area), float(each.double_integral(each.duration_ratio)))
-        for each in (profile, other)
-    )
-    return bool(np.allclose(first, second, rtol=_SAME, atol=0))
 
 
 def _simulated_points(profile: ShockProfile, rtol: float, longest: float) -> tuple[CurvePoint, ...]:
