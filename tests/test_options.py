@@ -86,7 +86,7 @@ def test_result_states_the_settings_that_were_omitted() -> None:
 # ---------------------------------------------------------------- every method
 
 INTEGRATORS = [
-    pytest.param(entry.name, marks=[pytest.mark.slow] * (entry.name in ("radau", "verlet")))
+    pytest.param(entry.name, marks=[pytest.mark.slow] * (entry.name in ("radau", "rk4", "verlet")))
     for entry in entries("integrators")
 ]
 

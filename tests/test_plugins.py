@@ -373,11 +373,13 @@ def test_the_check_imports_each_plugin_in_its_own_process(
     place: str, install: Install, capsys: pytest.CaptureFixture[str]
 ) -> None:
     sound = {"hooks": SOUND_HOOKS, "pulse": PULSE}
-    for name, (code, _) in CHECKED.items():
+    # a process is started for each; both modules are imported by the same code
+    checked = CHECKED if place == "hooks" else {name: CHECKED[name] for name in ("sound", "raises", "leaves")}
+    for name, (code, _) in checked.items():
         install(f"x-{name}", **{place: f"{code}\n{sound[place]}"})
     assert main(["list", "plugins", "--check", "--json"]) == 4
     found = {row["name"].removeprefix("x-"): row for row in json.loads(capsys.readouterr().out)}
-    for name, (_, problem) in CHECKED.items():
+    for name, (_, problem) in checked.items():
         assert problem in (found[name]["problem"] or "")
         assert bool(found[name]["problem"]) == bool(problem)
     assert found["sound"]["entries"] == [{"kind": "profiles", "name": "x-sound"}]
