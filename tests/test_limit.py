@@ -210,7 +210,7 @@ def test_uncertain_finite_chains_are_judged_by_the_force_that_leaves_them(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for more, force in (("", "force at the last contact"), (", end: {wall: same}", "force on the wall")):
-        file = written(tmp_path, f", granules: 6{more}", UNCERTAIN)
+        file = written(tmp_path, f", granules: 6{more}", "uncertainty: {shock.peak_force: 10 %}")
         assert cli.main(["uncertainty", file, "--draws", "256", "--limit", "1 N", "--json"]) == 0
         found = json.loads(capsys.readouterr().out)
         assert found["exceedance"] == {"limit": 1.0, "probability": 1.0, "low": 1 - 3 / 256, "high": 1.0}
@@ -246,8 +246,8 @@ def test_a_force_without_a_limit_along_the_chain_leaves_the_verdict_open(
 
 
 def test_a_wave_that_has_not_arrived_leaves_the_verdict_open(tmp_path: Path) -> None:
-    more = "simulate: {until: 50 us}\nuncertainty: {shock.peak_force: 5 %, shock.rise_time: 5 %}"
-    scene = sw.load_scenario(written(tmp_path, ", granules: 30, end: {wall: same}", more))
+    more = "simulate: {until: 15 us}\nuncertainty: {shock.peak_force: 5 %, shock.rise_time: 5 %}"
+    scene = sw.load_scenario(written(tmp_path, ", granules: 8, end: {wall: same}", more))
     found = sw.uncertainty(scene, draws=256, limit=sw.Limit(force=60.0))
     assert found.verdict is not None
     assert found.verdict.decision == "undecided"
