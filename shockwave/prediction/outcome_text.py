@@ -58,10 +58,12 @@ def lead_text(outcome: Outcome) -> str:
         return f"force on the wall {_peak(outcome.transmitted)}"
     if outcome.simulation is None:
         return f"leading wave {si(outcome.peak_force or 0.0, 'N', error=SHOWN_ERROR)} by section 4, error not known"
+    top = outcome.greatest_force if outcome.peak_force is None or outcome.chain.count is not None else None
+    if top is not None:
+        return f"greatest force {_peak(top)}, at contact {top.contact}"
     if outcome.peak_force is not None:
         return f"leading wave {force_text(outcome.peak_force, outcome.low, outcome.high)}"
-    top = outcome.greatest_force
-    return f"no answer: {outcome.reason}" if top is None else f"greatest force {_peak(top)}"
+    return f"no answer: {outcome.reason}"
 
 
 def force_text(force: float, low: float | None, high: float | None) -> str:
@@ -81,9 +83,11 @@ def _peak(peak: Any) -> str:
 
 def _forces(outcome: Outcome) -> Iterator[tuple[str, str]]:
     """Labels and texts of the forces beside the first one."""
-    top, ratio = outcome.greatest_force if outcome.peak_force is None else None, outcome.amplification
-    if outcome.transmitted is not None and top is not None and top.peak_force > outcome.transmitted.peak_force:
+    top, ratio = outcome.greatest_force if outcome.transmitted is not None else None, outcome.amplification
+    if top is not None and outcome.transmitted is not None and top.peak_force > outcome.transmitted.peak_force:
         yield "greatest force", f"{_peak(top)}, at contact {top.contact}"
+    if outcome.peak_force is not None and outcome.simulation is not None and outcome.chain.count is not None:
+        yield "leading wave", force_text(outcome.peak_force, outcome.low, outcome.high)
     if ratio is not None and outcome.relation is not None:
         error = SHOWN_ERROR if outcome.low is None or not outcome.peak_force else 1 - outcome.low / outcome.peak_force
         digits = min(significant_digits(ratio, error), 5)
