@@ -273,14 +273,16 @@ class Outcome(Result):
     def warnings(self) -> tuple[str, ...]:
         """Sentences on what limits the first numbers."""
         result = self.simulated
+        beyond = self.yielding.warnings if self.yielding else ()
         if result is not None:
-            sentences = result.warnings if result.peak_force is not None else result.wave_warnings
+            # those of the train limit no first number
+            sentences = dict.fromkeys((*result.warnings, *beyond))
             return tuple(sentence for sentence in sentences if sentence not in self.notes)
         usual = unusual_warnings(self.excitation, self.chain)
         if self.simulation is not None:
             return usual
         fails = () if self._paper.holds else (_FAILS,)
-        return (*usual, *fails, *self._paper.warnings, *(self.yielding.warnings if self.yielding else ()))
+        return (*usual, *fails, *self._paper.warnings, *beyond)
 
     @property
     def scene(self) -> Scene | ChainScene:
