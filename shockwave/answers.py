@@ -143,11 +143,10 @@ def compare(
     predictor, options = _settings(scenario, {**settings, "model": "section-4"})
     if scenario is None:
         compared = comparison.compare(cast("Shock", scene), cast("Chain", chain), predictor, options)
-        return cast("Comparison", _limited(compared, limit))
+        return evolve(compared, simulated=_limited(compared.simulated, limit))
     compared = comparison.compare(scenario.excitation, scenario.chain, predictor, options, scenario.place)
-    about = {"scenario": scenario.name, "limit": scenario.limit}
-    compared = evolve(compared, simulated=evolve(compared.simulated, **about), published=scenario.published)
-    return cast("Comparison", _limited(compared, limit))
+    simulated = evolve(compared.simulated, scenario=scenario.name, limit=scenario.limit)
+    return evolve(compared, simulated=_limited(simulated, limit), published=scenario.published)
 
 
 def _limited(result: Any, limit: Limit | float | str | None) -> Any:

@@ -45,7 +45,7 @@ class Limit:
         InvalidValueError
             If it is neither.
         """
-        if not (hasattr(result, "limit") and hasattr(result, "verdict")):
+        if not (hasattr(result, "verdict") and "limit" in attrs.fields_dict(type(result))):
             problem = f"must be the result of a prediction or a simulation (got {text_of(result)})"
             raise InvalidValueError.of("result", problem)
         found: Verdict = evolve(result, limit=self).verdict
