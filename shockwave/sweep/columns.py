@@ -52,9 +52,10 @@ class Answer(NamedTuple):
 
     @property
     def verdict(self) -> Verdict | None:
-        """Verdict on the limit, by simulation if there is one."""
-        judged = self.simulated or self.predicted
-        return None if judged is None else judged.verdict
+        """Verdict on the limit, of the engine if it has run."""
+        if self.predicted is not None and (self.simulated is None or self.predicted.simulation is not None):
+            return self.predicted.verdict
+        return None if self.simulated is None else self.simulated.verdict
 
     @property
     def notes(self) -> str | None:

@@ -146,7 +146,8 @@ class Points:
         """Outcomes of section 4 by point number; None where it does not cover the scene."""
         outcomes: dict[int, _Predicted] = {}
         for index, scene in scenes.items():
-            (outcome,) = scene.predictor.predict_many([scene.excitation], [scene.chain])
+            section4 = evolve(scene.predictor, model="section-4")
+            (outcome,) = section4.predict_many([scene.excitation], [scene.chain])
             outcomes[index] = None if isinstance(outcome, NotCoveredError) else outcome
         return outcomes
 
