@@ -232,5 +232,5 @@ def test_a_fit_of_undeclared_jumps_terminates_and_its_error_covers_them(rate: fl
     assert profile.points <= 1024 * 18 * 33
 
 
-def test_a_prediction_computes_no_table() -> None:
-    assert "shockwave.profiles.free_path" not in loaded(command("predict", SCENE))
+def test_section_4_alone_computes_no_table() -> None:
+    assert "shockwave.profiles.free_path" not in loaded(command("predict", SCENE, "--model", "section-4"))

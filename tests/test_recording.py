@@ -64,7 +64,7 @@ def test_a_recording_ends_after_the_last_contact_or_the_measurement_of_the_leadi
     assert recording_of(result()).times[-1] > result().passages[-1].arrival_time
     found = sw.simulate(SHOCK, CHAIN, rtol=1e-4, waves="primary", record=["energies"])
     assert recording_of(found).times[-1] > found.primary.arrival_time
-    assert "recorded          energies: " in str(found)
+    assert "recorded          energies: " in found.text("verbose")
 
 
 def test_interval_and_end_are_those_that_are_given_and_change_no_sample() -> None:

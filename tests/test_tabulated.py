@@ -304,8 +304,13 @@ def test_pulling_forces_are_simulated_and_refused_by_formulas():
     assert [peak.peak_force for peak in found.contacts] == pytest.approx(reference, rel=1e-5)  # that of its samples
     assert found.recoil_momentum is not None
     assert found.recoil_momentum < 0
+    endless = Chain(material=PAPER_STEEL, radius=5e-3)
+    outcome = Predictor().predict(shock, endless)
+    assert outcome.peak_force == simulate(shock, endless).peak_force > 0
+    assert outcome.section4 is None
+    assert "section 4, which covers no negative forces" in outcome.section4_reason
     for refused in (
-        lambda: Predictor().predict(shock, Chain(material=PAPER_STEEL, radius=5e-3)),
+        lambda: Predictor(model="section-4").predict(shock, endless),
         lambda: UniversalCurve(shock.profile),
     ):
         with pytest.raises(InvalidValueError, match=r"covers? no negative forces"):
