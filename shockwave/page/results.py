@@ -41,7 +41,7 @@ class Findings:
     scenario : Scenario
         The scenario.
     predicted : Outcome or None
-        The prediction by section 4; None if it failed or does not cover the chain.
+        The prediction by section 4; None if it failed or does not cover the scene.
     simulated : SimulationResult, ChainResult or None
         The simulation, with histories unless the shock is too long; None if it failed.
     comparison : Comparison or None
@@ -53,7 +53,7 @@ class Findings:
     text : str
         Text of the scenario file.
     reason : str
-        Reason why there is no prediction, or an empty string.
+        Features that section 4 does not cover, or an empty string.
     exit_code : int
         Greatest exit status of the failures; 0 without one.
     """
@@ -97,7 +97,6 @@ def findings(scenario: Scenario) -> Findings:
     except NotCoveredError as error:
         reason = f"it does not cover {listed([fault.path for fault in error.faults], 'and')}"
     except ShockwaveError as error:
-        reason = str(error)
         failures[f"The prediction failed: {scenario.located(error)}."] = error.exit_code
     simulate = _simulate_chain if equal is None else _simulate
     simulated = _attempt(failures, "The simulation failed", simulate, scenario)
