@@ -60,10 +60,8 @@ def predict(
     if scenario is None:
         outcome = predictor.predict(cast("Shock | Impact", scene), cast("Chain", chain), options)
         return cast("Outcome", _limited(outcome, limit))
-    try:
+    with scenario.locating():
         outcome = predictor.predict(scenario.excitation, scenario.chain, options)
-    except InvalidValueError as error:
-        raise scenario.located(error) from None
     outcome = evolve(outcome, scenario=scenario.name, limit=scenario.limit, place=scenario.place)
     return cast("Outcome", _limited(outcome, limit))
 
@@ -103,7 +101,8 @@ def simulate(
     Raises
     ------
     InvalidValueError, UnknownNameError
-        If a setting is out of range or not used by the method, or a name is unknown.
+        If a setting is out of range or not used by the method, or a name is unknown; faults of a scenario are located
+        in its file.
     NumericalError
         If the integrator fails, no wave forms, the shock is too long, or the time limit is reached.
     ShockwaveError
@@ -115,7 +114,8 @@ def simulate(
     scenario = _scenario(scene, chain)
     if scenario is None:
         return _limited(simulate_with(_options_of(options), cast("Shock", scene), cast("Chain", chain)), limit)
-    result = simulate_with(_options(scenario, options), scenario.excitation, scenario.chain)
+    with scenario.locating():
+        result = simulate_with(_options(scenario, options), scenario.excitation, scenario.chain)
     return _limited(evolve(result, scenario=scenario.name, limit=scenario.limit), limit)
 
 
@@ -144,7 +144,8 @@ def compare(
     if scenario is None:
         compared = comparison.compare(cast("Shock", scene), cast("Chain", chain), predictor, options)
         return evolve(compared, simulated=_limited(compared.simulated, limit))
-    compared = comparison.compare(scenario.excitation, scenario.chain, predictor, options, scenario.place)
+    with scenario.locating():
+        compared = comparison.compare(scenario.excitation, scenario.chain, predictor, options, scenario.place)
     simulated = evolve(compared.simulated, scenario=scenario.name, limit=scenario.limit)
     return evolve(compared, simulated=_limited(simulated, limit), published=scenario.published)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from attrs import evolve
 
 from shockwave.cli.output import check_output, of_arguments, print_result
-from shockwave.cli.scenario_commands import loaded, located
+from shockwave.cli.scenario_commands import loaded
 from shockwave.errors import InvalidValueError, ScenarioError, UnknownNameError, UsageError
 from shockwave.fields import listed
 from shockwave.scenario.block_keys import MATERIALS
@@ -29,7 +29,7 @@ def design(options: argparse.Namespace) -> int:
     vary = _varied(options)
     (scenario,) = loaded([options.file], _SWEPT, options.output)
     try:
-        with of_arguments(options), located(scenario):
+        with of_arguments(options), scenario.locating():
             result = run(
                 scenario,
                 **vary,
@@ -91,7 +91,7 @@ def uncertainty(options: argparse.Namespace) -> int:
 
     (scenario,) = loaded([options.file], _SWEPT)
     try:
-        with of_arguments(options), located(scenario):
+        with of_arguments(options), scenario.locating():
             result = run(scenario, draws=options.draws, seed=options.seed, rtol=options.rtol, limit=options.limit)
     except InvalidValueError as error:
         # errors of the block are errors of the file

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +12,7 @@ from attrs import asdict, evolve
 
 from shockwave import answers
 from shockwave.cli.output import check_output, failure, json_text, load_matplotlib, written
-from shockwave.errors import Fault, InvalidValueError, ShockwaveError, UnknownNameError, UsageError
+from shockwave.errors import Fault, ShockwaveError, UnknownNameError, UsageError
 from shockwave.files import refuse_inputs
 from shockwave.plausibility import unusual
 from shockwave.prediction.outcome_text import SHOWN_ERROR
@@ -62,15 +61,6 @@ def loaded(files: Sequence[str], remedy: str = "", output: str | None = None) ->
     if output:
         refuse_inputs(output, (file for scenario in scenarios for file in scenario.files))
     return scenarios
-
-
-@contextmanager
-def located(scenario: Scenario) -> Iterator[None]:
-    """Report an invalid value with its place in the file."""
-    try:
-        yield
-    except InvalidValueError as error:
-        raise scenario.located(error) from None
 
 
 def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any], _Row], legend: str = "") -> int:

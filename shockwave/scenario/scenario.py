@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -119,6 +121,14 @@ class Scenario:
         if self.document is None or not isinstance(error, InvalidValueError):
             return error
         return type(error)(map(self.place, error.faults))
+
+    @contextmanager
+    def locating(self) -> Iterator[None]:
+        """Report an invalid value with its place in the document."""
+        try:
+            yield
+        except InvalidValueError as error:
+            raise self.located(error) from None
 
     def place(self, fault: Fault) -> Fault:
         """``fault`` with its place in the document, if its path, alone or below ``shock``, begins with a key there."""
