@@ -21,7 +21,17 @@ _TIME_DIGITS = 5
 
 def chain_text(result: ChainResult) -> str:
     """The greatest force with its contact, time and error, the force on the wall; on request everything."""
+    return brief(chain_head(result), result_limits(result), chain_lines(result))
+
+
+def chain_head(result: ChainResult) -> list[str]:
+    """Lines of the greatest force and the verdict."""
     name = f"{result.scenario}: " if result.scenario else ""
+    return [strong(f"{name}{chain_lead(result)}"), *facts(verdict_facts(result))]
+
+
+def chain_lines(result: ChainResult) -> list[str]:
+    """Lines of the force on the wall, the striker and other results; on request everything."""
     lines = facts(chain_answer(result))
     if detail() is Detail.VERBOSE or result.options.contacts:
         contacts = _shortened(_CONTACTS, result.contacts, lambda peak: _row(peak, place_of(result, peak.contact)))
@@ -30,7 +40,7 @@ def chain_text(result: ChainResult) -> str:
         lines += [*_energies(result), ""]
         lines += facts([*chain_balances(result), *work_details(result), *result.scene.facts()])
         lines += notes(result.scene.notes)
-    return brief([strong(f"{name}{chain_lead(result)}"), *facts(verdict_facts(result))], result_limits(result), lines)
+    return lines
 
 
 def chain_lead(result: ChainResult) -> str:

@@ -25,7 +25,17 @@ _FEW = 3
 
 def result_text(result: SimulationResult) -> str:
     """The peak force with its error estimate, waves and rebounding granules; on request balances, cost and scene."""
+    return brief(result_head(result), result_limits(result), result_lines(result))
+
+
+def result_head(result: SimulationResult) -> list[str]:
+    """Lines of the peak force and the verdict."""
     name = f"{result.scenario}: " if result.scenario else ""
+    return [strong(f"{name}{lead_text(result)}"), *facts(verdict_facts(result))]
+
+
+def result_lines(result: SimulationResult) -> list[str]:
+    """Lines of waves and rebounding granules; on request balances, cost and scene."""
     leading = [("leading wave", peak_text(result))] if greatest_text(result) else []
     lines = facts([*leading, *result_answer(result)])
     if detail() is Detail.VERBOSE:
@@ -33,7 +43,7 @@ def result_text(result: SimulationResult) -> str:
         lines += notes(result.scene.notes)
     elif result.passages:
         lines += ["", *passage_table(result).split("\n")]
-    return brief([strong(f"{name}{lead_text(result)}"), *facts(verdict_facts(result))], result_limits(result), lines)
+    return lines
 
 
 def lead_text(result: SimulationResult) -> str:

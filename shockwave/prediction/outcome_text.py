@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
+from shockwave.errors import Fault
 from shockwave.limit import verdict_facts
 from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.scaled_shock import Inequality
@@ -98,10 +99,7 @@ def _section4(outcome: Outcome) -> Iterator[tuple[str, str]]:
     """Labels and texts of what section 4 says, with its actual error."""
     paper = outcome.section4
     if paper is None:
-        features = (
-            f"{fault.path} ({fault.problem.rpartition('(got ')[2].rstrip(')')})" for fault in outcome.section4_faults
-        )
-        yield "section 4", f"does not apply, because of {', '.join(features)}"
+        yield "section 4", f"does not apply, because of {features_text(outcome.section4_faults)}"
         return
     holds = "conditions (3) hold" if paper.holds else alarm("conditions (3) fail")
     if outcome.simulation is not None:
@@ -110,6 +108,11 @@ def _section4(outcome: Outcome) -> Iterator[tuple[str, str]]:
     yield "regime", regime_text(paper) + ("" if outcome.simulation is not None else f"; {holds}")
     if isinstance(paper, EjectionOutcome):
         yield "ejection", ejection_text(paper)
+
+
+def features_text(faults: Iterable[Fault]) -> str:
+    """Features of a scene that section 4 does not cover."""
+    return ", ".join(f"{fault.path} ({fault.problem.rpartition('(got ')[2].rstrip(')')})" for fault in faults)
 
 
 def regime_text(paper: Section4Outcome) -> str:

@@ -81,15 +81,15 @@ class Comparison(Result):
         Relative difference up to which peak forces are called equal.
     published : Published or None
         Figures printed in a source for the same scene.
-    reason : str or None
-        Reason why there is no prediction.
+    faults : tuple of Fault
+        Features of the scene that section 4 does not cover.
     """
 
     predicted: Outcome | None
     simulated: Any
     equal_tolerance: float = field(default=0.05, repr=False)
     published: Published | None = None
-    reason: str | None = None
+    faults: tuple[Fault, ...] = ()
 
     _brief = (
         *("simulated.scenario", "simulated.peak_force", "greatest_force.peak_force"),
@@ -101,6 +101,11 @@ class Comparison(Result):
     def _paper(self) -> Section4Outcome | None:
         """Section 4, where the simulation has a leading wave to compare it with."""
         return None if self.predicted is None or self.simulated.peak_force is None else self.predicted.section4
+
+    @property
+    def reason(self) -> str | None:
+        """Reason why there is no prediction; None where there is one."""
+        return "\n".join(map(str, self.faults)) or None
 
     @property
     def scenario(self) -> str | None:
@@ -264,12 +269,13 @@ def compare(
     place : callable
         Function that adds the place in a file to a fault.
     """
-    predicted, reason = None, None
+    predicted: Outcome | None = None
+    faults: tuple[Fault, ...] = ()
     try:
         predicted = predictor.predict(shock, chain)
     except NotCoveredError as error:
-        reason = str(NotCoveredError(map(place, error.faults)))
+        faults = tuple(map(place, error.faults))
     simulated = simulate_with(options, shock, chain)
     return Comparison(
-        predicted=predicted, simulated=simulated, equal_tolerance=predictor.equal_tolerance, reason=reason
+        predicted=predicted, simulated=simulated, equal_tolerance=predictor.equal_tolerance, faults=faults
     )

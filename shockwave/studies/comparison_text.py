@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 from shockwave.limit import verdict_facts
-from shockwave.measurement.result_text import lead_text, result_details, wave_tables
+from shockwave.measurement.chain_text import chain_head, chain_lines
+from shockwave.measurement.result_text import lead_text, result_details, result_head, result_lines, wave_tables
 from shockwave.prediction.outcome_text import (
     SHOWN_ERROR,
     decision_lines,
     exponents_text,
+    features_text,
     wave_table,
 )
 from shockwave.prediction.section4_outcome import EjectionOutcome, Section4Outcome
@@ -27,7 +30,7 @@ def comparison_text(both: Comparison) -> str:
     """The simulated peak force, and the score of each promise."""
     paper = None if both.predicted is None else both.predicted.section4
     if paper is None or both.simulated.peak_force is None:
-        return "\n".join([str(both.simulated), *paragraph("  section 4 does not apply: ", both.reason or "", 4)])
+        return _simulated(both)
     name = f"{both.scenario}: " if both.scenario else ""
     lines = table(("section 4", "predicted", "simulated", "error"), _scores(both, paper)).split("\n")
     if both.published is not None:
@@ -40,6 +43,14 @@ def comparison_text(both: Comparison) -> str:
         lines += notes(both.simulated.scene.notes)
     answer = [strong(f"{name}simulated {lead_text(both.simulated)}"), *facts(verdict_facts(both))]
     return brief(answer, both.warnings, lines)
+
+
+def _simulated(both: Comparison) -> str:
+    """The simulation alone, with the features that section 4 does not cover."""
+    result: Any = both.simulated
+    head, lines = (chain_head, chain_lines) if result.peak_force is None else (result_head, result_lines)
+    features = paragraph("  section 4 does not apply: ", features_text(both.faults), 4)
+    return brief(head(result), both.warnings, [*features, *lines(result)])
 
 
 def _scores(both: Comparison, paper: Section4Outcome) -> Iterator[tuple[str, str, str, str]]:
