@@ -167,6 +167,11 @@ class Outcome(Result):
         return peak
 
     @property
+    def contacts(self) -> tuple[ContactPeak, ...]:
+        """Greatest forces at the contacts, as of a simulation."""
+        return self._read("contacts") or ()
+
+    @property
     def transmitted(self) -> Transmitted | None:
         """Force on the wall; None without a wall."""
         force: Transmitted | None = self._read("transmitted")
@@ -293,7 +298,7 @@ class Outcome(Result):
         return ChainScene.of(shock, self.chain)
 
     _brief = ("scenario", "model", "limit.force")
-    _tables = (("waves", "wave"), ("conditions", "condition"))
+    _tables = (("waves", "wave"), ("conditions", "condition"), ("contacts", "contact"))
 
     def to_dict(self) -> dict[str, Any]:
         """Document printed by ``predict --json``: SI floats, no NaN."""

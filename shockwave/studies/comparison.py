@@ -93,7 +93,7 @@ class Comparison(Result):
 
     _brief = (
         *("simulated.scenario", "simulated.peak_force", "greatest_force.peak_force"),
-        *("predicted.peak_force", "errors.peak_force", "relation"),
+        *("predicted.peak_force", "relation"),
     )
     _tables = (("waves", "wave"),)
 
