@@ -35,7 +35,7 @@ SPREADS = {"shock.peak_force": "5 %", "chain.radius": "2 %"}
 MAKERS: dict[str, Any] = {
     "outcome": lambda: sw.predict(CASE_B, CHAIN),
     "striker": lambda: sw.predict(ROOT / "profiles" / "chains" / "striker.yaml"),
-    "predictions": lambda: sw.Predictor().predict_many([CASE_B, CASE_B], CHAIN),
+    "section 4": lambda: sw.predict(CASE_B, CHAIN, model="section-4").section4,
     "simulation": lambda: sw.simulate(CASE_B, CHAIN, rtol=1e-4, contacts=[5, 9], record=["forces", "field"]),
     "chain": lambda: sw.simulate(CASE_B, WALLED, rtol=1e-4),
     "comparison": lambda: sw.compare(CASE_B, CHAIN, rtol=1e-4),
@@ -96,10 +96,18 @@ def test_the_repr_is_one_short_line(kind: str) -> None:
     assert len(shown) < 220
 
 
-def test_the_repr_of_a_simulation_does_not_integrate_the_train() -> None:
-    result = sw.simulate(CASE_B, CHAIN, rtol=1e-4)
-    assert "peak_force=" in repr(result)
-    assert "train" not in vars(result)
+def test_a_repr_does_not_integrate_the_train() -> None:
+    for result in (sw.simulate(CASE_B, CHAIN, rtol=1e-4), sw.compare(CASE_B, CHAIN, rtol=1e-4)):
+        assert "peak_force=" in repr(result)
+        assert "train" not in vars(getattr(result, "simulated", result))
+        assert "exponents" not in vars(result)
+
+
+def test_the_repr_of_a_prediction_does_not_run_the_engine() -> None:
+    outcome = sw.predict(CASE_B, CHAIN, limit="60 N")
+    assert repr(outcome) == "<Outcome model='best', limit.force=60 N>"
+    assert outcome.simulation is not None
+    assert not outcome.simulation.is_complete  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("kind", MAKERS)
@@ -132,27 +140,26 @@ def test_pictures_of_several_threads_are_equal_and_leave_the_settings_alone() ->
     assert dict(rcParams) == before
 
 
-def test_the_html_of_no_predictions_has_no_picture() -> None:
-    assert "svg" not in Tags(sw.Predictor().predict_many([], CHAIN)._repr_html_()).seen
-
-
 def test_the_html_of_a_comparison_has_the_warnings_of_both() -> None:
     both = sw.compare(CASE_B, evolve(CHAIN, radius=4.75), rtol=1e-3)
     assert both.warnings
     assert all(str(escape(warning)) in both._repr_html_().partition("<details")[0] for warning in both.warnings)
 
 
-@pytest.mark.parametrize(("rise_exponent", "hold"), [(1, True), (2, False)])
-def test_the_table_of_a_comparison_states_whether_the_conditions_hold(rise_exponent: float, hold: bool) -> None:
+@pytest.mark.parametrize(("rise_exponent", "holds"), [(1, True), (2, False)])
+def test_the_table_of_conditions_states_whether_they_hold(rise_exponent: float, holds: bool) -> None:
     # a1 = 1/(rise_exponent + 1) is at least 1/2 in the first case alone
     profile = sw.PowerLaw(rise_exponent=rise_exponent, decay_exponent=5, duration_ratio=10)
     both = sw.compare(evolve(CASE_B, profile=profile), CHAIN, rtol=1e-3)
-    assert both.to_pandas()["conditions_hold"].tolist() == [hold] * len(both.to_pandas())
+    assert both.predicted is not None
+    assert both.predicted.to_pandas("conditions").set_index("name")["holds"]["steep-rise"] == holds
 
 
-def test_the_first_force_in_a_repr_is_the_estimate() -> None:
-    outcome = result_of("outcome")
-    assert re.findall(r"([a-z_.]*peak_force)=", repr(outcome)) == ["estimate.peak_force", "peak_force"]
+def test_the_tables_of_a_prediction_are_those_of_the_engine() -> None:
+    leading = result_of("outcome").to_pandas()
+    assert leading["peak_force"].tolist() == [result_of("outcome").peak_force]
+    struck = sw.predict(sw.Impact(velocity=0.3), WALLED)
+    assert struck.to_pandas().equals(sw.simulate(sw.Impact(velocity=0.3), WALLED).to_pandas("contacts"))
 
 
 def test_the_repr_of_a_comparison_has_a_simulated_force_on_every_chain() -> None:
@@ -161,8 +168,7 @@ def test_the_repr_of_a_comparison_has_a_simulated_force_on_every_chain() -> None
     assert f"greatest_force.peak_force={si(both.simulated.greatest_force.peak_force, 'N')}" in repr(both)
     shown = repr(result_of("comparison"))
     assert "greatest" not in shown
-    forces = ["simulated", "predicted.estimate", "predicted"]
-    assert re.findall(r"([a-z_.]*)\.peak_force=", shown) == forces
+    assert re.findall(r"([a-z_.]*)\.peak_force=", shown) == ["simulated", "predicted"]
 
 
 def test_names_in_the_html_are_escaped() -> None:
@@ -206,8 +212,9 @@ def test_histories_have_axes_of_time_contacts_and_granules() -> None:
 def test_a_comparison_has_both_columns_and_nan_for_a_missing_wave() -> None:
     both = result_of("comparison")
     forces = both.to_xarray().peak_force
-    assert forces.sel(wave=0, source="predicted") == both.predicted.peak_force
-    counts = (len(both.predicted.waves), len(both.simulated.waves))
+    assert forces.sel(wave=0, source="section4") == both.predicted.peak_force
+    assert forces.sel(wave=0, source="simulated") == both.waves[0].peak_force
+    counts = (len(both.predicted.waves), len(both.waves))
     assert int(np.isnan(forces).sum()) == max(counts) * 2 - sum(counts)
     assert not math.isnan(forces.sel(wave=0, source="simulated"))
 
