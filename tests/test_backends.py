@@ -135,7 +135,7 @@ def test_backend_is_chosen_and_printed(
     path = tmp_path / "scene.yaml"
     path.write_text(SCENARIO % (name if in_scenario else "auto"))
     options = [] if in_scenario else ["--backend", name]
-    assert main(["simulate", *options, str(path)]) == 0
+    assert main(["simulate", "--verbose", *options, str(path)]) == 0
     assert f"rkn86 ({name})" in capsys.readouterr().out
 
 

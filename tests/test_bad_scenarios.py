@@ -75,7 +75,14 @@ MARKED = {
     "unknown-coefficient": (
         _with("predict: {momentum_coefficient: |roughly}"), "predict.momentum_coefficient", "'exact', 'paper'",
     ),
-    "rtol-without-use": (_with("predict: {rtol: |1e-6}"), "predict.rtol", "must be left out for model"),
+    "rtol-of-a-prediction": (
+        _with("predict: {|rtol: 1e-6}"), "predict.rtol",
+        "must be left out (got 1e-06; simulate.rtol is the tolerance of all forces)",
+    ),
+    "model-that-is-gone": (
+        _with("predict: {model: |moments}"), "predict.model", "must be 'best' or 'section-4' (got 'moments')",
+    ),
+    "unknown-quadrature": (_with("predict: {quadrature: |tanh}"), "predict.quadrature", "did you mean 'tanh-sinh'?"),
     "not-installed": (_with("requires: [numpy, |no-such-distribution-1]"), "requires[1]", "must be an installed"),
     "published-without-source": (_with("|published: {error: 1 %}"), "published.source", "must be given"),
     "sweep": (_with("sweep: {grid: {|shock.duration_rati: [2, 4]}}"), "sweep.grid.'shock.duration_rati'", "did you"),

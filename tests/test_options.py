@@ -49,7 +49,7 @@ def test_a_method_of_the_command_line_replaces_the_settings_of_another(
     path = tmp_path / "scene.yaml"
     text = f"{SCENARIO}simulate: {{rtol: 1e-5, waves: primary}}\n"
     path.write_text(text.replace("radius: 1 mm", "radius: 1 mm, granules: 10"))
-    assert main(["simulate", "--integrator", "verlet", "--step", "0.1", str(path)]) == 0
+    assert main(["simulate", "--verbose", "--integrator", "verlet", "--step", "0.1", str(path)]) == 0
     assert "verlet" in capsys.readouterr().out
 
 

@@ -72,7 +72,7 @@ def test_commands_take_a_packing(command: str, tmp_path: Path, capsys: pytest.Ca
     file = written(tmp_path, "packing: fcc-111")
     assert cli.main([command, file, "--json"]) == 0
     capsys.readouterr()
-    assert cli.main([command, file]) == 0
+    assert cli.main([command, file, "--verbose"]) == 0
     assert "packing fcc-111" in capsys.readouterr().out
 
 

@@ -59,8 +59,12 @@ def test_answers_of_all_kinds_warn() -> None:
     (warning,) = unusual_warnings(CASE_A, chain)
     assert warning.startswith("chain.diameter is 9.5 m; usual values are 1 um to 1 m (")
     assert warning.endswith("). Check the unit.")
-    assert warning in sw.predict(CASE_A, chain).warnings
-    assert f"Shock 0: {warning}" in sw.Predictor().predict_many([CASE_A], chain).warnings
+    for model in ("best", "section-4"):
+        assert warning in sw.predict(CASE_A, chain, model=model).warnings
+    (outcome,) = sw.Predictor().predict_many([CASE_A], chain)
+    assert isinstance(outcome, sw.Outcome)
+    assert warning in outcome.warnings
+    assert warning in sw.compare(CASE_A, chain, rtol=1e-3).warnings
     assert warning in sw.simulate(CASE_A, chain, rtol=1e-3).warnings
     walled = evolve(chain, granules=3, end=sw.Wall())
     assert warning in sw.simulate(CASE_A, walled, rtol=1e-3).warnings

@@ -73,7 +73,7 @@ def test_the_scenario_of_the_contract(tmp_path: Path) -> None:
         path=tmp_path / "scene.yaml",
         shock=Shock(profile=profile, peak_force=100.0, rise_time=15e-6),
         chain=Chain(material=steel, radius=4.75e-3, granules=200),
-        predictor=Predictor(momentum_coefficient="paper"),
+        predictor=Predictor(model="section-4", momentum_coefficient="paper"),
         simulate=SimulateOptions(integrator="dop853", rtol=1e-6),
     )
 
@@ -93,7 +93,8 @@ def test_optional_blocks_may_be_left_out_or_empty(tmp_path: Path) -> None:
         ('momentum_coefficient: "4.2"', Predictor(momentum_coefficient=4.2)),
         ("momentum_coefficient: exact, alpha: literal", Predictor(alpha="literal")),
         ("equal_tolerance: 3 %, wave_threshold: 1e-3", Predictor(equal_tolerance=0.03, wave_threshold=1e-3)),
-        ("quadrature: tanh-sinh, rtol: null", Predictor(quadrature="tanh-sinh")),
+        ("quadrature: tanh-sinh", Predictor(quadrature="tanh-sinh")),
+        ("quadrature: null, model: Best", Predictor()),
     ],
 )
 def test_predict_block_gives_the_predictor(tmp_path: Path, text: str, expected: Predictor) -> None:

@@ -32,6 +32,7 @@ SEEN = (
     *("unknown-block", "unknown-key", "parameter-of-none", "predict-is-text", "material-is-a-number"),
     *("name-is-a-number", "nothing-for-a-number", "unknown-material", "unknown-profile", "unknown-alpha"),
     *("times-in-newtons", "newer-version", "version-as-text"),
+    *("rtol-of-a-prediction", "model-that-is-gone", "unknown-quadrature"),
 )
 
 
@@ -195,10 +196,15 @@ def test_names_of_a_chain_are_read_in_any_case(name: str) -> None:
 
 @pytest.mark.parametrize("settings", ["momentum_coefficient: Paper", "model: SECTION-4"])
 def test_names_of_a_prediction_are_read_in_any_case(settings: str) -> None:
-    text = f"chain: {{material: copper, radius: 1 mm}}\n{SHOCK}predict: {{{settings}}}\n"
-    assert _faults(text) == []
-    found, usual = (scenario_of(parse_document(one, "s"), None) for one in (text, text.replace("Paper", "paper")))
-    assert sw.predict(found).peak_force == sw.predict(usual).peak_force
+    text = f"chain: {{material: copper, radius: 1 mm}}\n{SHOCK}predict: {{%s}}\n"
+    assert _faults(text % settings) == []
+    found, usual, other = (
+        scenario_of(parse_document(text % one, "s"), None)
+        for one in (settings, settings.lower(), "momentum_coefficient: exact")
+    )
+    predicted, expected, different = (sw.predict(one).section4 for one in (found, usual, other))
+    assert (predicted, found.predictor.model) == (expected, usual.predictor.model)
+    assert (predicted, found.predictor.model) != (different, other.predictor.model)
 
 
 def test_names_in_any_case_are_valid() -> None:
