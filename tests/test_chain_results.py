@@ -22,7 +22,6 @@ from shockwave.chain.segments import Segment
 from shockwave.cli import main
 from shockwave.measurement.chain_result import ChainResult
 from shockwave.measurement.recording import Recording
-from shockwave.studies.comparison import compare
 
 pytestmark = pytest.mark.numerical
 
@@ -423,13 +422,15 @@ def test_histories_balance_energy_and_momentum() -> None:
 
 
 def test_a_comparison_without_a_prediction_shows_the_simulation() -> None:
-    both = compare(SHOCK, attrs.evolve(WALLED, precompression=1.0))
+    both = sw.compare(SHOCK, attrs.evolve(WALLED, precompression=1.0))
     document = both.to_dict()
     assert document["predicted"] is None
     assert document["errors"] is None
     assert document["simulated"]["transmitted"]["peak_force"] > 1.0
-    assert "without chain.precompression" in document["reason"]
+    assert document["reason"].split("\n")[1].startswith("chain.precompression: must be left out for section 4")
     assert str(both).startswith("greatest force")
+    features = " ".join(str(both).partition("section 4 does not apply: ")[2].split())
+    assert features.startswith("chain.end (a wall), chain.precompression (a static force) wall force")
 
 
 def test_chains_of_all_kinds_are_simulated_together() -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from attrs import evolve
 
 import shockwave as sw
 from shockwave import cli
@@ -118,7 +119,7 @@ GRID = "sweep: {{run: {}, grid: {{chain.damping.time: [1 us, 2 us]}}}}\n"
 def test_predictions_that_cover_no_point_are_refused_before_the_sweep(
     file: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    file.write_text(SWEPT + GRID.format("predict"))
+    file.write_text(SWEPT + "predict: {model: section-4}\n" + GRID.format("predict"))
     assert cli.main(["sweep", str(file), "-o", str(file.parent / "out")]) == 3
     assert capsys.readouterr().err.startswith(f"{file}:5:")
     assert not (file.parent / "out").exists()
@@ -127,9 +128,45 @@ def test_predictions_that_cover_no_point_are_refused_before_the_sweep(
 def test_a_prediction_that_may_cover_some_points_is_not_refused(file: Path) -> None:
     text = "chain: {material: ptfe, diameter: 9.5 mm, granules: 5, precompression: 1 N}\n"
     shock = "shock: {profile: triangular, peak_force: 100 N, rise_time: 10 us, duration_ratio: 3}\n"
-    file.write_text(text + shock + "sweep: {run: predict, grid: {chain.precompression: [1 N, 0 N]}}\n")
+    model = "predict: {model: section-4}\n"
+    file.write_text(text + shock + model + "sweep: {run: predict, grid: {chain.precompression: [1 N, 0 N]}}\n")
     report = sw.run_sweep(file, file.parent / "out", workers=1)
     assert (report.done, report.failed) == (1, 1)
+
+
+def test_predictions_of_a_sweep_of_chains_are_those_of_single_scenes(file: Path) -> None:
+    file.write_text(SWEPT + GRID.format("predict"))
+    report = sw.run_sweep(file, file.parent / "out", workers=1)
+    assert (report.done, report.failed) == (2, 0)
+    results, scenario = sw.load_sweep(file.parent / "out"), sw.load_scenario(file)
+    for index, time in enumerate((1e-6, 2e-6)):
+        chain = evolve(scenario.chain, damping=sw.KuwabaraKono(time=time))
+        outcome = sw.predict(scenario.shock, chain, contacts=[0, 4])
+        assert outcome.greatest_force is not None
+        assert outcome.transmitted is not None
+        known = {
+            "greatest_force": outcome.greatest_force.peak_force,
+            "transmitted_force": outcome.transmitted.peak_force,
+        }
+        known |= {"force_4": outcome.contacts[1].peak_force, "error_estimate": outcome.simulated.error_estimate}
+        for name, value in known.items():
+            assert results.values(name)[index] == pytest.approx(value, rel=1e-12)
+
+
+def test_a_sweep_of_predictions_covers_points_with_and_without_features(file: Path) -> None:
+    text = "chain: {material: ptfe, diameter: 9.5 mm, granules: 5, precompression: 1 N}\n"
+    shock = "shock: {profile: triangular, peak_force: 100 N, rise_time: 10 us, duration_ratio: 3}\n"
+    file.write_text(text + shock + "sweep: {run: predict, grid: {chain.precompression: [1 N, 0 N]}}\n")
+    report = sw.run_sweep(file, file.parent / "out", workers=1)
+    assert (report.done, report.failed) == (2, 0)
+    forces = sw.load_sweep(file.parent / "out").values("greatest_force")
+    chain = sw.Chain(material="ptfe", diameter="9.5 mm", granules=5)
+    excited = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=100.0, rise_time=10e-6)
+    for force, precompression in zip(forces, (1.0, 0.0), strict=True):
+        known = sw.predict(excited, evolve(chain, precompression=precompression)).greatest_force
+        assert known is not None
+        # the tolerance; the train, which the sweep leaves out, changes the steps
+        assert force == pytest.approx(known.peak_force, rel=1e-6)
 
 
 def test_a_comparison_without_predictions_has_no_empty_columns(file: Path) -> None:
