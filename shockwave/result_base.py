@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from functools import reduce
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -60,21 +59,16 @@ class Result:
         return detailed(self, Detail[detail.upper()])
 
     def _repr_html_(self) -> str:
-        """HTML for notebooks: answer, warnings, main table and picture, and the full text to unfold."""
+        """HTML for notebooks: answer, warnings, main table, and the full text to unfold."""
         answer = in_one_line(self).partition("\n")[0]
-        table, rows, picture = self._main_table(), None, ""
+        table, rows = self._main_table(), None
         if table is not None:
             from shockwave.tables import cells
 
             rows = cells(table, _MOST_ROWS)
-            try:
-                drawing = importlib.import_module("shockwave.pictures.table_picture")
-                picture = drawing.table_picture(table)
-            except UsageError:  # matplotlib is not installed
-                pass
         warnings = getattr(self, "all_warnings", getattr(self, "warnings", ()))
         template = Path(__file__).with_name("notebook.html.jinja")
-        return html_of(template, answer=answer, warnings=warnings, rows=rows, picture=picture, text=self.text())
+        return html_of(template, answer=answer, warnings=warnings, rows=rows, text=self.text())
 
     def _table(self, name: str) -> Table | None:
         """The table of this name; None if the result does not have it."""
