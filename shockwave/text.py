@@ -264,9 +264,9 @@ def printed(result: object, writer: str) -> str:
     return str(getattr(importlib.import_module(module), name)(result))
 
 
-def in_one_line(result: object, detail: Detail = Detail.SHORT) -> str:
+def in_one_line(result: object) -> str:
     """Text of ``result`` in which no line is wrapped."""
-    token = _screen.set(Screen(columns=10_000, wide=True, detail=detail))
+    token = _screen.set(Screen(columns=10_000, wide=True))
     try:
         return str(result)
     finally:

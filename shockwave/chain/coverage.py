@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Literal, TypeAlias
 
 from attrs import evolve
 
-from shockwave.chain.chain import HERTZ, Chain
+from shockwave.chain.chain import Chain
 from shockwave.chain.impact import Impact
 from shockwave.chain.segments import Segment, Taper, each_segment
 from shockwave.errors import Fault, NotCoveredError
@@ -15,8 +14,6 @@ from shockwave.errors import Fault, NotCoveredError
 # Key of a record that keeps negative forces.
 _PULLING = "shock.parameters.negative"
 _SCOPE = "shocks on chains of equal granules with free ends"
-#: Contact forces that a method covers: Hertz's with the stiffness of the materials or with any, or every power.
-Contact: TypeAlias = Literal["hertz", "stiffness", "exponent"]
 
 
 def scene_faults(chain: Chain, excitation: object) -> list[Fault]:
@@ -34,15 +31,15 @@ def scene_faults(chain: Chain, excitation: object) -> list[Fault]:
     return []
 
 
-def reduced(chain: Chain, contact: Contact = "exponent") -> Chain | None:
+def reduced(chain: Chain, laws: bool = True) -> Chain | None:
     """The chain as equal granules with free ends, given by their number, or a packing; None for further features.
 
-    An endless chain keeps its contact law if it is one of these.
+    An endless chain keeps its contact law, or has none with ``laws`` false.
     """
     if chain.is_uniform or chain.packing is not None:
         return chain
     if chain.count is None:
-        return None if next(_further(chain, contact), None) else chain
+        return None if next(_further(chain, laws), None) else chain
     # a single granule is not a chain
     if chain.count == 1 or next(_further(chain), None) is not None:
         return None
@@ -61,26 +58,26 @@ def predictable(chain: Chain, excitation: object) -> Chain:
         If the scene has further features; it lists all of them.
     """
     line = chain if chain.packing is None else evolve(chain, packing=None)
-    equal = covered(line, excitation, "section 4", "exponent")
+    equal = covered(line, excitation, "section 4", laws=True)
     return equal if chain.packing is None else evolve(equal, packing=chain.packing)
 
 
-def covered(chain: Chain, excitation: object, method: str, contact: Contact = "hertz") -> Chain:
+def covered(chain: Chain, excitation: object, method: str, laws: bool = False) -> Chain:
     """The chain as one of equal granules, given by their number, for a ``method`` that covers no others.
 
-    ``contact`` states which contact forces of endless chains it covers.
+    ``laws`` states whether it covers other contact laws than Hertz's in endless chains.
 
     Raises
     ------
     NotCoveredError
         If the scene has further features; it lists all of them.
     """
-    equal = reduced(chain, contact)
+    equal = reduced(chain, laws)
     pulls = getattr(getattr(excitation, "profile", None), "pulls", False)
     plain = equal is not None and equal.packing is None
     if equal is not None and plain and not isinstance(excitation, Impact) and not pulls:
         return equal
-    features = [] if chain.is_uniform else [(f"chain.{path}", reason) for path, reason in _further(chain, contact)]
+    features = [] if chain.is_uniform else [(f"chain.{path}", reason) for path, reason in _further(chain, laws)]
     if isinstance(excitation, Impact):
         features.append(("impact", "a striker"))
     if pulls:
@@ -93,7 +90,7 @@ def covered(chain: Chain, excitation: object, method: str, contact: Contact = "h
     )
 
 
-def _further(chain: Chain, contact: Contact = "hertz") -> Iterator[tuple[str, str]]:
+def _further(chain: Chain, laws: bool = False) -> Iterator[tuple[str, str]]:
     """Path below ``chain`` and description of every feature beyond equal granules with free ends."""
     segments = [*each_segment(chain.granules)] if isinstance(chain.granules, Sequence) else []
     for place, segment in segments:
@@ -107,11 +104,8 @@ def _further(chain: Chain, contact: Contact = "hertz") -> Iterator[tuple[str, st
             break
     names = {"end": "a wall", "precompression": "a static force", "gravity": "gravity", "damping": "damping"}
     names["packing"] = "a packing"
-    if chain.count is not None or contact == "hertz":
-        endless = "; without granules it is covered" if chain.count is not None and contact != "hertz" else ""
-        names["contact"] = f"another contact law{endless}"
-    elif chain.exponent != HERTZ and contact == "stiffness":
-        yield "contact", f"the exponent {chain.exponent:g}"
+    if chain.count is not None or not laws:
+        names["contact"] = f"another contact law{'; without granules it is covered' if laws else ''}"
     for name, text in names.items():
         if getattr(chain, name):
             yield name, text

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from attrs import frozen
 
@@ -12,9 +12,6 @@ from shockwave.chain.chain import Chain
 from shockwave.errors import InvalidValueError
 from shockwave.quadrature import FloatArray
 from shockwave.text import si
-
-if TYPE_CHECKING:  # a shock does not need it
-    from shockwave.chain.impact import Impact
 
 _Number = TypeVar("_Number", float, FloatArray)
 # Pressure at the centre of the contact at first yield, over the yield strength: 1.6 for a Poisson ratio of 0.3
@@ -71,31 +68,13 @@ def strength_of(material: Any) -> float:
     return math.nan if strength is None else float(strength)
 
 
-def yielding_of(
-    chain: Chain, peak_force: float, on_wall: float = 0.0, striker: tuple[Impact, float] | None = None
-) -> Yielding | None:
-    """First yield in a chain of equal granules with a peak force [N], and at its fixed wall with the force ``on_wall``.
-
-    ``striker`` is a striker with the force at its contact [N]. Contacts with a body whose yield strength is not known
-    do not count, unless the chain must be elastic; the result is None then, or if no contact counts.
-    """
-    own, curvature = chain.material, 1 / chain.radius
-    contacts: list[tuple[float, Any, float]] = [(peak_force, own, curvature)]
-    if chain.end is not None:
-        contacts.append((on_wall, own if chain.end.material == "same" else chain.end.material, 0.0))
-    if striker is not None:
-        impact, force = striker
-        contacts.append((force, impact.material or own, 1 / (impact.radius or chain.radius)))
-    firsts, ratios = [], []
-    for force, other, curved in contacts:
-        strengths = strength_of(own), strength_of(other)
-        if not math.isnan(sum(strengths)):
-            modulus = 1 / (own.compliance + getattr(other, "compliance", 0.0))
-            firsts.append(first_yield_force(1 / (curvature + curved), modulus, min(strengths)))
-            ratios.append(force / firsts[-1])
-    if not firsts or (chain.elastic_only and len(firsts) < len(contacts)):
+def yielding_of(chain: Chain, peak_force: float) -> Yielding | None:
+    """First yield in a chain of equal granules with a peak force [N]; None if the yield strength is not known."""
+    material = chain.material
+    if material.yield_strength is None:
         return None
-    return Yielding(first_yield_force=min(firsts), peak_ratio=max(ratios))
+    force = first_yield_force(chain.radius / 2, 1 / (2 * material.compliance), material.yield_strength)
+    return Yielding(first_yield_force=force, peak_ratio=peak_force / force)
 
 
 def beyond_elastic(chain: Chain, yielding: Callable[[], Yielding | None]) -> InvalidValueError | None:

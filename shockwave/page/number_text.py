@@ -44,11 +44,11 @@ def small(value: float) -> Markup:
     return number(f"{value:.1g}")
 
 
-def percent(value: float, digits: int = 1) -> Markup:
+def percent(value: float) -> Markup:
     """Return a relative difference in percent, with its sign; a tiny one as a power of ten."""
     if 0 < abs(value) < _TINY:
         return number(f"{value:+.1e}")
-    return number(f"{100 * value:+.{digits}f}" if abs(value) < 1e3 else f"{100 * value:+.1e}") + f"{_BLANK}%"
+    return number(f"{100 * value:+.1f}" if abs(value) < 1e3 else f"{100 * value:+.1e}") + f"{_BLANK}%"
 
 
 def formula(statement: str) -> Markup:

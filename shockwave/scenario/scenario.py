@@ -97,10 +97,8 @@ class Scenario:
         """The shock, or the impact in its place."""
         return self.shock if self.impact is None else self.impact
 
-    def covered_by(self, method: str, contact: Literal["hertz", "stiffness", "exponent"] = "hertz") -> Scenario:
+    def covered_by(self, method: str) -> Scenario:
         """The scenario with its chain as a number of equal granules, for a ``method`` that covers no other.
-
-        ``contact`` states which contact forces it covers; see `shockwave.chain.coverage.Contact`.
 
         Raises
         ------
@@ -112,7 +110,7 @@ class Scenario:
         from shockwave.chain.coverage import covered
 
         try:
-            return evolve(self, chain=covered(self.chain, self.excitation, method, contact))
+            return evolve(self, chain=covered(self.chain, self.excitation, method))
         except NotCoveredError as error:
             raise self.located(error) from None
 
