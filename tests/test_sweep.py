@@ -243,11 +243,14 @@ def test_another_scenario_is_refused_and_the_differences_are_listed(scenario: Pa
 @pytest.mark.parametrize(
     ("change", "message"),
     {
-        "value": (("7810", "7900"), r"got axis chain\.material\.density, value 2: 7810\.0, now 7900\.0; choose"),
-        "number": (("[ptfe, ", "[ptfe, lead, "), r"got axis chain\.material, number of values 2, now 3; choose"),
+        "value": (
+            ("7810", "7900"),
+            r"got axes\.chain\.material\.value\.2\.density 7810\.0, now 7900\.0; choose",
+        ),
+        "number": (("[ptfe, ", "[ptfe, lead, "), r"got axes\.chain\.material\.number of values 2, now 3; axes"),
         "name": (
             ("chain.material: ", "shock.peak_force: [1 N], chain.material: "),
-            r"got axis 1 'chain\.material', now 'shock\.peak_force'; axis 2 None, now 'chain\.material';",
+            r"got axes\.shock\.peak_force None, now \{.*; order of axes 'chain\.material', now 'shock\.peak_force; ",
         ),
     }.values(),
     ids=["value", "number", "name"],

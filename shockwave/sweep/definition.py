@@ -7,7 +7,6 @@ import json
 import os
 import re
 from collections.abc import Iterator, Mapping
-from itertools import chain, zip_longest
 from pathlib import Path
 from typing import Any, Literal
 
@@ -128,10 +127,12 @@ class SweepDefinition(Sweep):
         return dict(json.loads(json.dumps(content, default=asdict)))
 
     def _identity(self) -> dict[str, Any]:
-        """The content without the meanings of the columns, whose wording may change."""
-        found = self._content()
-        columns = {column["name"]: column["unit"] or column["kind"] for column in found.pop("columns")}
-        return found | {"columns": columns, "order of columns": ", ".join(columns)}
+        """The content as mappings, without the meanings of the columns, whose wording may change."""
+        content = self._content()
+        columns = {column["name"]: column["unit"] or column["kind"] for column in content["columns"]}
+        axes = {", ".join(axis["names"]): _by_number(axis) for axis in content["axes"]}
+        orders = {"order of axes": "; ".join(axes), "order of columns": ", ".join(columns)}
+        return content | {"axes": axes, "columns": columns} | orders
 
     # ---------------------------------------------------------------- the file
 
@@ -161,15 +162,10 @@ class SweepDefinition(Sweep):
 
     def differences(self, other: SweepDefinition) -> dict[str, str]:
         """Return the differences from ``other`` by dotted names, with both values."""
-        one, two = self._identity(), other._identity()
-        axes = [*_axis_changes(one.pop("axes"), two.pop("axes"))]
-        # what the names on changed axes mean is no difference of its own
-        others = [change for change in _changes(one, two) if not (axes and change[0].startswith("named"))]
-        # columns follow from the rest, so they come last, and their order counts only if they are the same
-        others.sort(key=lambda change: "columns" in change[0])
-        if any(name.startswith("columns.") for name, *_ in others):
-            others = [change for change in others if change[0] != "order of columns"]
-        return {name: f"{text_of(here)}, now {text_of(there)}" for name, here, there in chain(axes, others)}
+        changes = _changes(self._identity(), other._identity())
+        # columns follow from the rest, so they come last
+        ordered = sorted(changes, key=lambda change: "columns" in change[0])
+        return {name: f"{text_of(here)}, now {text_of(there)}" for name, here, there in ordered}
 
     def resumed(self, there: SweepDefinition, folder: Path, accept_versions: bool) -> SweepDefinition:
         """Return the definition with which this sweep resumes the one in ``folder``, with the definition ``there``.
@@ -193,6 +189,13 @@ class SweepDefinition(Sweep):
         return evolve(self, earlier_versions=(*there.earlier_versions, there.versions))
 
 
+def _by_number(axis: dict[str, Any]) -> dict[str, Any]:
+    """An axis with the numbers of its values, counted from 1."""
+    names, values = axis["names"], axis["values"]
+    by_name = (dict(zip(names, position, strict=True)) if len(names) > 1 else position[0] for position in values)
+    return {"units": axis["units"], "number of values": len(values), "value": dict(enumerate(by_name, start=1))}
+
+
 def _changes(there: Any, here: Any, name: str = "") -> Iterator[tuple[str, Any, Any]]:
     """Dotted names of all differences, with both values."""
     if isinstance(there, Mapping) and isinstance(here, Mapping):
@@ -200,29 +203,6 @@ def _changes(there: Any, here: Any, name: str = "") -> Iterator[tuple[str, Any, 
             yield from _changes(there.get(key), here.get(key), f"{name}.{key}" if name else key)
     elif there != here:
         yield name, there, here
-
-
-def _axis_changes(there: list[Any], here: list[Any]) -> Iterator[tuple[str, Any, Any]]:
-    """Like `_changes`, for axes: other variables, or else the number of values and the first value that differs."""
-    names = [[", ".join(axis["names"]) for axis in axes] for axes in (there, here)]
-    if names[0] != names[1]:
-        for number, (one, other) in enumerate(zip_longest(*names), start=1):
-            if one != other:
-                yield f"axis {number}", one, other
-        return
-    for name, one, other in zip(names[0], there, here, strict=True):
-        counts = len(one["values"]), len(other["values"])
-        if counts[0] != counts[1]:
-            yield f"axis {name}, number of values", *counts
-            continue
-        if one["units"] != other["units"]:
-            yield f"axis {name}, units", one["units"], other["units"]
-        for number, positions in enumerate(zip(one["values"], other["values"], strict=False), start=1):
-            if positions[0] != positions[1]:
-                before, now = (dict(zip(one["names"], position, strict=True)) for position in positions)
-                for changed, *both in _changes(before, now):
-                    yield f"axis {changed}, value {number}:", *both
-                break
 
 
 def folder_path(folder: str | os.PathLike[str]) -> Path:
