@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from io import BytesIO
 from itertools import chain, product
@@ -28,15 +28,9 @@ _LOCK = "sweep.lock"
 _LINE = re.compile(rb'\{"index": (\d{1,9}), "status": "(done|failed|crashed)", .*\}\n')
 
 
-class Digits(str):
-    """Text of a decimal number, which is faster to read and to write than the number."""
-
-    __slots__ = ()
-
-
 _Types = tuple[type, ...]
 _TYPES: dict[str, _Types] = {
-    "number": (float, int, Digits, NoneType),
+    "number": (float, int, NoneType),
     "whole": (int, NoneType),
     "text": (str, NoneType),
 }
@@ -127,8 +121,8 @@ class Journal:
         self._size += len(line)
         return known
 
-    def rows(self, definition: SweepDefinition, number: Callable[[str], float | Digits] = float) -> Iterator[Row]:
-        """Yield all points in their order; ``number`` converts the text of a decimal number.
+    def rows(self, definition: SweepDefinition) -> Iterator[Row]:
+        """Yield all points in their order.
 
         Raises
         ------
@@ -137,7 +131,6 @@ class Journal:
         """
         places = product(*(axis.values for axis in definition.axes))
         nothing, types = [None] * len(definition.columns), [_TYPES[column.kind] for column in definition.columns]
-        decode = json.JSONDecoder(parse_float=number).decode
         with self._opened() as file:
             for index, positions in enumerate(places):
                 point = tuple(chain(*positions))
@@ -145,7 +138,7 @@ class Journal:
                 values = problem = None
                 if status != NOT_RUN:
                     file.seek(self._offsets[index])
-                    values, problem = _content(file.readline(), types, decode)
+                    values, problem = _content(file.readline(), types)
                 yield Row(index, point, status, values or nothing, problem)
 
     # ---------------------------------------------------------------- writing
@@ -201,11 +194,9 @@ class Journal:
             self._record(line)
 
 
-def _content(
-    line: bytes, types: Sequence[_Types], decode: Callable[[str], Any] = json.loads
-) -> tuple[list[Any] | None, str | None]:
+def _content(line: bytes, types: Sequence[_Types]) -> tuple[list[Any] | None, str | None]:
     """Values or error of a line; raises KeyError, TypeError or ValueError if the values are not of these types."""
-    entry = decode(line.decode())
+    entry = json.loads(line)
     if entry["status"] != "done":
         return None, str(entry["error"])
     values: list[Any] = entry["values"]
