@@ -17,7 +17,7 @@ from test_pictures import inside, key_of
 from test_sweep_results import FORCE, MATERIAL, TIME, folder_of, line
 
 RATIO = ("shock.duration_ratio", "")
-UNITS = {"regime": None, "peak_force": "N", "recoil_momentum": "N s", "recoil_error": "N s", "width": "s"}
+UNITS = {"section4_regime": None, "peak_force": "N", "recoil_momentum": "N s", "recoil_error": "N s", "width": "s"}
 
 
 def swept(folder: Path, axes: Any, columns: dict[str, Any], failed: tuple[int, ...] = ()) -> SweepResults:
@@ -46,7 +46,7 @@ NAMES = np.where(PLANE > 5e-5, "train", "ejection")
 
 def a_map(folder: Path, failed: tuple[int, ...] = ()) -> SweepResults:
     axes = [([TIME], TIMES[:, None].tolist()), ([RATIO], RATIOS[:, None].tolist())]
-    columns = {"regime": NAMES.ravel().tolist(), "amplification": PLANE.ravel().tolist()}
+    columns = {"section4_regime": NAMES.ravel().tolist(), "amplification": PLANE.ravel().tolist()}
     return swept(folder / "map", axes, columns, failed)
 
 
@@ -169,7 +169,7 @@ def test_three_axes_are_refused_unless_one_is_fixed(tmp_path: Path) -> None:
 
 WRONG: dict[str, tuple[list[str], int, str]] = {
     "column": (["--column", "amplificatio"], 3, "did you mean 'amplification'"),
-    "text": (["--column", "regime"], 3, "unknown numeric column (got 'regime'; known: amplification)"),
+    "text": (["--column", "section4_regime"], 3, "unknown numeric column"),
     "variable": (["--x", "shock.rise_tim"], 3, "unknown variable of the sweep"),
     "held": (["--at", "shock.duration_ratio=3"], 2, "must be one of its values (got 3; they are 1.5, "),
     "held-unit": (["--at", "shock.duration_ratio=3 s"], 2, "shock.duration_ratio: must be a number"),

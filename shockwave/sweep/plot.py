@@ -21,9 +21,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-_REGIMES = ("regime", "predicted_regime")
-
-
 @frozen(eq=False)
 class Plot:
     """A picture of a sweep.
@@ -102,7 +99,7 @@ def _drawn(chosen: PlottedAxes, name: str) -> Figure:
             remedy = "fix another variable of that axis with --at NAME=VALUE, or choose another with --x"
             got = f"got {axis.name}, which repeats a value; {remedy}"
             raise UsageError(f"points of a map must have different coordinates ({got})")
-    regime = next((one.name for one in results.columns if one.name in _REGIMES), None)
+    regimes = chosen.pick("section4_regime") if "section4_regime" in results.units else None
     sheet, (ax,) = figure(size=(5.0, 3.6))
-    sweep_map(ax, across, up[0], values, quantity, chosen.pick(regime) if regime else None)
+    sweep_map(ax, across, up[0], values, quantity, regimes)
     return sheet
