@@ -90,9 +90,6 @@ class Powers(ShockProfile):
         return np.asarray(np.clip((n - s) / (n - 1), 0.0, 1.0))
 
 
-_PARAMETERS = ("rise_exponent", "decay_exponent", "duration_ratio")
-
-
 class ManyPowers(Powers):
     """Power laws of many shapes, with parameters of shape (shapes,); the methods take one s for each shape."""
 
@@ -101,15 +98,8 @@ class ManyPowers(Powers):
     duration_ratio: Any
 
     def __init__(self, profiles: Sequence[Powers]) -> None:
-        for name in _PARAMETERS:
+        for name in ("rise_exponent", "decay_exponent", "duration_ratio"):
             setattr(self, name, np.array([getattr(profile, name) for profile in profiles], dtype=float))
-
-    def some(self, where: Any) -> ManyPowers:
-        """Those of the shapes at the indices ``where``, or where that mask is true."""
-        found = ManyPowers([])
-        for name in _PARAMETERS:
-            setattr(found, name, getattr(self, name)[where])
-        return found
 
     def free_paths(self) -> list[FreePath]:
         """Table of each shape; see `ShockProfile.free_path`."""
@@ -117,12 +107,10 @@ class ManyPowers(Powers):
 
         return of_many_powers(self.rise_exponent, self.decay_exponent, self.duration_ratio)
 
-    def impulse_and_force(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Running impulse and force at one s of each shape, 0 <= s <= n; shape (shapes,) each."""
-        (a1, a2), left = self.closed_areas(), self._left(s)
-        rise, decay = power(np.minimum(s, 1.0), self.rise_exponent), power(left, self.decay_exponent)
-        rising = s <= 1
-        return np.where(rising, a1 * s * rise, a1 + a2 * (1 - left * decay)), np.where(rising, rise, decay)
+    def forces(self, s: FloatArray) -> FloatArray:
+        """Force at one s of each shape, 0 <= s <= n; shape (shapes,)."""
+        rise, decay = power(np.minimum(s, 1.0), self.rise_exponent), power(self._left(s), self.decay_exponent)
+        return np.where(s <= 1, rise, decay)
 
 
 @frozen(kw_only=True)

@@ -180,7 +180,7 @@ def prepare(problems: Sequence[ChainProblem]) -> None:
     paths = ManyPowers(shapes).free_paths() if together else [profile.free_path() for profile in shapes]
     long = list(dict.fromkeys(place for problem, place in zip(own, place_of, strict=True) if problem.is_long))
     laws = ManyPowers([shapes[place] for place in long])
-    _, courses = laws.impulse_and_force(_SHARES[:, None] * laws.duration_ratio)
+    courses = laws.forces(_SHARES[:, None] * laws.duration_ratio)
     course_of = dict(zip(long, np.ascontiguousarray(courses.T), strict=True))
     for problem, place in zip(own, place_of, strict=True):
         vars(problem)["path"] = paths[place]  # where `cached_property` stores it
