@@ -16,6 +16,7 @@ from jsonschema import Draft7Validator
 
 import shockwave as sw
 from pages import ROOT
+from shockwave.chain.coverage import covered
 from shockwave.chain.description import plain
 from shockwave.chain.layout import Layout
 from shockwave.cli import main
@@ -509,9 +510,11 @@ def test_predict_answers_for_chains_that_section_4_does_not_cover(
 
 
 def test_a_refusal_names_all_features(scene: Scene) -> None:
+    scenario = scene(WHOLE)
     with pytest.raises(NotCoveredError) as caught:
-        scene(WHOLE).covered_by("a test")
-    assert [(fault.path, fault.location.rpartition("scene.yaml")[2]) for fault in caught.value.faults] == [
+        covered(scenario.chain, scenario.excitation, "a test")
+    faults = map(scenario.place, caught.value.faults)
+    assert [(fault.path, fault.location.rpartition("scene.yaml")[2]) for fault in faults] == [
         ("chain.granules[1]", ":6:7"),
         ("chain.end", ":10:3"),
         ("chain.precompression", ":11:3"),

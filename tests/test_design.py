@@ -431,12 +431,12 @@ def test_the_command_draws_a_picture(arguments: list[str], tmp_path: Path, capsy
 def test_a_picture_ranks_materials_from_the_top_and_marks_those_that_meet_the_target() -> None:
     names = ["brass-260", "ptfe", "nylon-66"]
     result = sw.design(FILE, vary="chain.material", among=names, target="peak_force <= 110 N")
-    _, (ax,) = pictures.ranked_figure(len(names))
+    _, (ax,) = pictures.figure()
     pictures.materials(ax, result)
     shown = [label.get_text() for label in ax.get_yticklabels()]
     assert shown == [option.value for option in result.table]
     assert ax.get_ylim()[0] > ax.get_ylim()[1]
-    met = next(line for line in ax.get_lines() if line.get_label() == "meets all")
+    met = next(line for line in ax.get_lines() if line.get_label() == "meets it")
     assert {shown[int(place)] for place in met.get_ydata()} == {"ptfe"}
 
 

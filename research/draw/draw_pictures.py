@@ -174,7 +174,7 @@ def materials() -> Figure:
     """Ranking of materials for a target."""
     names = ["ptfe", "nylon-66", "delrin", "pmma", "lead", "brass-260", "copper", "aluminium-6061-t6"]
     result = sw.design(scene("examples/protector"), vary="chain.material", target="peak_force <= 110 N", among=names)
-    figure, (ax,) = pictures.ranked_figure(len(result.table))
+    figure, (ax,) = pictures.figure(size=(4.6, 1.0 + 0.17 * len(result.table)))
     pictures.materials(ax, result)
     return figure
 

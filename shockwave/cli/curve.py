@@ -7,8 +7,9 @@ from argparse import Namespace
 
 from shockwave import pictures
 from shockwave.chain.chain import Scales
+from shockwave.chain.coverage import covered
 from shockwave.cli.output import check_output, json_text, written
-from shockwave.cli.scenario_commands import loaded
+from shockwave.cli.scenario_commands import loaded, located
 from shockwave.studies.curve import UniversalCurve
 from shockwave.text import limits, si, strong
 
@@ -17,7 +18,9 @@ def curve(options: Namespace) -> int:
     """Print or write the universal curve for the shape of a scenario's shock."""
     check_output(options.output, ".json", ".svg", ".png", ".pdf")
     (scenario,) = loaded([options.file], output=options.output)
-    shock, chain = scenario.shock, scenario.covered_by("the universal curve").chain
+    with located(scenario):
+        chain = covered(scenario.chain, scenario.excitation, "the universal curve")
+    shock = scenario.shock
     ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
     universal = UniversalCurve(shock.profile, rtol=options.rtol, longest=options.longest)
     if options.output and options.output.lower().endswith(".json"):

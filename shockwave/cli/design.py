@@ -17,6 +17,10 @@ from shockwave.scenario.block_keys import MATERIALS
 if TYPE_CHECKING:
     from shockwave.studies.design_result import Design
 
+# Size of the picture of a ranking, and height of each of its rows [in].
+_WIDTH = 4.6
+_HEIGHT = 1.0
+_ROW_HEIGHT = 0.17
 # Hint in the error for a scenario with a sweep.
 _SWEPT = "delete the `sweep` block"
 
@@ -71,17 +75,13 @@ def _varied(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _draw(result: Design, output: str) -> None:
-    """Write a picture: the quantity, or a ranking of materials; for the best option, also the options."""
+    """Write a picture: all options of a design that minimises a quantity, a ranking of materials, or the quantity."""
     from shockwave import pictures
 
-    best, ranked = result.least is not None, result.table if result.is_ranked else ()
-    sheet, axes = pictures.ranked_figure(len(ranked), 1 + best) if ranked else pictures.figure()
-    if ranked:
-        pictures.materials(axes[0], result)
-    if best:
-        pictures.pareto(axes[-1], result)
-    elif not ranked:
-        pictures.design(axes[0], result)
+    ranked = result.is_ranked and result.least is None
+    sheet, (ax,) = pictures.figure(size=(_WIDTH, _HEIGHT + _ROW_HEIGHT * len(result.table)) if ranked else "column")
+    draw = pictures.materials if ranked else pictures.design if result.least is None else pictures.pareto
+    draw(ax, result)
     pictures.save(sheet, output)
 
 

@@ -9,6 +9,7 @@ from shockwave.pictures.accuracy import balance as balance
 from shockwave.pictures.accuracy import work_precision as work_precision
 from shockwave.pictures.amplification_curves import amplification as amplification
 from shockwave.pictures.amplification_curves import design as design
+from shockwave.pictures.amplification_curves import materials as materials
 from shockwave.pictures.amplification_curves import pareto as pareto
 from shockwave.pictures.amplification_curves import universal_curves as universal_curves
 from shockwave.pictures.chains import chain_map as chain_map
@@ -17,8 +18,6 @@ from shockwave.pictures.chains import wall_force as wall_force
 from shockwave.pictures.figures import figure as figure
 from shockwave.pictures.figures import save as save
 from shockwave.pictures.figures import svg as svg
-from shockwave.pictures.ranking import materials as materials
-from shockwave.pictures.ranking import ranked_figure as ranked_figure
 from shockwave.pictures.shock import conditions as conditions
 from shockwave.pictures.shock import correction_area as correction_area
 from shockwave.pictures.shock import pulse as pulse

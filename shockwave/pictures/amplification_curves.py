@@ -12,7 +12,7 @@ from attrs import evolve
 from shockwave.chain.chain import Chain, Scales
 from shockwave.errors import InvalidValueError
 from shockwave.measurement.simulate import simulate_many
-from shockwave.pictures.drawing import BLACK, BLUE, GREY, VERMILION, finish, regime_spans, style
+from shockwave.pictures.drawing import BLACK, BLUE, GREY, VERMILION, finish, literal, regime_spans, style
 from shockwave.pictures.maps import edges_of
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.base import ShockProfile
@@ -168,6 +168,28 @@ def design(ax: Axes, design: Any) -> Axes:
     if 0 < _WIDE * reached.min() < reached.max():
         ax.set_yscale("log")
     return finish(ax, (design.varied, parameter.unit), (quantity.label, quantity.printed_unit))
+
+
+def materials(ax: Axes, design: Any) -> Axes:
+    """Draw a ranking of materials by the required quantity, the best one at the top.
+
+    Parameters
+    ----------
+    ax : Axes
+        Axes to draw on.
+    design : shockwave.Design
+        Design in which a material varies, or a whole number.
+    """
+    target = design.requirements[0]
+    reached = np.array([option.reached for option in design.table])
+    met = np.array([option in design.solutions for option in design.table])
+    places = np.arange(len(reached))
+    ax.axvline(target.value, color=GREY, linewidth=0.9, linestyle="--", label=f"target {target.sign}")
+    for which, face, colour, label in ((met, BLUE, BLUE, "meets it"), (~met, "white", VERMILION, "does not")):
+        ax.plot(reached[which], places[which], "o", color=colour, markerfacecolor=face, markersize=4, label=label)
+    ax.set_yticks(places, [literal(str(option.value)) for option in design.table])
+    ax.set_ylim(len(reached) - 0.5, -0.5)
+    return finish(ax, (target.quantity.label, target.quantity.printed_unit), ("", ""))
 
 
 def pareto(ax: Axes, design: Any) -> Axes:

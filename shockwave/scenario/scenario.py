@@ -7,10 +7,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from attrs import evolve, field, frozen
+from attrs import field, frozen
 
 from shockwave.chain.chain import Chain
-from shockwave.errors import Fault, InvalidValueError, NotCoveredError
+from shockwave.errors import Fault, InvalidValueError
 from shockwave.fields import quantity
 from shockwave.limit import Limit
 from shockwave.options import SimulateOptions
@@ -96,23 +96,6 @@ class Scenario:
     def excitation(self) -> Shock | Impact:
         """The shock, or the impact in its place."""
         return self.shock if self.impact is None else self.impact
-
-    def covered_by(self, method: str) -> Scenario:
-        """The scenario with its chain as a number of equal granules, for a ``method`` that covers no other.
-
-        Raises
-        ------
-        NotCoveredError
-            If the scene has further features, which are located in the file.
-        """
-        if self.impact is None and self.chain.is_uniform and not self.shock.profile.pulls:
-            return self
-        from shockwave.chain.coverage import covered
-
-        try:
-            return evolve(self, chain=covered(self.chain, self.excitation, method))
-        except NotCoveredError as error:
-            raise self.located(error) from None
 
     def located(self, error: Exception) -> Exception:
         """``error``, with the places of its faults in the document where they concern a key there."""
