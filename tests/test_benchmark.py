@@ -215,16 +215,6 @@ def test_error_of_the_simulation_is_below_its_tolerance() -> None:
     assert all(row.error is not None and row.value is not None and row.error <= row.value for row in found)
 
 
-def test_scenario_that_cannot_be_simulated_has_a_row_with_the_reason() -> None:
-    slow = evolve(scenario(), name="slow", shock=evolve(scenario().shock, rise_time=10.0))
-    found = bench.run([slow, scenario()], ["predictors"], quick=True, longest=LITTLE)
-    (row,) = found.of(found.problems[0])
-    assert (row.method, "characteristic times" in row.problem) == ("reference", True)
-    assert any(row.error is not None for row in found.of(found.problems[1]))
-    assert "predictors: slow: no run succeeded" in str(found)
-    assert "characteristic times" in bench_output.page(found)
-
-
 def test_broken_plugin_has_a_single_row(install: Install) -> None:
     hooks = HOOKS.replace("profiles", "integrators").replace('"a pulse"', '"a method", takes="step"')
     install("broken", hooks=hooks, pulse="1 / 0")
@@ -232,12 +222,6 @@ def test_broken_plugin_has_a_single_row(install: Install) -> None:
     (broken,) = [method for method in methods if method.name == "broken"]
     (row,) = measured(PROBLEM, broken, ONCE)
     assert "plugin broken is faulty" in row.problem
-
-
-def test_scenarios_with_equal_names_are_numbered() -> None:
-    result = bench.run([scenario()] * 2, ["quadratures"], quick=True, longest=LITTLE)
-    assert [problem.name for problem in result.problems] == [scenario().name, f"{scenario().name} (2)"]
-    assert len(result.of(result.problems[0])) == len(result.of(result.problems[1])) > 0
 
 
 # ---------------------------------------------------------------- printed text, documents and page

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import platform
 import time
-from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from itertools import product
@@ -27,7 +26,6 @@ from shockwave.benchmark.work_precision import (
     WorkPrecision,
     measured,
 )
-from shockwave.errors import ShockwaveError
 from shockwave.measurement.simulate import scaled, simulate
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.base import ShockProfile
@@ -102,28 +100,16 @@ def named(family: str, quick: bool) -> Iterator[Callable[[], Experiment]]:
 
 
 def of_scenarios(family: str, scenarios: Sequence[Scenario]) -> Iterator[Callable[[], Experiment]]:
-    """The problems of a family on scenarios; a problem without a reference has a single row with the reason."""
-    count = Counter[str]()
+    """The problems of a family on scenarios."""
     for scenario in scenarios:
-        count[scenario.name] += 1
-        if count[scenario.name] > 1:  # names must be unique
-            scenario = evolve(scenario, name=f"{scenario.name} ({count[scenario.name]})")
         yield partial(_of_scenario, family, scenario)
 
 
 def _of_scenario(family: str, scenario: Scenario) -> Experiment:
-    profile = scenario.shock.profile
-    try:
-        if family == "quadratures":
-            return quadratures(scenario.name, type(profile).__name__, areas_of(profile))
-        return (predictors if family == "predictors" else integrators)(case_of(scenario))
-    except ShockwaveError as error:
-        problem = Problem(family, scenario.name, "no reference could be computed", ("peak force",), "none", 1.0)
-        return problem, [Method("reference", partial(_raise, error))]
-
-
-def _raise(error: ShockwaveError, *_: object) -> Answer:
-    raise error
+    if family == "quadratures":
+        profile = scenario.shock.profile
+        return quadratures(scenario.name, type(profile).__name__, areas_of(profile))
+    return (predictors if family == "predictors" else integrators)(case_of(scenario))
 
 
 def _provenance(quick: bool, limits: Limits) -> dict[str, str]:
@@ -139,7 +125,7 @@ def _provenance(quick: bool, limits: Limits) -> dict[str, str]:
         "clock": f"time.perf_counter, {time.get_clock_info('perf_counter').resolution:g} s",
     }
     others = ", ".join(f"{p.distribution} {p.version}" for p in plugins() if not p.disabled and not p.problem)
-    return {**found, "plugins": others} if others else found
+    return found | ({"plugins": others} if others else {})
 
 
 # ---------------------------------------------------------------- quadratures: areas and impulse of pulses
