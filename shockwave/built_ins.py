@@ -51,7 +51,7 @@ _LIBRARY = Path(__file__).parent / "chain" / "library.json"
 # Commands whose names plugins cannot take; `shockwave.cli.parser` holds their options.
 _COMMANDS = (
     *("predict", "simulate", "compare", "validate", "report", "curve", "sweep", "plot", "design"),
-    *("uncertainty", "bench", "stress", "list", "new", "schema", "completion"),
+    *("uncertainty", "bench", "stress", "list", "new", "schema"),
 )
 
 #: Kind -> entries.

@@ -182,10 +182,9 @@ _NEW = [
     _option("-o --output FILE", "write to FILE, which must not exist (default: stdout)"),
 ]
 _OUTPUT = _option("-o --output FILE", "write to FILE (default: stdout)")
-_COMPLETION = [_option("SHELL", "bash, zsh or fish", choices=("bash", "zsh", "fish"), metavar="SHELL"), _OUTPUT]
 
 #: Commands that print no tables.
-_WITHOUT_TABLES = ("validate", "report", "explore", "plot", "new", "schema", "completion")
+_WITHOUT_TABLES = ("validate", "report", "explore", "plot", "new", "schema")
 
 # fmt: off
 #: Name, address of the function below `shockwave.cli`, summary, options.
@@ -206,7 +205,6 @@ COMMANDS: list[tuple[str, str, str, list[_Option]]] = [
     ("list", "registry_commands:list_registered", "list the available profiles, integrators, ...", [*_LIST, _JSON]),
     ("new", "registry_commands:new", "write a scenario with every key and its meaning", _NEW),
     ("schema", "registry_commands:schema", "write a JSON Schema of scenarios for editors", [_OUTPUT]),
-    ("completion", "registry_commands:completion", "write a script that completes commands in a shell", _COMPLETION),
 ]
 # fmt: on
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import importlib
 import json
 from typing import Any
 
 from shockwave import OWN_DISTRIBUTION
 from shockwave.cli.output import json_text, written
-from shockwave.cli.parser import KINDS, parser
+from shockwave.cli.parser import KINDS
 from shockwave.errors import PluginError, UsageError
 from shockwave.plugin_check import checked_plugins
 from shockwave.registry import Plugin, entries, plugins
@@ -88,24 +87,6 @@ def new(options: argparse.Namespace) -> int:
     from shockwave.scenario.template import template
 
     return written(template(options.profile), options.output, anew=True)
-
-
-def completion(options: argparse.Namespace) -> int:
-    """Write the script of a shell that completes commands, options, files and names."""
-    try:
-        shtab: Any = importlib.import_module("shtab")
-    except ImportError as missing:
-        remedy = f"pip install '{OWN_DISTRIBUTION}[completion]'"
-        raise UsageError(f"shtab must be installed (got {missing}; {remedy})") from missing
-    whole = parser()
-    (commands,) = (action.choices for action in whole._actions if isinstance(action.choices, dict))
-    names = {"integrator": "integrators", "profile": "profiles"}
-    for action in (action for command in commands.values() for action in command._actions):
-        if action.dest in names:
-            action.choices = [entry.name for entry in entries(names[action.dest])]
-        elif action.metavar in ("FILE", "FOLDER"):
-            action.complete = shtab.FILE if action.metavar == "FILE" else shtab.DIRECTORY
-    return written(shtab.complete(whole, shell=options.shell) + "\n", options.output)
 
 
 def schema(options: argparse.Namespace) -> int:
