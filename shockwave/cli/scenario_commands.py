@@ -242,23 +242,17 @@ def _force_cells(outcome: Outcome) -> _Row:
     wall, top = outcome.transmitted, outcome.greatest_force if outcome.peak_force is None else None
     if outcome.simulation is None and outcome.peak_force is not None:
         return {"peak force": si(outcome.peak_force, "N", error=SHOWN_ERROR), "error": "not known"}
-    if wall is not None:
-        return {
-            "wall force": si(wall.peak_force, "N", error=wall.error_estimate),
-            "error": f"{wall.error_estimate:.0e}",
-        }
-    if top is not None:
-        return {
-            "greatest force": si(top.peak_force, "N", error=top.error_estimate),
-            "error": f"{top.error_estimate:.0e}",
-        }
+    if (peak := wall or top) is not None:
+        return _error_cells("greatest force" if wall is None else "wall force", peak.peak_force, peak.error_estimate)
     if outcome.peak_force is None:
         return {"peak force": "no answer"}
     error = 1.0 if outcome.high is None else outcome.high / outcome.peak_force - 1
-    return {
-        "peak force": si(outcome.peak_force, "N", error=error),
-        "error": f"{error:.0e}" if error < 1 else "not known",
-    }
+    return _error_cells("peak force", outcome.peak_force, error)
+
+
+def _error_cells(name: str, force: float, error: float) -> _Row:
+    """A force with the estimate of its relative error."""
+    return {name: si(force, "N", error=error), "error": f"{error:.0e}" if error < 1 else "not known"}
 
 
 def _simulation_row(result: SimulationResult | ChainResult) -> _Row:
@@ -269,8 +263,7 @@ def _simulation_row(result: SimulationResult | ChainResult) -> _Row:
         "scenario": result.scenario or "-",
         **_verdict_cell(result),
         **_greatest_cell(result),
-        "peak force": si(result.peak_force, "N", error=error),
-        "error": f"{error:.0e}",
+        **_error_cells("peak force", result.peak_force, error),
         "amplification": si(result.amplification, "", error=error),
         "waves": _wave_count(result),
         "ejected": str(result.ejected_granules) if result.options.waves == "train" else "-",
@@ -283,8 +276,7 @@ def _chain_row(result: ChainResult) -> _Row:
     row = {
         "scenario": result.scenario or "-",
         **_verdict_cell(result),
-        "greatest force": si(top.peak_force, "N", error=top.error_estimate),
-        "error": f"{top.error_estimate:.0e}",
+        **_error_cells("greatest force", top.peak_force, top.error_estimate),
     }
     if wall is not None:
         from shockwave.measurement.chain_text import impulse_text  # for such chains only
