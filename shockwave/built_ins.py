@@ -48,12 +48,6 @@ def _rkn(name: str, title: str) -> Entry:
 # read here, because the module beside the file would import the chain
 _LIBRARY = Path(__file__).parent / "chain" / "library.json"
 
-# Commands whose names plugins cannot take; `shockwave.cli.parser` holds their options.
-_COMMANDS = (
-    *("predict", "simulate", "compare", "validate", "report", "curve", "sweep", "plot", "design"),
-    *("uncertainty", "bench", "stress", "list", "new", "schema"),
-)
-
 #: Kind -> entries.
 ENTRIES = {
     "profiles": [
@@ -85,5 +79,5 @@ ENTRIES = {
         Entry("dashpot", f"{_DAMPING}:Dashpot", "damping c d', linear", takes=_DAMPS),
         Entry("tsuji", f"{_DAMPING}:Tsuji", "damping c d^(1/4) d', with constant restitution", takes=_DAMPS),
     ],
-    "commands": [Entry(name, "shockwave.cli:main", "see `shockwave --help`") for name in _COMMANDS],
+    "commands": [],  # those of the core are in `shockwave.cli.parser`, and come first
 }

@@ -14,7 +14,6 @@ from conftest import HOOKS as SOUND_HOOKS
 from conftest import PULSE, ROOT, Install
 from shockwave import built_ins, plugin_check, registry
 from shockwave.cli import main
-from shockwave.cli.parser import COMMANDS, OFFERED
 from shockwave.errors import PluginError, UnknownNameError
 from shockwave.hooks import Entry
 
@@ -308,16 +307,6 @@ def test_an_unknown_command_is_an_error_of_usage(
     with pytest.raises(SystemExit, match="2"):
         main([*before, "dig"])
     assert "invalid choice: 'dig'" in capsys.readouterr().err
-
-
-def test_the_name_of_a_built_in_command_is_refused(install: Install, capsys: pytest.CaptureFixture[str]) -> None:
-    install("test-dig", hooks=COMMAND_HOOK, name="predict")
-    assert "command 'predict' is a built-in name" in str(rows(capsys)["test-dig"]["problem"])
-
-
-def test_the_names_that_commands_of_plugins_cannot_take_are_those_of_the_parser() -> None:
-    names = {name for name, *_ in COMMANDS}
-    assert {entry.name for entry in built_ins.ENTRIES["commands"]} == names - OFFERED.keys()
 
 
 @pytest.mark.usefixtures("patch")

@@ -9,7 +9,6 @@ import json
 import math
 import tomllib
 from collections.abc import Iterable
-from functools import lru_cache
 from importlib import resources
 from typing import Any
 
@@ -193,16 +192,9 @@ def law(case: Case, backend: Backend) -> Finding:
 
 def method(case: Case, backend: Backend) -> Finding:
     """DOP853 from SciPy on the whole chain, with waves that are measured by other code."""
-    result = _simulated(case, backend)
-    reference, faults = _by_dop853(json.dumps(case.scene))
-    return _compared(case, result, reference, f"; predicted {_predicted(case.scene):.4g} F0", faults)
-
-
-@lru_cache(maxsize=1)
-def _by_dop853(scene: str) -> tuple[float, tuple[str, ...]]:
-    """Amplification of a scene, as JSON, by DOP853 and its faults, once for both backends."""
-    result = simulate(*made(json.loads(scene)), integrator="dop853", waves="primary")
-    return result.amplification, tuple(f"{fault} (dop853)" for fault in _unsound(result))
+    result, other = _simulated(case, backend), simulate(*made(case.scene), integrator="dop853", waves="primary")
+    faults = [f"{fault} (dop853)" for fault in _unsound(other)]
+    return _compared(case, result, other.amplification, f"; predicted {_predicted(case.scene):.4g} F0", faults)
 
 
 def like(case: Case, backend: Backend) -> Finding:
