@@ -59,7 +59,6 @@ def in_finite_chain(kind: str) -> sw.ChainResult:
 #: Functions that draw each picture for a shock.
 PICTURES: dict[str, Any] = {
     "pulse": lambda ax, name: pictures.pulse(ax, SHOCKS[name]),
-    "conditions": lambda ax, name: pictures.conditions(ax, SHOCKS[name]),
     "contact_forces": lambda ax, name: pictures.contact_forces(ax, recorded(name, "forces")),
     "space_time": lambda ax, name: pictures.space_time(ax, recorded(name, "forces")),
     "train": lambda ax, name: pictures.train(ax, compared(name)),
@@ -160,16 +159,6 @@ def test_a_pulse_has_the_force_and_areas_of_the_shock(ax: Axes) -> None:
     assert ax.xaxis.get_major_formatter()(1.5e-5, 0) == "15"
     # a1 = 1/(1 + eta1), a2 = (n - 1)/(1 + eta2)
     assert key_of(ax) == ["rise, a₁ = 0.6667 F₀ t₀", "decay, a₂ = 1 F₀ t₀"]
-
-
-def test_margins_are_those_of_the_conditions(ax: Axes) -> None:
-    # a1 = 1/3, a2 = 1, n = 4: 1 - 1/3, 1/3 - 1/2, 3/2 - 1
-    profile = sw.PowerLaw(rise_exponent=2, decay_exponent=2, duration_ratio=4)
-    pictures.conditions(ax, sw.Shock(profile=profile, peak_force=1.0, rise_time=1.0))
-    margins = [text.get_text().partition("\n")[2] for text in ax.get_yticklabels()]
-    assert margins == ["+0.6667 t₀, holds", "\N{MINUS SIGN}0.1667 t₀, fails", "+0.5 t₀, holds"]
-    ends = [one.get_xdata()[0] for one in ax.get_lines() if one.get_marker() in ("o", "X")]  # type: ignore[index]
-    assert ends == pytest.approx([0.5, -0.2, 0.2])
 
 
 def test_the_added_area_is_half_of_the_added_momentum(ax: Axes) -> None:

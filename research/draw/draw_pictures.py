@@ -74,10 +74,9 @@ def compared(name: str) -> sw.Comparison:
 
 
 def pulse() -> Figure:
-    """Record of a hammer with its areas, and margins of the conditions (3)."""
-    figure, (left, right) = pictures.figure(1, 2, "page")
-    pictures.pulse(left, scene(RECORD).shock)
-    pictures.conditions(right, scene(RECORD).shock)
+    """Record of a hammer with its areas."""
+    figure, (ax,) = pictures.figure()
+    pictures.pulse(ax, scene(RECORD).shock)
     return figure
 
 

@@ -58,8 +58,6 @@ def drawings(found: Findings) -> dict[str, _Draw]:
     if found.is_beyond:
         return _of_chain(shock, result)
     chosen: dict[str, _Draw] = {"pulse": lambda ax: pictures.pulse(ax, shock)}
-    if not found.reason:
-        chosen["conditions"] = lambda ax: pictures.conditions(ax, shock)
     if isinstance(predicted, EjectionOutcome):
         chosen["correction"] = lambda ax: pictures.correction_area(ax, shock, predicted)
     if compared is not None:

@@ -18,7 +18,6 @@ from shockwave.pictures.chains import wall_force as wall_force
 from shockwave.pictures.figures import figure as figure
 from shockwave.pictures.figures import save as save
 from shockwave.pictures.figures import svg as svg
-from shockwave.pictures.shock import conditions as conditions
 from shockwave.pictures.shock import correction_area as correction_area
 from shockwave.pictures.shock import pulse as pulse
 from shockwave.pictures.waves import contact_forces as contact_forces

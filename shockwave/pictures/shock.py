@@ -1,4 +1,4 @@
-"""Pictures of the shock: areas of rise and decay, conditions (3), and the correction (5g,h)."""
+"""Pictures of the shock: areas of rise and decay, and the correction (5g,h)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from shockwave.errors import InvalidValueError
 from shockwave.pictures.drawing import BLACK, BLUE, MINUS, ORANGE, SKY, VERMILION, area, finish, si_label, thinned
 from shockwave.prediction.section4_outcome import EjectionOutcome, Section4Outcome
 from shockwave.profiles.base import ShockProfile
-from shockwave.profiles.conditions import conditions as conditions_of
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 
@@ -20,8 +19,6 @@ if TYPE_CHECKING:
 
 # Points of the rise, and of the decay.
 _POINTS = 240
-# Symbols of a statement; formulas in TeX would take longer than the rest of a picture.
-_FORMULA = ((">=", "≥"), ("<=", "≤"), ("a1", "a₁"), ("a2", "a₂"), ("-", MINUS))
 # Symbol of the virtual rise time.
 _VIRTUAL = "t\N{COMBINING CIRCUMFLEX ACCENT}₀"
 
@@ -49,38 +46,6 @@ def pulse(ax: Axes, shock: Shock) -> Axes:
     kept = thinned(y)
     ax.plot(x[kept], y[kept], color=BLACK, linewidth=1.2)
     return _force_against_time(ax, shock.duration, shock.peak_force)
-
-
-def conditions(ax: Axes, shock: Shock) -> Axes:
-    """Draw the margins of the three conditions (3), relative to the sum of both sides of each.
-
-    Parameters
-    ----------
-    ax : Axes
-        Axes to draw on; a small height is sufficient.
-    shock : Shock
-        The shock; the printed margins are in units of its rise time.
-    """
-    areas = shock.profile.areas()
-    n = float(shock.profile.duration_ratio)
-    a1, a2 = areas.rise.value, areas.decay.value
-    both_sides = (a1 + a2, a1 + 0.5, a2 + (n - 1) / 2)
-    labels = []
-    for place, (condition, sides) in enumerate(zip(conditions_of(areas, n), both_sides, strict=True)):
-        colour = BLUE if condition.holds else VERMILION
-        share = condition.margin / sides
-        ax.plot([0, share], [place, place], color=colour, linewidth=4, solid_capstyle="butt")
-        ax.plot([share], [place], "o" if condition.holds else "X", color=colour, markersize=7)
-        statement = condition.statement
-        for plain, symbol in _FORMULA:
-            statement = statement.replace(plain, symbol)
-        # adding zero takes the sign from a zero
-        margin = f"{round(condition.margin, 9) + 0.0:+.4g}".replace("-", MINUS)
-        labels.append(f"{statement}\n{margin} t₀, {'holds' if condition.holds else 'fails'}")
-    ax.axvline(0, color=BLACK, linewidth=0.8)
-    ax.set(xlim=(-1.08, 1.08), xticks=(-1, -0.5, 0, 0.5, 1), ylim=(2.6, -0.6))
-    ax.set_yticks(range(len(labels)), labels)
-    return finish(ax, ("margin / sum of both sides", ""), ("", ""))
 
 
 def correction_area(ax: Axes, shock: Shock, outcome: Section4Outcome) -> Axes:
