@@ -203,6 +203,17 @@ def read(plugin: Plugin) -> Plugin:
         return evolve(plugin, problem=described(error))
 
 
+def checked(plugin: Plugin) -> Plugin:
+    """``plugin`` with the problems of everything that it registers, which is imported."""
+    problems = [plugin.problem] if plugin.problem else []
+    for kind, entry in plugin.entries:
+        try:
+            loaded_entry(kind, entry)
+        except PLUGIN_FAULTS as error:
+            problems.append(described(error, kind, entry))
+    return evolve(plugin, problem="; ".join(problems))
+
+
 def _registered(plugin: Plugin) -> list[tuple[str, Entry]]:
     """Kind and entry of everything that ``plugin`` registers; pluggy checks names and arguments of the hooks."""
     import pluggy

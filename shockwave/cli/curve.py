@@ -9,7 +9,7 @@ from shockwave import pictures
 from shockwave.chain.chain import Scales
 from shockwave.chain.coverage import covered
 from shockwave.cli.output import check_output, json_text, written
-from shockwave.cli.scenario_commands import loaded, located
+from shockwave.cli.scenario_commands import loaded
 from shockwave.studies.curve import UniversalCurve
 from shockwave.text import limits, si, strong
 
@@ -18,7 +18,7 @@ def curve(options: Namespace) -> int:
     """Print or write the universal curve for the shape of a scenario's shock."""
     check_output(options.output, ".json", ".svg", ".png", ".pdf")
     (scenario,) = loaded([options.file], output=options.output)
-    with located(scenario):
+    with scenario.locating():
         chain = covered(scenario.chain, scenario.excitation, "the universal curve")
     shock = scenario.shock
     ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)

@@ -10,8 +10,7 @@ from shockwave import OWN_DISTRIBUTION
 from shockwave.cli.output import json_text, written
 from shockwave.cli.parser import KINDS
 from shockwave.errors import PluginError, UsageError
-from shockwave.plugin_check import checked_plugins
-from shockwave.registry import Plugin, entries, plugins
+from shockwave.registry import Plugin, checked, entries, plugins
 from shockwave.result_base import VERSION
 from shockwave.simulation.backend import BACKENDS, lack
 from shockwave.text import alarm, paragraph, strong, table
@@ -57,7 +56,7 @@ def _names(entries: list[dict[str, str]]) -> str:
 
 def _rows(kind: str, check: bool) -> list[dict[str, Any]]:
     if kind == "plugins":
-        return [_plugin(plugin, check) for plugin in (checked_plugins() if check else plugins())]
+        return [_plugin(plugin, check) for plugin in (map(checked, plugins()) if check else plugins())]
     if kind == "backends":
         problems = {"compiled": lack() or None, "numpy": None}
         return [
