@@ -88,7 +88,7 @@ class Result:
         if table is None:
             names = list(filter(self._table, dict(self._tables)))
             if not names:
-                raise UsageError(f"a {type(self).__name__} without any table cannot be converted")
+                raise UsageError(f"{type(self).__name__} has no table and cannot be converted")
             raise UnknownNameError("table of this result", str(name), names)
         return table
 

@@ -118,6 +118,23 @@ def test_a_chain_that_must_be_elastic_is_refused_in_its_place(tmp_path: Path) ->
                 answer(file)
 
 
+def test_forces_of_section_4_alone_do_not_refuse_a_chain_that_must_be_elastic(tmp_path: Path) -> None:
+    scenario = sw.load_scenario(ROOT / "profiles" / "examples" / "exponential.yaml")
+    simulated = sw.simulate(scenario.shock, scenario.chain)
+    paper = sw.predict(scenario.shock, scenario.chain, model="section-4")
+    assert simulated.greatest_force.peak_force < 35.4 < paper.peak_force
+    steel = attrs.evolve(scenario.chain.material, yield_strength=1e9)
+    first = sw.simulate(scenario.shock, attrs.evolve(scenario.chain, material=steel)).yielding.first_yield_force
+    # the force of first yield is that of the third power of the strength
+    steel = attrs.evolve(steel, yield_strength=1e9 * (35.4 / first) ** (1 / 3))
+    chain = attrs.evolve(scenario.chain, material=steel, elastic_only=True)
+    assert sw.simulate(scenario.shock, chain).yielding.first_yield_force == pytest.approx(35.4, rel=1e-12)
+    assert sw.predict(scenario.shock, chain).peak_force == simulated.peak_force
+    assert sw.compare(scenario.shock, chain).errors.peak_force == paper.peak_force / simulated.peak_force - 1
+    with pytest.raises(sw.InvalidValueError, match="elastic_only: must be left out for forces beyond first yield"):
+        sw.predict(scenario.shock, chain, model="section-4")
+
+
 def test_case_does_not_matter_in_the_names_of_a_scenario(tmp_path: Path) -> None:
     text = """\
 chain: {material: %s, diameter: 9.5 mm}

@@ -223,7 +223,7 @@ def test_the_results_of_a_sweep_refuse_an_unknown_table(method: str, sweep: sw.S
 
 def test_a_result_without_tables_says_so() -> None:
     report = SweepReport(folder=Path("out"), points=2, done=2, failed=0, crashed=0, before=0, seconds=1.0)
-    with pytest.raises(UsageError, match="SweepReport without any table"):
+    with pytest.raises(UsageError, match="SweepReport has no table"):
         report.to_pandas()
 
 

@@ -269,13 +269,14 @@ def compare(
     place : callable
         Function that adds the place in a file to a fault.
     """
+    simulated = simulate_with(options, shock, chain)
     predicted: Outcome | None = None
     faults: tuple[Fault, ...] = ()
     try:
-        predicted = predictor.predict(shock, chain)
+        # the simulation has judged a chain that must be elastic
+        predicted = predictor.predict(shock, evolve(chain, elastic_only=False))
     except NotCoveredError as error:
         faults = tuple(map(place, error.faults))
-    simulated = simulate_with(options, shock, chain)
     return Comparison(
         predicted=predicted, simulated=simulated, equal_tolerance=predictor.equal_tolerance, faults=faults
     )

@@ -146,8 +146,9 @@ class Points:
         """Outcomes of section 4 by point number; None where it does not cover the scene."""
         outcomes: dict[int, _Predicted] = {}
         for index, scene in scenes.items():
-            section4 = evolve(scene.predictor, model="section-4")
-            (outcome,) = section4.predict_many([scene.excitation], [scene.chain])
+            # the simulation judges a chain that must be elastic
+            section4, chain = evolve(scene.predictor, model="section-4"), evolve(scene.chain, elastic_only=False)
+            (outcome,) = section4.predict_many([scene.excitation], [chain])
             outcomes[index] = None if isinstance(outcome, NotCoveredError) else outcome
         return outcomes
 
