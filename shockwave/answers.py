@@ -10,7 +10,7 @@ import attrs
 from attrs import evolve
 
 from shockwave.errors import InvalidValueError
-from shockwave.fields import listed, text_of
+from shockwave.fields import text_of
 from shockwave.options import SimulateOptions
 
 if TYPE_CHECKING:
@@ -111,6 +111,7 @@ def simulate(
     from shockwave.measurement.simulate import simulate_with
 
     options |= {} if rtol is None else {"rtol": rtol}
+    _refuse_unknown(options, set(attrs.fields_dict(SimulateOptions)))
     scenario = _scenario(scene, chain)
     if scenario is None:
         return _limited(simulate_with(_options_of(options), cast("Shock", scene), cast("Chain", chain)), limit)
@@ -146,8 +147,10 @@ def compare(
         return evolve(compared, simulated=_limited(compared.simulated, limit))
     with scenario.locating():
         compared = comparison.compare(scenario.excitation, scenario.chain, predictor, options, scenario.place)
-    simulated = evolve(compared.simulated, scenario=scenario.name, limit=scenario.limit)
-    return evolve(compared, simulated=_limited(simulated, limit), published=scenario.published)
+    about: dict[str, Any] = {"scenario": scenario.name, "limit": scenario.limit}
+    predicted = compared.predicted and evolve(compared.predicted, **about)
+    simulated = _limited(evolve(compared.simulated, **about), limit)
+    return evolve(compared, predicted=predicted, simulated=simulated, published=scenario.published)
 
 
 def _limited(result: Any, limit: Limit | float | str | None) -> Any:
@@ -173,14 +176,18 @@ def _settings(scenario: Scenario | None, given: dict[str, Any]) -> tuple[Predict
     from shockwave.prediction.predictor import Predictor
 
     of_predictor, of_options = (set(attrs.fields_dict(cls)) for cls in (Predictor, SimulateOptions))
-    if unknown := sorted(given.keys() - of_predictor - of_options):
-        names = listed([*sorted(of_predictor | of_options)])
-        raise InvalidValueError.of(unknown[0], f"must be left out (got {text_of(given[unknown[0]])}; known: {names})")
+    _refuse_unknown(given, of_predictor | of_options)
     settings = {name: value for name, value in given.items() if name in of_predictor}
     options = {name: value for name, value in given.items() if name in of_options}
     if scenario is None:
         return Predictor(**settings), _options_of(options)
     return evolve(scenario.predictor, **settings), _options(scenario, options)
+
+
+def _refuse_unknown(given: dict[str, Any], known: set[str]) -> None:
+    if unknown := sorted(given.keys() - known):
+        names = ", ".join(sorted({"limit", *known}))
+        raise InvalidValueError.of(unknown[0], f"must be left out (got {text_of(given[unknown[0]])}; known: {names})")
 
 
 def _options_of(given: dict[str, Any]) -> SimulateOptions:

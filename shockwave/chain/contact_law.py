@@ -9,6 +9,7 @@ from attrs import frozen
 
 from shockwave.fields import quantity
 from shockwave.quadrature import FloatArray
+from shockwave.registry import blame
 
 
 @frozen(eq=False)
@@ -87,13 +88,23 @@ class BoundLaw:
         return np.zeros((self.law.states, len(self.pairs.stiffnesses)))
 
     def force(self, overlap: FloatArray, closing_velocity: FloatArray, state: FloatArray) -> FloatArray:
-        """Forces at all contacts, zero or positive."""
-        found = self.law.force(overlap * self.length, closing_velocity * self.velocity, state, self.pairs)
-        return np.where(overlap > 0, np.maximum(found, 0.0), 0.0) / self.unit_force
+        """Forces at all contacts, zero or positive.
+
+        Raises
+        ------
+        PluginError
+            If the law raises, or a force is not finite.
+        """
+        with blame("contacts", type(self.law)):
+            forces = self.law.force(overlap * self.length, closing_velocity * self.velocity, state, self.pairs)
+            if not np.isfinite(forces).all():
+                raise ValueError("a force must be finite")
+        return np.where(overlap > 0, np.maximum(forces, 0.0), 0.0) / self.unit_force
 
     def update(self, overlap: FloatArray, closing_velocity: FloatArray, state: FloatArray) -> FloatArray:
         """The state after an accepted step."""
-        return self.law.update(overlap * self.length, closing_velocity * self.velocity, state, self.pairs)
+        with blame("contacts", type(self.law)):
+            return self.law.update(overlap * self.length, closing_velocity * self.velocity, state, self.pairs)
 
 
 @frozen(kw_only=True)

@@ -94,10 +94,10 @@ _SIMULATE = [
     _option("--backend BACKEND", "code that integrates the chain (default: auto)", choices=_BACKENDS),
     _option("--contacts N,N", "report leading wave and greatest force at these contacts", type=_contacts),
     _option("--primary", "measure the leading wave only, not the whole train"),
-    _option("--timeout SECONDS", "maximum computing time (default: no limit)", type=_number(1e-3, 1e9)),
+    _option("--timeout SECONDS", "maximum computing time (default: none; of predict 10 s)", type=_number(1e-3, 1e9)),
 ]
 _DETAIL = [
-    _option("--explain", "show the decision of section 4, with its symbols"),
+    _option("--explain", "show the decision of section 4 with its symbols, or the simulated waves"),
     _option("--verbose", "show everything"),
 ]
 _SIMULATED = [_FILES, _JSON, _LIMIT, *_DETAIL, *_SIMULATE]

@@ -12,7 +12,7 @@ from attrs import asdict, evolve
 
 from shockwave import answers
 from shockwave.cli.output import check_output, failure, json_text, load_matplotlib, written
-from shockwave.errors import Fault, ShockwaveError, UnknownNameError, UsageError
+from shockwave.errors import Fault, NumericalError, ShockwaveError, UnknownNameError, UsageError
 from shockwave.files import refuse_inputs
 from shockwave.plausibility import unusual
 from shockwave.prediction.outcome_text import SHOWN_ERROR
@@ -80,6 +80,8 @@ def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any]
             # parts of a result that are computed when they are used may fail, too
             documents.append(result.to_dict())
             done.append(result)
+            if documents[-1].get("method") == "simulation" and result.reason:  # of a prediction, which is shown as well
+                status = max(status, NumericalError.exit_code)
         except Exception as error:
             text, code = failure(scenario.located(error))
             located = text.startswith(f"{scenario.path}:")
@@ -243,7 +245,7 @@ def _force_cells(outcome: Outcome) -> _Row:
     if outcome.simulation is None and outcome.peak_force is not None:
         return {"peak force": si(outcome.peak_force, "N", error=SHOWN_ERROR), "error": "not known"}
     if (peak := wall or top) is not None:
-        return _error_cells("greatest force" if wall is None else "wall force", peak.peak_force, peak.error_estimate)
+        return _error_cells("greatest force" if wall is None else "force on wall", peak.peak_force, peak.error_estimate)
     if outcome.peak_force is None:
         return {"peak force": "no answer"}
     error = 1.0 if outcome.high is None else outcome.high / outcome.peak_force - 1
@@ -252,7 +254,7 @@ def _force_cells(outcome: Outcome) -> _Row:
 
 def _error_cells(name: str, force: float, error: float) -> _Row:
     """A force with the estimate of its relative error."""
-    return {name: si(force, "N", error=error), "error": f"{error:.0e}" if error < 1 else "not known"}
+    return {name: si(force, "N", error=error), "error": f"{error:.0e}" if force and error < 1 else "not known"}
 
 
 def _simulation_row(result: SimulationResult | ChainResult) -> _Row:

@@ -194,6 +194,9 @@ def _unfinished(
     case: ChainSetup, motion: Motion, velocities: FloatArray, apart: npt.NDArray[np.bool_]
 ) -> Iterator[str]:
     """Warnings of results that may change after the end of the simulated time."""
+    if motion.arrival is None and case.chain.count is not None:
+        last = "wall" if case.has_wall else "last contact"
+        yield f"The leading wave has not reached the {last} by the end of the simulated time (extend until)."
     if case.has_wall and case.layout.law is None:
         closing = motion.x[case.granules - 1] - (motion.x[case.granules] if len(motion.x) > case.granules else 0.0)
         assembly = case.assembly

@@ -33,7 +33,7 @@ def chain_head(result: ChainResult) -> list[str]:
 def chain_lines(result: ChainResult) -> list[str]:
     """Lines of the force on the wall, the striker and other results; on request everything."""
     lines = facts(chain_answer(result))
-    if detail() is Detail.VERBOSE or result.options.contacts:
+    if detail() >= Detail.EXPLAIN or result.options.contacts:
         contacts = _shortened(_CONTACTS, result.contacts, lambda peak: _row(peak, place_of(result, peak.contact)))
         lines += ["", *contacts.split("\n")]
     if detail() is Detail.VERBOSE:

@@ -38,10 +38,11 @@ def result_lines(result: SimulationResult) -> list[str]:
     """Lines of waves and rebounding granules; on request balances, cost and scene."""
     leading = [("leading wave", peak_text(result))] if greatest_text(result) else []
     lines = facts([*leading, *result_answer(result)])
+    if detail() >= Detail.EXPLAIN:
+        lines += ["", wave_tables(result)]
     if detail() is Detail.VERBOSE:
-        lines += ["", wave_tables(result), "", *facts([*result_details(result), *result.scene.facts()])]
-        lines += notes(result.scene.notes)
-    elif result.passages:
+        lines += ["", *facts([*result_details(result), *result.scene.facts()]), *notes(result.scene.notes)]
+    elif detail() is Detail.SHORT and result.passages:
         lines += ["", *passage_table(result).split("\n")]
     return lines
 

@@ -307,7 +307,7 @@ class Outcome(Result):
         wall = self.transmitted
         document |= {
             "greatest_force": self.greatest_force and asdict(self.greatest_force),
-            "transmitted": wall and asdict(wall) | {"low": wall.low, "high": wall.high},
+            "transmitted": wall and asdict(wall) | {"low": wall.low, "high": wall.high if wall.peak_force else None},
             "verdict": plain_verdict(self),
             "yield": self.yielding and asdict(self.yielding),
             "regime": self.regime,

@@ -55,15 +55,16 @@ def outcome_text(outcome: Outcome) -> str:
 
 def lead_text(outcome: Outcome) -> str:
     """The force on a wall, of the leading wave, or the greatest one, with its accuracy."""
-    if outcome.transmitted is not None:
-        return f"force on the wall {_peak(outcome.transmitted)}"
+    wall = outcome.transmitted
+    if wall is not None:
+        return f"force on the wall {_peak(wall)}" if wall.peak_force else "the wave does not reach the wall"
     if outcome.simulation is None:
         return f"leading wave {si(outcome.peak_force or 0.0, 'N', error=SHOWN_ERROR)} by section 4, error not known"
     top = outcome.greatest_force if outcome.peak_force is None or outcome.chain.count is not None else None
     if top is not None:
         return f"greatest force {_peak(top)}, at contact {top.contact}"
     if outcome.peak_force is not None:
-        return f"leading wave {force_text(outcome.peak_force, outcome.low, outcome.high)}"
+        return f"simulated leading wave {force_text(outcome.peak_force, outcome.low, outcome.high)}"
     return f"no answer: {outcome.reason}"
 
 
@@ -77,15 +78,14 @@ def force_text(force: float, low: float | None, high: float | None) -> str:
 
 def _peak(peak: Any) -> str:
     """A greatest force with its time."""
-    if not peak.peak_force:
-        return "0 N"
     return f"{force_text(peak.peak_force, peak.low, peak.high)}, at {si(peak.time, 's', 4)}"
 
 
 def _forces(outcome: Outcome) -> Iterator[tuple[str, str]]:
     """Labels and texts of the forces beside the first one."""
-    top, ratio = outcome.greatest_force if outcome.transmitted is not None else None, outcome.amplification
-    if top is not None and outcome.transmitted is not None and top.peak_force > outcome.transmitted.peak_force:
+    first, ratio = outcome.transmitted or outcome, outcome.amplification
+    top = None if outcome.transmitted is None and outcome.chain.count is not None else outcome.greatest_force
+    if top is not None and first.peak_force is not None and top.peak_force > first.peak_force:
         yield "greatest force", f"{_peak(top)}, at contact {top.contact}"
     if outcome.peak_force is not None and outcome.simulation is not None and outcome.chain.count is not None:
         yield "leading wave", force_text(outcome.peak_force, outcome.low, outcome.high)

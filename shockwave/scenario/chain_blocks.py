@@ -140,13 +140,16 @@ def law(block: str, given: Any) -> Any:
         except UnknownNameError:
             cls = None
         if cls is not None and name.lower() in map(str.lower, known):
-            with blame("contacts", cls):
-                keys = (MODEL, *keys_of(cls))
-                return _made(lambda model, **values: cls(**values), given, keys, _PARSERS.get(cls))
+            return _made(partial(_law_of, cls), given, (MODEL, *keys_of(cls)), _PARSERS.get(cls))
         problem = f"must be {listed(known)} (got {text_of(name)}; {nearest(name, known)}".rstrip("; ") + ")"
         raise WrongsError([Wrong(("model",), problem)])
     structure(given, (MODEL,))  # raises
     raise AssertionError
+
+
+def _law_of(cls: Any, model: str, **values: Any) -> Any:
+    with blame("contacts", cls):
+        return cls(**values)
 
 
 def _stiffness(given: Any) -> Any:
