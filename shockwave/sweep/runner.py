@@ -197,9 +197,7 @@ class _Dispatch:
         """Send batches until every worker has enough, and return whether any are pending."""
         try:
             ahead = _AHEAD * self.workers.count
-            # a suspect runs alone if another batch could terminate the same worker
-            most = 1 if self.suspects and not self.workers.isolates else ahead
-            while len(self.pending) < most and (self.queue or self.alone):
+            while len(self.pending) < ahead and (self.queue or self.alone):
                 batch = self._batch(ahead)
                 self.pending[self.workers.submit(self.content, batch)] = batch
         except (OSError, RuntimeError) as error:  # the executor was shut down or has broken down
