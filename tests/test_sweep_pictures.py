@@ -89,11 +89,17 @@ def test_a_sweep_without_results_is_drawn_empty(tmp_path: Path, held: dict[str, 
     assert inside(plot(a_map(tmp_path, failed=tuple(range(180))), at=held).figure)
 
 
-def test_without_any_estimate_the_number_of_the_model_is_drawn(tmp_path: Path) -> None:
-    columns = {"estimate_amplification": [None, None], "amplification": [1.0, 2.0]}
-    found = plot(swept(tmp_path / "out", [([TIME], [[1e-6], [2e-6]])], columns))
-    assert found.column == "amplification"
-    assert lines_of(found) == [[[1e-6, 1.0], [2e-6, 2.0]]]
+def test_the_amplification_is_drawn_and_without_it_the_first_number(tmp_path: Path) -> None:
+    axes = [([TIME], [[1e-6], [2e-6]])]
+    numbers = {"peak_force": [3.0, 4.0], "section4_peak_force": [5.0, 6.0]}
+    both = {"amplification": [0.3, 0.4], "section4_amplification": [0.5, 0.6]}
+    # points without an answer of the engine
+    unknown = both | {"amplification": [None, None]}
+    cases = (numbers | both, "amplification"), (numbers, "peak_force"), (numbers | unknown, "section4_amplification")
+    for columns, name in cases:
+        found = plot(swept(tmp_path / name, axes, columns))
+        assert found.column == name
+        assert lines_of(found) == [[[1e-6, columns[name][0]], [2e-6, columns[name][1]]]]
 
 
 def test_one_axis_gives_a_line(tmp_path: Path) -> None:
@@ -117,6 +123,15 @@ ERRORS: dict[str, tuple[dict[str, Any], str]] = {
     "of-momentum": (
         {"recoil_momentum": [2.0, 3.0], "recoil_error": [0.5, 1.0]},
         "recoil_momentum: error at most 1 N s",
+    ),
+    # the ends of a range are those of the peak force, of which the amplification is a multiple
+    "of-range": (
+        {"amplification": [2.0, 4.0], "peak_force": [20.0, 40.0], "low": [18.0, 39.0], "high": [22.0, 41.0]},
+        "amplification: relative error at most 1.0e-01",
+    ),
+    "section-4": (
+        {"peak_force": [20.0, 40.0], "low": [None, None], "high": [None, None]},
+        "peak_force: by section 4, error not known",
     ),
 }
 
@@ -169,7 +184,7 @@ def test_three_axes_are_refused_unless_one_is_fixed(tmp_path: Path) -> None:
 
 WRONG: dict[str, tuple[list[str], int, str]] = {
     "column": (["--column", "amplificatio"], 3, "did you mean 'amplification'"),
-    "text": (["--column", "section4_regime"], 3, "unknown numeric column"),
+    "text": (["--column", "section4_regime"], 3, "numeric column (got 'section4_regime'; known: amplification)"),
     "variable": (["--x", "shock.rise_tim"], 3, "unknown variable of the sweep"),
     "held": (["--at", "shock.duration_ratio=3"], 2, "must be one of its values (got 3; they are 1.5, "),
     "held-unit": (["--at", "shock.duration_ratio=3 s"], 2, "shock.duration_ratio: must be a number"),
