@@ -41,6 +41,9 @@ class Pulse(Triangular):
     def rise(self, s):
         if self.danger == 5:
             os.abort()
+        if self.danger == 70 and not os.path.exists(MARKER):  # the first time
+            open(MARKER, "w").close()
+            os.abort()
         if self.danger == 60:
             time.sleep(600)
         if self.danger == 9:
@@ -64,7 +67,7 @@ def written(folder: Path, count: int, profile: str = "triangular", sweep: str = 
 
 def risky(folder: Path, install: Install, *dangers: int) -> Path:
     """A sweep over values of the parameter."""
-    install("risky", pulse=RISKY)
+    install("risky", pulse=RISKY.replace("MARKER", repr(str(folder / "crashed"))))
     return written(folder, len(dangers), "risky", f"shock.parameters.danger: {list(dangers)}")
 
 
@@ -220,6 +223,21 @@ def test_only_the_point_that_crashes_is_recorded_as_crashed(tmp_path: Path, inst
     assert unfinished(tmp_path / "out") == {5: "crashed", 9: "failed"}
     # neither is run again
     assert run_sweep(file, tmp_path / "out").before == 12
+
+
+def test_a_point_whose_process_ends_once_is_run_again_before_it_is_blamed(tmp_path: Path, install: Install) -> None:
+    # two points are sent alone
+    file = risky(tmp_path, install, 0, 70)
+    report = run_sweep(file, tmp_path / "out", workers=1)
+    assert (report.done, report.crashed) == (2, 0)
+    assert (tmp_path / "crashed").exists()
+
+
+def test_fail_fast_stops_at_a_point_that_crashes(tmp_path: Path, install: Install) -> None:
+    file = risky(tmp_path, install, 0, 5, *[0] * 200)
+    report = run_sweep(file, tmp_path / "out", workers=1, fail_fast=True)
+    assert (report.failed, report.crashed) == (0, 1)
+    assert report.left > 0
 
 
 def test_only_the_points_that_exceed_the_time_limit_fail(tmp_path: Path, install: Install) -> None:

@@ -236,7 +236,7 @@ UNFINISHED = {
     "torn": (["".join(LINES)[:-9]], "the last line of journal.jsonl is incomplete"),
     "unfinished": (LINES[:4], "2 of 6 points have not been run"),
     "garbage": (
-        [*LINES[:5], "{}\n", '{"index": 77, }\n', LINES[5].replace('"done"', '"lost"'), LINES[5]],
+        [*LINES[:5], "{}\n", line(6, None, 7.0, 0.7, 1), LINES[5].replace('"done"', '"lost"'), LINES[5]],
         "ignored lines of journal.jsonl that are damaged or belong to no point: 3",
     ),
 }
@@ -274,7 +274,7 @@ WRONG_DEFINITIONS: dict[str, tuple[str, Any]] = {
     "a-value-too-many": ("axes", [{"names": ["a"], "units": ["s"], "values": [[1.0, 2.0]]}]),
     "versions": ("versions", [1]),
     "not-a-number": ("scenario", float("nan")),
-    "other-format": ("format", 1),
+    "later-format": ("format", 4),
 }
 
 
@@ -284,6 +284,15 @@ def test_an_invalid_definition_is_refused(folder: Path, name: str) -> None:
     document = json.loads((folder / "sweep.json").read_text())
     (folder / "sweep.json").write_text(json.dumps(document | {key: value}))
     with pytest.raises(InvalidValueError, match=r"sweep\.json: must be"):
+        load_sweep(folder)
+
+
+@pytest.mark.parametrize("earlier", [1, 2])
+def test_a_sweep_of_an_earlier_format_is_refused_by_name(folder: Path, earlier: int) -> None:
+    document = json.loads((folder / "sweep.json").read_text())
+    (folder / "sweep.json").write_text(json.dumps(document | {"format": earlier}))
+    got = rf"got format {earlier} of an earlier version; run the sweep again in a new folder"
+    with pytest.raises(InvalidValueError, match=rf"sweep\.json: must be of format 3 \({got}\)$"):
         load_sweep(folder)
 
 
