@@ -202,10 +202,10 @@ def elastic(tmp_path: Path, peak_force: str, spread: str = "5 %") -> Path:
 
 @pytest.mark.parametrize(
     ("arguments", "start"),
-    [(["uncertainty"], "{}:1:"), (["curve"], "{}:1:"), (["design", *SIZES], "--between: must contain only valid")],
-    ids=["uncertainty", "curve", "design"],
+    [(["uncertainty"], "{}:1:"), (["design", *SIZES], "--between: must contain only valid")],
+    ids=["uncertainty", "design"],
 )
-def test_studies_of_curves_refuse_forces_beyond_first_yield(
+def test_studies_refuse_forces_beyond_first_yield(
     arguments: list[str], start: str, tmp_path: Path, capsys: Any
 ) -> None:
     file = elastic(tmp_path, "90 N")
