@@ -266,16 +266,16 @@ def printed(result: object, writer: str) -> str:
 
 def in_one_line(result: object) -> str:
     """Text of ``result`` in which no line is wrapped."""
-    token = _screen.set(Screen(columns=10_000, wide=True))
-    try:
-        return str(result)
-    finally:
-        _screen.reset(token)
+    return _on_screen(result, Screen(columns=10_000, wide=True))
 
 
 def detailed(result: object, detail: Detail) -> str:
     """Text of ``result`` with this detail."""
-    token = _screen.set(evolve(_screen.get(), detail=detail))
+    return _on_screen(result, evolve(_screen.get(), detail=detail))
+
+
+def _on_screen(result: object, screen: Screen) -> str:
+    token = _screen.set(screen)
     try:
         return str(result)
     finally:

@@ -12,12 +12,11 @@ from shockwave.text import si
 
 # Main quantity of a sweep: the first of these columns that it has; a simulated one, where there is one.
 _MAIN = ("amplification", "section4_amplification")
-# Columns of simulated quantities, by the column of their error estimate: relative, but absolute for a momentum.
+# Columns of simulated quantities, by the column of their relative error estimate.
 _ESTIMATES = {
     "peak_force": "error_estimate",
     "amplification": "error_estimate",
     "second_peak_force": "second_error_estimate",
-    "recoil_momentum": "recoil_error",
     "greatest_force": "greatest_error",
 }
 
@@ -28,31 +27,27 @@ def main_quantity(columns: Sequence[str]) -> str:
 
 
 class Accuracy(NamedTuple):
-    """Bounds of the true values, NaN where not known; their name; and a sentence, empty if the column has no error."""
+    """Absolute errors of the values, NaN where not known, and a sentence, empty if the column has no error."""
 
-    low: npt.NDArray[np.float64]
-    high: npt.NDArray[np.float64]
-    bounds: str
+    errors: npt.NDArray[np.float64]
     sentence: str
 
 
 def accuracy_of(name: str, columns: Collection[str], values_of: Callable[[str], npt.NDArray[Any]]) -> Accuracy:
     """Return the accuracy of the column ``name`` of a sweep with these ``columns``, each with ``values_of``."""
     values = values_of(name)
-    low = high = np.full(values.shape, np.nan)
+    unknown = np.full(values.shape, np.nan)
     if not np.isfinite(values).any():
-        return Accuracy(low, high, "", "no point has a value")
+        return Accuracy(unknown, "no point has a value")
+    if name == "recoil_momentum" and "recoil_error" in columns:
+        errors = values_of("recoil_error")
+        return Accuracy(errors, f"error at most {si(np.nanmax(errors, initial=0.0), 'N s', 2)}")
     if (column := _ESTIMATES.get(name, "")) in columns:
-        error = values_of(column)
-        most = np.nanmax(error, initial=0.0)
-        sentence = f"error at most {si(most, 'N s', 2)}"
-        if column != "recoil_error":
-            sentence, error = f"relative error at most {most:.1e}", error * np.abs(values)
-        return Accuracy(values - error, values + error, "error estimate", sentence)
-    if name in ("peak_force", "amplification") and "low" in columns:
-        error = (values_of("high") - values_of("low")) / 2 / values_of("peak_force")
-        if not np.isfinite(error).any():
-            return Accuracy(low, high, "", "by section 4, error not known")
-        sentence = f"relative error at most {np.nanmax(error):.1e}"
-        return Accuracy(values * (1 - error), values * (1 + error), "error estimate", sentence)
-    return Accuracy(low, high, "", "")
+        errors = values_of(column)
+    elif name in ("peak_force", "amplification") and "low" in columns:
+        errors = (values_of("high") - values_of("low")) / 2 / values_of("peak_force")
+        if not np.isfinite(errors).any():
+            return Accuracy(unknown, "by section 4, error not known")
+    else:
+        return Accuracy(unknown, "")
+    return Accuracy(errors * np.abs(values), f"relative error at most {np.nanmax(errors, initial=0.0):.1e}")

@@ -252,8 +252,7 @@ class SweepResults(Result, SweepDefinition):
         """A value of a variable, or of a column at a point, with the digits that its error allows."""
         digits = _VARIABLE_DIGITS
         if name not in self.variables:
-            low, high, _, _ = accuracy_of(name, self.units, self.values)
-            error = max(abs(bound.flat[index] - value) for bound in (low, high)) / (abs(value) or 1.0)
+            error = accuracy_of(name, self.units, self.values).errors.flat[index] / (abs(value) or 1.0)
             digits = significant_digits(value, error) if math.isfinite(error) else _USUAL_DIGITS
         unit = self.units[name]
         return si(value, unit, digits) if unit else f"{value:.{digits}g}"
