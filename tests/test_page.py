@@ -90,7 +90,7 @@ def test_every_page_is_complete_and_self_contained(name: str) -> None:
     assert "Not drawn" not in text
     # the correction area is drawn for ejections only
     ejection = findings(SCENES[name]).predicted.regime == "ejection"  # type: ignore[union-attr]
-    assert len(root.findall(".//figure")) == text.count('<svg role="img"') == 8 + ejection
+    assert len(root.findall(".//figure")) == text.count('<svg role="img"') == 7 + ejection
     assert "nan" not in plain(re.sub("<svg.*?</svg>", "", text, flags=re.DOTALL)).lower().split()
     assert not {"script", "link", "iframe", "object", "embed", "img", "form"} & {one.tag for one in root.iter()}
     targets = ["".join(found) for found in re.findall(r'(?:href|src)="(.*?)"|url\((.*?)\)', text)]

@@ -64,7 +64,6 @@ PICTURES: dict[str, Any] = {
     "train": lambda ax, name: pictures.train(ax, compared(name)),
     "approach": lambda ax, name: pictures.approach(ax, compared(name).simulated),
     "energy": lambda ax, name: pictures.balance(ax, recorded(name, "energies")),
-    "momentum": lambda ax, name: pictures.balance(ax, recorded(name, "field"), of="momentum"),
     "amplification": lambda ax, name: amplification(ax, SHOCKS[name].profile, rise_times=[0.3, 1.0, 3.0]),
     "correction": lambda ax, _: pictures.correction_area(ax, SHOCKS["ejection"], section4("ejection")),
     "work_precision": lambda ax, _: pictures.work_precision(ax, RUNS),
@@ -73,7 +72,6 @@ PICTURES: dict[str, Any] = {
 LABELS = {
     "pulse": ("time (µs)", "force (N)"),
     "energy": ("time (µs)", "energy (µJ)"),
-    "momentum": ("time (µs)", "momentum (mN s)"),
 }
 
 
@@ -245,14 +243,6 @@ def test_the_work_of_the_shock_is_the_energy_of_the_chain(ax: Axes, name: str) -
     assert line(ax, "work of the shock")[1] == pytest.approx(energy[[-1, -1]], rel=1e-5)
 
 
-@pytest.mark.parametrize("name", ["ejection", "train", "record"])
-def test_the_momentum_of_the_granules_is_the_impulse(ax: Axes, name: str) -> None:
-    pictures.balance(ax, recorded(name, "field"), of="momentum")
-    impulse = line(ax, "impulse of the shock")[1]
-    # rounding, and for a record the interpolation between steps
-    assert line(ax, "total")[1] == pytest.approx(impulse, abs=1e-9 * impulse[-1])
-
-
 def test_amplifications_agree_with_simulation_and_prediction(ax: Axes) -> None:
     ratios = [0.2, 1.0, 4.0]
     amplification(ax, sw.Triangular(duration_ratio=3), rise_times=ratios)
@@ -287,9 +277,6 @@ REFUSED: dict[str, Any] = {
     ),
     r"result: must be a simulation of equal spheres \(got a ChainResult; pictures\.peak_forces": lambda ax: (
         pictures.approach(ax, in_finite_chain("striker"))  # type: ignore[arg-type]
-    ),
-    r"result: must be a simulation of equal spheres \(got a ChainResult; use of='energy'": lambda ax: pictures.balance(
-        ax, in_finite_chain("striker"), of="momentum"
     ),
     "rise_times: must be two or more": lambda ax: amplification(ax, HAMMER, rise_times=[1.0]),
 }

@@ -118,11 +118,9 @@ def approach() -> Figure:
 
 
 def balance() -> Figure:
-    """Energy and momentum for the first row of Table 2, where the first granule rebounds."""
-    result = recorded(EJECTION, ("field", "energies"), (3,))
-    figure, (left, right) = pictures.figure(1, 2, "page")
-    pictures.balance(left, result)
-    pictures.balance(right, result, of="momentum")
+    """Energy for the first row of Table 2, where the first granule rebounds."""
+    figure, (ax,) = pictures.figure()
+    pictures.balance(ax, recorded(EJECTION, ("energies",), (3,)))
     return figure
 
 

@@ -68,7 +68,6 @@ def drawings(found: Findings) -> dict[str, _Draw]:
             chosen["forces"] = lambda ax: pictures.contact_forces(ax, result)
             chosen["map"] = lambda ax: pictures.space_time(ax, result)
             chosen["energy"] = lambda ax: pictures.balance(ax, result)
-            chosen["momentum"] = lambda ax: pictures.balance(ax, result, of="momentum")
     if predicted is not None:
         chain = found.scenario.chain
         own = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)

@@ -146,7 +146,7 @@ def _simulate(scenario: Scenario) -> SimulationResult | Any:
     options = evolve(
         scenario.simulate,
         contacts=range(0, reached, -(-reached // _CONTACTS)),
-        record=("forces", "field", "energies"),
+        record=("forces", "energies"),
         interval=None,
         until=until * scales.time,
     )

@@ -1,19 +1,18 @@
-"""Accuracy of simulations and methods: approach to the limit, balances, work-precision diagram."""
+"""Accuracy of simulations and methods: approach to the limit, balance of energy, work-precision diagram."""
 
 from __future__ import annotations
 
 import contextlib
 import math
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from shockwave.errors import InvalidValueError, NotCoveredError, NumericalError
+from shockwave.errors import NotCoveredError, NumericalError
 from shockwave.measurement.result import SimulationResult
 from shockwave.pictures.drawing import BLACK, BLUE, GREY, MINUS, ORANGE, SKY, area, finish, literal, style
 from shockwave.pictures.waves import recorded, shock_of
-from shockwave.quadrature import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -47,7 +46,9 @@ def approach(ax: Axes, result: SimulationResult) -> Axes:
     NotCoveredError
         If the result is of a chain beyond equal spheres.
     """
-    _covered(result, "pictures.peak_forces and pictures.chain_map draw its forces")
+    if not isinstance(result, SimulationResult):
+        got = f"got a {type(result).__name__}; pictures.peak_forces and pictures.chain_map draw its forces"
+        raise NotCoveredError.of("result", f"must be a simulation of equal spheres ({got})")
     last = result.primary.contact
     floor = result.error_estimate
     distances = {}
@@ -65,53 +66,25 @@ def approach(ax: Axes, result: SimulationResult) -> Axes:
     return finish(ax, ("contact", ""), ("relative distance from the limit", ""))
 
 
-def balance(ax: Axes, result: SimulationResult | ChainResult, of: Literal["energy", "momentum"] = "energy") -> Axes:
-    """Draw the energy or the momentum of the chain against time, with the input of the shock.
+def balance(ax: Axes, result: SimulationResult | ChainResult) -> Axes:
+    """Draw the energy of the chain against time, with the input of the shock.
 
     The energy is stacked, contact energy on kinetic energy, with the work of the shock from its end on; in chains
-    beyond equal spheres with the work or the energy of the striker, of which damping dissipates a part. The momentum is
-    that of the granules that move forward and backward, and the total, with the impulse of the shock. The legend states
-    the defect of the balance at the end.
+    beyond equal spheres with the work or the energy of the striker, of which damping dissipates a part. The legend
+    states the defect of the balance at the end.
 
     Parameters
     ----------
     ax : Axes
         Axes to draw on.
     result : SimulationResult or ChainResult
-        Result with ``energies`` recorded, for the momentum with ``field``; time in s, energy in J, momentum in N s.
-    of : "energy" or "momentum"
-        The balance.
+        Result with ``energies`` recorded; time in s, energy in J.
 
     Raises
     ------
     InvalidValueError
-        If ``of`` is neither, or the histories were not recorded.
-    NotCoveredError
-        If the momentum is that of a chain beyond equal spheres.
+        If the energies were not recorded.
     """
-    if of not in ("energy", "momentum"):
-        raise InvalidValueError.of("of", f"must be energy or momentum (got {of!r})")
-    if of == "energy":
-        defect, unit = result.energy_defect, "J"
-        _energy(ax, result)
-    else:
-        whole = _covered(result, "use of='energy', or pictures.wall_force for the impulse on the wall")
-        defect, unit = whole.momentum_defect, "N s"
-        _momentum(ax, whole)
-    if (shock := shock_of(result)) is not None:
-        ax.axvline(shock.duration, color=GREY, linewidth=0.8, linestyle=":", label="end of the shock")
-    ax.plot([], [], " ", label=f"defect {defect:.1e}".replace("-", MINUS))
-    return finish(ax, ("time", "s"), (of, unit))
-
-
-def _covered(result: SimulationResult | ChainResult, remedy: str) -> SimulationResult:
-    if isinstance(result, SimulationResult):
-        return result
-    problem = f"must be a simulation of equal spheres (got a {type(result).__name__}; {remedy})"
-    raise NotCoveredError.of("result", problem)
-
-
-def _energy(ax: Axes, result: SimulationResult | ChainResult) -> None:
     kept = recorded(result, "energies")
     times = kept.times
     kinetic = np.asarray(kept.kinetic_energy)
@@ -123,37 +96,15 @@ def _energy(ax: Axes, result: SimulationResult | ChainResult) -> None:
         work = float(result.found.work * result.scales.energy)
     else:
         work = result.applied_energy
-    begin, name = 0.0, "energy of the striker"
-    if (shock := shock_of(result)) is not None:
+    begin, name, shock = 0.0, "energy of the striker", shock_of(result)
+    if shock is not None:
         begin, name = min(shock.duration, times[-1]), "work of the shock"
     ax.plot([begin, times[-1]], [work, work], color=BLACK, linewidth=1.2, linestyle="--", label=name)
     ax.set(xlim=(0, times[-1]), ylim=(0, 1.1 * max(work, float(total.max()))))
-
-
-def _momentum(ax: Axes, result: SimulationResult) -> None:
-    kept = recorded(result, "field")
-    times = kept.times
-    momenta = result.chain.granule_mass * np.asarray(kept.velocities)
-    forward = np.maximum(momenta, 0).sum(axis=1)
-    backward = np.minimum(momenta, 0).sum(axis=1)
-    impulse = _impulse(result, times)
-    area(ax, times, 0.0, forward, SKY, "", "forward")
-    area(ax, times, 0.0, backward, ORANGE, "////", "backward")
-    ax.plot(times, momenta.sum(axis=1), color=BLUE, linewidth=1.2, label="total")
-    ax.plot(times, impulse, color=BLACK, linewidth=1.2, linestyle="--", label="impulse of the shock")
-    ax.axhline(0, color=BLACK, linewidth=0.6)
-    highest = max(float(forward.max()), float(impulse.max()))
-    lowest = 1.2 * float(backward.min()) - 0.02 * highest
-    ax.set(xlim=(0, times[-1]), ylim=(lowest, 1.1 * highest))
-
-
-def _impulse(result: SimulationResult, times: FloatArray) -> FloatArray:
-    """Impulse of the shock up to each of ``times`` [N s]."""
-    shock = result.shock
-    path = shock.profile.free_path()
-    ends = np.minimum(times / shock.rise_time, float(shock.profile.duration_ratio))
-    shares = [path.at(float(s))[1] for s in ends]
-    return shock.peak_force * shock.rise_time * np.array(shares)
+    if shock is not None:
+        ax.axvline(shock.duration, color=GREY, linewidth=0.8, linestyle=":", label="end of the shock")
+    ax.plot([], [], " ", label=f"defect {result.energy_defect:.1e}".replace("-", MINUS))
+    return finish(ax, ("time", "s"), ("energy", "J"))
 
 
 def work_precision(ax: Axes, rows: Iterable[Any], name: str = "relative error") -> Axes:
