@@ -108,16 +108,3 @@ def written(text: str, output: str | None, anew: bool = False) -> int:
     else:
         print(text, end="")
     return 0
-
-
-def load_matplotlib() -> None:
-    """Import matplotlib, to fail before a computation rather than after it.
-
-    Raises
-    ------
-    UsageError
-        If it is not installed.
-    """
-    from shockwave.pictures import figure
-
-    figure()

@@ -7,10 +7,10 @@ import re
 import sys
 from pathlib import Path
 
-from shockwave.cli.output import check_output, load_matplotlib
+from shockwave.cli.output import check_output
 from shockwave.errors import UsageError
 from shockwave.files import refuse_inputs
-from shockwave.pictures import save
+from shockwave.pictures import figure, save
 from shockwave.sweep.plot import plot as drawn
 from shockwave.sweep.results import load_sweep
 from shockwave.text import limits, paragraph
@@ -18,7 +18,7 @@ from shockwave.text import limits, paragraph
 
 def plot(options: argparse.Namespace) -> int:
     """Draw lines or a map."""
-    load_matplotlib()  # fails early if it is missing
+    figure()  # fails early without matplotlib
     check_output(options.output, ".svg", ".png", ".pdf")
     fixed = {}
     for text in options.at:

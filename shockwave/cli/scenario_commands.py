@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from attrs import asdict, evolve
 
 from shockwave import answers
-from shockwave.cli.output import check_output, failure, json_text, load_matplotlib, written
+from shockwave.cli.output import check_output, failure, json_text, written
 from shockwave.errors import Fault, NumericalError, ShockwaveError, UnknownNameError, UsageError
 from shockwave.files import refuse_inputs
 from shockwave.plausibility import unusual
@@ -178,11 +178,12 @@ def report(options: Namespace) -> int:
     """One page on a scenario."""
     from shockwave.page import findings
     from shockwave.page import written as page
+    from shockwave.pictures import figure
 
     if Path(options.output or "").suffix:
         check_output(options.output, ".html", ".htm", hint="; print this page to a PDF in a browser")
     (scenario,) = loaded([options.file], output=options.output)
-    load_matplotlib()  # fails before the computation if matplotlib is missing
+    figure()  # fails early without matplotlib
     found = findings(_limited(scenario, options))
     for failed in found.failures:
         print(f"{options.file}: {failed}", file=sys.stderr)

@@ -20,7 +20,7 @@ from shockwave.result_base import VERSION, Result
 from shockwave.sweep.accuracy import accuracy_of, main_quantity
 from shockwave.sweep.definition import NOTES, SweepDefinition, as_text, folder_path
 from shockwave.sweep.journal import NOT_RUN, Journal
-from shockwave.tables import Table, along, library
+from shockwave.tables import Table, TableColumn, along, dataset, library
 from shockwave.text import facts, limits, si, significant_digits, strong, table
 
 # Significant digits of variables, and of quantities without a known error.
@@ -189,20 +189,18 @@ class SweepResults(Result, SweepDefinition):
             If xarray is not installed.
         """
         self._named(table)
-        xr = library("xarray")
         short = self.short_names
         meanings = {column.name: column.meaning for column in self.columns}
         dimensions: list[str] = []
-        coordinates = {}
+        columns: Table = {}
         for place, axis in enumerate(self.axes):
             joined = "point" if "point" not in dimensions else f"point_{place + 1}"
             dimensions.append(joined if len(axis.names) > 1 else short[axis.names[0]])
             for name in axis.names:
-                coordinates[short[name]] = (dimensions[-1], self.coordinate(name), self._described(name, name))
-        variables = {
-            name: (dimensions, values, self._described(name, meanings.get(name) or name))
-            for name, values in self._arrays.items()
-        }
+                values, unit = self.coordinate(name), self.units[name]
+                columns[short[name]] = TableColumn(values, unit, (dimensions[-1],), name, is_coordinate=True)
+        for name, values in self._arrays.items():
+            columns[name] = TableColumn(values, self.units.get(name), tuple(dimensions), meanings.get(name) or name)
         about = {
             "title": self.name,
             "run": self.run,
@@ -210,11 +208,7 @@ class SweepResults(Result, SweepDefinition):
             "scenario": json.dumps(self.scenario),
             "source": ", ".join(map(" ".join, self.versions.items())),
         }
-        return xr.Dataset(variables, coordinates, about)
-
-    def _described(self, name: str, meaning: str) -> dict[str, str]:
-        unit = self.units.get(name)
-        return {"long_name": meaning} | ({} if unit is None else {"units": unit or "1"})
+        return dataset(columns, about)
 
     def __str__(self) -> str:
         done = int(np.count_nonzero(self.values("status") == "done"))
