@@ -133,19 +133,15 @@ class Tabulated(ShockProfile):
         object.__setattr__(self, "duration_ratio", float(pulse.knots[-1]))
 
     @classmethod
-    def from_file(
-        cls, path: str | os.PathLike[str], duration_ratio: float | None = None, clean: bool = True, **settings: Any
-    ) -> Tabulated:
+    def from_file(cls, path: str | os.PathLike[str], **settings: Any) -> Tabulated:
         """Read the profile from a text file with a time and a force column; see `read_record`.
 
         Parameters
         ----------
         path : path-like
             The file. Its header can name units; without units, seconds and newtons are assumed.
-        duration_ratio, clean
-            As for the class.
         **settings
-            The other parameters of the class, and those of `RecordFormat`, which states what the file does not.
+            Parameters of the class, and those of `RecordFormat`, which states what the file does not.
 
         Raises
         ------
@@ -157,7 +153,7 @@ class Tabulated(ShockProfile):
         format_names = {field.name for field in attrs.fields(RecordFormat)}.intersection(settings)
         record = read_record(pathlib.Path(path), RecordFormat(**{name: settings.pop(name) for name in format_names}))
         try:
-            profile = cls(record.times, record.forces, duration_ratio, clean, **settings)  # type: ignore[arg-type]
+            profile = cls(record.times, record.forces, **settings)
         except InvalidValueError as error:
             raise InvalidValueError([_placed(fault, path, record) for fault in error.faults]) from None
         object.__setattr__(profile, "_assumed", record.notes)

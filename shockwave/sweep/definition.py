@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import re
@@ -109,11 +108,6 @@ class SweepDefinition(Sweep):
             name = last if lasts.count(last) == 1 and last not in taken else dotted
             found[dotted] = re.sub(r"\W", "_", name)
         return found
-
-    @property
-    def key(self) -> str:
-        """SHA-256 of everything on which the results depend."""
-        return hashlib.sha256(json.dumps(self._content(), sort_keys=True).encode()).hexdigest()
 
     @property
     def version_notes(self) -> list[str]:

@@ -26,8 +26,6 @@ _TIME_LIMIT = 3.0
 _GROUP = 8
 # Time to start the workers and to write the tables [s].
 _OVERHEAD = 1.0
-# Longest time that is printed in seconds [s].
-_LONGEST_IN_SECONDS = 120
 
 
 def dry_run(
@@ -58,7 +56,8 @@ def dry_run(
         seconds, failures = _measured(points, sample)
         workers = workers or cores()
         plural = "" if workers == 1 else "s"
-        estimate = f", about {_duration(_OVERHEAD + seconds * left / workers)} on {workers} worker{plural}"
+        span = timedelta(seconds=round(_OVERHEAD + seconds * left / workers))
+        estimate = f", about {span} on {workers} worker{plural}"
     axes = ", ".join(f"{len(axis)} values of {', '.join(axis.names)}" for axis in points.sweep.axes)
     answer = strong(f"{left} of {count} points to run{estimate}")
     return "\n".join([answer, *limits(failures[:1]), *facts([("task", points.sweep.run), ("axes", axes)])])
@@ -76,9 +75,3 @@ def _measured(points: Points, sample: Sequence[int]) -> tuple[float, list[str]]:
         elapsed = time.perf_counter() - begin
     entries = map(json.loads, lines.splitlines())
     return elapsed / done, [f"a measured point failed: {entry['error']}" for entry in entries if "error" in entry]
-
-
-def _duration(seconds: float) -> str:
-    """A duration in seconds or as hours:minutes:seconds."""
-    whole = round(seconds)
-    return f"{whole} s" if whole <= _LONGEST_IN_SECONDS else f"{timedelta(seconds=whole)} h"

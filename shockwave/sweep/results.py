@@ -204,7 +204,6 @@ class SweepResults(Result, SweepDefinition):
         about = {
             "title": self.name,
             "run": self.run,
-            "sweep_key": self.key,
             "scenario": json.dumps(self.scenario),
             "source": ", ".join(map(" ".join, self.versions.items())),
         }
