@@ -15,6 +15,7 @@ import pytest
 import pages
 from pages import PIPED, ROOT, widest
 from shockwave.cli.output import ProgressBar
+from shockwave.cli.parser import OFFERED
 from test_docs import commands
 
 STYLE = re.compile(r"\x1b\[[0-9;]*m")
@@ -31,7 +32,7 @@ WIDE = {
 PROGRAM = "import sys; from shockwave.cli import main; sys.exit(main())"
 
 
-@pytest.mark.parametrize("command", ["", *commands()])
+@pytest.mark.parametrize("command", ["", *(name for name in commands() if name not in OFFERED)])
 def test_help_fits_80_columns(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", str(PIPED))
     printed, _ = pages.run(f"shockwave {command} --help", 0)

@@ -348,9 +348,13 @@ def test_an_impossible_port_is_an_error_of_usage(capsys: pytest.CaptureFixture[s
     assert capsys.readouterr().err == "--port: must be >= 0 and <= 65535 (got 70000)\n"
 
 
-def test_the_help_names_the_options(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_help_names_the_options_and_fits_80_columns(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
     with pytest.raises(SystemExit, match="0"):
         cli.main(["explore", "--help"])
     text = capsys.readouterr().out
     assert text.startswith("usage: shockwave explore")
     assert all(option in text for option in ("FILE", "--port", "--no-browser"))
+    assert max(map(len, text.splitlines())) <= 80
