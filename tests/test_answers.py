@@ -84,6 +84,13 @@ def test_a_shock_on_a_chain_is_answered_as_before() -> None:
     assert sw.simulate(SHOCK, CHAIN, 1e-4).rtol == 1e-4
 
 
+@pytest.mark.parametrize("scene", [(FILE,), (SHOCK, CHAIN)], ids=["file", "shock"])
+@pytest.mark.parametrize("answer", [sw.predict, sw.simulate, sw.compare], ids=["predict", "simulate", "compare"])
+def test_an_unknown_argument_is_refused_by_name(scene: Any, answer: Any) -> None:
+    with pytest.raises(sw.InvalidValueError, match=r"^foo: must be left out \(got 1; known: .*\blimit, .*\brtol, "):
+        answer(*scene, foo=1)
+
+
 @pytest.mark.parametrize("scene", [FILE, SHOCK], ids=["file-with-a-chain", "shock-alone"])
 @pytest.mark.parametrize("answer", [sw.predict, sw.simulate, sw.compare], ids=["predict", "simulate", "compare"])
 def test_half_a_scene_is_refused(scene: Any, answer: Any) -> None:

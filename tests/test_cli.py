@@ -120,6 +120,64 @@ def test_the_decision_of_section_4_is_shown_on_request(
     assert len(shown[2]) > len(shown[1])
 
 
+# ---------------------------------------------------------------- predictions without an answer, and those for walls
+
+
+@pytest.fixture
+def slow(tmp_path: Path) -> str:
+    """A shock that is too long for the engine, whatever its time limit."""
+    file = tmp_path / "slow.yaml"
+    file.write_text(f"name: slow\n{SOFT.replace('rise_time: 1e-5', 'rise_time: 10')}")
+    return str(file)
+
+
+def test_a_prediction_without_an_answer_ends_with_1_and_prints_its_reason(
+    slow: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["predict", slow]) == 1
+    assert capsys.readouterr().out.startswith("slow: no answer: the shock lasts ")
+    assert main(["predict", "--json", slow]) == 1
+    found = json.loads(capsys.readouterr().out)
+    assert found["peak_force"] is None
+    assert found["reason"].startswith("the shock lasts ")
+    # section 4 alone has an answer
+    assert main(["predict", "--model", "section-4", slow]) == 0
+
+
+def test_a_prediction_without_an_answer_keeps_those_of_other_files(
+    slow: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["predict", "--json", slow, SCENE]) == 1
+    first, second = json.loads(capsys.readouterr().out)
+    assert first["reason"].startswith("the shock lasts ")
+    assert (second["reason"], second["peak_force"]) == (None, sw.predict(SCENE).peak_force)
+    assert main(["predict", slow, SCENE]) == 1
+    rows = table_of(capsys.readouterr().out)
+    assert rows["slow"]["peak force"] == "no answer"
+    assert rows["table 2 row 1"]["peak force"].endswith(" N")
+
+
+def test_a_table_of_predictions_has_the_forces_on_walls(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    files = []
+    for name, more in (("three", ", granules: 3, end: {wall: same}"), ("six", ", granules: 6, end: {wall: rigid}")):
+        files.append(tmp_path / f"{name}.yaml")
+        files[-1].write_text(f"name: {name}\n{SOFT.replace('radius: 1e-3', f'radius: 1e-3{more}')}")
+    assert main(["predict", *map(str, files), SCENE]) == 0
+    rows = table_of(capsys.readouterr().out)
+    for file in files:
+        force, unit = rows[file.stem]["force on wall"].split()
+        # the digits that are printed
+        assert float(force) == pytest.approx(sw.predict(file).transmitted.peak_force, rel=1e-6)
+        assert unit == "N"
+    assert rows["table 2 row 1"]["force on wall"] == "-"
+
+
+def table_of(text: str) -> dict[str, dict[str, str]]:
+    """Cells of a printed table by scenario and column."""
+    header, _, *rows = (re.split(r"  +", line.strip()) for line in text.partition("\n\n")[0].splitlines())
+    return {row[0]: dict(zip(header, row, strict=True)) for row in rows if len(row) == len(header)}
+
+
 # ---------------------------------------------------------------- settings of a prediction
 
 

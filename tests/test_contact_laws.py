@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
 import attrs
@@ -10,9 +11,11 @@ import numpy as np
 import pytest
 
 import shockwave as sw
+from conftest import Install
 from pages import DOCS, blocks_of, execute
 from scenes import CHAIN, FORCE, UNITS, triangle
 from shockwave.chain.contact_law import Pairs
+from shockwave.cli import main
 from shockwave.simulation.general_nystroem import scaled_error
 
 MASS = CHAIN.granule_mass
@@ -141,3 +144,113 @@ def test_histories_and_gaps_of_a_chain_with_a_plugin(end: str) -> None:
 def test_error_of_a_step_too_short_to_have_one_is_a_number() -> None:
     # their squares underflow
     assert scaled_error(1e-170, 1e-170) == 1e-170
+
+
+# ---------------------------------------------------------------- faults of plugins
+
+HOOKS = """
+from shockwave.hooks import Entry, hookimpl
+
+@hookimpl
+def shockwave_contacts():
+    return [Entry("{name}", "{module}_pulse:Law", "a law")]
+"""
+#: Hertz's law, which does something else from a certain overlap on.
+LAW = """
+import numpy as np
+from attrs import frozen
+import shockwave as sw
+
+@frozen
+class Law(sw.ContactLaw):
+    onset: float = sw.quantity("m", "overlap", above=0)
+
+    def force(self, overlap, closing_velocity, state, pairs):
+        if overlap.max() > self.onset:
+            {force}
+        return pairs.stiffnesses * overlap.clip(0) ** 1.5
+
+    def update(self, overlap, closing_velocity, state, pairs):
+        if overlap.max() > self.onset:
+            {update}
+        return state
+"""
+RAISE = "raise RuntimeError('out of order')"
+#: What the law does, and what is reported of it.
+FAULTS = {
+    "force raises": ({"force": RAISE, "update": "pass"}, "RuntimeError: out of order"),
+    "update raises": ({"force": "pass", "update": RAISE}, "RuntimeError: out of order"),
+    "force is not a number": ({"force": "return overlap * np.nan", "update": "pass"}, "a force must be finite"),
+    "force is infinite": (
+        {"force": "return np.full_like(overlap, np.inf)", "update": "pass"},
+        "a force must be finite",
+    ),
+}
+EVERY_FAULT = pytest.mark.parametrize("fault", FAULTS)
+
+
+def install_law(install: Install, fault: str = "force raises") -> None:
+    install("test-laws", hooks=HOOKS, pulse=LAW.format(**FAULTS[fault][0]), name="test-law")
+
+
+def written(folder: Path, parameters: str, name: str = "scene") -> str:
+    """A scenario of a chain with the law of the plugin."""
+    file = folder / f"{name}.yaml"
+    file.write_text(
+        "chain: {material: paper-steel, diameter: 9.5 mm, granules: 2, end: {wall: same},\n"
+        f" contact: {{model: test-law, {parameters}}}}}\n"
+        "shock: {profile: triangular, peak_force: 100 N, rise_time: 10 us, duration_ratio: 3}\n"
+        "simulate: {until: 50 us, rtol: 1e-3}\n"
+    )
+    return str(file)
+
+
+@pytest.mark.parametrize("command", ["predict", "simulate", "compare"])
+@EVERY_FAULT
+def test_a_fault_of_a_law_ends_with_4_and_names_its_plugin(
+    fault: str, command: str, install: Install, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    install_law(install, fault)
+    file = written(tmp_path, "onset: 1 um")
+    assert main([command, file]) == 4
+    out, err = capsys.readouterr()
+    assert out == ""
+    (line,) = err.splitlines()  # no traceback
+    assert line.startswith(f"{file}: contact 'test-law' of test-laws: ")
+    assert FAULTS[fault][1] in line
+
+
+@EVERY_FAULT
+def test_a_fault_of_a_law_spoils_no_other_scene(fault: str, install: Install, tmp_path: Path) -> None:
+    install_law(install, fault)
+    sound, faulty = (
+        sw.load_scenario(written(tmp_path, f"onset: {onset}", name))
+        for onset, name in (("1 m", "sound"), ("1 um", "faulty"))
+    )
+    chains = [sound.chain, faulty.chain, sound.chain]
+    before, error, after = sw.simulate_many([sound.shock] * 3, chains, until=50e-6, rtol=1e-3)
+    assert isinstance(error, sw.PluginError)
+    assert "'test-law' of test-laws" in str(error)
+    alone = sw.simulate(sound)
+    assert before.greatest_force == after.greatest_force == alone.greatest_force
+    outcomes = sw.Predictor().predict_many([sound.shock] * 3, chains, sound.simulate)
+    assert [outcomes[index].greatest_force for index in (0, 2)] == [alone.greatest_force] * 2
+    with pytest.raises(sw.PluginError, match="'test-law' of test-laws"):
+        _ = outcomes[1].greatest_force
+
+
+@pytest.mark.parametrize(
+    ("parameters", "column", "problem"),
+    [
+        ("onset: 1 um, onst: 1", 42, "chain.contact.onst: unknown key (got 'onst'; did you mean 'onset'?"),
+        ("onset: -1 um", 36, "chain.contact.onset: must be > 0"),
+    ],
+    ids=["unknown", "out of range"],
+)
+def test_a_wrong_parameter_of_a_law_is_an_error_of_the_scenario_in_its_place(
+    parameters: str, column: int, problem: str, install: Install, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    install_law(install)
+    file = written(tmp_path, parameters)
+    assert main(["predict", file]) == 3
+    assert capsys.readouterr().err.startswith(f"{file}:2:{column}: {problem}")

@@ -255,6 +255,23 @@ def test_every_scene_has_the_numbers_of_the_simulation(name: str, struck: bool) 
         sw.predict(excitation, chain, model="section-4")
 
 
+def test_a_wave_that_does_not_reach_the_wall_has_no_force_there() -> None:
+    # a wave passes about one contact in T0
+    chain, until = attrs.evolve(CHAIN, granules=30, end=sw.Wall()), 10 * T0
+    warning = "The leading wave has not reached the wall by the end of the simulated time (extend until)."
+    outcome = sw.predict(SHOCKS["single"], chain, until=until)
+    assert str(outcome).startswith("the wave does not reach the wall\n")
+    transmitted = outcome.to_dict()["transmitted"]
+    assert (transmitted["peak_force"], transmitted["low"], transmitted["high"]) == (0.0, 0.0, None)
+    assert outcome.greatest_force.peak_force > 0.5 * FORCE
+    assert warning in outcome.warnings
+    assert warning in sw.simulate(SHOCKS["single"], chain, until=until).warnings
+    arrived = sw.predict(SHOCKS["single"], chain)
+    assert str(arrived).startswith("force on the wall ")
+    assert arrived.to_dict()["transmitted"]["high"] == arrived.transmitted.high > arrived.transmitted.peak_force > 0
+    assert warning not in arrived.warnings
+
+
 def test_what_the_engine_refuses_has_a_reason_and_no_number() -> None:
     outcome = sw.predict(lasting(sw.Triangular(duration_ratio=2), 2e4), CHAIN, limit=60.0)
     assert (outcome.peak_force, outcome.low, outcome.high, outcome.amplification, outcome.relation) == (None,) * 5
@@ -338,12 +355,14 @@ def test_notes_on_a_record_are_no_warnings() -> None:
 def test_section_4_loads_no_engine_and_a_simulation_no_section_4() -> None:
     scene = "sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=9.0, rise_time=1e-5), sw.Chain(material="
     scene += "sw.Material(youngs_modulus=1e9, poisson_ratio=0.3, density=1e3), radius=1e-3)"
-    for run, other in (
-        (f"sw.predict({scene}, model='section-4')", "measurement"),
-        (f"sw.simulate({scene})", "prediction"),
+    for run, others in (
+        (f"sw.predict({scene}, model='section-4', limit=3.0)", ("shockwave.measurement.", "shockwave.simulation.")),
+        (f"sw.simulate({scene}, limit=3.0)", ("shockwave.prediction.",)),
     ):
-        code = f"import sys, shockwave as sw; {run}; "
-        code += f"sys.exit(any(name.startswith('shockwave.{other}.') for name in sys.modules))"
+        code = f"import sys, shockwave as sw; result = {run}; "
+        # all that is shown of it, too
+        code += "str(result), result.text(), repr(result), result._repr_html_(), result.to_dict(), result.verdict; "
+        code += f"sys.exit(any(name.startswith({others}) for name in sys.modules))"
         assert subprocess.run([sys.executable, "-c", code]).returncode == 0
 
 
