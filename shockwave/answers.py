@@ -56,7 +56,7 @@ def predict(
         As `Predictor.predict` and `load_scenario`.
     """
     scenario = _scenario(scene, chain)
-    predictor, options = _settings(scenario, settings)
+    predictor, options = settings_of(scenario, settings)
     if scenario is None:
         outcome = predictor.predict(cast("Shock | Impact", scene), cast("Chain", chain), options)
         return cast("Outcome", _limited(outcome, limit))
@@ -141,7 +141,7 @@ def compare(
         rule = "must be left out or section-4, whose promises are compared with the simulation"
         raise InvalidValueError.of("model", f"{rule} (got {settings['model']!r})")
     scenario = _scenario(scene, chain)
-    predictor, options = _settings(scenario, {**settings, "model": "section-4"})
+    predictor, options = settings_of(scenario, {**settings, "model": "section-4"})
     if scenario is None:
         compared = comparison.compare(cast("Shock", scene), cast("Chain", chain), predictor, options)
         return evolve(compared, simulated=_limited(compared.simulated, limit))
@@ -171,7 +171,7 @@ def _scenario(scene: object, chain: object) -> Scenario | None:
     return scenario_alone(scene, chain)
 
 
-def _settings(scenario: Scenario | None, given: dict[str, Any]) -> tuple[Predictor, SimulateOptions]:
+def settings_of(scenario: Scenario | None, given: dict[str, Any]) -> tuple[Predictor, SimulateOptions]:
     """Predictor and options with the ``given`` values in the place of those of the scenario."""
     from shockwave.prediction.predictor import Predictor
 

@@ -109,6 +109,12 @@ class SimulateOptions:
         if takes:
             self.check(self.integrator or "the default integrator", takes.split())
 
+    @property
+    def wanted_backend(self) -> Backend:
+        """The backend, or ``auto`` if the integrator takes none."""
+        takes = "backend" if self.integrator is None else find("integrators", self.integrator).takes
+        return self.backend if "backend" in takes.split() else "auto"
+
     def check(self, name: str, takes: Collection[str]) -> None:
         """Refuse a setting that the method ``name`` does not use; ``takes`` are those that it uses."""
         other = "rtol" if "rtol" in takes else "step"

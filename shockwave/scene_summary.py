@@ -51,14 +51,17 @@ def equal_granules(excitation: object, chain: Chain) -> Chain | None:
     return reduced(chain)
 
 
-def scenes_of(shocks: Iterable[Any], chain: Any, single: str) -> list[tuple[Any, Any]]:
+def scenes_of(shocks: Iterable[Any], chain: Any, single: str, threads: object) -> list[tuple[Any, Any]]:
     """Pairs of the shocks and their chains; ``chain`` is one for all shocks, or one for each shock.
 
     Raises
     ------
     InvalidValueError
-        If ``shocks`` is a single shock, for which there is the function ``single``, or the numbers differ.
+        If ``shocks`` is a single shock, for which there is the function ``single``, the numbers differ, or the number
+        of ``threads`` is not one.
     """
+    if threads is not None and not (isinstance(threads, int) and threads >= 1):
+        raise InvalidValueError.of("threads", f"must be a whole number >= 1 (got {text_of(threads)})")
     if not isinstance(shocks, Iterable):
         rule = f"must be a list of shocks (got {type(shocks).__name__}; or use {single})"
         raise InvalidValueError.of("shocks", rule)

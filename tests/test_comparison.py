@@ -17,6 +17,7 @@ from scipy.optimize import minimize_scalar
 import shockwave as sw
 from scenes import CHAIN, FORCE, STEEL
 from shockwave.chain import Scales
+from shockwave.studies import comparison
 from shockwave.text import MOST_LINES
 
 pytestmark = pytest.mark.numerical
@@ -143,9 +144,21 @@ def test_the_simulated_exponents_of_an_impulse_are_known() -> None:
     assert attrs.astuple(both.exponents) == pytest.approx((-1.6, -0.6, 0.4), abs=1e-4)
 
 
+def test_the_exponents_are_simulated_with_the_same_options(monkeypatch: pytest.MonkeyPatch) -> None:
+    both, given = sw.compare(TRAIN, CHAIN, backend="numpy", timeout=50.0), []
+    run = comparison.simulate_many
+    monkeypatch.setattr(comparison, "simulate_many", lambda *rest, **more: given.append(more) or run(*rest, **more))
+    assert both.exponents is not None
+    assert (given[0]["backend"], given[0]["timeout"]) == ("numpy", 50.0)
+    assert sw.compare(TRAIN, CHAIN, integrator="verlet").exponents is not None  # which takes no backend
+
+
 def test_a_wave_that_is_not_simulated_has_no_error() -> None:
     both = sw.compare(TRAIN, CHAIN, waves="primary")
     first, second = both.errors.waves
+    assert both.errors.added_momentum is None
+    assert both.to_dict()["agrees"]
+    assert "train" not in both.simulated.__dict__
     assert first.peak_force is not None
     assert attrs.astuple(second) == (None, None)
     assert (both.regime, both.agrees["regime"], both.agrees["count"]) == (None, None, None)

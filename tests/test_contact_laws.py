@@ -165,6 +165,8 @@ import shockwave as sw
 class Law(sw.ContactLaw):
     onset: float = sw.quantity("m", "overlap", above=0)
 
+    states = 1
+
     def force(self, overlap, closing_velocity, state, pairs):
         if overlap.max() > self.onset:
             {force}
@@ -180,10 +182,22 @@ RAISE = "raise RuntimeError('out of order')"
 FAULTS = {
     "force raises": ({"force": RAISE, "update": "pass"}, "RuntimeError: out of order"),
     "update raises": ({"force": "pass", "update": RAISE}, "RuntimeError: out of order"),
-    "force is not a number": ({"force": "return overlap * np.nan", "update": "pass"}, "a force must be finite"),
+    "force is not a number": (
+        {"force": "return overlap * np.nan", "update": "pass"},
+        "force must return finite numbers",
+    ),
     "force is infinite": (
         {"force": "return np.full_like(overlap, np.inf)", "update": "pass"},
-        "a force must be finite",
+        "force must return finite numbers",
+    ),
+    "force has another shape": (
+        {"force": "return np.zeros(7)", "update": "pass"},
+        "force must return finite numbers of shape (2,) (got shape (7,))",
+    ),
+    "update returns nothing": ({"force": "pass", "update": "return None"}, "update must return finite numbers"),
+    "state is not a number": (
+        {"force": "pass", "update": "return state + np.nan"},
+        "update must return finite numbers of shape (1, 2) (got",
     ),
 }
 EVERY_FAULT = pytest.mark.parametrize("fault", FAULTS)

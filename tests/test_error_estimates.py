@@ -33,10 +33,9 @@ def motion(contacts: int, changes: dict[int, float] | None = None, late: float =
     return SimpleNamespace(forces=forces, dynamic_forces=forces, force_times=np.full(contacts, 5.0 + late))
 
 
-def estimates(coarse: Any, fine: Any, tolerance: float = 1e-12) -> tuple[FloatArray, bool]:
-    case: Any = SimpleNamespace(
-        rtol=1e-5, assembly=SimpleNamespace(force=None), judged=lambda forces: np.arange(len(forces))
-    )
+def estimates(coarse: Any, fine: Any, tolerance: float = 1e-12, damping: float = 0.0) -> tuple[FloatArray, bool]:
+    assembly = SimpleNamespace(force=None, damping=np.full(len(fine.forces), damping))
+    case: Any = SimpleNamespace(rtol=1e-5, assembly=assembly, judged=lambda forces: np.arange(len(forces)))
     return repeated_runs._errors(case, coarse, fine, tolerance)
 
 
@@ -47,6 +46,8 @@ def test_the_estimate_is_twice_the_difference_of_two_runs_there_and_at_three_con
     # both runs may be wrong; the tolerance of a step adds 1e-12
     assert errors[2:9] == pytest.approx(2e-4, rel=1e-6)
     assert missed
+    # damping ends abruptly when a contact opens
+    assert estimates(motion(12, {5: 1e-4}), motion(12), damping=0.1)[0] == pytest.approx(2 * errors, rel=1e-2)
 
 
 def test_the_estimate_contains_the_tolerance_of_a_step() -> None:

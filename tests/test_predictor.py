@@ -7,6 +7,7 @@ import math
 import pickle
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import attrs
@@ -17,6 +18,7 @@ import shockwave as sw
 from scenes import CHAIN, FORCE, STEEL, lasting, random_pulses
 from shockwave.chain import Scales
 from shockwave.measurement import simulate
+from shockwave.prediction import predictor
 
 pytestmark = pytest.mark.numerical
 
@@ -204,6 +206,49 @@ def test_the_engine_runs_once_when_a_number_is_read(monkeypatch: pytest.MonkeyPa
     assert calls == [3]
 
 
+def test_threads_that_read_together_run_the_engine_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    run, calls = simulate.run_jobs, []
+    monkeypatch.setattr(simulate, "run_jobs", lambda jobs, *rest: calls.append(len(jobs)) or run(jobs, *rest))
+    outcomes: list[Any] = sw.Predictor().predict_many([SHOCKS["train"]] * 40, CHAIN)
+    with ThreadPoolExecutor(4) as pool:
+        peaks = list(pool.map(lambda outcome: outcome.peak_force, outcomes))
+    assert (len(set(peaks)), calls) == (1, [40])
+
+
+@pytest.mark.parametrize("threads", [0, -1, 1.5, "x"])
+def test_a_wrong_number_of_threads_is_refused(threads: Any) -> None:
+    for run in (sw.simulate_many, sw.Predictor().predict_many):
+        with pytest.raises(sw.InvalidValueError, match=r"^threads: must be a whole number >= 1"):
+            run([SHOCKS["train"]] * 40, CHAIN, threads=threads)
+
+
+def test_options_of_another_type_are_refused() -> None:
+    options: Any = {"rtol": 1e-4}
+    with pytest.raises(sw.InvalidValueError, match=r"^options: must be SimulateOptions"):
+        sw.Predictor().predict(SHOCKS["train"], CHAIN, options)
+
+
+def test_the_simulation_of_an_outcome_is_that_of_simulate() -> None:
+    outcome = sw.predict(SHOCKS["train"], CHAIN, limit=60.0)
+    assert outcome.simulated == sw.simulate(SHOCKS["train"], CHAIN, limit=60.0)
+
+
+def test_forces_that_take_too_long_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(predictor, "_PATIENCE", 1e-3)
+    outcome = sw.predict(SHOCKS["train"], attrs.evolve(CHAIN, granules=2000), until=1.0, limit=60.0)
+    assert (outcome.greatest_force, outcome.contacts) == (None, ())
+    assert outcome.verdict is not None
+    assert outcome.verdict.decision == "undecided"
+
+
+def test_section_4_without_a_floating_point_answer_has_a_reason() -> None:
+    chain = attrs.evolve(CHAIN, contact=sw.PowerContact(exponent=1.05, stiffness=1e7))
+    shock = sw.Shock(profile=_power(3, 1e4, 1), peak_force=FORCE, rise_time=1e5)
+    assert "too small" in (sw.predict(shock, chain).section4_reason or "")
+    with pytest.raises(sw.NumericalError, match="too small"):
+        sw.predict(shock, chain, model="section-4")
+
+
 def test_many_predictions_are_those_of_single_ones() -> None:
     scenes = [*random_pulses(11, 60), sw.Impact(velocity=0.3), SHOCKS["train"], SHOCKS["train"]]
     walled = attrs.evolve(CHAIN, granules=8, end=sw.Wall(material="same"))
@@ -298,6 +343,11 @@ def test_a_scene_that_takes_too_long_has_a_reason() -> None:
         ({"contacts": [5], "chain": attrs.evolve(CHAIN, granules=4)}, "contacts"),
         ({"integrator": "verlet", "chain": EVERY_CHAIN["damped"]}, "integrator"),
         ({"until": 1e-9, "chain": EVERY_CHAIN["wall"]}, "until"),
+        ({"until": 1e-9, "chain": attrs.evolve(CHAIN, granules=20)}, "until"),
+        ({"until": 1e-9, "chain": EVERY_CHAIN["endless-precompressed"]}, "until"),
+        ({"until": 1e3, "chain": EVERY_CHAIN["endless-precompressed"]}, "until"),
+        ({"contacts": [10**9], "chain": EVERY_CHAIN["endless-precompressed"]}, "contacts"),
+        ({"record": ["field"], "interval": 1e-15, "until": 1e-3, "chain": EVERY_CHAIN["wall"]}, "interval"),
         ({"record": ["forces"]}, "contacts"),
         ({"foo": 3}, "foo"),
         ({"chain": sw.Chain(material=STEEL, radius=4e-3, granules=1, precompression=1.0)}, "chain.granules"),

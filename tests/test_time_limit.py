@@ -9,12 +9,15 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from typing import Any
 
+import attrs
 import numpy as np
 import pytest
 
 import shockwave as sw
 from scenes import CHAIN, FORCE, UNITS
+from shockwave.measurement import simulate
 from shockwave.options import Backend
 
 
@@ -33,6 +36,26 @@ def test_a_time_limit_ends_a_simulation_with_an_error(backend: Backend) -> None:
     with pytest.raises(sw.NumericalError, match="the time limit was reached before the leading wave was known"):
         sw.simulate(SLOW, CHAIN, rtol=1e-9, backend=backend, timeout=0.2)
     assert time.monotonic() - begin < 15  # the computation looks at the clock every few tens of milliseconds
+
+
+def test_a_time_limit_is_that_of_each_of_many(monkeypatch: pytest.MonkeyPatch) -> None:
+    shocks = [record([0, 1, 3], [0, height, 0]) for height in (1.0, 2.0, 3.0)]
+    search = simulate.search
+
+    def slow(problems: Any, setup: Any) -> Any:
+        found = search(problems, setup)
+        if len(problems) == 1:
+            return found
+        time.sleep(0.6)  # the time of all together
+        return {0: found[0], 1: found[1]._replace(error_estimate=0.1)}
+
+    expected = sw.simulate_many(shocks, CHAIN)
+    monkeypatch.setattr(simulate, "search", slow)
+    assert sw.simulate_many(shocks, CHAIN, timeout=0.5) == [
+        attrs.evolve(result, options=attrs.evolve(result.options, timeout=0.5))
+        for result in expected
+        if isinstance(result, sw.SimulationResult)
+    ]
 
 
 #: 4500 characteristic times.

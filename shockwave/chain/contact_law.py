@@ -7,9 +7,10 @@ from abc import ABC, abstractmethod
 import numpy as np
 from attrs import frozen
 
+from shockwave.errors import PluginError
 from shockwave.fields import quantity
 from shockwave.quadrature import FloatArray
-from shockwave.registry import blame
+from shockwave.registry import blame, owner_of
 
 
 @frozen(eq=False)
@@ -93,18 +94,26 @@ class BoundLaw:
         Raises
         ------
         PluginError
-            If the law raises, or a force is not finite.
+            If the law raises, or does not return finite numbers of the shape of ``overlap``.
         """
-        with blame("contacts", type(self.law)):
-            forces = self.law.force(overlap * self.length, closing_velocity * self.velocity, state, self.pairs)
-            if not np.isfinite(forces).all():
-                raise ValueError("a force must be finite")
+        forces = self._result("force", overlap.shape, overlap, closing_velocity, state)
         return np.where(overlap > 0, np.maximum(forces, 0.0), 0.0) / self.unit_force
 
     def update(self, overlap: FloatArray, closing_velocity: FloatArray, state: FloatArray) -> FloatArray:
-        """The state after an accepted step."""
+        """The state after an accepted step; see `force` for the error."""
+        return self._result("update", state.shape, overlap, closing_velocity, state)
+
+    def _result(self, name: str, shape: tuple[int, ...], overlap: FloatArray, *others: FloatArray) -> FloatArray:
+        closing_velocity, state = others
         with blame("contacts", type(self.law)):
-            return self.law.update(overlap * self.length, closing_velocity * self.velocity, state, self.pairs)
+            method = getattr(self.law, name)
+            result = method(overlap * self.length, closing_velocity * self.velocity, state, self.pairs)
+            values = np.asarray(result, dtype=float)
+        if values.shape == shape and np.isfinite(values).all():
+            return values
+        got = "numbers that are not" if values.shape == shape else f"shape {values.shape}"
+        law = f"contact {owner_of('contacts', type(self.law))}"
+        raise PluginError(f"{law}: {name} must return finite numbers of shape {shape} (got {got})")
 
 
 @frozen(kw_only=True)

@@ -36,7 +36,8 @@ def of_arguments(options: argparse.Namespace) -> Iterator[None]:
     except InvalidValueError as error:
         if not all(fault.path.partition(".")[0] in options for fault in error.faults):
             raise
-        raise UsageError("\n".join(f"--{fault}" for fault in error.faults)) from None
+        named = (f"--{fault.path.replace('_', '-')}: {fault.problem}" for fault in error.faults)
+        raise UsageError("\n".join(named)) from None
 
 
 def check_output(output: str | None, *endings: str, hint: str = "") -> None:

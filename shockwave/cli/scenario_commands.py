@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from attrs import asdict, evolve
 
 from shockwave import answers
-from shockwave.cli.output import check_output, failure, json_text, written
+from shockwave.cli.output import check_output, failure, json_text, of_arguments, written
 from shockwave.errors import Fault, NumericalError, ShockwaveError, UnknownNameError, UsageError
 from shockwave.files import refuse_inputs
 from shockwave.plausibility import unusual
@@ -138,6 +138,8 @@ def _given(options: Namespace) -> dict[str, Any]:
                 find(kind, given[name])
         except UnknownNameError as error:
             raise UsageError(f"--{name}: {error}") from None
+    with of_arguments(options):  # before a scenario is blamed for them
+        answers.settings_of(None, given)
     return given | ({"waves": "primary"} if options.primary else {})
 
 
@@ -195,10 +197,11 @@ def report(options: Namespace) -> int:
 
 # Columns that a narrow screen leaves out, the last named first.
 _SPARE = (
-    *("wall force", "(3)", "relation", "regime", "ejected", "waves", "published error", "virtual t0"),
+    *("(3)", "relation", "regime", "ejected", "waves", "published error", "virtual t0"),
     *("published t0", "amplification", "wall impulse", "added momentum", "simulation error"),
 )
 _FAILS = "FAIL"
+_NO_ANSWER = "no answer"
 _OUTCOME_LEGEND = "error: estimated relative error of the first force; section-4 error: relative to the simulation"
 _LEGEND = """\
 error: relative error of section 4 with respect to the simulation; added momentum: relative error of the momentum \
@@ -211,7 +214,9 @@ def _table(rows: Sequence[_Row], results: Sequence[Any], legend: str) -> str:
     failed = any(_FAILS in cell for row in rows for cell in row.values())
     spare = [name for name in _SPARE if name in header and not (failed and name == "(3)")]
     limiting, others = [], []
-    for result in results:
+    for row, result in zip(rows, results, strict=True):
+        if _NO_ANSWER in row.values():
+            limiting.append(f"{result.scenario}: {_NO_ANSWER}: {result.reason}")
         warnings, record = getattr(result, "all_warnings", result.warnings), _notes(result)
         named = {warning: f"{result.scenario}: {warning}" for warning in warnings}
         limiting += [named[warning] for warning in warnings if warning not in record]
@@ -248,7 +253,7 @@ def _force_cells(outcome: Outcome) -> _Row:
     if (peak := wall or top) is not None:
         return _error_cells("greatest force" if wall is None else "force on wall", peak.peak_force, peak.error_estimate)
     if outcome.peak_force is None:
-        return {"peak force": "no answer"}
+        return {"peak force": _NO_ANSWER}
     error = 1.0 if outcome.high is None else outcome.high / outcome.peak_force - 1
     return _error_cells("peak force", outcome.peak_force, error)
 
@@ -284,7 +289,10 @@ def _chain_row(result: ChainResult) -> _Row:
     if wall is not None:
         from shockwave.measurement.chain_text import impulse_text  # for such chains only
 
-        row |= {"wall force": si(wall.peak_force, "N", error=wall.error_estimate), "wall impulse": impulse_text(wall)}
+        row |= {
+            "force on wall": si(wall.peak_force, "N", error=wall.error_estimate),
+            "wall impulse": impulse_text(wall),
+        }
     return row
 
 

@@ -19,7 +19,7 @@ from shockwave.chain.layout import Layout
 from shockwave.chain.segments import MOST_GRANULES
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.errors import Fault, InvalidValueError
-from shockwave.measurement.recording import reported_contacts
+from shockwave.measurement.recording import check_end, reported_contacts, sample_times
 from shockwave.measurement.simulation_setup import RTOL
 from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
@@ -29,9 +29,6 @@ from shockwave.simulation.assembly import Assembly, integrate
 from shockwave.simulation.backend import chosen
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.problem import ChainProblem
-
-# Least simulated time over the rise time: earlier, the free-particle displacement loses its digits in rounding.
-_LEAST_TIME = 0.01
 
 # Contacts of an endless chain that are reported unless they are requested.
 _ENDLESS = (0, 1, 2, 5, 10, 20, 50, 100)
@@ -104,6 +101,9 @@ class ChainSetup:
         compiled = None if layout.law else _compiled(options.backend)
         filled = options if method is not None and not method.adaptive else evolve(options, rtol=options.rtol or RTOL)
         reported = np.array(reported_contacts(options, len(layout.pairs.stiffnesses)), dtype=np.intp)
+        check_end(options, excitation)
+        if options.record and options.until is not None:
+            sample_times(options, scales, options.until / scales.time, len(layout.masses))
         return cls(excitation, chain, layout, scales, assembly, filled, method, compiled, reported)
 
     @property
@@ -119,14 +119,8 @@ class ChainSetup:
     @property
     def until(self) -> float | None:
         """Requested end of the simulated time, scaled."""
-        until, force = self.options.until, self.assembly.force
-        if until is None:
-            return self.end
-        if force is not None and until < _LEAST_TIME * force.rise_time * self.scales.time:
-            least = _LEAST_TIME * force.rise_time * self.scales.time
-            problem = f"must be at least {least:g} s, a hundredth of the rise time (got {until:g} s)"
-            raise InvalidValueError.of("until", problem)
-        return until / self.scales.time
+        until = self.options.until
+        return self.end if until is None else until / self.scales.time
 
     @property
     def rtol(self) -> float:
@@ -145,7 +139,7 @@ def checked_setup(options: SimulateOptions, excitation: Shock | Impact, chain: C
     Raises
     ------
     InvalidValueError
-        If a value is out of range, or a contact of the options is not one of the chain.
+        If a value is out of range, a contact of the options is not one of the chain, or waves reach too many granules.
     """
     faults = scene_faults(chain, excitation)
     if options.integrator is not None and not faults:
@@ -154,18 +148,18 @@ def checked_setup(options: SimulateOptions, excitation: Shock | Impact, chain: C
     if faults:
         raise InvalidValueError(faults)
     if chain.count is None:
-        chosen(options.backend)
+        part = _part(options, excitation, chain)
+        if part.until is not None:
+            granules = _granules_within(part, part.until)
+            if options.record:
+                sample_times(options, part.scales, part.until, granules)
         return None
-    case = ChainSetup.of(options, excitation, chain)
-    _ = case.until
-    return case
+    return ChainSetup.of(options, excitation, chain)
 
 
 def _endless(options: SimulateOptions, shock: Shock, chain: Chain) -> ChainSetup:
     """The part of an endless chain that the waves reach within the simulated time."""
-    contacts = options.contacts or _ENDLESS
-    others = evolve(options, contacts=(), record=(), interval=None)
-    part = ChainSetup.of(others, shock, evolve(chain, granules=contacts[-1] + 2))
+    part = _part(options, shock, chain)
     end = part.until
     if end is None:
         motion = integrate(part.assembly, _TOLERANCE, compiled=part.compiled, integrator=part.method)
@@ -173,17 +167,34 @@ def _endless(options: SimulateOptions, shock: Shock, chain: Chain) -> ChainSetup
         end = motion.end if motion.arrival is None else duration + _ARRIVALS * motion.arrival
         # rounded, so that it does not depend on the code that integrated the part
         end = float(f"{end:.{_DIGITS}g}")
-    p, force = part.layout.pairs.exponent, (chain.precompression + _GREATEST * shock.peak_force) / part.scales.force
-    reached = max(contacts[-1], end * math.sqrt(p) * force ** ((p - 1) / (2 * p)))
-    granules = math.ceil(reached + _AHEAD + _AHEAD_RATE * math.cbrt(reached))
+    whole = ChainSetup.of(part.options, shock, evolve(chain, granules=_granules_within(part, end)))
+    filled = evolve(whole.options, contacts=options.contacts, record=options.record, interval=options.interval)
+    return evolve(whole, chain=chain, options=filled, reported=np.array(options.contacts or _ENDLESS), end=end)
+
+
+def _part(options: SimulateOptions, excitation: Shock | Impact, chain: Chain) -> ChainSetup:
+    """The part of an endless chain up to the last reported contact."""
+    granules = (options.contacts or _ENDLESS)[-1] + 2
     if granules > MOST_GRANULES:
-        name = "contacts" if options.until is None else "until"
-        got = f"got {contacts[-1]}" if options.until is None else f"got {options.until:g} s"
+        problem = f"must be at most {MOST_GRANULES - 2} (got {granules - 2})"
+        raise InvalidValueError.of("contacts", problem)
+    others = evolve(options, contacts=(), record=(), interval=None)
+    return ChainSetup.of(others, excitation, evolve(chain, granules=granules))
+
+
+def _granules_within(part: ChainSetup, end: float) -> int:
+    """Number of granules of an endless chain that waves reach by the scaled time ``end``."""
+    last, until, forces = part.granules - 2, part.options.until, float(part.chain.precompression)
+    if isinstance(part.excitation, Shock):
+        forces += _GREATEST * part.excitation.peak_force
+    p = part.layout.pairs.exponent
+    reached = max(last, end * math.sqrt(p) * (forces / part.scales.force) ** ((p - 1) / (2 * p)))
+    granules: int = math.ceil(reached + _AHEAD + _AHEAD_RATE * math.cbrt(reached))
+    if granules > MOST_GRANULES:
+        name, got = ("contacts", f"got {last}") if until is None else ("until", f"got {until:g} s")
         problem = f"must be less, since the waves reach {granules} granules, more than {MOST_GRANULES} ({got})"
         raise InvalidValueError.of(name, problem)
-    whole = ChainSetup.of(others, shock, evolve(chain, granules=granules))
-    filled = evolve(whole.options, contacts=options.contacts, record=options.record, interval=options.interval)
-    return evolve(whole, chain=chain, options=filled, reported=np.array(contacts), end=end)
+    return granules
 
 
 def _compiled(backend: str) -> ModuleType | None:

@@ -28,7 +28,6 @@ from shockwave.options import SimulateOptions
 from shockwave.plausibility import unusual_warnings
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
-from shockwave.registry import find
 from shockwave.simulation.assembly import Motion, tolerances_for
 from shockwave.simulation.backend import chosen
 from shockwave.simulation.time_limit import time_limit
@@ -79,6 +78,8 @@ def simulate_chain(
     begin = time.perf_counter()
     runs = runs_of(case or ChainSetup.of(options, excitation, chain))
     case, motion, scales = runs.case, runs.motion, runs.case.scales
+    if options.record:
+        sample_times(options, scales, motion.end, case.granules)
     count, start = case.granules, case.assembly.velocity / float(case.assembly.inverse_masses[0])
     momentum, energy = motion.applied_impulse + start, motion.work + motion.initial_energy
     impulse, on_wall = float(motion.impulses[-1]) if case.has_wall else 0.0, None
@@ -150,9 +151,8 @@ def contact_peaks(result: SimulationResult) -> tuple[tuple[ContactPeak, ...], Co
     """
     granules, options = cast(int, result.chain.granules), result.options
     # the integrator of the waves may be unable to step this chain, have a fixed step, or have no compiled code
-    backend = options.backend if "backend" in find("integrators", result.integrator).takes.split() else "auto"
-    options = evolve(options, integrator=None, step=None, backend=backend)
-    code = "numpy" if chosen(backend) is None else "compiled"
+    options = evolve(options, integrator=None, step=None, backend=options.wanted_backend)
+    code = "numpy" if chosen(options.backend) is None else "compiled"
     if options.timeout is None and options.until is None:
         duration = max(scaled(result.shock, result.chain)[0].duration, _SINGLE)
         pairs = granules * granules * max(min(duration, _MANY) - _SINGLE, _FREE)

@@ -10,6 +10,7 @@ from attrs import asdict, frozen, has
 from shockwave.chain.chain import Chain, Scales
 from shockwave.errors import InvalidValueError
 from shockwave.options import SimulateOptions
+from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.result_base import Result
 
@@ -22,6 +23,8 @@ MOST_REPORTED = 1000
 _SAMPLES = 10
 #: Default end of the histories after the passage of the last contact, in characteristic times.
 AFTER = 5.0
+# Least simulated time over the rise time: earlier, the free-particle displacement loses its digits in rounding.
+_LEAST_TIME = 0.01
 # Largest number of values in the histories, to limit the memory.
 _MOST_NUMBERS = 20_000_000
 
@@ -94,15 +97,26 @@ class Recording(Result):
         return document
 
 
-def check_requests(options: SimulateOptions, chain: Chain, scales: Scales) -> None:
+def check_requests(options: SimulateOptions, shock: Shock, chain: Chain, scales: Scales) -> None:
     """Refuse contacts that the chain does not have, and histories that have too many values in any case."""
     if options.contacts and chain.count is not None:
         reported_contacts(options, chain.count - 1)
+    if chain.count is not None:
+        check_end(options, shock)
     if chain.count is None and "forces" in options.record and not options.contacts:
         raise InvalidValueError.of("contacts", "must be given if record includes forces (got none)")
     if options.record:
         until = AFTER if options.until is None else options.until / scales.time
         sample_times(options, scales, until, until)
+
+
+def check_end(options: SimulateOptions, excitation: object) -> None:
+    """Refuse an end of the simulated time that is too early in the rise of a shock."""
+    if isinstance(excitation, Shock) and options.until is not None:
+        least = _LEAST_TIME * excitation.rise_time
+        if options.until < least:
+            problem = f"must be at least {least:g} s, a hundredth of the rise time (got {options.until:g} s)"
+            raise InvalidValueError.of("until", problem)
 
 
 def checked_contact(chain: Chain, contact: int) -> int:

@@ -25,6 +25,8 @@ _HOPELESS = 10.0
 # both sides, for it may vanish by chance at one of them, and the error tolerance of a step;
 # research/check/check_chains.py measures how often it holds.
 _NEIGHBOURS = 3
+# Factor of the estimate with damping, which ends abruptly when a contact opens.
+_DAMPED = 2.0
 # Error estimate of the impulse on a wall, over its difference between two runs: the errors of both may be of the same
 # order, since late collisions amplify them, so that the difference may be small by chance.
 _IMPULSE_FACTOR = 5.0
@@ -142,8 +144,9 @@ def _errors(case: ChainSetup, coarse: Motion, fine: Motion, tolerance: float) ->
         for here, there in ((slice(shift, None), slice(-shift)), (slice(-shift), slice(shift, None))):
             near = changes[there] / np.maximum(base[there], base[here])
             relative[here] = np.maximum(relative[here], near)
-    own = tolerance + (0.0 if case.assembly.force is None else case.assembly.force.path.error)
-    errors = ESTIMATE_FACTOR * relative + own + _ROUNDING * forces / base
+    caution = _DAMPED if case.assembly.damping.any() else 1.0
+    own = caution * tolerance + (0.0 if case.assembly.force is None else case.assembly.force.path.error)
+    errors = caution * ESTIMATE_FACTOR * relative + own + _ROUNDING * forces / base
     errors[forces <= 0] = 0.0
     judged = case.judged(forces)
     late = np.abs(fine.force_times - coarse.force_times)[judged]

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.yielding import beyond_elastic
-from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError
+from shockwave.errors import NumericalError, ShockwaveError
 from shockwave.measurement.leading_wave import LONGEST_MEASURED, Answer, search
 from shockwave.measurement.recording import check_requests
 from shockwave.measurement.result import SimulationResult
@@ -140,9 +140,7 @@ def simulate_many(
         timeout=timeout,
     )
     setup_of(options)
-    scenes: Sequence[tuple[Shock | Impact, Chain]] = scenes_of(shocks, chain, "simulate")
-    if threads is not None and threads < 1:
-        raise InvalidValueError.of("threads", f"must be a whole number >= 1 (got {threads!r})")
+    scenes: Sequence[tuple[Shock | Impact, Chain]] = scenes_of(shocks, chain, "simulate", threads)
     jobs: list[Job | ShockwaveError] = []
     for scene in scenes:
         try:
@@ -197,7 +195,7 @@ def job_of(options: SimulateOptions, excitation: Shock | Impact, chain: Chain) -
         problem, scales = scaled(cast(Shock, excitation), equal)
     except NumericalError as error:
         return Job(excitation, equal, refusal=error)
-    check_requests(options, equal, scales)
+    check_requests(options, cast(Shock, excitation), equal, scales)
     if not isinstance(problem.profile, Powers):  # those of power laws are computed together
         _ = problem.path
     return Job(excitation, equal, problem, scales)
@@ -268,25 +266,26 @@ def _run(
     with allowed(limit):
         answers = search(problems, setup)
     spent = time.perf_counter() - begin
-    seconds, alone = spent / max(len(jobs), 1), len(jobs) == 1
+    alone = len(jobs) == 1
+    late = limit is not None and spent > limit and not alone  # together, not each of them
     results: list[_Outcome] = []
     for index, job in enumerate(jobs):
         if isinstance(job, ShockwaveError):
             results.append(job)
             continue
-        begin, answer = time.perf_counter(), answers.get(index)
+        begin, answer = time.perf_counter() - spent / len(jobs), answers.get(index)
         try:
             with allowed(limit if limit is None or not alone else max(limit - spent, 0.0)):
-                if answer is None and index in problems and limit is not None and spent > limit and not alone:
-                    answer = search({0: problems[index]}, setup).get(0)  # others have used up the time
-                results.append(_result(job, setup, answer, seconds, begin))
+                if late and index in problems and (answer is None or answer.error_estimate > setup.rtol):
+                    answer = search({0: problems[index]}, setup).get(0)
+                results.append(_result(job, setup, answer, begin, limit))
         except ShockwaveError as error:
             results.append(error)
     return results
 
 
-def _result(job: Job, setup: Setup, answer: Answer | None, seconds: float, begin: float) -> _Result:
-    """Result of a job from the ``answer`` of the search, if it has found one in its share of ``seconds``."""
+def _result(job: Job, setup: Setup, answer: Answer | None, begin: float, limit: float | None) -> _Result:
+    """Result of a job that began at this time, from the ``answer`` of the search, if it has found one."""
     if job.refusal is not None:
         raise job.refusal
     if job.problem is None or job.scales is None:
@@ -302,8 +301,8 @@ def _result(job: Job, setup: Setup, answer: Answer | None, seconds: float, begin
         found=answer.primary,
         error_estimate=answer.error_estimate,
         search_warnings=answer.warnings + _missed(setup.options, answer),
-        seconds=seconds + time.perf_counter() - begin,
-        on_demand=_on_demand,
+        seconds=time.perf_counter() - begin,
+        on_demand=partial(_on_demand, limit),
         measured=answer.train,
     )
     if error := beyond_elastic(job.chain, partial(getattr, result, "yielding")):
@@ -345,8 +344,8 @@ def _measured(problem: ChainProblem, scales: Scales, setup: Setup) -> Answer:
     return Answer(*measure_primary(problem, scales, setup))
 
 
-def _on_demand(part: str, result: SimulationResult, *arguments: Any) -> Any:
-    """Compute a part of a result that is rarely needed, by modules that are imported only then."""
+def _on_demand(limit: float | None, part: str, result: SimulationResult, *arguments: Any) -> Any:
+    """Compute a part of a result that is rarely needed within the limit of its scene [s], by modules imported then."""
     from shockwave.measurement.histories import passage_at, record
     from shockwave.measurement.train import train_of
 
@@ -355,6 +354,5 @@ def _on_demand(part: str, result: SimulationResult, *arguments: Any) -> Any:
         from shockwave.measurement.chain_simulation import contact_peaks
 
         functions[part] = contact_peaks
-    allowed = result.options.timeout
-    with time_limit(None if allowed is None else allowed - result.seconds):
+    with time_limit(None if limit is None else limit - result.seconds):
         return functions[part](result, *arguments)

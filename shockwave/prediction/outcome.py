@@ -10,7 +10,7 @@ from attrs import asdict, evolve, field, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.chain.yielding import Yielding, yielding_of
-from shockwave.errors import Fault, InvalidValueError, NumericalError, PluginError, ShockwaveError
+from shockwave.errors import Fault, InvalidValueError, NumericalError, ShockwaveError
 from shockwave.limit import LAST, WALL, WAVE, LeavingForce, Limit, Verdict, plain_verdict, verdict
 from shockwave.options import SimulateOptions
 from shockwave.plausibility import unusual_warnings
@@ -91,11 +91,14 @@ class Outcome(Result):
         """``best`` or ``section-4``."""
         return self.predictor.model
 
-    @property
+    @cached_property
     def simulated(self) -> Any:
         """Result of the simulation, as `shockwave.simulate` returns it; None where there is none."""
         result = None if self.simulation is None else self.simulation()
-        return None if isinstance(result, ShockwaveError) else result
+        if result is None or isinstance(result, ShockwaveError):
+            return None
+        about = {"scenario": self.scenario, "limit": self.limit}
+        return evolve(result, **about) if any(about.values()) else result
 
     @property
     def reason(self) -> str | None:
@@ -112,9 +115,7 @@ class Outcome(Result):
         """Attribute of the simulation; None where it has none."""
         try:
             return getattr(self.simulated, name, None)
-        except PluginError:
-            raise
-        except ShockwaveError:
+        except NumericalError:
             return None
 
     # ---------------------------------------------------------------- the leading wave

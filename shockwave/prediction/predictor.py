@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import partial
+from threading import Lock
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Literal, cast, get_args
 
@@ -12,8 +13,8 @@ from attrs import field, frozen
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, SolitaryWave, coefficient_of, wave_law
 from shockwave.chain.yielding import beyond_elastic
-from shockwave.errors import InvalidValueError, PluginError, ShockwaveError
-from shockwave.fields import one_of, quantity
+from shockwave.errors import InvalidValueError, NumericalError, PluginError, ShockwaveError
+from shockwave.fields import one_of, quantity, text_of
 from shockwave.options import SimulateOptions
 from shockwave.prediction import section4
 from shockwave.prediction.outcome import Outcome
@@ -136,8 +137,10 @@ class Predictor:
         InvalidValueError
             If the number of chains differs from that of the shocks, or an argument is of the wrong type.
         """
-        scenes = scenes_of(shocks, chain, "predict")
-        options = options or SimulateOptions()
+        scenes = scenes_of(shocks, chain, "predict", threads)
+        options = SimulateOptions() if options is None else options
+        if not isinstance(options, SimulateOptions):
+            raise InvalidValueError.of("options", f"must be SimulateOptions (got {text_of(options)})")
         engine = _Engine([], options, threads)
         outcomes = [self._attempt(engine, *scene) for scene in scenes]
         return [self._elastic(outcome) for outcome in outcomes]
@@ -150,7 +153,7 @@ class Predictor:
         NotCoveredError
             If the scene has features that section 4 does not cover; all are listed.
         NumericalError
-            If a root of the relations for trains is not found.
+            If a root of the relations for trains is not found, or the peak force is too small.
         """
         chain = _covered(shock, chain)
         scales = Scales.of(chain, shock.peak_force)
@@ -158,14 +161,18 @@ class Predictor:
         areas = shock.profile.areas(self.quadrature)
         unit = wave_law(chain.exponent).momentum * coefficient / EXACT_COEFFICIENT
         scaled = ScaledShock(shock.profile, areas, scales.rise_time(shock.rise_time), unit, chain.exponent)
-        answer = section4.predict(scaled, self.alpha, self.equal_tolerance, self.wave_threshold)
         force = shock.peak_force * chain.contact_share
         wave = SolitaryWave.of(force, chain, coefficient)
+        try:
+            answer = section4.predict(scaled, self.alpha, self.equal_tolerance, self.wave_threshold)
+            waves = tuple(wave.stronger(ratio, chain.exponent) for ratio in answer.amplitudes)
+        except ZeroDivisionError:
+            raise NumericalError("the peak force by section 4 is too small for floating-point numbers") from None
         common: dict[str, Any] = {
             "peak_force": answer.amplitudes[0] * force,
             "amplification": answer.amplitudes[0],
             "relation": answer.relation,
-            "waves": tuple(wave.stronger(ratio, chain.exponent) for ratio in answer.amplitudes),
+            "waves": waves,
             "conditions": conditions(areas, float(shock.profile.duration_ratio)),
             "trace": tuple(step.in_units(scales.time) for step in answer.trace),
             "exponents": None if answer.sensitivity is None else Exponents.of(answer.sensitivity, chain),
@@ -244,6 +251,7 @@ class _Engine:
     def __init__(self, jobs: list[Job], options: SimulateOptions, threads: int | None = None) -> None:
         self.jobs, self.options, self.threads = jobs, options, threads
         self.results: list[Any] | None = None
+        self._lock = Lock()
 
     def add(self, excitation: Shock | Impact, chain: Chain) -> Simulation:
         """Add a scene; see `shockwave.measurement.simulate.job_of` for the errors."""
@@ -252,13 +260,18 @@ class _Engine:
 
     def result(self, index: int) -> Any:
         """Result of a scene, or its error."""
-        if self.results is None:
-            self.results = _measurement().run_jobs(self.jobs, self.options, self.threads, _PATIENCE)
+        with self._lock:
+            if self.results is None:
+                self.results = _measurement().run_jobs(self.jobs, self.options, self.threads, _PATIENCE)
+                self.jobs = [job._replace(problem=None, case=None) for job in self.jobs]  # to free their memory
         return self.results[index]
 
 
 class Simulation:
-    """The result of one scene of an engine; when pickled, it takes only this scene and its result along."""
+    """The result of one scene of an engine.
+
+    When pickled, it takes only this scene and its result along: a copy that has no result yet runs alone.
+    """
 
     def __init__(self, engine: _Engine, index: int) -> None:
         self._engine, self._index = engine, index

@@ -139,6 +139,8 @@ class Comparison(Result):
     @property
     def added_momentum(self) -> float | None:
         """Momentum that rebounding granules add to the waves by simulation [N s]; None if it is not known."""
+        if self.simulated.options.waves != "train":
+            return None
         recoil, error = self.simulated.recoil_momentum, self.simulated.recoil_error
         known = recoil is not None and error is not None and error < abs(recoil)
         return -float(recoil) if known else None
@@ -160,7 +162,8 @@ class Comparison(Result):
         shock, options = simulated.shock, simulated.options
         shocks = [evolve(shock, rise_time=shock.rise_time * factor) for factor in (1 - _STEP, 1 + _STEP)]
         rtol = None if options.rtol is None else min(options.rtol, _STEP_RTOL)
-        settings = {"integrator": options.integrator, "step": options.step, "waves": "primary"}
+        settings = {name: getattr(options, name) for name in ("integrator", "step", "timeout")}
+        settings |= {"waves": "primary", "backend": options.wanted_backend}
         results: Any = simulate_many(shocks, simulated.chain, rtol, **settings)
         if any(isinstance(result, ShockwaveError) for result in results):
             return None

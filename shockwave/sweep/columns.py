@@ -187,6 +187,13 @@ _LAST = (
 )
 
 
+def _forces_error(answer: Answer) -> float | None:
+    """Error estimate of the contact forces; that of equal granules is of the leading wave."""
+    equal = isinstance(answer.simulated, SimulationResult)
+    error: float | None = _at(f"simulated.{'greatest_force.' if equal else ''}error_estimate")(answer)
+    return error
+
+
 #: Column of the verdict on a limit.
 VERDICT = _text("verdict", "decision on the limit of the force: below, above or undecided", "verdict.decision")
 _CHAIN = (
@@ -198,17 +205,15 @@ _WALL = (
     _number("transmitted_force", "N", "greatest force on the wall", "simulated.transmitted.peak_force"),
     _number("transmitted_impulse", "N s", "impulse on the wall", "simulated.transmitted.impulse"),
 )
-_CHAIN_ERROR = _number(
-    "error_estimate", "", "relative error of the simulated forces, estimated", "simulated.error_estimate"
-)
+_CHAIN_ERROR = Read(Column("error_estimate", "", "number", "relative error of these forces, estimated"), _forces_error)
 _STRIKER = _number("restitution", "", "coefficient of restitution of the striker", "simulated.restitution")
 _DISSIPATED = _number("dissipated_energy", "J", "energy dissipated by damping", "simulated.dissipated_energy")
 
 
-def chain_reads(scenario: Scenario, compared: bool) -> tuple[Read, ...]:
+def chain_reads(scenario: Scenario, run: Run, section4: bool) -> tuple[Read, ...]:
     """Return the columns of a sweep of chains beyond equal granules.
 
-    ``compared`` states whether section 4 may predict some points. Columns of a wall or a striker that no point has are
+    ``section4`` states whether section 4 may predict some points. Columns of a wall or a striker that no point has are
     left out.
     """
     forces = [
@@ -219,8 +224,8 @@ def chain_reads(scenario: Scenario, compared: bool) -> tuple[Read, ...]:
     ]
     wall = () if scenario.chain.end is None else _WALL
     striker = () if scenario.impact is None else (_STRIKER,)
-    compared_columns = _COMPARED if compared else ()
-    return (*_CHAIN, *wall, _CHAIN_ERROR, *striker, _DISSIPATED, *forces, *compared_columns, *_LAST[-1:])
+    equal = {"compare": _COMPARED, "predict": _PREDICTED}.get(run, ()) if section4 else ()
+    return (*_CHAIN, *wall, _CHAIN_ERROR, *striker, _DISSIPATED, *forces, *equal, *_LAST[-1:])
 
 
 def reads(run: Run, train: bool, finite: bool = False) -> tuple[Read, ...]:

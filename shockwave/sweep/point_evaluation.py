@@ -87,7 +87,7 @@ class Points:
             if refused and run == "predict" and scenario.predictor.model == "section-4":
                 raise NotCoveredError(refused)
             if run != "predict" or scenario.predictor.model != "section-4":
-                self._columns = chain_reads(scenario, compared=run == "compare" and not refused)
+                self._columns = chain_reads(scenario, run, section4=not refused)
         if scenario.limit is not None:
             self._columns = (*self._columns[:-1], VERDICT, self._columns[-1])
         self._family = Family(scenario)
