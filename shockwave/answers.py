@@ -32,7 +32,7 @@ _kept_options = functools.lru_cache(maxsize=64, typed=True)(SimulateOptions)
 def predict(
     scene: Scene, chain: Chain | None = None, *, limit: Limit | float | str | None = None, **settings: Any
 ) -> Outcome:
-    """Predict the waves that a shock or a striker generates: the engine's numbers, with section 4 beside them.
+    """Predict the waves that a shock or a striker generates: simulated values, with those of section 4.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def predict(
     chain : Chain, optional
         The chain, if ``scene`` is a shock or a striker.
     limit : Limit, float or str, optional
-        Limit of the force that leaves the chain, or this force [N]; by default that of the scenario.
+        Limit on the transmitted force, or this force [N]; by default that of the scenario.
     **settings
         Settings of `Predictor` and options of `SimulateOptions`, which replace those of the scenario. A
         ``wave_threshold`` is that of both.
@@ -88,7 +88,7 @@ def simulate(
     rtol : float, optional
         Relative error of the peak force, 1e-13 to 1e-2; default 1e-6.
     limit : Limit, float or str, optional
-        Limit of the force that leaves the chain, or this force [N]; by default that of the scenario.
+        Limit on the transmitted force, or this force [N]; by default that of the scenario.
     **options
         ``integrator``, ``step``, ``wave_threshold``, ``waves``, ``backend``, ``contacts``, ``record``, ``interval``,
         ``until`` and ``timeout`` of `SimulateOptions`; those given replace those of the scenario.
@@ -123,7 +123,7 @@ def simulate(
 def compare(
     scene: Scene, chain: Chain | None = None, *, limit: Limit | float | str | None = None, **settings: Any
 ) -> Comparison:
-    """Simulate a scene, and score what section 4 of the paper promises for it.
+    """Simulate a shock on a chain, and compare section 4 of the paper with the result.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def compare(
     from shockwave.studies import comparison
 
     if settings.get("model", "section-4") != "section-4":
-        rule = "must be left out or section-4, whose promises are compared with the simulation"
+        rule = "must be left out or section-4, the model that is compared with the simulation"
         raise InvalidValueError.of("model", f"{rule} (got {settings['model']!r})")
     scenario = _scenario(scene, chain)
     predictor, options = settings_of(scenario, {**settings, "model": "section-4"})

@@ -13,12 +13,12 @@ from shockwave.fields import quantity, quantity_of, text_of
 from shockwave.text import alarm, si
 
 Decision = Literal["below", "above", "undecided"]
-#: Description of the force that leaves an endless chain.
+#: Description of the force transmitted by an endless chain.
 WAVE = "peak force of the leading wave"
-#: Description of the force that leaves a finite chain without a wall, and with one.
+#: Description of the force transmitted by a finite chain without a wall, and with one.
 LAST, WALL = "force at the last contact", "force on the wall"
 #: Remedy for a simulated time that is too short.
-LATER = "simulate to a later end"
+LATER = "increase until"
 # Relative half-width below which the printed digits show the range.
 _SMALL = 1e-3
 # Relative error that the digits of the ends of a wide range show: three digits.
@@ -27,7 +27,7 @@ _FINEST = 0.03
 
 @frozen(kw_only=True)
 class Limit:
-    """Limit of the force that leaves the chain.
+    """Limit on the transmitted force.
 
     Parameters
     ----------
@@ -35,10 +35,10 @@ class Limit:
         Largest admissible force [N].
     """
 
-    force: float = quantity("N", "largest admissible force that leaves the chain", above=0, example="60 N")
+    force: float = quantity("N", "largest admissible transmitted force", above=0, example="60 N")
 
     def verdict(self, result: Any) -> Verdict:
-        """Verdict on the force that leaves the chain in ``result``, of a prediction or a simulation.
+        """Verdict on the transmitted force in ``result``, of a prediction or a simulation.
 
         Raises
         ------
@@ -69,7 +69,7 @@ def limit_of(given: Limit | float | str | None) -> Limit | None:
 
 @frozen(kw_only=True)
 class LeavingForce:
-    """Force that leaves the chain: on the wall, else at the last contact, else of the leading wave.
+    """Transmitted force: on the wall, else at the last contact, else of the leading wave.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class Verdict:
     limit : float
         Limit of the force [N].
     value, low, high : float or None
-        The force that leaves the chain, and the ends of its range [N]; None where they are not known.
+        The transmitted force, and the ends of its range [N]; None where they are not known.
     decision : "below", "above" or "undecided"
         Whether the whole range lies below the limit or above it. A force that equals the limit is not below it.
     force : str
@@ -176,7 +176,7 @@ def plain_verdict(result: Any) -> dict[str, Any] | None:
 
 @frozen(kw_only=True)
 class Exceedance:
-    """Probability that the force that leaves the chain reaches a limit.
+    """Probability that the transmitted force reaches a limit.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Limits of the force that leaves the chain: which force is judged, the decision, and where it is shown."""
+"""Limits of the transmitted force: which force is judged, the decision, and where it is shown."""
 
 import json
 from concurrent.futures import ThreadPoolExecutor

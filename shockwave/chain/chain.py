@@ -236,7 +236,7 @@ class Chain:
     def momentum_parameter(self, coefficient: float) -> float:
         """Momentum parameter A of eq. (4c) [N^(1/6) s]: a solitary wave of peak force F has the momentum A F^(5/6).
 
-        ``coefficient`` is the leading number of A: 13/3 in the paper, 4.344507853978653 exactly.
+        ``coefficient`` is the numerical coefficient of A: 13/3 in the paper, 4.344507853978653 exactly.
         """
         # Multiplied factor by factor so that no intermediate power overflows.
         density, radius = self.material.density, self.radius

@@ -26,19 +26,19 @@ GRANULE_VELOCITY = 0.989278419818
 ENERGY = 1.046516203461019
 #: Full width at half maximum of the contact force in time; it scales as F^(-1/6).
 WIDTH = 1.559253174056145
-#: Leading number of A in eq. (4c), as printed in the paper.
+#: Numerical coefficient of A in eq. (4c), as printed in the paper.
 PAPER_COEFFICIENT = 13 / 3
-#: Leading number of A in eq. (4c), exact value.
+#: Numerical coefficient of A in eq. (4c), exact value.
 EXACT_COEFFICIENT = 4.344507853978653
 #: Impulse limit: a shock of vanishing duration gives F = IMPULSE_LIMIT F0 S^(6/5), S = impulse / (A F0^(5/6)), A exact.
 IMPULSE_LIMIT = 1.1681817
-#: Leading number of A by name.
+#: Numerical coefficient of A by name.
 MOMENTUM_COEFFICIENTS = {"exact": EXACT_COEFFICIENT, "paper": PAPER_COEFFICIENT}
-MOMENTUM_COEFFICIENT = Quantity("", "leading number of A", at_least=0.01, at_most=1000)
+MOMENTUM_COEFFICIENT = Quantity("", "numerical coefficient of A", at_least=0.01, at_most=1000)
 
 
 def coefficient_of(choice: str | float) -> float:
-    """Leading number of A, eq. (4c), for ``"exact"``, ``"paper"`` or a number between 0.01 and 1000.
+    """Numerical coefficient of A, eq. (4c), for ``"exact"``, ``"paper"`` or a number between 0.01 and 1000.
 
     Raises
     ------

@@ -9,7 +9,7 @@ from shockwave.cli.scenario_commands import loaded
 
 
 def bench(options: argparse.Namespace) -> int:
-    """Work and precision."""
+    """Measure error and run time of each method."""
     from shockwave.benchmark.bench import run
     from shockwave.benchmark.bench_output import page
     from shockwave.pictures import figure
@@ -26,7 +26,7 @@ def bench(options: argparse.Namespace) -> int:
 
 
 def stress(options: argparse.Namespace) -> int:
-    """The catalogue of extremes."""
+    """Run the catalogue of extreme cases."""
     from shockwave.benchmark.stress import stress as run
 
     found = run(options.names, options.backend)

@@ -85,7 +85,7 @@ _FILES = (["files"], {"nargs": "+", **_FILE[1]})
 _FORCE_RTOL = _option(
     "--rtol RTOL", "relative tolerance of a peak force (default: 1e-4)", type=_number(1e-7, 1e-2), default=1e-4
 )
-_LIMIT = _option("--limit FORCE", "limit of the force that leaves the chain, such as '60 N'", type=_limit)
+_LIMIT = _option("--limit FORCE", "limit on the transmitted force, such as '60 N'", type=_limit)
 #: These override the keys of the scenario's ``simulate`` block.
 _SIMULATE = [
     _option("--rtol RTOL", "relative tolerance, for adaptive methods", type=_number(1e-13, 1e-2)),
@@ -94,7 +94,7 @@ _SIMULATE = [
     _option("--backend BACKEND", "code that integrates the chain (default: auto)", choices=_BACKENDS),
     _option("--contacts N,N", "report leading wave and greatest force at these contacts", type=_contacts),
     _option("--primary", "measure the leading wave only, not the whole train"),
-    _option("--timeout SECONDS", "maximum computing time (default: none; of predict 10 s)", type=_number(1e-3, 1e9)),
+    _option("--timeout SECONDS", "maximum computing time (default: none; 10 s for predict)", type=_number(1e-3, 1e9)),
 ]
 _DETAIL = [
     _option("--explain", "show the decision of section 4 with its symbols, or the simulated waves"),
@@ -103,9 +103,9 @@ _DETAIL = [
 _SIMULATED = [_FILES, _JSON, _LIMIT, *_DETAIL, *_SIMULATE]
 #: These override the keys of the scenario's ``predict`` block.
 _PREDICT = [
-    _option("--momentum-coefficient COEFFICIENT", "leading number of A: exact, paper, or a number", type=_coefficient),
+    _option("--momentum-coefficient COEFFICIENT", "coefficient of A: exact, paper, or a number", type=_coefficient),
     _option("--alpha ALPHA", "alpha of section 4.1 (constant) or eq. (5c) as printed", choices=("constant", "literal")),
-    _option("--equal-tolerance X", "relative difference called equal", type=_number(0, 1)),
+    _option("--equal-tolerance X", "relative difference up to which forces count as equal", type=_number(0, 1)),
     _option("--quadrature QUADRATURE", "quadrature of all integrals; see `shockwave list quadratures`"),
 ]
 _MODEL = _option("--model MODEL", "best (default), or section-4: the paper alone", choices=("best", "section-4"))
@@ -133,7 +133,7 @@ _SWEEP = [
 ]
 _PLOT = [
     _option("FOLDER", "folder written by `shockwave sweep`"),
-    _option("--column NAME", "quantity to plot (default: an amplification)"),
+    _option("--column NAME", "quantity to plot (default: amplification)"),
     _option("--x NAME", "horizontal axis (default: variable with the most values)"),
     _option("--at NAME=VALUE", "hold a variable at one of its values; may be repeated", **_MANY),
     _option("-o --output FILE", "picture (.svg, .png, .pdf; default: in FOLDER)"),
@@ -191,7 +191,7 @@ _WITHOUT_TABLES = ("validate", "report", "explore", "plot", "new", "schema")
 COMMANDS: list[tuple[str, str, str, list[_Option]]] = [
     ("predict", "scenario_commands:predict", "predict the waves that a shock generates", _PREDICTED),
     ("simulate", "scenario_commands:simulate", "simulate the motion, measure the waves", _SIMULATED),
-    ("compare", "scenario_commands:compare", "score section 4 by a simulation", [*_PREDICT, *_SIMULATED]),
+    ("compare", "scenario_commands:compare", "compare section 4 with a simulation", [*_PREDICT, *_SIMULATED]),
     ("validate", "scenario_commands:validate", "check scenario files and report all errors", [_FILES, _JSON]),
     ("report", "scenario_commands:report", "write a page on a scenario, with pictures", [_FILE, _LIMIT, _OUTPUT]),
     ("explore", "plugin_commands:run", "open a page with sliders in the browser (shockwave-explore)", []),

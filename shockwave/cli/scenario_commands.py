@@ -202,7 +202,9 @@ _SPARE = (
 )
 _FAILS = "FAIL"
 _NO_ANSWER = "no answer"
-_OUTCOME_LEGEND = "error: estimated relative error of the first force; section-4 error: relative to the simulation"
+_OUTCOME_LEGEND = (
+    "error: estimated relative error of the force; section-4 error: relative difference from the simulated force"
+)
 _LEGEND = """\
 error: relative error of section 4 with respect to the simulation; added momentum: relative error of the momentum \
 added by ejection; relation, waves: predicted / simulated (/ published)"""

@@ -140,7 +140,7 @@ class ChainResult(Result):
     scenario : str or None
         Name of the scenario, if there is one.
     limit : Limit or None
-        Limit of the force that leaves the chain.
+        Limit on the transmitted force.
     """
 
     excitation: Any
@@ -200,7 +200,7 @@ class ChainResult(Result):
 
     @property
     def leaving(self) -> LeavingForce:
-        """The force that leaves the chain, on the wall, at the last contact, or of the wave in an endless chain."""
+        """The transmitted force, on the wall, at the last contact, or of the wave in an endless chain."""
         if self.last_contact is None:
             return LeavingForce(name=WAVE, remedy="simulate a finite chain")
         name = LAST if self.transmitted is None else WALL

@@ -43,7 +43,7 @@ class ContactPeak:
 
 
 def last_force(name: str, peak: ContactPeak | None, arrived: bool = True, later: float = 0.0) -> LeavingForce:
-    """The force that leaves a chain, from its last contact; ``peak`` is None if it is not known.
+    """The force that a chain transmits, from its last contact; ``peak`` is None if it is not known.
 
     Before the leading wave has ``arrived`` there is no upper end. After the end of the simulated time the force is
     less than ``later`` [N].

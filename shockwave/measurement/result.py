@@ -117,7 +117,7 @@ class SimulationResult(Result):
     scenario : str or None
         Name of the scenario, if there is one.
     limit : Limit or None
-        Limit of the force that leaves the chain.
+        Limit on the transmitted force.
     measured : Train or None
         The train, if the leading wave was measured on the whole chain instead of by the search for it.
     """
@@ -278,7 +278,7 @@ class SimulationResult(Result):
 
     @property
     def leaving(self) -> LeavingForce:
-        """The force that leaves the chain, at the last contact, or of the leading wave in an endless chain."""
+        """The transmitted force, at the last contact, or of the leading wave in an endless chain."""
         if self.chain.granules is None:
             return LeavingForce.measured(WAVE, self.peak_force, self.error_estimate * self.peak_force)
         return self._contacts[2]

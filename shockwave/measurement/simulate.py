@@ -325,7 +325,7 @@ def _missed(options: SimulateOptions, answer: Answer) -> tuple[str, ...]:
         if answer.primary.doubt > error / 2:
             advice = (
                 "A wave behind it may still exceed it, and following both takes too long for any rtol: shorten the"
-                " shock, or take the range of the estimate of a prediction."
+                " shock."
             )
     return (f"The tolerance was not met: {reached}. {advice}",)
 

@@ -1,1 +1,1 @@
-"""Predictions of the leading wave without integration of the equations of motion, with their expected errors."""
+"""Predictions: simulated values, and the relations of section 4."""

@@ -1,4 +1,4 @@
-"""The outcome of a prediction: numbers of the engine, which runs when one of them is read, and the decision beside."""
+"""The outcome of a prediction: simulated values, computed when first read, and the decision of section 4."""
 
 from __future__ import annotations
 
@@ -53,9 +53,9 @@ class Relations(Protocol):
 class Outcome(Result):
     """The prediction for one scene.
 
-    The engine runs when one of its numbers is first read, and its result is kept. Reading a number raises no error but
-    that of a faulty plugin: where the engine has no answer the numbers are None, and ``reason`` states why. Two
-    outcomes are equal if scene, settings and options are equal.
+    The simulation runs when one of its values is first read, and its result is kept. Only a faulty plugin raises an
+    error then: where there is no answer the values are None, and ``reason`` states why. Two outcomes are equal if
+    scene, settings and options are equal.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class Outcome(Result):
     options : SimulateOptions
         Options of the simulation.
     limit : Limit or None
-        Limit of the force that leaves the chain.
+        Limit on the transmitted force.
     simulation : callable or None
         Function that returns the result of the simulation or its error; None if the model is ``section-4``.
     place : callable
@@ -102,7 +102,7 @@ class Outcome(Result):
 
     @property
     def reason(self) -> str | None:
-        """Reason why the engine has no answer, and what would give one."""
+        """Reason why the simulation failed, and a remedy."""
         result = None if self.simulation is None else self.simulation()
         return str(result) if isinstance(result, ShockwaveError) else None
 
@@ -122,7 +122,7 @@ class Outcome(Result):
 
     @property
     def peak_force(self) -> float | Any:
-        """Peak force of the leading wave [N]; None where it has no limit along the chain."""
+        """Peak force of the leading wave [N]; None in chains without a steady leading wave."""
         return self._paper.peak_force if self.simulation is None else self._read("peak_force")
 
     @property

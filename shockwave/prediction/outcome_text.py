@@ -43,7 +43,7 @@ _SYMBOLS = "F0 peak force, t0 rise time, n t0 duration of the shock; a1, a2 area
 
 
 def outcome_text(outcome: Outcome) -> str:
-    """The first numbers with their accuracy, the warnings, and section 4 beside."""
+    """The first numbers with their accuracy, the warnings, and section 4."""
     name = f"{outcome.scenario}: " if outcome.scenario else ""
     lines = [*facts([*_forces(outcome), *_section4(outcome)])]
     if detail() >= Detail.EXPLAIN and outcome.section4 is not None:
@@ -96,7 +96,7 @@ def _forces(outcome: Outcome) -> Iterator[tuple[str, str]]:
 
 
 def _section4(outcome: Outcome) -> Iterator[tuple[str, str]]:
-    """Labels and texts of what section 4 says, with its actual error."""
+    """Labels and texts of the prediction of section 4, with its error."""
     paper = outcome.section4
     if paper is None:
         yield "section 4", f"does not apply, because of {features_text(outcome.section4_faults)}"

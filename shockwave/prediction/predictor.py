@@ -1,4 +1,4 @@
-"""The predictor: the engine's answer for a scene, with the decision of section 4 beside it."""
+"""The predictor: simulated values, together with those of section 4."""
 
 from __future__ import annotations
 
@@ -42,18 +42,18 @@ _PATIENCE = 10.0
 
 @frozen
 class Predictor:
-    """Predict the waves that a shock generates: the engine's numbers, with section 4 of Hasan & Nemat-Nasser beside.
+    """Predict the waves that a shock generates: simulated values, and those of section 4 of Hasan & Nemat-Nasser.
 
     Parameters
     ----------
     model : "best" or "section-4"
-        The engine's numbers, with section 4 beside them, or section 4 alone, which needs no engine.
+        Simulated values with those of section 4, or section 4 alone, without a simulation.
     momentum_coefficient : "exact", "paper" or float
-        Leading number of A, eq. (4c): 4.344507853978653, 13/3, or another number.
+        Numerical coefficient of A, eq. (4c): 4.344507853978653, 13/3, or another number.
     alpha : "constant" or "literal"
         alpha of section 4.1, which agrees with simulations, or eq. (5c) as printed, of which all roots are given.
     equal_tolerance : float
-        Relative difference up to which two sides are called equal.
+        Relative difference up to which two sides count as equal.
     wave_threshold : float
         Least peak force of the later waves that section 4 lists, over that of the leading wave.
     quadrature : str, optional
@@ -68,7 +68,9 @@ class Predictor:
     model: Model = field(default="best", validator=one_of(*get_args(Model)))
     momentum_coefficient: str | float = "exact"
     alpha: section4.Alpha = field(default="constant", validator=one_of(*get_args(section4.Alpha)))
-    equal_tolerance: float = quantity("", "relative difference called equal", at_least=0, below=1, default=0.05)
+    equal_tolerance: float = quantity(
+        "", "relative difference up to which forces count as equal", at_least=0, below=1, default=0.05
+    )
     wave_threshold: float = quantity(
         "", "weakest later wave that is listed, relative to the leading wave", above=0, below=1, default=5e-3
     )
@@ -82,7 +84,7 @@ class Predictor:
     def predict(self, shock: Shock | Impact, chain: Chain, options: SimulateOptions | None = None) -> Outcome:
         """Predict the outcome of ``shock`` on ``chain``.
 
-        The numbers of the engine are computed when one of them is first read, unless the chain must be elastic.
+        The simulation runs when one of its values is first read, unless the chain must be elastic.
 
         Parameters
         ----------

@@ -60,7 +60,7 @@ class Section4Outcome(Result):
     areas : Areas
         Areas a1 and a2 with their errors, eq. (3).
     momentum_coefficient : float
-        Leading number of A, eq. (4c).
+        Numerical coefficient of A, eq. (4c).
     wave_time : float
         A F0^(-1/6), the impulse of a wave with the peak force of the shock over this force [s].
     warnings : tuple of str

@@ -125,7 +125,7 @@ SCENARIO = (
     Key("impact", meaning="a striker: a mapping of velocity, diameter, material", instead_of=("shock",)),
     Key("predict", default=None, meaning="settings of the prediction"),
     Key("simulate", default=None, meaning="settings of the simulation"),
-    Key("limit", default=None, meaning="a mapping of force: the limit of the force that leaves the chain"),
+    Key("limit", default=None, meaning="a mapping of force: the limit on the transmitted force"),
     Key("requires", annotation=list[str], default=None, meaning="Python packages that must be installed"),
     Key("published", default=None, meaning="results printed in a source, shown beside those of shockwave"),
     Key("sweep", default=None, meaning="a mapping of grid, zip or points, for many cases"),

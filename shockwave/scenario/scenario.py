@@ -68,7 +68,7 @@ class Scenario:
     simulate : SimulateOptions
         Options of the ``simulate`` block.
     limit : Limit or None
-        Limit of the force that leaves the chain.
+        Limit on the transmitted force.
     published : Published or None
         Results that a source prints for the same scene.
     sweep : Sweep or None

@@ -1,4 +1,4 @@
-"""Section 4 beside the simulation: all that the paper promises for one scene, scored."""
+"""Comparison of section 4 with the simulation."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class WaveErrors:
 
 @frozen
 class Errors:
-    """What section 4 promises against the simulation, None where it promises nothing.
+    """Errors of section 4; None for quantities that it does not predict.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class Errors:
 
 @frozen(kw_only=True, slots=False, repr=False)
 class Comparison(Result):
-    """What section 4 promises for a scene, and its simulation.
+    """Prediction of section 4 for a shock on a chain, and its simulation.
 
     Attributes
     ----------
@@ -115,7 +115,7 @@ class Comparison(Result):
 
     @property
     def limit(self) -> Limit | None:
-        """Limit of the force that leaves the chain."""
+        """Limit on the transmitted force."""
         limit: Limit | None = self.simulated.limit
         return limit
 
@@ -173,7 +173,7 @@ class Comparison(Result):
 
     @cached_property
     def errors(self) -> Errors:
-        """Error of each promise."""
+        """Errors of the predictions."""
         paper = self._paper
         if paper is None:
             return Errors()

@@ -1,4 +1,4 @@
-"""Text of a comparison: what section 4 promises, what was simulated, and the errors."""
+"""Text of a comparison: the prediction of section 4, the simulation, and the errors."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ _DIGITS = 4
 
 
 def comparison_text(both: Comparison) -> str:
-    """The simulated peak force, and the score of each promise."""
+    """The simulated peak force, and the error of each prediction."""
     paper = None if both.predicted is None else both.predicted.section4
     if paper is None or both.simulated.peak_force is None:
         return _simulated(both)
     name = f"{both.scenario}: " if both.scenario else ""
-    lines = table(("section 4", "predicted", "simulated", "error"), _scores(both, paper)).split("\n")
+    lines = table(("section 4", "predicted", "simulated", "error"), _errors(both, paper)).split("\n")
     if both.published is not None:
         lines += facts([("published", f"{_figures(both.published)} ({both.published.source})")])
     if detail() >= Detail.EXPLAIN:
@@ -53,8 +53,8 @@ def _simulated(both: Comparison) -> str:
     return brief(head(result), both.warnings, [*features, *lines(result)])
 
 
-def _scores(both: Comparison, paper: Section4Outcome) -> Iterator[tuple[str, str, str, str]]:
-    """Rows: a promise of section 4, the simulated value, and the error."""
+def _errors(both: Comparison, paper: Section4Outcome) -> Iterator[tuple[str, str, str, str]]:
+    """Rows: a value of section 4, the simulated value, and the error."""
     errors, agrees = both.errors, both.agrees
     yield (
         *("peak force", si(paper.peak_force, "N", error=SHOWN_ERROR)),

@@ -40,7 +40,7 @@ _STEP = 0.3
 _STEP_RTOL = 1e-8
 # Standard deviation, over the error of a simulation, of a spread that the error may have caused.
 _NOISE = 3.0
-# The force that leaves the chain.
+# The transmitted force.
 _LEAVING = Quantity("leaving.value", "N", "")
 
 
@@ -72,7 +72,7 @@ def uncertainty(
     rtol : float
         Tolerance of a simulation, 1e-7 to 1e-2.
     limit : Limit, float or str, optional
-        Limit of the force that leaves the chain, or this force [N]; by default that of the scenario. The probability
+        Limit on the transmitted force, or this force [N]; by default that of the scenario. The probability
         that it is reached is found then.
 
     Returns
@@ -123,7 +123,7 @@ class UncertainScenes:
     drawn: Sequence[Distribution]
     #: Simulation of the scenario itself.
     nominal: Any
-    #: Quantities that are read; the last one is the force that leaves the chain if there is a limit.
+    #: Quantities that are read; the last one is the transmitted force if there is a limit.
     quantities: list[Quantity]
     family: Family
     #: Greatest bound of the force after the simulated time [N].
