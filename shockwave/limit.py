@@ -18,7 +18,7 @@ WAVE = "peak force of the leading wave"
 #: Description of the force transmitted by a finite chain without a wall, and with one.
 LAST, WALL = "force at the last contact", "force on the wall"
 #: Remedy for a simulated time that is too short.
-LATER = "increase until"
+LATER = "simulate to a later end"
 # Relative half-width below which the printed digits show the range.
 _SMALL = 1e-3
 # Relative error that the digits of the ends of a wide range show: three digits.
