@@ -2,7 +2,7 @@
 
     python research/draw_universal.py
 
-writes ``docs/universal/laws.png`` in half a minute. The simulated points are not those of the fits.
+writes ``docs/universal/shocks.svg`` and ``ends.svg`` in half a minute. The simulated points are not those of the fits.
 """
 
 from __future__ import annotations
