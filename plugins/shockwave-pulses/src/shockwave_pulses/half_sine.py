@@ -31,7 +31,7 @@ class HalfSine(ShockProfile):
     a2 <= (n-1)/2    1/2 - 2/pi = -0.137: fails
     ===============  ===========================
 
-    Section 4 is therefore applied outside its assumptions: a prediction has a warning and no expected error.
+    Section 4 is therefore applied outside its assumptions: its error is not known.
 
     References
     ----------
