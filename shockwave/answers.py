@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import os
 from typing import TYPE_CHECKING, Any, cast
 
@@ -10,8 +9,7 @@ import attrs
 from attrs import evolve
 
 from shockwave.errors import InvalidValueError
-from shockwave.fields import text_of
-from shockwave.options import SimulateOptions
+from shockwave.options import SimulateOptions, options_of, refuse_unknown
 
 if TYPE_CHECKING:
     from shockwave.chain.chain import Chain
@@ -23,10 +21,6 @@ if TYPE_CHECKING:
     from shockwave.scenario.scenario import Scenario
     from shockwave.scenario.scene_argument import Scene
     from shockwave.studies.comparison import Comparison
-
-
-# Plain options are cached, so that repeated ones are not checked again; typed, because 1 == True.
-_kept_options = functools.lru_cache(maxsize=64, typed=True)(SimulateOptions)
 
 
 def predict(
@@ -111,10 +105,9 @@ def simulate(
     from shockwave.measurement.simulate import simulate_with
 
     options |= {} if rtol is None else {"rtol": rtol}
-    _refuse_unknown(options, set(attrs.fields_dict(SimulateOptions)))
     scenario = _scenario(scene, chain)
     if scenario is None:
-        return _limited(simulate_with(_options_of(options), cast("Shock", scene), cast("Chain", chain)), limit)
+        return _limited(simulate_with(options_of(options), cast("Shock", scene), cast("Chain", chain)), limit)
     with scenario.locating():
         result = simulate_with(_options(scenario, options), scenario.excitation, scenario.chain)
     return _limited(evolve(result, scenario=scenario.name, limit=scenario.limit), limit)
@@ -176,27 +169,17 @@ def settings_of(scenario: Scenario | None, given: dict[str, Any]) -> tuple[Predi
     from shockwave.prediction.predictor import Predictor
 
     of_predictor, of_options = (set(attrs.fields_dict(cls)) for cls in (Predictor, SimulateOptions))
-    _refuse_unknown(given, of_predictor | of_options)
+    refuse_unknown(given, of_predictor | of_options)
     settings = {name: value for name, value in given.items() if name in of_predictor}
     options = {name: value for name, value in given.items() if name in of_options}
     if scenario is None:
-        return Predictor(**settings), _options_of(options)
+        return Predictor(**settings), options_of(options)
     return evolve(scenario.predictor, **settings), _options(scenario, options)
-
-
-def _refuse_unknown(given: dict[str, Any], known: set[str]) -> None:
-    if unknown := sorted(given.keys() - known):
-        names = ", ".join(sorted({"limit", *known}))
-        raise InvalidValueError.of(unknown[0], f"must be left out (got {text_of(given[unknown[0]])}; known: {names})")
-
-
-def _options_of(given: dict[str, Any]) -> SimulateOptions:
-    plain = all(value is None or isinstance(value, str | int | float) for value in given.values())
-    return (_kept_options if plain else SimulateOptions)(**given)
 
 
 def _options(scenario: Scenario, given: dict[str, Any]) -> SimulateOptions:
     """The scenario's options with those ``given`` in their place."""
+    refuse_unknown(given, set(attrs.fields_dict(SimulateOptions)))
     # a method named here has a use for its own settings, not for those of the one that it replaces
     if "integrator" in given:
         given = {"rtol": None, "step": None} | given

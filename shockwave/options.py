@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 import operator
 import typing
 from collections.abc import Collection, Iterable
 from typing import Any, Literal
 
+import attrs
 from attrs import field, frozen
 
 from shockwave.errors import InvalidValueError
@@ -126,3 +128,21 @@ class SimulateOptions:
         if self.backend == "compiled" and "backend" not in takes:
             problem = f"must be auto or numpy: {name} is compiled for some chains only, if at all (got 'compiled')"
             raise InvalidValueError.of("backend", problem)
+
+
+# Plain options are cached, so that repeated ones are not checked again; typed, because 1 == True.
+_kept_options = functools.lru_cache(maxsize=64, typed=True)(SimulateOptions)
+
+
+def options_of(given: dict[str, Any]) -> SimulateOptions:
+    """Options from keyword arguments; raises InvalidValueError for an unknown name."""
+    refuse_unknown(given, set(attrs.fields_dict(SimulateOptions)))
+    plain = all(value is None or isinstance(value, str | int | float) for value in given.values())
+    return (_kept_options if plain else SimulateOptions)(**given)
+
+
+def refuse_unknown(given: dict[str, Any], known: set[str]) -> None:
+    """Refuse keyword arguments that are not ``known``."""
+    if unknown := sorted(given.keys() - known):
+        names = ", ".join(sorted({"limit", *known}))
+        raise InvalidValueError.of(unknown[0], f"must be left out (got {text_of(given[unknown[0]])}; known: {names})")

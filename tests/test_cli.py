@@ -496,3 +496,9 @@ def test_output_that_cannot_be_written_ends_with_5() -> None:
         run = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, cwd=ROOT)
     assert run.returncode == 5
     assert run.stderr == "the output cannot be written (No space left on device)\n"
+
+
+@pytest.mark.parametrize(("option", "value"), [("--equal-tolerance", "1"), ("--momentum-coefficient", "0")])
+def test_a_setting_out_of_range_is_wrong_usage(option: str, value: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["predict", option, value, SCENE]) == 2
+    assert capsys.readouterr().err.startswith(f"{option}: must be ")

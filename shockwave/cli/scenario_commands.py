@@ -121,11 +121,9 @@ def compare(options: Namespace) -> int:
 
 # Options whose values are settings of a prediction or options of a simulation, with the registry of those that are
 # names.
+_PREDICTOR = ("model", "momentum_coefficient", "alpha", "equal_tolerance")
 _SETTINGS = {"integrator": "integrators", "quadrature": "quadratures"} | dict.fromkeys(
-    (
-        *("rtol", "step", "backend", "contacts", "timeout"),
-        *("model", "momentum_coefficient", "alpha", "equal_tolerance"),
-    )
+    ("rtol", "step", "backend", "contacts", "timeout", *_PREDICTOR)
 )
 
 
@@ -139,7 +137,7 @@ def _given(options: Namespace) -> dict[str, Any]:
         except UnknownNameError as error:
             raise UsageError(f"--{name}: {error}") from None
     with of_arguments(options):  # before a scenario is blamed for them
-        answers.settings_of(None, given)
+        answers.settings_of(None, {name: given[name] for name in _PREDICTOR if name in given})
     return given | ({"waves": "primary"} if options.primary else {})
 
 

@@ -17,7 +17,7 @@ from shockwave.measurement.leading_wave import LONGEST_MEASURED, Answer, search
 from shockwave.measurement.recording import check_requests
 from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulation_setup import Setup, immeasurable, scaled, setup_of
-from shockwave.options import Backend, SimulateOptions, Waves
+from shockwave.options import SimulateOptions, options_of
 from shockwave.plausibility import unusual_warnings
 from shockwave.profiles.power_law import Powers
 from shockwave.profiles.shock import Shock
@@ -92,16 +92,9 @@ def simulate_many(
     shocks: Iterable[Shock | Impact],
     chain: Chain | Sequence[Chain],
     rtol: float | None = None,
-    integrator: str | None = None,
-    wave_threshold: float = 5e-3,
     *,
-    step: float | None = None,
-    waves: Waves = "train",
-    backend: Backend = "auto",
-    contacts: Iterable[int] = (),
-    until: float | None = None,
-    timeout: float | None = None,
     threads: int | None = None,
+    **given: Any,
 ) -> list[_Outcome]:
     """Simulate many shocks in parallel: eight at a time on each core, on all cores.
 
@@ -111,12 +104,12 @@ def simulate_many(
         The shocks or strikers.
     chain : Chain or sequence of Chain
         One chain for all shocks, or one for each shock.
-    rtol, integrator, wave_threshold, step, waves, backend, contacts, until
-        As in `SimulateOptions`.
-    timeout : float, optional
-        Maximum computing time of one scene [s].
+    rtol : float, optional
+        Relative error of the peak force, 1e-13 to 1e-2; default 1e-6.
     threads : int, optional
         Number of threads that run the compiled code. By default one for each core.
+    **given
+        Other options of `SimulateOptions`; ``timeout`` is the maximum computing time of one scene [s].
 
     Returns
     -------
@@ -128,17 +121,7 @@ def simulate_many(
     InvalidValueError, UnknownNameError
         If a setting is out of range, the number of chains differs from that of the shocks, or a name is unknown.
     """
-    options = SimulateOptions(
-        integrator=integrator,
-        rtol=rtol,
-        step=step,
-        wave_threshold=wave_threshold,
-        waves=waves,
-        backend=backend,
-        contacts=contacts,
-        until=until,
-        timeout=timeout,
-    )
+    options = options_of({"rtol": rtol, **given})
     setup_of(options)
     scenes: Sequence[tuple[Shock | Impact, Chain]] = scenes_of(shocks, chain, "simulate", threads)
     jobs: list[Job | ShockwaveError] = []

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, Union
 
 import numpy as np
-from attrs import evolve
+from attrs import asdict, evolve
 
 import shockwave
 from shockwave.chain.chain import Chain, Scales
@@ -51,8 +51,6 @@ _MOST_RECORD = 2**28
 _POINT_ERRORS = (Exception, SystemExit)
 #: Time after which a worker returns the finished points of its batch [s].
 SLICE = 0.5
-# Options that apply to many simulations.
-_SETTINGS = ("rtol", "integrator", "wave_threshold", "step", "backend", "contacts", "until", "timeout")
 # Most points that a worker evaluates in one call.
 _MOST_TOGETHER = 1024
 # Number of points in the last call of a batch over that in the first call of the next, whose points may take longer.
@@ -162,9 +160,9 @@ class Points:
     def _together(self, options: SimulateOptions, indices: list[int], scenes: _Scenes) -> _Results:
         try:
             shocks, chains = _excitations_and_chains(indices, scenes)
-            settings: dict[str, Any] = {name: getattr(options, name) for name in _SETTINGS}
             waves = options.waves if self.train or self.chains else "primary"
-            found = simulate_many(shocks, chains, **settings, waves=waves, threads=1)
+            settings: dict[str, Any] = asdict(evolve(options, waves=waves, record=(), interval=None))
+            found = simulate_many(shocks, chains, **settings, threads=1)
         except _POINT_ERRORS as error:
             if len(indices) == 1:
                 return {indices[0]: error}
