@@ -18,8 +18,6 @@ from shockwave.quadrature import FloatArray
 _SMALL = 2.0
 # Terms of that series: the remainder at _SMALL is below the rounding error.
 _TERMS = 24
-# Number of values below which they are evaluated faster one by one.
-_FEW = 10
 # Rate below which the force is linear: its exponentials could underflow.
 _SMALLEST = 1e-200
 # Values kept for the ends of rise and decay, at which each profile is evaluated again and again.
@@ -58,28 +56,28 @@ class Exponential(ShockProfile):
         return _ramp_at(self.rise_rate, 1.0, 1), (self.duration_ratio - 1) * _ramp_at(-self.decay_rate, 1.0, 1)
 
     def closed_running_impulse(self, s: FloatArray) -> FloatArray:
-        if s.size < _FEW:
-            return elementwise(lambda one: self.closed_at(one)[0], s)
-        (a1, a2), left, rate = self.closed_areas(), self._left(s), -self.decay_rate
-        falling = a1 + (a2 - (self.duration_ratio - 1) * _ramps(rate, left, 1))
-        return np.where(s <= 1, _ramps(self.rise_rate, np.minimum(s, 1.0), 1), falling)
+        return elementwise(lambda one: self.closed_at(one)[0], s)
 
     def closed_double_integral(self, s: FloatArray) -> FloatArray:
-        rising = _ramps(self.rise_rate, np.minimum(s, 1.0), 2)
-        passed = _ramp_at(-self.decay_rate, 1.0, 2) - _ramps(-self.decay_rate, self._left(s), 2)
-        after = sum(self.closed_areas()) * (s - 1) - (self.duration_ratio - 1) ** 2 * passed
-        return np.asarray(rising + np.where(s > 1, after, 0.0))
+        return elementwise(self._double_integral_at, s)
+
+    def _double_integral_at(self, s: float) -> float:
+        rising = _ramp_at(self.rise_rate, min(s, 1.0), 2)
+        if s <= 1:
+            return rising
+        passed = _ramp_at(-self.decay_rate, 1.0, 2) - _ramp_at(-self.decay_rate, self._left(s), 2)
+        return rising + sum(self.closed_areas()) * (s - 1) - (self.duration_ratio - 1) ** 2 * passed
 
     def closed_at(self, s: float) -> tuple[float, float]:
         if s <= 1:
             return _ramp_at(self.rise_rate, s, 1), _ramp_at(self.rise_rate, s, 0)
         (a1, a2), rate = self.closed_areas(), -self.decay_rate
-        left = min(max(1 - (s - 1) / (self.duration_ratio - 1), 0.0), 1.0)
+        left = self._left(s)
         return a1 + (a2 - (self.duration_ratio - 1) * _ramp_at(rate, left, 1)), _ramp_at(rate, left, 0)
 
-    def _left(self, s: FloatArray) -> FloatArray:
-        """Remaining fraction of the decay, 1 before the peak; same shape as ``s``."""
-        return np.asarray(np.clip(1 - (s - 1) / (self.duration_ratio - 1), 0.0, 1.0))
+    def _left(self, s: float) -> float:
+        """Remaining fraction of the decay, 1 before the peak."""
+        return min(max(1 - (s - 1) / (self.duration_ratio - 1), 0.0), 1.0)
 
 
 def _ramp(rate: float, s: FloatArray) -> FloatArray:
@@ -95,23 +93,6 @@ def _ramp_at(rate: float, s: float, integrals: int) -> float:
     """`_ramp` at one s, integrated 0, 1 or 2 times from 0 to s."""
     shape = s ** (1 + integrals) * (_phi(rate * s, integrals) / _phi(rate, 0))
     return shape * math.exp(min(rate, 0.0) - min(rate * s, 0.0))  # last, as it may be near underflow
-
-
-def _ramps(rate: float, s: FloatArray, integrals: int) -> FloatArray:
-    """`_ramp_at` in arrays, to rounding errors; same shape as ``s``."""
-    x, shape = rate * s, s ** (1 + integrals)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        size, fading = np.abs(x), np.exp(np.minimum(x, 0.0))
-        value = -np.expm1(-size) / size
-        for j in range(1, integrals + 1):
-            value = (fading / math.factorial(j) - value) / x
-    small = size < _SMALL
-    near, series = x[small], np.zeros(np.count_nonzero(small))
-    for j in reversed(range(_TERMS)):
-        series = (1.0 - near * series) / (j + 1 + integrals)
-    value = np.asarray(value)
-    value[small] = series * fading[small] / math.factorial(integrals)
-    return np.asarray(shape * (value / _phi(rate, 0)) * np.exp(min(rate, 0.0) - np.minimum(x, 0.0)))
 
 
 def _phi(x: float, order: int) -> float:
