@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 from attrs import frozen
-from scipy.optimize import brentq
 
 from shockwave.benchmark.scenes import power
 from shockwave.benchmark.work_precision import Clock
-from shockwave.chain.chain import Chain
+from shockwave.chain.chain import HERTZ, Chain
 from shockwave.errors import NumericalError
+from shockwave.measurement.peak_log import located_peak
 from shockwave.measurement.simulate import scaled, simulate
 from shockwave.profiles.shock import Shock
-from shockwave.quadrature import FloatArray
 from shockwave.scenario.scenario import Scenario
 from shockwave.simulation.backend import compiled
+from shockwave.simulation.force_law import contact_force
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.march import Span, march
 from shockwave.simulation.nystroem import Nystroem, Rkn86, Rkn1210
-from shockwave.simulation.problem import contact_forces, overlaps
+from shockwave.simulation.problem import chain_energy
 
 # Smallest maximum of a contact force that counts as that of the front, in units of the peak force of the shock.
 _FLOOR = 0.05
@@ -150,10 +149,10 @@ def read_front(case: Case, integrator: Integrator, clock: Clock) -> Reading:
     for steps, span in enumerate(march(problem, integrator, problem.duration + _LONGEST), start=1):
         clock.check()
         if span.end == problem.duration:
-            initial = _energy(span)
+            initial = chain_energy(span.x1, span.v1)
         found = _peak(span, case.contact)
         if found is not None:
-            drift = None if initial is None else abs(_energy(span) / initial - 1)
+            drift = None if initial is None else abs(chain_energy(span.x1, span.v1) / initial - 1)
             return Reading(*found, drift, steps)
     raise NumericalError(f"the front has no peak of its own at contact {case.contact}")
 
@@ -162,27 +161,9 @@ def _peak(span: Span, contact: int) -> tuple[float, float] | None:
     """Peak force and its time if the span contains the maximum of the contact force, where the velocities are equal."""
     if len(span.v0) < contact + 2:
         return None
-    passed = _closing(span.v0, contact) > 0 >= _closing(span.v1, contact)
-    if not passed or _force(span.x1, contact) <= _FLOOR:
+    before, after = (v[contact] - v[contact + 1] for v in (span.v0, span.v1))
+    if not before > 0 >= after:
         return None
-
-    def closing(time: float) -> float:
-        return _closing(span.at(time)[1], contact)
-
-    # The interpolation and the end of the step differ by rounding.
-    opposite = closing(span.begin) * closing(span.end) < 0
-    top = brentq(closing, span.begin, span.end, xtol=1e-14, rtol=1e-14) if opposite else span.end
-    return _force(span.at(top)[0], contact), float(top)
-
-
-def _closing(v: FloatArray, contact: int) -> float:
-    return float(v[contact] - v[contact + 1])
-
-
-def _force(x: FloatArray, contact: int) -> float:
-    return math.pow(max(float(x[contact] - x[contact + 1]), 0.0), 1.5)
-
-
-def _energy(span: Span) -> float:
-    """Kinetic and contact energy (2/5 of force times overlap) at the end of a step, in scaled units."""
-    return float(0.5 * (span.v1 @ span.v1) + 0.4 * (contact_forces(span.x1) @ overlaps(span.x1)))
+    time, overlap = located_peak(span, contact)
+    force = contact_force(overlap, HERTZ)
+    return (force, time) if force > _FLOOR else None

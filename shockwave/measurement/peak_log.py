@@ -160,7 +160,7 @@ class PeakLog:
             force = max(overlap, 0.0) ** exponent
             loss = _LOSS * force * ((span.end - span.begin) / self.wave.time(force)) ** 8
             if contact == 0:  # the shock acts on one of its granules, which the polynomial does not include
-                time, overlap = _sought(span, contact)
+                time, overlap = located_peak(span, contact)
             elif loss > _NEGLIGIBLE * self.tolerance:
                 time, overlap = _corrected(span, contact, time, exponent)
             self.add(contact, time, max(overlap, 0.0) ** exponent)
@@ -319,7 +319,7 @@ def _corrected(span: Span, contact: int, time: float, exponent: float) -> tuple[
     return end, near[1] - near[2] + shift * (closing - shift * slowing / 2)
 
 
-def _sought(span: Span, contact: int) -> tuple[float, float]:
+def located_peak(span: Span, contact: int) -> tuple[float, float]:
     """Time and value of the largest overlap, at which the two velocities are equal, by secants within a bracket."""
     before, time, x = span.begin, span.end, span.x1
     there, closing = (float(v[contact] - v[contact + 1]) for v in (span.v0, span.v1))
