@@ -90,10 +90,6 @@ class ChainProblem:
         Number of granules; None for an infinite chain.
     exponent : float
         p of the contact force d^p.
-    duration : float
-        Duration of the force.
-    breakpoints : tuple of float
-        Breakpoints of the profile, in units of the rise time.
     """
 
     profile: ShockProfile
@@ -101,20 +97,20 @@ class ChainProblem:
     peak_force: float
     granules: int | None = None
     exponent: float = HERTZ
-    duration: float = field(init=False)
-    breakpoints: tuple[float, ...] = field(init=False)
 
     @property
     def wave(self) -> WaveLaw:
         """The solitary wave of the chain."""
         return wave_law(self.exponent)
 
-    @duration.default
-    def _duration(self) -> float:
+    @cached_property
+    def duration(self) -> float:
+        """Duration of the force."""
         return float(self.profile.duration_ratio) * self.rise_time
 
-    @breakpoints.default
-    def _breakpoints(self) -> tuple[float, ...]:
+    @cached_property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Breakpoints of the profile, in units of the rise time."""
         return self.profile.breakpoints
 
     @property
@@ -140,25 +136,21 @@ class ChainProblem:
         """Whether the first waves of the train are nearly equal and separate slowly."""
         return self.duration >= _LONG
 
-    @property
+    @cached_property
     def rises_again(self) -> bool:
         """Whether a long force rises again after it has decreased."""
-        return self.is_long and self._has_second_rise
-
-    @property
-    def above(self) -> tuple[float, ...]:
-        """Times during which the force exceeds 0, 0.1, ... 0.9 of its peak; zeros for a short shock."""
-        return self._above if self.is_long else _NEVER
-
-    @cached_property
-    def _above(self) -> tuple[float, ...]:
-        below = np.searchsorted(np.sort(self.course), _TENTHS, side="right")
-        return tuple(((1 - below / len(self.course)) * self.duration).tolist())
-
-    @cached_property
-    def _has_second_rise(self) -> bool:
+        if not self.is_long:
+            return False
         fallen = np.maximum.accumulate(self.course) - self.course
         return bool((np.maximum.accumulate(fallen) - fallen).max() > _SECOND_RISE)
+
+    @cached_property
+    def above(self) -> tuple[float, ...]:
+        """Times during which the force exceeds 0, 0.1, ... 0.9 of its peak; zeros for a short shock."""
+        if not self.is_long:
+            return _NEVER
+        below = np.searchsorted(np.sort(self.course), _TENTHS, side="right")
+        return tuple(((1 - below / len(self.course)) * self.duration).tolist())
 
     def free(self, time: float) -> tuple[float, float]:
         """Displacement and velocity of a free granule under the force; the velocity equals the impulse so far."""
