@@ -136,10 +136,10 @@ def _flat(table: Table) -> Iterator[tuple[str, TableColumn]]:
                 yield f"{name}[{label}]", one._replace(values=one.values[:, index], axes=(row,))
 
 
-def library(name: str) -> Any:
-    """The package pandas or xarray; raises UsageError, with the remedy, if it is not installed."""
+def library(name: str, extra: str = "notebook") -> Any:
+    """An optional package; raises UsageError if it is not installed, with the extra that installs it as the remedy."""
     try:
         return importlib.import_module(name)
     except ImportError as missing:
-        remedy = f"pip install '{OWN_DISTRIBUTION}[notebook]'"
+        remedy = f"pip install '{OWN_DISTRIBUTION}[{extra}]'"
         raise UsageError(f"{name} must be installed (got {missing}; {remedy})") from missing

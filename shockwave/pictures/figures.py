@@ -9,9 +9,9 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from shockwave import OWN_DISTRIBUTION
-from shockwave.errors import InvalidValueError, UsageError
+from shockwave.errors import InvalidValueError
 from shockwave.files import write_file
+from shockwave.tables import library
 from shockwave.text import admitted
 
 if TYPE_CHECKING:
@@ -78,13 +78,11 @@ def figure(
         if size not in _WIDTHS:
             raise InvalidValueError.of("size", f"must be column, page or width and height in inches (got {size!r})")
         size = (_WIDTHS[size], _HEIGHT * rows)
-    try:
-        from matplotlib import rc_context
-        from matplotlib.backends.backend_svg import FigureCanvasSVG
-        from matplotlib.figure import Figure
-    except ImportError as missing:
-        remedy = f"pip install '{OWN_DISTRIBUTION}[plot]'"
-        raise UsageError(f"matplotlib must be installed (got {missing}; {remedy})") from missing
+    library("matplotlib", "plot")
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+
     with DRAWING, rc_context(_STYLE):
         drawn = Figure(figsize=size, layout="constrained")
         FigureCanvasSVG(drawn)  # text is measured as it is written
