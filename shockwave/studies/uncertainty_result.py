@@ -85,8 +85,6 @@ class QuantityStatistics:
         Mean and standard deviation.
     quantiles : mapping of float to Estimate
         Quantiles by their probabilities.
-    linear_sd : float
-        Standard deviation to first order, from the slopes at the nominal scene.
     model_error : float
         Greatest estimate of the relative error of a single simulation; the sampling error is separate.
     sensitivities : tuple of Sensitivity
@@ -100,7 +98,6 @@ class QuantityStatistics:
     mean: Estimate
     sd: Estimate
     quantiles: Mapping[float, Estimate] = field(hash=False)
-    linear_sd: float
     model_error: float
     sensitivities: tuple[Sensitivity, ...]
 

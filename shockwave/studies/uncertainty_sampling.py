@@ -216,13 +216,11 @@ def _statistics(
 ) -> QuantityStatistics:
     """Statistics of one quantity, from its draws and the slopes and indices of shape (2, parameters, 2)."""
     value, _ = quantity.read(scenes.nominal) or (0.0, 0.0)
-    moves = [slope.value * each.sd for slope, each in zip(slopes, scenes.drawn, strict=True)]
     pairs = zip(scenes.drawn, slopes, indices.swapaxes(0, 1), strict=True)
     return QuantityStatistics(
         **quantity._asdict(),
         **sampling.statistics(batches),
         nominal=value,
-        linear_sd=math.hypot(*moves),
         model_error=error,
         sensitivities=tuple(_sensitivity(each, slope, value, shares) for each, slope, shares in pairs),
     )

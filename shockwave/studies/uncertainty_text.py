@@ -15,8 +15,7 @@ _SHARES_LEGEND = (
     "first-order: without them; +-: half the 95 % confidence interval of sampling)"
 )
 _STATISTICS_LEGEND = (
-    "(sd: standard deviation; linear sd: from the slopes at the nominal values; +-: half the 95 % confidence interval "
-    "of sampling, and the error of the simulations)"
+    "(sd: standard deviation; +-: half the 95 % confidence interval of sampling, and the error of the simulations)"
 )
 # Label of the verdict, whose range contains this share of the scenes.
 _VERDICT = "98 % of scenes"
@@ -80,7 +79,7 @@ def _column(each: QuantityStatistics) -> dict[str, str]:
     nominal = si(each.nominal, "", error=each.model_error)
     quantiles = {_percentile(share): _shown(estimate, each) for share, estimate in each.quantiles.items()}
     moments = {"nominal": nominal, "mean": _shown(each.mean, each), "sd": _shown(each.sd, each)}
-    return moments | {"linear sd": f"{each.linear_sd:.4g}"} | quantiles
+    return moments | quantiles
 
 
 def _unit(each: QuantityStatistics) -> str:
