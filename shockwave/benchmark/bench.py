@@ -73,7 +73,7 @@ def run(
     rows: list[Any] = []
     experiments: list[Callable[[], Experiment]] = []
     for family in sorted(families or FAMILIES, key=FAMILIES.index):
-        experiments += of_scenarios(family, scenarios) if scenarios else named(family, quick)
+        experiments += [partial(_of_scenario, family, each) for each in scenarios] or named(family, quick)
     for experiment in counted("bench", experiments):
         problem, methods = experiment()
         problems.append(problem)
@@ -97,12 +97,6 @@ def named(family: str, quick: bool) -> Iterator[Callable[[], Experiment]]:
     else:
         for name in ("A",) if quick else ("A", "B", "slow"):
             yield partial(integrators, CASES[name])
-
-
-def of_scenarios(family: str, scenarios: Sequence[Scenario]) -> Iterator[Callable[[], Experiment]]:
-    """The problems of a family on scenarios."""
-    for scenario in scenarios:
-        yield partial(_of_scenario, family, scenario)
 
 
 def _of_scenario(family: str, scenario: Scenario) -> Experiment:
