@@ -16,6 +16,7 @@ from shockwave.progress import progressed
 from shockwave.studies.design_result import Option
 from shockwave.studies.design_scenes import VERIFIED_RTOL, DesignScenes
 from shockwave.studies.quantities import Requirement
+from shockwave.studies.varied_scenes import kind_of
 
 # Most whole numbers that are tried one by one.
 _MOST_WHOLE = 200
@@ -107,8 +108,8 @@ def _equals(target: Requirement, option: Option, rtol: float) -> bool:
 
 
 def _warnings(options: Sequence[Option]) -> list[str]:
-    """Warnings of the simulations of some options, each once."""
-    return list(dict.fromkeys(warning for option in options for warning in option.warnings))
+    """The warnings of the options, one of those that differ in numbers alone."""
+    return list({kind_of(warning): warning for option in options for warning in option.warnings}.values())
 
 
 @define

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from shockwave.studies.design_result import Design, Option
 from shockwave.studies.quantities import Quantity
-from shockwave.studies.varied_scenes import kind_of
 from shockwave.tables import evenly
 from shockwave.text import facts, is_wide, limits, paragraph, strong, table
 
@@ -21,7 +18,7 @@ def text_of_design(design: Design) -> str:
     details = [] if best else [("reason", design.why), ("reachable", _reachable(design))]
     lines = [
         *map(strong, paragraph("", answer, 2)),
-        *limits(_kinds(design.warnings)),
+        *limits(design.warnings),
         *facts(pair for pair in [*(_required(design) if best else []), *details] if pair[1]),
     ]
     options = [*_first_options(design), *design.table]
@@ -32,14 +29,6 @@ def text_of_design(design: Design) -> str:
     if len(rows) < len(options):
         lines.append(f"  ({len(options) - len(rows)} more rows; --wide shows all)")
     return "\n".join(lines)
-
-
-def _kinds(warnings: Sequence[str]) -> list[str]:
-    """The first of the warnings that differ in numbers alone."""
-    kinds: dict[str, str] = {}
-    for warning in warnings:
-        kinds.setdefault(kind_of(warning), warning)
-    return list(kinds.values())
 
 
 def _first_options(design: Design) -> list[Option]:
