@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from shockwave.studies.design_result import Design, Option
-from shockwave.studies.quantities import Quantity
 from shockwave.tables import evenly
 from shockwave.text import facts, is_wide, limits, paragraph, strong, table
 
@@ -105,17 +104,7 @@ def _row(design: Design, option: Option) -> dict[str, str]:
         label = parameter.name if label in columns else label
         shown, _, error = parameter.shown(value, option.value_error).partition(" +- ")
         columns |= {label: shown} | ({"+-": error or "-"} if numbers else {})
-    columns |= {quantity.label: design.shown(option, quantity) for quantity in _shown_quantities(design)}
+    columns |= {quantity.label: design.shown(option, quantity) for quantity in design.quantities}
     if design.least is not None:
         columns[""] = "meets all" if option.violation <= 0 else f"misses by {option.violation:.1%}"
     return columns
-
-
-def _shown_quantities(design: Design) -> list[Quantity]:
-    """Quantities of the table; one that is neither required nor minimised is left out if it is the same in all rows."""
-    stated = {design.least, *(each.quantity.name for each in design.requirements)}
-    return [
-        quantity
-        for quantity in design.quantities
-        if quantity.name in stated or len({option.quantities[quantity.name] for option in design.table}) > 1
-    ]
