@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any, ClassVar, Literal
@@ -28,8 +27,6 @@ class ScipySolver(Integrator):
 
     #: The class of `scipy.integrate.OdeSolver`.
     solver: ClassVar[Any]
-    #: Whether a step depends on its beginning and size only, so that it can be repeated.
-    repeats: ClassVar[bool] = False
 
     def _settings(self, granules: int) -> dict[str, Any]:
         """Additional arguments of the solver for this number of granules."""
@@ -50,43 +47,29 @@ class ScipySolver(Integrator):
         def derivative(time: float, state: FloatArray) -> FloatArray:
             return np.concatenate((state[granules:], counted(time, state[:granules])))
 
-        def started(time: float, state: FloatArray, error: float, size: float) -> Any:
-            solver = self.solver(
-                derivative,
-                time,
-                state,
-                until,
-                rtol=_RELATIVE,
-                atol=error,
-                max_step=LONGEST_STEP,
-                first_step=size,
-                **self._settings(granules),
-            )
-            solver.fun = derivative  # without the wrapper that counts calls and converts the result
-            return solver
-
-        def repeated(time: float, state: FloatArray, size: float) -> Any:
-            with np.errstate(over="ignore", invalid="ignore"):
-                solver = started(time, state, math.inf, size)  # any error, so that the step has the same size
-                solver.step()
-                return solver.dense_output()
-
         # Without a first step SciPy searches for one, endlessly if the acceleration is not finite. Values are checked
         # after each step.
         with np.errstate(over="ignore", invalid="ignore"):
-            solver = started(begin, np.concatenate((x, v)), self.tolerance, self.first_size(until - begin, first_size))
+            solver = self.solver(
+                derivative,
+                begin,
+                np.concatenate((x, v)),
+                until,
+                rtol=_RELATIVE,
+                atol=self.tolerance,
+                max_step=LONGEST_STEP,
+                first_step=self.first_size(until - begin, first_size),
+                **self._settings(granules),
+            )
+        solver.fun = derivative  # without the wrapper that counts calls and converts the result
         time = begin
         self._check(solver, time, None)
         while solver.status == "running":
-            state = solver.y
             with np.errstate(over="ignore", invalid="ignore"):
                 message = solver.step()
             self._check(solver, time, message)
             end, after, rate = float(solver.t), solver.y, solver.f
-            # most steps are never interpolated, and it takes as long as a third of a step
-            again = partial(repeated, time, state, solver.step_size)
-            dense = _LazyInterpolant(again, None if self.repeats else solver.dense_output())
-            interpolate = partial(dense.at, granules)
+            interpolate = partial(_state_at, solver.dense_output())
             yield Step(time, end, after[:granules], after[granules:], rate[granules:], interpolate, solver.h_abs)
             time = end
 
@@ -96,18 +79,9 @@ class ScipySolver(Integrator):
             raise NumericalError(f"{self.name} cannot step beyond t = {time:g} T0 ({reason})")
 
 
-@define(eq=False)
-class _LazyInterpolant:
-    """Interpolant of a step; if it is None, ``repeated`` computes it at the first use."""
-
-    repeated: Callable[[], Any]
-    interpolant: Any
-
-    def at(self, granules: int, time: float) -> tuple[FloatArray, FloatArray]:
-        if self.interpolant is None:
-            self.interpolant = self.repeated()
-        state = self.interpolant(time)
-        return state[:granules], state[granules:]
+def _state_at(interpolant: Callable[[float], FloatArray], time: float) -> tuple[FloatArray, FloatArray]:
+    x, v = np.split(interpolant(time), 2)
+    return x, v
 
 
 @define
@@ -118,7 +92,6 @@ class Dop853(ScipySolver):
     order: ClassVar[int] = 8
     chains: ClassVar[Literal["equal", "conservative", "any"]] = "any"
     solver = scipy.integrate.DOP853
-    repeats: ClassVar[bool] = True
 
 
 @define
