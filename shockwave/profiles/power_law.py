@@ -10,7 +10,7 @@ from attrs import frozen
 
 from shockwave.fields import quantity
 from shockwave.profiles.base import ShockProfile
-from shockwave.profiles.boundary_layers import LEAST_RATE, edges
+from shockwave.profiles.boundary_layers import edges
 from shockwave.quadrature import FloatArray
 
 if TYPE_CHECKING:
@@ -45,15 +45,8 @@ class Powers(ShockProfile):
     @property
     def breakpoints(self) -> tuple[float, ...]:
         n = self.duration_ratio
-        if self.is_smooth:
-            return 0.0, 1.0, n
         # close to its peak a high power is nearly an exponential
         return (0.0, *edges(0.0, 1.0, -self.rise_exponent, n), 1.0, *edges(1.0, n, self.decay_exponent, n), n)
-
-    @property
-    def is_smooth(self) -> bool:
-        """Whether rise and decay have no boundary layers."""
-        return self.rise_exponent < LEAST_RATE and self.decay_exponent < LEAST_RATE
 
     def closed_areas(self) -> tuple[float, float]:
         return 1 / (1 + self.rise_exponent), (self.duration_ratio - 1) / (1 + self.decay_exponent)
