@@ -203,11 +203,8 @@ class ShockProfile(abc.ABC):
         closed = self.closed_free_path()
         return _fitted(self) if closed is None else closed
 
-    def integral_to(self, end: float, quadrature: str | None, double: bool) -> Integral:
-        """Running impulse, or with ``double`` its integral, at s = ``end``, 0 <= s <= n, by quadrature."""
-        return self._part(0.0, end, quadrature, double)
-
-    def _part(self, begin: float, end: float, quadrature: str | None, double: bool) -> Integral:
+    def integral(self, begin: float, end: float, quadrature: str | None, double: bool) -> Integral:
+        """Impulse from ``begin`` to ``end``, or with ``double`` its integral, 0 <= begin <= end <= n, by quadrature."""
         points = [begin, *(p for p in self.breakpoints if begin < p < end), end]
         # Cauchy's formula for repeated integration avoids the difference of large numbers.
         integrand = (lambda s: (end - s) * self.force(s)) if double else self.force
@@ -219,8 +216,8 @@ class ShockProfile(abc.ABC):
         impulse, path, found = 0.0, 0.0, [0.0]
         for begin, end in pairwise(points.tolist()):
             if double:
-                path += (end - begin) * impulse + self._part(begin, end, quadrature, double=True).value
-            impulse += self._part(begin, end, quadrature, double=False).value
+                path += (end - begin) * impulse + self.integral(begin, end, quadrature, double=True).value
+            impulse += self.integral(begin, end, quadrature, double=False).value
             found.append(path if double else impulse)
         return np.array(found)[places.ravel()[1:]].reshape(ends.shape)
 
