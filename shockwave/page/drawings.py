@@ -15,7 +15,6 @@ from shockwave.progress import counted
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from shockwave.profiles.shock import Shock
 
 # A function that draws a picture.
 _Draw = Callable[["Axes"], object]
@@ -49,15 +48,19 @@ def drawn(found: Findings) -> Iterator[tuple[str, str, str]]:
 
 def drawings(found: Findings) -> dict[str, _Draw]:
     """Return the functions that draw the pictures of a scene, in their order; their titles are in the template."""
-    shock, predicted, result, compared = (
-        found.scenario.shock,
-        found.predicted and found.predicted.section4,
-        found.simulated,
-        found.comparison,
-    )
+    shock, compared = found.scenario.shock, found.comparison
+    predicted = found.predicted and found.predicted.section4
+    result: Any = found.simulated
+    chosen: dict[str, _Draw] = {}
+    if shock is not None:
+        chosen["pulse"] = lambda ax: pictures.pulse(ax, shock)
+    if found.is_beyond and result is not None:
+        chosen["peaks"] = lambda ax: pictures.peak_forces(ax, result)
+        chosen["chain-map"] = lambda ax: pictures.chain_map(ax, result)
+        if result.transmitted is not None:
+            chosen["wall"] = lambda ax: pictures.wall_force(ax, result)
     if found.is_beyond:
-        return _of_chain(shock, result)
-    chosen: dict[str, _Draw] = {"pulse": lambda ax: pictures.pulse(ax, shock)}
+        return chosen
     if isinstance(predicted, EjectionOutcome):
         chosen["correction"] = lambda ax: pictures.correction_area(ax, shock, predicted)
     if compared is not None:
@@ -73,18 +76,4 @@ def drawings(found: Findings) -> dict[str, _Draw]:
         own = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
         predictor = found.scenario.predictor
         chosen["amplification"] = lambda ax: pictures.amplification(ax, shock.profile, predictor, chain, mark=own)
-    return chosen
-
-
-def _of_chain(shock: Shock | None, result: Any) -> dict[str, _Draw]:
-    """Functions that draw the pictures of a chain beyond equal spheres."""
-    chosen: dict[str, _Draw] = {}
-    if shock is not None:
-        chosen["pulse"] = lambda ax: pictures.pulse(ax, shock)
-    if result is None:
-        return chosen
-    chosen["peaks"] = lambda ax: pictures.peak_forces(ax, result)
-    chosen["chain-map"] = lambda ax: pictures.chain_map(ax, result)
-    if result.transmitted is not None:
-        chosen["wall"] = lambda ax: pictures.wall_force(ax, result)
     return chosen
