@@ -9,6 +9,7 @@ from shockwave.limit import verdict_facts
 from shockwave.measurement.chain_result import ChainResult, SegmentEnergy, Transmitted
 from shockwave.measurement.contact_peaks import ContactPeak
 from shockwave.measurement.result_text import balance_text, result_limits, work_details
+from shockwave.tables import evenly
 from shockwave.text import Detail, brief, detail, facts, is_wide, notes, si, significant_digits, strong, table
 
 _Item = TypeVar("_Item")
@@ -98,10 +99,9 @@ def span(segment: SegmentEnergy) -> str:
 
 def chosen(items: Sequence[_Item]) -> Sequence[_Item]:
     """All items on a wide screen, otherwise the first, the last, and evenly spaced ones between them."""
-    last = len(items) - 1
-    if is_wide() or last < _MOST_ROWS:
+    if is_wide():
         return items
-    return [items[round(row * last / (_MOST_ROWS - 1))] for row in range(_MOST_ROWS)]
+    return [items[index] for index in evenly(len(items), _MOST_ROWS)]
 
 
 def _shortened(header: Sequence[str], items: Sequence[_Item], row: Callable[[_Item], Sequence[str]]) -> str:
