@@ -11,8 +11,9 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING
 
-from shockwave.cli.output import print_result
+from shockwave.cli.output import print_result, progress_on_stderr
 from shockwave.errors import UsageError
+from shockwave.progress import progressed
 from shockwave.sweep.fork_server import start_server
 from shockwave.text import paragraph
 
@@ -56,8 +57,6 @@ def _sweep(options: argparse.Namespace) -> int:
     if not options.dry_run:
         start_server()
     # imported while the server loads its own modules
-    from tqdm import tqdm
-
     from shockwave.sweep.definition import DEFINITION
     from shockwave.sweep.dry_run import dry_run
     from shockwave.sweep.runner import run_sweep
@@ -73,17 +72,12 @@ def _sweep(options: argparse.Namespace) -> int:
         return 0
     if options.resume and not (Path(folder) / DEFINITION).exists():
         raise UsageError(f"{folder}: must hold a sweep to resume (got none; omit --resume to begin one)")
-    with tqdm(unit=" points", dynamic_ncols=True, disable=not sys.stderr.isatty()) as bar:
-
-        def show(report: SweepReport) -> None:
-            if bar.total is None:
-                bar.total = report.points
-                bar.initial = bar.n = report.before
-            if report.failed or report.crashed:
-                bar.set_postfix(failed=report.failed + report.crashed, refresh=False)
-            bar.update(report.points - report.left - bar.n)
-
-        settings |= {"timeout": options.timeout, "fail_fast": options.fail_fast, "progress": show}
+    settings |= {"timeout": options.timeout, "fail_fast": options.fail_fast, "progress": _show}
+    with progress_on_stderr():  # ends before an interrupt is reported
         report = run_sweep(options.file, folder, **settings)
     print_result(report, options.json)
     return report.exit_code
+
+
+def _show(report: SweepReport) -> None:
+    progressed("points", report.points - report.left - report.before, report.points - report.before)
