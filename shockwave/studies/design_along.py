@@ -143,7 +143,7 @@ class _Line:
             "intervals": intervals,
             "nearest": None if solutions or intervals else shown[0],
             "table": tuple(table),
-            "warnings": (*_warnings([*shown, *of_ends]), *self.near_misses(solutions)),
+            "warnings": tuple(_warnings([*shown, *of_ends])),
         }
 
     def simulate(self, shares: Sequence[float], rtol: float) -> None:
@@ -233,13 +233,3 @@ class _Line:
         spans = [list(group) for holds, group in groups if holds]
         at = self.scenes.parameters[0].at
         return tuple((at(span[0]), at(span[-1])) for span in spans)
-
-    def near_misses(self, solutions: Sequence[Option]) -> list[str]:
-        """Warnings of ends and extrema that miss the target by no more than the tolerance."""
-        shown = self.scenes.parameters[0].shown
-        misses = {option.value: option.reached / self.target.value - 1 for option in solutions}
-        return [
-            f"{shown(value)} is an end or an extremum: it misses the target by {miss:+.0e}, within the tolerance"
-            for value, miss in misses.items()
-            if abs(miss) > 2 * _STOP_SHARE * self.rtol
-        ]

@@ -133,7 +133,7 @@ class Design(Result):
     solutions : tuple of Option
         For one parameter all values that meet an equality, or the limits of the intervals that meet an inequality,
         ascending; materials and whole numbers that meet the target. Otherwise the best option alone. Ends and extrema
-        that miss the target by no more than the tolerance are included, with a warning.
+        that miss the target by no more than the tolerance are included; `reached` states it.
     intervals : tuple of (float, float)
         For an inequality of one number, all intervals of values that meet it, ascending.
     nearest : Option or None
