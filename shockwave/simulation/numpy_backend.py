@@ -18,7 +18,6 @@ from shockwave.simulation.peak_limit import (
     NOISE,
     STRIDE,
     crossing,
-    either,
     grown,
     limit,
     window_energy,
@@ -59,8 +58,6 @@ _TALLER = 0.999
 _RIVAL = 2.0
 # A granule in free flight with velocity v makes a wave of less than (this times v)^(2p/(p + 1)).
 _FREE_FLIGHT = 2.075
-# Least number of contacts for which arrays are faster than plain floats.
-_MANY = 20
 # Position of the granule beyond a free end, out of reach of all others.
 _FAR = 1e30
 
@@ -257,11 +254,7 @@ class _Window:
             return
         at = at[strong]
         rates = before[at], after[at], *(size * (a[at] - a[at + 1]) for a in (self.a, tried.a))
-        if len(at) > _MANY:
-            shares, moved = crossing(np.where, *rates)
-        else:
-            numbers = zip(*(rate.tolist() for rate in rates), strict=True)
-            shares, moved = np.array([crossing(either, *each) for each in numbers]).T
+        shares, moved = crossing(*rates)
         forces = power_force(np.maximum(opened[strong] + size * moved, 0.0), self.exponent)
         front = int(at.searchsorted(self.head - self.base, "right"))
         behind = (forces[:front] >= _FLOOR).nonzero()[0]

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -72,26 +71,20 @@ def _rest(p: Sequence[float], bends: bool) -> float:
     return total
 
 
-def crossing(choice: Callable[..., Any], v0: Any, v1: Any, slope0: Any, slope1: Any) -> tuple[Any, Any]:
-    """Fraction of a step at which a contact stops closing, and its closure up to then, over the size of the step.
+def crossing(v0: FloatArray, v1: FloatArray, slope0: FloatArray, slope1: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Fraction of a step at which each contact stops closing, and its closure up to then, over the size of the step.
 
-    The velocity is interpolated by the cubic through values and slopes at both ends: numbers with `either` as the
-    ``choice``, or arrays for several contacts with ``np.where``.
+    The velocity is interpolated by the cubic through values and slopes at both ends.
     """
     c, d = 3 * (v1 - v0) - 2 * slope0 - slope1, slope0 + slope1 - 2 * (v1 - v0)
-    share, low, high = v0 / (v0 - v1), 0.0, 1.0
+    share, low, high = v0 / (v0 - v1), np.zeros_like(v0), np.ones_like(v0)
     for _ in range(2):
         v = v0 + share * (slope0 + share * (c + share * d))
         slope = slope0 + share * (2 * c + share * 3 * d)
-        low, high = choice(v > 0, share, low), choice(v > 0, high, share)
-        share = choice(slope == 0, -1.0, share - v / choice(slope == 0, 1.0, slope))
-        share = choice((low < share) & (share < high), share, (low + high) / 2)
+        low, high = np.where(v > 0, share, low), np.where(v > 0, high, share)
+        share = np.where(slope == 0, -1.0, share - v / np.where(slope == 0, 1.0, slope))
+        share = np.where((low < share) & (share < high), share, (low + high) / 2)
     return share, share * (v0 + share * (slope0 / 2 + share * (c / 3 + share * d / 4)))
-
-
-def either(condition: bool, one: float, other: float) -> float:
-    """``np.where`` for numbers."""
-    return one if condition else other
 
 
 def grown(late: FloatArray, since: FloatArray, now: float, growing: float) -> FloatArray:
