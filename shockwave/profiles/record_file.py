@@ -250,16 +250,12 @@ def _with_comment(text: _Text, units: tuple[str, ...], picks: Sequence[int], not
     return units
 
 
-def _force_names(form: RecordFormat) -> frozenset[str]:
-    return FORCE_NAMES[form.kind]
-
-
 def _picks(text: _Text, labels: Sequence[str], names: Sequence[str], notes: list[str]) -> list[int]:
     """Columns of time and force: those of the format, by their names, or in this order if there are only two."""
     if text.form.columns is not None:
         return [_column(text, column, labels, names) for column in text.form.columns]
     times = columns_named(names, TIME_NAMES)
-    forces = columns_named(names, _force_names(text.form))
+    forces = columns_named(names, FORCE_NAMES[text.form.kind])
     plain = (times, forces) == ([0], [1])
     if len(names) == 2 and len(times + forces) < 2:
         times = times or [1 - force for force in forces] or [0]

@@ -57,11 +57,6 @@ class Spread:
         return f"sd {shown[0]}" if self.kind == "sd" else " to ".join(shown)
 
 
-def is_continuous(of: Variable) -> bool:
-    """Whether a variable is a continuous value of the chain, the shock or the impact."""
-    return of.unit is not None and not of.whole and of.name.startswith(("chain.", "shock.", "impact."))
-
-
 def read(given: Any, data: Mapping[str, Any]) -> tuple[Spread, ...]:
     """Distributions of the ``uncertainty`` block.
 
@@ -90,7 +85,7 @@ def read(given: Any, data: Mapping[str, Any]) -> tuple[Spread, ...]:
 
 
 def _spread(of: Variable, given: Any) -> Spread:
-    if not is_continuous(of):
+    if of.unit is None or of.whole or not of.name.startswith(("chain.", "shock.", "impact.")):
         problem = f"must be a continuous value of the chain or the shock (got {of.name})"
         raise WrongsError([Wrong((), problem, at_key=True)])
     if isinstance(given, str) and given.strip().endswith("%"):
