@@ -29,10 +29,8 @@ _VALUES = np.vander(_NODES, 8, increasing=True)
 _SLOPES = np.pad(_VALUES[:, :-1] * np.arange(1, 8), ((0, 0), (1, 0)))
 # The same from the `hermite_data`.
 _VALUES_BETWEEN, _SLOPES_BETWEEN = product(_VALUES, POWERS), product(_SLOPES, POWERS)
-# Number of waves that are measured together without compiled code, and the largest number of values for which `product`
-# is faster.
+# Number of waves that are measured together without compiled code.
 _TOGETHER = 16
-_FEW = 2048
 # Number of samples on each side of a crossing or a maximum that its polynomial interpolates.
 _NEIGHBOURS = 4
 # Number of Newton steps to a maximum, and how far it may be from its step, over the size of the step.
@@ -156,9 +154,7 @@ def _samples(transits: list[Transit], problem: ChainProblem) -> tuple[FloatArray
 
 
 def _between(weights: FloatArray, known: FloatArray) -> FloatArray:
-    """Weighted sums of the rows of ``known``; of many columns with less memory than `product`, in the same order."""
-    if known.size < _FEW:
-        return product(weights, known.reshape(8, -1)).reshape(known.shape)
+    """Weighted sums of the rows of ``known``, with less memory than `product`, in the same order."""
     sums = np.zeros(known.shape)
     for column, row in zip(weights.T, known, strict=True):
         sums += np.multiply.outer(column, row)
