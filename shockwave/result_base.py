@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from shockwave.errors import InvalidValueError, UnknownNameError, UsageError, text_of
 from shockwave.fields import listed
-from shockwave.text import Detail, detailed, html_of, in_one_line, si
+from shockwave.text import Detail, html_of, on_screen, si
 
 if TYPE_CHECKING:  # a result that is only printed needs no arrays
     from shockwave.tables import Table
@@ -56,11 +56,11 @@ class Result:
         names = [each.name.lower() for each in Detail]
         if detail not in names:
             raise InvalidValueError.of("detail", f"must be {listed(names)} (got {text_of(detail)})")
-        return detailed(self, Detail[detail.upper()])
+        return on_screen(self, detail=Detail[detail.upper()])
 
     def _repr_html_(self) -> str:
         """HTML for notebooks: answer, warnings, main table, and the full text to unfold."""
-        answer = in_one_line(self).partition("\n")[0]
+        answer = on_screen(self, columns=10_000, wide=True).partition("\n")[0]
         table, rows = self._main_table(), None
         if table is not None:
             from shockwave.tables import cells

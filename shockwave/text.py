@@ -16,7 +16,7 @@ from enum import IntEnum
 from functools import cache
 from itertools import zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from attrs import evolve, frozen
 
@@ -264,18 +264,9 @@ def printed(result: object, writer: str) -> str:
     return str(getattr(importlib.import_module(module), name)(result))
 
 
-def in_one_line(result: object) -> str:
-    """Text of ``result`` in which no line is wrapped."""
-    return _on_screen(result, Screen(columns=10_000, wide=True))
-
-
-def detailed(result: object, detail: Detail) -> str:
-    """Text of ``result`` with this detail."""
-    return _on_screen(result, evolve(_screen.get(), detail=detail))
-
-
-def _on_screen(result: object, screen: Screen) -> str:
-    token = _screen.set(screen)
+def on_screen(result: object, **changes: Any) -> str:
+    """The text of a result on the present screen with these changes of its fields."""
+    token = _screen.set(evolve(_screen.get(), **changes))
     try:
         return str(result)
     finally:
