@@ -108,7 +108,7 @@ def test_an_edit_changes_the_text_and_the_results(client: Any) -> None:
 def test_the_first_number_is_that_of_the_simulation_with_section_4_beside_it(client: Any) -> None:
     outcome = sw.predict(loaded(ENDLESS))
     parts = asked(client, text=ENDLESS)
-    assert f"<strong>leading wave {outcome.peak_force:.2f}" in parts["headline"]
+    assert f"<strong>simulated leading wave {outcome.peak_force:.2f}" in parts["headline"]
     assert (
         f"peak force {outcome.section4.peak_force:.0f} N, error {100 * outcome.section4.error:+.2f}%"
         in parts["results"]
