@@ -204,7 +204,7 @@ EVERY_FAULT = pytest.mark.parametrize("fault", FAULTS)
 
 
 def install_law(install: Install, fault: str = "force raises") -> None:
-    install("test-laws", hooks=HOOKS, pulse=LAW.format(**FAULTS[fault][0]), name="test-law")
+    install("faulty-laws", hooks=HOOKS, pulse=LAW.format(**FAULTS[fault][0]), name="test-law")
 
 
 def written(folder: Path, parameters: str, name: str = "scene") -> str:
@@ -230,7 +230,7 @@ def test_a_fault_of_a_law_ends_with_4_and_names_its_plugin(
     out, err = capsys.readouterr()
     assert out == ""
     (line,) = err.splitlines()  # no traceback
-    assert line.startswith(f"{file}: contact 'test-law' of test-laws: ")
+    assert line.startswith(f"{file}: contact 'test-law' of faulty-laws: ")
     assert FAULTS[fault][1] in line
 
 
@@ -244,12 +244,12 @@ def test_a_fault_of_a_law_spoils_no_other_scene(fault: str, install: Install, tm
     chains = [sound.chain, faulty.chain, sound.chain]
     before, error, after = sw.simulate_many([sound.shock] * 3, chains, until=50e-6, rtol=1e-3)
     assert isinstance(error, sw.PluginError)
-    assert "'test-law' of test-laws" in str(error)
+    assert "'test-law' of faulty-laws" in str(error)
     alone = sw.simulate(sound)
     assert before.greatest_force == after.greatest_force == alone.greatest_force
     outcomes = sw.Predictor().predict_many([sound.shock] * 3, chains, sound.simulate)
     assert [outcomes[index].greatest_force for index in (0, 2)] == [alone.greatest_force] * 2
-    with pytest.raises(sw.PluginError, match="'test-law' of test-laws"):
+    with pytest.raises(sw.PluginError, match="'test-law' of faulty-laws"):
         _ = outcomes[1].greatest_force
 
 
