@@ -43,7 +43,7 @@ def test_summary_states_order_and_traits(method: type[Integrator]) -> None:
     order = re.search(r"\b(?:order )?(\d+)(?:\(|,)", summary)
     assert order is not None
     assert int(order[1]) == method.order
-    assert ("symplectic" in summary, "fixed" in summary) == (method.symplectic, not method.adaptive)
+    assert ("fixed" in summary) == (not method.adaptive)
 
 
 # ---------------------------------------------------------------- step sizes

@@ -14,6 +14,7 @@ import shockwave as sw
 from scenes import CHAIN, FORCE, UNITS, power, triangle
 from selection import keeping
 from shockwave import pictures
+from shockwave.studies.curve import UniversalCurve
 
 ROOT = Path(__file__).parent.parent
 HAMMER = sw.load_scenario(ROOT / "profiles" / "examples" / "hammer.yaml").shock.profile
@@ -64,7 +65,7 @@ PICTURES: dict[str, Any] = {
     "train": lambda ax, name: pictures.train(ax, compared(name)),
     "approach": lambda ax, name: pictures.approach(ax, compared(name).simulated),
     "energy": lambda ax, name: pictures.balance(ax, recorded(name, "energies")),
-    "amplification": lambda ax, name: amplification(ax, SHOCKS[name].profile, rise_times=[0.3, 1.0, 3.0]),
+    "amplification": lambda ax, name: pictures.universal_curves(ax, {name: curve(name)}, mark=1.0),
     "correction": lambda ax, _: pictures.correction_area(ax, SHOCKS["ejection"], section4("ejection")),
     "work_precision": lambda ax, _: pictures.work_precision(ax, RUNS),
 }
@@ -75,8 +76,9 @@ LABELS = {
 }
 
 
-def amplification(ax: Axes, profile: sw.ShockProfile, rise_times: Any) -> Axes:
-    return pictures.amplification(ax, profile, sw.Predictor(model="section-4"), CHAIN, rise_times=rise_times)
+@cache
+def curve(name: str) -> UniversalCurve:
+    return UniversalCurve(SHOCKS[name].profile, rtol=1e-2)
 
 
 @pytest.fixture
@@ -243,19 +245,13 @@ def test_the_work_of_the_shock_is_the_energy_of_the_chain(ax: Axes, name: str) -
     assert line(ax, "work of the shock")[1] == pytest.approx(energy[[-1, -1]], rel=1e-5)
 
 
-def test_amplifications_agree_with_simulation_and_prediction(ax: Axes) -> None:
-    ratios = [0.2, 1.0, 4.0]
-    amplification(ax, sw.Triangular(duration_ratio=3), rise_times=ratios)
-    shocks = [triangle(3 * ratio) for ratio in ratios]
-    simulated = [sw.simulate(shock, CHAIN).amplification for shock in shocks]
-    assert line(ax, "simulated")[1] == pytest.approx(simulated, rel=1e-9)
-    assert line(ax, "section 4")[1][0] == pytest.approx(
-        sw.Predictor(model="section-4").predict(shocks[0], CHAIN).amplification
-    )
-    borders = [one.get_xdata()[0] for one in ax.get_lines() if one.get_linestyle() == "--"]  # type: ignore[index]
-    # alphaF0 tA = n t0, 4.1, with alphaF0 = 2 for a triangle and tA = 1.652066518648 T0; S is 1 there, too;
-    # borders are halfway between two predictions, which are 20^(1/240) apart
-    assert borders == pytest.approx([2 * 1.652066518648 / 3], rel=0.0065)
+def test_curves_have_the_values_of_simulation_and_section_4(ax: Axes) -> None:
+    found = curve("train")
+    pictures.universal_curves(ax, {"simulated": found})
+    x, y = line(ax, "simulated")
+    assert y == pytest.approx(found.amplification(x), rel=1e-12)
+    expected = [point.section4_amplification for point in found.points]
+    assert line(ax, "section 4")[1].tolist() == expected
 
 
 def test_runs_are_connected_by_method_and_failed_runs_are_counted(ax: Axes) -> None:
@@ -278,7 +274,6 @@ REFUSED: dict[str, Any] = {
     r"result: must be a simulation of equal spheres \(got a ChainResult; pictures\.peak_forces": lambda ax: (
         pictures.approach(ax, in_finite_chain("striker"))  # type: ignore[arg-type]
     ),
-    "rise_times: must be two or more": lambda ax: amplification(ax, HAMMER, rise_times=[1.0]),
 }
 
 

@@ -207,7 +207,6 @@ class Method(OneStep):
     name = "test-method"
     order = 1
     adaptive = False
-    symplectic = False
 
     def attempt(self, acceleration, time, size, x, v, a):
         {body}

@@ -28,7 +28,6 @@ class Plain(Integrator):
     name: ClassVar[str] = "plain"
     order: ClassVar[int] = 2
     adaptive: ClassVar[bool] = False
-    symplectic: ClassVar[bool] = True
 
     def times(self, begin: float, until: float) -> list[float]:
         count = math.ceil((until - begin) / self.size * (1 - 1e-9))

@@ -81,7 +81,7 @@ def test_a_train_that_takes_too_long_leaves_the_leading_wave() -> None:
 
 
 def test_the_train_of_a_flat_top_is_not_integrated_and_its_cost_is_stated() -> None:
-    from shockwave.measurement.simulate import immeasurable, scaled
+    from shockwave.measurement.simulation_setup import immeasurable, scaled
 
     assert "about 10 s or more" in immeasurable(scaled(FLAT, CHAIN)[0])
     assert immeasurable(scaled(record([0, 100, 300], [0, 1, 0]), CHAIN)[0]) == ""

@@ -21,6 +21,7 @@ from matplotlib.figure import Figure
 
 import shockwave as sw
 from shockwave import pictures
+from shockwave.studies.curve import UniversalCurve
 from shockwave.sweep.plot import plot
 from shockwave.sweep.results import SweepResults
 
@@ -126,9 +127,9 @@ def balance() -> Figure:
 
 def amplification() -> Figure:
     """Amplification for a triangle with n = 10 and for the shape of the first row of Table 2."""
-    figure, places = pictures.figure(1, 2, "page")
-    for ax, profile in zip(places, (sw.Triangular(duration_ratio=10), scene(EJECTION).shock.profile), strict=True):
-        pictures.amplification(ax, profile, sw.Predictor(model="section-4"), scene(EJECTION).chain)
+    figure, (ax,) = pictures.figure()
+    profiles = {"triangle": sw.Triangular(duration_ratio=10), "table 2, row 1": scene(EJECTION).shock.profile}
+    pictures.universal_curves(ax, {name: UniversalCurve(profile) for name, profile in profiles.items()})
     return figure
 
 

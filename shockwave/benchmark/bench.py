@@ -26,7 +26,8 @@ from shockwave.benchmark.work_precision import (
     WorkPrecision,
     measured,
 )
-from shockwave.measurement.simulate import scaled, simulate
+from shockwave.measurement.simulate import simulate
+from shockwave.measurement.simulation_setup import scaled
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.exponential import Exponential

@@ -11,7 +11,8 @@ from shockwave.benchmark.work_precision import Clock
 from shockwave.chain.chain import HERTZ, Chain
 from shockwave.errors import NumericalError
 from shockwave.measurement.peak_log import located_peak
-from shockwave.measurement.simulate import scaled, simulate
+from shockwave.measurement.simulate import simulate
+from shockwave.measurement.simulation_setup import scaled
 from shockwave.profiles.shock import Shock
 from shockwave.scenario.scenario import Scenario
 from shockwave.simulation.backend import compiled

@@ -32,19 +32,6 @@ if TYPE_CHECKING:
     from shockwave.chain.impact import Impact
     from shockwave.measurement.chain_setup import ChainSetup
 
-__all__ = [
-    "Job",
-    "equal_granules",
-    "immeasurable",
-    "job_of",
-    "run_jobs",
-    "scaled",
-    "setup_of",
-    "simulate",
-    "simulate_many",
-    "simulate_with",
-]
-
 # Largest number of shocks that one of several threads takes at a time: more would leave threads idle at the end.
 _SHARE = 128
 # The same for a single thread, unless some are records, whose tables would need much memory.

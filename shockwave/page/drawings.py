@@ -6,11 +6,13 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from shockwave import pictures
-from shockwave.chain.chain import Scales
+from shockwave.chain.chain import HERTZ, Chain, Scales
 from shockwave.errors import ShockwaveError
 from shockwave.page.results import Findings
 from shockwave.prediction.section4_outcome import EjectionOutcome
+from shockwave.profiles.shock import Shock
 from shockwave.progress import counted
+from shockwave.studies.curve import UniversalCurve
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,6 +21,9 @@ if TYPE_CHECKING:
 # A function that draws a picture.
 _Draw = Callable[["Axes"], object]
 
+# Longest shocks of the curve of amplifications, as a rule and at most [T0].
+_LONGEST = 50.0
+_LONGEST_OF_ALL = 1000.0
 # Width and height [in]: a column in print, legible on a phone.
 _SIZE = (3.4, 2.7)
 
@@ -71,9 +76,12 @@ def drawings(found: Findings) -> dict[str, _Draw]:
             chosen["forces"] = lambda ax: pictures.contact_forces(ax, result)
             chosen["map"] = lambda ax: pictures.space_time(ax, result)
             chosen["energy"] = lambda ax: pictures.balance(ax, result)
-    if predicted is not None:
-        chain = found.scenario.chain
-        own = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
-        predictor = found.scenario.predictor
-        chosen["amplification"] = lambda ax: pictures.amplification(ax, shock.profile, predictor, chain, mark=own)
+    if predicted is not None and found.scenario.chain.exponent == HERTZ:
+        chosen["amplification"] = lambda ax: _amplification(ax, shock, found.scenario.chain)
     return chosen
+
+
+def _amplification(ax: Axes, shock: Shock, chain: Chain) -> None:
+    own = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
+    longest = min(max(_LONGEST, 2 * own * float(shock.profile.duration_ratio)), _LONGEST_OF_ALL)
+    pictures.universal_curves(ax, {"simulated": UniversalCurve(shock.profile, longest=longest)}, mark=own)

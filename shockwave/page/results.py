@@ -11,10 +11,12 @@ from shockwave.errors import NotCoveredError, ShockwaveError
 from shockwave.fields import listed
 from shockwave.measurement.measured_wave import Passage
 from shockwave.measurement.result import SimulationResult
-from shockwave.measurement.simulate import equal_granules, immeasurable, scaled, simulate_with
+from shockwave.measurement.simulate import simulate_with
+from shockwave.measurement.simulation_setup import immeasurable, scaled
 from shockwave.plausibility import unusual_warnings
 from shockwave.prediction.outcome import Outcome
 from shockwave.scenario.scenario import Scenario
+from shockwave.scene_summary import equal_granules
 from shockwave.studies.comparison import Comparison
 
 # Least duration of the histories [characteristic times].

@@ -7,7 +7,6 @@ and `save` write them. matplotlib is the extra ``plot``; it is imported when a f
 from shockwave.pictures.accuracy import approach as approach
 from shockwave.pictures.accuracy import balance as balance
 from shockwave.pictures.accuracy import work_precision as work_precision
-from shockwave.pictures.amplification_curves import amplification as amplification
 from shockwave.pictures.amplification_curves import design as design
 from shockwave.pictures.amplification_curves import materials as materials
 from shockwave.pictures.amplification_curves import pareto as pareto

@@ -1,106 +1,22 @@
-"""Amplification against rise time: section 4, simulation, universal curve; target property of a design."""
+"""Universal curves: amplification against rise time; target property of a design."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from attrs import evolve
 
-from shockwave.chain.chain import Chain, Scales
-from shockwave.errors import InvalidValueError
-from shockwave.measurement.simulate import simulate_many
-from shockwave.pictures.drawing import BLACK, BLUE, GREY, VERMILION, finish, literal, regime_spans, style
-from shockwave.pictures.maps import edges_of
-from shockwave.prediction.predictor import Predictor
-from shockwave.profiles.base import ShockProfile
-from shockwave.profiles.shock import Shock
+from shockwave.pictures.drawing import BLACK, BLUE, GREY, VERMILION, finish, literal, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-# Least impulse [F0 T0]: close to the limit of short shocks.
-_WEAKEST = 0.15
-# Greatest impulse [F0 T0]: long trains.
-_STRONGEST = 20.0
-# Longest duration of a shock [T0].
-_LONGEST = 500.0
-# Number of simulations.
-_SIMULATED = 41
-# Number of points of section 4; regime borders are drawn halfway between two of them.
-_PREDICTED = 241
-# Threshold that omits most later waves of trains, which are not drawn.
-_FEW_LATER = 0.999
 # Points of a universal curve.
 _CURVE_POINTS = 600
 # Ratio of greatest and least value above which an axis is logarithmic.
 _WIDE = 3.0
-
-
-def amplification(
-    ax: Axes,
-    profile: ShockProfile,
-    predictor: Predictor,
-    chain: Chain,
-    *,
-    rise_times: Iterable[float] | None = None,
-    mark: float | None = None,
-) -> Axes:
-    """Draw the amplification of the leading wave against t0/T0, by section 4 and simulated, with the regimes.
-
-    For a given shape, the amplification depends on t0/T0 only.
-
-    Parameters
-    ----------
-    ax : Axes
-        Axes to draw on.
-    profile : ShockProfile
-        Shape of the shock.
-    predictor : Predictor
-        Settings of section 4.
-    chain : Chain
-        The chain.
-    rise_times : iterable of float, optional
-        t0/T0 of the simulations, at least two; default: 41 values for impulses of 0.15 to 20 F0 T0.
-    mark : float, optional
-        t0/T0 to be marked by a vertical line if it is in the range.
-
-    Raises
-    ------
-    InvalidValueError
-        If rise times are out of range.
-    """
-    ratios = np.sort(_default_ratios(profile) if rise_times is None else [*map(float, rise_times)])
-    if len(ratios) < 2 or not (np.isfinite(ratios) & (ratios > 0)).all():
-        rule = "must be two or more finite numbers above 0"
-        raise InvalidValueError.of("rise_times", f"{rule} (got {ratios.tolist()})")
-    pattern = Shock(profile=profile, peak_force=1.0, rise_time=Scales.of(chain, 1.0).time)
-    fine = np.geomspace(ratios[0], ratios[-1], _PREDICTED)
-    section4 = evolve(predictor, model="section-4", wave_threshold=_FEW_LATER)
-    outcomes = [section4.predict(shock, chain) for shock in _stretched(pattern, fine)]
-    results = simulate_many(_stretched(pattern, ratios), chain, waves="primary")
-    simulated = np.array([getattr(result, "amplification", math.nan) for result in results])
-    predicted = np.array([outcome.amplification for outcome in outcomes])
-    failed = np.isnan(simulated).sum()
-    regime_spans(ax, edges_of(fine, log=True), np.array([outcome.regime for outcome in outcomes]))
-    ax.plot(fine, predicted, color=BLUE, linewidth=1.2, label="section 4")
-    label = "simulated" + (f" ({failed} of {len(ratios)} failed)" if failed else "")
-    ax.plot(ratios, simulated, "s", color=VERMILION, markersize=3, label=label)
-    return _frame(ax, (ratios[0], ratios[-1]), np.nanmax([*simulated, *predicted]), mark)
-
-
-def _default_ratios(profile: ShockProfile) -> Any:
-    total = profile.total_area
-    most = min(_STRONGEST / total, _LONGEST / float(profile.duration_ratio))
-    return np.geomspace(min(_WEAKEST / total, most / 10), most, _SIMULATED)
-
-
-def _stretched(pattern: Shock, ratios: Any) -> list[Shock]:
-    """Shocks with multiples of the rise time of ``pattern``."""
-    return [evolve(pattern, rise_time=ratio * pattern.rise_time) for ratio in ratios.tolist()]
 
 
 def _frame(ax: Axes, ends: tuple[float, float], highest: float, mark: float | None) -> Axes:

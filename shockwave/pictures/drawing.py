@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -52,9 +51,6 @@ _LEGEND: dict[str, Any] = {
 # Most points of a drawn line or area.
 _MOST_POINTS = 800
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-_SHADES = {"ejection": "#FFFFFF", "single": "#D0D0D0", "train": "#F1F1F1"}
-# Least width of a labelled regime, as a fraction of the axis.
-_NARROW = 0.12
 
 
 def si_label(value: float, unit: str, digits: int = 3, error: float | None = None) -> str:
@@ -138,10 +134,9 @@ def colour_scale(ax: Axes, drawn: Any, name: str, unit: str = "", **options: Any
     return bar
 
 
-def place_name(ax: Axes, x: float, y: float, text: str, **look: Any) -> None:
+def place_name(ax: Axes, x: float, y: float, text: str) -> None:
     """Write text with a white outline on the axes."""
-    look = {"ha": "center", "va": "center", "fontsize": SMALL, "path_effects": halo(), "zorder": 5, **look}
-    ax.text(x, y, text, **look)
+    ax.text(x, y, text, ha="center", va="center", fontsize=SMALL, path_effects=halo(), zorder=5)
 
 
 def halo() -> list[Any]:
@@ -166,27 +161,3 @@ def area(ax: Axes, x: FloatArray, low: Any, high: FloatArray, colour: str, hatch
     look: dict[str, Any] = {"facecolor": colour, "alpha": 0.6, "hatch": hatch, "edgecolor": "white", "linewidth": 0}
     bottom = np.broadcast_to(low, x.shape)[kept]
     ax.fill_between(x[kept], bottom, high[kept], label=label, **look)
-
-
-def regime_spans(ax: Axes, edges: FloatArray, regimes: npt.NDArray[np.str_]) -> None:
-    """Shade and label the regimes along the abscissa.
-
-    Parameters
-    ----------
-    ax : Axes
-        Axes to draw on.
-    edges : array, shape (p + 1,)
-        Edges of the cells around the points.
-    regimes : array of str, shape (p,)
-        Regime at each point.
-    """
-    changes = np.flatnonzero(regimes[1:] != regimes[:-1]) + 1
-    for begin, end in pairwise([0, *changes.tolist(), len(regimes)]):
-        name = str(regimes[begin])
-        ax.axvspan(edges[begin], edges[end], color=_SHADES.get(name, "#FFFFFF"), linewidth=0, zorder=0)
-        if begin:
-            ax.axvline(edges[begin], color=GREY, linewidth=0.8, linestyle="--")
-        if end - begin > _NARROW * len(regimes):
-            middle = edges[(begin + end) // 2]
-            place_name(ax, middle, 0.985, name, va="top", transform=ax.get_xaxis_transform())
-    ax.set_xlim(edges[0], edges[-1])

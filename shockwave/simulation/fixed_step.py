@@ -30,7 +30,6 @@ class Verlet(OneStep):
     name: ClassVar[str] = "verlet"
     order: ClassVar[int] = 2
     adaptive: ClassVar[bool] = False
-    symplectic: ClassVar[bool] = True
 
     def attempt(
         self, acceleration: Acceleration, time: Scalar, size: Scalar, x: FloatArray, v: FloatArray, a: FloatArray
@@ -52,7 +51,6 @@ class Pefrl(OneStep):
     name: ClassVar[str] = "pefrl"
     order: ClassVar[int] = 4
     adaptive: ClassVar[bool] = False
-    symplectic: ClassVar[bool] = True
 
     def attempt(
         self, acceleration: Acceleration, time: Scalar, size: Scalar, x: FloatArray, v: FloatArray, a: FloatArray
@@ -73,7 +71,6 @@ class Rk4(OneStep):
     name: ClassVar[str] = "rk4"
     order: ClassVar[int] = 4
     adaptive: ClassVar[bool] = False
-    symplectic: ClassVar[bool] = False
 
     def attempt(
         self, acceleration: Acceleration, time: Scalar, size: Scalar, x: FloatArray, v: FloatArray, a: FloatArray

@@ -47,7 +47,7 @@ class Integrator(abc.ABC):
     Contract for implementers
     -------------------------
     1. ``name`` is the registered name of the class, ``order`` the order of its global error in the step size;
-       ``adaptive`` and ``symplectic`` state its properties. ``chains`` is ``equal`` for a method that can only step
+       ``adaptive`` states whether it chooses its steps. ``chains`` is ``equal`` for a method that can only step
        chains of equal granules, ``conservative`` if the granules may differ, and ``any`` if the contacts may also be
        damped; the last two are for the built-in methods with tables of coefficients.
     2. An adaptive method uses ``tolerance``, the absolute error allowed in a step, in scaled units, in which
@@ -71,7 +71,6 @@ class Integrator(abc.ABC):
     name: ClassVar[str]
     order: ClassVar[int]
     adaptive: ClassVar[bool]
-    symplectic: ClassVar[bool]
     chains: ClassVar[Literal["equal", "conservative", "any"]] = "equal"
 
     tolerance: float = 1e-9

@@ -110,7 +110,6 @@ class Nystroem(OneStep):
     """
 
     adaptive: ClassVar[bool] = True
-    symplectic: ClassVar[bool] = False
     chains: ClassVar[Literal["equal", "conservative", "any"]] = "conservative"
     tableau: ClassVar[Tableau]
     #: Ratio of the tolerance of a step to the requested relative error of a peak force.

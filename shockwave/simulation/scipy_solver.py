@@ -23,7 +23,6 @@ class ScipySolver(Integrator):
     """Base class; a subclass defines the solver and its order."""
 
     adaptive: ClassVar[bool] = True
-    symplectic: ClassVar[bool] = False
 
     #: The class of `scipy.integrate.OdeSolver`.
     solver: ClassVar[Any]

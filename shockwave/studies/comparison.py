@@ -28,7 +28,6 @@ from shockwave.text import printed
 
 if TYPE_CHECKING:
     from shockwave.chain.impact import Impact
-    from shockwave.measurement.contact_peaks import ContactPeak
     from shockwave.measurement.measured_wave import MeasuredWave
     from shockwave.profiles.shock import Shock
 
@@ -92,7 +91,7 @@ class Comparison(Result):
     faults: tuple[Fault, ...] = ()
 
     _brief = (
-        *("simulated.scenario", "simulated.peak_force", "greatest_force.peak_force"),
+        *("simulated.scenario", "simulated.peak_force", "simulated.transmitted.peak_force"),
         *("predicted.peak_force", "relation"),
     )
     _tables = (("waves", "wave"),)
@@ -211,12 +210,6 @@ class Comparison(Result):
             "regime": None if regime is None else paper.regime == regime,
             "count": None if regime is None else len(paper.waves) == len(self.waves),
         }
-
-    @property
-    def greatest_force(self) -> ContactPeak | None:
-        """Greatest simulated contact force where no peak force of a leading wave is simulated; else None."""
-        peak: ContactPeak | None = self.simulated.greatest_force if self.simulated.peak_force is None else None
-        return peak
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -14,7 +14,6 @@ from shockwave.errors import Fault, InvalidValueError
 from shockwave.fields import Quantity as Number
 from shockwave.limit import Exceedance, Limit, Verdict, limit_of, verdict
 from shockwave.log import logger
-from shockwave.measurement.simulate import equal_granules
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.scenario.scenario import Scenario
@@ -23,6 +22,7 @@ from shockwave.scenario.scene_family import Family
 from shockwave.scenario.uncertainty import Spread, read
 from shockwave.scenario.value_conversion import WrongsError
 from shockwave.scenario.yaml_document import dotted
+from shockwave.scene_summary import equal_granules
 from shockwave.studies import sampling, varied_scenes
 from shockwave.studies.quantities import Quantity, quantities_of
 from shockwave.studies.sampling import WORK, Distribution

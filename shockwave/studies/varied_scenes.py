@@ -12,7 +12,7 @@ from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.impact import Impact
 from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError
 from shockwave.fields import Quantity, text_of
-from shockwave.measurement.simulate import equal_granules, simulate_many
+from shockwave.measurement.simulate import simulate_many
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock import Shock
@@ -23,6 +23,7 @@ from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_argument import Scene, scenario_alone
 from shockwave.scenario.uncertainty import ends_of
 from shockwave.scenario.yaml_document import dotted, steps_of
+from shockwave.scene_summary import equal_granules
 
 # Longest duration of a shock on equal granules [characteristic times]: a longer one takes more than a second.
 _LONGEST = 1000.0

@@ -113,7 +113,6 @@ class Splitting(OneStep):
     """
 
     adaptive: ClassVar[bool] = False
-    symplectic: ClassVar[bool] = True
     shares: ClassVar[Shares]
 
     def attempt(

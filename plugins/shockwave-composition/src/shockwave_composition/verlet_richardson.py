@@ -61,7 +61,6 @@ class VerletRichardson(OneStep):
     order: ClassVar[int] = 8
     error_order: ClassVar[int] = 6
     adaptive: ClassVar[bool] = True
-    symplectic: ClassVar[bool] = False
 
     def attempt(
         self,
