@@ -106,7 +106,7 @@ def test_the_repr_of_a_prediction_does_not_run_the_engine() -> None:
     outcome = sw.predict(CASE_B, CHAIN, limit="60 N")
     assert repr(outcome) == "<Outcome model='best', limit.force=60 N>"
     assert outcome.simulation is not None
-    assert not outcome.simulation.is_complete  # type: ignore[attr-defined]
+    assert outcome.simulation._engine.results is None  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("kind", MAKERS)

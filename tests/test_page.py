@@ -20,11 +20,12 @@ from selection import keeping
 from shockwave import cli
 from shockwave.measurement.result import Train
 from shockwave.options import SimulateOptions
-from shockwave.page import findings, normalised, page, scene_hash, written
+from shockwave.page import findings, page, written
 from shockwave.page.drawings import drawings
 from shockwave.page.number_text import formula, percent, quantity
 from shockwave.page.render import _parameters, parts_in_use
 from shockwave.registry import load
+from shockwave.scenario.scene_hash import normalised, scene_hash
 
 ROOT = Path(__file__).parent.parent
 ROW1 = ROOT / "profiles" / "paper" / "table2-row1.yaml"

@@ -278,11 +278,6 @@ class Simulation:
     def __init__(self, engine: _Engine, index: int) -> None:
         self._engine, self._index = engine, index
 
-    @property
-    def is_complete(self) -> bool:
-        """Whether the engine has run."""
-        return self._engine.results is not None
-
     def __call__(self) -> Any:
         """Result of the simulation, or its error; runs the engine at the first call.
 
@@ -297,7 +292,8 @@ class Simulation:
         return result
 
     def __reduce__(self) -> Any:
-        job, result = self._engine.jobs[self._index], self._engine.result(self._index) if self.is_complete else None
+        job, results = self._engine.jobs[self._index], self._engine.results
+        result = None if results is None else results[self._index]
         if isinstance(result, ShockwaveError):
             result = None  # it is found again
         return _restored, (self._engine.options, job.excitation, job.chain, result)

@@ -91,7 +91,7 @@ class Comparison(Result):
     faults: tuple[Fault, ...] = ()
 
     _brief = (
-        *("simulated.scenario", "simulated.peak_force", "simulated.transmitted.peak_force"),
+        *("simulated.scenario", "simulated.peak_force", "greatest_force.peak_force"),
         *("predicted.peak_force", "relation"),
     )
     _tables = (("waves", "wave"),)
@@ -210,6 +210,11 @@ class Comparison(Result):
             "regime": None if regime is None else paper.regime == regime,
             "count": None if regime is None else len(paper.waves) == len(self.waves),
         }
+
+    @property
+    def greatest_force(self) -> Any:
+        """Greatest simulated contact force where no peak force of a leading wave is simulated; else None."""
+        return self.simulated.greatest_force if self.simulated.peak_force is None else None
 
     @property
     def warnings(self) -> tuple[str, ...]:
