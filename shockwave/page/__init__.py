@@ -5,5 +5,6 @@ It needs the extra ``plot``. The page loads no other file, and every value in it
 
 from shockwave.page.render import page, written
 from shockwave.page.results import Findings, findings
+from shockwave.scenario.scene_hash import normalised, scene_hash
 
-__all__ = ["Findings", "findings", "page", "written"]
+__all__ = ["Findings", "findings", "normalised", "page", "scene_hash", "written"]
