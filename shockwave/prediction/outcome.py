@@ -84,7 +84,7 @@ class Outcome(Result):
     simulation: Callable[[], Any] | None = field(eq=False, repr=False)
     place: Callable[[Fault], Fault] | None = field(default=None, eq=False, repr=False)
 
-    # ---------------------------------------------------------------- the engine
+    # ---------------------------------------------------------------- the simulation
 
     @property
     def model(self) -> str:

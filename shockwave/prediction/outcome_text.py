@@ -59,7 +59,7 @@ def lead_text(outcome: Outcome) -> str:
     if wall is not None:
         return f"force on the wall {_peak(wall)}" if wall.peak_force else "the wave does not reach the wall"
     if outcome.simulation is None:
-        return f"leading wave {si(outcome.peak_force or 0.0, 'N', error=SHOWN_ERROR)} by section 4, error not known"
+        return f"leading wave {si(outcome.peak_force, 'N', error=SHOWN_ERROR)} by section 4, error not known"
     top = outcome.greatest_force if outcome.peak_force is None or outcome.chain.count is not None else None
     if top is not None:
         return f"greatest force {_peak(top)}, at contact {top.contact}"

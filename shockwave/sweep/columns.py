@@ -52,7 +52,7 @@ class Answer(NamedTuple):
 
     @property
     def verdict(self) -> Verdict | None:
-        """Verdict on the limit, of the engine if it has run."""
+        """Verdict on the limit, of the simulation if there is one."""
         if self.predicted is not None and (self.simulated is None or self.predicted.simulation is not None):
             return self.predicted.verdict
         return None if self.simulated is None else self.simulated.verdict
