@@ -57,8 +57,8 @@ def search_best(scenes: DesignScenes, seed: int) -> dict[str, Any]:
     choices = [[evolve(each, among=(name,)) for name in each.among] or [each] for each in scenes.parameters]
     combinations = list(itertools.product(*choices))
     if len(combinations) > _COMBINATIONS:
-        problem = f"must have at most {_COMBINATIONS} combinations of materials (got {len(combinations)})"
-        raise InvalidValueError.of("among", f"{problem}; name fewer)")
+        problem = f"must have at most {_COMBINATIONS} combinations of materials (got {len(combinations)}; name fewer)"
+        raise InvalidValueError.of("among", problem)
     groups = [_Group(scenes, parameters) for parameters in combinations]
     for index, group in enumerate(counted("combinations", groups)):
         group.search(np.random.default_rng([seed, index]))
