@@ -235,7 +235,9 @@ def test_wrong_input_is_refused(file: Path, settings: dict[str, Any], message: s
 def test_too_many_combinations_are_refused(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(design_best, "_COMBINATIONS", 3)
     vary = {"chain.material": ["ptfe", "lead"], MATERIAL: ["ptfe", "lead"]}
-    with pytest.raises(sw.InvalidValueError, match=r"^among: must have at most 3 combinations of materials \(got 4; name fewer\)$"):
+    with pytest.raises(
+        sw.InvalidValueError, match=r"^among: must have at most 3 combinations .* \(got 4; name fewer\)$"
+    ):
         sw.design(file, vary=vary, target="chain.mass <= 1 kg")
 
 
