@@ -7,9 +7,11 @@ that a user can correct a file in one go.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import TypeVar
 
 from attrs import frozen
 
+_Error = TypeVar("_Error", bound=Exception)
 #: Names that a message lists in full; of a longer list it shows a few.
 MOST_NAMES = 20
 _FEW_NAMES = 8
@@ -100,6 +102,16 @@ class FileAccessError(ShockwaveError):
     """A file cannot be read or written."""
 
     exit_code = 5
+
+
+def detached(error: _Error) -> _Error:
+    """``error`` to be stored: without its traceback, whose frames hold scenes and arrays.
+
+    That of a plugin is kept, because its author needs the cause.
+    """
+    if not isinstance(error, PluginError):
+        error.__traceback__ = error.__context__ = error.__cause__ = None
+    return error
 
 
 def message_of(error: BaseException) -> str:

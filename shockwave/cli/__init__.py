@@ -19,6 +19,9 @@ from shockwave.text import Detail, on_stdout
 
 # New objects after which garbage is collected: more than a command creates at its start, nearly all of which last.
 _GARBAGE = 200_000
+# The threshold of the interpreter, and the modules of commands that may stay running and therefore need it.
+_USUAL = gc.get_threshold()
+_LASTING = ("plugin_commands", "sweep")
 # Numbers of threads of the libraries of linear algebra, read when NumPy is loaded: matrices are small, and further
 # threads would spend several times the computing time on waiting for one another.
 _THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
@@ -43,6 +46,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         registry = _without_plugins() if options.no_plugins else nullcontext()
         with on_stdout(getattr(options, "wide", False), detail_of(options)), progress_on_stderr(), registry:
             module, _, name = options.command.partition(":")
+            if module in _LASTING and gc.get_threshold()[0] == _GARBAGE:
+                gc.set_threshold(*_USUAL)
             status: int = getattr(importlib.import_module(f"shockwave.cli.{module}"), name)(options)
             sys.stdout.flush()
             return status

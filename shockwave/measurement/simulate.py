@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.yielding import beyond_elastic
-from shockwave.errors import NumericalError, ShockwaveError
+from shockwave.errors import NumericalError, ShockwaveError, detached
 from shockwave.measurement.leading_wave import LONGEST_MEASURED, Answer, search
 from shockwave.measurement.recording import check_requests
 from shockwave.measurement.result import SimulationResult
@@ -116,7 +116,7 @@ def simulate_many(
         try:
             jobs.append(job_of(options, *scene))
         except ShockwaveError as error:
-            jobs.append(error)
+            jobs.append(detached(error))
     return run_jobs(jobs, options, threads)
 
 
@@ -164,7 +164,7 @@ def job_of(options: SimulateOptions, excitation: Shock | Impact, chain: Chain) -
     try:
         problem, scales = scaled(cast(Shock, excitation), equal)
     except NumericalError as error:
-        return Job(excitation, equal, refusal=error)
+        return Job(excitation, equal, refusal=detached(error))
     check_requests(options, cast(Shock, excitation), equal, scales)
     if not isinstance(problem.profile, Powers):  # those of power laws are computed together
         _ = problem.path
@@ -250,7 +250,7 @@ def _run(
                     answer = search({0: problems[index]}, setup).get(0)
                 results.append(_result(job, setup, answer, begin, limit))
         except ShockwaveError as error:
-            results.append(error)
+            results.append(detached(error))
     return results
 
 

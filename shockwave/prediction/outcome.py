@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from attrs import asdict, evolve, field, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.chain.yielding import Yielding, yielding_of
-from shockwave.errors import Fault, InvalidValueError, NumericalError, ShockwaveError
+from shockwave.errors import Fault, InvalidValueError, NumericalError, ShockwaveError, detached
 from shockwave.limit import LAST, WALL, WAVE, LeavingForce, Limit, Verdict, plain_verdict, verdict
 from shockwave.options import SimulateOptions
 from shockwave.plausibility import unusual_warnings
@@ -212,13 +212,11 @@ class Outcome(Result):
     @cached_property
     def _relations(self) -> Section4Outcome | ShockwaveError:
         try:
-            return self.predictor.section4(cast(Shock, self.excitation), self.chain, self._simulated_force)
+            # a method of this object would be a reference to itself
+            force = partial(_peak_force, self.simulation)
+            return self.predictor.section4(cast(Shock, self.excitation), self.chain, force)
         except (InvalidValueError, NumericalError) as error:
-            return error
-
-    def _simulated_force(self) -> float | None:
-        force: float | None = self._read("peak_force")
-        return force
+            return detached(error)
 
     @property
     def _paper(self) -> Section4Outcome:
@@ -325,3 +323,8 @@ class Outcome(Result):
 
     def __str__(self) -> str:
         return printed(self, "shockwave.prediction.outcome_text:outcome_text")
+
+
+def _peak_force(simulation: Callable[[], Any] | None) -> float | None:
+    """Simulated peak force of the leading wave [N]; None where there is none."""
+    return None if simulation is None else getattr(simulation(), "peak_force", None)

@@ -13,7 +13,7 @@ from attrs import field, frozen
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, SolitaryWave, coefficient_of, wave_law
 from shockwave.chain.yielding import beyond_elastic
-from shockwave.errors import InvalidValueError, NumericalError, PluginError, ShockwaveError
+from shockwave.errors import InvalidValueError, NumericalError, PluginError, ShockwaveError, detached
 from shockwave.fields import one_of, quantity, text_of
 from shockwave.options import SimulateOptions
 from shockwave.prediction import section4
@@ -202,7 +202,7 @@ class Predictor:
             _ = outcome.section4 if alone else None
             return outcome
         except ShockwaveError as error:
-            return error
+            return detached(error)
 
     def _elastic(self, outcome: Outcome | ShockwaveError) -> Outcome | ShockwaveError:
         """The outcome, or the error of one with forces beyond first yield in a chain that must be elastic."""

@@ -89,7 +89,7 @@ def scenario_of(document: Document, path: Path | None, tries: slice = slice(None
             return loading.scenario(document, sweep)
         except ShockwaveError as error:
             problems.append(error)
-    raise problems[0]
+    raise problems.pop(0)  # a list that held it would be a cycle with its traceback
 
 
 def _version(given: Any) -> Any:

@@ -271,13 +271,14 @@ def compare(
         Function that adds the place in a file to a fault.
     """
     simulated = simulate_with(options, shock, chain)
-    predicted: Outcome | None = None
-    faults: tuple[Fault, ...] = ()
-    try:
-        # the simulation has judged a chain that must be elastic
-        predicted = predictor.predict(shock, evolve(chain, elastic_only=False))
-    except NotCoveredError as error:
-        faults = tuple(map(place, error.faults))
+    # the simulation has judged a chain that must be elastic
+    (outcome,) = predictor.predict_many([shock], evolve(chain, elastic_only=False))
+    faults = outcome.faults if isinstance(outcome, NotCoveredError) else ()
+    if isinstance(outcome, ShockwaveError) and not faults:
+        raise outcome
     return Comparison(
-        predicted=predicted, simulated=simulated, equal_tolerance=predictor.equal_tolerance, faults=faults
+        predicted=None if isinstance(outcome, ShockwaveError) else outcome,
+        simulated=simulated,
+        equal_tolerance=predictor.equal_tolerance,
+        faults=tuple(map(place, faults)),
     )
