@@ -20,6 +20,7 @@ from shockwave.errors import text_of as text_of
 from shockwave.units import to_si
 
 _KEY = "shockwave"
+_PLAIN = "shockwave_plain_text"
 _SIGNS = {">": operator.gt, ">=": operator.ge, "<": operator.lt, "<=": operator.le}
 
 
@@ -119,6 +120,16 @@ def quantity(unit: str, meaning: str, *, default: Any = attrs.NOTHING, **declare
 def declaration(spec: Quantity) -> dict[str, Quantity]:
     """Metadata of an attrs field with a converter of its own, whose numbers have the declaration ``spec``."""
     return {_KEY: spec}
+
+
+def plain_text(default: Any = attrs.NOTHING) -> Any:
+    """An attrs field for text that is shown or compared, and is never the name of a file."""
+    return attrs.field(default=default, metadata={_PLAIN: True})
+
+
+def is_plain_text(attribute: attrs.Attribute[Any]) -> bool:
+    """Whether the attribute was declared by `plain_text`."""
+    return _PLAIN in attribute.metadata
 
 
 def one_of(*known: object) -> Any:

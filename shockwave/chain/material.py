@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from attrs import field, frozen
+from attrs import frozen
 
 from shockwave.errors import InvalidValueError
-from shockwave.fields import quantity, text_of
+from shockwave.fields import plain_text, quantity, text_of
 from shockwave.registry import load
 
 #: Names of walls that are not materials.
@@ -41,8 +41,8 @@ class Material:
     poisson_ratio: float = quantity("", "Poisson's ratio nu", above=-1, below=0.5)
     density: float = quantity("kg/m**3", "density rho", above=0)
     yield_strength: float | None = quantity("Pa", "yield strength", above=0, default=None)
-    name: str = field(default="")
-    source: str = field(default="")
+    name: str = plain_text(default="")
+    source: str = plain_text(default="")
 
     @property
     def compliance(self) -> float:

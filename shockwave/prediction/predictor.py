@@ -14,7 +14,7 @@ from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, SolitaryWave, coefficient_of, wave_law
 from shockwave.chain.yielding import beyond_elastic
 from shockwave.errors import InvalidValueError, NumericalError, PluginError, ShockwaveError, detached
-from shockwave.fields import one_of, quantity, text_of
+from shockwave.fields import one_of, plain_text, quantity, text_of
 from shockwave.options import SimulateOptions
 from shockwave.prediction import section4
 from shockwave.prediction.outcome import Outcome
@@ -66,7 +66,7 @@ class Predictor:
     """
 
     model: Model = field(default="best", validator=one_of(*get_args(Model)))
-    momentum_coefficient: str | float = "exact"
+    momentum_coefficient: str | float = plain_text(default="exact")
     alpha: section4.Alpha = field(default="constant", validator=one_of(*get_args(section4.Alpha)))
     equal_tolerance: float = quantity(
         "", "relative difference up to which forces count as equal", at_least=0, below=1, default=0.05

@@ -19,7 +19,7 @@ from attrs import evolve, frozen
 from shockwave.chain.chain import Chain, Packing
 from shockwave.chain.material import WALLS as WALLS
 from shockwave.chain.material import Material
-from shockwave.fields import DIAMETER, Quantity, quantity_of
+from shockwave.fields import DIAMETER, Quantity, is_plain_text, quantity_of
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.base import ShockProfile
@@ -36,7 +36,7 @@ class Key:
 
     ``annotation`` is the type of a key without a ``spec``; ``default`` is that of the constructor; ``kind`` is the
     registry whose names are its values, and ``also`` are further ones. The key may replace those in ``instead_of``, or
-    one of those in ``one_of``.
+    one of those in ``one_of``. If it is not ``plain``, like any parameter of a plugin, its text may name a file.
     """
 
     name: str
@@ -49,6 +49,7 @@ class Key:
     instead_of: tuple[str, ...] = ()
     one_of: tuple[str, ...] = ()
     also: tuple[str, ...] = ()
+    plain: bool = True
 
     @property
     def purpose(self) -> str:
@@ -71,12 +72,14 @@ def keys_of(cls: type) -> tuple[Key, ...]:
     """Parameters of the constructor of ``cls``; for an attrs class, its fields."""
     fields = attrs.fields(cls) if attrs.has(cls) else ()
     specs = {field.alias: quantity_of(field) for field in fields}
+    plain = {field.alias for field in fields if is_plain_text(field)}
     hints, meanings, keys = _hints(cls), _meanings(cls), []
     for name, parameter in inspect.signature(cls).parameters.items():
         if parameter.kind in (parameter.POSITIONAL_OR_KEYWORD, parameter.KEYWORD_ONLY):
             spec = specs.get(name) or (_RATIO if name == "duration_ratio" else None)
             default, meaning = parameter.default, meanings.get(name, "")
-            keys.append(Key(name, default is parameter.empty, spec, hints.get(name, Any), default, meaning))
+            key = Key(name, default is parameter.empty, spec, hints.get(name, Any), default, meaning)
+            keys.append(evolve(key, plain=name in plain))
     return tuple(keys)
 
 
@@ -194,4 +197,5 @@ def parameters_of(profile: str, cls: type[ShockProfile]) -> tuple[Key, ...]:
     from shockwave.profiles.record_format import RecordFormat  # a scenario without a record does not need it
 
     meaning = "a CSV file with a time and a force column"
-    return (Key("file", annotation=str, meaning=meaning, instead_of=("times", "forces")), *keys_of(RecordFormat), *keys)
+    file = Key("file", annotation=str, meaning=meaning, instead_of=("times", "forces"), plain=False)
+    return (file, *keys_of(RecordFormat), *keys)

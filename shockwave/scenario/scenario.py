@@ -11,7 +11,7 @@ from attrs import field, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.errors import Fault, InvalidValueError
-from shockwave.fields import quantity
+from shockwave.fields import plain_text, quantity
 from shockwave.limit import Limit
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
@@ -41,7 +41,7 @@ class Published:
         Relative error of the predicted peak force.
     """
 
-    source: str
+    source: str = plain_text()
     relation: Literal["less", "equal", "greater"] | None = None
     virtual_rise_time: float | None = quantity("s", "virtual rise time", above=0, optional=True, default=None)
     error: float | None = quantity("", "relative error of the peak force", optional=True, default=None)

@@ -6,7 +6,8 @@ import math
 import types
 import typing
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from functools import partial
 from typing import Any, Literal, NamedTuple
 
@@ -17,6 +18,8 @@ from shockwave.scenario.block_keys import Key
 from shockwave.scenario.yaml_document import Steps
 from shockwave.units import COMMA, to_si
 
+# Whether text may name a file, as in a scenario of the user's own, but not in one from a network.
+_names_files: ContextVar[bool] = ContextVar("names_files", default=True)
 _NUMBERS = {int: Quantity("", "", whole=True), float: Quantity("", "")}
 
 
@@ -35,6 +38,16 @@ class WrongsError(ValueError):
         super().__init__("; ".join(str(wrong.problem) for wrong in wrongs))
         self.wrongs = wrongs
         self.valid = dict(valid or {})
+
+
+@contextmanager
+def naming_files(admitted: bool) -> Iterator[None]:
+    """Admit text that may name a file in values that are converted meanwhile, or refuse it."""
+    token = _names_files.set(admitted)
+    try:
+        yield
+    finally:
+        _names_files.reset(token)
 
 
 def structure(
@@ -136,7 +149,7 @@ def converted(key: Key, value: Any) -> Any:
     if spec is None:
         if key.kind and isinstance(value, str):
             value = value.lower() if value.lower() in key.also else find(key.kind, value).name
-        return _of_kind(value, key.annotation)
+        return _of_kind(value, key.annotation, key.plain or bool(key.kind) or _names_files.get())
     if not spec.samples:
         return _quantity(value, spec)
     return _list(value, lambda sample: _quantity(sample, spec))
@@ -155,16 +168,19 @@ def _quantity(value: Any, spec: Quantity) -> int | float:
     return int(si) if spec.whole else si
 
 
-def _of_kind(value: Any, annotation: Any) -> Any:
-    """``value`` as an annotated type; unchanged if the type is unknown here, because the constructor then checks it."""
+def _of_kind(value: Any, annotation: Any, text: bool) -> Any:
+    """``value`` as an annotated type; unchanged if the type is unknown here, because the constructor then checks it.
+
+    Unless ``text`` is true, no other text is admitted than the fixed choices of the type.
+    """
     origin = typing.get_origin(annotation) or annotation
     members = typing.get_args(annotation)
     if origin in _NUMBERS:
         return _quantity(value, _NUMBERS[origin])
     if origin in (typing.Union, types.UnionType):
-        return _any_of(value, members)
+        return _any_of(value, members, text)
     if origin in (list, tuple, Sequence):
-        found = _list(value, lambda item: _of_kind(item, members[0] if members else Any))
+        found = _list(value, lambda item: _of_kind(item, members[0] if members else Any, text))
         return tuple(found) if origin is tuple else found
     if origin is Literal:
         same = [one for one in members if one == value or str(one).lower() == str(value).lower()]
@@ -176,7 +192,12 @@ def _of_kind(value: Any, annotation: Any) -> Any:
     if origin is str and not isinstance(value, str):
         hint = "" if value is None else "; put it in quotes if it is text"
         raise ValueError(f"must be text (got {_shown(value)}{hint})")
-    return value
+    if text:
+        return value
+    if isinstance(value, str | dict):
+        hint = "load the scenario from a file of your own"
+        raise ValueError(f"must not be text here, because it could name a file (got {text_of(value)}; {hint})")
+    return _list(value, lambda item: _of_kind(item, Any, text)) if isinstance(value, list) else value
 
 
 def _list(value: Any, convert: Callable[[Any], Any]) -> list[Any]:
@@ -185,7 +206,7 @@ def _list(value: Any, convert: Callable[[Any], Any]) -> list[Any]:
     return items(value, convert)
 
 
-def _any_of(value: Any, members: Sequence[Any]) -> Any:
+def _any_of(value: Any, members: Sequence[Any], text: bool) -> Any:
     """Value of a union; text counts as text only if it is not a number."""
     if value is None and type(None) in members:
         return None
@@ -193,8 +214,8 @@ def _any_of(value: Any, members: Sequence[Any]) -> Any:
     *first, last = sorted(rest, key=lambda member: member is str)
     for member in first:
         with suppress(ValueError):
-            return _of_kind(value, member)
-    return _of_kind(value, last)
+            return _of_kind(value, member, text)
+    return _of_kind(value, last, text)
 
 
 def _shown(value: Any) -> str:

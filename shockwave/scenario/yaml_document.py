@@ -73,6 +73,8 @@ class Document:
         Errors that leave the rest readable, in their order in the text.
     values, keys : dict
         Places at which the values and the keys begin.
+    names_files : bool
+        Whether it may name files: false for text that came from elsewhere, such as over a network.
     """
 
     name: str
@@ -80,6 +82,7 @@ class Document:
     faults: list[Fault] = Factory(list)
     values: dict[Steps, yaml.Mark] = Factory(dict)
     keys: dict[Steps, yaml.Mark] = Factory(dict)
+    names_files: bool = True
 
     def fault(self, path: Steps, problem: str, at_key: bool = False) -> Fault:
         """Fault of the value at ``path``, or of its key; located there, or at the nearest block above it."""
@@ -149,8 +152,8 @@ def read_document(path: str | os.PathLike[str]) -> Document:
     return parse_document(text, name)
 
 
-def parse_document(text: str, name: str) -> Document:
-    """Document in ``text``; messages use ``name`` for it.
+def parse_document(text: str, name: str, names_files: bool = True) -> Document:
+    """Document in ``text``; messages use ``name`` for it, and ``names_files`` is as in `Document`.
 
     Raises
     ------
@@ -160,7 +163,7 @@ def parse_document(text: str, name: str) -> Document:
     if bad := _unprintable(text):
         problem = f"must be printable text (got the character U+{ord(bad[0]):04X}; delete it)"
         raise _error(name, text[: bad.start()], problem)
-    document = Document(name, {})
+    document = Document(name, {}, names_files=names_files)
     node = _composed(text, name)
     data = None if node is None else _value(document, node, ())
     if not isinstance(data, dict):
