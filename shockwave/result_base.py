@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable
+from contextlib import nullcontext
 from functools import reduce
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from shockwave.errors import InvalidValueError, UnknownNameError, UsageError, text_of
 from shockwave.fields import listed
@@ -15,8 +18,17 @@ if TYPE_CHECKING:  # a result that is only printed needs no arrays
 
 #: Version of the JSON documents: the next one when a key is removed or changes its meaning; new keys do not count.
 VERSION = {"version": 2}
+_T = TypeVar("_T")
 # Rows of a table in a notebook.
 _MOST_ROWS = 8
+
+
+class cached_property(functools.cached_property[_T]):  # noqa: N801
+    """One that is computed for several objects at the same time; that of Python 3.11 is computed for one at a time."""
+
+    def __init__(self, function: Callable[[Any], _T]) -> None:
+        super().__init__(function)
+        self.lock = nullcontext()  # in place of the lock of Python 3.11
 
 
 class Result:

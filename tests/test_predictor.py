@@ -7,6 +7,7 @@ import math
 import pickle
 import subprocess
 import sys
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -213,6 +214,13 @@ def test_threads_that_read_together_run_the_engine_once(monkeypatch: pytest.Monk
     with ThreadPoolExecutor(4) as pool:
         peaks = list(pool.map(lambda outcome: outcome.peak_force, outcomes))
     assert (len(set(peaks)), calls) == (1, [40])
+
+
+def test_scenes_in_several_threads_are_simulated_at_the_same_time() -> None:
+    together = threading.Barrier(2)
+    outcomes = [attrs.evolve(sw.predict(SHOCKS["train"], CHAIN), simulation=lambda: together.wait(30)) for _ in "ab"]
+    with ThreadPoolExecutor(2) as pool:
+        assert sorted(pool.map(lambda outcome: outcome.simulated, outcomes)) == [0, 1]
 
 
 @pytest.mark.parametrize("threads", [0, -1, 1.5, "x"])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
 from typing import Any
 
 from attrs import field, frozen
@@ -16,7 +15,7 @@ from shockwave.measurement.contact_peaks import ContactPeak, last_force
 from shockwave.measurement.recording import Recording, plain
 from shockwave.measurement.result import Cost
 from shockwave.options import SimulateOptions
-from shockwave.result_base import VERSION, Result
+from shockwave.result_base import VERSION, Result, cached_property
 from shockwave.scene_summary import ChainScene
 from shockwave.text import printed
 

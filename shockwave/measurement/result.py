@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
 from typing import Any
 
 from attrs import field, frozen
@@ -19,7 +18,7 @@ from shockwave.measurement.recording import Recording, plain
 from shockwave.options import SimulateOptions
 from shockwave.plausibility import unusual_warnings
 from shockwave.profiles.shock import Shock
-from shockwave.result_base import VERSION, Result
+from shockwave.result_base import VERSION, Result, cached_property
 from shockwave.scene_summary import Scene
 from shockwave.simulation.problem import Primary
 from shockwave.text import printed

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property, partial
+from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from attrs import asdict, evolve, field, frozen
@@ -19,7 +19,7 @@ from shockwave.prediction.section4 import relation_of
 from shockwave.prediction.section4_outcome import Section4Outcome
 from shockwave.profiles.conditions import Condition
 from shockwave.profiles.shock import Shock
-from shockwave.result_base import VERSION, Result
+from shockwave.result_base import VERSION, Result, cached_property
 from shockwave.scene_summary import ChainScene, Scene, equal_granules
 from shockwave.text import printed
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import cached_property
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +20,7 @@ from shockwave.prediction.predictor import Predictor
 from shockwave.prediction.scaled_shock import Regime, Relation
 from shockwave.prediction.section4 import relation_of
 from shockwave.prediction.section4_outcome import EjectionOutcome, Exponents, Section4Outcome
-from shockwave.result_base import VERSION, Result
+from shockwave.result_base import VERSION, Result, cached_property
 from shockwave.scenario.scenario import Published
 from shockwave.tables import Table, column, coordinate
 from shockwave.text import printed

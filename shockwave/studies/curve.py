@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import cached_property, partial
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,7 @@ from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
-from shockwave.result_base import VERSION, Result
+from shockwave.result_base import VERSION, Result, cached_property
 from shockwave.tables import evenly
 from shockwave.text import facts, si, strong, table
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import signal
 import socket
@@ -10,16 +11,19 @@ import sys
 import threading
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from html import unescape
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import pytest
 import shockwave as sw
 from shockwave import cli
 from shockwave.built_ins import ENTRIES
 from shockwave.scenario.loader import load_scenario
+from werkzeug.test import EnvironBuilder, run_wsgi_app
 
 from shockwave_explore import answer, scene, server
 from shockwave_explore.answer import parts_of
@@ -31,19 +35,33 @@ PROFILES = Path(__file__).parents[3] / "profiles"
 PARTS = "controls", "headline", "results", "figures"
 WALL = text_of_file(PRESETS["wall"])
 ENDLESS = text_of_file(PRESETS["power-law"])
-LOOPBACK = "http://127.0.0.1:8042"
+PORT, TOKEN = 8042, "s3cret"
+LOOPBACK = f"http://127.0.0.1:{PORT}"
 
 
 @pytest.fixture(scope="module")
 def client() -> Any:
-    return application(WALL).test_client()
+    return application(WALL, PORT, TOKEN).test_client()
+
+
+def posted(client: Any, path: str = "answer", origin: str | None = LOOPBACK, **request: Any) -> Any:
+    headers = {} if origin is None else {"Origin": origin}
+    return client.post(f"/{TOKEN}/{path}", base_url=LOOPBACK, headers=headers, **request)
 
 
 def asked(client: Any, **request: Any) -> dict[str, str]:
-    reply = client.post("/answer", json=request, base_url=LOOPBACK)
-    assert reply.status_code == 200
-    found: dict[str, str] = reply.get_json()
-    return found
+    reply = posted(client, json=request)
+    assert reply.status_code == 200, reply.text
+    parts: dict[str, str] = reply.get_json()
+    return parts
+
+
+def refused(client: Any, path: str = "answer", status: int = 400, **request: Any) -> str:
+    """The message, in plain text, of a request that is refused."""
+    reply = posted(client, path, **request)
+    assert (reply.status_code, reply.mimetype) == (status, "text/plain")
+    message: str = reply.text
+    return message
 
 
 def pictures(parts: dict[str, str]) -> list[ET.Element]:
@@ -183,8 +201,12 @@ HOSTILE = {
     "object": ("a: !!python/object/apply:os.system ['true']", "a tag"),
     "expression": (f"{CHAIN}\n{SHOCK.replace('1 N', '__import__')}", "shock.peak_force: must be a force"),
     "out of range": (f"{CHAIN}\n{SHOCK.replace('ratio: 2', 'ratio: 0')}", "shock.duration_ratio: must be > 1"),
-    "file": (f"{CHAIN}\nshock: {{profile: tabulated, parameters: {{file: /etc/passwd}}}}", "must not read files"),
+    "file": (f"{CHAIN}\nshock: {{profile: tabulated, parameters: {{file: /etc/passwd}}}}", "could name a file"),
     "sweep": (f"{CHAIN}\n{SHOCK}\nsweep: {{grid: {{shock.rise_time: [1 us, 2 us]}}}}", "a single case"),
+    "file in a sweep": (
+        f"{CHAIN}\nshock: {{profile: tabulated}}\nsweep: {{grid: {{shock.parameters.file: [/etc/passwd]}}}}",
+        "a single case",
+    ),
     "granules": (f"{CHAIN[:-1]}, granules: 100000, end: {{wall: same}}}}\n{SHOCK}", "must be at most 300 here"),
     "nested": ("[" * 5000, "at most 50 nested brackets"),
     "long": ("#" * 300_000, "at most 262144 characters"),
@@ -195,24 +217,66 @@ HOSTILE = {
 @pytest.mark.parametrize("kind", HOSTILE)
 def test_hostile_text_is_refused_with_a_message(kind: str, client: Any) -> None:
     text, message = HOSTILE[kind]
-    reply = asked(client, text=text)
-    assert message in reply["fault"]
-    assert set(reply) == {"fault"}
+    for path in ("answer", "report"):
+        fault = refused(client, path, json={"text": text})
+        assert message in fault
+        assert "root:" not in fault
+
+
+NAMED = "shock.parameters.file"
+READING = {
+    "block": {"text": f"{CHAIN}\nshock: {{profile: tabulated, parameters: {{file: secret.txt}}}}"},
+    "edit": {"text": f"{CHAIN}\nshock: {{profile: tabulated}}", "edits": {NAMED: "secret.txt"}},
+    "grid": {"text": f"{CHAIN}\nshock: {{profile: tabulated}}\nsweep: {{grid: {{{NAMED}: [secret.txt]}}}}"},
+    "points": {"text": f"{CHAIN}\nshock: {{profile: tabulated}}\nsweep: {{points: [{{{NAMED}: secret.txt}}]}}"},
+    "uncertainty": {"text": f"{CHAIN}\nshock: {{profile: tabulated}}\nuncertainty: {{{NAMED}: secret.txt}}"},
+    "example": {"preset": "secret.txt"},
+    "shape": {"text": WALL, "edits": {"shock.profile": "secret.txt"}},
+    "end": {"text": WALL, "edits": {"chain.end": "wall: secret.txt"}},
+}
+
+
+@pytest.mark.parametrize("kind", READING)
+def test_no_request_reads_a_file(kind: str, client: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "secret.txt").write_text("hunter2,hunter2\n1,hunter2\n", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert "hunter2" not in refused(client, json=READING[kind])
+    assert "hunter2" not in posted(client, "report", json=READING[kind]).text
 
 
 def test_a_wrong_value_of_a_control_is_refused_with_its_place(client: Any) -> None:
-    fault = asked(client, text=WALL, edits={"shock.rise_time": "15 kg"})["fault"]
+    fault = refused(client, json={"text": WALL, "edits": {"shock.rise_time": "15 kg"}})
     assert fault.startswith("scenario:")
     assert "shock.rise_time: must be a time" in fault
 
 
+WRONG = {
+    "nothing": "",
+    "null": "null",
+    "list": "[1]",
+    "number": "5",
+    "number as text": '{"text": 5}',
+    "NaN": '{"text": NaN}',
+    "deep": "[" * 100_000,
+    "deep in the text": json.dumps({"text": "- " * 100_000}),
+    "deep in an edit": '{"edits": {"chain": ' + "[" * 900 + "]" * 900 + "}}",
+    "list as edits": '{"edits": []}',
+    "edit without a name": '{"edits": {"": 1}}',
+    "edit of nothing": '{"edits": {"...": 1}}',
+    "nested edit": '{"edits": {"shock": {"parameters": {"file": "secret.txt"}}}}',
+    "deep name": json.dumps({"edits": {"a." * 100_000: 1}}),
+    "edit of a scalar": '{"text": "shock: 5", "edits": {"shock.profile": "triangular", "chain.end": "free end"}}',
+    "surrogate": '{"text": "\\ud800", "edits": {"\\ud800": "\\ud800"}}',
+    "not UTF-8": b"\xff{}",
+}
+
+
 @pytest.mark.parametrize("path", ["answer", "report"])
-@pytest.mark.parametrize("sent", [None, [1], 5, {"text": 5}])
-def test_a_wrong_request_is_refused(client: Any, path: str, sent: object) -> None:
-    assert (
-        client.post(f"/{path}", data=json.dumps(sent), content_type="application/json", base_url=LOOPBACK).status_code
-        == 400
-    )
+@pytest.mark.parametrize("kind", WRONG)
+def test_a_wrong_request_is_refused(client: Any, path: str, kind: str) -> None:
+    message = refused(client, path, data=WRONG[kind], content_type="application/json")
+    assert "internal" not in message
+    assert len(message) < 500
 
 
 def test_markup_in_a_value_is_text(client: Any, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -222,7 +286,7 @@ def test_markup_in_a_value_is_text(client: Any, monkeypatch: pytest.MonkeyPatch)
     shown = asked(client, text=WALL, controls=True)["controls"]
     assert "<img" not in shown
     assert unescape(shown).count(evil) >= 6
-    page = application(f"</textarea>{evil}").test_client().get("/", base_url=LOOPBACK).text
+    page = application(f"</textarea>{evil}", PORT, TOKEN).test_client().get(f"/{TOKEN}/", base_url=LOOPBACK).text
     assert evil not in page
     assert evil in unescape(page)
 
@@ -241,24 +305,97 @@ def test_an_internal_error_does_not_end_the_server(client: Any, monkeypatch: pyt
         raise ZeroDivisionError("nought")
 
     monkeypatch.setattr(server, "parts_of", fail)
-    assert "internal error: ZeroDivisionError: nought" in asked(client, text=WALL)["fault"]
+    assert "internal error: ZeroDivisionError: nought" in refused(client, status=500, json={"text": WALL})
 
 
 # ---------------------------------------------------------------- server
 
 
-def test_another_host_name_is_refused(client: Any) -> None:
-    assert client.get("/", base_url="http://evil.example:8042").status_code == 400
-    assert client.get("/", base_url=LOOPBACK).status_code == 200
+HOSTS = {
+    "another site": ("evil.example:8042", 403),
+    "another port": ("127.0.0.1:8043", 403),
+    "no port": ("127.0.0.1", 403),
+    "none": (None, 403),
+    "two": ("127.0.0.1:8042,evil.example", 403),
+    "loopback": ("127.0.0.1:8042", 200),
+    "its name": ("localhost:8042", 200),
+}
+
+
+@pytest.mark.parametrize("kind", HOSTS)
+def test_a_request_for_another_host_is_refused(client: Any, kind: str) -> None:
+    host, status = HOSTS[kind]
+    sender = EnvironBuilder(f"/{TOKEN}/").get_environ()
+    sender.pop("HTTP_HOST")
+    if host is not None:
+        sender["HTTP_HOST"] = host
+    assert run_wsgi_app(client.application, sender)[1].startswith(str(status))
+
+
+@pytest.mark.parametrize(
+    "origin",
+    [None, "null", "", "http://evil.example", "http://127.0.0.1:80", "https://127.0.0.1:8042", "http://localhost:8042"],
+)
+def test_a_request_of_another_page_is_refused(client: Any, origin: str | None) -> None:
+    for path in ("answer", "report"):
+        assert "page of the explorer" in refused(client, path, 403, origin=origin, json={"text": WALL})
+    status = 200 if origin is None else 403
+    headers = {} if origin is None else {"Origin": origin}
+    assert client.get(f"/{TOKEN}/", base_url=LOOPBACK, headers=headers).status_code == status
+
+
+@pytest.mark.parametrize("path", ["", "explorer.js", "explorer.css", "answer", "report"])
+@pytest.mark.parametrize("token", ["", "wrong/", f"{TOKEN}2/", f"{TOKEN[:-1]}/", "\xe4/"])
+def test_a_request_without_the_token_is_refused(client: Any, path: str, token: str) -> None:
+    headers = {"Origin": LOOPBACK}
+    for method in (client.get, client.post):
+        reply = method(f"/{token}{path}", base_url=LOOPBACK, headers=headers)
+        assert (reply.status_code, reply.mimetype) == (403, "text/plain")
+        assert TOKEN not in reply.text
 
 
 def test_a_form_of_another_site_is_refused(client: Any) -> None:
-    assert client.post("/answer", data=f'{{"text": "{CHAIN}"}}', base_url=LOOPBACK).status_code == 415
+    refused(client, status=415, data=f'{{"text": "{CHAIN}"}}')
+
+
+def test_a_large_request_is_refused(client: Any) -> None:
+    refused(client, status=413, data=b"0" * 2**22, content_type="application/json")
+
+
+def test_a_short_request_does_not_wait_for_long_ones(client: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    done = threading.Event()
+    monkeypatch.setattr(server, "parts_of", lambda text, *_: {"ended": str("long" in text and done.wait(60))})
+    app = application(WALL, PORT, TOKEN)
+    with ThreadPoolExecutor(11) as pool:
+        texts = [f"name: long {number}" for number in range(10)]
+        long = [pool.submit(asked, app.test_client(), text=text) for text in texts]
+        try:
+            short = pool.submit(asked, app.test_client(), text="name: short").result(timeout=30)
+            assert not any(reply.done() for reply in long)
+        finally:
+            done.set()
+    assert short["ended"] == "False"
+    assert [reply.result()["ended"] for reply in long] == ["True"] * 10
+
+
+def test_answers_do_not_keep_memory() -> None:
+    parts_of(WALL, *PARTS)
+    gc.collect()
+    gc.set_debug(gc.DEBUG_SAVEALL)
+    try:
+        for force in (50, 51, 52):
+            parts_of(edited(WALL, {"shock.peak_force": force}), *PARTS)
+        gc.collect()
+        kept = [type(each) for each in gc.garbage if type(each).__module__.startswith("shockwave")]
+    finally:
+        gc.set_debug(0)
+        gc.garbage.clear()
+    assert kept == []
 
 
 def test_the_page_loads_nothing_from_elsewhere(client: Any) -> None:
-    for path in ("/", "/explorer.js", "/explorer.css"):
-        reply = client.get(path, base_url=LOOPBACK)
+    for path in ("", "explorer.js", "explorer.css"):
+        reply = client.get(f"/{TOKEN}/{path}", base_url=LOOPBACK)
         assert reply.status_code == 200
         policy = reply.headers["Content-Security-Policy"]
         assert "unsafe" not in policy
@@ -270,12 +407,10 @@ def test_the_page_loads_nothing_from_elsewhere(client: Any) -> None:
 
 
 def test_the_report_is_saved_or_refused(client: Any) -> None:
-    reply = client.post("/report", json={"text": ENDLESS}, base_url=LOOPBACK)
-    assert reply.status_code == 200
+    reply = posted(client, "report", json={"text": ENDLESS})
+    assert (reply.status_code, reply.mimetype) == (200, "text/html")
     assert reply.text.startswith("<!DOCTYPE html>")
-    reply = client.post("/report", json={"text": "shock: {}"}, base_url=LOOPBACK)
-    assert reply.status_code == 400
-    assert "chain" in reply.text
+    assert "chain: must be given" in refused(client, "report", json={"text": "shock: {<b>: 1}"})
 
 
 @contextmanager
@@ -300,7 +435,7 @@ def served(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
 def test_it_listens_on_loopback_alone_and_ends_quietly() -> None:
     with served() as (process, address):
         assert address.startswith("http://127.0.0.1:")
-        port = int(address.rstrip("/").rpartition(":")[2])
+        port = urlsplit(address).port
         socket.create_connection(("127.0.0.1", port), 5).close()
         # an address that a server for all of them would answer on
         with pytest.raises(OSError, match=r".*"):

@@ -137,6 +137,21 @@ def test_a_link_opens_the_state_that_it_holds(page: Page) -> None:
     assert page.html("headline") == headline
 
 
+def test_a_link_of_another_explorer_can_be_applied(page: Page) -> None:
+    page.open()
+    link = f"http://127.0.0.1:8042/other/#{quote(f'{CHAIN}{chr(10)}{SHOCK}')}"
+    page.run("document.getElementById('text').value = arguments[0]", link)
+    page.after(page.find("#apply").click)
+    assert page.run("return document.getElementById('text').value") == f"{CHAIN}\n{SHOCK}"
+
+
+def test_a_page_of_an_explorer_that_has_ended_states_it(page: Page) -> None:
+    page.open()
+    page.run("history.replaceState(null, '', '/old/')")
+    page.find("#apply").click()
+    assert "not the address of the explorer" in page.until(lambda: page.find("#fault").text)
+
+
 def test_a_hostile_link_is_refused_with_a_message_and_runs_nothing(page: Page) -> None:
     evil = "<img src=x onerror=document.title='evil'>"
     page.open(f"{CHAIN}\n{SHOCK.replace('1 N', repr(evil))}")

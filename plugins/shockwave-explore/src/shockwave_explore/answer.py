@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +37,6 @@ class Figure:
     caption: str = ""
 
 
-@lru_cache(maxsize=8)
 def answered(text: str) -> tuple[sw.Scenario, sw.Outcome]:
     """The scenario in ``text`` and its outcome, whose simulation records the histories that are drawn.
 

@@ -31,7 +31,8 @@ async function ask(request) {
 async function show(request) {
   let reply;
   try {
-    reply = await (await post("answer", { text: valid, ...request })).json();
+    const answer = await post("answer", { text: valid, ...request });
+    reply = answer.ok ? await answer.json() : { fault: await answer.text() };
   } catch {
     reply = { fault: "No answer: `shockwave explore` has ended." };
   }
@@ -91,7 +92,10 @@ $("controls").addEventListener("change", ({ target }) => {
 const plain = (text) => (text.trim() !== "" && Number.isFinite(Number(text)) ? Number(text) : text);
 
 $("preset").addEventListener("change", ({ target }) => target.value && ask({ preset: target.value, controls: true }));
-$("apply").addEventListener("click", () => ask({ text: $("text").value, controls: true }));
+$("apply").addEventListener("click", () => {
+  const text = $("text").value;
+  ask({ text: /^\s*http\S+#/.test(text) ? linked(text.trim()) : text, controls: true });
+});
 
 // ---------------------------------------------------------------- copies and files
 
@@ -102,7 +106,7 @@ function copy(text) {
   );
 }
 $("copy").addEventListener("click", () => copy(valid));
-$("link").addEventListener("click", () => copy(`${location.origin}/${hash()}`));
+$("link").addEventListener("click", () => copy(location.origin + location.pathname + hash()));
 
 function save(name, blob) {
   const link = document.createElement("a");
@@ -129,13 +133,16 @@ $("figures").addEventListener("click", ({ target }) => {
 
 // ---------------------------------------------------------------- links
 
-function open() {
-  let text = initial;
+// The scenario in a link, which may be that of another explorer.
+function linked(link) {
   try {
-    text = decodeURIComponent(location.hash.slice(1)) || initial;
+    return decodeURIComponent(link.slice(link.indexOf("#") + 1));
   } catch {
-    text = location.hash; // refused with a message
+    return link; // refused with a message
   }
+}
+function open() {
+  const text = (location.hash && linked(location.hash)) || initial;
   ask({ text, controls: true, first: text !== initial });
 }
 addEventListener("hashchange", open);

@@ -11,7 +11,7 @@ from typing import Any
 
 import yaml
 from attrs import evolve
-from shockwave.errors import InvalidValueError, ScenarioError
+from shockwave.errors import InvalidValueError, ScenarioError, text_of
 from shockwave.scenario.loader import load_scenario, scenario_of
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.template import template
@@ -63,16 +63,12 @@ def loaded(text: str) -> Scenario:
     Raises
     ------
     ShockwaveError
-        As `load_scenario`; or if it names a file, is too long, or has more granules than the page can simulate.
+        As `load_scenario`; or if it could name a file, is too long, or has more granules than the page can simulate.
     """
     document = _parsed(text)
-    if value_at(document.data, "shock", "parameters", "file") is not None:
-        hint = "run `shockwave explore FILE` with a scenario that names it"
-        problem = f"must be left out here, because a link must not read files ({hint})"
-        raise ScenarioError([document.fault(("shock", "parameters", "file"), problem)])
-    scenario = scenario_of(document, None)
-    if scenario.sweep is not None:
+    if document.data.get("sweep") is not None:
         raise ScenarioError([document.fault(("sweep",), "must be left out here, because the page shows a single case")])
+    scenario = scenario_of(document, None)
     count = scenario.chain.count
     if count is not None and count > _MOST_GRANULES and not scenario.chain.is_uniform:
         problem = f"must be at most {_MOST_GRANULES} here (got {count}; `shockwave simulate` takes more)"
@@ -91,7 +87,7 @@ def _parsed(text: str) -> Document:
     brackets = (1 if bracket in "[{" else -1 for bracket in re.findall(r"[][{}]", text))
     if max(accumulate(brackets), default=0) > _MOST_NESTED:
         raise InvalidValueError.of(NAME, f"must have at most {_MOST_NESTED} nested brackets (got more)")
-    return parse_document(text, NAME)
+    return parse_document(text, NAME, names_files=False)
 
 
 def edited(text: str, edits: Mapping[str, Any]) -> str:
@@ -100,8 +96,12 @@ def edited(text: str, edits: Mapping[str, Any]) -> str:
     Raises
     ------
     ShockwaveError
-        If ``text`` is not a document.
+        If ``text`` is not a document, or a value is neither text nor a number.
     """
+    for name, value in edits.items():
+        if not steps_of(name) or not isinstance(value, str | int | float):
+            rule = "must be a text or a number for the name of a control"
+            raise InvalidValueError.of("edits", f"{rule} (got {text_of(value)} for {text_of(name)})")
     document = _parsed(text)
     for name, value in edits.items():
         for path, new in _changes(document.data, name, value):
@@ -113,12 +113,12 @@ def _changes(data: dict[str, Any], name: str, value: Any) -> Iterator[tuple[tupl
     """Paths and values for the value of a control; None stands for no value."""
     if name == "chain.end":
         granules, end = value_at(data, "chain", "granules"), value_at(data, "chain", "end")
-        walled = {**(end if isinstance(end, dict) else {}), "wall": str(value).removeprefix(WALL)}
+        walled = {**_mapping(end), "wall": str(value).removeprefix(WALL)}
         yield ("chain", "end"), None if value in (ENDLESS, FREE) else walled
         yield ("chain", "granules"), None if value == ENDLESS else _GRANULES if granules is None else granules
     elif name == "shock.profile":
         fresh = parse_document(template(str(value)), NAME).data["shock"]
-        old = data.get("shock") or {}
+        old = _mapping(data.get("shock"))
         if "rise_time" in fresh and "rise_time" not in old and "duration" in old:
             fresh["duration"] = fresh.pop("rise_time")
         kept = {key: old[key] for key in fresh.keys() & old.keys() - {"profile", "parameters"}}
@@ -127,6 +127,10 @@ def _changes(data: dict[str, Any], name: str, value: Any) -> Iterator[tuple[tupl
         yield steps_of(name), value
     if name.startswith(("chain.end", "chain.granules")) and value_at(data, "simulate", "contacts"):
         yield ("simulate", "contacts"), None  # the chain may be too short for them
+
+
+def _mapping(value: Any) -> dict[str, Any]:
+    return value if isinstance(value, dict) else {}
 
 
 def value_at(data: Any, *path: str | int) -> Any:

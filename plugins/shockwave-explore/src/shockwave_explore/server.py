@@ -8,14 +8,18 @@ import socket
 import threading
 import webbrowser
 from contextlib import suppress
+from hmac import compare_digest
 from pathlib import Path
+from secrets import token_urlsafe
 from typing import Any
 
 import flask
 from flask.typing import ResponseReturnValue
 from shockwave.errors import ShockwaveError, UsageError, message_of
+from shockwave.files import parse_json
 from shockwave.page import page as report
 from shockwave.text import html_of
+from werkzeug.exceptions import HTTPException
 from werkzeug.serving import make_server
 
 from .answer import parts_of
@@ -30,8 +34,6 @@ _MOST_PORT = 65535
 _MOST_BYTES = 2**21
 # The page executes its own script only, and loads nothing from elsewhere.
 _POLICY = "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
-# matplotlib and the caches of the package are used by one request at a time.
-_LOCK = threading.Lock()
 
 
 def explore(arguments: list[str]) -> int:
@@ -51,12 +53,12 @@ def explore(arguments: list[str]) -> int:
         raise UsageError(f"--port: must be >= 0 and <= {_MOST_PORT} (got {options.port})")
     first = text_of_file(options.file or PRESETS[_FIRST])
     loaded(first)  # a file that the page cannot show ends here
-    serve(application(first), options.port, not options.no_browser)
+    serve(first, options.port, not options.no_browser)
     return 0
 
 
-def serve(app: flask.Flask, port: int, browser: bool) -> None:
-    """Serve the application on loopback until an interrupt; port 0 is a free one."""
+def serve(first: str, port: int, browser: bool) -> None:
+    """Serve the page on loopback until an interrupt; port 0 is a free one."""
     try:
         listening = socket.create_server((LOOPBACK, port))
     except OSError as error:
@@ -64,10 +66,11 @@ def serve(app: flask.Flask, port: int, browser: bool) -> None:
         raise UsageError(f"--port: must be a free port ({got})") from None
     port = listening.getsockname()[1]
     logging.getLogger("werkzeug").setLevel(logging.ERROR)
-    server = make_server(LOOPBACK, port, app, threaded=True, fd=listening.fileno())
+    token = token_urlsafe(16)
+    server = make_server(LOOPBACK, port, application(first, port, token), threaded=True, fd=listening.fileno())
     # errors of connections that break off, also by the end of the server; Flask reports all others
     server.handle_error = lambda *_: None  # type: ignore[method-assign]
-    address = f"http://{LOOPBACK}:{port}/"
+    address = f"http://{LOOPBACK}:{port}/{token}/"
     with suppress(KeyboardInterrupt):
         print(f"{address} (Ctrl-C ends)", flush=True)
         if browser:
@@ -75,47 +78,60 @@ def serve(app: flask.Flask, port: int, browser: bool) -> None:
         server.serve_forever()
 
 
-def application(first: str) -> flask.Flask:
-    """The web application, which begins with the scenario in the text ``first``."""
+def application(first: str, port: int, token: str) -> flask.Flask:
+    """The web application at ``port``, whose addresses begin with ``token``; it begins with the scenario ``first``."""
     app = flask.Flask("shockwave", static_folder=None)
-    # a page from elsewhere that names this address otherwise cannot read the answers
-    app.config.update(TRUSTED_HOSTS=[LOOPBACK, "localhost"], MAX_CONTENT_LENGTH=_MOST_BYTES)
+    app.config.update(MAX_CONTENT_LENGTH=_MOST_BYTES)
     folder = Path(__file__).parent
+    hosts = [f"{name}:{port}" for name in (LOOPBACK, "localhost")]
 
-    @app.get("/")
+    @app.before_request
+    def check_sender() -> None:
+        """Refuse other users of the machine, who do not know the token, and pages of other sites."""
+        request = flask.request
+        host, origin = request.environ.get("HTTP_HOST", ""), request.headers.get("Origin")
+        if (host if ":" in host else f"{host}:80") not in hosts:
+            flask.abort(403, f"The request must be sent to {hosts[0]}.")
+        if origin != f"http://{host}" and (origin is not None or request.method != "GET"):
+            flask.abort(403, "The request must be sent by the page of the explorer.")
+        if not compare_digest(request.path.split("/")[1].encode(), token.encode()):
+            flask.abort(403, "This is not the address of the explorer that is running; the command prints it.")
+
+    @app.get(f"/{token}/")
     def page() -> str:
         return html_of(folder / "page.html.jinja", first=first, presets=list(PRESETS))
 
-    @app.get("/explorer.<any(js, css):kind>")
+    @app.get(f"/{token}/explorer.<any(js, css):kind>")
     def asset(kind: str) -> ResponseReturnValue:
         return flask.send_file(folder / f"explorer.{kind}")
 
-    @app.post("/answer")
+    @app.post(f"/{token}/answer")
     def answer() -> dict[str, str]:
         preset, text, edits, controls = _fields(preset=str, text=str, edits=dict, controls=bool)
-        with _LOCK:
-            try:
-                text = text_of_file(PRESETS[preset]) if preset in PRESETS else edited(text, edits)
-                names = ("controls",) if controls else ()
-                return {"text": text, **parts_of(text, *names, "headline", "results", "figures")}
-            except ShockwaveError as error:
-                return {"fault": str(error)}
-            except Exception as error:  # the page goes on
-                return {"fault": f"internal error: {message_of(error)} (please report it)"}
+        text = text_of_file(PRESETS[preset]) if preset in PRESETS else edited(text, edits)
+        names = ("controls",) if controls else ()
+        return {"text": text, **parts_of(text, *names, "headline", "results", "figures")}
 
-    @app.post("/report")
-    def report_page() -> ResponseReturnValue:
+    @app.post(f"/{token}/report")
+    def report_page() -> str:
         (text,) = _fields(text=str)
-        with _LOCK:
-            try:
-                return report(loaded(text))
-            except ShockwaveError as error:
-                return str(error), 400
+        return report(loaded(text))
+
+    @app.errorhandler(Exception)
+    def failed(error: Exception) -> ResponseReturnValue:
+        """The message as plain text; the server goes on."""
+        text, status = f"internal error: {message_of(error)} (please report it)", 500
+        if isinstance(error, ShockwaveError | RecursionError):
+            text, status = str(error), 400
+        elif isinstance(error, HTTPException):
+            text, status = error.description or error.name, error.code or status
+        return flask.Response(text, status, mimetype="text/plain")
 
     @app.after_request
-    def protected(response: flask.Response) -> flask.Response:
+    def protect(response: flask.Response) -> flask.Response:
         response.headers["Content-Security-Policy"] = _POLICY
         response.headers["X-Content-Type-Options"] = "nosniff"
+        response.headers["Referrer-Policy"] = "same-origin"  # the address holds the token
         return response
 
     return app
@@ -123,8 +139,10 @@ def application(first: str) -> flask.Flask:
 
 def _fields(**kinds: type) -> list[Any]:
     """The named fields of the JSON object that the page sends; an empty value for one that is left out."""
-    request = flask.request.get_json()
+    if not flask.request.is_json:
+        flask.abort(415, "The request must be JSON.")
+    request = parse_json(flask.request.get_data(), "request")
     values = [request.get(name, kind()) if isinstance(request, dict) else None for name, kind in kinds.items()]
     if not all(map(isinstance, values, kinds.values())):
-        flask.abort(400, "must be a JSON object that the page sends")
+        flask.abort(400, "The request must be a JSON object that the page sends.")
     return values
