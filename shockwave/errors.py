@@ -129,8 +129,12 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
 def text_of(value: object, limit: int = 60) -> str:
     """``value`` for a message: its repr, shortened to fit a line."""
-    shown = repr(value)
-    return shown if len(shown) <= limit else shown[: limit - 3] + "..."
+    return shortened(repr(value), limit)
+
+
+def shortened(text: str, limit: int = 60) -> str:
+    """The beginning of ``text``, with dots if it is longer than ``limit``."""
+    return text if len(text) <= limit else text[: limit - 3] + "..."
 
 
 def hint_of(name: str, known: Sequence[str]) -> str:

@@ -21,6 +21,9 @@ from shockwave.units import to_si
 
 _KEY = "shockwave"
 _PLAIN = "shockwave_plain_text"
+# Items of a tuple that are all shown, and length of the repr of one.
+_MOST_ITEMS = 8
+_LONGEST_ITEM = 200
 _SIGNS = {">": operator.gt, ">=": operator.ge, "<": operator.lt, "<=": operator.le}
 
 
@@ -120,6 +123,16 @@ def quantity(unit: str, meaning: str, *, default: Any = attrs.NOTHING, **declare
 def declaration(spec: Quantity) -> dict[str, Quantity]:
     """Metadata of an attrs field with a converter of its own, whose numbers have the declaration ``spec``."""
     return {_KEY: spec}
+
+
+def tuple_repr(values: Any) -> str:
+    """The repr of a value; of a tuple, those of its items, or of its ends and their number, each of limited length."""
+    if not isinstance(values, tuple):
+        return repr(values)
+    if len(values) > _MOST_ITEMS:
+        first, last = (text_of(values[end], _LONGEST_ITEM) for end in (0, -1))
+        return f"({first}, ..., {last}; {len(values)} in all)"
+    return f"({', '.join(text_of(each, _LONGEST_ITEM) for each in values)}{',' * (len(values) == 1)})"
 
 
 def plain_text(default: Any = attrs.NOTHING) -> Any:

@@ -12,7 +12,7 @@ import attrs
 from attrs import field, frozen
 
 from shockwave.errors import InvalidValueError
-from shockwave.fields import one_of, quantity, text_of
+from shockwave.fields import one_of, quantity, text_of, tuple_repr
 from shockwave.registry import find
 
 Waves = Literal["train", "primary"]
@@ -93,7 +93,7 @@ class SimulateOptions:
     )
     waves: Waves = field(default="train", validator=one_of(*typing.get_args(Waves)))
     backend: Backend = field(default="auto", validator=one_of(*typing.get_args(Backend)))
-    contacts: tuple[int, ...] = field(default=(), converter=_contacts)
+    contacts: tuple[int, ...] = field(default=(), converter=_contacts, repr=tuple_repr)
     record: tuple[Recorded, ...] = field(default=(), converter=_recorded)
     interval: float | None = quantity("s", "sampling interval of the histories", above=0, default=None)
     until: float | None = quantity("s", "end of the histories", above=0, default=None)

@@ -9,7 +9,7 @@ from functools import reduce
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
-from shockwave.errors import InvalidValueError, UnknownNameError, UsageError, text_of
+from shockwave.errors import InvalidValueError, UnknownNameError, UsageError, shortened, text_of
 from shockwave.fields import listed
 from shockwave.text import Detail, html_of, on_screen, si
 
@@ -19,8 +19,11 @@ if TYPE_CHECKING:  # a result that is only printed needs no arrays
 #: Version of the JSON documents: the next one when a key is removed or changes its meaning; new keys do not count.
 VERSION = {"version": 2}
 _T = TypeVar("_T")
-# Rows of a table in a notebook.
+# Rows and columns of a table in a notebook, warnings there, and length of the text.
 _MOST_ROWS = 8
+_MOST_COLUMNS = 40
+_MOST_WARNINGS = 12
+_LONGEST_TEXT = 10_000
 
 
 class cached_property(functools.cached_property[_T]):  # noqa: N801
@@ -77,10 +80,11 @@ class Result:
         if table is not None:
             from shockwave.tables import cells
 
-            rows = cells(table, _MOST_ROWS)
-        warnings = getattr(self, "all_warnings", getattr(self, "warnings", ()))
+            rows = cells(table, _MOST_ROWS, _MOST_COLUMNS)
+        warnings = getattr(self, "all_warnings", getattr(self, "warnings", ()))[:_MOST_WARNINGS]
+        text = shortened(self.text(), _LONGEST_TEXT)
         template = Path(__file__).with_name("notebook.html.jinja")
-        return html_of(template, answer=answer, warnings=warnings, rows=rows, text=self.text())
+        return html_of(template, answer=answer, warnings=warnings, rows=rows, text=text)
 
     def _table(self, name: str) -> Table | None:
         """The table of this name; None if the result does not have it."""

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shockwave import OWN_DISTRIBUTION, __version__
-from shockwave.errors import UsageError
+from shockwave.errors import UsageError, shortened
 from shockwave.text import si
 
 # SI units of the quantities in results; all others are dimensionless.
@@ -105,15 +105,14 @@ def frame(table: Table) -> Any:
     return made
 
 
-def cells(table: Table, most: int) -> dict[str, Any]:
-    """Header, at most ``most`` evenly chosen rows, and the number of all rows, as text."""
-    flat = dict(_flat(table))
-    count = len(next(iter(flat.values())).values)
+def cells(table: Table, most: int, most_columns: int) -> dict[str, Any]:
+    """Header, at most ``most`` evenly chosen rows and ``most_columns`` columns, and the numbers of all, as text."""
+    columns = list(_flat(table))
+    count = len(columns[0][1].values)
+    chosen = [columns[index] for index in evenly(len(columns), most_columns)]
     shown = evenly(count, most)
-    rows = zip(
-        *([_cell(value, one.unit) for value in one.values[shown].tolist()] for one in flat.values()), strict=True
-    )
-    return {"header": [*flat], "rows": list(rows), "count": count}
+    rows = zip(*([_cell(value, one.unit) for value in one.values[shown].tolist()] for _, one in chosen), strict=True)
+    return {"header": [name for name, _ in chosen], "rows": list(rows), "count": count, "columns": len(columns)}
 
 
 def evenly(count: int, most: int) -> npt.NDArray[np.intp]:
@@ -122,7 +121,7 @@ def evenly(count: int, most: int) -> npt.NDArray[np.intp]:
 
 
 def _cell(value: Any, unit: str | None) -> str:
-    return si(value, unit or "") if isinstance(value, float) else str(value)
+    return si(value, unit or "") if isinstance(value, float) else shortened(str(value))
 
 
 def _flat(table: Table) -> Iterator[tuple[str, TableColumn]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 import sys
@@ -20,6 +21,8 @@ from pages import ROOT
 from scenes import CASE_B, CHAIN, STEEL
 from shockwave import cli
 from shockwave.errors import UnknownNameError, UsageError
+from shockwave.options import SimulateOptions
+from shockwave.scenario.sweep_block import SweepAxis
 from shockwave.sweep.report import SweepReport
 from shockwave.text import si
 
@@ -93,6 +96,44 @@ def test_the_repr_is_one_short_line(kind: str) -> None:
     shown = repr(result_of(kind))
     assert "\n" not in shown
     assert len(shown) < 220
+
+
+#: Large objects whose display is bounded -> the computation, with the folder of a sweep of records.
+LARGE: dict[str, Any] = {
+    "scenario": lambda folder: sw.load_scenario(folder / "large.yaml"),
+    "sweep": lambda folder: sw.load_sweep(folder / "out"),
+    "axes": lambda folder: sw.load_sweep(folder / "out").axes,
+    "many values": lambda _: SweepAxis(("shock.peak_force",), ("N",), tuple((float(n),) for n in range(20_000))),
+    "chain": lambda _: sw.Chain(material=STEEL, radius=1e-3, granules=[sw.Segment(count=1)] * 5000),
+    "cell": lambda _: sw.Cell(repeat=2, cell=[sw.Segment(count=1)] * 5000),
+    "options": lambda _: SimulateOptions(contacts=range(20_000)),
+    "recording": lambda _: sw.simulate(CASE_B, CHAIN, rtol=1e-3, record=["field"], contacts=range(300)).recording,
+    "passages": lambda _: sw.simulate(CASE_B, CHAIN, rtol=1e-3, contacts=range(300)),
+}
+
+
+@pytest.fixture(scope="module")
+def records(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of a sweep over records of many samples, which fail at half of the points."""
+    folder = tmp_path_factory.mktemp("records")
+    samples = [[sign * round(math.sin(math.pi * n / 3000), 4) for n in range(3001)] for sign in (1, -1, 2, -2)]
+    points = [{"shock.parameters.forces": forces} for forces in samples]
+    file = folder / "large.yaml"
+    parameters = {"times": [f"{n} us" for n in range(3001)], "forces": samples[0]}
+    shock = {"profile": "tabulated", "parameters": parameters}
+    text = {"chain": {"material": "ptfe", "radius": 5e-3}, "shock": shock, "sweep": {"points": points}}
+    file.write_text(json.dumps(text), encoding="utf-8")
+    assert cli.main(["sweep", str(file), "--out", str(folder / "out"), "--workers", "1"]) == 1
+    return folder
+
+
+@pytest.mark.parametrize("kind", LARGE)
+def test_the_display_of_a_large_object_is_bounded(kind: str, records: Path) -> None:
+    value = LARGE[kind](records)
+    # a screen or two
+    assert len(repr(value)) < 5_000
+    assert len(str(value)) < 5_000
+    assert len(value._repr_html_() if hasattr(value, "_repr_html_") else "") < 40_000
 
 
 def test_a_repr_does_not_integrate_the_train() -> None:

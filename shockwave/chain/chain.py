@@ -12,7 +12,7 @@ from attrs.validators import optional
 
 from shockwave.chain.material import Material, checked_material, named_material
 from shockwave.errors import InvalidValueError
-from shockwave.fields import Quantity, declaration, one_of, quantity, radius_of
+from shockwave.fields import Quantity, declaration, one_of, quantity, radius_of, tuple_repr
 
 if TYPE_CHECKING:  # a chain of equal spheres does not need them
     from shockwave.chain.contact_law import ContactLaw, PowerContact
@@ -98,7 +98,7 @@ class Chain:
     material: Material = field(converter=named_material, validator=checked_material)
     radius: float = quantity("m", "radius R of the granules", above=0)
     granules: int | tuple[Segment | Cell, ...] | None = field(
-        default=None, converter=_granules, metadata=declaration(GRANULES)
+        default=None, converter=_granules, repr=tuple_repr, metadata=declaration(GRANULES)
     )
     end: Wall | None = None
     precompression: float = quantity("N", "static contact force", at_least=0, default=0.0)

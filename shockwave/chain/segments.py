@@ -9,7 +9,7 @@ from attrs import field, frozen
 
 from shockwave.chain.material import Material, checked_material, named_material
 from shockwave.errors import Fault, InvalidValueError
-from shockwave.fields import SIZES, Quantity, declaration, one_of, quantity, radius_of, text_of
+from shockwave.fields import SIZES, Quantity, declaration, one_of, quantity, radius_of, text_of, tuple_repr
 
 #: Greatest number of granules in segments: a bound on memory, far beyond what can be integrated.
 MOST_GRANULES = 1_000_000
@@ -127,7 +127,7 @@ class Cell:
     """
 
     repeat: int = quantity("", "number of repetitions of the cell", at_least=1, at_most=MOST_GRANULES, whole=True)
-    cell: tuple[Segment, ...] = field(converter=_segments)
+    cell: tuple[Segment, ...] = field(converter=_segments, repr=tuple_repr)
 
     @property
     def granules(self) -> int:

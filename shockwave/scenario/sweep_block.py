@@ -8,11 +8,11 @@ from functools import partial
 from typing import Any, Literal
 
 import numpy as np
-from attrs import evolve, frozen
+from attrs import evolve, field, frozen
 
 from shockwave.chain.material import Material
 from shockwave.errors import PluginError, UnknownNameError
-from shockwave.fields import Quantity, text_of
+from shockwave.fields import Quantity, text_of, tuple_repr
 from shockwave.registry import load
 from shockwave.scenario.block_keys import BLOCKS, MATERIALS, Key, keys_of
 from shockwave.scenario.dotted_names import Variable, variables
@@ -54,7 +54,7 @@ class SweepAxis:
 
     names: tuple[str, ...]
     units: tuple[str | None, ...]
-    values: tuple[tuple[Any, ...], ...]
+    values: tuple[tuple[Any, ...], ...] = field(repr=tuple_repr)
 
     def __attrs_post_init__(self) -> None:
         for position in self.values:

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 
-from shockwave.errors import UnknownNameError
+from shockwave.errors import UnknownNameError, shortened
 from shockwave.progress import progressed
 from shockwave.result_base import VERSION, Result
 from shockwave.sweep.accuracy import accuracy_of, main_quantity
@@ -259,7 +259,9 @@ class SweepResults(Result, SweepDefinition):
 
 
 def _point(values: Mapping[str, Any]) -> str:
-    texts = {name: f"{value:g}" if isinstance(value, float) else str(value) for name, value in values.items()}
+    texts = {
+        name: f"{value:g}" if isinstance(value, float) else shortened(str(value)) for name, value in values.items()
+    }
     return ", ".join(f"{name} {text}" for name, text in texts.items())
 
 
