@@ -140,6 +140,11 @@ def test_a_chain_that_section_4_does_not_cover_states_why(client: Any) -> None:
     assert "does not apply, because of chain.granules[1]" in parts["results"]
 
 
+def test_an_endless_chain_under_precompression_is_drawn(client: Any) -> None:
+    parts = asked(client, text=ENDLESS, edits={"chain.precompression": "2 N"})
+    assert len(pictures(parts)) >= 3
+
+
 def test_section_4_alone_is_shown_without_a_simulation(client: Any) -> None:
     parts = asked(client, text=f"{ENDLESS}predict: {{model: section-4}}\n")
     assert "error not known" in parts["headline"]

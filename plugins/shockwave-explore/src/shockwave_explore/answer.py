@@ -96,7 +96,7 @@ def figures(scenario: sw.Scenario, outcome: sw.Outcome) -> Iterator[Figure]:
 def _animation(scenario: sw.Scenario, kept: Any) -> Figure:
     chain = scenario.chain
     radii = np.full(kept.displacements.shape[1], chain.radius)
-    if not chain.is_uniform:
+    if chain.count is not None and not chain.is_uniform:
         radii = Layout.of(chain, scenario.excitation).radii
     return Figure("Beads", *beads(radii, kept.times, kept.displacements, kept.velocities, kept.wall_force is not None))
 
