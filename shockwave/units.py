@@ -61,20 +61,19 @@ def to_si(value: Any, unit: str) -> float:
     ValueError
         When it is not such a quantity, or not finite. The message begins with ``must be``.
     """
-    got = "nothing" if value is None else text_of(value)
     try:
-        if hasattr(value, "to_base_units"):
-            value = _of_pint(value, unit)
-        if isinstance(value, bool) or not isinstance(value, int | float | str):
+        plain = _of_pint(value, unit) if hasattr(value, "to_base_units") else value
+        if isinstance(plain, bool) or not isinstance(plain, int | float | str):
             raise ValueError
-        number = _from_text(value, unit) if isinstance(value, str) else float(value)
+        number = _from_text(plain, unit) if isinstance(plain, str) else float(plain)
     except OverflowError:
         number = math.inf
     except ValueError as error:
         rule = _NAMES.get(unit, f"a quantity in {unit}, such as '2 {unit}'")
+        got = "nothing" if value is None else text_of(value)
         raise ValueError(f"must be {rule} (got {got}{error})") from None
     if not math.isfinite(number):
-        raise ValueError(f"must be finite (got {got})")
+        raise ValueError(f"must be finite (got {text_of(value)})")
     return number
 
 

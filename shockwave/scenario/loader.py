@@ -37,7 +37,7 @@ from shockwave.scenario.sweep_block import Sweep, beginnings, first, names
 from shockwave.scenario.sweep_block import read as read_sweep
 from shockwave.scenario.uncertainty import Spread
 from shockwave.scenario.uncertainty import read as read_spreads
-from shockwave.scenario.value_conversion import Wrong, WrongsError, naming_files, structure
+from shockwave.scenario.value_conversion import Wrong, WrongsError, names_files, structure
 from shockwave.scenario.yaml_document import Document, Steps, read_document, steps_of
 
 _PARAMETERS: Steps = ("shock", "parameters")
@@ -72,8 +72,11 @@ def scenario_of(document: Document, path: Path | None, tries: slice = slice(None
     For a sweep it is the first valid scene among ``tries`` of `beginnings`; if there is none, the reported errors are
     those of the first of them.
     """
-    with naming_files(document.names_files):
+    token = names_files.set(document.names_files)
+    try:
         return _scenario_of(document, path, tries)
+    finally:
+        names_files.reset(token)
 
 
 def _scenario_of(document: Document, path: Path | None, tries: slice) -> Scenario:

@@ -6,7 +6,7 @@ import math
 import types
 import typing
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from contextvars import ContextVar
 from functools import partial
 from typing import Any, Literal, NamedTuple
@@ -18,8 +18,8 @@ from shockwave.scenario.block_keys import Key
 from shockwave.scenario.yaml_document import Steps
 from shockwave.units import COMMA, to_si
 
-# Whether text may name a file, as in a scenario of the user's own, but not in one from a network.
-_names_files: ContextVar[bool] = ContextVar("names_files", default=True)
+#: Whether text that is converted may name a file, as in a scenario of the user's own, but not in one from a network.
+names_files: ContextVar[bool] = ContextVar("names_files", default=True)
 _NUMBERS = {int: Quantity("", "", whole=True), float: Quantity("", "")}
 
 
@@ -38,16 +38,6 @@ class WrongsError(ValueError):
         super().__init__("; ".join(str(wrong.problem) for wrong in wrongs))
         self.wrongs = wrongs
         self.valid = dict(valid or {})
-
-
-@contextmanager
-def naming_files(admitted: bool) -> Iterator[None]:
-    """Admit text that may name a file in values that are converted meanwhile, or refuse it."""
-    token = _names_files.set(admitted)
-    try:
-        yield
-    finally:
-        _names_files.reset(token)
 
 
 def structure(
@@ -149,7 +139,7 @@ def converted(key: Key, value: Any) -> Any:
     if spec is None:
         if key.kind and isinstance(value, str):
             value = value.lower() if value.lower() in key.also else find(key.kind, value).name
-        return _of_kind(value, key.annotation, key.plain or bool(key.kind) or _names_files.get())
+        return _of_kind(value, key.annotation, key.plain or bool(key.kind) or names_files.get())
     if not spec.samples:
         return _quantity(value, spec)
     return _list(value, lambda sample: _quantity(sample, spec))
