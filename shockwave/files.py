@@ -66,40 +66,28 @@ def read_bytes(path: _Path, limit: int, remedy: str = "") -> bytes:
     return data
 
 
-def read_text(path: _Path, limit: int, encoding: str | None = None) -> tuple[str, str]:
-    """Text of a regular file of at most ``limit`` bytes, without a byte order mark, and its encoding.
+def read_text(path: _Path, limit: int, encoding: str | None = None) -> str:
+    """Text of a regular file of at most ``limit`` bytes, without a byte order mark.
 
-    By default the encoding is found: UTF-16 by its byte order mark or its zero bytes, otherwise UTF-8 if the file is
-    valid UTF-8, otherwise cp1252.
+    By default it is UTF-16 if it begins with the byte order mark of UTF-16, otherwise UTF-8.
 
     Raises
     ------
     FileAccessError
-        As for `read_bytes`, and when the file is not text in the encoding; ``__cause__`` is then the
-        UnicodeDecodeError.
+        As for `read_bytes`, and when the file is not text in the encoding.
     """
     data = read_bytes(path, limit)
-    encoding = encoding or _encoding(data)
+    marked = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    name = encoding or ("utf-16" if marked else "utf-8")
     try:
-        return data.decode("utf-8-sig" if encoding == "utf-8" else encoding), encoding
+        text = data.decode("utf-8-sig" if name == "utf-8" else name)
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         got = f"the byte 0x{data[error.start]:02x} in line {line}"
-        raise _error(path, f"must be text in {encoding}", got, "set encoding, or save it as UTF-8") from error
-
-
-def _encoding(data: bytes) -> str:
-    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        return "utf-16"
-    start = data[:1000]
-    for first, name in ((1, "utf-16-le"), (0, "utf-16-be")):
-        if 4 * start[first::2].count(0) > len(start):  # every second byte of Latin text is zero
-            return name
-    try:
-        data.decode("utf-8")
-    except UnicodeDecodeError:
-        return "cp1252"
-    return "utf-8"
+        raise _error(path, f"must be text in {name}", got, "encoding: cp1252 is that of many instruments") from error
+    if "\0" in text:
+        raise _error(path, f"must be text in {name}", "a zero byte", "encoding: utf-16 has them")
+    return text
 
 
 def parse_json(text: str | bytes, name: str, remedy: str = "") -> Any:

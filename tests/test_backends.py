@@ -38,9 +38,7 @@ def law(rise: float, decay: float, ratio: float, rise_time: float = 1.0) -> sw.S
 
 EXPONENTIAL = sw.Exponential(rise_rate=3, decay_rate=-4, duration_ratio=5)
 # its precursor makes overlaps of 1e-3 to 2e-3, whose forces are too weak for the front
-PRECURSOR = sw.Tabulated(
-    times=np.array([0, 0.5, 1, 41, 42, 43]) * UNITS.time, forces=[0, 0.06, 0, 0, 100, 0], clean=False
-)
+PRECURSOR = sw.Tabulated(times=np.array([0, 0.5, 1, 41, 42, 43]) * UNITS.time, forces=[0, 0.06, 0, 0, 100, 0])
 TWO_PEAKS = sw.Tabulated(times=np.array([0, 1, 2, 8, 9, 10]) * UNITS.time, forces=[0, 50, 0, 0, 100, 0])
 SCENES: dict[str, tuple[sw.Shock, int | None]] = {
     "A": (CASE_A, None),

@@ -97,7 +97,7 @@ MARKED = {
         TABULATED % "times: [0, |2 N, 3], forces: [0, 1, x]", "shock.parameters.times[1]", "must be a time",
     ),
     "peak-at-start": (
-        TABULATED % "times: [0, 1, 2], forces: [|5, 1, 0]", "shock.parameters.forces[0]", "there is no rise",
+        TABULATED % "times: [0, 1, 2], forces: |[5, 1, 0]", "shock.parameters.forces", "must rise to a peak",
     ),
     "file-above": (TABULATED % "file: |../../x.csv", "shock.parameters.file", "in the scenario's folder"),
     "file-through-a-link": (TABULATED % "file: |link/x.csv", "shock.parameters.file", "scenario's folder"),

@@ -148,7 +148,7 @@ def test_the_maximum_at_the_loaded_contact_is_found_where_newtons_method_leaves_
     times = np.array([0, 0.12997250086889478, 0.25994500173778956, 2.7017285108232443, 2.9847894953053054])
     times = np.append(times, [3.267850479787367, 4.162823643692499, 4.442106989759448, 4.7213903358263964])
     forces = np.array([0, 0.6049112727592162, 0, 0, 1, 0, 0, 0.3326553953063144, 0])
-    shock = sw.Shock(profile=sw.Tabulated(times=times * UNITS.time, forces=forces * FORCE, clean=False))
+    shock = sw.Shock(profile=sw.Tabulated(times=times * UNITS.time, forces=forces * FORCE))
     greatest = sw.simulate(shock, attrs.evolve(CHAIN, granules=2), backend=backend).greatest_force
     assert greatest is not None
     # by DOP853, restarted at the kinks, to the tolerance of the simulation

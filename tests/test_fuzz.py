@@ -38,7 +38,9 @@ SCENARIOS = [file.read_bytes() for file in sorted((ROOT / "profiles").rglob("*.y
 HAMMER = (ROOT / "profiles" / "examples" / "hammer.csv").read_bytes()
 RECORD = b"""\
 chain: {material: copper, diameter: 9.5 mm}
-shock: {profile: tabulated, parameters: {file: hammer.csv}}
+shock:
+  profile: tabulated
+  parameters: {file: hammer.csv, baseline: [-60 us, -1 us], crop: [0 us, 160 us], negative: zero}
 """
 #: Values as they are typed.
 NUMBERS = "0 -0.0 -1 1 1e-5 0.5 1e12 1e-320 1e308 1e999 -1e999 .nan .inf nan 1e5000 0x1F 1_000 1,5 +7"

@@ -367,7 +367,7 @@ def test_a_page_on_a_train_that_is_not_integrated_states_what_is_not_known() -> 
 
 
 def test_parameters_that_are_not_set_are_left_out() -> None:
-    record = sw.Tabulated(times=[0, 1, 2], forces=[0, 1, 0], clean=False)
+    record = sw.Tabulated(times=[0, 1, 2], forces=[0, 1, 0], negative="keep")
     shown = dict(_parameters(record))
-    assert shown["clean"] == "no"
+    assert shown["negative"] == "keep"
     assert not any("None" in text for text in shown.values())

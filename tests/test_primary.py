@@ -252,7 +252,7 @@ def test_a_shock_that_is_too_long_is_refused_at_once_with_its_cost() -> None:
 @pytest.mark.parametrize("first", [0.2, 0.6])
 def test_a_strong_short_blow_at_the_end_has_the_leading_wave(first: float, backend: Backend) -> None:
     forces = [0, first, 0, 0, 1, 0, 0]
-    blows = sw.Tabulated(times=[0, 0.075, 0.15, 60.15, 60.225, 60.3, 61.3], forces=forces, clean=False)
+    blows = sw.Tabulated(times=[0, 0.075, 0.15, 60.15, 60.225, 60.3, 61.3], forces=forces)
     last = sw.Tabulated(times=[0, 0.075, 0.15], forces=[0, 1, 0])
     found = sw.simulate(lasting(blows, 61.3), CHAIN, waves="primary", backend=backend)
     # it loses some of its energy to the granules that the first blow has moved

@@ -138,6 +138,14 @@ def test_a_missing_record_is_located_and_if_it_is_the_only_error_a_file_access_e
     assert [fault.path for fault in caught.value.faults] == ["chain.material", "shock.parameters.file"]
 
 
+@pytest.mark.skipif(os.name != "posix", reason="links of POSIX")
+def test_a_record_that_is_a_link_to_itself_cannot_be_read(tmp_path: Path) -> None:
+    (tmp_path / "loop.csv").symlink_to("loop.csv")
+    (tmp_path / "scene.yaml").write_text(CHAIN_LINE + "shock: {profile: tabulated, parameters: {file: loop.csv}}")
+    with pytest.raises(FileAccessError, match=r"loop\.csv: cannot be read \(Too many levels of symbolic links"):
+        sw.load_scenario(tmp_path / "scene.yaml")
+
+
 @pytest.mark.parametrize("profile", [entry.name for entry in built_ins.ENTRIES["profiles"]])
 def test_templates_load_and_have_every_key(tmp_path: Path, profile: str) -> None:
     text = template(profile)

@@ -1,4 +1,4 @@
-"""The tabulated profile: cleaning of records, and exact integrals."""
+"""The tabulated profile: processing of records as asked, warnings, and exact integrals."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import pint
 import pytest
 from scipy.integrate import solve_ivp
 
+import shockwave as sw
 from shockwave.chain.chain import Chain
 from shockwave.chain.library import PAPER_STEEL
 from shockwave.chain.segments import Segment
@@ -78,7 +79,7 @@ def test_a_slow_rise_is_not_treated_as_a_baseline(samples, exponent):
     rise = np.linspace(0, 1, samples) ** exponent
     forces = np.concatenate((rise, rise[-2::-1]))
     profile = Tabulated(np.arange(forces.size), forces)
-    assert profile.notes == ()
+    assert profile.notes == profile.alarms == ()
     assert np.array_equal(profile.force(np.array(profile.breakpoints)), forces)
 
 
@@ -94,20 +95,34 @@ def test_a_duration_ratio_stretches_only_the_decay():
 
 
 NO_PULSES = {
-    "two": ([0, 1], [0, 1], r"times: must have at least three samples"),
-    "nan": ([0, 1, float("nan")], [0, 1, 0], r"times\[2\]: must be a finite number of s \(got nan\)"),
+    "two": ([0, 1], [0, 1], r"times: must be at least three"),
+    "nan": (
+        [0, 1, float("nan")],
+        [0, 1, 0],
+        r"times\[2\]: must be a finite number below 1e\+150 \(got nan, and 1 such",
+    ),
+    "infinite": (
+        [0, 1, 2, 3],
+        [0, float("inf"), 1, float("inf")],
+        r"forces\[1\]: must be a finite .* and 2 such samples",
+    ),
+    "huge": ([0, 1, 2], [0, 1e300, 0], r"forces\[1\]: must be a finite number below 1e\+150 \(got 1e\+300"),
     "words": ([0, 1, 2], [0, "x", 0], r"forces: must be a sequence of numbers \(got \[0, 'x', 0\]\)"),
     "no-list": ([0, 1, 2], 3, r"forces: must be a sequence of numbers \(got 3\)"),
-    "unsorted": ([0, 2, 1, 1], [0, 1, 1, 0], r"times\[2\]: must be greater.*\ntimes\[3\]: must be greater"),
-    "lengths": ([0, 1, 2], [0, 1], r"forces: must have one force for each.*got 2 forces and 3 times\)"),
+    "unsorted": (
+        [0, 2, 1, 0.5],
+        [0, 1, 1, 0],
+        r"times\[2\]: must be greater .* and 2 such samples in all; delete .* sort",
+    ),
+    "lengths": ([0, 1, 2], [0, 1], r"times: must be at least three.*got 3 times and 2 forces\)"),
     "no-force": (
         [0, 1, 2],
         [0, -1, 0],
         r"forces: must be > 0 N somewhere \(got at most 0 N; if compression is negative, change the signs of forces\)",
     ),
-    "no-rise": ([0, 1, 2], [1, 0.5, 0], r"forces\[0\]: must not be the peak.*a sample of zero force before it"),
+    "no-rise": ([0, 1, 2], [1, 0.5, 0], r"forces: must rise to a peak .* at an end; add a sample of zero force"),
     "merged": ([-1, 1e-20, 2e-20, 1], [0, 0.5, 1, 0], r"times: must differ by more than rounding errors"),
-    "overflow": ([-1e308, 0, 1e308], [0, 1, 0], r"times: .* span less than 1e\+150 rise times"),
+    "overflow": ([0, 1e-20, 1e149], [0, 1, 0], r"times: .* span less than 1e\+150 rise times"),
 }
 
 
@@ -134,71 +149,65 @@ def test_the_sign_is_set_in_a_file_only(tmp_path):
 def test_errors_in_a_file_state_their_line(tmp_path):
     path = tmp_path / "pulse.csv"
     path.write_text("time [s], force [N]\n0,0\n# c\n2,1\n1,0\n")
-    with pytest.raises(InvalidValueError, match=r"pulse.csv:5: times\[2\]: must be greater"):
+    with pytest.raises(
+        InvalidValueError, match=r"pulse.csv:5: times\[2\]: must be greater than the one before \(got 1, and 1 such"
+    ):
         Tabulated.from_file(path)
 
 
-# ---------------------------------------------------------------- cleaning
+def test_rounded_times_are_one_error_that_proposes_the_interval(tmp_path):
+    times, forces = 1e-6 * np.arange(400), np.sin(np.pi * np.arange(400) / 399)
+    rows = "".join(f"{time:.5f},{force:.4f}\n" for time, force in zip(times, forces, strict=True))
+    (tmp_path / "pulse.csv").write_text("time [s], force [N]\n" + rows)
+    with pytest.raises(
+        InvalidValueError, match=r"csv:3: times\[1\]: .* and 359 such samples .*interval: 1.001 us"
+    ) as caught:
+        Tabulated.from_file(tmp_path / "pulse.csv")
+    assert len(caught.value.faults) == 1
+    record = Tabulated.from_file(tmp_path / "pulse.csv", interval=1.001e-6, negative="zero")
+    assert record.recorded_rise_time == pytest.approx(200e-6, rel=0.01)  # rounding of the forces at the top
 
 
-def test_a_constant_baseline_is_subtracted():
-    profile = Tabulated(range(12), [1, 1, 1, 1, 1, 1, 5, 9, 7, 3, 1, 1])
-    assert profile.recorded_peak_force == 8
-    assert profile.breakpoints == (0.0, 0.5, 1.0, 1.5, 2.0, 2.5)
-    # 31 N s become 20 N s, as one newton over the eleven seconds of the record is subtracted.
-    found = "A baseline of 1 N, the mean of the 6 samples before the pulse, was subtracted"
-    assert profile.notes[0] == f"{found} (peak force -11 %, impulse -35 %)."
+# ---------------------------------------------------------------- processing
 
 
-#: Times, forces, expected shape at whole times, expected note.
-CLEANED = {
-    "start-time": (range(5, 9), [0, 1, 0.5, 0], [0, 1, 0.5, 0], "The times begin at 5 s and were shifted"),
-    # 15.95 N s become 16 N s
-    "below": (
-        range(6),
-        [0, 8, 4, -0.05, 4, 0],
-        [0, 1, 0.5, 0, 0.5, 0],
-        "Negative samples were set to zero: 1 of 6 (impulse +0.31 %)",
-    ),
-    "lead": (
-        range(6),
-        [0, 0, 0, 1, 0.5, 0],
-        [0, 1, 0.5, 0],
-        "Quiet samples before the pulse were removed: 2 (peak force and impulse unchanged)",
-    ),
-    "tail": (
-        range(6),
-        [0, 1, 0.5, 0, 0.009, 0],
-        [0, 1, 0.5, 0],
-        "Quiet samples after the pulse were removed: 2 (impulse -0.6 %",
-    ),
-    "start": (range(4), [0.25, 1, 0.5, 0], [0.25, 1, 0.5, 0], "The record begins at 0.25 N, 25 % of its peak"),
-    "end": (range(4), [0, 1, 0.5, 0.125], [0, 1, 0.5, 0.125], "The record ends at 0.125 N, 12 % of its peak"),
+def test_only_zeros_at_the_ends_are_removed_unasked():
+    profile = Tabulated(range(5, 14), [0, 0, 0, 1, 0.5, 0, 0.25, 0, 0])
+    assert profile.breakpoints == (0.0, 1.0, 2.0, 3.0, 4.0, 5.0)
+    assert profile.force(profile.breakpoints).tolist() == [0, 1, 0.5, 0, 0.25, 0]
+    removed, shifted = profile.notes
+    assert removed == "Samples of zero force before and after the pulse were removed (rise time -66.67%)."
+    assert shifted.startswith("The times begin at 7 s and were shifted")
+    assert profile.alarms == ()
+
+
+#: Forces at whole times, and the warning that they begin or end above zero.
+JUMPS = {
+    "start": ([0.25, 1, 0.5, 0], "The record begins at 0.25 N, 25.00% of its peak force (set baseline if"),
+    "end": ([0, 1, 0.5, 0.125], "The record ends at 0.125 N, 12.50% of its peak force (set baseline if"),
 }
 
 
-@pytest.mark.parametrize(("times", "forces", "shape", "note"), CLEANED.values(), ids=CLEANED)
-def test_a_record_is_cleaned_and_notes_state_it(times, forces, shape, note):
-    profile = Tabulated(times, forces)
-    assert profile.force(np.arange(len(shape))).tolist() == shape
-    assert profile.duration_ratio == len(shape) - 1
-    # where the cleaning changes impulse or peak force, a second note states it
-    assert 1 <= len(profile.notes) <= 2
-    assert note in profile.notes[0]
+@pytest.mark.parametrize(("forces", "warning"), JUMPS.values(), ids=JUMPS)
+def test_a_jump_at_an_end_is_a_warning_unless_a_crop_states_the_ends(forces, warning):
+    profile = Tabulated(range(4), forces)
+    assert profile.force(np.arange(4)).tolist() == forces
+    (alarm,) = profile.alarms
+    assert alarm.startswith(warning)
+    assert "crop: [0 s, 3 s] keeps all of it" in alarm
+    assert Tabulated(range(4), forces, crop=(0, 3)).alarms == ()
 
 
-def test_a_record_can_be_left_as_it_is():
-    times, forces = range(12), [1, 1, 1, 1, 1, 1, 5, 9, 7, 3, 1, 1]
-    kept = Tabulated(times, forces, clean=False)
-    assert (kept.recorded_peak_force, kept.duration_ratio) == (9, 11 / 7)
-    assert kept.areas().total * kept.recorded_rise_time * 9 == pytest.approx(31, rel=1e-14)  # trapezoids; rounding
-    # by the cleaning 31 N s become 20 N s, and 9 N become 8 N
-    changes = "Together this changes the impulse by -35 % and the peak force by -11 %"
-    assert any(note.startswith(changes) for note in Tabulated(times, forces).notes)
-    with pytest.raises(InvalidValueError, match=r"forces\[3\]: must be >= 0 N in a record that is not cleaned"):
-        Tabulated(range(6), [0, 4, 2, -1, 2, 0], clean=False)
-    with pytest.raises(InvalidValueError, match=r"^clean: must be True or False \(got 'no'\)$"):
-        Tabulated(times, forces, clean="no")
+def test_a_small_jump_is_no_warning():
+    assert Tabulated(range(4), [0.009, 1, 0.5, 0.009]).alarms == ()
+    assert len(Tabulated(range(4), [0.011, 1, 0.5, 0.011]).alarms) == 2
+
+
+def test_an_impulse_of_small_forces_is_a_warning():
+    times, forces = [0, 1, 2, 300], [0, 1, 0.019, 0]
+    assert "Most of the impulse is below 2% of the peak force (crop: [0 s, 300 s]" in Tabulated(times, forces).alarms[0]
+    assert Tabulated(times, [0, 1, 0.021, 0]).alarms == ()
+    assert Tabulated([0, 1, 2, 30], forces).alarms == ()
 
 
 #: A blow of 100 N on a baseline of 5 N, with 20 quiet samples on either side.
@@ -206,54 +215,88 @@ BLOW = 5 + 100 * np.sin(np.pi / 40 * np.clip(np.arange(81) - 20, 0, 40))
 MICROSECONDS = 1e-6 * np.arange(81)
 
 
+def test_an_offset_is_a_warning_with_the_keys_that_remove_it():
+    (alarm,) = Tabulated(MICROSECONDS, BLOW).alarms
+    assert "(baseline: [0 s, 11 us] (subtracts 5 N), crop: [20 us, 60 us] would change peak force -4.76%" in alarm
+    settled = Tabulated(MICROSECONDS, BLOW, baseline=("0 us", "9 us"), crop=("20 us", "60 us"))
+    assert (settled.recorded_peak_force, settled.recorded_rise_time) == pytest.approx((100, 20e-6), rel=1e-12)
+    assert settled.alarms == ()
+
+
+@pytest.mark.parametrize("force", [1e-300, 1e140])
+def test_the_size_of_forces_does_not_matter(force):
+    profile = Tabulated(MICROSECONDS, force * BLOW)
+    assert "crop: [20 us, 60 us]" in profile.alarms[0]
+
+
+FLAT = np.minimum(100 * np.sin(np.pi * np.arange(101) / 100) ** 2, 60)
+NOISY = np.clip(100 - np.abs(np.arange(201) - 100) + np.random.default_rng(2).normal(0, 1, 201), 0, 90)
+#: Forces, and whether they look clipped.
+TOPS = {
+    "flat": (FLAT, True),
+    "flat-noise": (NOISY, True),
+    "smooth": (np.round(100 * np.sin(np.pi * np.arange(2001) / 2000) ** 2, 3).clip(0), False),
+    "eight-bit": (np.round(200 * np.sin(np.pi * np.arange(2001) / 2000) ** 2), False),
+    "table": (np.array([0, 40, 100, 100, 100, 40, 0]), False),
+}
+
+
+@pytest.mark.parametrize(("forces", "clipped"), TOPS.values(), ids=TOPS)
+def test_a_flat_top_is_a_warning_if_the_other_samples_differ(forces, clipped):
+    alarms = Tabulated(range(forces.size), forces).alarms
+    assert any("saturated sensor" in alarm for alarm in alarms) == clipped
+
+
 def test_a_baseline_is_the_mean_of_its_window():
     profile = Tabulated(MICROSECONDS, BLOW, baseline=(62e-6, 79e-6))
     assert profile.recorded_peak_force == pytest.approx(100, rel=1e-14)
-    assert any(
-        "the mean from 6.2e-05 to 7.9e-05 s, was subtracted (peak force -4.8 %" in note for note in profile.notes
-    )
+    assert "the mean from 6.2e-05 to 7.9e-05 s, was subtracted (peak force -4.76%" in profile.notes[0]
 
 
 def test_a_crop_keeps_the_samples_of_its_window():
     times, forces = [0, 1, 2, 3, 4, 5, 6, 7], [0, 0, 4, 2, 0, 9, 3, 0]
     profile = Tabulated(times, forces, crop=("1 s", 4))
     assert (profile.recorded_peak_force, profile.duration_ratio) == (4, 3)
-    assert "The record was cropped to 1 to 4 s (peak force -56 %, impulse -67 %)." in profile.notes
+    assert (
+        "The record was cropped to 1 to 4 s (peak force -55.56%, rise time -80.00%, impulse -66.67%)." in profile.notes
+    )
 
 
 def test_the_baseline_is_that_of_the_whole_record():
-    times = 1e-4 * np.arange(-15, 16)
-    forces = 20 + 100 * np.cos(np.pi / 10 * np.clip(np.arange(-15, 16), -5, 5))
-    kept = Tabulated(times, forces, crop=(-0.6e-3, 0.6e-3))
-    assert kept.recorded_peak_force == pytest.approx(100, rel=1e-12)
-    # what precedes the lead is removed by the crop
-    rough = Tabulated(np.append(times[0] - 1, times), np.append(50, forces), crop=(times[0], times[-1]))
-    assert rough.recorded_peak_force == pytest.approx(100, rel=1e-12)
+    profile = Tabulated(MICROSECONDS, BLOW, baseline=(0, 20e-6), crop=(15e-6, 65e-6))
+    assert (profile.recorded_peak_force, profile.recorded_rise_time) == pytest.approx((100, 20e-6), rel=1e-12)
+
+
+def test_samples_at_the_ends_of_a_window_belong_to_it_despite_rounding():
+    times, forces = 1e-6 * (0.1 * np.arange(31)), np.minimum(np.arange(31), 30 - np.arange(31)).clip(0, 10.0)
+    # 0.1e-6 * 3 is not 0.3e-6
+    assert Tabulated(times, forces, crop=("0.3 us", "2.7 us")).breakpoints[-1] == pytest.approx(24 / 7, rel=1e-12)
 
 
 def test_a_low_pass_filter_that_distorts_the_pulse_is_a_warning():
     around, chain = np.full(100, 5.0), Chain(material=PAPER_STEEL, radius=5e-3)
     times, forces = 1e-6 * np.arange(281), np.concatenate((around, BLOW, around))
     for edge, distorted in ((10e3, True), (30e3, False)):
-        shock = Shock(profile=Tabulated(times, forces, low_pass=edge, negative="zero"))
+        steps = {"baseline": (0, 100e-6), "negative": "zero"}
+        shock = Shock(profile=Tabulated(times, forces, low_pass=edge, **steps))
         warnings = [text for text in Predictor().predict(shock, chain).warnings if text not in shock.profile.notes]
-        assert any("it distorts the pulse" in text for text in warnings) == distorted
-    with pytest.raises(InvalidValueError, match=r"^low_pass: must keep the pulse \(got 1000 Hz"):
-        Tabulated(times, forces, low_pass=1e3)
+        assert any("filter distorts the pulse: peak force -" in text for text in warnings) == distorted
 
 
 def test_a_low_pass_filter_does_not_shift_the_pulse():
     around = np.full(100, 5.0)
-    profile = Tabulated(1e-6 * np.arange(281), np.concatenate((around, BLOW, around)), low_pass=30e3, negative="zero")
+    times, forces = 1e-6 * np.arange(281), np.concatenate((around, BLOW, around)) - 5
+    profile = Tabulated(times, forces, low_pass=30e3, negative="keep")
     # the blow is symmetric, and so it remains, but for transients of 1e-6 at the ends of the record
-    half = np.linspace(0, min(1.0, profile.duration_ratio - 1), 50)
+    half = np.linspace(0, 0.4, 50)
     np.testing.assert_allclose(profile.force(1 - half), profile.force(1 + half), atol=1e-5)
     assert any("A low-pass filter at 30000 Hz was applied (peak force -" in note for note in profile.notes)
 
 
 def test_a_low_pass_filter_removes_noise():
     noise = 3 * np.random.default_rng(1).standard_normal(81)
-    rough, smooth = (Tabulated(MICROSECONDS, BLOW + noise, low_pass=edge, negative="zero") for edge in (None, 60e3))
+    steps = {"baseline": (0, 20e-6), "crop": (15e-6, 65e-6), "negative": "zero"}
+    rough, smooth = (Tabulated(MICROSECONDS, BLOW + noise, low_pass=edge, **steps) for edge in (None, 60e3))
     kinks = [np.abs(np.diff(each.force(np.array(each.breakpoints)), 2)).max() for each in (rough, smooth)]
     assert kinks[1] < 0.2 * kinks[0]
     # half a sine of 40 us has most of its power below 12.5 kHz: the filter leaves its peak; the baseline is uncertain
@@ -263,8 +306,12 @@ def test_a_low_pass_filter_removes_noise():
 def test_each_step_is_refused_where_it_cannot_be_applied():
     uneven = np.append(MICROSECONDS[:-1], 1e-3)
     for times, settings, sentence in (
-        (uneven, {"low_pass": 1e3}, "low_pass: must be left out .* for uneven sampling"),
-        (MICROSECONDS, {"low_pass": 5e5}, r"low_pass: must be below 5e\+05 Hz, half the sampling rate"),
+        (
+            uneven,
+            {"low_pass": 1e3},
+            "low_pass: must be below half the sampling rate of 16 or more evenly spaced samples",
+        ),
+        (MICROSECONDS, {"low_pass": 5e5}, r"low_pass: must be below half .* \(got 500000 Hz for 81 samples"),
         (MICROSECONDS, {"crop": (1.0, 2.0)}, "crop: must contain 3 samples or more"),
         (MICROSECONDS, {"baseline": ("2 s", 1.0)}, "baseline: must be two times, the earlier one first"),
         (MICROSECONDS, {"negative": "no"}, "negative: must be None, keep or zero"),
@@ -277,13 +324,24 @@ PUSH_AND_PULL = ([0, 1, 2, 3, 4, 5], [0, 8, 4, 0, -3, 0])
 
 
 def test_a_negative_phase_must_be_resolved():
-    with pytest.raises(InvalidValueError, match=r"^negative: must be keep or zero, because .* 25 % of the impulse"):
+    with pytest.raises(
+        InvalidValueError, match=r"^negative: must be keep or zero, because 1 of 6 .* 25.00% of the imp"
+    ):
         Tabulated(*PUSH_AND_PULL)
     zero, keep = (Tabulated(*PUSH_AND_PULL, negative=choice) for choice in ("zero", "keep"))
     assert (zero.duration_ratio, keep.duration_ratio) == (3, 5)
     assert (zero.pulls, keep.pulls) == (False, True)
     assert keep.areas().total == pytest.approx(9 / 8, rel=1e-15)
     assert keep.force(4.0) == -3 / 8
+    # a rounding error is no phase
+    assert not Tabulated([0, 1, 2, 3], [0, 1, 0.5, -1e-16]).pulls
+
+
+def test_the_error_of_negative_noise_proposes_all_keys():
+    forces = BLOW - 5 + np.random.default_rng(1).normal(0, 0.1, BLOW.size)
+    with pytest.raises(InvalidValueError, match=r"^negative: .*; crop: \[20 us, 60 us\] would change rise"):
+        Tabulated(MICROSECONDS, forces)
+    assert Tabulated(MICROSECONDS, forces, crop=(20e-6, 60e-6)).alarms == ()
 
 
 def test_a_baseline_above_all_forces_is_refused():
@@ -333,41 +391,21 @@ def _reference(shock, chain):
     return (stiffness * np.maximum(x[:-1] - x[1:], 0) ** 1.5).max(axis=1).tolist()
 
 
-@pytest.mark.parametrize("lead", [[1.0] * 4, [25.0] * 6, [0, 0.4, 0.9, 1.3, 1.6, 2.0]], ids=["short", "high", "rising"])
-def test_a_lead_that_is_not_a_baseline_is_kept(lead):
+@pytest.mark.parametrize("lead", [[1.0] * 4, [0, 0.4, 0.9, 1.3, 1.6, 2.0, 2.9, 3.8]], ids=["short", "rising"])
+def test_no_baseline_is_proposed_from_a_lead_that_is_not_a_level(lead):
     profile = Tabulated(np.arange(len(lead) + 5), [*lead, 40, 100, 50, 10, 0])
     assert profile.recorded_peak_force == 100
-    assert not any("baseline" in note for note in profile.notes)
-
-
-@pytest.mark.parametrize("baseline", [-40.0, 0.0, 8.0, 120.0])
-@pytest.mark.parametrize("seed", range(3))
-def test_the_pulse_of_a_noisy_record_is_recovered(seed, baseline):
-    peak, rise, decay, noise = 850.0, 48e-6, 112e-6, 4.0
-    times = np.arange(-80, 400) * 1e-6
-    up = np.sin(np.pi / 2 * np.clip(times / rise, 0, 1)) ** 2
-    force = peak * np.where(times < rise, up, np.cos(np.pi / 2 * np.clip((times - rise) / decay, 0, 1)) ** 2)
-    noisy = force + baseline + noise * np.random.default_rng(seed).standard_normal(times.size)
-    profile = Tabulated(times, noisy)
-    assert any("baseline" in note for note in profile.notes) == (baseline != 0)
-    assert profile.force(np.array([0.0, profile.duration_ratio])).tolist() == [0.0, 0.0]
-    # The largest of the dozen samples near the top lies some three standard deviations too high, and up to
-    # 5 us off: 850 sin^2 loses 4 N in 4 us before the peak. The part below 12 N takes 4 us to rise.
-    assert profile.recorded_peak_force == pytest.approx(peak, abs=4 * noise)
-    assert profile.recorded_rise_time == pytest.approx(rise, abs=9e-6)
-    # The mean of 40 samples or more leaves 0.7 N of baseline, 0.16 % of the mean force, in one deviation.
-    impulse = profile.areas().total * profile.recorded_peak_force * profile.recorded_rise_time
-    assert impulse == pytest.approx(peak * (rise + decay) / 2, rel=0.01)
-    assert profile.duration_ratio * profile.recorded_rise_time == pytest.approx(rise + decay, rel=0.15)
+    assert not any("baseline:" in alarm for alarm in profile.alarms)
 
 
 def test_the_hammer_example_is_the_pulse_of_its_comment():
-    profile = Tabulated.from_file(HAMMER)
+    shock = sw.load_scenario(HAMMER.with_suffix(".yaml")).shock
+    profile = shock.profile
+    assert profile.alarms == ()
     assert profile.recorded_peak_force == pytest.approx(850, abs=4 * 1.2)
-    assert profile.recorded_rise_time == pytest.approx(48e-6, abs=5e-6)
+    assert profile.recorded_rise_time == pytest.approx(48e-6, abs=2e-6)
     impulse = profile.areas().total * profile.recorded_peak_force * profile.recorded_rise_time
     assert impulse == pytest.approx(850 * 160e-6 / 2, rel=5e-3)
-    assert any("baseline" in note for note in profile.notes)
 
 
 # ---------------------------------------------------------------- integrals

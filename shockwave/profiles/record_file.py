@@ -2,53 +2,42 @@
 
 from __future__ import annotations
 
+import csv
 import math
 import pathlib
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
+from decimal import Decimal
 from typing import NoReturn
 
 import numpy as np
 import numpy.typing as npt
-from attrs import frozen
+from attrs import evolve, frozen
 
 from shockwave.errors import Fault, InvalidValueError
 from shockwave.fields import listed, text_of
 from shockwave.files import read_text
-from shockwave.profiles.record_format import (
-    DECIMALS,
-    FORCE_NAMES,
-    THOUSANDS,
-    TIME_NAMES,
-    RecordFormat,
-    force_factor,
-    time_factor,
-)
-from shockwave.profiles.record_labels import (
-    NARROW_SPACES,
-    columns_named,
-    name_and_unit,
-    names_columns,
-    number_in,
-    states_units,
-)
+from shockwave.profiles.record_format import Label, RecordFormat, factors, labels_of, measured
 from shockwave.quadrature import FloatArray
 
 # Largest file [bytes]: a larger one is not a force record, and reading it would exhaust the memory.
 _MOST_BYTES = 128 * 2**20
 # Longest line [characters], for the same reason.
 _LONGEST_LINE = 10_000
-# Errors that are reported for one file: more would not help to correct it.
-_MOST_FAULTS = 20
-
-_ROW_OF_NUMBERS = re.compile(r'(?i)["\s]*[+-]?(?:[.,]?[0-9]|(?:nan|inf|infinity)\b)')
-# A number that may have thousands marks, or a decimal sign and three decimals.
-_GROUPED = re.compile(r"[+-]?[1-9][0-9]{0,2}(?:([.,])[0-9]{3})(?:\1[0-9]{3})*")
-# The beginning of a comment such as "Columns: time [ms], force [kN]".
-_PREFIX = re.compile(r"\A\s*[^\W\d][\w ]*:\s+")
+# Columns that an error lists, and rows in which it looks for them.
+_MOST_LISTED = 12
+# Distance of neighbouring floats at the greatest time, over the mean sampling interval, that loses digits.
+_COARSE = 1e-6
 
 _COMMENTS = ("#", "%", "//")
+_NUMBER = re.compile(r"(?i)[+-]?(?:[.,]?[0-9]|(?:nan|inf|infinity)\b)")
+# Numbers whose point is no thousands mark.
+_DECIMALS = re.compile(r"(?i)\b0\.|\.[0-9]{0,2}(?![0-9])|\.[0-9]{4}|[0-9]e")
+# Settings of an oscilloscope that state the units of the columns.
+_SETTING = re.compile(r"(?m)^(Horizontal|Vertical) Units,([^,\n]*)")
+# Signs that stand for a minus and for blanks.
+_SIGNS = str.maketrans({"\N{MINUS SIGN}": "-", "\xa0": " ", "\u202f": " "})
 
 
 @frozen(eq=False)
@@ -62,7 +51,7 @@ class Record:
     forces : array of float, shape (k,)
         Forces [N], finite.
     notes : tuple of str
-        Assumptions about the file, in sentences.
+        What was done with the values of the file, in sentences.
     lines : array of int, shape (k,)
         Line of the file, counted from 1, on which each sample stands.
     """
@@ -73,293 +62,190 @@ class Record:
     lines: npt.NDArray[np.int64]
 
 
+# Number, counted from 1, and text of a line.
+_Line = tuple[int, str]
+
+
 @frozen
-class _Text:
-    """The lines of a file, its format, the column separator, and the index of the first row of numbers."""
+class _Table:
+    """A file: its lines above the numbers and with them, without blank ones and comments, and the column separator."""
 
     path: pathlib.Path
-    lines: list[str]
     form: RecordFormat
+    head: list[_Line]
+    body: list[_Line]
     separator: str
-    first: int
+    settings: dict[str, str]
 
-    def kept(self, start: int, stop: int) -> list[int]:
-        """Indices of the lines in ``[start, stop)`` that are neither blank nor a comment."""
-        rows = enumerate(map(str.strip, self.lines[start:stop]), start)
-        return [index for index, row in rows if row and not row.startswith(_COMMENTS)]
+    def cells(self, line: str) -> list[str]:
+        return _cells(line, self.separator)
 
-    def fault(self, index: int, name: str, problem: str) -> Fault:
-        """Error in the line ``index``, counted from 0."""
-        return Fault(name, problem, location=f"{self.path}:{index + 1}")
-
-    def refuse(self, index: int, name: str, problem: str) -> NoReturn:
-        """Raise an error in the line ``index``, counted from 0."""
-        raise InvalidValueError([self.fault(index, name, problem)])
-
-    @property
-    def comma_hint(self) -> str:
-        """Hint for a wrong number of columns."""
-        hint = "; if the comma is the decimal separator, separate the columns by semicolons or set decimal: ','"
-        return hint if self.separator == "," else ""
+    def refuse(self, number: int, key: str, problem: str) -> NoReturn:
+        """Raise an error in a line that names the key to set."""
+        raise InvalidValueError([Fault(key, problem, f"{self.path}:{number}")])
 
 
 def read_record(path: pathlib.Path, form: RecordFormat | None = None) -> Record:
     """Read a time column and a force column.
 
+    Nothing is guessed: what neither the header nor ``form`` states is an error that names the key and proposes a value.
+
     Parameters
     ----------
     path : pathlib.Path
-        Text. Columns are separated by commas, semicolons, tabs or spaces; with semicolons or tabs the decimal
-        sign can be a comma. A header line can name the columns and, in brackets or after a slash, their units. Blank
-        lines and comments (``#``, ``%``, ``//``) are ignored.
+        Text. Columns are separated by commas, semicolons, tabs or spaces. One header line can name the columns and, in
+        brackets or after a slash, their units. Blank lines and comments (``#``, ``%``, ``//``) are ignored.
     form : RecordFormat, optional
         What the file does not state.
 
     Returns
     -------
     Record
-        Times [s] and forces [N], with notes that state the assumptions.
+        Times [s] and forces [N], with notes on what was done.
 
     Raises
     ------
     FileAccessError
         If the file is missing, not a regular file, not text, or larger than 128 MiB.
     InvalidValueError
-        If the file does not have a time and a force column of finite numbers, or the force column is a record of
-        another quantity; each error states its line.
+        If the file does not have a time and a force column of finite numbers, their units are not stated, or the force
+        column is a record of another quantity; each error states its line.
     """
-    notes: list[str] = []
-    text = _text(pathlib.Path(path), form or RecordFormat(), notes)
-    header, labels = _header(text, notes)
-    names, units = zip(*map(name_and_unit, labels), strict=True)
-    picks = _picks(text, labels, names, notes)
-    if header != text.first:
-        units = _with_comment(text, units, picks, notes)
-    factors = _factors(text, header, [names[pick] for pick in picks], [units[pick] for pick in picks], notes)
-    rows = text.kept(text.first, len(text.lines))
-    table = _numbers(text, rows, len(names), picks) * factors
-    return Record(table[:, 0].copy(), table[:, 1].copy(), tuple(notes), np.array(rows) + 1)
+    table = _table(pathlib.Path(path), form or RecordFormat())
+    labels = _labels(table)
+    picks = _picks(table, labels)
+    numbers, notes = _numbers(table, picks, len(labels)), list[str]()
+    extents = float(np.ptp(numbers[:, 0])), float(np.abs(numbers[:, 1]).max())
+    place = f"{path}:{table.head[-1][0] if table.head else table.body[0][0]}"
+    per_time, per_force = factors(table.form, [labels[pick] for pick in picks], extents, place, notes)
+    times = _times(table, picks[0], numbers[:, 0], per_time, notes)
+    return Record(times, numbers[:, 1] * per_force, tuple(notes), np.array([number for number, _ in table.body]))
 
 
-def _text(path: pathlib.Path, form: RecordFormat, notes: list[str]) -> _Text:
+def _table(path: pathlib.Path, form: RecordFormat) -> _Table:
     """Read the file and find its first row of numbers and its column separator."""
-    whole, encoding = read_text(path, _MOST_BYTES, form.encoding)
-    if encoding == "cp1252" and form.encoding is None:
-        notes.append("The file is not UTF-8 and was read as cp1252.")
-    lines = whole.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    numbers = (index for index, line in enumerate(lines) if index >= form.skip_rows and _is_row(line, form.columns))
-    first = next(numbers, None)
-    if first is None:
-        problem = "must be numbers, with a time and a force in each row (got no row of numbers)"
-        raise InvalidValueError([Fault("rows", problem, str(path))])
-    row = re.sub(r'"[^"]*"', "", lines[first].strip())
-    comma = [] if "," in (form.decimal, form.thousands) and '"' not in lines[first] else [","]
-    separator = next((mark for mark in (";", "\t", *comma) if mark in row), "")
-    text = _Text(path, lines, form, separator, first)
-    long = next((index for index, line in enumerate(lines) if len(line) > _LONGEST_LINE), None)
-    if long is not None:
-        text.refuse(long, "row", f"must have at most {_LONGEST_LINE} characters (got {len(lines[long])})")
-    return text
+    text = read_text(path, _MOST_BYTES, form.encoding).translate(_SIGNS).replace("\r\n", "\n").replace("\r", "\n")
+    numbered = [(number, line.strip(" ")) for number, line in enumerate(text.split("\n"), 1) if number > form.skip_rows]
+    lines = [(number, line) for number, line in numbered if line.strip() and not line.startswith(_COMMENTS)]
+    for number, line in lines:
+        if len(line) > _LONGEST_LINE:
+            problem = f"must have lines of at most {_LONGEST_LINE} characters (got {len(line)})"
+            raise InvalidValueError([Fault("file", problem, f"{path}:{number}")])
+    columns = {column for column in form.columns or () if isinstance(column, int)}
+    for at, (_, line) in enumerate(lines):
+        numeric = _numeric(line, separator := _separator(line, form))
+        if 1 in numeric or (columns and columns <= numeric):
+            return _Table(path, form, lines[:at], lines[at:], separator, dict(_SETTING.findall(text)))
+    got = "got no line that begins with a number"
+    rows = [_numeric(line, _separator(line, form)) for _, line in lines[-_MOST_LISTED:]]
+    if rows and len(numeric := set.intersection(*rows)) > 1:  # settings of an instrument stand beside the numbers
+        got += f"; columns: {sorted(numeric)} are numbers"
+    raise InvalidValueError([Fault("columns", f"must be a time and a force in each row ({got})", str(path))])
 
 
-def _is_row(line: str, columns: Sequence[int | str] | None) -> bool:
-    """Whether a line begins with a number, or has numbers in the given columns behind settings of an instrument."""
-    if _ROW_OF_NUMBERS.match(line) or columns is None or line.lstrip().startswith(_COMMENTS):
-        return bool(_ROW_OF_NUMBERS.match(line))
-    cells = dict(enumerate(line.split(next((mark for mark in ";\t," if mark in line), None)), 1))
-    return all(isinstance(column, int) and _ROW_OF_NUMBERS.match(cells.get(column, "")) for column in columns)
+def _separator(line: str, form: RecordFormat) -> str:
+    """The separator of the columns of a row, empty for blanks."""
+    comma = "" if form.decimal == "," and '"' not in line else ","
+    return next((mark for mark in (";", "\t", comma) if mark and mark in line), "")
 
 
-def _cells(line: str, separator: str, count: int = 0) -> list[str]:
-    """Cells of a line, without quotes and, unless they are ``count``, without an empty one behind a last separator."""
-    if separator and '"' in line:  # a separator between quotes belongs to the cell
-        line = re.sub(r'"[^"]*"', lambda quoted: quoted[0].replace(separator, "\0"), line)
-    cells = [cell.strip("\"' \t").replace("\0", separator) for cell in line.strip(" \n").split(separator or None)]
-    return cells[:-1] if len(cells) not in (1, count) and not cells[-1] else cells
+def _cells(line: str, separator: str) -> list[str]:
+    """Cells of a line, without empty ones at its end; a separator between quotes belongs to its cell."""
+    line = line.rstrip(f"{separator} ")
+    cells = next(csv.reader([line], delimiter=separator or " ")) if '"' in line else line.split(separator or None)
+    return [cell.strip() for cell in cells] or [""]
+
+
+def _numeric(line: str, separator: str) -> set[int]:
+    """Columns of a line, counted from 1, that are numbers."""
+    return {at for at, cell in enumerate(_cells(line, separator), 1) if _NUMBER.match(cell)}
 
 
 # ---------------------------------------------------------------- header
 
 
-def _header(text: _Text, notes: list[str]) -> tuple[int, list[str]]:
-    """Index of the header line, counted from 0, and its cells, empty if there is none."""
-    headers = text.kept(text.form.skip_rows, text.first)
-    count = len(_cells(text.lines[text.first], text.separator))
-    if len(headers) > 1:
-        got = f"got {text_of(text.lines[headers[1]])}; to skip what is above it set skip_rows: {headers[-1]}"
-        text.refuse(headers[1], "row", f"must be numbers: only one header line is allowed ({got})")
-    if not headers:
-        settled = bool(text.form.time_unit and text.form.unit)
-        headers = _header_in_comment(text, count, settled, unnamed=True)
-        notes += [f"The column names were read from the comment in line {index + 1}." for index in headers]
-    if not headers:
-        return text.first, [""] * count
-    (index,) = headers
-    cells = _labels(text, index)
-    if any(math.isfinite(number_in(cell)) for cell in cells):
-        got = text_of(text.lines[index])
-        text.refuse(index, "row", f"must be either column names or numbers, not both (got {got})")
-    if len(cells) != len(_cells(text.lines[text.first], text.separator, len(cells))):
-        got = f"got {len(cells)} names; line {text.first + 1} has {count}{text.comma_hint}"
-        text.refuse(index, "header", f"must name every column ({got}; skip_rows skips lines)")
-    return index, cells
+def _labels(table: _Table) -> list[Label]:
+    """Labels of all columns; without a header, those of time and force are the units in settings of an instrument."""
+    first, line = table.body[0]
+    width = len(table.cells(line))
+    if not table.head:
+        axes = dict(zip(table.form.columns or (), ("Horizontal", "Vertical"), strict=False))
+        units = [table.settings.get(axes.get(column, ""), "").strip() for column in range(1, width + 1)]
+        return [Label("", unit, unit) for unit in units]
+    # blanks separate columns, but not a name from its unit
+    last, line = table.head[-1]
+    labels = labels_of(table.cells(line if table.separator else re.sub(r"\s+(?=[\[(/])|(?<=/)\s+", "", line)))
+    if len(labels) < width or len(table.head) > 1:
+        is_header = len(labels) >= width and any(label.unit for label in labels)
+        number, line = table.head[0]
+        got = f"got {text_of(line)}; skip_rows: {last - 1 if is_header else first - 1} skips it"
+        table.refuse(number, "skip_rows", f"must leave one line with a name for each of the {width} columns ({got})")
+    return labels
 
 
-def _labels(text: _Text, index: int) -> list[str]:
-    """Cells of a header line, whose separator can differ from that of the numbers."""
-    line = _title(text, index)
-    mark = next((mark for mark in (text.separator, ";", "\t", ",") if mark and mark in line), "")
-    if not mark:  # spaces separate the columns, but not a name from its unit
-        line = re.sub(r"\s+(?=[\[(/])|(?<=/)\s+", "", " ".join(line.split()))
-    return _cells(line, mark)
-
-
-def _title(text: _Text, index: int) -> str:
-    line = text.lines[index].strip()
-    return _PREFIX.sub("", line.lstrip("#%/;"), count=1).strip() if line.startswith(_COMMENTS) else line
-
-
-def _header_in_comment(text: _Text, count: int, settled: bool, unnamed: bool) -> list[int]:
-    """The comment over the numbers that names the columns or their units, as in files written by NumPy.
-
-    If the columns are ``unnamed``, the last line above the numbers may name them without units. Unless the units are
-    ``settled``, a comment that states units and cannot be used is an error.
-    """
-    lines = [index for index in range(text.form.skip_rows, text.first) if text.lines[index].strip()]
-    comments = [index for index in lines if text.lines[index].strip().startswith(_COMMENTS)]
-    for index in reversed(comments):
-        if names_columns(_labels(text, index), count, unnamed and index == lines[-1]):
-            return [index]
-    for index in comments:
-        if not settled and states_units(_labels(text, index), _title(text, index), count):
-            got = f"got {text_of(text.lines[index])}; set unit and time_unit"
-            hint = f"with one name and unit for each of the {count} columns, such as # time [ms], force [kN]"
-            text.refuse(index, "comment", f"must be a header {hint}, because it states a unit ({got})")
-    return []
-
-
-def _with_comment(text: _Text, units: tuple[str, ...], picks: Sequence[int], notes: list[str]) -> tuple[str, ...]:
-    """Units of the header, and those of a comment for the columns for which it has none."""
-    stated = zip((text.form.time_unit, text.form.unit), picks, strict=True)
-    if all(key or units[pick] for key, pick in stated):
-        return units
-    for index in _header_in_comment(text, len(units), settled=False, unnamed=False):
-        notes.append(f"The units were read from the comment in line {index + 1}.")
-        pairs = zip(units, _labels(text, index), strict=True)
-        return tuple(unit or name_and_unit(cell)[1] for unit, cell in pairs)
-    return units
-
-
-def _picks(text: _Text, labels: Sequence[str], names: Sequence[str], notes: list[str]) -> list[int]:
-    """Columns of time and force: those of the format, by their names, or in this order if there are only two."""
-    if text.form.columns is not None:
-        return [_column(text, column, labels, names) for column in text.form.columns]
-    times = columns_named(names, TIME_NAMES)
-    forces = columns_named(names, FORCE_NAMES[text.form.kind])
-    plain = (times, forces) == ([0], [1])
-    if len(names) == 2 and len(times + forces) < 2:
-        times = times or [1 - force for force in forces] or [0]
-        forces = [1 - times[0]]
-    if not len(times) == len(forces) == 1 or times == forces:
-        shown = ", ".join(map(text_of, names[:12])) if any(names) else "no header"
-        hint = f"set columns, such as [1, 2], or name them 'time [s]' and 'force [N]' in a header{text.comma_hint}"
-        problem = f"must include one time and one force column (got {len(names)} columns: {shown}; {hint})"
-        text.refuse(text.first, "columns", problem)
-    if any(names) and not plain:
-        notes.append(f"The time column is {names[times[0]]!r}, the force column {names[forces[0]]!r}.")
-    return times + forces
-
-
-def _column(text: _Text, column: int | str, labels: Sequence[str], names: Sequence[str]) -> int:
-    """Index of a column that the format gives by its number, its name, or its name with the unit."""
-    if isinstance(column, int):
-        found = [column - 1] if 1 <= column <= len(names) else []
-    else:
-        pairs = enumerate(zip(labels, names, strict=True))
-        found = [index for index, known in pairs if column.casefold() in map(str.casefold, known)]
-    if len(found) != 1:
-        known = listed([f"{number} ({label})" if label else number for number, label in enumerate(labels, 1)][:12])
-        text.refuse(text.first, "columns", f"must be columns of the file (got {column!r}; they are {known})")
-    return found[0]
-
-
-def _factors(text: _Text, header: int, names: Sequence[str], units: Sequence[str], notes: list[str]) -> list[float]:
-    """Factors that convert the two columns to SI units; errors in both are raised together."""
-    form, factors, faults = text.form, [], []
-    for find, name, unit in zip((time_factor, force_factor), names, units, strict=True):
-        try:
-            factors.append(find(form, name, unit, notes))
-        except InvalidValueError as error:
-            faults += [text.fault(header, fault.path, fault.problem) for fault in error.faults]
-    if faults:
-        raise InvalidValueError(faults)
-    return factors
+def _picks(table: _Table, labels: Sequence[Label]) -> list[int]:
+    """Columns of time and force: those of the format, or by their units, or in this order if there are two."""
+    columns = table.form.columns
+    if columns is None:
+        kinds = [kind and kind == "time" for kind in (measured(label.unit) for label in labels)]
+        if kinds.count(True) == kinds.count(False) == 1:
+            return [kinds.index(True), kinds.index(False)]
+        if len(labels) == 2 or (len(labels) == 1 and table.form.interval):
+            return [0, len(labels) - 1]
+    known = [(at, label.name.casefold(), label.text.casefold()) for at, label in enumerate(labels, 1)]
+    wanted = [column.casefold() if isinstance(column, str) else column for column in columns or ()]
+    picks = [[at for at, names in enumerate(known) if column in names] for column in wanted]
+    if [len(matches) for matches in picks] != [1, 1]:
+        shown = listed([f"{at} {label.text}".strip() for at, label in enumerate(labels, 1)][:_MOST_LISTED])
+        hint = "columns: [1, 2] takes the first two" if len(labels) > 1 else "without times, set interval"
+        if re.search("[0-9] +[0-9]", table.body[0][1]) and table.separator == ",":
+            hint = "set decimal: ','"
+        problem = f"must be the columns of time and force (got {columns}; the file has {shown}; {hint})"
+        table.refuse(table.body[0][0], "columns", problem)
+    return [at for (at,) in picks]
 
 
 # ---------------------------------------------------------------- body
 
 
-def _numbers(text: _Text, rows: Sequence[int], count: int, picks: Sequence[int]) -> FloatArray:
-    """Time and force columns of the lines ``rows``, shape (k, 2), finite."""
-    form, decimal = text.form, text.form.decimal
-    if (decimal or form.thousands) is None and text.separator != ",":
-        _check_marks(text, rows, picks)
-    # Plain numbers are read at once; anything else line by line, so that errors state their line.
-    with suppress(ValueError):
-        lines = [text.lines[index] for index in rows]
-        plain = np.loadtxt(lines, comments=None, delimiter=text.separator or None, ndmin=2)
-        if decimal != "," and not form.thousands and plain.shape[1] == count and np.isfinite(plain[:, picks]).all():
+def _numbers(table: _Table, picks: Sequence[int], width: int) -> FloatArray:
+    """Time and force columns, shape (k, 2), finite; one error states the first wrong row and how many there are."""
+    lines = [line.rstrip(f"{table.separator} ") for _, line in table.body]
+    body = "\n".join(lines)
+    if not table.form.decimal and table.separator != "," and "." in body and not _DECIMALS.search(body):
+        rule = "must be stated if all numbers have three digits behind their points"
+        table.refuse(table.body[0][0], "decimal", f"{rule} (decimal: '.'; thousands marks are not read)")
+    with suppress(ValueError, IndexError):  # plain numbers are read at once, anything else line by line
+        plain = np.loadtxt(lines, comments=None, delimiter=table.separator or None, ndmin=2)
+        if table.form.decimal != "," and plain.shape[1] <= width and np.isfinite(plain[:, picks]).all():
             return plain[:, picks]
-    semicolons = text.separator in (";", "\t") and any("," in text.lines[index] for index in rows)
-    decimal = decimal or ("," if form.thousands == "." or (semicolons and form.thousands != ",") else ".")
-    table = []
-    faults = []
-    for index in rows:
-        cells = _cells(text.lines[index], text.separator, count)
-        if len(cells) != count:
-            got = f"got {len(cells)}: {text_of(text.lines[index])}{text.comma_hint}"
-            faults.append(text.fault(index, "row", f"must have {count} columns ({got})"))
-            continue
-        values = [number_in(cells[pick], decimal, form.thousands) for pick in picks]
-        table.append(values)
-        if all(map(math.isfinite, values)):
-            continue
-        for value, pick, (unit, name) in zip(values, picks, (("s", "time"), ("N", "force")), strict=True):
-            if not math.isfinite(value):
-                got = f"got {text_of(cells[pick])}; {_remedy(cells[pick], decimal, index == text.first)}"
-                faults.append(text.fault(index, name, f"must be a finite number of {unit} ({got})"))
-    if faults:
-        raise InvalidValueError(faults[:_MOST_FAULTS])
-    return np.array(table)
+    numbers = np.array([_pair(table.cells(line), picks, width, table.form) for line in lines])
+    right = np.isfinite(numbers).all(axis=1)
+    if not right.all():
+        at = int(np.argmin(right))
+        number, line = table.body[at]
+        hint = "correct or delete them" if at else f"skip_rows: {table.body[np.argmax(right)][0] - 1} skips the first"
+        if np.isfinite(_pair(table.cells(line), picks, width, evolve(table.form, decimal=","))).all():
+            hint = "set decimal: ','"
+        got = f"got {text_of(line)}, and {np.count_nonzero(~right)} such rows in all; {hint}"
+        table.refuse(number, "row", f"must be finite numbers in {width} columns ({got})")
+    return numbers
 
 
-def _remedy(cell: str, decimal: str, first: bool) -> str:
-    """Advice for a cell that is not a finite number."""
-    marks = [f"decimal: {mark!r}" for mark in DECIMALS if math.isfinite(number_in(cell, mark))]
-    spaced = cell.translate(NARROW_SPACES)
-    thousands = [mark for mark in THOUSANDS if mark in spaced and math.isfinite(number_in(cell, decimal, mark))]
-    marks += [f"thousands: {mark!r} if it is a thousands mark" for mark in thousands]
-    if marks:
-        return f"set {' or '.join(marks)}"
-    if any(math.isfinite(number_in(cell, other, mark)) for other in DECIMALS for mark in (None, *THOUSANDS)):
-        return "set decimal and, if there are thousands marks, thousands"
-    return "set skip_rows to skip it" if first else "correct or delete the row"
+def _pair(cells: Sequence[str], picks: Sequence[int], width: int, form: RecordFormat) -> list[float]:
+    """Time and force of a row; NaN if they are no numbers, or it has too many or too few cells."""
+    try:
+        return [float(form.plain(cells[pick])) for pick in picks] if len(cells) <= width else [math.nan, math.nan]
+    except (ValueError, IndexError):
+        return [math.nan, math.nan]
 
 
-def _check_marks(text: _Text, rows: Iterable[int], picks: Sequence[int]) -> None:
-    """Refuse numbers such as 1.234 or 1,234, unless another number shows that the mark is a decimal sign."""
-    seen = None
-    for index in rows:
-        line = text.lines[index]
-        if "." in line or "," in line:
-            cells = _cells(line, text.separator)
-            for cell in [cells[pick] for pick in picks if pick < len(cells)]:
-                if not ("." in cell or "," in cell):
-                    continue
-                if not _GROUPED.fullmatch(cell):
-                    return
-                seen = seen or (index, cell, "," if "," in cell else ".")
-    if seen is not None:
-        index, cell, mark = seen
-        rule = "must be given, because all numbers have three digits after their marks"
-        text.refuse(index, "decimal", f"{rule} (got {cell!r}; set decimal: {mark!r} or thousands: {mark!r})")
+def _times(table: _Table, pick: int, times: FloatArray, factor: float, notes: list[str]) -> FloatArray:
+    """Times [s], counted from the first sample if floats cannot hold their digits."""
+    if table.form.interval is not None:
+        return table.form.interval * np.arange(times.size, dtype=float)
+    if np.spacing(np.abs(times).max()) * times.size > _COARSE * np.ptp(times):
+        first, *_ = exact = [Decimal(table.form.plain(table.cells(line)[pick])) for _, line in table.body]
+        times = np.array([float(time - first) for time in exact])
+        notes.append(f"The times count from the first sample, at {first} in the unit of the file.")
+    return times * factor

@@ -4,77 +4,42 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from contextlib import suppress
-from typing import Any, Literal
+from functools import cache
+from typing import Literal
 
 import attrs
 from attrs import frozen
 
-from shockwave.errors import InvalidValueError
-from shockwave.fields import one_of, quantity, text_of
+from shockwave.errors import Fault, InvalidValueError
+from shockwave.fields import one_of, quantity
+from shockwave.units import to_si
 
-#: Units that are recognised without brackets.
-BARE_UNITS = (
-    r"s|ms|us|µs|μs|ns|N|mN|kN|MN|lbf|kgf|Pa|hPa|kPa|MPa|GPa|mbar|bar|psi|ksi"
-    r"|g|gn|m/s2|m/s²|m/s\^2|m/s\*\*2|V|mV|uV|µV|pC"
-)
-#: Words that name a time column.
-TIME_NAMES = frozenset({"time", "t", "zeit", "temps", "tempo", "tiempo"})
-#: Words that name a column of each quantity.
-FORCE_NAMES = {
-    "force": frozenset({"force", "f", "load", "kraft", "forza", "fuerza"}),
-    "pressure": frozenset({"pressure", "overpressure", "druck", "überdruck", "pression", "pressione", "presión"}),
-    "acceleration": frozenset({"acceleration", "accel", "acc", "beschleunigung", "accélération", "accelerazione"}),
-}
-#: Decimal signs, thousands marks and encodings.
-DECIMALS = (".", ",")
-THOUSANDS = (".", ",", "'", " ")
-_ENCODINGS = ("utf-8", "utf-16", "cp1252", "latin-1")
-# SI unit of each quantity.
-_UNITS = {"force": "N", "pressure": "Pa", "acceleration": "m/s**2"}
+# SI unit of each quantity that a column can have.
+_UNITS = {"time": "s", "force": "N", "pressure": "Pa", "acceleration": "m/s**2", "voltage": "V"}
 # Key that turns a record of the quantity into one of the force.
 _KEYS = {"pressure": "area, the loaded area", "acceleration": "mass, the moving mass"}
+# Units of pint that records write in other ways: g is a gram there.
+_SPELLINGS = {"m/s2": "m/s^2", "g": "standard_gravity", "gn": "standard_gravity"}
+# Shortest unit that may be written in capitals, such as Sec: of shorter ones mS and ms are different units.
+_SHORTEST_WORD = 3
 
-# Least length of a label that can be the name of a unit: shorter ones are names or symbols.
-_SHORTEST = 4
-
-# Only products and single-digit powers of words: parsing a longer expression could take unbounded time.
-_FACTOR = r"[A-Za-zµμ]{1,20}(?:(?:\*\*|\^)-?[0-9])?"
-_UNIT = re.compile(rf"{_FACTOR}(?: ?[*·/] ?{_FACTOR}){{0,4}}")
-# Spellings that pint does not know, or knows as something else: g is a gram there.
-_SPELLINGS = {"m/s2": "m/s^2", "g": "g_0", "gn": "g_0"}
-
-
-def _columns(value: Any) -> Any:
-    """A pair of names and numbers as a tuple."""
-    if value is None:
-        return None
-    pair = tuple(value) if isinstance(value, list | tuple) else ()
-    if len(pair) != 2 or not all(type(one) in (int, str) for one in pair):
-        rule = "must be two names or numbers, of the time column and the force column"
-        raise InvalidValueError.of("columns", f"{rule} (got {text_of(value)})")
-    return pair
-
-
-def _choice(*known: str) -> Any:
-    """An optional attrs field that holds one of the texts ``known``."""
-    return attrs.field(default=None, validator=one_of(None, *known))
-
-
-def _lower(value: Any) -> Any:
-    return value.lower() if isinstance(value, str) else value
-
-
-def _unit_name(_: object, attribute: attrs.Attribute[Any], value: object) -> None:
-    if not isinstance(value, str | None):
-        raise InvalidValueError.of(
-            attribute.name, f"must be a unit in quotes, such as 'ms' or 'kN' (got {text_of(value)})"
-        )
+# Units that are recognised without brackets.
+_BARE = r"[mun]?s|[µμ]s|[mkM]?N|lbf|kgf|[hkMG]?Pa|m?bar|psi|ksi|gn?|m/s(?:2|²|\^2|\*\*2)|[munµ]?V|pC"
+# time [us], time (us), time/us, time_us or time us
+_LABEL = re.compile(rf"(.+?) ?(?:\[(.*)\]|\((.*)\)|/ ?([^\W\d].*)|[_ ]({_BARE}))")
+# A number, or a setting such as "range: 5 kN": no name of a column.
+_VALUE = re.compile(
+    rf"(?:.*[ :=])?[+-]?[0-9][0-9.,]*(?:e[+-]?[0-9]+)? ?(?:{_BARE})|[+-]?[0-9.,]+(?:e[+-]?[0-9]+)?", re.I
+)
+# Longest label of a column [characters]; longer text is none.
+_LONGEST_LABEL = 100
 
 
 @frozen(kw_only=True)
 class RecordFormat:
-    """Format and quantity of a record file; what is left out is found in the file.
+    """What a record file does not state: its layout, units and quantity.
 
     Parameters
     ----------
@@ -82,14 +47,14 @@ class RecordFormat:
         Numbers, from 1, or names of the time column and the force column.
     skip_rows : int
         Number of lines at the beginning of the file to skip.
-    encoding : "utf-8", "utf-16", "cp1252" or "latin-1", optional
-        Encoding of the file.
+    encoding : "utf-8", "utf-16" or "cp1252", optional
+        Encoding of the file; by default UTF-8, or UTF-16 if the file has its byte order mark.
     decimal : "." or ",", optional
-        Decimal sign.
-    thousands : ".", ",", "'" or " ", optional
-        Thousands mark.
+        Decimal sign; by default the point.
     time_unit : str, optional
         Unit of the times, in place of that in the header.
+    interval : float, optional
+        Sampling interval [s], in place of the times of the file.
     unit : str, optional
         Unit of the forces, pressures or accelerations, in place of that in the header.
     sign : 1 or -1
@@ -107,15 +72,17 @@ class RecordFormat:
         If a value is out of range, or both ``area`` and ``mass`` are given.
     """
 
-    columns: list[int | str] = attrs.field(default=None, converter=_columns)
+    columns: list[int | str] = attrs.field(default=None)
     skip_rows: int = quantity("", "lines at the beginning to skip", at_least=0, whole=True, default=0)
-    encoding: Literal["utf-8", "utf-16", "cp1252", "latin-1"] | None = attrs.field(
-        default=None, converter=_lower, validator=one_of(None, *_ENCODINGS)
+    encoding: Literal["utf-8", "utf-16", "cp1252"] | None = attrs.field(
+        default=None, validator=one_of(None, "utf-8", "utf-16", "cp1252")
     )
-    decimal: Literal[".", ","] | None = _choice(*DECIMALS)
-    thousands: Literal[".", ",", "'", " "] | None = _choice(*THOUSANDS)
-    time_unit: str | None = attrs.field(default=None, validator=_unit_name)
-    unit: str | None = attrs.field(default=None, validator=_unit_name)
+    decimal: Literal[".", ","] | None = attrs.field(default=None, validator=one_of(None, ".", ","))
+    time_unit: str | None = None
+    interval: float | None = quantity(
+        "s", "sampling interval, in place of times", above=0, default=None, example="1 us"
+    )
+    unit: str | None = None
     sign: Literal[1, -1] = attrs.field(default=1, validator=one_of(1, -1))
     scale: float | None = quantity("", "factor of the values, such as newtons per volt", above=0, default=None)
     area: float | None = quantity("m**2", "loaded area, for a pressure", above=0, default=None, example="1 cm**2")
@@ -124,117 +91,111 @@ class RecordFormat:
     def __attrs_post_init__(self) -> None:
         if self.area is not None and self.mass is not None:
             raise InvalidValueError.of("mass", "must be left out if area is given (got both; delete one)")
-        if self.decimal is not None and self.decimal == self.thousands:
-            raise InvalidValueError.of("thousands", f"must not be the decimal sign (got {self.thousands!r} for both)")
 
     @property
     def kind(self) -> str:
         """Quantity of the record, which is force, pressure or acceleration."""
         return "pressure" if self.area is not None else "acceleration" if self.mass is not None else "force"
 
+    def plain(self, cell: str) -> str:
+        """``cell`` as `float` and `Decimal` read it, so that another decimal sign is no number."""
+        if self.decimal == ",":
+            cell = cell.replace(".", "_.").replace(",", ".")
+        return cell.replace("_", "__")  # float reads 1_0 as 10
 
-def time_factor(form: RecordFormat, name: str, unit: str, notes: list[str]) -> float:
-    """Seconds per unit of the time column, whose header states ``name`` and ``unit``.
 
-    Raises
-    ------
-    InvalidValueError
-        If it is not a unit of time.
+# ---------------------------------------------------------------- units
+
+
+@frozen
+class Label:
+    """Name and unit of a column, empty where the header states none, and their text there."""
+
+    name: str = ""
+    unit: str = ""
+    text: str = ""
+
+
+def labels_of(cells: Sequence[str]) -> list[Label]:
+    """Labels in the cells of a header; none if the line is no header.
+
+    A line of units alone, such as ``us,N``, is a header; a line with a value, such as ``range,5 kN``, is none.
     """
-    if not (form.time_unit or unit) and _words(name) <= TIME_NAMES:
-        _check_header(form, name, "unit of time", "time_unit")
-        hint = "A header such as 'time [s]', or time_unit, states the unit."
-        notes.append(f"The time column has no unit: seconds are assumed. {hint}")
-        return 1.0
-    factor = _factor(form.time_unit or unit, "s")
-    if math.isnan(factor):
-        got = f"got {text_of(form.time_unit or unit or name)}; set time_unit, or write [s] in the header"
-        raise InvalidValueError.of("unit of time", f"must be a unit of time ({got})")
-    return factor
+    cells = [" ".join(cell.split()) for cell in cells]
+    if any(len(cell) > _LONGEST_LABEL or _VALUE.fullmatch(cell) for cell in cells):
+        return []
+    if all(map(measured, cells)):
+        return [Label("", cell, cell) for cell in cells]
+    parts = [(match.groups("") if (match := _LABEL.fullmatch(cell)) else (cell,), cell) for cell in cells]
+    return [Label(name, "".join(units).strip(), cell) for (name, *units), cell in parts]
 
 
-def force_factor(form: RecordFormat, name: str, unit: str, notes: list[str]) -> float:
-    """Newtons per unit of the force column, whose header states ``name`` and ``unit``.
-
-    Raises
-    ------
-    InvalidValueError
-        If the column is a record of another quantity than the format states, or its unit is not known.
-    """
-    kind, words = form.kind, _words(name)
-    base, path = _UNITS[kind], f"unit of {kind}"
-    named = next((each for each in (kind, *_UNITS) if FORCE_NAMES[each] & words), None)
-    stated = measured(unit) if unit else named
-    for got, found in ((text_of(unit or name), stated), (f"unit {form.unit}", measured(form.unit or ""))):
-        if found in _UNITS and found != kind:
-            remedy = f"set {_KEYS[found]}" if kind == "force" else f"delete {_KEYS[kind].partition(',')[0]}"
-            if form.unit and found == stated:
-                got = f"{got} in the header, although unit is {form.unit}"
-            wanted, other = (f"{'an' if each.startswith('a') else 'a'} {each}" for each in (kind, found))
-            problem = f"must be that of {wanted}, not of {other} (got {got}; {remedy})"
-            raise InvalidValueError.of(path, problem)
-    if not (form.unit or unit) and kind == "force" and words <= FORCE_NAMES[kind]:
-        _check_header(form, name, path, "unit")
-        hint = "A header such as 'force [N]', or unit, states the unit."
-        notes.append(f"The force column has no unit: newtons are assumed. {hint}")
-        factor = 1.0
-    else:
-        factor = _factor(form.unit or unit, base)
-    if math.isnan(factor):
-        got = f"got {text_of(form.unit or unit or name)}; set unit, such as {base}, and scale for a sensitivity"
-        raise InvalidValueError.of(path, f"must be a unit of {kind} ({got})")
-    if form.unit and unit and stated not in _UNITS and form.scale is None:
-        got = f"got {unit!r} in the header; set scale, the number of {form.unit} per {'V' if stated else unit}"
-        raise InvalidValueError.of(path, f"must be a unit of {kind} ({got})")
-    volts = _factor(unit, "V") if form.scale is not None and stated == "voltage" else 1.0
-    if volts != 1:
-        factor *= volts
-        notes.append(f"The values, in {unit}, were converted to volts: scale is per volt.")
-    elif form.unit and unit and form.unit != unit:
-        notes.append(f"The header states the unit {unit!r}; {form.unit!r} was used.")
-    for key, value, si in (("area", form.area, "m^2"), ("mass", form.mass, "kg")):
-        if value is not None:
-            notes.append(f"The force is the {kind} times the {key} of {value:.6g} {si}.")
-            factor *= value
-    if form.scale is not None or form.sign < 0:
-        notes.append(f"The values were multiplied by {(form.scale or 1.0) * form.sign:g}.")
-    return factor * (form.scale or 1.0) * form.sign
-
-
-def _check_header(form: RecordFormat, name: str, path: str, key: str) -> None:
-    """Refuse a column without a header below skipped lines, one of which may be the header."""
-    if form.skip_rows and not name:
-        got = f"got no header below {form.skip_rows} skipped lines; skip fewer, or set {key}"
-        raise InvalidValueError.of(path, f"must be stated ({got})")
-
-
-def measured(unit: str) -> str | None:
+@cache
+def measured(unit: str | None) -> str | None:
     """The quantity that is measured in a unit: time, force, pressure, acceleration or voltage; None if unknown."""
-    bases = {"time": "s", **_UNITS, "voltage": "V"}
-    return next((each for each, base in bases.items() if unit and not math.isnan(_factor(unit, base))), None)
-
-
-def is_unit(name: str) -> bool:
-    """Whether a label of a column is the name of a unit, and none of those of a time or a force column."""
-    if len(name) < _SHORTEST or _words(name) & TIME_NAMES.union(*FORCE_NAMES.values()):
-        return False
-    return any(not math.isnan(_factor(name, base)) for base in ("s", "V", *_UNITS.values()))
-
-
-def _words(name: str) -> frozenset[str]:
-    return frozenset(re.findall(r"[^\W\d_]+", name.lower()))
+    return next((kind for kind, base in _UNITS.items() if not math.isnan(_factor(unit or "", base))), None)
 
 
 def _factor(unit: str, base: str) -> float:
     """SI value of ``unit``; NaN if it is not a unit of the dimension of ``base``."""
-    if unit == base:
-        return 1.0
-    unit = _SPELLINGS.get(unit, unit.replace("²", "^2"))
-    if unit == "g_0" or (len(unit) <= 40 and _UNIT.fullmatch(unit)):
-        import pint  # needed only for units other than s and N
-
-        # A unit such as 'Seconds' or 'Sec' is recognised in lower case.
-        for spelling in (unit, unit.lower()):
-            with suppress(AttributeError, TypeError, ValueError):  # unknown unit, or wrong dimension
-                return float(pint.Quantity(1.0, spelling).to(base).magnitude)
+    unit = _SPELLINGS.get(unit, str(unit))
+    for spelling in (unit, unit.lower())[: 1 + (len(unit) >= _SHORTEST_WORD)] if unit else ():
+        with suppress(ValueError):
+            return to_si(f"1 {spelling}", base)
     return math.nan
+
+
+def factors(
+    form: RecordFormat, labels: Sequence[Label], extents: Sequence[float], place: str, notes: list[str]
+) -> list[float]:
+    """Seconds per unit of the time column and newtons per unit of the force column.
+
+    Parameters
+    ----------
+    form : RecordFormat
+        What the header does not state.
+    labels : sequence of Label
+        Labels of the two columns.
+    extents : sequence of float
+        Length of the record and greatest value in the units of the file, from which units are proposed.
+    place : str
+        Place of the header, for errors.
+    notes : list of str
+        Gains what was done.
+
+    Raises
+    ------
+    InvalidValueError
+        If a unit is not stated, with a proposal, or a column is a record of another quantity than the format states.
+    """
+    (time, force), faults = labels, []
+    kind, base, unit, stated = form.kind, _UNITS[form.kind], form.unit or force.unit, measured(force.unit)
+    per_time, per_force = _factor(form.time_unit or time.unit, "s"), _factor(unit, base)
+    if form.interval is None and (math.isnan(per_time) or measured(time.unit) not in (None, "time")):
+        # blows last about a millisecond
+        sizes = {unit: abs(math.log(max(extents[0], 1e-99) * _factor(unit, "ms"))) for unit in ("s", "ms", "us", "ns")}
+        likely = min(sizes, key=sizes.__getitem__)
+        hint = f"time_unit: {likely} makes the record {extents[0]:.4g} {likely} long; columns states the order"
+        got = " and ".join(map(repr, filter(None, (time.text, form.time_unit)))) or "none"
+        faults.append(Fault("time_unit", f"must be a unit of time (got {got}; {hint})", place))
+    other = next((each for each in (stated, measured(form.unit)) if each in (*_KEYS, "force") and each != kind), None)
+    hint = f"unit: {base} makes the greatest value {extents[1]:.4g} {base}"
+    if other is not None:
+        per_force, hint = math.nan, f"set {_KEYS[other]}" if kind == "force" else f"delete {_KEYS[kind]}"
+    elif force.unit and stated != kind and (form.unit is None or form.scale is None):
+        per_force, hint = math.nan, f"set unit: {form.unit or base}, and scale to the {base} per {force.unit}"
+    if math.isnan(per_force):
+        got = " and ".join(map(repr, filter(None, (force.text, form.unit)))) or "none"
+        faults.append(Fault("unit", f"must be a unit of {kind} (got {got}; {hint})", place))
+    if faults:
+        raise InvalidValueError(faults)
+    if stated == "voltage":
+        per_force *= _factor(force.unit, "V")
+        notes.append(f"The file states values in {force.unit}; scale is per volt.")
+    elif force.unit not in ("", unit):
+        notes.append(f"The file states the unit {force.unit!r}; {unit!r} was used.")
+    for key in ("area", "mass", "scale", "sign"):
+        if (value := getattr(form, key)) not in (None, 1):
+            per_force *= value
+            notes.append(f"The values were multiplied by the {key}, {value:.6g}.")
+    return [per_time, per_force]

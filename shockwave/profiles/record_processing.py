@@ -1,27 +1,27 @@
-"""Processing of a record: baseline, filter, crop, negative phase and quiet ends, with a note on the effect of each."""
+"""Processing of a record by the steps that a user asks for, with a note on the effect of each."""
 
 from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 from attrs import define, field, frozen
 
-from shockwave.errors import Fault, InvalidValueError
+from shockwave.errors import InvalidValueError
+from shockwave.profiles.record_proposals import is_clipped, proposed
 from shockwave.quadrature import FloatArray
+from shockwave.text import si
 
 #: Advice for a record in which compression is negative, unless it is a file.
 CHANGE_SIGNS = "change the signs of forces"
-# Force, over the peak force, above which the pulse has certainly begun.
-_BEGUN = 0.05
-# Force, over the peak force, above which the pulse has certainly not ended.
-_ENDED = 0.01
-# Largest baseline, over the peak force.
-_HIGHEST_BASELINE = 0.2
-# Largest standard deviation of the noise of a baseline, over the peak force.
-_WIDEST_NOISE = 0.02
-# Forces below this fraction of the peak force are rounding errors.
+# Forces below this fraction of the peak force or of a baseline are rounding errors.
 _ROUNDING = 1e-12
-# Largest negative phase, over the impulse, that is set to zero unasked.
-_SMALL_PHASE = 0.01
+# Largest force at the ends of a pulse, over its peak force, and largest relative change of peak force, rise time and
+# impulse by proposed keys, without a warning.
+_NOTICEABLE = 0.01
+# Force, over the peak force, below which most of the impulse is in doubt.
+_LOW = 0.02
 # Order of the low-pass filter, which is applied forwards and backwards.
 _ORDER = 4
 # Fewest samples that are filtered.
@@ -30,24 +30,17 @@ _FEWEST_FILTERED = 16
 _EXTENSION = 2
 # Largest relative difference of sampling intervals of a record that is filtered: times are rounded when written.
 _UNEVEN = 0.1
-# Relative change of impulse or peak force by a step that is due to rounding.
-_UNCHANGED = 1e-9
-# Smallest relative change of impulse and peak force by the cleaning that a note states.
-_NOTICEABLE = 1e-4
-# Smallest relative change of impulse or peak force by a low-pass filter that is a warning.
+# Distance from the ends of a window, over the mean sampling interval, at which samples still belong to it.
+_AT_END = 1e-3
+# Smallest relative change by a step that its note states.
+_UNCHANGED = 5e-5
+# Smallest relative change of the peak force by a low-pass filter that is a warning.
 _DISTORTED = 0.2
-# Largest peak force, over that before, of a pulse that a low-pass filter has removed.
-_REMOVED = 0.05
-# Samples within this number of standard deviations of the noise are quiet.
-_QUIET = 3
-# Samples beyond this number are certainly not noise: a long tail has random samples beyond 3, but not beyond 5.
-_CERTAIN = 5
-# Fewest samples before the pulse from which a baseline can be determined.
-_SHORTEST_LEAD = 5
-# Longest pulse in rise times: the square of a longer one overflows.
-_LONGEST = 1e150
-# Errors that are reported for one record: more would not help to correct it.
-_MOST_FAULTS = 20
+# Longest pulse in rise times, and largest time [s] and force [N]: the squares of larger numbers overflow.
+_LARGEST = 1e150
+
+#: Steps of the processing by their keys, as of `Tabulated`, with None for those that are not asked for.
+Steps = Mapping[str, Any]
 
 
 @frozen(eq=False)
@@ -59,62 +52,25 @@ class Pulse:
     peak_force: float
     rise_time: float
     notes: tuple[str, ...]
-    alarms: tuple[str, ...]
-
-
-Window = tuple[float, float] | None
 
 
 @define(eq=False)
 class _Process:
-    """A record during its processing.
-
-    ``first`` is the index of its first sample in the whole record, ``figures`` are peak force and impulse after a step,
-    ``alarms`` are notes that put the pulse in doubt.
-    """
+    """A record during its processing, with notes on the steps so far."""
 
     times: FloatArray
     forces: FloatArray
-    first: int = 0
     notes: list[str] = field(factory=list)
-    alarms: list[str] = field(factory=list)
-    figures: tuple[float, ...] = ()
 
     def step(self, change: str, forces: FloatArray, kept: slice = slice(None)) -> None:
-        """Take new ``forces``, of which the samples ``kept`` remain, and note the effect on peak force and impulse."""
-        times, forces = self.times[kept], forces[kept]
-        before = self.figures or (float(self.forces.max()), _impulse(self.times, self.forces))
-        self.figures = after = float(forces.max()), _impulse(times, forces)
-        effects = [
-            f"{name} {100 * (new / old - 1):+.2g} %"
-            for name, old, new in zip(("peak force", "impulse"), before, after, strict=True)
-            if old > 0 and abs(new / old - 1) > _UNCHANGED
-        ]
-        self.notes.append(f"{change} ({', '.join(effects) or 'peak force and impulse unchanged'}).")
-        self.times, self.forces, self.first = times, forces, self.first + (kept.start or 0)
-
-    def within(self, name: str, window: tuple[float, float], fewest: int) -> slice:
-        """Samples in a time window [s]."""
-        start, stop = np.searchsorted(self.times, window[0]), np.searchsorted(self.times, window[1], side="right")
-        if stop - start < fewest:
-            rule = f"must contain {fewest} samples or more"
-            got = f"got {stop - start} from {window[0]:g} to {window[1]:g} s"
-            raise InvalidValueError.of(name, f"{rule} ({got}; the record is {self.times[0]:g} to {self.times[-1]:g} s)")
-        return slice(int(start), int(stop))
+        """Take new ``forces``, of which the samples ``kept`` remain, and note the effect."""
+        before, self.times, self.forces = _figures(self.times, self.forces), self.times[kept], forces[kept]
+        effects = _changes(before, _figures(self.times, self.forces), _UNCHANGED) or "no change"
+        self.notes.append(f"{change} ({effects}).")
 
 
-def pulse_of(
-    times: FloatArray,
-    forces: FloatArray,
-    ratio: float | None,
-    clean: bool = True,
-    *,
-    baseline: Window = None,
-    low_pass: float | None = None,
-    crop: Window = None,
-    negative: str | None = None,
-) -> Pulse:
-    """Extract the pulse of a record.
+def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None, steps: Steps) -> Pulse:
+    """Extract the pulse of a record; apart from ``steps``, only samples of zero force at its ends are removed.
 
     Parameters
     ----------
@@ -122,120 +78,92 @@ def pulse_of(
         Samples [s] and [N].
     ratio : float, optional
         Duration ratio to which the decay is stretched.
-    clean : bool
-        Whether to remove a baseline that precedes the pulse, and its quiet ends.
-    baseline, low_pass, crop, negative
-        As of `Tabulated`.
+    steps : mapping
+        Values of baseline, low_pass, crop and negative, as of `Tabulated`.
 
     Raises
     ------
     InvalidValueError
-        If the samples are not a pulse; each error states its sample.
+        If the samples are not a pulse.
     """
     _check_samples(times, forces)
-    _check_push(forces)
     process = _Process(times, forces)
-    if clean and times[0] != 0:
-        process.notes.append(f"The times begin at {times[0]:g} s and were shifted to begin at zero.")
-    kept = slice(None) if crop is None else process.within("crop", crop, 3)
-    if baseline is not None:
-        window = process.within("baseline", baseline, 1)
-        level = float(forces[window].mean())
-        found = f"A baseline of {level:.4g} N, the mean from {baseline[0]:g} to {baseline[1]:g} s,"
-        process.step(f"{found} was subtracted", forces - level)
-    lead = _quiet_lead(process.forces) if clean else (0.0, 0.0, 0)
-    # the record may begin with something that the crop removes
-    level, noise, count = lead if lead[2] or not clean else _quiet_lead(process.forces[kept])
-    if level and baseline is None:
-        found = f"A baseline of {level:.4g} N, the mean of the {count} samples before the pulse,"
-        process.step(f"{found} was subtracted", process.forces - level)
-    if low_pass is not None:
-        _apply_filter(process, low_pass)
-        # the filtered pulse begins earlier
-        noise = float(process.forces[: count // 2].std()) if noise else 0.0
-    if crop is not None:
-        process.step(f"The record was cropped to {crop[0]:g} to {crop[1]:g} s", process.forces, kept)
-    _check_push(process.forces)
-    _resolve_negative(process, noise, clean, negative)
-    if clean:
-        _cut_quiet_ends(process, noise)
-        _note_sum(process, times, forces)
-    values, peak_force = process.forces / process.forces.max(), float(process.forces.max())
-    return _scaled_pulse(process, values, peak_force, ratio)
+    if steps["baseline"] is not None:
+        level = float(forces[_within(times, "baseline", steps["baseline"], 1)].mean())
+        window = "{:g} to {:g} s".format(*steps["baseline"])
+        lowered = np.where(np.abs(forces - level) > _ROUNDING * abs(level), forces - level, 0.0)
+        process.step(f"A baseline of {level:.4g} N, the mean from {window}, was subtracted", lowered)
+    if steps["low_pass"] is not None:
+        filtered = _filtered(times, process.forces, steps["low_pass"])
+        process.step(f"A low-pass filter at {steps['low_pass']:g} Hz was applied", filtered)
+    if steps["crop"] is not None:
+        kept = _within(times, "crop", steps["crop"], 3)
+        process.step("The record was cropped to {:g} to {:g} s".format(*steps["crop"]), process.forces, kept)
+    if process.forces.max() <= 0:
+        got = f"got at most {process.forces.max() + 0.0:g} N; if compression is negative, {CHANGE_SIGNS}"
+        raise InvalidValueError.of("forces", f"must be > 0 N somewhere ({got})")
+    _resolve_negative(process, steps["negative"], lambda: _advice(times, forces, ratio, steps))
+    inside = np.flatnonzero(process.forces)
+    kept = slice(max(int(inside[0]) - 1, 0), int(inside[-1]) + 2)
+    if kept.start > 0 or kept.stop < process.forces.size:  # without them the force is the same
+        process.step("Samples of zero force before and after the pulse were removed", process.forces, kept)
+    return _scaled_pulse(process, ratio)
 
 
-def _scaled_pulse(process: _Process, values: FloatArray, peak_force: float, ratio: float | None) -> Pulse:
+def _scaled_pulse(process: _Process, ratio: float | None) -> Pulse:
     """The pulse in units of its peak force and rise time."""
-    notes = [*process.notes, *_ends_notes(values, peak_force)]
-    peak = int(np.argmax(values))
-    if peak in (0, values.size - 1):
-        part, where = ("rise", "before") if peak == 0 else ("decay", "after")
-        problem = f"must not be the peak, because then there is no {part} (got {peak_force:g} N; add a sample of zero"
-        raise InvalidValueError.of(f"forces[{process.first + peak}]", f"{problem} force {where} it)")
-    # Extremely large times overflow.
-    with np.errstate(over="ignore", invalid="ignore"):
-        elapsed = process.times - process.times[0]
-        knots = elapsed / elapsed[peak]
-        if ratio is not None and ratio != knots[-1]:
-            notes.append(f"The decay was stretched in time: n is {ratio:g}, that of the record {knots[-1]:g}.")
-            knots[peak + 1 :] = 1.0 + (knots[peak + 1 :] - 1.0) * ((ratio - 1.0) / (knots[-1] - 1.0))
-            knots[-1] = ratio
-        if not (np.diff(knots) > 0).all() or not knots[-1] < _LONGEST:
-            rule = f"must differ by more than rounding errors and span less than {_LONGEST:g} rise times"
-            raise InvalidValueError.of("times", f"{rule} (got n = {knots[-1]:g})")
+    notes, peak_force, peak = process.notes, float(process.forces.max()), int(np.argmax(process.forces))
+    if peak in (0, process.forces.size - 1):
+        got = f"got the peak, {peak_force:g} N, at an end; add a sample of zero force there"
+        raise InvalidValueError.of("forces", f"must rise to a peak and fall from it ({got})")
+    if process.times[0] != 0:
+        notes.append(f"The times begin at {process.times[0]:g} s and were shifted to begin at zero.")
+    values, elapsed = process.forces / peak_force, process.times - process.times[0]
+    if not (np.diff(elapsed) > 0).all() or not elapsed[-1] < _LARGEST * elapsed[peak]:
+        rule = f"must differ by more than rounding errors and span less than {_LARGEST:g} rise times"
+        raise InvalidValueError.of("times", f"{rule} (got {elapsed[-1]:g} s and a rise time of {elapsed[peak]:g} s)")
+    knots = elapsed / elapsed[peak]
+    if ratio is not None and ratio != knots[-1]:
+        notes.append(f"The decay was stretched in time: n is {ratio:g}, that of the record {knots[-1]:g}.")
+        knots[peak + 1 :] = 1.0 + (knots[peak + 1 :] - 1.0) * ((ratio - 1.0) / (knots[-1] - 1.0))
+        knots[-1] = ratio
     if _impulse(knots, values) <= 0:
         raise InvalidValueError.of("forces", "must have an impulse > 0 N s (got a greater negative phase)")
-    return Pulse(knots, values, peak_force, float(elapsed[peak]), tuple(notes), tuple(process.alarms))
+    return Pulse(knots, values, peak_force, float(elapsed[peak]), tuple(notes))
 
 
 def _check_samples(times: FloatArray, forces: FloatArray) -> None:
-    faults = _number_faults("times", "s", times) + _number_faults("forces", "N", forces)
-    if faults:
-        raise InvalidValueError(faults[:_MOST_FAULTS])
-    if forces.size != times.size:
-        problem = f"must have one force for each time (got {forces.size} forces and {times.size} times)"
-        faults.append(Fault("forces", problem))
-    elif times.size < 3:
-        faults.append(Fault("times", f"must have at least three samples: beginning, peak and end (got {times.size})"))
-    for index in (np.flatnonzero(times[1:] <= times[:-1])[:_MOST_FAULTS] + 1).tolist():
-        got = f"got {times[index]:g} s after {times[index - 1]:g} s; sort the samples and remove repeated ones"
-        faults.append(Fault(f"times[{index}]", f"must be greater than times[{index - 1}] ({got})"))
-    if faults:
-        raise InvalidValueError(faults)
-
-
-def _check_push(forces: FloatArray) -> None:
-    if forces.max() <= 0:
-        got = f"got at most {forces.max() + 0.0:g} N; if compression is negative, {CHANGE_SIGNS}"
-        raise InvalidValueError.of("forces", f"must be > 0 N somewhere ({got})")
-
-
-def _number_faults(name: str, unit: str, values: FloatArray) -> list[Fault]:
-    """Errors for the ``values`` that are not finite numbers."""
-    wrong = np.flatnonzero(~np.isfinite(values))[:_MOST_FAULTS]
-    return [Fault(f"{name}[{at}]", f"must be a finite number of {unit} (got {values[at]:g})") for at in wrong.tolist()]
+    """Raise an error for the first of the samples that violate a rule, with their number."""
+    if forces.size != times.size or times.size < 3:
+        got = f"got {times.size} times and {forces.size} forces"
+        raise InvalidValueError.of("times", f"must be at least three, and as many as forces ({got})")
+    ascending, number = np.append(True, times[1:] > times[:-1]), f"must be a finite number below {_LARGEST:g}"
+    hint = "delete these samples or sort them"
+    if (times[1:] == times[:-1]).any():
+        mean = si(float(np.polyfit(np.arange(times.size), times, 1)[0]), "s", 4)
+        hint = f"where digits are missing, interval: {mean} replaces the times of a file"
+    for name, values, right, rule in (
+        ("times", times, np.abs(times) < _LARGEST, number),
+        ("forces", forces, np.abs(forces) < _LARGEST, number),
+        ("times", times, ascending, "must be greater than the one before"),
+    ):
+        if not right.all():
+            at = int(np.argmin(right))
+            got = f"got {values[at]:g}, and {np.count_nonzero(~right)} such samples in all"
+            raise InvalidValueError.of(f"{name}[{at}]", f"{rule} ({got}; {hint})")
 
 
 # ---------------------------------------------------------------- steps
 
 
-def _apply_filter(process: _Process, low_pass: float) -> None:
-    """Apply the low-pass filter, with a warning if it distorts the pulse.
-
-    Raises
-    ------
-    InvalidValueError
-        If it removes the pulse.
-    """
-    before, filtered = process.forces, _filtered(process.times, process.forces, low_pass)
-    share = float(filtered.max() / before.max())
-    if before.max() > 0 and share <= _REMOVED:
-        got = f"got {low_pass:g} Hz, which leaves {filtered.max():.3g} of {before.max():.3g} N; set a higher frequency"
-        raise InvalidValueError.of("low_pass", f"must keep the pulse ({got})")
-    process.step(f"A low-pass filter at {low_pass:g} Hz was applied", filtered)
-    if before.max() > 0 and abs(share - 1) > _DISTORTED:
-        change = f"changes the peak force by {100 * (share - 1):+.2g} %"
-        process.alarms.append(f"The low-pass filter {change}: it distorts the pulse (set a higher low_pass).")
+def _within(times: FloatArray, name: str, window: tuple[float, float], fewest: int) -> slice:
+    """Samples in a time window [s]."""
+    margin = _AT_END * (times[-1] - times[0]) / times.size
+    start, stop = np.searchsorted(times, (window[0] - margin, window[1] + margin)).tolist()
+    if stop - start < fewest:
+        got = f"got {stop - start}; the record is {times[0]:g} to {times[-1]:g} s"
+        raise InvalidValueError.of(name, f"must contain {fewest} samples or more ({got})")
+    return slice(start, stop)
 
 
 def _filtered(times: FloatArray, forces: FloatArray, low_pass: float) -> FloatArray:
@@ -243,126 +171,93 @@ def _filtered(times: FloatArray, forces: FloatArray, low_pass: float) -> FloatAr
     from scipy import signal  # needed only here
 
     steps = np.diff(times)
-    if not (forces.size >= _FEWEST_FILTERED and np.ptp(steps) <= _UNEVEN * steps.mean()):
-        rule = f"must be left out for fewer than {_FEWEST_FILTERED} samples and for uneven sampling"
-        got = f"got {forces.size} samples at intervals from {steps.min():.4g} to {steps.max():.4g} s"
-        raise InvalidValueError.of("low_pass", f"{rule} ({got})")
     rate = float(1 / steps.mean())
-    if not low_pass < rate / 2:
-        got = f"got {low_pass:g} Hz; the record has {rate:.4g} samples a second"
-        raise InvalidValueError.of("low_pass", f"must be below {rate / 2:.4g} Hz, half the sampling rate ({got})")
+    if forces.size < _FEWEST_FILTERED or np.ptp(steps) > _UNEVEN * steps.mean() or not low_pass < rate / 2:
+        rule = f"must be below half the sampling rate of {_FEWEST_FILTERED} or more evenly spaced samples"
+        got = (
+            f"got {low_pass:g} Hz for {forces.size} samples at intervals from {steps.min():.4g} to {steps.max():.4g} s"
+        )
+        raise InvalidValueError.of("low_pass", f"{rule} ({got})")
     sections = signal.butter(_ORDER, low_pass, fs=rate, output="sos")
     extension = min(forces.size - 1, int(np.ceil(_EXTENSION * rate / low_pass)))
     return np.asarray(signal.sosfiltfilt(sections, forces, padlen=extension), dtype=float)
 
 
-def _resolve_negative(process: _Process, noise: float, clean: bool, negative: str | None) -> None:
-    """Keep negative forces, or set them to zero.
-
-    Raises
-    ------
-    InvalidValueError
-        If it is not stated what to do with negative forces that are more than noise.
-    """
-    times, forces = process.times, process.forces
-    below = np.minimum(forces, 0.0)
-    if not below.any():
-        return
-    wrong = np.flatnonzero(below)[:_MOST_FAULTS].tolist()
-    if not clean and negative is None:
-        problem = "must be >= 0 N in a record that is not cleaned (got {:g} N; set negative: keep, or zero)"
-        raise InvalidValueError([Fault(f"forces[{process.first + at}]", problem.format(forces[at])) for at in wrong])
-    # Noise alone has negative samples, too: it cancels in the running impulse, and is small.
-    running = np.cumsum(np.diff(times, prepend=times[0]) * forces)
-    drop = float((np.maximum.accumulate(running) - running).max())
-    lobes = -_impulse(times, np.where(forces < -_QUIET * noise, forces, 0.0))
-    share = max(drop, lobes) / _impulse(times, np.maximum(forces, 0.0))
-    if negative == "keep":
-        process.notes.append(f"The negative forces were kept: their impulse is {100 * share:.2g} % of that above zero.")
-        return
-    if negative is None and share > _SMALL_PHASE:
-        part = f"{100 * share:.2g} %" if share < 1 else "most"
-        rule = f"must be keep or zero, because negative forces have {part} of the impulse"
-        hints = f"keep simulates pulling forces; zero ignores them; if compression is negative, {CHANGE_SIGNS}"
-        raise InvalidValueError.of("negative", f"{rule} (got nothing; {hints})")
-    change = f"Negative samples were set to zero: {np.count_nonzero(below)} of {forces.size}"
-    process.step(change, np.maximum(forces, 0.0))
-
-
-def _cut_quiet_ends(process: _Process, noise: float) -> None:
-    """Remove quiet samples before and after the pulse."""
-    peak_force = float(process.forces.max())
-    start, stop = _ends(np.abs(process.forces) / peak_force, noise / peak_force)
-    for kept, count, where in (
-        (slice(start, None), start, "before"),
-        (slice(0, stop - start + 1), process.forces.size - 1 - stop, "after"),
-    ):
+def _resolve_negative(process: _Process, negative: str | None, advice: Callable[[], str]) -> None:
+    """Keep negative forces, or set them to zero; an error with ``advice`` if neither is asked for."""
+    forces, above = process.forces, np.maximum(process.forces, 0.0)
+    count = np.count_nonzero(forces < -_ROUNDING * forces.max())
+    if negative is None and count:
+        share = 1 - _impulse(process.times, forces) / _impulse(process.times, above)
+        rule = f"must be keep or zero, because {count} of {forces.size} forces are negative, {share:.2%} of the impulse"
+        hint = f"negative: zero ignores them, keep simulates pulling; if compression is negative, {CHANGE_SIGNS}"
+        raise InvalidValueError.of("negative", f"{rule} (got nothing; {'; '.join(filter(None, [hint, advice()]))})")
+    if negative != "keep":
         if count:
-            process.step(f"Quiet samples {where} the pulse were removed: {count}", process.forces, kept)
-    # Forces within the noise of the quiet lead are zero.
-    process.forces = process.forces.copy()
-    process.forces[[0, -1]] *= np.abs(process.forces[[0, -1]]) > _QUIET * noise
+            process.step(f"Negative samples were set to zero: {count} of {forces.size}", above)
+        process.forces = above
 
 
-def _note_sum(process: _Process, times: FloatArray, forces: FloatArray) -> None:
-    """Note the sum of all changes, from the record ``forces`` at ``times``."""
-    before, highest = _impulse(times, forces), float(forces.max())
-    impulse = _impulse(process.times, process.forces)
-    changes = impulse / before - 1 if before > 0 else 1.0, float(process.forces.max()) / highest - 1
-    if max(map(abs, changes)) > _NOTICEABLE:
-        changed = f"the impulse by {100 * changes[0]:+.2g} % and the peak force by {100 * changes[1]:+.2g} %"
-        process.notes.append(f"Together this changes {changed} (clean: false keeps the record as it is).")
+# ---------------------------------------------------------------- doubts
 
 
-def _ends_notes(pulse: FloatArray, peak_force: float) -> list[str]:
-    """Notes on a pulse that does not begin or end at zero."""
-    size = "{:.4g} N, {:.2g} % of its peak: the force is discontinuous there."
-    ends = [(end, verb) for end, verb in ((0, "begins"), (-1, "ends")) if pulse[end] > _ROUNDING]
-    return [f"The record {verb} at {size.format(pulse[end] * peak_force, 100 * pulse[end])}" for end, verb in ends]
+def doubts(times: FloatArray, forces: FloatArray, ratio: float | None, steps: Steps, pulse: Pulse) -> list[str]:
+    """Warnings that a record may not be a pulse alone, or not the whole pulse, with the keys that would change it."""
+    sentences, advice = [], _advice(times, forces, ratio, steps)
+    if advice:
+        sentences.append(f"The record is longer than its pulse or has an offset ({advice}).")
+    elif steps["crop"] is None:
+        whole = f"crop: {_window(times[0], times[-1])} keeps all of it"
+        for end, verb in ((0, "begins"), (-1, "ends")):
+            if abs(pulse.values[end]) > _NOTICEABLE:
+                size = f"{pulse.values[end] * pulse.peak_force:.4g} N, {pulse.values[end]:.2%} of its peak force"
+                sentences.append(f"The record {verb} at {size} (set baseline if this is an offset; {whole}).")
+        low = np.where(pulse.values < _LOW, pulse.values, 0.0)
+        if _impulse(pulse.knots, low) > 0.5 * _impulse(pulse.knots, pulse.values):
+            sentences.append(f"Most of the impulse is below {_LOW:.0%} of the peak force ({whole}).")
+    if steps["low_pass"] is not None:
+        plain = pulse_of(times, forces, ratio, {**steps, "low_pass": None, "negative": steps["negative"] or "zero"})
+        change = _changes(_figures_of(plain), _figures_of(pulse), _DISTORTED)
+        if "peak force" in change:
+            sentences.append(f"The low-pass filter distorts the pulse: {change} (set a higher low_pass).")
+    if is_clipped(forces):
+        top = f"{forces.max():.4g} N, as that of a saturated sensor"
+        sentences.append(f"The record is flat at its greatest value, {top}: the true peak force is greater.")
+    return sentences
 
 
-def _ends(values: FloatArray, noise: float) -> tuple[int, int]:
-    """Indices of the first and last sample of the pulse: the zeros next to the part that certainly belongs to it."""
-    begun = int(np.argmax(values >= max(_BEGUN, _CERTAIN * noise)))
-    ended = values.size - 1 - int(np.argmax(values[::-1] >= max(_ENDED, _CERTAIN * noise)))
-    before = np.flatnonzero(values[:begun] <= _QUIET * noise)
-    after = np.flatnonzero(values[ended:] <= 0)
-    if not after.size:
-        after = np.flatnonzero(values[ended:] <= _QUIET * noise)
-    start = int(before[-1]) if before.size else 0
-    return start, ended + int(after[0]) if after.size else values.size - 1
+def _advice(times: FloatArray, forces: FloatArray, ratio: float | None, steps: Steps) -> str:
+    """Keys that make the record its pulse alone, and their effect; empty if that is small."""
+    windows = proposed(times, forces, steps["baseline"] is None, steps["crop"] is None)
+    present = {**steps, "negative": steps["negative"] or "zero"}
+    before, after = (pulse_of(times, forces, ratio, each) for each in (present, present | windows))
+    changes = _changes(_figures_of(before), _figures_of(after), _NOTICEABLE)
+    keys = [f"{key}: {_window(*window)}" for key, window in windows.items()]
+    if "baseline" in windows:
+        keys[0] += f" (subtracts {forces[_within(times, 'baseline', windows['baseline'], 1)].mean():.4g} N)"
+    if steps["negative"] is None and any("Negative" in note for note in after.notes):
+        keys.append("negative: zero")
+    return f"{', '.join(keys)} would change {changes}" if changes else ""
 
 
-def _quiet_lead(forces: FloatArray) -> tuple[float, float, int]:
-    """Baseline [N], noise [N] and number of the samples before the pulse; zeros if there are too few of them."""
-    peak, mean = forces.max(), np.median(forces[:_SHORTEST_LEAD])
-    noise, least = forces[:_SHORTEST_LEAD].std(), _BEGUN * (peak - mean)
-    for _ in range(2):  # the first five samples give only a rough estimate of the noise
-        count = int(np.argmax(forces - mean >= max(least, _CERTAIN * noise)))
-        while count >= _SHORTEST_LEAD and not _is_flat(forces[:count], peak):
-            count = 3 * count // 4  # the beginning of a slow rise is not part of the lead
-        if count < _SHORTEST_LEAD:
-            return 0.0, 0.0, 0
-        mean, noise, least = forces[:count].mean(), forces[:count].std(ddof=1), 0.0
-        if noise <= _ROUNDING * peak:
-            return float(forces[0]), 0.0, count
-    if abs(mean) > _CERTAIN * noise / np.sqrt(count):
-        return float(mean), float(noise), count
-    # Without a baseline, noise has both signs; a record without noise does not.
-    return 0.0, float(noise) if forces[:count].min() < 0 else 0.0, count
+def _window(start: float, stop: float) -> str:
+    return f"[{si(start, 's', 9)}, {si(stop, 's', 9)}]"
 
 
-def _is_flat(lead: FloatArray, peak: float) -> bool:
-    """Whether samples scatter about a constant level, unlike those of a slowly rising force."""
-    mean, spread, steps = abs(lead.mean()), lead.std(), np.diff(lead)
-    if spread <= _ROUNDING * peak:
-        return bool(mean < _HIGHEST_BASELINE * peak)
-    # Von Neumann's ratio is 2 for independent samples and near 0 for a smooth curve. Filtered noise is smooth, too; it
-    # differs from a curve that begins at zero by a level far above its standard deviation.
-    rough = np.mean(steps**2) >= spread**2
-    level = mean > 4 * spread and steps.min() < 0 < steps.max()
-    small = mean < _HIGHEST_BASELINE * peak and spread < _WIDEST_NOISE * peak
-    return bool(small and (rough or level))
+def _figures(times: FloatArray, forces: FloatArray) -> dict[str, float]:
+    """Peak force [N], rise time [s] and impulse [N s]."""
+    peak = int(np.argmax(forces))
+    return {"peak force": forces[peak], "rise time": times[peak] - times[0], "impulse": _impulse(times, forces)}
+
+
+def _figures_of(pulse: Pulse) -> dict[str, float]:
+    return _figures(pulse.rise_time * pulse.knots, pulse.peak_force * pulse.values)
+
+
+def _changes(before: Mapping[str, float], after: Mapping[str, float], least: float) -> str:
+    """Relative changes of figures beyond ``least``, each with its name."""
+    changes = {name: after[name] / old - 1 for name, old in before.items() if old > 0}
+    return ", ".join(f"{name} {change:+.2%}" for name, change in changes.items() if abs(change) > least)
 
 
 def _impulse(times: FloatArray, values: FloatArray) -> float:

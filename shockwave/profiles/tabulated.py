@@ -1,4 +1,4 @@
-"""The profile of a force record, without its baseline and quiet ends, linear between samples."""
+"""The profile of a force record, linear between samples."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from shockwave.numerics import running_sums
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.record_file import Record, read_record
 from shockwave.profiles.record_format import RecordFormat
-from shockwave.profiles.record_processing import CHANGE_SIGNS, Pulse, pulse_of
+from shockwave.profiles.record_processing import CHANGE_SIGNS, Pulse, Steps, doubts, pulse_of
 from shockwave.quadrature import FloatArray
 from shockwave.units import to_si
 
@@ -81,9 +81,10 @@ def _interval(meaning: str, example: str) -> Any:
 class Tabulated(ShockProfile):
     """A force record, linear between its samples, with its own peak force, rise time and duration ratio n.
 
-    The rise ends at the first sample with the highest force; a plateau is part of the decay. The steps of the
-    processing are applied in the order baseline, low-pass filter, crop, negative forces, quiet ends; `notes` state the
-    effect of each on peak force and impulse.
+    The rise ends at the first sample with the highest force; a plateau is part of the decay. The samples are taken as
+    they are, but for zeros at the ends and the steps below, which are applied in the order baseline, low-pass filter,
+    crop, negative forces; `notes` state the effect of each on peak force and impulse. `alarms` propose steps for a
+    record that seems to have an offset, or to be longer than its pulse.
 
     Parameters
     ----------
@@ -93,9 +94,6 @@ class Tabulated(ShockProfile):
         Forces [N]; the highest is above zero, and neither the first nor the last.
     duration_ratio : float, optional
         n of eq. (2), above 1, to which the decay is stretched in time. By default n is that of the record.
-    clean : bool
-        Whether to subtract the mean of the quiet samples before the pulse, unless there is a ``baseline``, and to
-        remove quiet samples around the pulse.
     baseline : (float, float), optional
         Time window of the record [s] whose mean force is subtracted.
     low_pass : float, optional
@@ -105,7 +103,7 @@ class Tabulated(ShockProfile):
         Time window of the record [s] that is kept.
     negative : "keep" or "zero", optional
         Whether negative forces pull the first granule, which only simulations cover, or are set to zero. By default
-        they are set to zero if they have less than 1 % of the impulse, and refused otherwise.
+        they are refused.
 
     Raises
     ------
@@ -118,17 +116,17 @@ class Tabulated(ShockProfile):
     duration_ratio: float = quantity(
         "", "total duration over rise time; the decay is stretched to fit", above=1.0, optional=True, default=None
     )
-    clean: bool = attrs.field(default=True, validator=one_of(True, False))
     baseline: Any = _interval("window whose mean force is subtracted", "-50 us, 0 us")  # noqa: RUF009
     low_pass: float | None = quantity("Hz", "cut-off of a low-pass filter", above=0, default=None, example="20 kHz")
     crop: Any = _interval("window that is kept", "0 us, 200 us")  # noqa: RUF009
     negative: Literal["keep", "zero"] | None = attrs.field(default=None, validator=one_of(None, "keep", "zero"))
+    _stretch: float | None = attrs.field(init=False, repr=False, eq=False)
     _pulse: Pulse = attrs.field(init=False, repr=False, eq=False)
     _assumed: tuple[str, ...] = attrs.field(init=False, repr=False, eq=False, default=())
 
     def __attrs_post_init__(self) -> None:
-        steps = {name: getattr(self, name) for name in ("clean", "baseline", "low_pass", "crop", "negative")}
-        pulse = pulse_of(self.times, self.forces, self.duration_ratio, **steps)
+        object.__setattr__(self, "_stretch", self.duration_ratio)
+        pulse = pulse_of(self.times, self.forces, self._stretch, self._steps)
         object.__setattr__(self, "_pulse", pulse)
         object.__setattr__(self, "duration_ratio", float(pulse.knots[-1]))
 
@@ -139,9 +137,9 @@ class Tabulated(ShockProfile):
         Parameters
         ----------
         path : path-like
-            The file. Its header can name units; without units, seconds and newtons are assumed.
+            The file; its header can state units.
         **settings
-            Parameters of the class, and those of `RecordFormat`, which states what the file does not.
+            Parameters of the class, and those of `RecordFormat`, which state what the file does not.
 
         Raises
         ------
@@ -178,10 +176,14 @@ class Tabulated(ShockProfile):
     def notes(self) -> tuple[str, ...]:
         return self._assumed + self._pulse.notes
 
-    @property
+    @cached_property
     def alarms(self) -> tuple[str, ...]:
-        """Effects of the processing that put the pulse in doubt."""
-        return self._pulse.alarms
+        """What puts the pulse in doubt, with the keys to set."""
+        return tuple(doubts(self.times, self.forces, self._stretch, self._steps, self._pulse))
+
+    @property
+    def _steps(self) -> Steps:
+        return {name: getattr(self, name) for name in ("baseline", "low_pass", "crop", "negative")}
 
     @cached_property
     def pulls(self) -> bool:

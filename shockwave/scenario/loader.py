@@ -389,8 +389,8 @@ class _Loading:
         """File ``name`` in the scenario's folder or below it; None, with a fault, if it is elsewhere."""
         folder = self.path.parent if self.path is not None else Path()
         file = folder / name
-        # an absolute name may lead elsewhere, too
-        if name.strip() and file.resolve().is_relative_to(folder.resolve()):
+        # an absolute name may lead elsewhere, too; Path.resolve raises an error for a link to itself
+        if name.strip() and Path(os.path.realpath(file)).is_relative_to(os.path.realpath(folder)):
             return file
         problem = f"must be a file in the scenario's folder or below it (got {text_of(name)}; copy it there)"
         self.add((*_PARAMETERS, "file"), problem)

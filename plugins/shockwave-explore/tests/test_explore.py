@@ -100,7 +100,7 @@ def test_a_file_keeps_its_comments_and_a_record_becomes_part_of_the_text() -> No
 
 @pytest.mark.parametrize(
     "processing",
-    ["crop: [0 us, 200 us]", "low_pass: 20 kHz, negative: zero", "baseline: [0 us, 20 us]", "clean: false"],
+    ["crop: [0 us, 200 us]", "low_pass: 20 kHz, negative: zero", "baseline: [0 us, 20 us]", "negative: zero"],
 )
 def test_the_record_in_the_text_is_processed_as_that_of_the_file(processing: str, tmp_path: Path) -> None:
     rows = "".join(

@@ -29,7 +29,7 @@ _GRANULES = 30
 _MOST_GRANULES = 300
 _LONGEST = 3.0
 # Keys of a record that act on its samples; the others act on the reading of its file.
-_PROCESSING = ("clean", "baseline", "low_pass", "crop", "negative")
+_PROCESSING = ("baseline", "low_pass", "crop", "negative")
 # Longest text, about 6 000 samples of a record, and deepest brackets: bounds on the time of the parser.
 _MOST_CHARACTERS = 2**18
 _MOST_NESTED = 50
