@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pathlib
 import pickle
+from contextlib import suppress
 from fractions import Fraction
 
 import attrs
@@ -16,7 +17,7 @@ import shockwave as sw
 from shockwave.chain.chain import Chain
 from shockwave.chain.library import PAPER_STEEL
 from shockwave.chain.segments import Segment
-from shockwave.errors import InvalidValueError
+from shockwave.errors import InvalidValueError, ShockwaveError
 from shockwave.measurement.simulate import simulate
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock import Shock
@@ -183,8 +184,8 @@ def test_only_zeros_at_the_ends_are_removed_unasked():
 
 #: Forces at whole times, and the warning that they begin or end above zero.
 JUMPS = {
-    "start": ([0.25, 1, 0.5, 0], "The record begins at 0.25 N, 25.00% of its peak force (set baseline if"),
-    "end": ([0, 1, 0.5, 0.125], "The record ends at 0.125 N, 12.50% of its peak force (set baseline if"),
+    "start": ([0.25, 1, 0.5, 0], "The record begins at 25.00% and ends at 0.00% of its peak force"),
+    "end": ([0, 1, 0.5, 0.125], "The record begins at 0.00% and ends at 12.50% of its peak force"),
 }
 
 
@@ -200,12 +201,14 @@ def test_a_jump_at_an_end_is_a_warning_unless_a_crop_states_the_ends(forces, war
 
 def test_a_small_jump_is_no_warning():
     assert Tabulated(range(4), [0.009, 1, 0.5, 0.009]).alarms == ()
-    assert len(Tabulated(range(4), [0.011, 1, 0.5, 0.011]).alarms) == 2
+    assert Tabulated(range(4), [0.011, 1, 0.5, 0]).alarms
+    assert Tabulated(range(4), [0, 1, 0.5, 0.011]).alarms
 
 
 def test_an_impulse_of_small_forces_is_a_warning():
     times, forces = [0, 1, 2, 300], [0, 1, 0.019, 0]
-    assert "Most of the impulse is below 2% of the peak force (crop: [0 s, 300 s]" in Tabulated(times, forces).alarms[0]
+    (alarm,) = Tabulated(times, forces).alarms
+    assert "of its impulse is below 2% of the peak force (set baseline for an offset; crop: [0 s, 300 s]" in alarm
     assert Tabulated(times, [0, 1, 0.021, 0]).alarms == ()
     assert Tabulated([0, 1, 2, 30], forces).alarms == ()
 
@@ -280,7 +283,7 @@ def test_a_low_pass_filter_that_distorts_the_pulse_is_a_warning():
         steps = {"baseline": (0, 100e-6), "negative": "zero"}
         shock = Shock(profile=Tabulated(times, forces, low_pass=edge, **steps))
         warnings = [text for text in Predictor().predict(shock, chain).warnings if text not in shock.profile.notes]
-        assert any("filter distorts the pulse: peak force -" in text for text in warnings) == distorted
+        assert any("filter distorts the pulse" in text for text in warnings) == distorted
 
 
 def test_a_low_pass_filter_does_not_shift_the_pulse():
@@ -406,6 +409,20 @@ def test_the_hammer_example_is_the_pulse_of_its_comment():
     assert profile.recorded_rise_time == pytest.approx(48e-6, abs=2e-6)
     impulse = profile.areas().total * profile.recorded_peak_force * profile.recorded_rise_time
     assert impulse == pytest.approx(850 * 160e-6 / 2, rel=5e-3)
+
+
+def test_random_samples_give_a_pulse_or_an_error_of_our_own_without_numerical_warnings():
+    draw, pulses = np.random.default_rng(5), 0
+    for _ in range(400):
+        size = int(draw.integers(3, 60))
+        steps = {"negative": draw.choice([None, "zero", "keep"]), "crop": (0.1, 0.9) if draw.random() < 0.3 else None}
+        forces = draw.choice([0, 0, 1, 5, -1, 300], size) if draw.random() < 0.5 else draw.normal(0, 1, size).cumsum()
+        with suppress(ShockwaveError):
+            profile = Tabulated(np.sort(draw.uniform(0, 1, size)), forces, **steps)
+            assert profile.force(1.0) == 1
+            assert len(profile.alarms) <= 3
+            pulses += 1
+    assert pulses > 100
 
 
 # ---------------------------------------------------------------- integrals

@@ -16,6 +16,7 @@ from shockwave.errors import Fault, InvalidValueError
 from shockwave.fields import one_of, quantity
 from shockwave.units import to_si
 
+_ENCODINGS = (None, "utf-8", "utf-16", "cp1252")
 # SI unit of each quantity that a column can have.
 _UNITS = {"time": "s", "force": "N", "pressure": "Pa", "acceleration": "m/s**2", "voltage": "V"}
 # Key that turns a record of the quantity into one of the force.
@@ -74,9 +75,7 @@ class RecordFormat:
 
     columns: list[int | str] = attrs.field(default=None)
     skip_rows: int = quantity("", "lines at the beginning to skip", at_least=0, whole=True, default=0)
-    encoding: Literal["utf-8", "utf-16", "cp1252"] | None = attrs.field(
-        default=None, validator=one_of(None, "utf-8", "utf-16", "cp1252")
-    )
+    encoding: Literal["utf-8", "utf-16", "cp1252"] | None = attrs.field(default=None, validator=one_of(*_ENCODINGS))
     decimal: Literal[".", ","] | None = attrs.field(default=None, validator=one_of(None, ".", ","))
     time_unit: str | None = None
     interval: float | None = quantity(

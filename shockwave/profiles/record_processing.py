@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, NoReturn
 
 import numpy as np
 from attrs import define, field, frozen
@@ -45,22 +45,28 @@ Steps = Mapping[str, Any]
 
 @frozen(eq=False)
 class Pulse:
-    """A pulse in units of its peak force [N] and rise time [s]: forces ``values`` at the times ``knots``."""
+    """A pulse in units of its peak force [N] and rise time [s]: forces ``values`` at the times ``knots``.
+
+    ``figures`` are those of the record before its decay was stretched.
+    """
 
     knots: FloatArray
     values: FloatArray
     peak_force: float
     rise_time: float
     notes: tuple[str, ...]
+    alarms: tuple[str, ...]
+    figures: Mapping[str, float]
 
 
 @define(eq=False)
 class _Process:
-    """A record during its processing, with notes on the steps so far."""
+    """A record during its processing, with notes and warnings on the steps so far."""
 
     times: FloatArray
     forces: FloatArray
     notes: list[str] = field(factory=list)
+    alarms: list[str] = field(factory=list)
 
     def step(self, change: str, forces: FloatArray, kept: slice = slice(None)) -> None:
         """Take new ``forces``, of which the samples ``kept`` remain, and note the effect."""
@@ -94,15 +100,25 @@ def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None, steps: 
         lowered = np.where(np.abs(forces - level) > _ROUNDING * abs(level), forces - level, 0.0)
         process.step(f"A baseline of {level:.4g} N, the mean from {window}, was subtracted", lowered)
     if steps["low_pass"] is not None:
-        filtered = _filtered(times, process.forces, steps["low_pass"])
+        highest, filtered = process.forces.max(), _filtered(times, process.forces, steps["low_pass"])
         process.step(f"A low-pass filter at {steps['low_pass']:g} Hz was applied", filtered)
+        if abs(filtered.max() - highest) > _DISTORTED * highest:
+            process.alarms.append(
+                f"The low-pass filter distorts the pulse (set a higher low_pass): {process.notes[-1]}"
+            )
     if steps["crop"] is not None:
         kept = _within(times, "crop", steps["crop"], 3)
         process.step("The record was cropped to {:g} to {:g} s".format(*steps["crop"]), process.forces, kept)
     if process.forces.max() <= 0:
         got = f"got at most {process.forces.max() + 0.0:g} N; if compression is negative, {CHANGE_SIGNS}"
         raise InvalidValueError.of("forces", f"must be > 0 N somewhere ({got})")
-    _resolve_negative(process, steps["negative"], lambda: _advice(times, forces, ratio, steps))
+    count, above = int(np.count_nonzero(process.forces < -_ROUNDING * process.forces.max())), process.forces.clip(0)
+    if count and steps["negative"] is None:
+        _refuse_negative(process, count, _advice(times, forces, ratio, steps))
+    if count and steps["negative"] == "zero":
+        process.step(f"Negative samples were set to zero: {count} of {above.size}", above)
+    elif not count:
+        process.forces = above
     inside = np.flatnonzero(process.forces)
     kept = slice(max(int(inside[0]) - 1, 0), int(inside[-1]) + 2)
     if kept.start > 0 or kept.stop < process.forces.size:  # without them the force is the same
@@ -129,7 +145,8 @@ def _scaled_pulse(process: _Process, ratio: float | None) -> Pulse:
         knots[-1] = ratio
     if _impulse(knots, values) <= 0:
         raise InvalidValueError.of("forces", "must have an impulse > 0 N s (got a greater negative phase)")
-    return Pulse(knots, values, peak_force, float(elapsed[peak]), tuple(notes))
+    figures = _figures(process.times, process.forces)
+    return Pulse(knots, values, peak_force, float(elapsed[peak]), tuple(notes), tuple(process.alarms), figures)
 
 
 def _check_samples(times: FloatArray, forces: FloatArray) -> None:
@@ -183,19 +200,13 @@ def _filtered(times: FloatArray, forces: FloatArray, low_pass: float) -> FloatAr
     return np.asarray(signal.sosfiltfilt(sections, forces, padlen=extension), dtype=float)
 
 
-def _resolve_negative(process: _Process, negative: str | None, advice: Callable[[], str]) -> None:
-    """Keep negative forces, or set them to zero; an error with ``advice`` if neither is asked for."""
-    forces, above = process.forces, np.maximum(process.forces, 0.0)
-    count = np.count_nonzero(forces < -_ROUNDING * forces.max())
-    if negative is None and count:
-        share = 1 - _impulse(process.times, forces) / _impulse(process.times, above)
-        rule = f"must be keep or zero, because {count} of {forces.size} forces are negative, {share:.2%} of the impulse"
-        hint = f"negative: zero ignores them, keep simulates pulling; if compression is negative, {CHANGE_SIGNS}"
-        raise InvalidValueError.of("negative", f"{rule} (got nothing; {'; '.join(filter(None, [hint, advice()]))})")
-    if negative != "keep":
-        if count:
-            process.step(f"Negative samples were set to zero: {count} of {forces.size}", above)
-        process.forces = above
+def _refuse_negative(process: _Process, count: int, advice: str) -> NoReturn:
+    """Raise an error that names what to do with ``count`` negative forces."""
+    share = 1 - _impulse(process.times, process.forces) / _impulse(process.times, np.maximum(process.forces, 0))
+    rule = f"must be keep or zero, because {count} of {process.forces.size} forces are negative"
+    hint = f"negative: zero ignores them, keep simulates pulling; if compression is negative, {CHANGE_SIGNS}"
+    got = f"got nothing; they have {share:.2%} of the impulse; {'; '.join(filter(None, [hint, advice]))}"
+    raise InvalidValueError.of("negative", f"{rule} ({got})")
 
 
 # ---------------------------------------------------------------- doubts
@@ -203,23 +214,17 @@ def _resolve_negative(process: _Process, negative: str | None, advice: Callable[
 
 def doubts(times: FloatArray, forces: FloatArray, ratio: float | None, steps: Steps, pulse: Pulse) -> list[str]:
     """Warnings that a record may not be a pulse alone, or not the whole pulse, with the keys that would change it."""
-    sentences, advice = [], _advice(times, forces, ratio, steps)
+    sentences, advice = [*pulse.alarms], _advice(times, forces, ratio, steps)
     if advice:
         sentences.append(f"The record is longer than its pulse or has an offset ({advice}).")
     elif steps["crop"] is None:
-        whole = f"crop: {_window(times[0], times[-1])} keeps all of it"
-        for end, verb in ((0, "begins"), (-1, "ends")):
-            if abs(pulse.values[end]) > _NOTICEABLE:
-                size = f"{pulse.values[end] * pulse.peak_force:.4g} N, {pulse.values[end]:.2%} of its peak force"
-                sentences.append(f"The record {verb} at {size} (set baseline if this is an offset; {whole}).")
-        low = np.where(pulse.values < _LOW, pulse.values, 0.0)
-        if _impulse(pulse.knots, low) > 0.5 * _impulse(pulse.knots, pulse.values):
-            sentences.append(f"Most of the impulse is below {_LOW:.0%} of the peak force ({whole}).")
-    if steps["low_pass"] is not None:
-        plain = pulse_of(times, forces, ratio, {**steps, "low_pass": None, "negative": steps["negative"] or "zero"})
-        change = _changes(_figures_of(plain), _figures_of(pulse), _DISTORTED)
-        if "peak force" in change:
-            sentences.append(f"The low-pass filter distorts the pulse: {change} (set a higher low_pass).")
+        first, last = abs(pulse.values[0]), abs(pulse.values[-1])
+        small = np.where(pulse.values < _LOW, pulse.values, 0.0)
+        low = _impulse(pulse.knots, small) / _impulse(pulse.knots, pulse.values)
+        if max(first, last) > _NOTICEABLE or low > 0.5:
+            state = f"begins at {first:.2%} and ends at {last:.2%} of its peak force; {low:.0%} of its impulse"
+            hint = f"set baseline for an offset; crop: {_window(times[0], times[-1])} keeps all of it"
+            sentences.append(f"The record {state} is below {_LOW:.0%} of the peak force ({hint}).")
     if is_clipped(forces):
         top = f"{forces.max():.4g} N, as that of a saturated sensor"
         sentences.append(f"The record is flat at its greatest value, {top}: the true peak force is greater.")
@@ -229,9 +234,14 @@ def doubts(times: FloatArray, forces: FloatArray, ratio: float | None, steps: St
 def _advice(times: FloatArray, forces: FloatArray, ratio: float | None, steps: Steps) -> str:
     """Keys that make the record its pulse alone, and their effect; empty if that is small."""
     windows = proposed(times, forces, steps["baseline"] is None, steps["crop"] is None)
+    if not windows:
+        return ""
     present = {**steps, "negative": steps["negative"] or "zero"}
-    before, after = (pulse_of(times, forces, ratio, each) for each in (present, present | windows))
-    changes = _changes(_figures_of(before), _figures_of(after), _NOTICEABLE)
+    try:
+        before, after = (pulse_of(times, forces, ratio, each) for each in (present, present | windows))
+    except InvalidValueError:  # a proposal that leaves no pulse is none
+        return ""
+    changes = _changes(before.figures, after.figures, _NOTICEABLE)
     keys = [f"{key}: {_window(*window)}" for key, window in windows.items()]
     if "baseline" in windows:
         keys[0] += f" (subtracts {forces[_within(times, 'baseline', windows['baseline'], 1)].mean():.4g} N)"
@@ -248,10 +258,6 @@ def _figures(times: FloatArray, forces: FloatArray) -> dict[str, float]:
     """Peak force [N], rise time [s] and impulse [N s]."""
     peak = int(np.argmax(forces))
     return {"peak force": forces[peak], "rise time": times[peak] - times[0], "impulse": _impulse(times, forces)}
-
-
-def _figures_of(pulse: Pulse) -> dict[str, float]:
-    return _figures(pulse.rise_time * pulse.knots, pulse.peak_force * pulse.values)
 
 
 def _changes(before: Mapping[str, float], after: Mapping[str, float], least: float) -> str:

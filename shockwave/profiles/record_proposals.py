@@ -71,14 +71,15 @@ def _side(forces: FloatArray) -> tuple[int, npt.NDArray[np.intp]]:
 def _crossing(forces: FloatArray, begin: int, force: float) -> float:
     """Number of samples, with a fraction, after which ``forces`` first fall to ``force`` behind ``begin``."""
     at = max(begin + int(np.argmax(forces[begin:] <= force)), 1)
-    return at - float((force - forces[at]) / (forces[at - 1] - forces[at]))
+    before, behind = forces[at - 1], forces[at]
+    return at - float((force - behind) / (before - behind)) if before > force >= behind else float(at)
 
 
 def is_clipped(forces: FloatArray) -> bool:
     """Whether the top of a record is flat although its other samples differ, as that of a saturated sensor."""
-    high = forces[forces > 0.5 * forces.max()]
+    high = forces[forces >= 0.5 * (forces.max() + np.median(forces))]
     steps, at_top = np.abs(np.diff(high)), high[1:] == high.max()
-    equal_at_top, equal = np.count_nonzero((steps == 0) & at_top), np.count_nonzero((steps == 0) & ~at_top)
-    if equal_at_top < _FLAT - 1 or equal_at_top <= _LONGER * equal or (steps > 0).sum() < _FLAT:
+    top, below = np.count_nonzero((steps == 0) & at_top), np.count_nonzero((steps == 0) & ~at_top)
+    if top < _FLAT - 1 or top <= _LONGER * below or np.count_nonzero(steps) < _FLAT:
         return False
     return bool(high.max() - high[high < high.max()].max() > _EDGE * np.median(steps[steps > 0]))
