@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from itertools import groupby
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -211,6 +213,48 @@ def test_modules_in_the_current_folder_are_not_run(tmp_path: Path) -> None:
     run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env=usual)
     assert not marker.exists(), marker.read_text()
     assert run.returncode == 0, run.stderr
+
+
+def small(folder: Path) -> Path:
+    """A file with a sweep of two points."""
+    folder.mkdir()
+    return written(folder, 2)
+
+
+def commanded(file: Path, limits: Callable[[], object] | None = None, **environment: str) -> Any:
+    command = [sys.executable, "-m", "shockwave", "sweep", file.name, "--workers", "1", "--out", "out"]
+    return subprocess.run(
+        command, cwd=file.parent, capture_output=True, text=True, env=os.environ | environment, preexec_fn=limits
+    )
+
+
+def test_a_long_folder_of_temporary_files_does_not_stop_a_sweep(tmp_path: Path) -> None:
+    # no path of a socket in it is short enough
+    long = tmp_path / ("long" * 30)
+    long.mkdir()
+    run = commanded(small(tmp_path / "sweep"), TMPDIR=str(long))
+    assert (run.returncode, run.stderr) == (0, "")
+    assert "2 of 2 points done" in run.stdout
+
+
+def test_too_few_open_files_are_reported(tmp_path: Path) -> None:
+    import resource  # not on Windows
+
+    run = commanded(small(tmp_path / "sweep"), lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (12, 12)))
+    assert run.returncode == 1
+    assert re.fullmatch(r"the limit of open files must be at least \d+ for 1 worker \(got 12; .*\)\n", run.stderr)
+
+
+def test_sweeps_in_threads_run_one_after_the_other(tmp_path: Path) -> None:
+    files = [small(tmp_path / str(number)) for number in range(4)]
+    order: list[Path] = []
+
+    def run(file: Path) -> int:
+        return run_sweep(file, file.parent / "out", workers=1, progress=lambda report: order.append(report.folder)).done
+
+    with ThreadPoolExecutor(len(files)) as threads:
+        assert list(threads.map(run, files)) == [2] * len(files)
+    assert len(list(groupby(order))) == len(files)
 
 
 # ---------------------------------------------------------------- points

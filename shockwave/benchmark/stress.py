@@ -16,7 +16,7 @@ from shockwave.benchmark.extreme_cases import CHECKS, Case, Finding, find
 from shockwave.progress import counted
 from shockwave.result_base import VERSION
 from shockwave.simulation.backend import Backend, chosen, lack
-from shockwave.sweep.fork_server import START, start_server
+from shockwave.sweep.fork_server import start_server
 from shockwave.text import alarm, limits, si, strong, table
 
 # Modules that are loaded once, before the processes of the cases are forked.
@@ -136,8 +136,7 @@ def stress(names: Iterable[str] = (), backend: str | None = None) -> Stress:
     jobs = [(case, backends if case.each_backend else backends[-1:]) for case in find(names)]
     begin = time.perf_counter()
     rows: list[Row] = []
-    start_server(modules=_MODULES)
-    with ProcessPool(os.cpu_count() or 1, context=START) as pool:
+    with ProcessPool(os.cpu_count() or 1, context=start_server(_MODULES)) as pool:
         futures = [pool.schedule(_in_process, (case.name, own), timeout=case.limit * len(own)) for case, own in jobs]
         try:
             for (case, own), future in zip(counted("stress", jobs), futures, strict=True):

@@ -70,7 +70,7 @@ def _sweep(options: argparse.Namespace) -> int:
             raise UsageError("--json: must be omitted with --dry-run (got both; the dry run prints text)")
         print(dry_run(options.file, folder, **settings))
         return 0
-    if options.resume and not (Path(folder) / DEFINITION).exists():
+    if options.resume and not os.path.exists(Path(folder) / DEFINITION):
         raise UsageError(f"{folder}: must hold a sweep to resume (got none; omit --resume to begin one)")
     settings |= {"timeout": options.timeout, "fail_fast": options.fail_fast, "progress": _show}
     with progress_on_stderr():  # ends before an interrupt is reported

@@ -8,10 +8,9 @@ import random
 import time
 from collections.abc import Sequence
 from datetime import timedelta
-from pathlib import Path
 
 from shockwave.scenario.scenario import Scenario
-from shockwave.sweep.definition import DEFINITION, SweepDefinition
+from shockwave.sweep.definition import DEFINITION, SweepDefinition, folder_path
 from shockwave.sweep.journal import NOT_RUN, Journal
 from shockwave.sweep.point_evaluation import Points
 from shockwave.sweep.runner import points_of
@@ -41,8 +40,8 @@ def dry_run(
     """
     points = points_of(scenario)
     count = len(points.sweep)
-    journal = Journal(Path(folder), count)
-    if (journal.folder / DEFINITION).exists():
+    journal = Journal(folder_path(folder), count)
+    if os.path.exists(journal.folder / DEFINITION):  # false also where the folder cannot be searched
         points.definition.resumed(SweepDefinition.read(journal.folder), journal.folder, accept_versions)
         journal.read(points.definition.columns)
     if retry_failed:

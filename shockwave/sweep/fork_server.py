@@ -3,29 +3,31 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 import sys
 from collections.abc import Sequence
 from typing import Any
 
-#: Context in which workers start.
-START: Any = multiprocessing.get_context("forkserver" if sys.platform != "win32" else "spawn")
+#: Contexts in which workers start: forked from the server, or each with its own interpreter.
+SPAWN: Any = multiprocessing.get_context("spawn")
+FORK_SERVER: Any = multiprocessing.get_context("forkserver") if sys.platform != "win32" else SPAWN
 #: Modules that the workers of a sweep need.
 WORKERS = ("shockwave.sweep.workers",)
-# Numbers of threads of the libraries of linear algebra: one, because there is a worker for each core.
-_THREADS = dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"), "1")
+# Loaded first, before the libraries of linear algebra.
+_ENVIRONMENT = "shockwave.sweep.server_environment"
 
 
-def start_server(executor: object = None, modules: Sequence[str] = WORKERS) -> None:
-    """Start the server, which loads ``modules``, unless it runs already or ``executor`` needs none; do not wait."""
-    if sys.platform != "win32" and executor is None:
-        from multiprocessing import forkserver
+def start_server(modules: Sequence[str] = WORKERS) -> Any:
+    """Start the server, which loads ``modules``, unless it runs already; return the context of workers, do not wait.
 
-        START.set_forkserver_preload(list(modules))
-        added = _THREADS.keys() - os.environ.keys()
-        os.environ.update({name: _THREADS[name] for name in added})
-        try:
-            forkserver.ensure_running()
-        finally:
-            for name in added:
-                del os.environ[name]
+    Without a server, which needs a socket with a short path in the folder for temporary files, workers are spawned.
+    """
+    if FORK_SERVER is SPAWN:
+        return SPAWN
+    from multiprocessing import forkserver
+
+    FORK_SERVER.set_forkserver_preload([_ENVIRONMENT, *modules])
+    try:
+        forkserver.ensure_running()
+    except OSError:
+        return SPAWN
+    return FORK_SERVER

@@ -115,7 +115,8 @@ def run_sweep(
     begin = time.perf_counter()
     place, limit = folder_path(folder), _TIMEOUT.checked("timeout", timeout)
     check_workers(executor, workers, limit)
-    start_server(executor)
+    if executor is None:
+        start_server()
     points = points_of(scenario)
     journal = Journal(place, len(points.sweep))
     with journal.locked():
@@ -200,7 +201,7 @@ class _Dispatch:
             while len(self.pending) < ahead and (self.queue or self.alone):
                 batch = self._batch(ahead)
                 self.pending[self.workers.submit(self.content, batch)] = batch
-        except (OSError, RuntimeError) as error:  # the executor was shut down or has broken down
+        except (OSError, EOFError, RuntimeError) as error:  # the executor was shut down or has broken down
             raise _lost(error) from error
         return bool(self.pending)
 

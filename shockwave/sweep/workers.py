@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import gc
+import math
 import multiprocessing
 import os
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -15,9 +17,9 @@ from typing import Any
 
 from pebble import ProcessExpired, ProcessPool
 
-from shockwave.errors import ShockwaveError, UsageError
+from shockwave.errors import ShockwaveError, UsageError, message_of
 from shockwave.fields import Quantity
-from shockwave.sweep.fork_server import START, start_server
+from shockwave.sweep.fork_server import FORK_SERVER, SPAWN, start_server
 from shockwave.sweep.point_evaluation import GROWTH, SLICE, run_batch
 
 
@@ -78,7 +80,7 @@ def check_workers(executor: object, count: object, timeout: float | None) -> Non
 def workers_of(executor: Executor | None, count: int | None, timeout: float | None = None) -> Iterator[Workers]:
     """Start processes on this machine, or use ``executor``; processes started here are terminated at the end.
 
-    The arguments must have passed `check_workers`.
+    Threads that start processes wait for each other. The arguments must have passed `check_workers`.
 
     Parameters
     ----------
@@ -95,8 +97,7 @@ def workers_of(executor: Executor | None, count: int | None, timeout: float | No
         If no worker starts.
     """
     if executor is None:
-        _check_start()
-        with closing(Processes(count or cores(), timeout)) as own:
+        with _ONE_AT_A_TIME, closing(Processes(count or cores(), timeout)) as own:
             yield own
     else:
         yield Workers(executor, count or getattr(executor, "_max_workers", None) or cores())
@@ -104,23 +105,37 @@ def workers_of(executor: Executor | None, count: int | None, timeout: float | No
 
 # ---------------------------------------------------------------- processes on this machine
 
+# The library of processes may take the end of a process of one thread for that of another, so only one thread uses it.
+_ONE_AT_A_TIME = threading.RLock()
+# Open files of the client, and those of each worker, with a margin.
+_FILES = 24
+_FILES_EACH = 3
 # Most times that the pool is started again.
 _RENEWALS = 20
 # Time after which the end of a process is reported [s].
 _LATE = 0.3
 
 
-class _Process(START.Process):  # type: ignore[misc]
+class _Late:
     """A process whose end is reported late, so that the pool first reads which batch the process had started."""
 
     _end: float | None = None
 
     def is_alive(self) -> bool:
         """Return whether the process runs, or ended less than `_LATE` ago."""
-        if super().is_alive():
+        alive: bool = super().is_alive()  # type: ignore[misc]
+        if alive:
             return True
         self._end = self._end or time.monotonic()
         return time.monotonic() - self._end < _LATE
+
+
+class _Forked(_Late, FORK_SERVER.Process):  # type: ignore[misc]
+    pass
+
+
+class _Spawned(_Late, SPAWN.Process):  # type: ignore[misc]
+    pass
 
 
 class Processes(Workers):
@@ -134,11 +149,13 @@ class Processes(Workers):
         self.count = count
         self.timeout = timeout
         self.renewals = _RENEWALS
+        _check_start(count)
         self.pool = self._start()
 
     def _start(self) -> ProcessPool:
-        context = type(START)()
-        context.Process = _Process
+        start = start_server()
+        context = type(start)()
+        context.Process = _Spawned if start is SPAWN else _Forked
         return ProcessPool(self.count, initializer=_begin, context=context)
 
     def submit(self, content: bytes, indices: list[int]) -> Future[Any]:
@@ -159,15 +176,32 @@ class Processes(Workers):
         self.pool.join()
 
 
-def _check_start() -> None:
-    """Raise a `LostError` if no process starts."""
-    start_server()
-    first = START.Process(target=cores)
-    first.start()
-    first.join()
+def _check_start(count: int) -> None:
+    """Raise a `LostError` if ``count`` processes cannot start."""
+    most = _open_files()
+    if most < (least := _FILES + _FILES_EACH * count):
+        remedy = "raise the limit with `ulimit -n`, or use fewer workers"
+        workers = "1 worker" if count == 1 else f"{count} workers"
+        raise LostError(f"the limit of open files must be at least {least} for {workers} (got {most}; {remedy})")
+    first = start_server().Process(target=cores)
+    try:
+        first.start()
+        first.join()
+    except (OSError, EOFError) as error:  # as of a process without enough files or memory
+        raise LostError(f"worker processes must start (got {message_of(error)}; use fewer workers)") from error
     if first.exitcode != 0:
         remedy = "call run_sweep from a program in a file, under `if __name__ == '__main__':`"
         raise LostError(f"worker processes must start (got status {first.exitcode}; {remedy})")
+
+
+def _open_files() -> float:
+    """Most files that a process may have open."""
+    if sys.platform == "win32":
+        return math.inf
+    import resource
+
+    most = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
+    return math.inf if most == resource.RLIM_INFINITY else most
 
 
 def _begin() -> None:
