@@ -7,7 +7,7 @@ import json
 import os
 import stat
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from io import TextIOWrapper
 from pathlib import Path
 from typing import IO, Any, TypeVar
@@ -41,8 +41,8 @@ def open_regular(path: _Path, remedy: str = "", mode: str = "rb", buffering: int
     FileAccessError
         When the file cannot be opened or is not a regular file; ``__cause__`` is the OSError, if any.
     """
-    if mode != "rb" and os.path.islink(path):
-        raise _error(path, "is not a file", "a link", "delete it")
+    if mode != "rb":
+        refuse_link(path)
     if os.path.exists(path) and not os.path.isfile(path):
         raise _error(path, "is not a file", "a folder" if os.path.isdir(path) else "a pipe or a device", remedy)
     try:
@@ -213,7 +213,14 @@ def replacing(path: Path) -> Iterator[TextIOWrapper]:
     except OSError as error:
         raise not_writable(path, error) from error
     finally:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+
+
+def refuse_link(path: _Path) -> None:
+    """Raise `FileAccessError` if ``path`` is a link, which could make a file anywhere be written."""
+    if os.path.islink(path):
+        raise _error(path, "is not a file", "a link", "delete it")
 
 
 def refuse_inputs(output: _Path, inputs: Iterable[_Path]) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+import tracemalloc
 from pathlib import Path
 from typing import Any
 
@@ -159,6 +161,7 @@ FAULTS = {
     ),
     "no-points": ("{points: |[]}", "points", "must be a list of mappings"),
     "1e7-points": (f"|{{grid: {{{MANY}}}}}", "", "got 115856201"),
+    "1e15-points": (f"|{{grid: {{{MANY.replace('41', '9999')}}}}}", "", "1 to 1e+07 cases in all (got more than 1e15)"),
 }
 
 
@@ -276,3 +279,37 @@ def test_a_sweep_does_not_hide_errors_of_the_block_that_it_varies(tmp_path: Path
     file = written(tmp_path, "{grid: {simulate.rtol: [1e-3]}}", f"{HEAD}simulate: fast\n")
     with pytest.raises(ScenarioError, match="simulate: must be a mapping"):
         sw.load_scenario(file)
+
+
+@pytest.mark.parametrize("part", ["grid", "zip"])
+def test_too_many_values_are_refused_before_they_are_made(tmp_path: Path, part: str) -> None:
+    names = [f"'chain.granules[{index}].diameter': {{linspace: [1 mm, 2 mm, 1000000]}}" for index in range(13)]
+    granules = f"granules: [{', '.join(['{diameter: 1 mm}'] * 13)}]"
+    file = written(tmp_path, f"{{{part}: {{{', '.join(names)}}}}}", HEAD.replace("radius: 1 mm", granules))
+    tracemalloc.start()
+    try:
+        with pytest.raises(ScenarioError, match=r"sweep: must have at most 1000000 values in all \(got 13000000\)"):
+            sw.load_scenario(file)
+        assert tracemalloc.get_traced_memory()[1] < 20e6  # bytes; one of the variables alone has 8 MB
+    finally:
+        tracemalloc.stop()
+
+
+#: Errors of which each takes long to describe, in a file of 24 to 48 kB.
+MANY_ERRORS = {
+    "distributions": "requires: [" + ", ".join(f"no-such-distribution-{i}" for i in range(2500)) + "]",
+    "spreads": "uncertainty: {" + ", ".join(f"chain.diamete{i}: {{sd: 1 um}}" for i in range(800)) + "}",
+    "keys": "\n".join(f"unknown_{i}: 1" for i in range(3000)),
+    "contacts": "simulate: {contacts: [" + ", ".join(str(i) for i in range(8000)) + "]}",
+}
+
+
+@pytest.mark.parametrize("text", MANY_ERRORS.values(), ids=MANY_ERRORS)
+def test_many_errors_are_not_searched_again_at_every_point(tmp_path: Path, text: str) -> None:
+    head = HEAD.replace("radius: 1 mm", "radius: 1 mm, granules: 9") + text + "\n"
+    file = written(tmp_path, "{grid: {shock.rise_time: {linspace: [1 us, 2 us, 200]}}}", head)
+    begin = time.process_time()
+    with pytest.raises(ScenarioError, match="more errors"):
+        sw.load_scenario(file)
+    # several times what it takes; with a search at each of a hundred points it is at least 10 s
+    assert time.process_time() - begin < 5

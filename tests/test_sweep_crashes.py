@@ -242,7 +242,7 @@ def test_too_few_open_files_are_reported(tmp_path: Path) -> None:
 
     run = commanded(small(tmp_path / "sweep"), lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (12, 12)))
     assert run.returncode == 1
-    assert re.fullmatch(r"the limit of open files must be at least \d+ for 1 worker \(got 12; .*\)\n", run.stderr)
+    assert re.fullmatch(r"the limit of open files must be at least (\d+) \(got 12; use `ulimit -n \1`\)\n", run.stderr)
 
 
 def test_sweeps_in_threads_run_one_after_the_other(tmp_path: Path) -> None:

@@ -118,6 +118,21 @@ def test_tables_do_not_depend_on_the_order_of_the_journal(tmp_path: Path) -> Non
         assert (one / file).read_bytes() == (other / file).read_bytes()
 
 
+FORMULAS = {"=1+1": "'=1+1", "+x": "'+x", "@SUM(A1)": "'@SUM(A1)", "\t=1": "'\t=1", "\r=1": "'\n=1", "-x": "'-x"}
+
+
+@pytest.mark.parametrize("text", FORMULAS, ids=repr)
+def test_text_that_a_spreadsheet_would_run_begins_with_an_apostrophe(tmp_path: Path, text: str) -> None:
+    axes = [([MATERIAL], [[text], ["-1.5e3"]])]
+    lines = [line(0, text, -1.5, 0.1, -2), line(1, status="failed", error=text)]
+    place = written(folder_of(tmp_path / "out", axes, lines))
+    first, second = rows(place)
+    assert first["chain.material"] == first["regime"] == second["problem"] == FORMULAS[text]
+    assert (second["chain.material"], first["peak_force [N]"], first["waves"]) == ("-1.5e3", "-1.5", "-2")
+    objects = [json.loads(one) for one in (place / "results.jsonl").read_text(encoding="utf-8").splitlines()]
+    assert objects[0]["regime"] == objects[1]["problem"] == text
+
+
 # A limit on the file size acts like a full disk.
 SMALL_DISK = """
 import resource, sys
@@ -256,6 +271,13 @@ DAMAGED = {
     "unreadable": LINES[5].replace("7.0,", "7.0"),
     "text-for-number": line(5, "train", "7", 0.7, 1),
     "a-column-too-many": line(5, "train", 7, 0.7, 1, 1),
+    "nan": line(5, "train", float("nan"), 0.7, 1),
+    "infinity": line(5, "train", 7.0, -float("inf"), 1),
+    "beyond-a-float": LINES[5].replace("7.0", "1e999"),
+    "long-whole-number": line(5, "train", 7.0, 0.7, 10**400),
+    "truth": line(5, "train", True, 0.7, 1),
+    "two-points": LINES[5].replace("}", ', "index": 4}'),
+    "no-point": LINES[5].replace('"index": 5', '"index": 6'),
 }
 
 
@@ -264,6 +286,18 @@ def test_a_damaged_line_is_ignored(tmp_path: Path, damaged: str) -> None:
     found = load_sweep(folder_of(tmp_path / "out", lines=[damaged, *LINES[:5]]))
     assert "ignored lines of journal.jsonl that are damaged or belong to no point: 1" in found.warnings
     assert (found.values("status") == "not run").sum() == 1
+
+
+def test_a_journal_that_is_cut_while_it_is_read_is_an_error(folder: Path) -> None:
+    definition = SweepDefinition.read(folder)
+    journal = Journal(folder, definition.points)
+    journal.read(definition.columns)
+    for content in ("".join(LINES[:3]), "".join(reversed(LINES)), None):
+        (folder / "journal.jsonl").unlink()
+        if content is not None:
+            (folder / "journal.jsonl").write_text(content, encoding="utf-8")
+        with pytest.raises(FileAccessError, match=r"journal\.jsonl: must not be changed by others .*of point \d"):
+            list(journal.rows(definition))
 
 
 WRONG_DEFINITIONS: dict[str, tuple[str, Any]] = {

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from shockwave.cli.output import check_output
 from shockwave.errors import UsageError
-from shockwave.files import refuse_inputs
+from shockwave.files import refuse_inputs, refuse_link
 from shockwave.pictures import figure, save
 from shockwave.sweep.plot import plot as drawn
 from shockwave.sweep.results import load_sweep
@@ -30,6 +30,8 @@ def plot(options: argparse.Namespace) -> int:
         fixed[name.strip()] = value.strip()
     found = drawn(load_sweep(options.folder), options.column, options.x, fixed)
     file = Path(options.output or Path(options.folder) / _name(found.column, options.x, fixed))
+    if not options.output:  # the folder may come from elsewhere
+        refuse_link(file)
     results = (each for each in Path(options.folder).iterdir() if each.suffix != file.suffix)
     refuse_inputs(file, results)
     state = "replaced" if file.exists() else "written"

@@ -20,7 +20,7 @@ from shockwave.scenario.value_conversion import Wrong, WrongsError, converted, g
 from shockwave.scenario.yaml_document import Document, Steps, steps_of
 
 Run = Literal["predict", "simulate", "compare"]
-# Scenes of a sweep, and values on an axis: bounds on its memory.
+# Scenes of a sweep, and values of all variables: bounds on its memory.
 _MOST_POINTS = 10**7
 _MOST_VALUES = 10**6
 # Number of points that are tried until one gives a valid scene.
@@ -94,7 +94,7 @@ class Sweep:
 
     def __attrs_post_init__(self) -> None:
         if not self.axes or not 0 < self.points <= _MOST_POINTS:
-            got = self.points if self.axes else "nothing"
+            got = "nothing" if not self.axes else self.points if self.points < 10**15 else "more than 1e15"
             raise ValueError(f"must have a grid, a zip or points with 1 to {_MOST_POINTS:g} cases in all (got {got})")
 
     @property
@@ -141,6 +141,7 @@ def read(data: Mapping[str, Any]) -> Sweep:
     if not isinstance(given, dict):
         structure(given, SWEEP)  # raises
     varied = list(_varied(given))
+    _check_size(varied)
     known = variables(data, [value for _, name, values in varied if name == "shock.profile" for value in values])
     converters = {
         "run": partial(converted, SWEEP[0]),
@@ -170,6 +171,20 @@ def _varied(block: Any) -> Iterator[tuple[str, str, list[Any]]]:
         for mapping in content if isinstance(content, list) else [content]:
             for name, values in mapping.items() if isinstance(mapping, dict) else ():
                 yield part, name, values if isinstance(values, list) else [values]
+
+
+def _check_size(varied: Iterable[tuple[str, str, list[Any]]]) -> None:
+    """Raise a `WrongsError` for more values than a sweep may have, before they are made."""
+    count = sum(_count(values) for _, _, values in varied)
+    if count > _MOST_VALUES:
+        raise WrongsError([Wrong((), f"must have at most {_MOST_VALUES} values in all (got {count})")])
+
+
+def _count(values: list[Any]) -> int:
+    """Number of the values of a variable, before they are checked."""
+    spacing = next(iter(values[0].values()), None) if len(values) == 1 and isinstance(values[0], dict) else None
+    number = spacing[-1] if isinstance(spacing, list) and spacing else None
+    return number if type(number) is int and 0 < number <= _MOST_VALUES else len(values)
 
 
 def _repeated(varied: list[tuple[str, str, list[Any]]]) -> Iterator[Wrong]:

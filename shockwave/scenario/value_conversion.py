@@ -20,6 +20,8 @@ from shockwave.units import COMMA, to_si
 
 #: Whether text that is converted may name a file, as in a scenario of the user's own, but not in one from a network.
 names_files: ContextVar[bool] = ContextVar("names_files", default=True)
+# Unknown keys of a block for which similar keys are sought, which takes a millisecond each.
+_MOST_HINTS = 100
 _NUMBERS = {int: Quantity("", "", whole=True), float: Quantity("", "")}
 
 
@@ -102,7 +104,7 @@ def gathered(
     wrongs: list[Wrong] = []
     for step, value in pairs:
         if step not in converters:
-            wrongs.append(_unknown(step, list(converters)))
+            wrongs.append(_unknown(step, list(converters), len(wrongs) < _MOST_HINTS))
             continue
         try:
             values[step] = converters[step](value)
@@ -122,8 +124,8 @@ def items(values: Sequence[Any], convert: Callable[[Any], Any]) -> list[Any]:
     return list(found.values())
 
 
-def _unknown(name: str, known: Sequence[str]) -> Wrong:
-    hint = hint_of(name, known) if known else "no keys are allowed here"
+def _unknown(name: str, known: Sequence[str], helpful: bool) -> Wrong:
+    hint = "no keys are allowed here" if not known else hint_of(name, known) if helpful else "see the first of these"
     comma = COMMA if name[:1].isdigit() else ""  # {diameter: 9,5 mm} in YAML
     return Wrong((name,), f"unknown key (got {text_of(name)}{comma}; {hint})", at_key=True)
 

@@ -22,8 +22,8 @@ DEFINITION = "sweep.json"
 NOTES = "notes"
 _FORMAT = 3
 _REMEDY = "choose a folder that `shockwave sweep FILE --out FOLDER` has written"
-# Largest file [bytes], enough for some hundred thousand values; parsing takes up to 25 times as much memory.
-_MOST_BYTES = 2**24
+# Largest file [bytes], more than a million numbers need; parsing takes up to 25 times as much memory.
+_MOST_BYTES = 2**25
 # Most differences that a message lists.
 _MOST_LISTED = 4
 # Names of arrays that a variable must not have.
@@ -149,10 +149,23 @@ class SweepDefinition(Sweep):
         return structured(document, SweepDefinition, file, "the definition of a sweep", _REMEDY)
 
     def write(self, folder: Path) -> None:
-        """Write the definition; raises FileAccessError if the file cannot be written."""
-        names = {"name": self.name, "earlier_versions": self.earlier_versions}
+        """Write the definition, one attribute on each line.
+
+        Raises
+        ------
+        FileAccessError
+            If the file cannot be written.
+        InvalidValueError
+            If it would be too large to be read.
+        """
+        document = self._content() | {"name": self.name, "earlier_versions": self.earlier_versions}
+        lines = ",\n".join(f"{json.dumps(name)}: {json.dumps(value)}" for name, value in document.items())
+        text = f"{{\n{lines}\n}}\n"
+        if len(text) > _MOST_BYTES:
+            problem = f"must be at most {_MOST_BYTES} bytes (got {len(text)}; vary fewer values)"
+            raise InvalidValueError.of(str(folder / DEFINITION), problem)
         with replacing(folder / DEFINITION) as file:
-            file.write(json.dumps(self._content() | names, indent=1) + "\n")
+            file.write(text)
 
     def differences(self, other: SweepDefinition) -> dict[str, str]:
         """Return the differences from ``other`` by dotted names, with both values."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+import os
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -15,7 +17,7 @@ from typing import IO, Any, NamedTuple
 import numpy as np
 
 from shockwave.errors import FileAccessError
-from shockwave.files import not_writable, open_regular
+from shockwave.files import not_writable, open_regular, refuse_link
 from shockwave.progress import progressed
 from shockwave.sweep.definition import DEFINITION, Column, SweepDefinition
 
@@ -34,6 +36,8 @@ _TYPES: dict[str, _Types] = {
     "whole": (int, NoneType),
     "text": (str, NoneType),
 }
+# Errors in the content of a line.
+_DAMAGES = (ValueError, KeyError, TypeError, OverflowError, RecursionError)
 
 
 def line_of(index: int, status: str, rest: str) -> str:
@@ -63,6 +67,7 @@ class Journal:
         self._offsets = np.zeros(points, dtype=np.int64)
         self._size = 0
         self._file: IO[bytes] | None = None
+        self._held: tuple[int, int] | None = None
 
     def count(self, *statuses: str) -> int:
         """Return the number of points with one of these statuses."""
@@ -108,18 +113,19 @@ class Journal:
 
     def _record(self, line: bytes, types: Sequence[_Types] | None = None) -> bool:
         """Record the next line, and return whether it belongs to a point and has values of these ``types``."""
+        place, self._size = self._size, self._size + len(line)
         match = _LINE.fullmatch(line)
-        known = match is not None and int(match[1]) < self.points
-        if known and types is not None:
+        index = int(match[1]) if match else self.points
+        if match is None or index >= self.points:
+            return False
+        if types is not None:
             try:
-                _content(line, types)
-            except (ValueError, KeyError, TypeError, RecursionError):
-                known = False
-        if match and known:
-            self._states[int(match[1])] = _STATUSES.index(match[2].decode())
-            self._offsets[int(match[1])] = self._size
-        self._size += len(line)
-        return known
+                _content(line, types, index)
+            except _DAMAGES:
+                return False
+        self._states[index] = _STATUSES.index(match[2].decode())
+        self._offsets[index] = place
+        return True
 
     def rows(self, definition: SweepDefinition) -> Iterator[Row]:
         """Yield all points in their order.
@@ -127,7 +133,7 @@ class Journal:
         Raises
         ------
         FileAccessError
-            If the journal cannot be read.
+            If the journal cannot be read, or was changed since `read`.
         """
         places = product(*(axis.values for axis in definition.axes))
         nothing, types = [None] * len(definition.columns), [_TYPES[column.kind] for column in definition.columns]
@@ -138,7 +144,10 @@ class Journal:
                 values = problem = None
                 if status != NOT_RUN:
                     file.seek(self._offsets[index])
-                    values, problem = _content(file.readline(), types)
+                    try:
+                        values, problem = _content(file.readline(), types, index)
+                    except _DAMAGES:
+                        raise self._changed(f"no line of point {index} where it was") from None
                 yield Row(index, point, status, values or nothing, problem)
 
     # ---------------------------------------------------------------- writing
@@ -158,17 +167,18 @@ class Journal:
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             _refuse_others(self.folder)
+            refuse_link(self.folder / _LOCK)
             lock.acquire()
         except Timeout:
             problem = "must be used by one client at a time (got another one; wait until it ends, or stop it)"
             raise FileAccessError(f"{self.folder}: {problem}") from None
-        except OSError as error:
+        except (OSError, ValueError) as error:  # a ValueError for a NUL character in the path
             raise not_writable(self.folder, error) from error
+        self._held = _identity(self.folder / _LOCK)
         try:
             yield
         finally:
-            if self._file is not None:
-                self._file.close()
+            self._close()
             lock.release()
 
     def add(self, lines: str) -> None:
@@ -177,12 +187,13 @@ class Journal:
         Raises
         ------
         FileAccessError
-            If the lines cannot be written.
+            If the lines cannot be written, or others have changed the journal.
         """
-        if self._file is None:
-            self._file = open_regular(self.path, mode="ab", buffering=0)
-            self._file.truncate(self._size)  # removes an incomplete last line
         content = lines.encode()
+        self._refuse_changes(content)
+        if self._file is None:
+            self._file = open_regular(self.path, mode="a+b", buffering=0)
+            self._file.truncate(self._size)  # removes an incomplete last line
         left = memoryview(content)
         try:
             while left:
@@ -193,16 +204,58 @@ class Journal:
         for line in content.splitlines(keepends=True):
             self._record(line)
 
+    def _refuse_changes(self, more: bytes) -> None:
+        """Raise a FileAccessError if others have cut, deleted or replaced the file; keep its lines, and ``more``."""
+        size = os.path.getsize(self.path) if os.path.exists(self.path) else 0
+        if size == self._size or (self._file is None and size > self._size):
+            return
+        changed = self._changed(f"{size} of {self._size} bytes")
+        if self._held != _identity(self.folder / _LOCK):  # another sweep may run in a new folder
+            raise changed
+        try:
+            if self._file is not None and os.fstat(self._file.fileno()).st_size == self._size:
+                self._file.seek(0)
+                more = self._file.read() + more
+            with open_regular(self.path, mode="ab") as kept:
+                kept.write(b"\n" * bool(size) + more)  # the last line may have been cut
+            self._close()
+            self._size = os.path.getsize(self.path)
+        except OSError as error:
+            raise not_writable(self.path, error) from error
+        raise changed
 
-def _content(line: bytes, types: Sequence[_Types]) -> tuple[list[Any] | None, str | None]:
-    """Values or error of a line; raises KeyError, TypeError or ValueError if the values are not of these types."""
+    def _close(self) -> None:
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+    def _changed(self, got: str) -> FileAccessError:
+        remedy = "run the same command to run the lost points again"
+        return FileAccessError(f"{self.path}: must not be changed by others during a sweep (got {got}; {remedy})")
+
+
+def _content(line: bytes, types: Sequence[_Types], index: int) -> tuple[list[Any] | None, str | None]:
+    """Values or error of the line of a point; raises one of `_DAMAGES` if it is no such line."""
     entry = json.loads(line)
+    if entry["index"] != index:
+        raise ValueError
     if entry["status"] != "done":
         return None, str(entry["error"])
     values: list[Any] = entry["values"]
-    if len(values) != len(types) or not all(map(isinstance, values, types)):
+    if len(values) != len(types) or not all(map(_fits, values, types)):
         raise TypeError
     return values, None
+
+
+def _fits(value: Any, types: _Types) -> bool:
+    """Whether a value has one of these types and, if it is a number, is finite."""
+    return type(value) in types and (value is None or isinstance(value, str) or math.isfinite(value))
+
+
+def _identity(file: Path) -> tuple[int, int] | None:
+    """Device and number of a file, which no other file has while this one is open; None if there is none."""
+    status = file.stat() if os.path.exists(file) else None
+    return status and (status.st_dev, status.st_ino)
 
 
 def _refuse_others(folder: Path) -> None:

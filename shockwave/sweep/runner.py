@@ -14,7 +14,7 @@ from attrs import define, evolve, field
 
 from shockwave.errors import InvalidValueError, UsageError, message_of
 from shockwave.fields import Quantity
-from shockwave.files import read_bytes, write_file
+from shockwave.files import read_bytes, replacing
 from shockwave.log import logger
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scenario import Scenario
@@ -161,7 +161,8 @@ def _definition(journal: Journal, points: Points, accept_versions: bool) -> Swee
         definition.write(folder)
     copy = folder / "scenario.yaml"
     if points.scenario.path is not None and not copy.exists():
-        write_file(copy, read_bytes(points.scenario.path, _MOST_SCENARIO))
+        with replacing(copy) as file:  # a link of this name is not followed
+            file.buffer.write(read_bytes(points.scenario.path, _MOST_SCENARIO))
     return definition
 
 
@@ -255,6 +256,7 @@ class _Dispatch:
         for future in wait(self.pending, timeout=_LAST).done:
             if not future.cancelled() and future.exception() is None:
                 self.journal.add(future.result())
+        self.journal.add("")  # an error if others have changed the journal
 
 
 def _lost(error: BaseException) -> LostError:

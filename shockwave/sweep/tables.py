@@ -5,11 +5,15 @@ from __future__ import annotations
 import csv
 import json
 from pathlib import Path
+from typing import Any
 
 from shockwave.files import replacing
 from shockwave.progress import progressed
 from shockwave.sweep.definition import SweepDefinition, as_text
 from shockwave.sweep.journal import Journal
+
+# First characters of a cell that a spreadsheet may run as a formula.
+_FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 
 def write_tables(definition: SweepDefinition, journal: Journal) -> tuple[Path, ...]:
@@ -30,7 +34,20 @@ def write_tables(definition: SweepDefinition, journal: Journal) -> tuple[Path, .
         # point by point, so that memory does not grow with their number
         for row in journal.rows(definition):
             values = [*row.point, *row.values, row.status, row.problem]
-            writer.writerow([value if isinstance(value, float) else as_text(value) for value in values])
+            writer.writerow([_cell(value) for value in values])
             objects.write(json.dumps(dict(zip(keys, (row.number, *values), strict=True))) + "\n")
             progressed("writing tables", row.number + 1, journal.points)
     return files
+
+
+def _cell(value: Any) -> Any:
+    """The value in CSV; text that a spreadsheet could run as a formula begins with an apostrophe."""
+    if isinstance(value, float):
+        return value
+    text = as_text(value)
+    if isinstance(value, str) and value.startswith(_FORMULA):
+        try:
+            float(value)
+        except ValueError:
+            text = f"'{value}"
+    return text and text.replace("\r", "\n")  # which not all versions of Python quote

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import gc
-import math
 import multiprocessing
 import os
-import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -178,30 +176,19 @@ class Processes(Workers):
 
 def _check_start(count: int) -> None:
     """Raise a `LostError` if ``count`` processes cannot start."""
-    most = _open_files()
-    if most < (least := _FILES + _FILES_EACH * count):
-        remedy = "raise the limit with `ulimit -n`, or use fewer workers"
-        workers = "1 worker" if count == 1 else f"{count} workers"
-        raise LostError(f"the limit of open files must be at least {least} for {workers} (got {most}; {remedy})")
+    least, most = _FILES + _FILES_EACH * count, os.sysconf("SC_OPEN_MAX") if hasattr(os, "sysconf") else -1
+    if 0 <= most < least:  # -1 stands for no limit
+        raise LostError(f"the limit of open files must be at least {least} (got {most}; use `ulimit -n {least}`)")
+    remedy = "call run_sweep from a program in a file, under `if __name__ == '__main__':`"
     first = start_server().Process(target=cores)
     try:
         first.start()
         first.join()
-    except (OSError, EOFError) as error:  # as of a process without enough files or memory
-        raise LostError(f"worker processes must start (got {message_of(error)}; use fewer workers)") from error
-    if first.exitcode != 0:
-        remedy = "call run_sweep from a program in a file, under `if __name__ == '__main__':`"
-        raise LostError(f"worker processes must start (got status {first.exitcode}; {remedy})")
-
-
-def _open_files() -> float:
-    """Most files that a process may have open."""
-    if sys.platform == "win32":
-        return math.inf
-    import resource
-
-    most = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
-    return math.inf if most == resource.RLIM_INFINITY else most
+        got = f"status {first.exitcode}" if first.exitcode else ""
+    except (OSError, EOFError) as error:  # as without memory or files for another process
+        got, remedy = message_of(error), "use fewer workers"
+    if got:
+        raise LostError(f"worker processes must start (got {got}; {remedy})")
 
 
 def _begin() -> None:
