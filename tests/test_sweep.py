@@ -5,10 +5,13 @@ from __future__ import annotations
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +24,7 @@ from shockwave.cli import main
 from shockwave.measurement import simulate
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scene_family import Family
-from shockwave.sweep import point_evaluation
+from shockwave.sweep import definition, point_evaluation
 from shockwave.sweep.dry_run import dry_run
 from shockwave.sweep.fork_server import start_server
 from shockwave.sweep.journal import line_of
@@ -357,6 +360,25 @@ def test_columns_in_another_order_are_another_sweep(scenario: Path, tmp_path: Pa
         swept(scenario, tmp_path / "out")
 
 
+def test_a_definition_that_could_not_be_read_again_is_refused_before_anything_is_run(
+    scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(definition, "_MOST_BYTES", 1000)
+    with pytest.raises(sw.InvalidValueError, match=r"sweep\.json: must be at most 1000 bytes \(got \d+; vary fewer"):
+        swept(scenario, tmp_path / "out")
+    assert [file.name for file in (tmp_path / "out").iterdir()] in (["sweep.lock"], [])
+
+
+@pytest.mark.parametrize("part", ["grid", "zip"])
+def test_the_definition_of_as_many_values_as_a_sweep_may_have_can_be_read(tmp_path: Path, part: str) -> None:
+    count, most = 5000, 10**6
+    spacing = f"{{linspace: [1.2345e-105 s, 1e-104 s, {count}]}}"  # of 24 characters each
+    file = written(tmp_path, f"sweep: {{run: predict, {part}: {{shock.rise_time: {spacing}}}}}\n")
+    points_of(file).definition.write(tmp_path)
+    assert (tmp_path / "sweep.json").stat().st_size * most / count < definition._MOST_BYTES
+    assert definition.SweepDefinition.read(tmp_path).points == count
+
+
 def test_another_version_must_be_accepted(scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     swept(scenario, tmp_path / "out")
     file = tmp_path / "out" / "journal.jsonl"
@@ -419,9 +441,70 @@ def test_a_folder_with_other_files_is_refused(scenario: Path, tmp_path: Path) ->
         swept(scenario, tmp_path / "out")
 
 
+@pytest.mark.parametrize("name", ["sweep.lock", "scenario.yaml", "sweep.json", "journal.jsonl", "results.csv"])
+def test_links_in_a_folder_lead_to_no_other_file(scenario: Path, tmp_path: Path, name: str) -> None:
+    swept(scenario, tmp_path / "out")
+    place = tmp_path / "out" / name
+    for target, content in ((tmp_path / "dangling", None), (tmp_path / "other", place.read_bytes())):
+        if content is not None:
+            target.write_bytes(content)
+        place.unlink()
+        place.symlink_to(target)
+        with suppress(sw.FileAccessError):
+            swept(scenario, tmp_path / "out", retry_failed=True)
+        assert (target.read_bytes() if target.exists() else None) == content
+
+
+def test_a_picture_replaces_no_file_that_a_link_in_the_folder_names(scenario: Path, tmp_path: Path) -> None:
+    swept(scenario, tmp_path / "out")
+    (tmp_path / "out" / "amplification.svg").symlink_to(tmp_path / "other")
+    assert main(["plot", str(tmp_path / "out")]) == 5
+    assert not (tmp_path / "other").exists()
+
+
+def removed_and_begun_again(folder: Path) -> None:
+    shutil.rmtree(folder)
+    folder.mkdir()
+    (folder / "journal.jsonl").write_text("of another sweep\n")
+
+
+#: What may happen to the folder of a sweep that runs, and the points of 25 that are then kept.
+CHANGES: dict[str, tuple[Callable[[Path], object], int]] = {
+    "deleted": (lambda folder: (folder / "journal.jsonl").unlink(), 17),
+    "replaced by a copy": (
+        lambda folder: shutil.move(shutil.copy(folder / "journal.jsonl", folder / "x.part"), folder / "journal.jsonl"),
+        17,
+    ),
+    "cut": (lambda folder: os.truncate(folder / "journal.jsonl", 500), 4),
+    "emptied": (lambda folder: os.truncate(folder / "journal.jsonl", 0), 2),
+    "folder deleted": (shutil.rmtree, 0),
+    "begun again": (removed_and_begun_again, 0),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_journal_that_others_change_ends_the_sweep_and_keeps_what_is_left(
+    scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, change: str
+) -> None:
+    monkeypatch.setattr(point_evaluation, "SLICE", 1e-9)  # one point in a batch
+    out, (strike, kept) = tmp_path / "out", CHANGES[change]
+    with pytest.raises(sw.FileAccessError, match=r"journal\.jsonl: must not be changed by others"):
+        swept(scenario, out, progress=lambda report: strike(out) if report.done == 15 else None)
+    if change == "begun again":
+        assert (out / "journal.jsonl").read_text() == "of another sweep\n"
+        shutil.rmtree(out)
+    monkeypatch.undo()
+    report = swept(scenario, out)
+    assert (report.before >= kept, report.done) == (True, 40)
+    swept(scenario, tmp_path / "undisturbed")
+    assert tables(out) == tables(tmp_path / "undisturbed")
+
+
 USAGE = {
     "no sweep": (SIMULATE, [], 3, "sweep: must be given"),
     "nothing to resume": (GRID, ["--resume"], 2, "must hold a sweep to resume"),
+    "long name": (GRID, ["--out", "long" * 100], 5, ": cannot be written (File name too long)"),
+    "long name to resume": (GRID, ["--out", "long" * 100, "--resume"], 2, "must hold a sweep to resume"),
     "folder is a file": (GRID, ["--out", "scene.yaml"], 5, "scene.yaml: cannot be"),
 }
 
