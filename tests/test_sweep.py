@@ -26,7 +26,6 @@ from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scene_family import Family
 from shockwave.sweep import definition, point_evaluation
 from shockwave.sweep.dry_run import dry_run
-from shockwave.sweep.fork_server import start_server
 from shockwave.sweep.journal import line_of
 from shockwave.sweep.report import SweepInterrupt, SweepReport
 from shockwave.sweep.runner import points_of, run_sweep
@@ -391,6 +390,10 @@ def test_another_version_must_be_accepted(scenario: Path, tmp_path: Path, monkey
     assert any("other versions" in note for note in report.notes)
     # accepted from then on
     assert swept(scenario, tmp_path / "out").before == 40
+    monkeypatch.setattr(sw, "__version__", "100.0")
+    swept(scenario, tmp_path / "out", accept_versions=True)
+    earlier = definition.SweepDefinition.read(tmp_path / "out").earlier_versions
+    assert [versions["shockwave"] for versions in earlier[1:]] == ["99.0"]
 
 
 def test_a_point_whose_line_is_damaged_is_run_again(scenario: Path, tmp_path: Path) -> None:
@@ -450,7 +453,8 @@ def test_links_in_a_folder_lead_to_no_other_file(scenario: Path, tmp_path: Path,
             target.write_bytes(content)
         place.unlink()
         place.symlink_to(target)
-        with suppress(sw.FileAccessError):
+        refused = pytest.raises(sw.FileAccessError, match=rf"{name}: is not a file \(got a link; delete it\)")
+        with refused if name == "sweep.lock" else suppress(sw.FileAccessError):
             swept(scenario, tmp_path / "out", retry_failed=True)
         assert (target.read_bytes() if target.exists() else None) == content
 
@@ -468,17 +472,24 @@ def removed_and_begun_again(folder: Path) -> None:
     (folder / "journal.jsonl").write_text("of another sweep\n")
 
 
-#: What may happen to the folder of a sweep that runs, and the points of 25 that are then kept.
-CHANGES: dict[str, tuple[Callable[[Path], object], int]] = {
-    "deleted": (lambda folder: (folder / "journal.jsonl").unlink(), 17),
-    "replaced by a copy": (
-        lambda folder: shutil.move(shutil.copy(folder / "journal.jsonl", folder / "x.part"), folder / "journal.jsonl"),
-        17,
-    ),
-    "cut": (lambda folder: os.truncate(folder / "journal.jsonl", 500), 4),
-    "emptied": (lambda folder: os.truncate(folder / "journal.jsonl", 0), 2),
-    "folder deleted": (shutil.rmtree, 0),
-    "begun again": (removed_and_begun_again, 0),
+def replaced(folder: Path) -> None:
+    shutil.copy(folder / "journal.jsonl", folder / "copy")
+    (folder / "copy").replace(folder / "journal.jsonl")
+
+
+def deleted(folder: Path) -> None:
+    (folder / "journal.jsonl").unlink()
+
+
+#: What may happen to the folder of a sweep, after how many points, and how many points are kept at least.
+CHANGES: dict[str, tuple[Callable[[Path], object], int, int]] = {
+    "deleted": (deleted, 15, 15),
+    "deleted at the end": (deleted, 40, 40),
+    "replaced by a copy": (replaced, 15, 15),
+    "cut": (lambda folder: os.truncate(folder / "journal.jsonl", 500), 15, 3),
+    "emptied": (lambda folder: os.truncate(folder / "journal.jsonl", 0), 15, 1),
+    "folder deleted": (shutil.rmtree, 15, 0),
+    "begun again": (removed_and_begun_again, 15, 0),
 }
 
 
@@ -487,9 +498,9 @@ def test_a_journal_that_others_change_ends_the_sweep_and_keeps_what_is_left(
     scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, change: str
 ) -> None:
     monkeypatch.setattr(point_evaluation, "SLICE", 1e-9)  # one point in a batch
-    out, (strike, kept) = tmp_path / "out", CHANGES[change]
+    out, (strike, after, kept) = tmp_path / "out", CHANGES[change]
     with pytest.raises(sw.FileAccessError, match=r"journal\.jsonl: must not be changed by others"):
-        swept(scenario, out, progress=lambda report: strike(out) if report.done == 15 else None)
+        swept(scenario, out, progress=lambda report: strike(out) if report.done == after else None)
     if change == "begun again":
         assert (out / "journal.jsonl").read_text() == "of another sweep\n"
         shutil.rmtree(out)
@@ -687,10 +698,22 @@ def test_a_dry_run_reports_finished_and_failed_points(tmp_path: Path) -> None:
         dry_run(written(tmp_path, SIMULATE.replace("-4", "-5") + BROKEN), tmp_path / "out")
 
 
-def test_starting_the_server_of_workers_leaves_the_environment_unchanged() -> None:
-    before = dict(os.environ)
-    start_server()
-    assert dict(os.environ) == before
+THREADS = """
+import os
+from concurrent.futures import ProcessPoolExecutor
+from shockwave.sweep.fork_server import start_server
+
+before = dict(os.environ)
+with ProcessPoolExecutor(1, mp_context=start_server()) as executor:
+    print(executor.submit(os.getenv, "OMP_NUM_THREADS").result(), os.environ == before)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no server")
+def test_workers_have_one_thread_and_the_environment_of_the_client_is_unchanged() -> None:
+    environment = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
+    run = subprocess.run([sys.executable, "-c", THREADS], env=environment, capture_output=True, text=True)
+    assert run.stdout == "1 True\n", run.stderr
 
 
 def test_a_sweep_logs_its_begin_and_end_and_batches_only_in_detail(

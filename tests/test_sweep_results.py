@@ -300,6 +300,23 @@ def test_a_journal_that_is_cut_while_it_is_read_is_an_error(folder: Path) -> Non
             list(journal.rows(definition))
 
 
+def test_points_that_are_added_to_a_journal_that_was_cut_are_kept(tmp_path: Path) -> None:
+    place = folder_of(tmp_path / "out", lines=[])
+    definition = SweepDefinition.read(place)
+    journal, again = (Journal(place, definition.points) for _ in range(2))
+    with journal.locked():
+        journal.add(LINES[0])
+        journal.add(LINES[1])
+        os.truncate(place / "journal.jsonl", len(LINES[0]) + 5)
+        with pytest.raises(
+            FileAccessError, match=r"must not be changed by others during a sweep \(got \d+ of \d+ bytes"
+        ):
+            journal.add(LINES[2])
+        journal.add(LINES[3])
+    assert again.read(definition.columns)[0].endswith("damaged or belong to no point: 1")
+    assert again.open_points() == [1, 4, 5]
+
+
 WRONG_DEFINITIONS: dict[str, tuple[str, Any]] = {
     "text-for-axes": ("axes", "abc"),
     "no-axes": ("axes", []),
