@@ -141,7 +141,9 @@ def read(data: Mapping[str, Any]) -> Sweep:
     if not isinstance(given, dict):
         structure(given, SWEEP)  # raises
     varied = list(_varied(given))
-    _check_size(varied)
+    count = sum(_count(values) for _, _, values in varied)
+    if count > _MOST_VALUES:  # before they are made
+        raise WrongsError([Wrong((), f"must have at most {_MOST_VALUES} values in all (got {count})")])
     known = variables(data, [value for _, name, values in varied if name == "shock.profile" for value in values])
     converters = {
         "run": partial(converted, SWEEP[0]),
@@ -171,13 +173,6 @@ def _varied(block: Any) -> Iterator[tuple[str, str, list[Any]]]:
         for mapping in content if isinstance(content, list) else [content]:
             for name, values in mapping.items() if isinstance(mapping, dict) else ():
                 yield part, name, values if isinstance(values, list) else [values]
-
-
-def _check_size(varied: Iterable[tuple[str, str, list[Any]]]) -> None:
-    """Raise a `WrongsError` for more values than a sweep may have, before they are made."""
-    count = sum(_count(values) for _, _, values in varied)
-    if count > _MOST_VALUES:
-        raise WrongsError([Wrong((), f"must have at most {_MOST_VALUES} values in all (got {count})")])
 
 
 def _count(values: list[Any]) -> int:
