@@ -43,8 +43,7 @@ from shockwave.scenario.yaml_document import Document, Steps, read_document, ste
 _PARAMETERS: Steps = ("shock", "parameters")
 # Errors that are listed; the number of the others is stated.
 _MOST_FAULTS = 100
-# Errors after which no further point of a sweep is tried: so many do not come from the values at a point.
-_MOST_TRIED = 3000
+_MOST_TRIED = 3000  # errors after which no further point of a sweep is tried: so many are not due to its values
 _SIZES = ("peak_force", "rise_time", "duration")
 
 
@@ -92,7 +91,6 @@ def _scenario_of(document: Document, path: Path | None, tries: slice) -> Scenari
             wrongs = error.wrongs
             varied = names(document.data["sweep"])
     problems: list[ShockwaveError] = []
-    count = 0
     for index in beginnings(sweep)[tries]:
         loading = _Loading(first(document, sweep, index), list(document.faults), path, varied)
         loading.report(("sweep",), wrongs)
@@ -100,8 +98,7 @@ def _scenario_of(document: Document, path: Path | None, tries: slice) -> Scenari
             return loading.scenario(document, sweep)
         except ShockwaveError as error:
             problems.append(error)
-            count += len(loading.faults)
-            if count > _MOST_TRIED:
+            if len(loading.faults) * len(problems) > _MOST_TRIED:
                 break
     raise problems.pop(0)  # a list that held it would be a cycle with its traceback
 
