@@ -26,7 +26,7 @@ EXTENSIONS = [
     Extension(
         f"shockwave.{name}",
         [f"shockwave/{name.replace('.', '/')}.c"],
-        depends=["shockwave/simulation/_free_path.h", "shockwave/simulation/_step.h"],
+        depends=[f"shockwave/simulation/_{header}.h" for header in ("buffers", "free_path", "step")],
         optional=True,
         py_limited_api=True,
         define_macros=[("Py_LIMITED_API", "0x030B0000")],

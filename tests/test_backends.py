@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import json
-from array import array
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
-from unittest.mock import Mock
 
 import attrs
 import numpy as np
@@ -23,7 +21,7 @@ from shockwave.simulation import backend
 from shockwave.simulation.march import free_granules
 from shockwave.simulation.nystroem import Rkn86
 from shockwave.simulation.primary_search import find_primaries
-from shockwave.simulation.problem import ChainProblem, Status
+from shockwave.simulation.problem import ChainProblem
 from shockwave.simulation.problem import Request as SearchRequest
 
 pytestmark = pytest.mark.numerical
@@ -165,84 +163,7 @@ def test_without_compiled_code_auto_selects_numpy_and_compiled_is_an_error(capsy
     assert found["numpy"] is None
 
 
-# ---------------------------------------------------------------- buffers of the compiled code
-
 PROBLEM = ChainProblem(sw.PowerLaw(rise_exponent=0.5, decay_exponent=1, duration_ratio=3), 2.0, 1.0)
-#: Peak of case A at contact 9 from quadruple precision.
-PEAK = 1.490253931405876
-
-
-def buffers(function: str) -> list[Any]:
-    """Copies of the arguments: of `primary` and `march` for case A, of `attempt` for ten granules of it.
-
-    Those of `primary` are method, jobs, rows, coefficients, stops, wanted, found, lanes; of `march` method, rows,
-    coefficients, stops, state, chain, times, x, v, peaks, last; of `read` times, states, wave; of `attempt` method,
-    rows, coefficients, state, after, and four numbers.
-    """
-    if function == "primary":
-        compiled = Mock()
-        find_primaries([SearchRequest(PROBLEM, 1e-6, 1e-6, (9,))], Rkn86, compiled)
-        arguments = compiled.primary.call_args.args
-    elif function == "march":
-        compiled = Mock()
-        with pytest.raises(sw.NumericalError):  # nothing has been computed
-            Course.of(PROBLEM, Rkn86(compiled=compiled)).advance(1.0)
-        arguments = compiled.march.call_args.args
-    elif function == "read":
-        arguments = [np.arange(3.0), np.zeros((2, 3, 4)), np.zeros(9)]
-    else:
-        path = PROBLEM.path
-        arguments = [Rkn86.tableau.packed, path.rows, path.coefficients, *np.zeros((2, 30)), 0.0, 0.1, 2.0, 1.0]
-    return [np.array(each) if isinstance(each, np.ndarray | array) else each for each in arguments]
-
-
-@compiled_alone
-@pytest.mark.parametrize("column", [3, 8], ids=["many-granules", "long-rear"])
-def test_very_large_numbers_in_a_job_are_harmless(column: int) -> None:
-    arguments = buffers("primary")
-    arguments[1][column] = 1e18
-    backend.compiled.primary(*arguments)  # type: ignore[union-attr]
-    assert arguments[6].flat[0] == Status.KNOWN
-    # the tolerance
-    assert arguments[5].flat[2] == pytest.approx(PEAK, rel=1e-6)
-
-
-# Changes of the arguments that must be refused. The last columns of a job are: first piece, number of pieces, first
-# coefficient, first stop, first requested contact and number of these.
-MISFITS = {
-    "short-method": ("primary", "a[0] = a[0][:-1].copy()"),
-    "method-of-100-stages": ("primary", "a[0][0] = 100"),
-    "read-only-passages": ("primary", "a[5].flags.writeable = False"),
-    "short-found": ("primary", "a[6] = a[6][:-1].copy()"),
-    "too-few": ("primary", "del a[-1]"),
-    "piece": ("primary", "a[1][-6] = 1e6"),
-    "pieces": ("primary", "a[1][-5] = 1e9"),
-    "begin-of-terms": ("primary", "a[2][0, 2] = 1e9"),
-    "stop": ("primary", "a[1][-3] = 1e7"),
-    "stops-before-the-end": ("primary", "a[4][-1] = 1.0"),
-    "march-with-a-short-state": ("march", "a[4] = a[4][:-1].copy()"),
-    "march-of-a-short-chain": ("march", "a[5] = a[5][:, :-1].copy()"),
-    "march-with-few-rows": ("march", "a[7] = a[7][:-1].copy()"),
-    "march-with-few-contacts": ("march", "a[10] = a[10][:10].copy()"),
-    "march-of-many-granules": ("march", "a[4][4] = 1e9"),
-    "march-without-a-stop": ("march", "a[4][3] = 1e18"),
-    "reading-of-one-state": ("read", "a[0], a[1] = a[0][:1].copy(), a[1][:, :1].copy()"),
-    "reading-of-short-states": ("read", "a[1] = a[1][:, :-1].copy()"),
-    "reading-to-a-short-wave": ("read", "a[2] = a[2][:-1].copy()"),
-    "step-without-coefficients": ("attempt", "a[2] = np.empty(0)"),
-    "step-without-a-state": ("attempt", "a[3] = a[3][:0]"),
-    "step-to-a-short-state": ("attempt", "a[4] = a[4][:-3].copy()"),
-}
-
-
-@compiled_alone
-@pytest.mark.parametrize("name", MISFITS)
-def test_inconsistent_arguments_are_refused(name: str) -> None:
-    function, change = MISFITS[name]
-    a = buffers(function)
-    exec(change)
-    with pytest.raises((ValueError, TypeError, BufferError)):
-        getattr(backend.compiled, function)(*a)
 
 
 @pytest.mark.parametrize("compiled", [None, pytest.param(backend.compiled, marks=compiled_alone)])

@@ -116,6 +116,8 @@ def check_closed_integrals(
     s = np.array([*shares, *(1.0 + (profile.duration_ratio - 1) * share for share in shares)])
     with blamed(profile, "closed_free_path() must return a FreePath without raising"):
         table = profile.closed_free_path()
+        if table is not None:
+            table.check()
         columns = (None, None) if table is None else np.transpose([table.at(end) for end in s.tolist()])
     for name, column in zip(("double_integral", "running_impulse"), columns, strict=True):
         with blamed(profile, f"closed_{name}(s) must accept an array of any shape without raising"):

@@ -86,6 +86,23 @@ class FreePath:
     coefficients: FloatArray
     error: float
 
+    def check(self) -> None:
+        """Raise ValueError if compiled code cannot read the table: type, shape or a row of it is not as described."""
+        rows, terms = self.rows, len(self.coefficients)
+        for key, array, shape in (("rows", rows, (len(rows), 8)), ("coefficients", self.coefficients, (terms, 2))):
+            if array.dtype != np.float64 or array.shape != shape or not array.flags.c_contiguous:
+                raise ValueError(f"{key} must be contiguous float64 {shape} (got {array.dtype} {array.shape})")
+        begin, end, offset, count, scale = rows[:, [0, 1, 2, 3, 7]].T
+        whole = (np.floor(offset) == offset) & (np.floor(count) == count)
+        rules = {
+            "be finite, with scale > 0": np.isfinite(rows).all(axis=1) & (scale > 0),
+            "end where the next one begins": (begin < end) & (end == np.append(begin[1:], end[-1])),
+            f"use the {terms} coefficients": whole & (offset >= 0) & (count >= 0) & (offset + count <= terms),
+        }
+        for rule, holds in rules.items():
+            if not holds.all():
+                raise ValueError(f"rows[{holds.argmin()}] must {rule} (got {rows[holds.argmin()].tolist()})")
+
     def at(self, s: float) -> tuple[float, float]:
         """(path, impulse) at one s, 0 <= s <= n."""
         begins, pieces = self._used

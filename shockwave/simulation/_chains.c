@@ -6,7 +6,7 @@
 
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
-#include <string.h>
+#include "_buffers.h"
 #include "_free_path.h"
 
 /* Compiled for several vector widths; the loader selects the widest that the processor supports. */
@@ -522,7 +522,7 @@ static int integrate(March *m)
 enum { METHOD, ROWS, COEFFICIENTS, STOPS, TIMES, RUN, TABLE, SAMPLES, VIEWS };
 
 /* Sets up a run from the buffers; returns 0 if they do not fit one another. The rows of the table are listed here. */
-static int set_up(March *m, const Py_buffer *view)
+static int set_up(March *m, const Buffers *all)
 {
     double **const rows[] = {&m->inverse, &m->k, &m->gap, &m->base, &m->root, &m->still, &m->c, &m->reach_w, &m->reach_u,
         &m->scale_w, &m->scale_u, &m->best, &m->since, &m->impulse, &m->lost, &m->start.x, &m->start.v, &m->both, &m->on, &m->y,
@@ -530,24 +530,27 @@ static int set_up(March *m, const Py_buffer *view)
         &m->start.raw, &m->start.power, &m->start.slope, &m->finish.x, &m->finish.v, &m->finish.d, &m->finish.w, &m->finish.f,
         &m->finish.raw, &m->finish.power, &m->finish.slope};
     const Py_ssize_t named = sizeof rows / sizeof *rows;
-    const double *method = view[METHOD].buf;
+    const Py_buffer *view = all->view;
+    const Py_ssize_t *count = all->size;
+    const double *method = view[METHOD].buf, *setting;
     Run *r = view[RUN].buf;
-    Py_ssize_t count[VIEWS], width, s, i;
-    for (i = 0; i < VIEWS; i++) count[i] = view[i].len / (Py_ssize_t)sizeof(double);
-    if (count[METHOD] < 3 || !(method[0] >= 2 && method[0] <= MAX_STAGES)) return 0;
+    Py_ssize_t width, s, i;
+    if (count[METHOD] < 3 || !(method[0] >= 2 && method[0] <= MAX_STAGES && method[1] >= 0 && method[1] < 100)) return 0;
     s = (Py_ssize_t)method[0];
     width = count[TABLE] / (named + 2 * s);
     if (count[METHOD] != 4 + s * (2 * s + 7) || view[RUN].len != sizeof(Run) || width < 3 || count[TABLE] % (named + 2 * s)
-        || !(r->contacts >= 1 && r->contacts <= (double)width - 2) || !(r->window >= 1)
+        || !(r->contacts >= 1 && r->contacts <= (double)width - 2) || !(r->window >= 1 && r->growth >= 1)
         || count[SAMPLES] != 3 * (width - 1) * count[TIMES]) return 0;
+    for (setting = &r->p; setting < &r->status; setting++) if (!(*setting >= 0)) return 0;
     *m = (March){
         .r = r, .stops = view[STOPS].buf, .stop_count = (long)count[STOPS], .times = view[TIMES].buf,
         .sample_count = (long)count[TIMES], .samples = view[SAMPLES].buf, .stages = (int)s, .order = (int)method[1],
         .nodes = method + 3, .positions = method + 4 + s, .velocities = method + 4 + s * (s + 2),
         .weights = method + 4 + s * (2 * s + 2), .errors = method + 4 + s * (2 * s + 3), .moves = method[2] != 0, .damped = r->damped != 0,
-        .jumps = r->damped != 0 && r->q == 0, .driven = count[ROWS] >= ROW, .bodies = (long)width - 2,
+        .jumps = r->damped != 0 && r->q == 0, .driven = count[ROWS] > 0, .bodies = (long)width - 2,
         .n = (long)smaller((double)width - 2, r->window),
-        .path = {view[ROWS].buf, view[COEFFICIENTS].buf, (long)(count[ROWS] / ROW), 0, r->rise_time, r->peak_force}};
+        .path = path_of(all, ROWS, r->rise_time, r->peak_force)};
+    if (m->driven && !m->path.pieces) return 0;
     for (i = 0; i < named; i++) *rows[i] = (double *)view[TABLE].buf + i * width;
     for (i = 0; i < s; i++) {
         m->stage[i] = (double *)view[TABLE].buf + (named + 2 * i) * width;
@@ -563,18 +566,12 @@ PyDoc_STRVAR(run_doc, "run(method, rows, coefficients, stops, times, settings, t
 
 static PyObject *run(PyObject *self, PyObject *args)
 {
-    Py_buffer view[VIEWS];
+    Buffers all;
     March m;
     End first;
-    int i = 0;
     (void)self;
-    if (PyTuple_Size(args) != VIEWS + 1) return PyErr_Format(PyExc_TypeError, "run takes %d arguments", VIEWS + 1);
-    for (; i < VIEWS; i++)
-        if (PyObject_GetBuffer(PyTuple_GetItem(args, i), view + i, i >= RUN ? PyBUF_WRITABLE : PyBUF_SIMPLE) < 0) goto done;
-    if (!set_up(&m, view)) {
-        PyErr_SetString(PyExc_ValueError, "buffers do not fit one another");
-        goto done;
-    }
+    if (!take(&all, args, "run", "fffffFFF", 1)) return NULL;
+    if (!set_up(&m, &all)) return misfit(&all, "run");
     first = m.start;
     m.expired = PyTuple_GetItem(args, VIEWS);
     m.thread = PyEval_SaveThread();
@@ -583,8 +580,7 @@ static PyObject *run(PyObject *self, PyObject *args)
     /* the two ends of a step change places */
     memmove(first.x, m.start.x, (size_t)(m.bodies + 1) * sizeof(double));
     memmove(first.v, m.start.v, (size_t)(m.bodies + 1) * sizeof(double));
-done:
-    while (i-- > 0) PyBuffer_Release(view + i);
+    release(&all);
     return PyErr_Occurred() ? NULL : Py_NewRef(Py_None);
 }
 

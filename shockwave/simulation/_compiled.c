@@ -14,10 +14,8 @@
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
 #include <limits.h>
-#include <math.h>
-#include <stdint.h>
 #include <stdlib.h>
-#include <string.h>
+#include "_buffers.h"
 #include "_free_path.h"
 
 /* `attempt` selects one of the versions of _step.h when it is called. */
@@ -1482,54 +1480,27 @@ static int read_wave(const double *times, const double *x, const double *v, long
 
 /* ---------------------------------------------------------------- Python interface */
 
-/* Whether `count` pieces from `first` are in the table, and their series within its `terms` coefficients. */
-static int pieces_fit(const double *rows, Py_ssize_t all, double first, double count, double offset, Py_ssize_t terms)
-{
-    Py_ssize_t k;
-    if (!(first >= 0 && count >= 1 && first + count <= (double)all && offset >= 0)) return 0;
-    for (k = 0; k < (Py_ssize_t)count; k++) {
-        const double *row = rows + ROW * ((Py_ssize_t)first + k);
-        if (!(row[2] >= 0 && row[3] >= 0 && offset + row[2] + row[3] <= (double)terms)) return 0;
-    }
-    return 1;
-}
-
 /* Whether all parts of a job exist: its pieces, a stop at its end, the requested contacts. */
-static int job_fits(const double *job, const Py_buffer *view)
+static int job_fits(const double *job, const Buffers *all)
 {
-    const Py_ssize_t unit = sizeof(double), stops = view[4].len / unit, wanted = view[5].len / (PASSAGE * unit);
-    const double *stop = view[4].buf;
+    const double *stop = all->view[4].buf;
     Py_ssize_t k;
     for (k = 0; k < JOB; k++) if (!(job[k] >= 0 && job[k] < 1e300)) return 0;
     for (k = FIRST_PIECE; k < JOB; k++) if (job[k] > MAX_COUNT) return 0;
-    if (job[GRANULES] > MAX_COUNT) return 0;
-    if (!(job[RISE_TIME] > 0 && job[DURATION] > 0 && job[TOLERANCE] > 0 && job[GRANULES] != 1 && job[REAR] >= BLOCK)) return 0;
-    if (!pieces_fit(view[2].buf, view[2].len / (ROW * unit), job[FIRST_PIECE], job[PIECES], job[FIRST_COEFFICIENT],
-                    view[3].len / (2 * unit))) return 0;
-    if (job[FIRST_WANTED] + job[WANTED] > (double)wanted) return 0;
-    for (k = (Py_ssize_t)job[FIRST_STOP]; k < stops; k++) if (stop[k] >= job[DURATION]) return 1;
+    if (!(job[GRANULES] == 0 || (job[GRANULES] >= 2 && job[GRANULES] <= MAX_COUNT))) return 0;
+    if (!(job[RISE_TIME] > 0 && job[DURATION] > 0 && job[TOLERANCE] > 0 && job[REAR] >= BLOCK)) return 0;
+    if (!pieces_fit(all, 2, job[FIRST_PIECE], job[PIECES], job[FIRST_COEFFICIENT])) return 0;
+    if (job[FIRST_WANTED] + job[WANTED] > (double)(all->size[5] / PASSAGE)) return 0;
+    for (k = (Py_ssize_t)job[FIRST_STOP]; k < all->size[4]; k++) if (stop[k] >= job[DURATION]) return 1;
     return 0;
 }
 
-/* Contiguous buffers of float64, the last `writable` of them writable. Releases them on failure. */
-static int buffers_of(PyObject *args, Py_ssize_t count, Py_ssize_t writable, Py_buffer *views)
+static int jobs_fit(const Buffers *all)
 {
-    Py_ssize_t i;
-    for (i = 0; i < count; i++) {
-        PyObject *item = PyTuple_GetItem(args, i);
-        const int flags = i >= count - writable ? PyBUF_WRITABLE : PyBUF_SIMPLE;
-        if (!item || PyObject_GetBuffer(item, views + i, flags) < 0) {
-            while (i-- > 0) PyBuffer_Release(views + i);
-            return 0;
-        }
-    }
-    return 1;
-}
-
-static int jobs_fit(const Py_buffer *view, long count)
-{
-    long k;
-    for (k = 0; k < count; k++) if (!job_fits((const double *)view[1].buf + JOB * k, view)) return 0;
+    const Py_ssize_t count = all->size[1] / JOB;
+    Py_ssize_t k;
+    if (all->size[1] != JOB * count || all->size[6] != FOUND * count) return 0;
+    for (k = 0; k < count; k++) if (!job_fits((const double *)all->view[1].buf + JOB * k, all)) return 0;
     return 1;
 }
 
@@ -1539,57 +1510,50 @@ PyDoc_STRVAR(primary_doc, "primary(method, jobs, rows, coefficients, stops, want
 
 static PyObject *primary(PyObject *self, PyObject *args)
 {
-    Py_buffer view[7];
+    Buffers all;
     Method method;
-    Batch batch = {0};
+    Batch batch;
     long lanes;
-    int i, ok;
+    int ok;
     (void)self;
-    if (PyTuple_Size(args) != 9) return PyErr_Format(PyExc_TypeError, "primary takes 9 arguments");
+    if (!take(&all, args, "primary", "fffffFF", 2)) return NULL;
     lanes = PyLong_AsLong(PyTuple_GetItem(args, 7));
-    if (lanes == -1 && PyErr_Occurred()) return NULL;
-    if (!buffers_of(args, 7, 2, view)) return NULL;
-    batch.count = (long)(view[1].len / (Py_ssize_t)(JOB * sizeof(double)));
-    if (!method_of(view[0].buf, view[0].len / (Py_ssize_t)sizeof(double), &method)
-        || view[6].len != batch.count * (Py_ssize_t)(FOUND * sizeof(double)) || (lanes != 1 && lanes != BLOCK)
-        || view[1].len % (Py_ssize_t)(JOB * sizeof(double)) || !jobs_fit(view, batch.count)) {
-        for (i = 0; i < 7; i++) PyBuffer_Release(view + i);
-        return PyErr_Format(PyExc_ValueError, "buffers do not fit one another");
+    if (!method_of(all.view[0].buf, all.size[0], &method) || (lanes != 1 && lanes != BLOCK) || !jobs_fit(&all)) {
+        PyErr_Clear();
+        return misfit(&all, "primary");
     }
-    batch.jobs = view[1].buf;
-    batch.rows = view[2].buf;
-    batch.coefficients = view[3].buf;
-    batch.stops = view[4].buf;
-    batch.wanted = view[5].buf;
-    batch.found = view[6].buf;
-    batch.expired = PyTuple_GetItem(args, 8);
+    batch = (Batch){
+        .jobs = all.view[1].buf, .rows = all.view[2].buf, .coefficients = all.view[3].buf, .stops = all.view[4].buf,
+        .wanted = all.view[5].buf, .found = all.view[6].buf, .count = (long)(all.size[1] / JOB),
+        .expired = PyTuple_GetItem(args, 8)};
     batch.thread = PyEval_SaveThread();
     ok = run(&method, &batch, lanes);
     PyEval_RestoreThread(batch.thread);
-    for (i = 0; i < 7; i++) PyBuffer_Release(view + i);
+    release(&all);
     if (PyErr_Occurred()) return NULL;
     if (!ok && !batch.stopped) return PyErr_NoMemory();
     Py_RETURN_NONE;
 }
 
 /* Whether the buffers of `march` fit one another. */
-static int march_fits(const Py_buffer *view, const March *r)
+static int march_fits(const Buffers *all, const March *r)
 {
     const double *state = r->state;
-    const Py_ssize_t unit = sizeof(double), row = (Py_ssize_t)r->capacity * unit;
+    const Py_ssize_t *size = all->size;
     Py_ssize_t k;
-    if (view[4].len != STATE * unit || view[5].len != 3 * row || view[10].len < row || r->capacity < 2) return 0;
-    if (view[6].len && (view[7].len != view[6].len / unit * row || view[8].len != view[7].len)) return 0;
+    if (size[4] != STATE || size[5] != 3 * r->capacity || size[10] < r->capacity || r->capacity < 2) return 0;
+    if (size[6] && (size[7] != size[6] * r->capacity || size[8] != size[7])) return 0;
+    if (all->view[9].itemsize != sizeof(Peak)) return 0;
     for (k = 0; k < STATE; k++) if (!(state[k] >= 0)) return 0;
     if (!(state[STOP] < MAX_COUNT && state[PEAKS] < MAX_COUNT)) return 0;
     if (!(state[GRANULE_COUNT] <= (double)r->capacity && state[GRANULE_COUNT] - state[FLYING] >= 2)) return 0;
     if (!(state[RISE] > 0 && state[LENGTH] > 0 && state[ALLOWED] > 0 && state[CHAIN_GRANULES] < MAX_COUNT)) return 0;
     if (state[CHAIN_GRANULES] > 0 && state[GRANULE_COUNT] > state[CHAIN_GRANULES]) return 0;
     if (state[PEAKS] > (double)r->most_peaks) return 0;
-    for (k = 0; k < (Py_ssize_t)state[GRANULE_COUNT]; k++) if (r->last[k] < -1 || r->last[k] >= (long long)state[PEAKS]) return 0;
+    for (k = 0; k < r->capacity; k++) if (r->last[k] < -1 || r->last[k] >= (long long)state[PEAKS]) return 0;
     for (k = 0; k < (Py_ssize_t)state[PEAKS]; k++) if (r->peaks[k].previous >= k) return 0;
-    if (!pieces_fit(view[1].buf, view[1].len / (ROW * unit), 0, (double)(view[1].len / (ROW * unit)), 0, view[2].len / (2 * unit))) return 0;
-    for (k = (Py_ssize_t)state[STOP]; k < view[3].len / unit; k++) if (r->stops[k] >= state[LENGTH]) return 1;
+    if (!r->lane.path.pieces) return 0;
+    for (k = (Py_ssize_t)state[STOP]; k < size[3]; k++) if (r->stops[k] >= state[LENGTH]) return 1;
     return 0;
 }
 
@@ -1599,34 +1563,23 @@ PyDoc_STRVAR(march_doc, "march(method, rows, coefficients, stops, state, chain, 
 
 static PyObject *march(PyObject *self, PyObject *args)
 {
-    Py_buffer view[11];
+    Buffers all;
     Method method;
-    March r = {0};
-    int i, ok;
+    March r;
+    int ok;
     (void)self;
-    if (PyTuple_Size(args) != 12) return PyErr_Format(PyExc_TypeError, "march takes 12 arguments");
-    if (!buffers_of(args, 11, 7, view)) return NULL;
-    r.method = &method;
-    r.stops = view[3].buf;
-    r.state = view[4].buf;
-    r.capacity = (long)(view[5].len / (Py_ssize_t)(3 * sizeof(double)));
-    r.x = view[5].buf;
+    if (!take(&all, args, "march", "ffffFFFFFRI", 1)) return NULL;
+    r = (March){
+        .method = &method, .stops = all.view[3].buf, .state = all.view[4].buf, .x = all.view[5].buf, .times = all.view[6].buf,
+        .xs = all.view[7].buf, .vs = all.view[8].buf, .peaks = all.view[9].buf, .last = all.view[10].buf,
+        .capacity = (long)(all.size[5] / 3), .rows = (long)all.size[6], .most_peaks = (long)all.size[9],
+        .lane = {.path = path_of(&all, 1, 0, 0)}};
     r.v = r.x + r.capacity;
     r.a = r.v + r.capacity;
-    r.times = view[6].buf;
-    r.rows = (long)(view[6].len / (Py_ssize_t)sizeof(double));
-    r.xs = view[7].buf;
-    r.vs = view[8].buf;
-    r.peaks = view[9].buf;
-    r.most_peaks = (long)(view[9].len / (Py_ssize_t)sizeof(Peak));
-    r.last = view[10].buf;
-    ok = method_of(view[0].buf, view[0].len / (Py_ssize_t)sizeof(double), &method) && march_fits(view, &r);
+    ok = method_of(all.view[0].buf, all.size[0], &method) && march_fits(&all, &r);
     if (ok) {
         Lane *lane = &r.lane;
         double *state = r.state;
-        lane->path.rows = view[1].buf;
-        lane->path.coefficients = view[2].buf;
-        lane->path.pieces = (long)(view[1].len / (Py_ssize_t)(ROW * sizeof(double)));
         lane->path.rise_time = state[RISE];
         lane->path.force = state[PEAK_FORCE];
         lane->t = state[NOW];
@@ -1658,8 +1611,8 @@ static PyObject *march(PyObject *self, PyObject *args)
         state[EVALUATED] += (double)lane->evaluations;
         state[ENDED] = r.batch.stopped ? RUNNING : lane->status == FAILED ? FAILED : KNOWN;
     }
-    for (i = 0; i < 11; i++) PyBuffer_Release(view + i);
-    if (!ok) return PyErr_Format(PyExc_ValueError, "buffers do not fit one another");
+    if (!ok) return misfit(&all, "march");
+    release(&all);
     if (PyErr_Occurred()) return NULL;
     if (ok == 1 && !r.batch.stopped) return PyErr_NoMemory();
     Py_RETURN_NONE;
@@ -1670,18 +1623,15 @@ PyDoc_STRVAR(read_doc, "read(times, states, wave)\n--\n\n"
 
 static PyObject *read_one(PyObject *self, PyObject *args)
 {
-    const Py_ssize_t unit = sizeof(double);
-    Py_buffer view[3];
+    Buffers all;
     Py_ssize_t count;
-    int i, ok = -1;
+    int ok;
     (void)self;
-    if (PyTuple_Size(args) != 3) return PyErr_Format(PyExc_TypeError, "read takes 3 arguments");
-    if (!buffers_of(args, 3, 1, view)) return NULL;
-    count = view[0].len / unit;
-    if (count >= 2 && view[1].len == 8 * count * unit && view[2].len == WAVE * unit)
-        ok = read_wave(view[0].buf, view[1].buf, (double *)view[1].buf + 4 * count, (long)count, view[2].buf);
-    for (i = 0; i < 3; i++) PyBuffer_Release(view + i);
-    if (ok < 0) return PyErr_Format(PyExc_ValueError, "buffers do not fit one another");
+    if (!take(&all, args, "read", "ffF", 0)) return NULL;
+    count = all.size[0];
+    if (count < 2 || all.size[1] != 8 * count || all.size[2] != WAVE) return misfit(&all, "read");
+    ok = read_wave(all.view[0].buf, all.view[1].buf, (double *)all.view[1].buf + 4 * count, (long)count, all.view[2].buf);
+    release(&all);
     if (!ok) return PyErr_NoMemory();
     Py_RETURN_NONE;
 }
@@ -1692,37 +1642,27 @@ PyDoc_STRVAR(attempt_doc, "attempt(method, rows, coefficients, state, after, tim
 
 static PyObject *attempt_once(PyObject *self, PyObject *args)
 {
-    Py_buffer view[5];
+    Buffers all;
     Method m;
     Window w;
-    Path path = {0};
+    Path path;
     double number[4], h[BLOCK], shift[MAX_STAGES * BLOCK] = {0}, worst[BLOCK], impulse, *state, *after;
     long n, padded;
-    int i, ok;
+    int i;
     (void)self;
-    if (PyTuple_Size(args) != 9) return PyErr_Format(PyExc_TypeError, "attempt takes 9 arguments");
-    for (i = 0; i < 4; i++) {
-        number[i] = PyFloat_AsDouble(PyTuple_GetItem(args, 5 + i));
-        if (number[i] == -1 && PyErr_Occurred()) return NULL;
-    }
-    if (!buffers_of(args, 5, 1, view)) return NULL;
-    n = (long)(view[3].len / (Py_ssize_t)(3 * sizeof(double)));
-    ok = method_of(view[0].buf, view[0].len / (Py_ssize_t)sizeof(double), &m) && n > 1 && view[4].len == view[3].len && view[3].len == n * (Py_ssize_t)(3 * sizeof(double))
-        && (view[1].len == 0 || pieces_fit(view[1].buf, view[1].len / (Py_ssize_t)(ROW * sizeof(double)), 0,
-                                           (double)(view[1].len / (Py_ssize_t)(ROW * sizeof(double))), 0,
-                                           view[2].len / (Py_ssize_t)(2 * sizeof(double))));
+    for (i = 0; i < 4 && PyTuple_Size(args) == 9; i++) number[i] = PyFloat_AsDouble(PyTuple_GetItem(args, 5 + i));
+    if (PyErr_Occurred() || !take(&all, args, "attempt", "ffffF", 4)) return NULL;
+    n = (long)(all.size[3] / 3);
+    path = path_of(&all, 1, number[2], number[3]);
+    if (!method_of(all.view[0].buf, all.size[0], &m) || n < 2 || all.size[3] != 3 * n || all.size[4] != 3 * n
+        || (all.size[1] && !path.pieces)) return misfit(&all, "attempt");
     padded = (n + BLOCK) / BLOCK * BLOCK;
-    if (!ok || !window_of(&w, 1, padded + BLOCK, m.exponent)) {
-        for (i = 0; i < 5; i++) PyBuffer_Release(view + i);
-        return ok ? PyErr_NoMemory() : PyErr_Format(PyExc_ValueError, "buffers do not fit one another");
+    if (!window_of(&w, 1, padded + BLOCK, m.exponent)) {
+        release(&all);
+        return PyErr_NoMemory();
     }
-    path.rows = view[1].buf;
-    path.coefficients = view[2].buf;
-    path.pieces = (long)(view[1].len / (Py_ssize_t)(ROW * sizeof(double)));
-    path.rise_time = number[2];
-    path.force = number[3];
-    state = view[3].buf;
-    after = view[4].buf;
+    state = all.view[3].buf;
+    after = all.view[4].buf;
     memcpy(w.x, state, (size_t)n * sizeof(double));
     memcpy(w.v, state + n, (size_t)n * sizeof(double));
     memcpy(w.k[0], state + 2 * n, (size_t)n * sizeof(double));
@@ -1743,7 +1683,7 @@ static PyObject *attempt_once(PyObject *self, PyObject *args)
     memcpy(after + n, w.v1, (size_t)n * sizeof(double));
     memcpy(after + 2 * n, w.k[m.stages - 1], (size_t)n * sizeof(double));
     free(w.block);
-    for (i = 0; i < 5; i++) PyBuffer_Release(view + i);
+    release(&all);
     return PyFloat_FromDouble(worst[0]);
 }
 

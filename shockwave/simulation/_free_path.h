@@ -45,3 +45,26 @@ static void free_path(Path *path, double t, double *g, double *impulse)
     *g = path->force * path->rise_time * path->rise_time * b1;
     *impulse = path->force * path->rise_time * d1;
 }
+
+/* Whether `count` pieces from `first` are in the table, buffer `rows`, and their series, of which the first begins at
+   `offset`, in the following buffer of coefficients. */
+static int pieces_fit(const Buffers *all, int rows, double first, double count, double offset)
+{
+    const Py_ssize_t pieces = all->size[rows] / ROW, terms = all->size[rows + 1] / 2;
+    Py_ssize_t k;
+    if (all->size[rows] % ROW || all->size[rows + 1] % 2) return 0;
+    if (!(first >= 0 && count >= 1 && first + count <= (double)pieces && offset >= 0)) return 0;
+    for (k = 0; k < (Py_ssize_t)count; k++) {
+        const double *row = (double *)all->view[rows].buf + ROW * ((Py_ssize_t)first + k);
+        if (!(row[2] >= 0 && row[3] >= 0 && offset + row[2] + row[3] <= (double)terms)) return 0;
+    }
+    return 1;
+}
+
+/* The whole table; without pieces if it does not fit. */
+static Path path_of(const Buffers *all, int rows, double rise_time, double force)
+{
+    const Py_ssize_t pieces = all->size[rows] / ROW;
+    return (Path){all->view[rows].buf, all->view[rows + 1].buf,
+                  pieces_fit(all, rows, 0, (double)pieces, 0) ? (long)pieces : 0, 0, rise_time, force};
+}
