@@ -43,7 +43,21 @@ class Pulse(Triangular):
     pass
 """
 
+#: Test files of texts, commands, files and processes. All others are marked `numerical`.
+NOT_NUMERICAL = (
+    "architecture", "bad_scenarios", "cli", "document", "files", "fuzz", "materials", "notebook", "notebooks",
+    "packaging", "page", "pictures", "plugin_pages", "plugins", "processors", "schema", "schema_plugins", "screen",
+    "sweep", "sweep_block", "sweep_crashes", "sweep_pictures", "sweep_results", "time_limit",
+)  # fmt: skip
+
 Install = Callable[..., str]
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        if item.path.stem.removeprefix("test_") not in NOT_NUMERICAL:
+            item.add_marker(pytest.mark.numerical)
 
 
 @pytest.fixture(scope="module")

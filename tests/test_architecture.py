@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import shockwave
+from conftest import NOT_NUMERICAL
 from pages import code_in, table
 
 ROOT = Path(__file__).parent.parent
@@ -44,6 +45,11 @@ def imports(module: str) -> set[str]:
             # a name of a module may be a module itself
             names |= {f"{node.module}.{alias.name}" for alias in node.names} | {str(node.module)}
     return names & set(MODULES) - {module}
+
+
+def test_files_that_are_not_numerical_exist() -> None:
+    missing = [name for name in NOT_NUMERICAL if not (ROOT / "tests" / f"test_{name}.py").is_file()]
+    assert missing == []
 
 
 def test_imports_run_downwards() -> None:

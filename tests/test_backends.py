@@ -24,7 +24,7 @@ from shockwave.simulation.primary_search import find_primaries
 from shockwave.simulation.problem import ChainProblem
 from shockwave.simulation.problem import Request as SearchRequest
 
-pytestmark = pytest.mark.numerical
+pytestmark = pytest.mark.compiled
 
 compiled_alone = pytest.mark.skipif(backend.compiled is None, reason=backend.lack())
 

@@ -11,8 +11,6 @@ import pytest
 from shockwave.chain import Chain, Material, Scales
 from shockwave.errors import InvalidValueError
 
-pytestmark = pytest.mark.numerical
-
 STEEL = Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0)
 AUXETIC = Material(youngs_modulus=5e7, poisson_ratio=-0.7, density=120.0)
 #: The beads of the paper's tables: 9.5 mm across.

@@ -25,7 +25,7 @@ from shockwave.simulation.time_limit import time_limit
 from support.chain_reference import Reference
 from support.random_chains import scene as random_scene
 
-pytestmark = pytest.mark.numerical
+pytestmark = pytest.mark.compiled
 
 try:
     from shockwave.simulation import _chains as compiled

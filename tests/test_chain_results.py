@@ -24,8 +24,6 @@ from shockwave.cli import main
 from shockwave.measurement.chain_result import ChainResult
 from shockwave.measurement.recording import Recording
 
-pytestmark = pytest.mark.numerical
-
 CASES: dict[str, dict[str, Any]] = json.loads((Path(__file__).parent / "data" / "chains.json").read_text())
 # Wall forces of the reference are accurate to this, relative to the force.
 WALL_TRUST = 1e-6

@@ -14,8 +14,6 @@ from shockwave import cli
 from shockwave.scenario.scene_family import Family
 from shockwave.studies.quantities import Quantity
 
-pytestmark = pytest.mark.numerical
-
 SCENE = """\
 name: a short chain
 chain:

@@ -20,8 +20,6 @@ from shockwave.chain import Scales
 from shockwave.studies import comparison
 from shockwave.text import MOST_LINES
 
-pytestmark = pytest.mark.numerical
-
 FILES = sorted((Path(__file__).parent.parent / "profiles" / "paper").glob("*.yaml"))
 EVERY_ROW = pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 TRAIN = sw.Shock(

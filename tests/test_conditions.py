@@ -19,8 +19,6 @@ from shockwave.profiles.tabulated import Tabulated
 from shockwave.profiles.triangular import Triangular
 from shockwave.quadrature import FloatArray, Integral
 
-pytestmark = pytest.mark.numerical
-
 NAMES = ("decay-outweighs-rise", "steep-rise", "slow-decay")
 
 

@@ -26,8 +26,6 @@ from shockwave.studies import curve as studied
 from shockwave.studies.curve import UniversalCurve, refined
 from support.pulse_families import Composed
 
-pytestmark = pytest.mark.numerical
-
 TRIANGLE = sw.Triangular(duration_ratio=3)
 SHAPES: dict[str, sw.ShockProfile] = {
     "triangle": TRIANGLE,

@@ -33,8 +33,6 @@ from shockwave.scenario import block_keys as keys
 from shockwave.scenario import chain_blocks
 from shockwave.scenario.scenario import Published
 
-pytestmark = pytest.mark.numerical
-
 #: Pages of which commands and code take seconds.
 LONG = [DOCS / f"{name}.md" for name in ("report", "pictures", "stress", "benchmarks")]
 #: Commands on other pages that take more than five seconds: hundreds of simulations of a chain with soft granules.

@@ -20,8 +20,6 @@ from shockwave.chain.solitary_wave import HERTZ_WAVE, WaveLaw, wave_law
 from shockwave.quadrature import FloatArray
 from shockwave.sweep.runner import run_sweep
 
-pytestmark = pytest.mark.numerical
-
 RADIUS = 4.75e-3
 HERTZ_CHAIN = sw.Chain(material=STEEL, radius=RADIUS)
 TRIANGLE = sw.Triangular(duration_ratio=3)

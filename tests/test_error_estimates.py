@@ -20,8 +20,6 @@ from shockwave.options import SimulateOptions
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.problem import Primary, Status
 
-pytestmark = pytest.mark.numerical
-
 # ---------------------------------------------------------------- contacts of a chain, from two runs
 
 

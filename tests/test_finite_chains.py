@@ -12,7 +12,7 @@ import shockwave as sw
 from scenes import CHAIN, FORCE, UNITS, lasting, power, triangle
 from shockwave.options import Backend
 
-pytestmark = pytest.mark.numerical
+pytestmark = pytest.mark.compiled
 
 
 @cache

@@ -19,8 +19,6 @@ from shockwave.quadrature import FloatArray, Integrand
 from test_architecture import SCENE, command, loaded
 from test_profiles import _exact
 
-pytestmark = pytest.mark.numerical
-
 #: Accuracy of a table, of impulse and path at the end of the shock.
 TOLERANCE = 1e-14
 

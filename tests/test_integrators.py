@@ -21,8 +21,6 @@ from shockwave.simulation.one_step import OneStep
 from shockwave.testing import IntegratorContract
 from shockwave.testing.known_motions import all_steps, coupled, smooth_motion
 
-pytestmark = pytest.mark.numerical
-
 ENTRIES = {entry.name: entry for entry in entries("integrators") if entry.distribution == "granular-shockwave"}
 METHODS = {name: load("integrators", name) for name in ENTRIES}
 PAIRS = [Rkn64, Rkn86, Rkn1210]

@@ -19,8 +19,6 @@ from shockwave.chain.damping import tsuji_ratio
 from shockwave.chain.layout import Layout
 from shockwave.errors import InvalidValueError, NotCoveredError
 
-pytestmark = pytest.mark.numerical
-
 PTFE = sw.Material(youngs_modulus=1.46e9, poisson_ratio=0.46, density=2178.0)
 SHOCK = triangle(3.0)
 RADIUS = CHAIN.radius

@@ -14,8 +14,6 @@ from shockwave.limit import LeavingForce, verdict
 from shockwave.studies.sampling import exceedance
 from shockwave.sweep.runner import run_sweep
 
-pytestmark = pytest.mark.numerical
-
 STEEL = sw.Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0)
 SHOCK = sw.Shock(profile=sw.Triangular(duration_ratio=3.0), peak_force=100.0, rise_time=10e-6)
 SCENE = """

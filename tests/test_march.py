@@ -12,7 +12,7 @@ from shockwave.simulation.march import Span, Stretch, march
 from shockwave.simulation.nystroem import Rkn86
 from shockwave.simulation.problem import ChainProblem, chain_energy
 
-pytestmark = pytest.mark.numerical
+pytestmark = pytest.mark.compiled
 
 # Case A of the references, and a short shock after which many granules rebound.
 CASE = ChainProblem(sw.PowerLaw(rise_exponent=0.5, decay_exponent=1, duration_ratio=3), 2.0, 1.0)

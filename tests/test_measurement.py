@@ -17,8 +17,6 @@ from shockwave.measurement.waves import Outlook, _nothing_to_come, distance_from
 from shockwave.simulation.nystroem import Rkn86
 from shockwave.simulation.problem import ChainProblem
 
-pytestmark = pytest.mark.numerical
-
 # Case A of the references: power law, eta 1/2 and 1, n = 3, in scaled units.
 CASE = ChainProblem(sw.PowerLaw(rise_exponent=0.5, decay_exponent=1, duration_ratio=3), 2.0, 1.0)
 

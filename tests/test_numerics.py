@@ -12,8 +12,6 @@ from hypothesis import strategies as st
 from shockwave.errors import NumericalError
 from shockwave.numerics import bracketed_root, newton_root
 
-pytestmark = pytest.mark.numerical
-
 #: Name -> function, bracket, root.
 CASES: dict[str, tuple[Callable[[float], float], float, float, float]] = {
     "falling": (lambda x: 1 - x**2, 0.0, 5.0, 1.0),

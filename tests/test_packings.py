@@ -13,8 +13,6 @@ import shockwave as sw
 from scenes import CHAIN, triangle
 from shockwave import cli
 
-pytestmark = pytest.mark.numerical
-
 SHOCK = triangle(1.0)
 
 

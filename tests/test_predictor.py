@@ -21,8 +21,6 @@ from shockwave.chain import Scales
 from shockwave.measurement import simulate
 from shockwave.prediction import predictor
 
-pytestmark = pytest.mark.numerical
-
 PAPER = sw.Predictor(model="section-4")
 T0 = Scales.of(CHAIN, FORCE).time
 

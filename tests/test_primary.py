@@ -14,7 +14,7 @@ from selection import keeping
 from shockwave.chain.solitary_wave import SPEED
 from shockwave.options import Backend
 
-pytestmark = pytest.mark.numerical
+pytestmark = pytest.mark.compiled
 
 # Peak force and its time at contacts counted from 0, in scaled units, from two methods in quadruple precision that
 # agree to 20 digits.

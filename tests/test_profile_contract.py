@@ -21,8 +21,6 @@ from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.testing import ProfileContract
 
-pytestmark = pytest.mark.numerical
-
 if TYPE_CHECKING:
     from conftest import Install
 

@@ -18,8 +18,6 @@ from shockwave.profiles.tabulated import Tabulated
 from shockwave.profiles.triangular import Triangular
 from shockwave.quadrature import FloatArray
 
-pytestmark = pytest.mark.numerical
-
 QUADRATURES = ("gauss-legendre", "tanh-sinh", "quadpack")
 
 

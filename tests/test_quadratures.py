@@ -14,8 +14,6 @@ from shockwave.quadrature.gauss_legendre import GaussLegendre
 from shockwave.quadrature.quadpack import Quadpack
 from shockwave.quadrature.tanh_sinh import TanhSinh
 
-pytestmark = pytest.mark.numerical
-
 # Accuracy of the areas in units of the interval, for integrands of at most 1.
 TOLERANCE = 1e-12
 

@@ -14,8 +14,6 @@ import shockwave as sw
 from record_styles import IMPULSE, PEAK, RISE, Style, styles
 from shockwave.errors import ShockwaveError
 
-pytestmark = pytest.mark.numerical
-
 STYLES = styles()
 #: A key and the value that a message proposes, as in a scenario.
 PROPOSAL = re.compile(r"\b([a-z]+(?:_[a-z]+)?): (\[[^]]*\]|'[^']*'|-?[\w./*-]+(?: [mun]?s\b)?)")

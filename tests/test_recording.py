@@ -13,7 +13,7 @@ import shockwave as sw
 from scenes import CASE_A, CHAIN, UNITS, power
 from shockwave.measurement.recording import Recording
 
-pytestmark = pytest.mark.numerical
+pytestmark = pytest.mark.compiled
 
 CONTACTS = (0, 3, 5)
 INTERVAL = 0.05 * UNITS.time

@@ -14,8 +14,6 @@ from shockwave.errors import FileAccessError, InvalidValueError, ShockwaveError
 from shockwave.profiles.record_file import Record, read_record
 from shockwave.profiles.record_format import RecordFormat
 
-pytestmark = pytest.mark.numerical
-
 TIMES = [0.0, 0.5, 1.0, 2.5]
 FORCES = [0.0, 2.0, 1.25, 0.0]
 

@@ -11,8 +11,6 @@ from scenes import CHAIN, FORCE
 from shockwave.prediction.scaled_shock import ScaledShock
 from shockwave.prediction.section4 import predict
 
-pytestmark = pytest.mark.numerical
-
 PAPER = sw.Predictor(model="section-4", momentum_coefficient="paper")
 SCENARIOS = Path(__file__).parent.parent / "profiles" / "paper"
 #: A F0^(-1/6) of the paper's beads at 100 N with 13/3, from eq. (4c) written out.

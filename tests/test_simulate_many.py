@@ -13,7 +13,7 @@ from scenes import CHAIN, power, random_pulses
 from shockwave.progress import progress_shown
 from shockwave.quadrature import FloatArray
 
-pytestmark = pytest.mark.numerical
+pytestmark = pytest.mark.compiled
 
 # More than share a vector, and enough for two threads.
 PULSES = random_pulses(seed=5, count=40)

@@ -18,8 +18,6 @@ from selection import thinned
 from shockwave.chain import Scales
 from shockwave.chain.solitary_wave import ENERGY, GRANULE_VELOCITY, IMPULSE_LIMIT, MOMENTUM, SPEED, WIDTH
 
-pytestmark = pytest.mark.numerical
-
 
 def shock(profile: sw.ShockProfile, rise_time: float) -> sw.Shock:
     """A shock of 100 N whose rise time is given in scaled units."""

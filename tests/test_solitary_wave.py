@@ -15,8 +15,6 @@ from shockwave.chain import Chain, Material, SolitaryWave
 from shockwave.chain import solitary_wave as exact
 from shockwave.quadrature import FloatArray
 
-pytestmark = pytest.mark.numerical
-
 BEADS = Chain(material=Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0), radius=4.75e-3)
 
 # Quantity -> its constant, and the power of the peak force with which it scales.

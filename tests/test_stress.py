@@ -21,8 +21,6 @@ from shockwave.benchmark.scenes import noisy, sampled
 from shockwave.benchmark.stress import Row, Stress, checked
 from shockwave.simulation.backend import compiled
 
-pytestmark = pytest.mark.numerical
-
 QUICK = [case for case in CASES if case.limit <= 60]
 #: One case for each kind of check, for the NumPy backend.
 WITH_NUMPY = ("rates-1e-12", "small-weak-stiff", "rise-time-1e-12", "two-granules-blow", "steep-decay", "no-force")

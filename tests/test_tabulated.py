@@ -24,8 +24,6 @@ from shockwave.profiles.shock import Shock
 from shockwave.profiles.tabulated import Tabulated
 from shockwave.studies.curve import UniversalCurve
 
-pytestmark = pytest.mark.numerical
-
 ROOT = pathlib.Path(__file__).parents[1]
 HAMMER = ROOT / "profiles" / "examples" / "hammer.csv"
 

@@ -31,8 +31,6 @@ from shockwave.testing import IntegratorContract, ProfileContract, QuadratureCon
 from shockwave.testing import quadrature as kit
 from shockwave.testing.profile import rough_place
 
-pytestmark = pytest.mark.numerical
-
 PACKAGE = Path(shockwave.__file__).parent
 
 

@@ -19,8 +19,6 @@ from shockwave.simulation.nystroem import Rkn64
 from shockwave.simulation.one_step import Attempt
 from shockwave.testing import IntegratorContract
 
-pytestmark = pytest.mark.numerical
-
 
 class Plain(Integrator):
     """Velocity Verlet as a subclass of `Integrator` that fulfils the contract; parts of it can be replaced."""

@@ -14,7 +14,7 @@ import shockwave as sw
 from scenes import CHAIN, FORCE
 from shockwave.chain import Scales
 
-pytestmark = pytest.mark.numerical
+pytestmark = pytest.mark.compiled
 
 T0 = Scales.of(CHAIN, FORCE).time
 #: A F0^(-1/6) in seconds, with the exact coefficient, from eq. (4c) written out.

@@ -26,8 +26,6 @@ from shockwave.studies.sampling import Distribution, difference, exceedance, sta
 from shockwave.studies.uncertainty_result import Estimate
 from shockwave.studies.uncertainty_sampling import UncertainScenes
 
-pytestmark = pytest.mark.numerical
-
 FILE = ROOT / "profiles" / "examples" / "protector.yaml"
 SPREADS = {
     "chain.material.youngs_modulus": {"factor": 1.2},

@@ -9,8 +9,6 @@ from pages import table
 from selection import keeping
 from support import published_chains
 
-pytestmark = pytest.mark.numerical
-
 #: Largest relative difference from references that do not agree to all their digits; the page gives the reasons.
 LARGEST = {"taperchain": 3e-4, "restitution": 1e-4, "walls": 1e-6, "precompression": 4e-3, "lazaridi": 0.21}
 FAST = ("taperchain", "restitution", "walls", "lazaridi")

@@ -15,8 +15,6 @@ from shockwave.chain.yielding import yielding_of
 from shockwave.errors import InvalidValueError
 from shockwave.registry import load
 
-pytestmark = pytest.mark.numerical
-
 #: The beads of the two published figures.
 STEEL = attrs.evolve(load("materials", "stainless-steel-302"), yield_strength=600e6)
 BEARING = attrs.evolve(load("materials", "bearing-steel-52100"), yield_strength=2e9)
