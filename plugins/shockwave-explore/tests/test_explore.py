@@ -422,7 +422,10 @@ def test_the_report_is_saved_or_refused(client: Any) -> None:
 def served(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
     """The command in a process of its own, and its address."""
     command = [sys.executable, "-m", "shockwave", "explore", "--no-browser", "--port", "0", *arguments]
+    # a process that was started in the background ignores the signal, and would pass this on
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    signal.signal(signal.SIGINT, before)
     assert process.stdout is not None
     try:
         # ends a process that prints nothing
