@@ -261,7 +261,6 @@ enum { RUNNING, KNOWN, TOO_LONG, AT_END, FAILED };   /* STATUS */
 #define FAR 1e30       /* position of the granule beyond a free end, out of reach */
 #define FEW 5          /* largest number of lanes that run faster one by one */
 #define FLOOR 1e-4     /* smallest peak force */
-#define FREE_FLIGHT 2.075 /* a granule of velocity v makes a wave of less than (this times v)^(2p/(p + 1)) */
 #define WEAK 0.2       /* smallest overlap of a peak behind the front */
 #define REACH 8        /* number of contacts that a free end affects */
 #define FORMING 6.0    /* time after the force in which a last blow forms its wave */
@@ -380,11 +379,11 @@ static double contact_force(const Window *w, const double *x, long j, int l)
     return overlap_force(w, x[j * w->lanes + l] - x[(j + 1) * w->lanes + l]);
 }
 
-/* Peak force that a wave or a granule in free flight behind the front may reach, over that of the front. */
+/* Peak force that a wave behind the front may reach, over that of the front. */
 static double strongest_behind(const double *job, const Window *w, const Lane *lane, int l)
 {
     const long front = lane->head - lane->base - 2;
-    double most = 0, fastest = 0, thrown;
+    double most = 0;
     long j;
     for (j = 0; j < front; j++) {
         const long e = j * w->lanes + l;
@@ -398,10 +397,8 @@ static double strongest_behind(const double *job, const Window *w, const Lane *l
         grown = w->late[e] + (job[GROWING] * change < w->late[e] ? job[GROWING] * change : w->late[e]);
         if (lane->t - w->since[e] < RECENT && grown > most) most = grown;
         if (force > most) most = force;
-        if (w->v[e] > fastest && force == 0 && (j == 0 || contact_force(w, w->x, j - 1, l) == 0)) fastest = w->v[e];
     }
-    thrown = pow(FREE_FLIGHT * fastest, 2 * w->exponent / (w->exponent + 1));
-    return (thrown > most ? thrown : most) / lane->peak[KEPT - 1];
+    return most / lane->peak[KEPT - 1];
 }
 
 /* Number of granules to keep behind the front. A constant force f makes a first wave of about 2.33 f and others that

@@ -56,8 +56,6 @@ _SLACK = 0.1
 _TALLER = 0.999
 # Error of the leading wave, over the amount by which another wave exceeds it.
 _RIVAL = 2.0
-# A granule in free flight with velocity v makes a wave of less than (this times v)^(2p/(p + 1)).
-_FREE_FLIGHT = 2.075
 # Position of the granule beyond a free end, out of reach of all others.
 _FAR = 1e30
 
@@ -334,16 +332,13 @@ class _Window:
             self.limit = value, doubt / peak
 
     def _strongest_behind(self) -> float:
-        """Peak force that a wave or a granule in free flight behind the front may reach, over that of the front."""
+        """Peak force that a wave behind the front may reach, over that of the front."""
         front = self.head - self.base - 2
         if front <= 0 or not self.peaks:
             return 0.0
         recent = grown(self.late[:front], self.since[:front], self.time, self.request.limits.growing)
         forces = contact_forces(self.x[: front + 1], self.exponent)
-        v = self.v[:front]
-        flying = (forces == 0) & (np.append(0.0, forces[:-1]) == 0) & (v > 0)
-        thrown = (_FREE_FLIGHT * v[flying]) ** (1 / self.problem.wave.of_momentum)
-        return float(np.max([recent.max(), forces.max(), thrown.max(initial=0.0)])) / self.peaks[-1].force
+        return float(max(recent.max(), forces.max())) / self.peaks[-1].force
 
     def primary(self) -> Primary:
         """The leading wave, from the smallest force behind its peak, and the balances of the chain."""
