@@ -21,12 +21,15 @@ from shockwave.simulation import backend
 from shockwave.simulation.march import free_granules
 from shockwave.simulation.nystroem import Rkn86
 from shockwave.simulation.primary_search import find_primaries
-from shockwave.simulation.problem import ChainProblem
+from shockwave.simulation.problem import ChainProblem, Status
 from shockwave.simulation.problem import Request as SearchRequest
 
 pytestmark = pytest.mark.compiled
 
 compiled_alone = pytest.mark.skipif(backend.compiled is None, reason=backend.lack())
+
+
+NAMES = ["numpy", pytest.param("compiled", marks=compiled_alone)]
 
 
 def law(rise: float, decay: float, ratio: float, rise_time: float = 1.0) -> sw.Shock:
@@ -112,10 +115,21 @@ def test_lanes_are_independent() -> None:
     assert together == [find_primaries([request], Rkn86, backend.compiled)[0] for request in requests]
 
 
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(("beyond", "status"), [(8, Status.AT_END), (9, Status.KNOWN)])
+def test_a_free_end_within_eight_granules_of_the_front_ends_a_search(name: str, beyond: int, status: Status) -> None:
+    compiled = backend.compiled if name == "compiled" else None
+    (endless,) = find_primaries([SearchRequest(PROBLEM, 1e-8, 1e-6)], Rkn86, compiled)
+    problem = attrs.evolve(PROBLEM, granules=int(endless.contact) + beyond)
+    (finite,) = find_primaries([SearchRequest(problem, 1e-8, 1e-6)], Rkn86, compiled)
+    assert finite.status == status
+    # a free end has no effect on what was read before
+    assert (finite == endless) == (status is Status.KNOWN)
+
+
 # ---------------------------------------------------------------- choice of the backend
 
 
-NAMES = ["numpy", pytest.param("compiled", marks=compiled_alone)]
 SCENARIO = """
 chain: {material: copper, radius: 1 mm}
 shock: {profile: triangular, peak_force: 10 N, rise_time: 10 us, duration_ratio: 3}

@@ -16,7 +16,7 @@ from scipy.integrate import trapezoid
 import shockwave as sw
 from scenes import CHAIN, power, triangle
 from shockwave.chain.contact_law import PowerContact
-from shockwave.chain.damping import KuwabaraKono, Tsuji
+from shockwave.chain.damping import Dashpot, KuwabaraKono, Tsuji
 from shockwave.chain.ends import Wall
 from shockwave.chain.impact import Impact
 from shockwave.chain.segments import Segment
@@ -532,3 +532,14 @@ def test_the_energy_of_the_spring_behind_a_wall_may_exert_a_later_force() -> Non
     assert late.transmitted is not None
     assert late.transmitted.time > 1e-3
     assert early.transmitted.peak_force < late.transmitted.peak_force < early.later_force
+
+
+def test_the_dashpot_of_a_contact_may_exert_a_later_force() -> None:
+    # it acts at once as the granule meets the wall, with more than the elastic force that takes all its energy
+    damping = Dashpot(coefficient=1000.0)
+    chain = attrs.evolve(CHAIN, granules=[Segment(gap=1e-3)], end=Wall(), damping=damping)
+    early, late = (sw.simulate(Impact(velocity=0.3), chain, until=until) for until in (1e-3, 10e-3))
+    assert early.transmitted is not None
+    assert late.transmitted is not None
+    assert early.transmitted.peak_force == 0
+    assert damping.coefficient * early.velocities[-1] < 1.01 * late.transmitted.peak_force < early.later_force

@@ -7,11 +7,12 @@ from collections.abc import Iterable
 
 import numpy as np
 import pytest
+from attrs import evolve
 from numpy.polynomial.chebyshev import chebval
 
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.exponential import Exponential
-from shockwave.profiles.free_path import FreePath
+from shockwave.profiles.free_path import FreePath, _assembled, _sampled
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.tabulated import Tabulated
 from shockwave.profiles.triangular import Triangular
@@ -142,6 +143,13 @@ def test_records_are_accurate_to_fourteen_digits(size: int) -> None:
     table = profile.free_path()
     assert len(table.rows) == size - 1
     assert closed_lost(profile, table) <= table.error <= TOLERANCE
+
+
+@pytest.mark.parametrize("part", ["missing", "rounding"])
+def test_the_error_contains_that_of_every_piece(part: str) -> None:
+    pieces = [_sampled(np.ones_like, *ends, 2.0) for ends in ((0.0, 1.0), (1.0, 2.0))]
+    # a unit force has the impulse 2
+    assert _assembled([evolve(piece, scale=1.0, **{part: 1e-9}) for piece in pieces]).error >= 1e-9
 
 
 def test_a_sine_is_accurate_to_fourteen_digits() -> None:

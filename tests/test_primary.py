@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
+from typing import Any
 
 import attrs
 import numpy as np
@@ -12,7 +14,10 @@ import shockwave as sw
 from scenes import CASE_A, CASE_B, CHAIN, FORCE, UNITS, lasting, power, random_pulses, triangle
 from selection import keeping
 from shockwave.chain.solitary_wave import SPEED
+from shockwave.measurement import leading_wave
 from shockwave.options import Backend
+from shockwave.simulation.peak_limit import grown
+from shockwave.simulation.problem import Primary, Request, Status, short_limits
 
 pytestmark = pytest.mark.compiled
 
@@ -239,6 +244,30 @@ def test_a_search_without_enough_work_states_how_much_another_wave_is_stronger(
     (warning,) = found.warnings
     assert warning.startswith("The tolerance was not met")
     assert "A wave behind it may still exceed it" in warning
+
+
+def test_a_search_with_a_rival_is_repeated_although_its_estimate_meets_the_tolerance(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    find, patience = leading_wave.find_primaries, []
+
+    def impatient(requests: Sequence[Request], *arguments: Any) -> list[Primary]:
+        patience.append(requests[0].patience)
+        (found,) = find(requests, *arguments)
+        return [found if len(patience) > 1 else found._replace(status=Status.TOO_LONG, doubt=5e-3)]
+
+    monkeypatch.setattr(leading_wave, "find_primaries", impatient)
+    result = sw.simulate(CASE_A, CHAIN, rtol=1e-2, waves="primary")
+    assert patience == [1.0, 10.0]
+    assert result.error_estimate < 1e-3
+
+
+@pytest.mark.parametrize(("growth", "stronger"), [(0.0, False), (0.005, False), (0.03, True)])
+def test_a_wave_that_grows_may_become_the_strongest(growth: float, stronger: bool) -> None:
+    # it has 0.6 of the force of the front, at contact 9, and each contact has peaked 1.5 later than the one before
+    forces, times = 0.6 + growth * np.arange(-9, 1), 1.5 * np.arange(10)
+    growing = short_limits(1.0, 1.0).growing
+    assert (grown(forces, times, 15.0, growing).max() > 1.0) == stronger
 
 
 def test_a_shock_that_is_too_long_is_refused_at_once_with_its_cost() -> None:

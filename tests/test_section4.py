@@ -93,6 +93,20 @@ def test_an_ejection_has_the_added_momentum_of_the_window() -> None:
     assert outcome.amplification == pytest.approx((0.6 + 0.8 / 1.5) ** 1.2, rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("ratio", "relation", "warned"), [(0.6, "less", True), (0.94, "less", True), (0.97, "equal", False)]
+)
+def test_an_ejection_with_a_smaller_impulse_and_a_stronger_wave_is_in_contradiction(
+    ratio: float, relation: str, warned: bool
+) -> None:
+    # a rectangle with n = 1.5, whose (5h) gives (4 - ratio)/3 of the impulse of a wave of the peak force of the shock
+    outcome = PAPER.predict(_power((1.5, 0, 0), ratio / 1.5 * TIME), CHAIN).section4
+    assert outcome is not None
+    assert (outcome.regime, outcome.relation) == ("ejection", relation)
+    assert outcome.amplification == pytest.approx(((4 - ratio) / 3) ** 1.2, rel=1e-12)
+    assert any("in contradiction to (5e)" in warning for warning in outcome.warnings) == warned
+
+
 # ---------------------------------------------------------------- the paper's tables
 
 
