@@ -24,6 +24,7 @@ from shockwave.chain.laws import (
     striker_waves,
     wall_factor,
 )
+from shockwave.chain.layout import Layout
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM, wave_law
 
 # Units in which mass and contact stiffness of the granules of CHAIN and a velocity of 0.5 m/s are 1.
@@ -133,6 +134,13 @@ def test_soft_walls_approach_a_power_law_from_above() -> None:
     # the deviation is linear in the ratio
     assert wall_factor(ratios) / ratios**0.4 == pytest.approx(np.full(9, 1.756917), rel=1e-5)
     assert wall_factor(0.0) == 0.0
+
+
+@pytest.mark.parametrize("material", ["same", "rigid", "ptfe"])
+def test_the_stiffness_ratio_of_a_wall_is_that_of_its_contact(material: str) -> None:
+    chain = attrs.evolve(CHAIN, granules=2, end=sw.Wall(material=material))
+    between, at_wall = Layout.of(chain, lasting(sw.Triangular(duration_ratio=2), 1.0)).pairs.stiffnesses
+    assert chain.end.stiffness_ratio(chain.material) == pytest.approx(at_wall / between, rel=1e-14)
 
 
 def test_the_wall_factor_increases_with_the_stiffness() -> None:

@@ -60,9 +60,10 @@ def test_a_greater_later_force_is_the_upper_end_of_the_range(limit: float, decis
     assert found.remedy == ("simulate to a later end" if decision == "undecided" else None)
 
 
-def test_a_force_of_unknown_error_decides_nothing() -> None:
-    found = verdict(sw.Limit(force=60.0), LeavingForce.measured("force", 50.0, 50.0))
-    assert found.decision == "undecided"
+@pytest.mark.parametrize("error", [50.0, 60.0])
+def test_a_force_of_unknown_error_decides_nothing(error: float) -> None:
+    found = verdict(sw.Limit(force=60.0), LeavingForce.measured("force", 50.0, error))
+    assert (found.low, found.high, found.decision) == (None, None, "undecided")
 
 
 def test_a_semi_infinite_chain_is_judged_by_its_leading_wave() -> None:

@@ -1,16 +1,17 @@
-"""The bracketed root, and Newton's method."""
+"""The bracketed root, Newton's method, and running sums."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from shockwave.errors import NumericalError
-from shockwave.numerics import bracketed_root, newton_root
+from shockwave.numerics import bracketed_root, newton_root, running_sums
 
 #: Name -> function, bracket, root.
 CASES: dict[str, tuple[Callable[[float], float], float, float, float]] = {
@@ -92,3 +93,9 @@ def test_newtons_method_finds_a_root_at_an_end(root: float) -> None:
 def test_newtons_method_refuses_a_bracket_without_a_root(root: float, guess: float) -> None:
     with pytest.raises(NumericalError, match=r"^time of a wave: no change of sign between 0\.001 and 1000$"):
         newton_root(lambda x: (x - root, x), 1e-3, 1e3, guess, "time of a wave")
+
+
+def test_running_sums_keep_terms_below_the_rounding_of_the_sum() -> None:
+    terms = np.append(1.0, np.full(1000, 1e-17))
+    # each sum is rounded once
+    assert running_sums(terms) == pytest.approx([0.0, *(1 + 1e-17 * np.arange(1001))], rel=1.2e-16, abs=0)

@@ -73,6 +73,7 @@ FORCES = {
     "power-decay": (PowerLaw(rise_exponent=2, decay_exponent=3, duration_ratio=3), 2, 0.125),
     "step-rise": (PowerLaw(rise_exponent=0, decay_exponent=0, duration_ratio=3), 0.5, 1.0),
     "step-decay": (PowerLaw(rise_exponent=0, decay_exponent=0, duration_ratio=3), 2.5, 1.0),
+    "step-end": (PowerLaw(rise_exponent=0, decay_exponent=0, duration_ratio=3), 3.0, 1.0),
     "exponential-rise": (Exponential(rise_rate=2, decay_rate=1, duration_ratio=3), 0.5, 1 / (1 + math.exp(-1))),
     "exponential-decay": (Exponential(rise_rate=1, decay_rate=2, duration_ratio=3), 2, 1 / (1 + math.exp(1))),
     "exponential-slow-rise": (Exponential(rise_rate=-2, decay_rate=1, duration_ratio=3), 0.5, 1 / (1 + math.exp(1))),

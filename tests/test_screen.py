@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import re
 import struct
@@ -16,6 +17,8 @@ import pages
 from pages import PIPED, ROOT, widest
 from shockwave.cli.output import ProgressBar
 from shockwave.cli.parser import OFFERED
+from shockwave.tables import evenly
+from shockwave.text import si
 from test_docs import commands
 
 STYLE = re.compile(r"\x1b\[[0-9;]*m")
@@ -99,3 +102,28 @@ def test_piped_output_has_80_columns_and_no_colour(command: str) -> None:
     printed = done.stdout.decode()
     assert 60 < widest(printed) <= PIPED
     assert not STYLE.search(printed)
+
+
+# ---------------------------------------------------------------- numbers
+
+
+@pytest.mark.parametrize(
+    ("error", "text"),
+    [
+        (1e-4, "1.23457 kN"),  # an error of 0.12 N, to its second digit
+        (2.4e-4, "1.23457 kN"),  # of 0.29 N, likewise
+        (2.5e-4, "1.2346 kN"),  # of 0.31 N, to its first digit
+        (0.9, "1.2 kN"),
+        (1.0, "1 kN"),
+        (math.inf, "1 kN"),
+        (math.nan, "1 kN"),
+        (0.0, "1.23456789000000 kN"),
+    ],
+)
+def test_a_number_has_the_digits_that_its_error_leaves(error: float, text: str) -> None:
+    assert si(1234.56789, "N", error=error) == text
+
+
+@pytest.mark.parametrize(("count", "most", "rows"), [(3, 10, [0, 1, 2]), (10, 4, [0, 3, 6, 9]), (1, 5, [0])])
+def test_rows_of_a_long_table_are_evenly_chosen_with_both_ends(count: int, most: int, rows: list[int]) -> None:
+    assert evenly(count, most).tolist() == rows

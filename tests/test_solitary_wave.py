@@ -114,6 +114,7 @@ def test_a_wave_scales_with_its_peak_force(quantity: str, factor: float) -> None
     one, other = (SolitaryWave.of(force, BEADS) for force in (10.0, 10.0 * factor))
     ratio = getattr(other, quantity) / getattr(one, quantity)
     assert ratio == pytest.approx(factor ** QUANTITIES[quantity][1], rel=1e-13)  # powers of 1e9
+    assert getattr(one.stronger(factor), quantity) == pytest.approx(getattr(other, quantity), rel=1e-13)
 
 
 def test_a_coefficient_changes_only_the_momentum() -> None:
