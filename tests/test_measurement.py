@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
+from typing import Any
 
 import attrs
 import numpy as np
@@ -11,8 +13,10 @@ import pytest
 import shockwave as sw
 from scenes import CASE_A, CHAIN, FORCE, UNITS, triangle
 from shockwave.chain.solitary_wave import HERTZ_WAVE
+from shockwave.measurement import train
 from shockwave.measurement.chain_run import ChainRun
 from shockwave.measurement.peak_log import PeakLog, Trail
+from shockwave.measurement.rebound import rebounding
 from shockwave.measurement.waves import Outlook, _nothing_to_come, distance_from_limit
 from shockwave.simulation.nystroem import Rkn86
 from shockwave.simulation.problem import ChainProblem
@@ -158,6 +162,30 @@ def test_rebound_that_goes_on_when_it_is_read_is_within_its_estimate() -> None:
     assert abs(result.recoil_momentum / UNITS.momentum + 1.5557228e-3) < result.recoil_error / UNITS.momentum
 
 
+def test_rebounding_granules_end_with_the_last_that_is_fast() -> None:
+    v = np.array([-0.3, 0.01, -0.2, -5e-4, 0.5, -4e-4, 0.7])
+    velocities, loose = rebounding(v, 1e-3)
+    assert velocities == (-0.3, -0.2, -5e-4)
+    # that of the granule between them, which they may catch, and of the one that drifts backwards behind a wave
+    assert loose == pytest.approx(0.01 + 4e-4, rel=1e-12)
+
+
+def test_a_later_collision_of_two_granules_is_below_the_bound() -> None:
+    run = ChainRun(attrs.evolve(CASE, granules=2), Rkn86(tolerance=1e-9), 5e-3, 1e-6, 1e-5, 1000)
+    # two masses of 1, each with the velocity 1, and the contact force d^(3/2): at the turn 2/5 d^(5/2) = 1
+    assert not run._is_spent(SimpleNamespace(x=np.array([[0.0, 0.5]]), v=np.array([[1.0, -1.0]])))
+    assert run.unfollowed_force == pytest.approx(2.5**0.6, rel=1e-12)
+
+
+def test_the_estimate_of_the_greatest_force_contains_the_difference_of_two_runs() -> None:
+    fine, coarse = (log_of((3, 4.0, force)) for force in (1.0, 1.001))
+    run: Any = SimpleNamespace(log=fine, problem=attrs.evolve(CASE, granules=8), integrator=Rkn86(tolerance=1e-9))
+    run.energy = run.work = 1.0
+    greatest = train._greatest(run, coarse, UNITS)
+    assert greatest is not None
+    assert greatest.error_estimate == pytest.approx(1e-3, rel=1e-5)
+
+
 def test_a_wave_that_cannot_be_measured_is_counted_in_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
     passed = Outlook.passed
 
@@ -165,9 +193,9 @@ def test_a_wave_that_cannot_be_measured_is_counted_in_a_warning(monkeypatch: pyt
         return passed(outlook, wave) if outlook.heads[wave].force > 0.5 else Trail([], [], [])
 
     monkeypatch.setattr(Outlook, "passed", passed_by_strong_waves)
-    train = sw.simulate(triangle(4), CHAIN).train
-    assert len(train.waves) == 1
-    assert "Waves that could not be measured and are left out: 1." in train.warnings
+    found = sw.simulate(triangle(4), CHAIN).train
+    assert len(found.waves) == 1
+    assert "Waves that could not be measured and are left out: 1." in found.warnings
 
 
 def test_a_wave_that_will_meet_granules_in_motion_has_an_error_estimate_that_holds() -> None:

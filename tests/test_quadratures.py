@@ -67,6 +67,11 @@ def _jump(at: float) -> Case:
     return Case(f"jump-at-{at!r}", lambda s: np.where(s < at, 0.0, 1.0), 0.0, 1.0, 1 - at)
 
 
+def _two_jumps(first: float, last: float) -> Case:
+    """Jumps from 0 to 1 and to 2."""
+    return Case(f"jumps-at-{first!r}-{last!r}", lambda s: 1.0 * (s >= first) + (s >= last), 0.0, 1.0, 2 - first - last)
+
+
 SMOOTH = [
     *(_power_rise(eta) for eta in ETAS),
     *(_power_decay(eta, n) for n in RATIOS for eta in ETAS),
@@ -80,6 +85,8 @@ SMOOTH = [
 ]
 # An arbitrary point, and the gaps between the nodes and the ends or the middle of an interval.
 JUMPS = [_jump(at) for at in (1e-3, 0.123456789, 0.3, 0.5, 0.5 + 1e-9, 0.5 - 1e-4, 0.7501, 0.999)]
+# One of the jumps is between a node and the end of an interval, and only another division of the intervals shows it.
+JUMPS.append(_two_jumps(0.5293121601967704, 0.7857857007138075))
 EVERY = [*SMOOTH, *JUMPS]
 
 

@@ -115,6 +115,14 @@ def test_waves_become_weaker_after_a_steep_rise_and_the_threshold_only_shortens_
     assert list(_outcome(name, threshold).waves) == above
 
 
+@each_train
+def test_a_later_wave_that_is_stronger_than_the_leading_one_has_a_warning(name: str) -> None:
+    first, *later = (wave.peak_force for wave in _outcome(name).waves)
+    # a step makes equal waves; rounding
+    stronger = max(later) > first * (1 + 1e-9)
+    assert any("stronger than the leading wave" in warning for warning in _outcome(name).warnings) == stronger
+
+
 def test_the_list_of_later_waves_ends_after_a_thousand_with_a_warning() -> None:
     outcome = sw.predict(_shock(_power(2, 0, 0), 2000.0), CHAIN, model="section-4")
     assert len(outcome.waves) == 1001

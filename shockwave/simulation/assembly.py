@@ -300,7 +300,7 @@ def integrate(
     peaks = job.peaks[0, :contacts]
     shown = job.samples[:, 0, :-1], job.samples[:, 1, :-1], job.samples[:, 2, :contacts]
     return Motion(
-        forces=np.maximum(assembly.static_forces + peaks, 0.0),
+        forces=assembly.static_forces + peaks,
         force_times=job.peaks[1, :contacts],
         dynamic_forces=peaks,
         end=float(found[1]),
