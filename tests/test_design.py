@@ -18,7 +18,7 @@ from scenes import CASE_A, CHAIN, POWER, UNITS
 from shockwave import cli, pictures
 from shockwave.progress import progress_shown
 from shockwave.scenario.scene_family import Family
-from shockwave.studies.design_along import search_interval
+from shockwave.studies.design_along import _equals, search_interval
 from shockwave.studies.design_result import Option, VariedParameter
 from shockwave.studies.design_scenes import DesignScenes
 from shockwave.studies.quantities import Quantity, Requirement
@@ -477,3 +477,11 @@ def test_options_that_do_not_fit_are_a_wrong_usage(
 ) -> None:
     assert cli.main(["design", str(file), *given, "--target", "chain.mass <= 1 g"]) == 2
     assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("miss", "error", "equal"), [(5e-5, 0.0, True), (2e-4, 0.0, False), (2e-4, 1.5e-4, True)])
+def test_a_value_equals_the_target_within_the_tolerance_and_its_error(miss: float, error: float, equal: bool) -> None:
+    target = Requirement(Quantity("peak_force", "N", "peak force"), "=", 60.0)
+    quantities, errors = {"peak_force": 60.0 * (1 + miss)}, {"peak_force": error}
+    option = Option(values=(1.0,), quantities=quantities, errors=errors, violation=miss)
+    assert _equals(target, option, 1e-4) is equal

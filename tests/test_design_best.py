@@ -15,6 +15,7 @@ from shockwave import cli
 from shockwave.chain.layout import mass_and_length
 from shockwave.scenario.scene_family import Family
 from shockwave.studies import design_best
+from shockwave.studies.design_result import Design, Option
 from shockwave.studies.design_scenes import DesignScenes
 from shockwave.studies.quantities import Quantity, Requirement, parts_of
 
@@ -142,6 +143,21 @@ def test_the_front_is_surpassed_by_no_option(file: Path, force: float) -> None:
     assert list(masses) == sorted(masses)
     assert list(forces) == sorted(forces, reverse=True)
     assert not [each for each in result.tried if each.quantities["chain.mass"] < masses[0]]
+
+
+@pytest.mark.parametrize(("sign", "masses"), [("<=", [1.0, 2.0]), (">=", [1.0, 3.0])])
+def test_the_front_trades_the_mass_for_what_is_required(sign: Any, masses: list[float]) -> None:
+    pairs = [(3.0, 9.0), (1.0, 5.0), (2.0, 4.0)]
+    options = tuple(
+        Option(values=(mass,), quantities={"chain.mass": mass, FORCE: force}, errors={}, violation=0.0)
+        for mass, force in pairs
+    )
+    nothing: dict[str, Any] = dict.fromkeys(("parameters", "quantities", "solutions", "table", "warnings"), ())
+    requirement = Requirement(Quantity(FORCE, "N", "wall force"), sign, 6.0)
+    result = Design(
+        scenario="", requirements=(requirement,), least="chain.mass", nearest=None, tried=options, **nothing
+    )
+    assert [option.quantities["chain.mass"] for option in result.front(requirement)] == masses
 
 
 def test_materials_are_ranked(file: Path) -> None:

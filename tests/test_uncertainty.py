@@ -6,6 +6,7 @@ import math
 import re
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ from shockwave.scenario.uncertainty import Spread
 from shockwave.studies import varied_scenes as scenes
 from shockwave.studies.sampling import Distribution, difference, exceedance, statistics
 from shockwave.studies.uncertainty_result import Estimate
-from shockwave.studies.uncertainty_sampling import UncertainScenes
+from shockwave.studies.uncertainty_sampling import UncertainScenes, _sensitivity
 
 FILE = ROOT / "profiles" / "examples" / "protector.yaml"
 SPREADS = {
@@ -138,6 +139,14 @@ def test_a_slope_has_the_error_of_its_curvature_and_of_the_simulations() -> None
     # x + x^3: 2 over the wide ends, 1.25 over the narrow ones
     assert difference(ends, ends + ends**3, 0.0) == Estimate(1.25, 0.75)
     assert difference(ends, 3 * ends, 0.1).error == pytest.approx(0.2, rel=1e-12)
+
+
+@pytest.mark.parametrize("value", [2.0, -2.0])
+def test_an_exponent_has_the_sign_of_a_relative_change(value: float) -> None:
+    parameter: Any = SimpleNamespace(name="shock.parameters.rise_rate", value=value)
+    found = _sensitivity(parameter, Estimate(3.0, 0.3), 6.0, np.zeros((2, 2)))
+    # d ln Q/d ln x = Q' x/Q
+    assert (found.exponent, found.exponent_error) == pytest.approx((3.0 * value / 6.0, 0.1), rel=1e-12)
 
 
 def test_a_verdict_is_on_the_range_of_98_percent_with_the_error_of_the_simulations() -> None:
