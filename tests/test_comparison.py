@@ -6,6 +6,7 @@ import json
 import math
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import attrs
@@ -160,6 +161,12 @@ def test_a_wave_that_is_not_simulated_has_no_error() -> None:
     assert first.peak_force is not None
     assert attrs.astuple(second) == (None, None)
     assert (both.regime, both.agrees["regime"], both.agrees["count"]) == (None, None, None)
+
+
+@pytest.mark.parametrize(("error", "added"), [(0.5, 2.0), (2.5, None)], ids=["accurate", "within-its-error"])
+def test_the_added_momentum_is_known_if_it_exceeds_its_error(error: float, added: float | None) -> None:
+    simulated = SimpleNamespace(options=SimpleNamespace(waves="train"), recoil_momentum=-2.0, recoil_error=error)
+    assert comparison.Comparison(predicted=None, simulated=simulated).added_momentum == added
 
 
 def test_a_scene_that_section_4_does_not_cover_is_simulated_alone() -> None:

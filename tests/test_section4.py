@@ -161,6 +161,9 @@ def test_table_2(name: str, virtual: float, by_5f: float, by_5h: float, simulate
     hat, n = outcome.virtual_rise_time, shock.profile.duration_ratio
     added = shock.peak_force * (hat - shock.rise_time) ** 2 / ((n - 1) * hat)
     assert outcome.added_momentum == pytest.approx(added, rel=1e-12)
+    # rebounding granules add what they carry backwards
+    ratio = outcome.added_momentum / -found.simulated.recoil_momentum
+    assert found.errors.added_momentum == pytest.approx(ratio - 1, rel=1e-12)
     assert found.simulated.peak_force == pytest.approx(simulated, rel=1e-6)
     assert found.errors.peak_force is not None
     assert round(100 * found.errors.peak_force, 2) == error

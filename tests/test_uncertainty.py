@@ -141,6 +141,17 @@ def test_a_slope_has_the_error_of_its_curvature_and_of_the_simulations() -> None
     assert difference(ends, 3 * ends, 0.1).error == pytest.approx(0.2, rel=1e-12)
 
 
+def test_a_later_force_of_any_draw_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    results = [SimpleNamespace(leaving=SimpleNamespace(later=later), wave_warnings=()) for later in (1.0, 7.0, 3.0)]
+    monkeypatch.setattr(scenes, "simulations", lambda *_: results)
+    scenario: Any = SimpleNamespace(limit=Limit(force=5.0), impact=object())
+    family: Any = SimpleNamespace(scenario=lambda values: scenario)
+    quantity: Any = SimpleNamespace(read=lambda result: (1.0, 0.0))
+    draws = UncertainScenes(scenario, [], None, [quantity], family)
+    draws.evaluate({"impact.velocity": np.ones(3)}, 1e-4)
+    assert draws.later == 7.0
+
+
 @pytest.mark.parametrize("value", [2.0, -2.0])
 def test_an_exponent_has_the_sign_of_a_relative_change(value: float) -> None:
     parameter: Any = SimpleNamespace(name="shock.parameters.rise_rate", value=value)
