@@ -6,6 +6,7 @@ import gc
 import json
 import math
 import re
+import time
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -57,6 +58,13 @@ def test_runs_are_repeated_after_a_warm_up_without_garbage_collection() -> None:
 
 def test_quick_run_skips_settings() -> None:
     assert [row.value for row in run(lambda *_: None, 1.0, 2.0, 3.0, limits=evolve(ONCE, every=2))] == [1.0, 3.0]
+
+
+def test_a_setting_that_would_take_too_long_is_left_out() -> None:
+    first, second = run(lambda *_: time.sleep(0.02), 1.0, 2.0, limits=Limits(run=0.03, repetitions=0.0, repeats=0))
+    # the next finer setting takes about twice the time of the last one
+    assert first.problem == ""
+    assert "left out" in second.problem
 
 
 def test_run_stops_at_the_time_limit_and_finer_settings_are_left_out() -> None:

@@ -19,19 +19,21 @@ from shockwave.chain.impact import Impact
 from shockwave.chain.library import PAPER_STEEL
 from shockwave.chain.material import Material
 from shockwave.errors import FileAccessError, ScenarioError
+from shockwave.fields import Quantity
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.shock import Shock
 from shockwave.profiles.tabulated import Tabulated
 from shockwave.registry import load
-from shockwave.scenario.block_keys import CHAIN, SCENARIO, keys_of, parameters_of, shock_keys
+from shockwave.scenario.block_keys import CHAIN, SCENARIO, Key, keys_of, parameters_of, shock_keys
 from shockwave.scenario.chain_blocks import CELL, END, IMPACT, SEGMENT, TAPER
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scenario import Published, Scenario
 from shockwave.scenario.scene_family import Family
 from shockwave.scenario.sweep_block import SWEEP
 from shockwave.scenario.template import template
+from shockwave.scenario.value_conversion import converted
 
 CONTRACT = """\
 name: table 1, first row
@@ -242,3 +244,8 @@ def test_with_both_times_a_sweep_of_one_changes_the_ratio(tmp_path):
     path.write_text(f"chain: {{material: copper, radius: 5 mm}}\nshock: {shock}")
     found = Family(load_scenario(path)).scenario({"shock.rise_time": 1e-6}).shock
     assert (found.rise_time, found.profile.duration_ratio) == pytest.approx((1e-6, 5.0), rel=1e-15)
+
+
+def test_a_large_whole_number_keeps_all_its_digits() -> None:
+    key = Key("seed", spec=Quantity("", "a seed", whole=True))
+    assert converted(key, 2**53 + 1) == 2**53 + 1

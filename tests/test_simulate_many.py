@@ -119,8 +119,9 @@ def test_each_shock_can_have_its_own_chain() -> None:
 
 
 def test_a_wrong_number_of_chains_is_refused() -> None:
-    with pytest.raises(sw.InvalidValueError, match=r"chain: must be one, or one for each shock \(got 2\)"):
-        sw.simulate_many(FEW, [CHAIN, CHAIN])
+    for number in (2, len(FEW) + 1):
+        with pytest.raises(sw.InvalidValueError, match=rf"chain: must be one, or one for each shock \(got {number}\)"):
+            sw.simulate_many(FEW, [CHAIN] * number)
     with pytest.raises(sw.InvalidValueError, match=r"chain: must be a Chain, or one for each shock \(got 'steel'\)"):
         sw.simulate_many(FEW, "steel")  # type: ignore[arg-type]
 

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 import os
 import re
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from shockwave.errors import FileAccessError, InvalidValueError, UnknownNameError, UsageError
-from shockwave.sweep.definition import SweepDefinition
+from shockwave.sweep.columns import Read, row
+from shockwave.sweep.definition import Column, SweepDefinition
 from shockwave.sweep.journal import Journal
 from shockwave.sweep.results import load_sweep
 from shockwave.sweep.tables import write_tables
@@ -109,6 +112,12 @@ def test_json_lines_have_the_same_values(folder: Path) -> None:
         "problem": None,
     }
     assert (found[2]["peak_force"], found[2]["problem"]) == (None, PROBLEM)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_a_number_that_is_not_finite_is_no_value(value: float) -> None:
+    column = Read(Column("low", "N", "number", "a force"), lambda _: value)
+    assert row((column,), SimpleNamespace()) == [None]
 
 
 def test_tables_do_not_depend_on_the_order_of_the_journal(tmp_path: Path) -> None:
