@@ -27,6 +27,7 @@ SCENES: dict[str, tuple[Any, sw.Chain, list[str]]] = {
     "usual": (CASE_A, CHAIN, []),
     "beads of 9.5 m": (CASE_A, evolve(CHAIN, radius=4.75), ["chain.diameter"]),
     "rise of 10 s": (evolve(CASE_A, rise_time=10.0), CHAIN, ["shock.rise_time"]),
+    "ends of the ranges": (evolve(CASE_A, rise_time=1.0, peak_force=1e-9), CHAIN, []),
     "force in kN twice": (evolve(CASE_A, peak_force=1e11), CHAIN, ["shock.peak_force"]),
     "density in g/cm3": (CASE_A, evolve(CHAIN, material=evolve(STEEL, density=7.958)), ["chain.material.density"]),
     "modulus in GPa": (
