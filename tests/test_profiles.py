@@ -12,6 +12,7 @@ from attrs import frozen
 
 from shockwave.fields import quantity
 from shockwave.profiles.base import ShockProfile
+from shockwave.profiles.boundary_layers import edges
 from shockwave.profiles.exponential import Exponential
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.tabulated import Tabulated
@@ -102,6 +103,15 @@ def test_force_stays_between_zero_and_one(profile: ShockProfile) -> None:
 )
 def test_force_is_zero_outside_the_shock(profile: ShockProfile, s: float) -> None:
     assert float(profile.force(s)) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("rate", "layer"),
+    [(200.0, [1.02, 1.08, 1.36]), (-200.0, [2.64, 2.92, 2.98]), (99.0, []), (0.0, []), (1e10, [])],
+)
+def test_a_steep_force_has_a_layer_in_which_steps_and_quadratures_end(rate: float, layer: list[float]) -> None:
+    # 2, 8 and 36 times 1/200 of a decay that lasts twice the rise; a thinner one is a discontinuity
+    assert edges(1.0, 3.0, rate, 3.0) == pytest.approx(layer, rel=1e-12)
 
 
 # ---------------------------------------------------------------- integrals

@@ -15,7 +15,7 @@ from attrs import evolve
 
 import shockwave as sw
 from pages import ROOT
-from scenes import CASE_A, CHAIN, POWER, UNITS
+from scenes import CASE_A, CHAIN, POWER, UNITS, triangle
 from shockwave import cli
 from shockwave.limit import Limit
 from shockwave.progress import progress_shown
@@ -139,6 +139,12 @@ def test_a_slope_has_the_error_of_its_curvature_and_of_the_simulations() -> None
     # x + x^3: 2 over the wide ends, 1.25 over the narrow ones
     assert difference(ends, ends + ends**3, 0.0) == Estimate(1.25, 0.75)
     assert difference(ends, 3 * ends, 0.1).error == pytest.approx(0.2, rel=1e-12)
+
+
+@pytest.mark.parametrize(("longest", "refused"), [(5.9, True), (6.1, False)])
+def test_a_draw_that_lasts_too_long_is_an_error(longest: float, refused: bool) -> None:
+    (found,) = scenes.simulated([scenes.scenario_of(triangle(6.0), CHAIN)], 1e-4, longest)
+    assert isinstance(found, sw.InvalidValueError) == refused
 
 
 def test_a_later_force_of_any_draw_counts(monkeypatch: pytest.MonkeyPatch) -> None:
