@@ -285,6 +285,11 @@ CHANGES: list[dict[str, Any]] = [
     {"predictor": sw.Predictor(alpha="literal")},
     {"predictor": sw.Predictor(momentum_coefficient="paper")},
     {"simulate": SimulateOptions(rtol=1e-8)},
+    {"limit": sw.Limit(force=60.0)},
+    {"chain": evolve(CHAIN, material=evolve(CHAIN.material, yield_strength=2e9))},
+    {"chain": evolve(CHAIN, elastic_only=True)},
+    {"chain": evolve(CHAIN, granules=50)},
+    {"chain": evolve(CHAIN, packing="hexagonal")},
 ]
 
 
