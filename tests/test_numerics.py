@@ -95,7 +95,9 @@ def test_newtons_method_refuses_a_bracket_without_a_root(root: float, guess: flo
         newton_root(lambda x: (x - root, x), 1e-3, 1e3, guess, "time of a wave")
 
 
-def test_running_sums_keep_terms_below_the_rounding_of_the_sum() -> None:
-    terms = np.append(1.0, np.full(1000, 1e-17))
-    # each sum is rounded once
-    assert running_sums(terms) == pytest.approx([0.0, *(1 + 1e-17 * np.arange(1001))], rel=1.2e-16, abs=0)
+@pytest.mark.parametrize("place", [0, 500, 1000])
+def test_running_sums_keep_terms_below_the_rounding_of_the_sum(place: int) -> None:
+    terms = np.insert(np.full(1000, 1e-17), place, 1.0)
+    sums = running_sums(terms)
+    assert sums[place + 1 :] == pytest.approx(1 + 1e-17 * np.arange(place, 1001), rel=2e-16, abs=0)  # of a rounding
+    assert sums[: place + 1] == pytest.approx(1e-17 * np.arange(place + 1), rel=1e-13, abs=0)
