@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from attrs import evolve
+from scipy.optimize import brentq
 
 import shockwave as sw
 from shockwave.errors import InvalidValueError, NumericalError
@@ -270,6 +271,55 @@ def test_closed_form_of_a_collision() -> None:
     motion = integrate(evolve(pair, velocity=1.0), 1e-12, compiled=compiled)
     assert motion.forces[0] == pytest.approx((5 / 8) ** 0.6, rel=1e-11)
     np.testing.assert_allclose(motion.v, [0, 1], atol=1e-11)
+
+
+# ---------------------------------------------------------------- gravity on a striker
+
+
+@pytest.mark.parametrize("code", [None, compiled])
+@pytest.mark.parametrize("exponent", [1.0, 1.5, 2.5])
+@pytest.mark.parametrize("velocity", [1e-9, 0.7])
+def test_a_striker_falls_while_it_compresses_a_spring(velocity: float, exponent: float, code: Any) -> None:
+    chain = uniform(1, exponent=exponent, force=None, velocity=velocity, weight=0.3)
+    motion = integrate(chain, 1e-11, until=12.0, compiled=code)
+    # from rest it sinks until the energy of the spring is W d: then its force is (p + 1) W
+    energy = lambda d: d ** (exponent + 1) / (exponent + 1) - 0.3 * d - velocity**2 / 2  # noqa: E731
+    deepest = brentq(energy, 0.3 ** (1 / exponent), 10.0, xtol=1e-14)
+    assert motion.forces[0] == pytest.approx(deepest**exponent, rel=1e-10)
+    if velocity < 1e-6:
+        assert motion.forces[0] == pytest.approx((exponent + 1) * 0.3, rel=1e-8)
+    else:
+        assert motion.rebound == pytest.approx(velocity, rel=1e-9)  # of the first separation, not after its flight
+        assert abs(motion.v[0]) != pytest.approx(velocity, rel=1e-3)
+    assert momentum_defect(chain, motion) < 1e-12
+    assert abs(motion.energy_balance) < 1e-10
+
+
+@pytest.mark.skipif(compiled is None, reason="not compiled")
+@pytest.mark.parametrize("damping", [0.0, 0.05], ids=["undamped", "damped"])
+def test_both_codes_agree_on_a_striker_with_a_weight(damping: float) -> None:
+    chain = mixed(
+        8, force=None, velocity=0.5, weight=0.02, damping=np.full(8, damping), damping_power=0.5 * (damping > 0)
+    )
+    chain = evolve(chain, overlaps=np.append(0.0, np.linspace(0.01, 0.02, 7)))
+    one, other = (integrate(chain, 1e-7, until=60.0, times=[5.0, 50.0], compiled=c) for c in (compiled, None))
+    assert (one.steps, one.evaluations) == (other.steps, other.evaluations)
+    for key in ("forces", "force_times", "x", "v", "impulses", "samples_x"):
+        np.testing.assert_allclose(getattr(one, key), getattr(other, key), rtol=1e-10, atol=1e-12, err_msg=key)
+    assert one.rebound == pytest.approx(other.rebound, rel=1e-10)
+
+
+def test_a_striker_with_a_weight_falls_back_onto_a_long_chain() -> None:
+    long, short = (
+        uniform(n, force=None, velocity=0.5, weight=0.02, overlaps=np.append(0.0, np.full(n - 1, 1e-3)))
+        for n in (300, 200)
+    )
+    one, other = (integrate(each, 1e-9, until=150.0, compiled=compiled) for each in (long, short))
+    # the waves have not returned; the long chain is integrated in parts
+    np.testing.assert_allclose(one.v[:40], other.v[:40], atol=1e-7)
+    np.testing.assert_allclose(one.forces[:120], other.forces[:120], rtol=1e-7)
+    assert one.rebound == pytest.approx(other.rebound, rel=1e-7)
+    assert abs(one.energy_balance) < 1e-8
 
 
 @pytest.mark.parametrize("ratio", [1e-9, 1.0, 1e6])

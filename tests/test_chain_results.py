@@ -23,6 +23,7 @@ from shockwave.chain.segments import Segment
 from shockwave.cli import main
 from shockwave.measurement.chain_result import ChainResult
 from shockwave.measurement.recording import Recording
+from support.chain_reference import Reference
 
 CASES: dict[str, dict[str, Any]] = json.loads((Path(__file__).parent / "data" / "chains.json").read_text())
 # Wall forces of the reference are accurate to this, relative to the force.
@@ -350,6 +351,50 @@ def test_static_forces_are_part_of_the_forces() -> None:
     assert all(peak.peak_force > peak.static_force for peak in result.contacts)
     assert result.spall_velocities is None
     assert result.recoil_momentum is None
+
+
+DROP = """
+chain:
+  material: bearing-steel-52100
+  diameter: 20 mm
+  gravity: 9.81 m/s**2
+  granules:
+    - {count: 1, diameter: 60 mm, material: {youngs_modulus: 10 MPa, poisson_ratio: 0.49, density: 1100 kg/m**3}}
+    - {count: 6}
+  end: {wall: carbon-steel-1020, mass: 2 kg, stiffness: 5e7 N/m, damping: 500 N*s/m}
+impact: {velocity: 2.426 m/s, diameter: 106.7 mm, material: carbon-steel-1020}
+simulate: {until: 30 ms}
+"""
+
+
+def test_a_drop_weight_on_a_pad_agrees_with_scipy(tmp_path: Path) -> None:
+    file = tmp_path / "drop.yaml"
+    file.write_text(DROP, encoding="utf-8")
+    scene = sw.load_scenario(file)
+    result = sw.simulate(scene, contacts=[0])
+    dynamic, _times = Reference(scene.excitation, scene.chain, result.characteristic_time).greatest(result.end, 1e3)
+    assert result.transmitted.peak_force - result.transmitted.static_force == pytest.approx(dynamic[-1], rel=1e-6)
+    assert result.contacts[0].peak_force == pytest.approx(dynamic[0], rel=1e-6)
+    assert result.transmitted.peak_force == pytest.approx(2167, abs=1)  # 2085 if the drop weight did not fall
+    # the impulse of the drop weight, and of its weight until it leaves
+    mass, gravity = 4 / 3 * math.pi * 0.05335**3 * scene.excitation.material.density, 9.81
+    assert result.applied_momentum == pytest.approx(mass * (2.426 + gravity * 0.03), rel=1e-9)
+    assert result.momentum_defect < 1e-9
+    assert result.energy_defect < 1e-6
+    assert result.restitution == pytest.approx(0.9923, abs=1e-3)
+
+
+def test_a_drop_weight_that_comes_to_rest_leaves_a_complete_impulse() -> None:
+    chain = sw.Chain(
+        material="ptfe",
+        diameter=0.02,
+        granules=1,
+        end=sw.Wall(material="rigid"),
+        gravity=9.81,
+        damping=sw.Dashpot(coefficient=3000.0),
+    )
+    result = sw.simulate(sw.Impact(velocity=0.05, diameter=0.1, material="carbon-steel-1020"), chain, until=0.05)
+    assert not any("impulse is incomplete" in warning for warning in result.warnings)
 
 
 def test_first_yield_is_that_of_the_softest_contact() -> None:

@@ -75,8 +75,8 @@ class Chain:
         Static force on the first granule and, if the end is free, on the last one [N], default 0. It does not act on a
         striker.
     gravity : float
-        Acceleration of gravity along the chain, towards the wall [m/s^2], default 0. It needs a wall and does not act
-        on a striker.
+        Acceleration of gravity along the chain, towards the wall [m/s^2], default 0. It needs a wall. It acts on a
+        striker from the first touch on.
     damping : KuwabaraKono, Dashpot or Tsuji, optional
         Damping at all contacts.
     contact : PowerContact or ContactLaw, optional

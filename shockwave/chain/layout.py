@@ -49,8 +49,8 @@ class Layout:
         q.
     wall : Wall or None
         The wall, with its material resolved.
-    velocity : float
-        Initial velocity of granule 0 [m/s], if it is a striker.
+    velocity, weight : float
+        Initial velocity [m/s] and weight [N] of granule 0, if it is a striker.
     law : ContactLaw or None
         Contact law that replaces the power law of ``pairs``.
     """
@@ -66,6 +66,7 @@ class Layout:
     damping_power: float
     wall: Wall | None
     velocity: float
+    weight: float
     law: ContactLaw | None
 
     @classmethod
@@ -108,6 +109,7 @@ class Layout:
             damping_power=0.0 if damping is None else damping.power(pairs.exponent),
             wall=wall,
             velocity=excitation.velocity if isinstance(excitation, Impact) else 0.0,
+            weight=chain.gravity * float(masses[0]) if isinstance(excitation, Impact) else 0.0,
             law=chain.contact if isinstance(chain.contact, ContactLaw) else None,
         )
 

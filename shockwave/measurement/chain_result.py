@@ -110,9 +110,11 @@ class ChainResult(Result):
     restitution : float or None
         Coefficient of restitution of a striker that has rebounded: its velocity away from the chain's centre of mass
         or, with a wall, away from the wall, divided by its velocity before the impact. None without a striker, or if
-        the striker still touches the first granule.
+        the striker still touches the first granule. Under gravity, when the striker falls back, it is that of its first
+        separation.
     applied_momentum, applied_energy : float
-        Impulse and work of the shock, or momentum and energy of the striker [N s, J].
+        Impulse and work of the shock, or momentum and energy of the striker, and impulse and work of its weight within
+        the simulated time [N s, J].
     dissipated_energy : float
         Energy dissipated by the damping of contacts and of the wall [J]. With the contact law of a plugin, whose stored
         energy is not known, it includes that of the contacts that are closed at the end.

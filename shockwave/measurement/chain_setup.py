@@ -206,7 +206,7 @@ def _scales(layout: Layout, excitation: Shock | Impact, chain: Chain) -> Scales:
     """Units in which a typical granule, a typical contact and the force on it are about 1.
 
     The unit of force is the peak force of the shock or, for a short shock, approximately that of its wave; for a
-    striker it is the force that stops a granule of the same velocity.
+    striker it is the force that stops a granule of the same velocity, and its weight.
     """
     power = layout.pairs.exponent
     mass, stiffness = (float(np.sort(each)[len(each) // 2]) for each in (layout.masses, layout.pairs.stiffnesses))
@@ -219,7 +219,7 @@ def _scales(layout: Layout, excitation: Shock | Impact, chain: Chain) -> Scales:
     if isinstance(excitation, Impact):
         # (m^p v^2p k)^(1/(p+1)), factor by factor so that no intermediate power overflows
         force = mass ** (power / (power + 1)) * excitation.velocity ** (2 * power / (power + 1))
-        return of(force * stiffness ** (1 / (power + 1)))
+        return of(force * stiffness ** (1 / (power + 1)) + layout.weight)
     scales = of(excitation.peak_force)
     strength = scales.rise_time(excitation.rise_time) * excitation.profile.total_area / MOMENTUM
     return scales if strength >= 1 else of(excitation.peak_force * strength ** (2 * power / (power + 1)))
@@ -246,5 +246,6 @@ def _assembly(layout: Layout, scales: Scales, excitation: Shock | Impact) -> Ass
         end_damping=wall.damping * scales.velocity / scales.force,
         force=force,
         velocity=layout.velocity / scales.velocity,
+        weight=layout.weight / scales.force,
         law=None if law is None else BoundLaw(law, layout.pairs, length, scales.velocity, scales.force),
     )

@@ -1,7 +1,7 @@
 /* Integration of chains of mixed granules: the algorithm of chain_march.py in C, operation by operation.
 
    Body j is at x[j], v[j]; element j + 1 of an array of forces belongs to the contact between bodies j and j + 1, so that
-   the neighbours of body j are elements j and j + 1. The function takes buffers of float64 and has no state; the global
+   the neighbours of body j are elements j and j + 1; element 0 is the weight of a striker. The function takes buffers of float64 and has no state; the global
    interpreter lock is released while it runs. */
 
 #define PY_SSIZE_T_CLEAN
@@ -27,10 +27,10 @@ enum { RUNNING, DONE, TOO_LONG, FAILED };
 /* Settings, constants and results of a run, in the order of chain_march.py, which explains them. */
 typedef struct {
     double p, q, tolerance, until, duration, rise_time, peak_force, first, longest, contacts, end_stiffness, end_damping,
-        most_work, damped;
+        most_work, damped, weight;
     double min_overlap, window, growth, margin, at_rest, safety, min_factor, max_factor, min_step, min_first, soon, kink,
         kink_share, most_cuts, located, rounding, elastic, viscous, nearly, hopeless, most_turns, near, passed, wave;
-    double status, time, arrival, work, steps, evaluations, size;
+    double status, time, arrival, work, steps, evaluations, rebound, size;
 } Run;
 
 /* State at one end of a step; see End in chain_contacts.py. */
@@ -343,7 +343,8 @@ static void find_peak(March *m, double h, long j)
         time = m->r->time + (share += left) * h;
         attempt(m, share * h, time, first, last, m->tx, m->tv);
         forces(m, m->tx, m->tv, near, after, m->tf, m->tpower, m->traw);
-        m->tf[near] = m->tf[after + 1] = 0;
+        m->tf[near] = near ? 0 : m->r->weight;
+        m->tf[after + 1] = 0;
         push = j ? 0 : m->inverse[0] * applied(m, time);
         d = (m->tx[j] - m->tx[j + 1]) + m->gap[j] + m->base[j];
         w = m->tv[j] - m->tv[j + 1];
@@ -452,6 +453,8 @@ static void accept(March *m, double h, double end)
     if (m->driven) add_work(m, h, end);
     for (j = 0; j < n; j++) find_peak(m, h, j);
     store_samples(m, end);
+    if (m->r->weight > 0 && m->r->rebound == 0 && s.d[0] >= 0 && f.d[0] < 0 && f.v[0] < 0) /* the velocity at the opening */
+        m->r->rebound = f.v[0] - m->inverse[0] * m->r->weight * h * (1 - root_of(s.d[0], h * s.w[0], f.d[0], h * f.w[0]));
     m->r->time = end;
     m->r->steps++;
     if (m->stop < m->stop_count && end == m->stops[m->stop]) m->stop++;
@@ -555,7 +558,9 @@ static int set_up(March *m, const Buffers *all)
     for (i = 0; i < s; i++) {
         m->stage[i] = (double *)view[TABLE].buf + (named + 2 * i) * width;
         m->powers[i] = m->stage[i] + width;
+        m->stage[i][0] = r->weight;
     }
+    m->start.f[0] = m->finish.f[0] = r->weight;
     for (i = 0; i < m->bodies; i++) m->loaded = m->loaded || m->base[i] > 0;
     if (m->driven && m->r->time > 0) free_path(&m->path, m->r->time, &m->free[0], &m->free[1]);
     return 1;

@@ -74,8 +74,8 @@ class Assembly:
         Spring and dashpot between the last body and the ground.
     force : ChainProblem or None
         The applied force on body 0; its ``granules`` are not used.
-    velocity : float
-        Initial velocity of body 0.
+    velocity, weight : float
+        Initial velocity of body 0, and a constant force on it: the weight of a striker.
     law : BoundLaw or None
         Contact law of a plugin, which replaces stiffness and damping.
     """
@@ -91,6 +91,7 @@ class Assembly:
     end_damping: float = 0.0
     force: ChainProblem | None = None
     velocity: float = 0.0
+    weight: float = 0.0
     law: BoundLaw | None = None
 
     @cached_property
@@ -109,12 +110,13 @@ class Assembly:
         p, k = self.exponent, float(self.stiffnesses[0])
         linear = p * k * max(float(self.overlaps[0]), 0.0) ** (p - 1)
         mass = 1 / float(np.sum(self.inverse_masses[:2]))
-        velocity, force = self.velocity, math.inf
-        if self.force is not None:
-            force = self.force.peak_force
-            overlap = min((force / k) ** (1 / p), force / linear if linear else math.inf)
-            impulse = self.force.free(self.force.duration)[1]
-            velocity = min(math.sqrt(overlap * force / mass), impulse * float(self.inverse_masses[0]))
+        force = self.weight if self.force is None else self.force.peak_force
+        overlap = min((force / k) ** (1 / p), force / linear if linear else math.inf)
+        velocity = math.sqrt(overlap * force / mass)
+        if self.force is None:
+            velocity, force = max(self.velocity, velocity), math.inf
+        else:
+            velocity = min(velocity, self.force.free(self.force.duration)[1] * float(self.inverse_masses[0]))
         reached = ((p + 1) / 2 * mass * velocity**2 / k) ** (1 / (p + 1))
         return velocity, min(force, max(k * reached**p, velocity * math.sqrt(mass * linear)))
 
@@ -180,7 +182,7 @@ class Motion:
     impulses : array, shape (contacts,)
         Integral of the contact force minus its static part.
     applied_impulse, work : float
-        Impulse and work of the applied force.
+        Impulse and work of the applied force, or of the weight of a striker.
     dissipated : float
         Energy dissipated by contacts and by the dashpot of the end; with the law of a plugin, all the energy that went
         into the contacts.
@@ -192,6 +194,8 @@ class Motion:
         Energy of the spring of the end.
     initial_energy : float
         Kinetic energy at the beginning.
+    rebound : float or None
+        Speed away from the chain with which a striker with a weight first leaves it.
     steps, evaluations : int
     integrator : str
         Name of the method.
@@ -215,6 +219,7 @@ class Motion:
     potential: FloatArray
     end_energy: float
     initial_energy: float
+    rebound: float | None
     steps: int
     evaluations: int
     integrator: str
@@ -296,6 +301,8 @@ def integrate(
     contacts = len(assembly.overlaps)
     x, v = job.x[:-1], job.v[:-1]
     found = job.found
+    weight, end = assembly.weight, float(found[1])
+    impulse = weight * end if assembly.force is None else assembly.force.free(end)[1]
     masses = 1 / assembly.inverse_masses
     peaks = job.peaks[0, :contacts]
     shown = job.samples[:, 0, :-1], job.samples[:, 1, :-1], job.samples[:, 2, :contacts]
@@ -303,18 +310,19 @@ def integrate(
         forces=assembly.static_forces + peaks,
         force_times=job.peaks[1, :contacts],
         dynamic_forces=peaks,
-        end=float(found[1]),
+        end=end,
         arrival=None if found[2] < 0 else float(found[2]),
         x=x,
         v=v,
         impulses=job.sums[0, :contacts],
-        applied_impulse=0.0 if assembly.force is None else assembly.force.free(float(found[1]))[1],
-        work=float(found[3]),
+        applied_impulse=impulse,
+        work=float(found[3]) + weight * float(x[0]),
         dissipated=math.fsum(job.sums[1].tolist()),
         kinetic=0.5 * masses * v * v,
         potential=assembly.potential(x),
         end_energy=0.5 * assembly.end_stiffness * float(x[-1]) ** 2,
         initial_energy=0.5 * float(masses[0]) * assembly.velocity**2,
+        rebound=-float(found[6]) if found[6] < 0 else None,
         steps=int(found[4]),
         evaluations=int(found[5]),
         integrator=name,
@@ -332,7 +340,7 @@ def _job(assembly: Assembly, tolerance: float, until: float | None, times: Float
     work = math.inf if is_limited() else _WORK + _WORK_PER_BODY * bodies
     settings = [assembly.exponent, assembly.damping_power, tolerance, math.inf if until is None else until, *pulse]
     settings += [first, pulse[0] / _LEAST_STEPS, len(assembly.overlaps), assembly.end_stiffness, assembly.end_damping]
-    settings += [work, assembly.is_damped]
+    settings += [work, assembly.is_damped, assembly.weight]
     job = Job(
         method=method,
         problem=problem,
@@ -341,7 +349,7 @@ def _job(assembly: Assembly, tolerance: float, until: float | None, times: Float
         stops=np.array([] if problem is None else problem.stops),
         times=times,
         samples=np.zeros((len(times), 3, bodies + 1)),
-        found=np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0, first]),
+        found=np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, first]),
         table=Job.table_for(method, bodies),
     )
     job.chain[:], job.scales[:] = chain, scales

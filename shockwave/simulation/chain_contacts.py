@@ -12,6 +12,7 @@ from attrs import frozen
 from shockwave.numerics import elementwise
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.chain_job import Job
+from shockwave.simulation.cubic import root
 
 #: Smaller overlaps count as zero: arithmetic with subnormal numbers is slow.
 MIN_OVERLAP = 1e-60
@@ -36,8 +37,8 @@ class End:
     """State at one end of a step.
 
     ``d`` and ``w`` are overlaps and closing velocities; ``f``, ``raw`` and ``slope`` are forces minus static ones
-    (that of contact j in element j + 1), total forces before they are cut off, and their time derivatives, zero for an
-    open contact; ``powers`` are those of the damping.
+    (that of contact j in element j + 1, the weight of a striker in element 0), total forces before they are cut off,
+    and their time derivatives, zero for an open contact; ``powers`` are those of the damping.
     """
 
     x: FloatArray
@@ -77,7 +78,7 @@ class Contacts:
         self.job = job
         self.p, self.q, self.tolerance, self.until, self.duration, _, self.strength = job.settings[:7].tolist()
         self.first, self.longest, contacts, self.end_stiffness, self.end_damping = job.settings[7:12].tolist()
-        self.most_work, damped = job.settings[12:].tolist()
+        self.most_work, damped, self.weight = job.settings[12:].tolist()
         self.inverse, self.k, self.gap, self.base, self.root, self.static, self.c = job.chain[:7]
         self.reach = job.chain[7:]
         self.bodies, self.contacts = len(self.inverse), int(contacts)
@@ -92,7 +93,7 @@ class Contacts:
         """Everything at one end of a step, of the first n contacts."""
         forces, powers, raw = self.forces(x, v, 0, n)
         whole = np.zeros(self.bodies + 2)
-        whole[1 : n + 1] = forces
+        whole[0], whole[1 : n + 1] = self.weight, forces
         d, w = self.overlaps(x, 0, n)[1], v[:n] - v[1 : n + 1]
         slope = np.where(raw > 0, self.slopes(x, v, whole, 0, n, time), 0.0)
         return End(x, v, d, w, whole, raw, powers, slope)
@@ -195,6 +196,14 @@ class Contacts:
         if q == 1:
             return most
         return min(most, math.pow(allowed / (VISCOUS * self.c[j] * math.pow(w, q)), 1 / q))
+
+    def first_rebound(self, start: End, finish: End, size: float) -> float:
+        """Velocity of a striker when it leaves the chain within a step; 0 if it does not."""
+        d0, w0, d1, w1 = (float(values[0]) for values in (start.d, start.w, finish.d, finish.w))
+        if not (d0 >= 0 > d1 and finish.v[0] < 0):
+            return 0.0
+        flight = size * (1 - root(d0, size * w0, d1, size * w1))
+        return float(finish.v[0] - self.inverse[0] * self.weight * flight)
 
     def closing_tolerance(self, x: FloatArray, w: FloatArray, time: float) -> FloatArray:
         """Tolerances of the overlaps at which contacts with a dashpot close."""

@@ -20,7 +20,7 @@ import numpy.typing as npt
 from shockwave.quadrature import FloatArray
 from shockwave.simulation import chain_march
 from shockwave.simulation.chain_contacts import FAR, Contacts
-from shockwave.simulation.chain_job import CONTACTS, END, SHARED, UNTIL, Job, Status
+from shockwave.simulation.chain_job import CONTACTS, END, SHARED, UNTIL, WEIGHT, Job, Status
 from shockwave.simulation.time_limit import expired
 
 # Least number of bodies of a chain that is integrated in parts.
@@ -79,7 +79,7 @@ class _Parts:
         self.sizes[0] = contacts.first
         self.most = np.zeros(self.bodies)
         self.time, self.arrival, self.until = 0.0, -1.0, contacts.until
-        self.steps = self.evaluations = self.effort = self.work = 0.0
+        self.steps = self.evaluations = self.effort = self.work = self.rebound = 0.0
         self.next_sample = 0
         self.stiff = contacts.k ** (1 / p)
         # a change passes M contacts of frequency o in the time t with the weight (o t)^(2M)/(2M)!, M dashpots of rate g
@@ -113,7 +113,8 @@ class _Parts:
                 status = Status.DONE
             elif self.effort > own.most_work:
                 status = Status.TOO_LONG
-        job.found[:] = status, self.time, self.arrival, self.work, self.steps, self.effort / self.bodies, 0.0
+        counts = self.steps, self.effort / self.bodies, self.rebound, 0.0
+        job.found[:] = status, self.time, self.arrival, self.work, *counts
 
     def state(self) -> _State:
         """The state of all contacts."""
@@ -130,7 +131,7 @@ class _Parts:
         """Time in which a change does not pass the margin of a part."""
         own, p = self.own, self.own.p
         energies = np.where((state.d > 0) | (state.w > 0), self.stiff * state.square / self.both, 0.0)
-        force = math.pow((p + 1) / 2 * float(energies.max()), p / (p + 1)) + float(own.static.max())
+        force = math.pow((p + 1) / 2 * float(energies.max()), p / (p + 1)) + float(own.static.max()) + own.weight
         if self.driven:
             force = max(force, own.strength)
         force = max(_RISE * force, _TINY)
@@ -144,7 +145,7 @@ class _Parts:
         moves = state.square > np.maximum(least, _AT_REST**2)
         moves |= own.p * np.abs(state.f) * self.both * span**2 > _ANGLE**2 * np.maximum(np.abs(state.d), _AT_REST)
         live = moves & ((own.base > 0) | (state.d > 0) | (state.d + state.w * span > 0))
-        live[0] |= self.driven
+        live[0] |= self.driven or own.weight > 0
         if own.end_stiffness or own.end_damping:
             live[-1] |= state.square[-1] > 0
         return np.asarray(live)
@@ -183,11 +184,12 @@ class _Parts:
             part = self.part(first, low, high, f, end, times)
             part.found[-1] = min(float(self.sizes[a:b].min()), _FIRST * span)
             chain_march.run(part, self.compiled)
-            status, _time, arrival, work, steps, evaluations, _size = part.found.tolist()
+            status, _time, arrival, work, steps, evaluations, rebound, _size = part.found.tolist()
             if status != Status.DONE:
                 return Status(int(status))
             self.steps, self.effort = self.steps + steps, self.effort + evaluations * (high - low)
             self.work += work
+            self.rebound = rebound if first == 0 else self.rebound
             if high == self.bodies:
                 self.arrival = max(self.arrival, arrival)
             mine, here = slice(a, b), slice(a - first, b - first)
@@ -217,6 +219,7 @@ class _Parts:
         settings = job.settings.copy()
         settings[UNTIL], settings[CONTACTS] = end, own.contacts - first if whole else high - first
         settings[END] *= whole
+        settings[WEIGHT] *= first == 0
         part = Job(
             method=job.method,
             problem=job.problem if driven else None,
@@ -225,7 +228,7 @@ class _Parts:
             stops=job.stops[job.stops > self.time] if driven else job.stops[:0],
             times=times,
             samples=np.zeros((len(times), 3, high - first + 1)),
-            found=np.array([0.0, self.time, self.arrival if whole else 0.0, 0.0, 0.0, 0.0, 0.0]),
+            found=np.array([0.0, self.time, self.arrival if whole else 0.0, 0.0, 0.0, 0.0, self.rebound, 0.0]),
             table=table,
             window=high - first,
         )

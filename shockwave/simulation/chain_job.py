@@ -31,6 +31,7 @@ SHARED = 19
 UNTIL = 3
 CONTACTS = 9
 END = slice(10, 12)
+WEIGHT = 14
 
 
 @frozen(eq=False)
@@ -47,16 +48,17 @@ class Job:
         The applied force.
     law : BoundLaw or None
         Contact law of a plugin.
-    settings : array, shape (14,)
+    settings : array, shape (15,)
         Exponent, damping power, tolerance, until (infinite: found by the run), duration, rise time and peak force,
-        first step, longest step under force, number of contacts, stiffness and damping of the end, most work, damped.
+        first step, longest step under force, number of contacts, stiffness and damping of the end, most work, damped,
+        weight of a striker.
     stops, times : array
         Kinks of the applied force; times of samples.
     samples : array, shape (times, 3, bodies + 1)
         x, v and total forces.
-    found : array, shape (7,)
-        Status, time, arrival (negative: none), work, steps, evaluations, size of the next step; at first those at the
-        beginning.
+    found : array, shape (8,)
+        Status, time, arrival (negative: none), work, steps, evaluations, velocity of a striker with a weight when it
+        first leaves the chain (0: it has not), size of the next step; at first those at the beginning.
     table : array, shape (rows, bodies + 2)
         The arrays below, and those in which the compiled code works.
     window : int

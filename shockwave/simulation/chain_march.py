@@ -79,10 +79,12 @@ class _March(Contacts):
         self.n = min(job.window, self.bodies) if job.law is None else self.bodies
         stages = len(job.method.nodes)
         self.stages, self.powers = np.zeros((stages, self.bodies + 2)), np.zeros((stages, self.bodies))
+        self.stages[:, 0] = self.weight
         self.weighted = self.mean_forces = np.empty(0)
         self.stops = [*job.stops.tolist(), math.inf]
         self.driven = job.problem is not None
-        _, self.time, self.arrival, self.work, self.steps, self.evaluations, self.size = job.found.tolist()
+        _, self.time, self.arrival, self.work, self.steps, *rest = job.found.tolist()
+        self.evaluations, self.rebound, self.size = rest
         self.free = (0.0, 0.0) if job.problem is None or self.time == 0 else job.problem.free(self.time)
         self.held = self.effort = 0.0
         self.rejected = False
@@ -193,7 +195,8 @@ class _March(Contacts):
             if status is Status.RUNNING and self.effort > self.most_work:
                 status = Status.TOO_LONG
         job.x[:], job.v[:] = start.x, start.v
-        job.found[:] = status, self.time, self.arrival, self.work, self.steps, self.evaluations, self.size
+        counts = self.steps, self.evaluations, self.rebound, self.size
+        job.found[:] = status, self.time, self.arrival, self.work, *counts
 
     def begin(self, x: FloatArray, v: FloatArray, last: End | None = None) -> End:
         """State at the beginning of the next step; contacts with a dashpot are switched here.
@@ -289,6 +292,8 @@ class _March(Contacts):
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             self.find_peaks(start, finish, size, n)
         self.sample(start, end)
+        if self.weight > 0 and self.rebound == 0:
+            self.rebound = self.first_rebound(start, finish, size)
         self.time = end
         self.steps += 1
         if end == self.stops[0]:
@@ -362,6 +367,7 @@ class _March(Contacts):
         reach = len(self.job.method.nodes) + 2
         (first, last), (near, after) = ((max(j - far, 0), min(j + far + 1, self.n)) for far in (reach, 1))
         whole = np.zeros(self.bodies + 2)
+        whole[0] = self.weight
         share, time, here, slope, turns = 0.0, self.time, f0, r0, 0
         while turns < _MOST_TURNS and abs(left) >= _NEAR and high - low >= _NEAR:
             turns += 1

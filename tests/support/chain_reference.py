@@ -48,6 +48,7 @@ class Reference:
         self.dashpot = wall.damping * self.length / unit / force if wall else 0.0
         self.fixed = wall is not None and not self.movable
         self.shock = excitation if isinstance(excitation, sw.Shock) else None
+        self.weight = chain.gravity * masses[0] / force if isinstance(excitation, sw.Impact) else 0.0
         self.start = np.zeros(2 * len(masses))
         self.start[len(masses)] = layout.velocity * unit / self.length
 
@@ -71,6 +72,7 @@ class Reference:
         net = np.zeros(bodies)
         net[: len(excess)] -= excess
         net[1:] += excess[: bodies - 1]
+        net[0] += self.weight
         if self.shock is not None and time * self.unit < self.shock.duration:
             net[0] += float(self.shock.profile.force(time * self.unit / self.shock.rise_time)) * (
                 self.shock.peak_force / self.force
