@@ -280,6 +280,16 @@ def test_contacts_of_equal_granules_with_free_ends() -> None:
     assert top.contact == result.greatest_force.contact
 
 
+@pytest.mark.parametrize("method", [{"integrator": "dop853"}, {"integrator": "verlet", "step": 0.01}])
+def test_another_integrator_of_the_contacts_than_that_of_the_waves_is_stated(method: dict[str, Any]) -> None:
+    chain, shock = attrs.evolve(CHAIN, granules=9), power(0.5)
+    result = sw.simulate(shock, chain, rtol=None, **method)
+    stated = (
+        "rkn86 integrates the greatest forces at the contacts; verlet only the waves." in result.to_dict()["warnings"]
+    )
+    assert stated == (result.contacts == sw.simulate(shock, chain).contacts) == (method["integrator"] == "verlet")
+
+
 def test_segments_of_equal_granules_are_a_chain_of_equal_granules() -> None:
     segments = [Segment(count=4), Segment(count=5, radius=CHAIN.radius)]
     result = sw.simulate(power(0.5), attrs.evolve(CHAIN, granules=segments))

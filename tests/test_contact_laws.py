@@ -131,6 +131,11 @@ def forces(scene: sw.Chain, **options: Any) -> list[float]:
     return [peak.peak_force for peak in result.contacts]
 
 
+def test_compiled_code_is_refused_for_a_law_that_it_does_not_have() -> None:
+    with pytest.raises(sw.InvalidValueError, match="backend: must be auto or numpy for the contact law Hertz"):
+        forces(chain(3, "fixed", contact=Hertz()), backend="compiled")
+
+
 @pytest.mark.parametrize("end", ENDS)
 def test_histories_and_gaps_of_a_chain_with_a_plugin(end: str) -> None:
     apart = attrs.evolve(chain(5, end), granules=[sw.Segment(count=5, gap=1e-6)], contact=Greatest())

@@ -240,6 +240,48 @@ def test_an_integrator_that_fails_is_an_error_of_its_plugin(
     assert f"bad.yaml: integrator {name!r} of test-methods: must not raise (got " in report
 
 
+DERIVED = """
+from attrs import define
+from shockwave.simulation.nystroem import Rkn86
+from shockwave.simulation.scipy_solver import Dop853
+
+@define
+class Method({base}):
+    name = "derived"
+    chains = "any"
+    {body}
+"""
+WALL = CHAIN.replace("}", ", granules: 8, end: {wall: same}}")
+
+
+@pytest.mark.parametrize("base", ["Rkn86", "Dop853"])
+@pytest.mark.parametrize("damping", ["", ", damping: {model: dashpot, coefficient: 1}"])
+def test_no_other_method_runs_under_the_name_of_a_plugin(
+    install: Install, scene: Path, capsys: pytest.CaptureFixture[str], base: str, damping: str
+) -> None:
+    name = f"derived-{base.lower()}-{len(damping)}"
+    install("test-derived", name=name, hooks=METHOD_HOOK.format(takes="rtol"), pulse=DERIVED.format(base=base, body=""))
+    chain = WALL.replace("}}", f"}}{damping}}}")
+    shock = SHOCK.replace("PROFILE", "triangular")
+    (scene / "walled.yaml").write_text(f"{chain}{shock}simulate: {{integrator: {name}}}\n")
+    assert main(["simulate", "walled.yaml"]) == 3
+    assert f"simulate.integrator: must be {'dop853' if damping else 'rkn64'}" in (report := capsys.readouterr().err)
+    assert "got 'derived'; a method of a plugin steps chains of equal granules only" in report
+
+
+def test_a_plugin_derived_from_a_built_in_method_takes_its_own_steps(
+    install: Install, scene: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    body = "def attempt(self, *arguments):\n        raise RuntimeError('its own step')"
+    pulse = DERIVED.format(base="Rkn86", body=body)
+    install("test-derived", name="derived-own", hooks=METHOD_HOOK.format(takes="rtol"), pulse=pulse)
+    (scene / "x.yaml").write_text(
+        f"{CHAIN}{SHOCK.replace('PROFILE', 'triangular')}simulate: {{integrator: derived-own}}\n"
+    )
+    assert main(["simulate", "--primary", "x.yaml"]) == 4
+    assert "its own step" in capsys.readouterr().err
+
+
 # ---------------------------------------------------------------- commands
 
 COMMAND_HOOK = """

@@ -98,6 +98,9 @@ class ChainSetup:
         scales = _scales(layout, excitation, chain)
         assembly = _assembly(layout, scales, excitation)
         method = None if options.integrator is None else load("integrators", options.integrator)
+        if layout.law and options.backend == "compiled":
+            name = type(layout.law).__name__
+            raise InvalidValueError.of("backend", f"must be auto or numpy for the contact law {name} (got 'compiled')")
         compiled = None if layout.law else _compiled(options.backend)
         filled = options if method is not None and not method.adaptive else evolve(options, rtol=options.rtol or RTOL)
         reported = np.array(reported_contacts(options, len(layout.pairs.stiffnesses)), dtype=np.intp)

@@ -28,8 +28,10 @@ from shockwave.options import SimulateOptions
 from shockwave.plausibility import unusual_warnings
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
+from shockwave.registry import load
 from shockwave.simulation.assembly import Motion, tolerances_for
 from shockwave.simulation.backend import chosen
+from shockwave.simulation.nystroem import Rkn86
 from shockwave.simulation.time_limit import time_limit
 from shockwave.text import si
 
@@ -141,8 +143,12 @@ def simulate_chain(
     )
 
 
-def contact_peaks(result: SimulationResult) -> tuple[tuple[ContactPeak, ...], ContactPeak, LeavingForce]:
+def contact_peaks(
+    result: SimulationResult,
+) -> tuple[tuple[ContactPeak, ...], ContactPeak, LeavingForce, tuple[str, ...]]:
     """Greatest forces at the reported contacts of a finite chain of equal granules, at all contacts, and at the last.
+
+    The last element is a warning if the integrator of the waves cannot step this chain.
 
     Raises
     ------
@@ -150,8 +156,14 @@ def contact_peaks(result: SimulationResult) -> tuple[tuple[ContactPeak, ...], Co
         If the integration would take too long, fails, or reaches the time limit.
     """
     granules, options = cast(int, result.chain.granules), result.options
-    # the integrator of the waves may be unable to step this chain, have a fixed step, or have no compiled code
-    options = evolve(options, integrator=None, step=None, backend=options.wanted_backend)
+    options = evolve(options, step=None, integrator=None, backend=options.wanted_backend)
+    warnings: tuple[str, ...] = ()
+    if load("integrators", result.integrator).refusal(damped=False):
+        warnings = (
+            f"{Rkn86.name} integrates the greatest forces at the contacts; {result.integrator} only the waves.",
+        )
+    else:
+        options = evolve(options, integrator=result.integrator)
     code = "numpy" if chosen(options.backend) is None else "compiled"
     if options.timeout is None and options.until is None:
         duration = max(scaled(result.shock, result.chain)[0].duration, _SINGLE)
@@ -163,7 +175,8 @@ def contact_peaks(result: SimulationResult) -> tuple[tuple[ContactPeak, ...], Co
             raise NumericalError(f"{took} (set until or a timeout to integrate all the same)")
     runs = runs_of(ChainSetup.of(options, result.shock, result.chain))
     later = _later_force(runs.case, runs.motion)
-    return runs.reported, runs.greatest, last_force(LAST, runs.peak(-1), runs.motion.arrival is not None, later)
+    leaving = last_force(LAST, runs.peak(-1), runs.motion.arrival is not None, later)
+    return runs.reported, runs.greatest, leaving, warnings
 
 
 # ---------------------------------------------------------------- parts of the result

@@ -316,12 +316,13 @@ class SimulationResult(Result):
 
     @cached_property
     def _contacts(self) -> tuple[tuple[ContactPeak, ...], ContactPeak | None, LeavingForce, tuple[str, ...]]:
-        """Peaks at the reported contacts, the greatest one, the last force, and a warning if they are not known."""
+        """Peaks at the reported contacts, the greatest one, the last force, and warnings."""
         unknown = last_force(LAST, None)
         if self.chain.granules is None:
             return (), None, unknown, ()
         try:
-            return *self.on_demand("contacts", self), ()
+            peaks: tuple[Any, Any, Any, tuple[str, ...]] = self.on_demand("contacts", self)
+            return peaks
         except NumericalError as error:
             return (), None, unknown, (f"No forces at the contacts: {error}.",)
 

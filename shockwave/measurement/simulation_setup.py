@@ -13,7 +13,7 @@ from shockwave.chain.solitary_wave import wave_law
 from shockwave.errors import NumericalError
 from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
-from shockwave.registry import load
+from shockwave.registry import find, load
 from shockwave.scene_summary import check_scene
 from shockwave.simulation.backend import chosen
 from shockwave.simulation.integrator import Integrator
@@ -78,8 +78,8 @@ _MOST_SECONDS = 25.0
 class Setup:
     """Options with all defaults filled in, and the integrator.
 
-    ``search`` is the integrator if the search for the leading wave can use it, otherwise None. ``compiled`` is the
-    compiled module, or None for NumPy. ``given`` are the options without the defaults.
+    ``search`` is the integrator if the search for the leading wave can use its coefficients, otherwise None.
+    ``compiled`` is the compiled module, or None for NumPy. ``given`` are the options without the defaults.
     """
 
     options: SimulateOptions
@@ -148,7 +148,8 @@ def setup_of(options: SimulateOptions) -> Setup:
         tight = options.rtol is not None and options.rtol < _HIGH_ORDER
         name = "rkn1210" if tight else "rkn86"
     method: type[Integrator] = load("integrators", name)
-    search = method if issubclass(method, Nystroem) else None
+    # a plugin may have changed the steps of the built-in method from which it is derived
+    search = method if issubclass(method, Nystroem) and "backend" in find("integrators", name).takes else None
     compiled = chosen(options.backend) if search else None
     filled = evolve(
         options,

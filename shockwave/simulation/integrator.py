@@ -47,9 +47,8 @@ class Integrator(abc.ABC):
     Contract for implementers
     -------------------------
     1. ``name`` is the registered name of the class, ``order`` the order of its global error in the step size;
-       ``adaptive`` states whether it chooses its steps. ``chains`` is ``equal`` for a method that can only step
-       chains of equal granules, ``conservative`` if the granules may differ, and ``any`` if the contacts may also be
-       damped; the last two are for the built-in methods with tables of coefficients.
+       ``adaptive`` states whether it chooses its steps. It steps chains of equal granules; ``chains`` is for the
+       built-in methods, whose tables of coefficients step others: ``conservative`` or, with damped contacts, ``any``.
     2. An adaptive method uses ``tolerance``, the absolute error allowed in a step, in scaled units, in which
        displacements and velocities are of order one. A method with a fixed step uses ``size`` instead, the longest
        step in scaled units of time. Each ignores the setting of the other; ``first_size`` is a hint for adaptive
@@ -92,11 +91,14 @@ class Integrator(abc.ABC):
     @classmethod
     def refusal(cls, damped: bool) -> str:
         """Reason why the method cannot step a chain of mixed granules, which may be ``damped``; empty if it can."""
-        if cls.chains == "any" or (cls.chains == "conservative" and not damped):
+        # a plugin may have changed the steps of the built-in method from which it is derived
+        built_in = cls.__module__.startswith("shockwave.")
+        if built_in and (cls.chains == "any" or (cls.chains == "conservative" and not damped)):
             return ""
         known = "dop853" if damped else "rkn64, rkn86, rkn1210 or dop853"
         kind = "with damping or a contact law of a plugin" if damped else "of mixed granules"
-        return f"must be {known} for a chain {kind} (got {cls.name!r})"
+        hint = "" if built_in else "; a method of a plugin steps chains of equal granules only"
+        return f"must be {known} for a chain {kind} (got {cls.name!r}{hint})"
 
     @staticmethod
     def first_size(interval: float, hint: float | None) -> float:
