@@ -126,7 +126,7 @@ def test_far_passages_follow_the_exact_wave_without_further_steps() -> None:
     speed = SPEED * (result.peak_force / FORCE) ** (1 / 6) * UNITS.wave_speed
     near, far = result.passage(1000), result.passage(100_000)
     read = int(result.found.contact)
-    assert [result.passage(contact).exact for contact in (read - 1, read, 1000, 100_000)] == [False, True, True, True]
+    assert [result.passage(contact).exact for contact in (read - 1, 1000, 100_000)] == [False, True, True]
     assert far.peak_force == result.peak_force
     # rounding
     assert far.arrival_time - near.arrival_time == pytest.approx(99_000 * 2 * CHAIN.radius / speed, rel=1e-12)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from attrs import evolve
@@ -13,37 +14,63 @@ from shockwave.measurement.course import Course
 from shockwave.measurement.measured_wave import Passage
 from shockwave.measurement.recording import AFTER, Recording, checked_contact, reported_contacts, sample_times
 from shockwave.measurement.result import SimulationResult
-from shockwave.measurement.simulation_setup import scaled, setup_of
+from shockwave.measurement.simulation_setup import Setup, scaled, setup_of
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.march import Span, march
 from shockwave.simulation.primary_search import find_primaries
-from shockwave.simulation.problem import contact_energies, contact_forces
+from shockwave.simulation.problem import ChainProblem, contact_energies, contact_forces
+from shockwave.simulation.time_limit import expired
 
 # Slowest decrease, from contact to contact, of the deviation of a peak from its limit.
 _DECREASE = 0.98**0.25
 # Distance in contacts at which a free end affects a wave.
 _REACH = 8
+# Largest number of runs for passages.
+_RUNS = 5
+# Number of contacts on both sides of a passage whose differences of two runs count.
+_NEIGHBOURS = 2
+# Relative rounding error of a passage.
+_ROUNDING = 2e-13
 
 
 # ---------------------------------------------------------------- passages of the leading wave
 
 
-def passage_at(result: SimulationResult, contact: int) -> Passage:
-    """Compute a `SimulationResult.passage`."""
-    contact = checked_contact(result.chain, contact)
-    found, granules = result.found, result.chain.count
-    feels_end = granules is not None and (result.measured is not None or contact > granules - 2 - _REACH)
-    beyond = contact - found.contact
-    exact = beyond >= 0 and not feels_end
-    error = result.error_estimate
-    if exact:
-        wave = wave_law(result.chain.exponent)
-        time, force = found.time + beyond / (wave.speed * found.peak**wave.of_speed), found.peak
-        # The deviation from the limit where the peak was measured decreases at least by this factor per contact.
-        error += abs(found.last / found.peak - 1) * _DECREASE**beyond
-    else:
-        time, force = _integrated(result, contact, feels_end)
+def passages_at(result: SimulationResult, contacts: Iterable[int]) -> list[Passage | NumericalError]:
+    """Compute `SimulationResult.passage` at several contacts; the error where there is none."""
+    numbers = [checked_contact(result.chain, contact) for contact in contacts]
+    found, granules, setup = result.found, result.chain.count, setup_of(result.options)
+    # contacts that the free end does not affect before the front arrives
+    last = math.inf if granules is None else -1 if result.measured is not None else granules - 2 - _REACH
+    wave = wave_law(result.chain.exponent)
+    passages: dict[int, Passage] = {}
+    for contact in numbers:
+        if found.contact <= contact <= last:
+            beyond = contact - found.contact
+            time = found.time + beyond / (wave.speed * found.peak**wave.of_speed)
+            # The deviation from the limit where the peak was measured decreases at least by this factor per contact.
+            error = result.error_estimate + abs(found.last / found.peak - 1) * _DECREASE**beyond
+            passages[contact] = _passage(result, contact, time, found.peak, error, exact=True)
+    near = [contact for contact in numbers if contact <= last and contact not in passages]
+    if near and setup.search is not None:
+        passages |= _integrated(result, setup, near, searches=True)
+    enough = max(setup.rtol, result.error_estimate)
+    missed = [each for each in numbers if each not in passages or passages[each].error_estimate > enough]
+    for contact, passage in (_integrated(result, setup, missed, searches=False) if missed else {}).items():
+        if contact not in passages or passage.error_estimate < passages[contact].error_estimate:
+            passages[contact] = passage
+    reason = "the time limit was reached" if expired() else "the force still rises there (request a later contact)"
+    return [
+        passages.get(each) or NumericalError(f"the leading wave has no peak at contact {each}: {reason}")
+        for each in numbers
+    ]
+
+
+def _passage(
+    result: SimulationResult, contact: int, time: float, force: float, error: float, exact: bool = False
+) -> Passage:
+    """A passage in SI units."""
     return Passage(
         contact=contact,
         arrival_time=time * result.scales.time,
@@ -53,27 +80,59 @@ def passage_at(result: SimulationResult, contact: int) -> Passage:
     )
 
 
-def _integrated(result: SimulationResult, contact: int, feels_end: bool) -> tuple[float, float]:
-    """Time and force of the peak, from another integration of the chain up to the contact."""
-    setup = setup_of(result.options)
+def _integrated(result: SimulationResult, setup: Setup, contacts: list[int], searches: bool) -> dict[int, Passage]:
+    """Passages from integrations of the chain up to the last contact, with smaller and smaller tolerances.
+
+    The errors follow from the differences of two runs, there and at neighbouring contacts, since they may vanish by
+    chance at one of them.
+    """
     problem, _ = scaled(result.shock, result.chain)
-    if setup.search is not None and not feels_end:
+    passages: dict[int, Passage] = {}
+    missed, coarse = contacts, _peaks(problem, setup, contacts, searches, 0)[0]
+    for decades in range(1, _RUNS if setup.method.adaptive else 2):
+        fine, tolerance = _peaks(problem, setup, missed, searches, decades)
+        changes = {
+            contact: max(abs(value / before - 1) for value, before in zip(peak, coarse[contact], strict=True))
+            for contact, peak in fine.items()
+            if contact in coarse
+        }
+        for contact in [contact for contact in missed if contact in changes]:
+            near = range(contact - _NEIGHBOURS, contact + _NEIGHBOURS + 1)
+            error = max(changes.get(each, 0.0) for each in near) + tolerance + problem.path.error + _ROUNDING
+            if contact not in passages or error < passages[contact].error_estimate:
+                passages[contact] = _passage(result, contact, *fine[contact], error)
+        missed = [each for each in missed if each not in passages or passages[each].error_estimate > setup.rtol]
+        if not missed:
+            break
+        coarse = fine
+    return passages
+
+
+def _peaks(
+    problem: ChainProblem, setup: Setup, contacts: list[int], searches: bool, decades: int
+) -> tuple[dict[int, tuple[float, float]], float]:
+    """Time and force of the first peak at contacts and their neighbours, by a run with a tolerance smaller by decades.
+
+    Also returns the tolerance of a step, 0 for a method with a fixed step.
+    """
+    last = math.inf if problem.granules is None else problem.granules - 2
+    near = {contact + shift for contact in contacts for shift in range(-_NEIGHBOURS, _NEIGHBOURS + 1)}
+    numbers = sorted(contact for contact in near if 0 <= contact <= last)
+    if searches and setup.search is not None:
         # as in an endless chain, since the free end does not affect the front before it arrives
-        request = setup.request(evolve(problem, granules=None), contacts=(contact,))
+        request = setup.request(evolve(problem, granules=None), decades, contacts=tuple(numbers))
         (primary,) = find_primaries([request], setup.search, setup.compiled)
-        found = [(passage.time, passage.force) for passage in primary.passages]
-    else:
-        course = Course.of(problem, setup.integrator(), kept=False)
-        course.advance_to(0.0, "passage", contact)
-        while not (found := [(peak.time, peak.force) for peak in course.log.at(contact)]):
-            if course.log.front > contact + _REACH:
-                break
-            course.advance_to(course.now + 1.0, "passage", contact)
-    if not found:
-        raise NumericalError(
-            f"the leading wave has no peak at contact {contact}: the force still rises there (request a later contact)"
-        )
-    return found[0]
+        return {peak.contact: (peak.time, peak.force) for peak in primary.passages}, request.tolerance
+    integrator = setup.integrator(10.0 ** (1 - decades))
+    course = Course.of(problem, integrator, kept=False)
+    peaks: dict[int, tuple[float, float]] = {}
+    course.advance_to(0.0, "passage", numbers[-1])
+    while len(peaks) < len(numbers) and course.log.front <= numbers[-1] + _REACH:
+        course.advance_to(course.now + 1.0, "passage", numbers[-1])
+        for contact in numbers:
+            if contact not in peaks and (logged := [*course.log.at(contact)]):
+                peaks[contact] = logged[-1].time, logged[-1].force
+    return peaks, integrator.tolerance if setup.method.adaptive else 0.0
 
 
 # ---------------------------------------------------------------- histories

@@ -112,7 +112,7 @@ class SimulationResult(Result):
     search_warnings : tuple of str
         Warnings of the search for the leading wave.
     on_demand : callable
-        Function that computes the ``train``, a ``passage`` or the ``recording`` when it is accessed.
+        Function that computes the ``train``, ``passages`` or the ``recording`` when it is accessed.
     scenario : str or None
         Name of the scenario, if there is one.
     limit : Limit or None
@@ -216,7 +216,9 @@ class SimulationResult(Result):
         NumericalError
             If the leading wave has no peak at this contact, because the force still rises there.
         """
-        passage: Passage = self.on_demand("passage", self, contact)
+        passage: Passage | NumericalError = self.on_demand("passages", self, (contact,))[0]
+        if isinstance(passage, NumericalError):
+            raise passage
         return passage
 
     @property
@@ -304,14 +306,28 @@ class SimulationResult(Result):
         return self._recording[0]
 
     @cached_property
+    def _passage_of(self) -> dict[int, Passage | NumericalError]:
+        """Passage at each requested contact, or the error."""
+        contacts = self.options.contacts
+        try:
+            passages = self.on_demand("passages", self, contacts) if contacts else []
+        except NumericalError as error:
+            passages = [error] * len(contacts)
+        return dict(zip(contacts, passages, strict=True))
+
+    @cached_property
     def _passages(self) -> tuple[tuple[Passage, ...], tuple[str, ...]]:
         """Passages, and a warning for each that could not be computed."""
         passages, warnings = [], []
         for contact in self.options.contacts:
-            try:
-                passages.append(self.passage(contact))
-            except NumericalError as error:
-                warnings.append(f"No passage at contact {contact}: {error}.")
+            passage = self._passage_of[contact]
+            if isinstance(passage, NumericalError):
+                warnings.append(f"No passage at contact {contact}: {passage}.")
+                continue
+            passages.append(passage)
+            if self.rtol is not None and passage.error_estimate > self.rtol:
+                error = f"{passage.error_estimate:.1e}, not {self.rtol:.1e}"
+                warnings.append(f"The tolerance was not met: the error of the passage at contact {contact} is {error}.")
         return tuple(passages), tuple(warnings)
 
     @cached_property

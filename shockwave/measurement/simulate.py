@@ -316,10 +316,10 @@ def _measured(problem: ChainProblem, scales: Scales, setup: Setup) -> Answer:
 
 def _on_demand(limit: float | None, part: str, result: SimulationResult, *arguments: Any) -> Any:
     """Compute a part of a result that is rarely needed within the limit of its scene [s], by modules imported then."""
-    from shockwave.measurement.histories import passage_at, record
+    from shockwave.measurement.histories import passages_at, record
     from shockwave.measurement.train import train_of
 
-    functions: dict[str, Callable[..., Any]] = {"train": train_of, "passage": passage_at, "recording": record}
+    functions: dict[str, Callable[..., Any]] = {"train": train_of, "passages": passages_at, "recording": record}
     if part == "contacts":
         from shockwave.measurement.chain_simulation import contact_peaks
 

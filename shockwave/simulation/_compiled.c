@@ -613,7 +613,7 @@ static int observe(const Method *m, const Batch *batch, Window *w, Window *part,
     lane->head = contact;
     lane->wanted = next_wanted;
     if ((contact + 1) % STRIDE && !wanted) return 1;
-    if (!read_peak(m, w, part, lane, l, j, h, share, 1e-4, &time, &force)) return 0;
+    if (!read_peak(m, w, part, lane, l, j, h, share, wanted ? 1e-6 : 1e-4, &time, &force)) return 0;
     if (wanted) {
         batch->wanted[PASSAGE * lane->wanted + WANTED_TIME] = time;
         batch->wanted[PASSAGE * lane->wanted + WANTED_FORCE] = force;

@@ -267,18 +267,18 @@ class _Window:
         wanted, followed = contact in self.request.contacts, (contact + 1) % STRIDE == 0
         if not (wanted or followed):
             return
-        peak = self._read_peak(j, size, share)
+        peak = self._read_peak(j, size, share, 1e-6 if wanted else 1e-4)
         if wanted:
             self.passages.append(peak)
         if followed:
             self.peaks.append(peak)
             self._judge()
 
-    def _read_peak(self, j: int, size: float, share: float) -> Passage:
+    def _read_peak(self, j: int, size: float, share: float, near: float) -> Passage:
         """Compute the peak by repeated steps from the previous state to the time at which the contact stops closing.
 
-        That time is found by Newton's method with bisections. The domain of dependence of a step is one granule per
-        stage, so a part of the window is sufficient.
+        That time is found by Newton's method with bisections, whose last shift is at most ``near``. The domain of
+        dependence of a step is one granule per stage, so a part of the window is sufficient.
         """
         stages = len(self.method.tableau.nodes) + 1
         first, last = max(j - stages, 0), j + stages + 2
@@ -302,7 +302,7 @@ class _Window:
             if driven and j == 0:
                 slope += self._applied_force(time, size)
             left = -closing / slope if slope < 0 else size
-            if abs(left) < 1e-4:
+            if abs(left) < near:
                 return Passage(self.base + j, time + left, self._force(overlaps[at] + 0.5 * closing * left))
             low, high = (share, high) if closing > 0 else (low, share)
             share += left / size
