@@ -13,7 +13,7 @@ from attrs import frozen
 from shockwave.chain.contact_law import BoundLaw
 from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.quadrature import FloatArray
-from shockwave.simulation.chain_contacts import FAR
+from shockwave.simulation.chain_contacts import FAR, VISCOUS
 from shockwave.simulation.chain_domains import run
 from shockwave.simulation.chain_job import Job, Status
 from shockwave.simulation.general_nystroem import GeneralTableau, dop853, of_nystroem
@@ -336,6 +336,7 @@ def _job(assembly: Assembly, tolerance: float, until: float | None, times: Float
     """Arrays of a run."""
     bodies, problem = len(assembly.inverse_masses), assembly.force
     chain, scales, first = assembly.beginning
+    first = _first_step(assembly, first, tolerance * float(scales[0, 0]))
     pulse = (0.0, 1.0, 0.0) if problem is None else (problem.duration, problem.rise_time, problem.peak_force)
     work = math.inf if is_limited() else _WORK + _WORK_PER_BODY * bodies
     settings = [assembly.exponent, assembly.damping_power, tolerance, math.inf if until is None else until, *pulse]
@@ -357,6 +358,23 @@ def _job(assembly: Assembly, tolerance: float, until: float | None, times: Float
     job.switches[:] = inverse + np.append(inverse[1:], 0.0), np.ones(bodies)
     job.v[0] = assembly.velocity
     return job
+
+
+def _first_step(assembly: Assembly, first: float, tolerance: float) -> float:
+    """First step, shorter where the force presses a damped contact together that has no overlap.
+
+    The force of the contact then begins with a broken power of the time, which the error estimate of a step does not
+    detect. ``tolerance`` is that of the closing velocity.
+    """
+    c, q, rate = float(assembly.damping[0]), assembly.damping_power, float(assembly.inverse_masses[0])
+    if assembly.force is None or assembly.law is not None or q == 0 or assembly.overlaps[0] != 0:
+        return first
+    allowed = tolerance / float(np.sum(assembly.inverse_masses[:2]))
+    path, impulse = assembly.force.free(first)
+    while VISCOUS * first * c * max(rate * path, 0.0) ** q * rate * impulse > allowed:
+        first /= 2
+        path, impulse = assembly.force.free(first)
+    return first
 
 
 def _ratio(one: float, others: FloatArray) -> FloatArray:
