@@ -23,6 +23,7 @@ from shockwave.chain.segments import Segment
 from shockwave.cli import main
 from shockwave.measurement.chain_result import ChainResult
 from shockwave.measurement.recording import Recording
+from shockwave.simulation.chain_job import Forecast
 from support.chain_reference import Reference
 
 CASES: dict[str, dict[str, Any]] = json.loads((Path(__file__).parent / "data" / "chains.json").read_text())
@@ -256,6 +257,61 @@ def test_the_simulated_time_is_that_of_the_shock_and_three_arrivals(backend: str
 def test_a_method_with_a_fixed_step_is_refused() -> None:
     with pytest.raises(sw.InvalidValueError, match="integrator: must be"):
         sw.simulate(SHOCK, WALLED, integrator="verlet")
+
+
+@pytest.mark.parametrize("holds", [{"stiffness": 1e18}, {"damping": 1e15}], ids=["spring", "dashpot"])
+def test_a_wall_that_hardly_moves_is_fixed(holds: dict[str, float]) -> None:
+    fixed, held = (
+        sw.simulate(SHOCK, attrs.evolve(WALLED, end=sw.Wall(material="rigid", **wall)))
+        for wall in ({}, {"mass": 1e-3, **holds})
+    )
+    assert held.transmitted == fixed.transmitted
+    assert any("integrated as a fixed one" in warning for warning in held.warnings)
+    assert not any("integrated as a fixed one" in warning for warning in fixed.warnings)
+
+
+@pytest.mark.parametrize("stiffness", [1e10, 1e12, 1e13])
+def test_a_wall_that_oscillates_ahead_of_the_wave_does_not_end_the_simulated_time(stiffness: float) -> None:
+    chain = attrs.evolve(WALLED, end=sw.Wall(material="rigid", mass=1e-3, stiffness=stiffness))
+    rigid = sw.simulate(SHOCK, attrs.evolve(WALLED, end=sw.Wall(material="rigid")))
+    # the wall gives way by a part in a thousand of the overlap at most
+    assert sw.simulate(SHOCK, chain, rtol=1e-4).end == pytest.approx(rigid.end, rel=1e-3)
+
+
+def test_a_wall_counts_as_fixed_only_if_its_motion_changes_no_force_by_more_than_the_tolerance() -> None:
+    walls = [sw.Wall(material="rigid", mass=1e-3, stiffness=stiffness) for stiffness in (1e13, 1e14, 1e15)]
+    forces = [sw.simulate(SHOCK, attrs.evolve(WALLED, end=wall), rtol=1e-4).transmitted.peak_force for wall in walls]
+    exact = sw.simulate(SHOCK, attrs.evolve(WALLED, end=sw.Wall(material="rigid"))).transmitted.peak_force
+    assert forces == pytest.approx([exact] * 3, rel=1e-4)
+
+
+HOPELESS: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
+    "dashpot of a light wall": ({"end": sw.Wall(mass=1e-3, damping=1e10)}, {}, "chain.end.damping"),
+    "dashpots": ({"damping": sw.Dashpot(coefficient=1e12)}, {}, "chain.damping"),
+    "viscous contacts": ({"damping": KuwabaraKono(time=1e6)}, {}, "chain.damping"),
+    "simulated time": ({"precompression": 2.0}, {"until": 1e4}, "simulate.until"),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("features", "options", "key"), HOPELESS.values(), ids=HOPELESS)
+def test_an_integration_that_would_take_minutes_is_refused_at_once(
+    features: dict[str, Any], options: dict[str, Any], key: str
+) -> None:
+    with pytest.raises(sw.NumericalError, match=rf"would take about .* steps because of {key}.*set a timeout"):
+        sw.simulate(SHOCK, attrs.evolve(WALLED, **features), **options)
+
+
+def test_the_work_of_a_run_is_estimated_from_its_second_half() -> None:
+    forecast = Forecast(until=1000.0, most_work=100.0, cause="the scene")
+    forecast.check(time=1.0, work=9.0, steps=9)  # too early
+    forecast.check(time=1.1, work=20.0, steps=20)
+    with pytest.raises(sw.NumericalError, match="steps because of the scene"):
+        forecast.check(time=1.2, work=40.0, steps=40)
+    # short steps at the beginning do not count
+    forecast = Forecast(until=100.0, most_work=100.0, cause="the scene")
+    forecast.check(time=1e-6, work=9.0, steps=9)
+    forecast.check(time=50.0, work=20.0, steps=20)
 
 
 @pytest.mark.parametrize("timeout", [0.01, 0.03, 0.05, 0.07])

@@ -39,6 +39,10 @@ _TOLERANCE = 1e-4
 _DIGITS = 3
 # Greatest force over that of the shock; waves reach less than half of it, and none is faster than sound under it.
 _GREATEST = 8.0
+# Displacement of a wall over the overlap of its contact, per relative tolerance, below which it counts as fixed.
+_STILL = 1e-2
+# Longest default end of the simulated time, in characteristic times per granule.
+_LATEST = 10.0
 # Granules ahead of a sound wave that it moves, a constant and a number per cube root of its way.
 _AHEAD = 30
 _AHEAD_RATE = 10
@@ -96,7 +100,7 @@ class ChainSetup:
             return _endless(options, excitation, chain)
         layout = Layout.of(chain, excitation)
         scales = _scales(layout, excitation, chain)
-        assembly = _assembly(layout, scales, excitation)
+        assembly = _assembly(layout, scales, excitation, options.rtol or RTOL, options.until)
         method = None if options.integrator is None else load("integrators", options.integrator)
         if layout.law and options.backend == "compiled":
             name = type(layout.law).__name__
@@ -228,7 +232,23 @@ def _scales(layout: Layout, excitation: Shock | Impact, chain: Chain) -> Scales:
     return scales if strength >= 1 else of(excitation.peak_force * strength ** (2 * power / (power + 1)))
 
 
-def _assembly(layout: Layout, scales: Scales, excitation: Shock | Impact) -> Assembly:
+def _is_rigid(layout: Layout, scales: Scales, wall: Wall, rtol: float, until: float | None) -> bool:
+    """Whether spring and dashpot hold a wall so still that its motion changes no force by more than ``rtol``.
+
+    The displacement of the wall is compared with the overlap of its contact, under forces of up to `_GREATEST`.
+    """
+    power, force = layout.pairs.exponent, _GREATEST * scales.force + float(layout.static_forces[-1])
+    overlap = (force / float(layout.pairs.stiffnesses[-1])) ** (1 / power)
+    end = _LATEST * len(layout.masses) * scales.time if until is None else until
+    moved = min(_ratio(force, wall.stiffness), _ratio(force * end, wall.damping))
+    return bool(moved < _STILL * rtol * overlap)
+
+
+def _ratio(one: float, other: float) -> float:
+    return one / other if other else math.inf
+
+
+def _assembly(layout: Layout, scales: Scales, excitation: Shock | Impact, rtol: float, until: float | None) -> Assembly:
     power, rate = layout.pairs.exponent, layout.damping_power
     length = scales.energy / scales.force
     force = None
@@ -236,6 +256,8 @@ def _assembly(layout: Layout, scales: Scales, excitation: Shock | Impact) -> Ass
         rise_time = scales.rise_time(excitation.rise_time)
         force = ChainProblem(excitation.profile, rise_time, excitation.peak_force / scales.force)
     wall, law = layout.wall or Wall(), layout.law
+    if wall.mass is not None and _is_rigid(layout, scales, wall, rtol, until):
+        wall = Wall(material=wall.material)
     bodies = layout.masses if wall.mass is None else np.append(layout.masses, wall.mass)
     return Assembly(
         inverse_masses=scales.mass / bodies,

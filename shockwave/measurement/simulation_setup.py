@@ -182,6 +182,8 @@ def scaled(shock: Shock, chain: Chain) -> tuple[ChainProblem, Scales]:
     scales = own if force == 1.0 else Scales.of(chain, shock.peak_force * force)
     problem = ChainProblem(shock.profile, ratio * force**wave.of_speed, 1 / force, chain.count, exponent)
     cost = _COST * problem.duration**2
+    if _MAX_COST / _NEAR_PEAK_FACTOR < cost <= _MAX_COST:
+        cost *= 1 + (_NEAR_PEAK_FACTOR - 1) * float(np.mean(problem.course > _NEAR_PEAK))
     if cost > _MAX_COST:
         raise NumericalError(
             f"the shock lasts {problem.duration:.3g} characteristic times of its wave, which requires {cost:.1g}"

@@ -413,7 +413,7 @@ static void look_for_arrival(March *m)
     const long last = (long)m->r->contacts - 1;
     if (m->r->arrival >= 0 || m->n <= last || !(m->best[last] > 0)) return;
     if (m->start.f[last + 1] >= m->r->passed * m->best[last]) return;
-    if (last && m->best[last] < m->r->wave * m->best[last - 1]) return;
+    if (last && (m->best[last] < m->r->wave * m->best[last - 1] || m->start.f[last] >= m->r->passed * m->best[last - 1])) return;
     m->r->arrival = m->since[last];
     if (m->r->until == INFINITY) m->r->until = larger(m->r->duration + 3 * m->r->arrival, m->r->time);
 }

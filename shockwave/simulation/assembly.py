@@ -8,14 +8,14 @@ from functools import cached_property
 from types import ModuleType
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
 from shockwave.chain.contact_law import BoundLaw
 from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.chain_contacts import FAR, VISCOUS
 from shockwave.simulation.chain_domains import run
-from shockwave.simulation.chain_job import Job, Status
+from shockwave.simulation.chain_job import Forecast, Job, Status, cause_of
 from shockwave.simulation.general_nystroem import GeneralTableau, dop853, of_nystroem
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.nystroem import Nystroem, Rkn86
@@ -339,6 +339,8 @@ def _job(assembly: Assembly, tolerance: float, until: float | None, times: Float
     first = _first_step(assembly, first, tolerance * float(scales[0, 0]))
     pulse = (0.0, 1.0, 0.0) if problem is None else (problem.duration, problem.rise_time, problem.peak_force)
     work = math.inf if is_limited() else _WORK + _WORK_PER_BODY * bodies
+    # the default end is at least the time in which a wave arrives
+    end = pulse[0] + bodies if until is None else until
     settings = [assembly.exponent, assembly.damping_power, tolerance, math.inf if until is None else until, *pulse]
     settings += [first, pulse[0] / _LEAST_STEPS, len(assembly.overlaps), assembly.end_stiffness, assembly.end_damping]
     settings += [work, assembly.is_damped, assembly.weight]
@@ -357,7 +359,7 @@ def _job(assembly: Assembly, tolerance: float, until: float | None, times: Float
     inverse = chain[0]
     job.switches[:] = inverse + np.append(inverse[1:], 0.0), np.ones(bodies)
     job.v[0] = assembly.velocity
-    return job
+    return evolve(job, forecast=Forecast(end, work, cause_of(job)))
 
 
 def _first_step(assembly: Assembly, first: float, tolerance: float) -> float:
@@ -386,8 +388,8 @@ def _check(job: Job) -> None:
     """Raise the error of a failed run."""
     status, at = Status(int(job.found[0])), f"at {job.found[1]:.4g} characteristic times"
     reasons = {
-        Status.TOO_LONG: f"the chain takes too many steps: {job.found[4]:.0f} {at} (set a timeout to continue, simulate"
-        " a shorter time with until, use a shorter chain, or loosen the tolerance)",
+        Status.TOO_LONG: f"the chain takes too many steps because of {job.forecast.cause}: {job.found[4]:.0f} {at} (set"
+        " a timeout to continue, simulate a shorter time with until, use a shorter chain, or loosen the tolerance)",
         Status.FAILED: f"the step size vanishes {at} (the ratios of masses or stiffnesses are too large, or the damping"
         " is too strong)",
         Status.RUNNING: f"the time limit was reached {at} (allow more, loosen the tolerance, or simulate a shorter time"

@@ -31,6 +31,11 @@ ROUNDING = 1e-14
 #: force of a plugin: the error of its central difference is about the square, and that of rounding 1e-16 over it.
 LAW_CHANGE = 1e-5
 
+#: The wave has arrived when the forces at the last two contacts are below this fraction of their maxima ...
+PASSED = 0.99
+#: ... if the last maximum is at least this fraction of the one before.
+WAVE = 1e-3
+
 
 @frozen(eq=False)
 class End:
@@ -61,6 +66,16 @@ def greatest_overlap(start: End, finish: End, size: float, tolerance: float) -> 
     before, after, overlap = start.w[turns], -finish.w[turns], finish.d[turns]
     misses = np.minimum(before, after) ** 2 / (before + after) * size > tolerance * overlap
     return float((before / (before + after))[misses].min(initial=1.0))
+
+
+def has_arrived(start: End, best: FloatArray, last: int) -> bool:
+    """Whether the wave has passed the contact ``last``, from the present and the greatest forces minus static ones.
+
+    A wall on a stiff spring oscillates ahead of the wave, which has then not passed the contact before.
+    """
+    before = max(last - 1, 0)
+    passed = start.f[before + 1 : last + 2] < PASSED * best[before : last + 1]
+    return bool(best[last] > 0 and passed.all() and (last == 0 or best[last] >= WAVE * best[last - 1]))
 
 
 def kink_error(size: float, force: FloatArray | float, idle: FloatArray | float) -> FloatArray:

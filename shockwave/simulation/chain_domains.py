@@ -113,6 +113,8 @@ class _Parts:
                 status = Status.DONE
             elif self.effort > own.most_work:
                 status = Status.TOO_LONG
+            else:
+                job.forecast.check(self.time, self.effort, self.steps)
         counts = self.steps, self.effort / self.bodies, self.rebound, 0.0
         job.found[:] = status, self.time, self.arrival, self.work, *counts
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from shockwave.quadrature import FloatArray
 from shockwave.simulation import chain_contacts
-from shockwave.simulation.chain_contacts import Contacts, End, greatest_overlap, kink_error
-from shockwave.simulation.chain_job import Job, Status
+from shockwave.simulation.chain_contacts import Contacts, End, greatest_overlap, has_arrived, kink_error
+from shockwave.simulation.chain_job import Job, Status, watched
 from shockwave.simulation.cubic import around_tops, root, top
 from shockwave.simulation.general_nystroem import scaled_error
 from shockwave.simulation.time_limit import expired
@@ -47,10 +47,6 @@ _HOPELESS = 1e6
 _MOST_TURNS = 30
 # Precision of the time of a maximum, over the step, before a last correction by interpolation.
 _NEAR = 1e-5
-# The wave has arrived when the last force is below this fraction of its maximum ...
-_PASSED = 0.99
-# ... if that is at least this fraction of the greatest force at the contact before.
-_WAVE = 1e-3
 
 
 def run(job: Job, compiled: ModuleType | None) -> None:
@@ -65,9 +61,11 @@ def run(job: Job, compiled: ModuleType | None) -> None:
     control = _SAFETY, _MIN_FACTOR, _MAX_FACTOR, _MIN_STEP, _MIN_FIRST
     contacts = chain_contacts.LOCATED, chain_contacts.ROUNDING, chain_contacts.ELASTIC, chain_contacts.VISCOUS
     kinks = _SOON, chain_contacts.KINK, _KINK_SHARE, _MOST_CUTS, *contacts
-    peaks = _NEARLY, _HOPELESS, _MOST_TURNS, _NEAR, _PASSED, _WAVE
+    peaks = _NEARLY, _HOPELESS, _MOST_TURNS, _NEAR, chain_contacts.PASSED, chain_contacts.WAVE
     settings = np.concatenate((job.settings, window, control, kinks, peaks, job.found))
-    compiled.run(job.method.packed, *tables, job.stops, job.times, settings, job.table, job.samples, expired)
+    compiled.run(
+        job.method.packed, *tables, job.stops, job.times, settings, job.table, job.samples, watched(job, settings)
+    )
     job.found[:] = settings[-found:]
 
 
@@ -194,6 +192,7 @@ class _March(Contacts):
                     status = Status.DONE
             if status is Status.RUNNING and self.effort > self.most_work:
                 status = Status.TOO_LONG
+            job.forecast.check(self.time, self.effort, self.steps)
         job.x[:], job.v[:] = start.x, start.v
         counts = self.steps, self.evaluations, self.rebound, self.size
         job.found[:] = status, self.time, self.arrival, self.work, *counts
@@ -338,11 +337,8 @@ class _March(Contacts):
     def look_for_arrival(self, start: End) -> None:
         """Set the time at which the wave arrives at the last contact, and the end of the run if that depends on it."""
         last = self.contacts - 1
-        best, times = self.job.peaks
-        if self.arrival >= 0 or self.n <= last or not best[last] > 0:
-            return
-        if start.f[last + 1] < _PASSED * best[last] and (last == 0 or best[last] >= _WAVE * best[last - 1]):
-            self.arrival = float(times[last])
+        if self.arrival < 0 and self.n > last and has_arrived(start, self.job.peaks[0], last):
+            self.arrival = float(self.job.peaks[1, last])
             if self.until == math.inf:
                 self.until = max(self.duration + 3 * self.arrival, self.time)
 
