@@ -12,7 +12,7 @@ import pytest
 
 import shockwave as sw
 from scenes import CASE_A, CHAIN, UNITS, lasting, random_pulses
-from shockwave.measurement import leading_wave, repeated_runs, train
+from shockwave.measurement import histories, leading_wave, repeated_runs, train
 from shockwave.measurement.chain_run import ChainRun
 from shockwave.measurement.measured_wave import MeasuredWave
 from shockwave.measurement.peak_log import Peak
@@ -199,6 +199,45 @@ def test_the_estimate_is_not_below_the_error_of_a_fitted_shock(monkeypatch: pyte
     profile = sw.Exponential(rise_rate=1.0, decay_rate=1.0, duration_ratio=3.0)
     result = sw.simulate(lasting(profile, 1.0), CHAIN, rtol=1e-6, waves="primary")
     assert 1e-4 <= result.error_estimate < 2e-4
+
+
+def test_a_search_that_another_wave_may_still_exceed_is_repeated(monkeypatch: pytest.MonkeyPatch) -> None:
+    answers = iter([primary(status=Status.TOO_LONG, peak=1.0, doubt=5e-3), primary(peak=1.1, doubt=1e-9)])
+    monkeypatch.setattr(leading_wave, "find_primaries", lambda requests, *others: [next(answers)])
+    setup = setup_of(SimulateOptions(rtol=1e-2))
+    found = leading_wave.search({0: scaled(CASE_A, CHAIN)[0]}, setup)
+    assert found[0].primary.peak == 1.1
+
+
+# ---------------------------------------------------------------- passages, from two runs
+
+
+def passage_errors(monkeypatch: pytest.MonkeyPatch, *changes: dict[int, tuple[float, float]]) -> dict[int, float]:
+    """Estimates of contacts 3 to 6 from runs whose times and forces differ from 1 by these changes."""
+    runs = iter(changes)
+
+    def peaks(*arguments: Any) -> Any:
+        own = next(runs)
+        return {at: (1 + own.get(at, (0, 0))[0], 1 + own.get(at, (0, 0))[1]) for at in range(1, 9)}, 1e-10
+
+    monkeypatch.setattr(histories, "_peaks", peaks)
+    result = sw.simulate(CASE_A, CHAIN, rtol=1e-3, waves="primary")
+    passages = histories._integrated(result, setup_of(result.options), [3, 4, 5, 6], searches=True)
+    return {contact: passage.error_estimate for contact, passage in passages.items()}
+
+
+@pytest.mark.parametrize("change", [(1e-4, 0.0), (0.0, -1e-4)], ids=["time", "force"])
+def test_the_estimate_of_a_passage_is_the_difference_of_two_runs_there_and_at_two_contacts_around(
+    change: tuple[float, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    errors = passage_errors(monkeypatch, {6: change}, {})
+    assert errors == pytest.approx({3: 0.0, 4: 1e-4, 5: 1e-4, 6: 1e-4}, rel=1e-3, abs=1e-9)
+    assert errors[3] >= 1e-10  # the tolerance of a step
+
+
+def test_a_passage_that_misses_the_tolerance_is_computed_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    errors = passage_errors(monkeypatch, {6: (0.0, 1e-2)}, {6: (0.0, 1e-4)}, {})
+    assert errors == pytest.approx({3: 0.0, 4: 1e-4, 5: 1e-4, 6: 1e-4}, rel=1e-3, abs=1e-9)
 
 
 # ---------------------------------------------------------------- estimates and errors of many scenes
