@@ -1,8 +1,8 @@
 /* Integration of chains of mixed granules: the algorithm of chain_march.py in C, operation by operation.
 
    Body j is at x[j], v[j]; element j + 1 of an array of forces belongs to the contact between bodies j and j + 1, so that
-   the neighbours of body j are elements j and j + 1; element 0 is the weight of a striker. The function takes buffers of float64 and has no state; the global
-   interpreter lock is released while it runs. */
+   the neighbours of body j are elements j and j + 1; element 0 is the weight of a striker. The function takes buffers of
+   float64 and has no state; the global interpreter lock is released while it runs. */
 
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
@@ -413,7 +413,9 @@ static void look_for_arrival(March *m)
     const long last = (long)m->r->contacts - 1;
     if (m->r->arrival >= 0 || m->n <= last || !(m->best[last] > 0)) return;
     if (m->start.f[last + 1] >= m->r->passed * m->best[last]) return;
-    if (last && (m->best[last] < m->r->wave * m->best[last - 1] || m->start.f[last] >= m->r->passed * m->best[last - 1])) return;
+    /* a wall that oscillates ahead of the wave: that has not passed the contact before */
+    if (last && m->start.f[last] >= m->r->passed * m->best[last - 1]) return;
+    if (last && m->best[last] < m->r->wave * m->best[last - 1]) return;
     m->r->arrival = m->since[last];
     if (m->r->until == INFINITY) m->r->until = larger(m->r->duration + 3 * m->r->arrival, m->r->time);
 }
