@@ -489,13 +489,36 @@ def test_module_runs_as_a_program_and_a_closed_pipe_is_no_error() -> None:
     assert (err, closed.returncode) == (b"", 0)
 
 
+#: Redirections of a shell, and what is then written on stderr of a list, which goes to stdout.
+STREAMS = {
+    ">&-": "the output cannot be written (Bad file descriptor)\n",
+    ">/dev/full": "the output cannot be written (No space left on device)\n",
+    "<&- >&- 2>&-": "",
+    "2>&-": None,
+    "2>/dev/full": None,
+}
+
+
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
-def test_output_that_cannot_be_written_ends_with_5() -> None:
-    command = [sys.executable, "-m", "shockwave", "simulate", "--json", "--rtol", "1e-2", SCENE]
-    with Path("/dev/full").open("wb") as full:
-        run = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, cwd=ROOT)
-    assert run.returncode == 5
-    assert run.stderr == "the output cannot be written (No space left on device)\n"
+@pytest.mark.parametrize("redirection", STREAMS)
+def test_streams_that_cannot_be_written_end_with_a_documented_status(redirection: str) -> None:
+    lost = STREAMS[redirection]
+    for command, status in (("list backends", 0 if lost is None else 5), ("predict nowhere.yaml", 5)):
+        words = ["sh", "-c", f'"$0" -m shockwave {command} {redirection}', sys.executable]
+        run = subprocess.run(words, capture_output=True, text=True, cwd=ROOT)
+        assert run.returncode == status
+        if command == "list backends":
+            assert run.stderr == (lost or "")
+
+
+def test_an_error_of_the_system_names_the_file_and_is_none_of_the_output(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for error in (PermissionError(13, "Permission denied", "library.so"), BrokenPipeError(32, "Broken pipe")):
+        monkeypatch.setattr(scenario_commands, "load_scenario", lambda _, error=error: raised(error))
+        assert main(["validate", SCENE]) == 5
+        file = f"{error.filename}: " if error.filename else ""
+        assert capsys.readouterr().err.startswith(f"{file}error of the operating system: {error.strerror} (")
 
 
 @pytest.mark.parametrize(("option", "value"), [("--equal-tolerance", "1"), ("--momentum-coefficient", "0")])

@@ -5,7 +5,6 @@ from __future__ import annotations
 import atexit
 import gc
 import importlib
-import io
 import os
 import sys
 from argparse import Namespace
@@ -14,7 +13,7 @@ from contextlib import contextmanager, nullcontext
 
 from shockwave.cli.output import failure, progress_on_stderr
 from shockwave.cli.parser import parsed
-from shockwave.errors import FileAccessError
+from shockwave.cli.streams import OutputError, reopen_closed_streams, standard_streams
 from shockwave.text import Detail, on_stdout
 
 # New objects after which garbage is collected: more than a command creates at its start, nearly all of which last.
@@ -29,6 +28,7 @@ _THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
 
 def command() -> int:
     """Run the command of this process, and tune its garbage collection, which is that of no other program."""
+    reopen_closed_streams()
     gc.set_threshold(_GARBAGE)
     atexit.register(gc.freeze)  # no search for garbage in a process that ends, a sixth of the time of `predict`
     return main()
@@ -38,33 +38,32 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status; exceptions are reported, not raised."""
     for name in _THREADS:
         os.environ.setdefault(name, "1")
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):  # characters that the terminal cannot show are no error
-            stream.reconfigure(errors="backslashreplace")
-    options = parsed(sys.argv[1:] if arguments is None else list(arguments))
+    with standard_streams():
+        try:
+            return _run(sys.argv[1:] if arguments is None else list(arguments))
+        except KeyboardInterrupt:
+            print("interrupted", file=sys.stderr)
+            return 130
+        except Exception as error:
+            if isinstance(error.__cause__, BrokenPipeError) and isinstance(error, OutputError):
+                return 0  # the reader has closed the pipe
+            text, status = failure(error)
+            print(text, file=sys.stderr)
+            return status
+
+
+def _run(arguments: list[str]) -> int:
     try:
+        options = parsed(arguments)
         registry = _without_plugins() if options.no_plugins else nullcontext()
         with on_stdout(getattr(options, "wide", False), detail_of(options)), progress_on_stderr(), registry:
             module, _, name = options.command.partition(":")
             if module in _LASTING and gc.get_threshold()[0] == _GARBAGE:
                 gc.set_threshold(*_USUAL)
             status: int = getattr(importlib.import_module(f"shockwave.cli.{module}"), name)(options)
-            sys.stdout.flush()
             return status
-    except KeyboardInterrupt:
-        print("interrupted", file=sys.stderr)
-        return 130
-    except OSError as error:
-        # otherwise Python reports the same error again on exit
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        if isinstance(error, BrokenPipeError):  # the reader has closed the pipe
-            return 0
-        print(f"the output cannot be written ({error.strerror or error})", file=sys.stderr)
-        return FileAccessError.exit_code
-    except Exception as error:
-        text, status = failure(error)
-        print(text, file=sys.stderr)
-        return status
+    finally:
+        sys.stdout.flush()
 
 
 def detail_of(options: Namespace) -> Detail:

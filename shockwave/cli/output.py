@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from shockwave.errors import InvalidValueError, ShockwaveError, UsageError, message_of
+from shockwave.errors import FileAccessError, InvalidValueError, ShockwaveError, UsageError, message_of
 from shockwave.fields import listed
 from shockwave.files import write_file
 from shockwave.progress import progress_shown
@@ -25,6 +25,10 @@ def failure(error: Exception) -> tuple[str, int]:
         return str(error), error.exit_code
     if os.environ.get(_DEBUG):
         raise error
+    if isinstance(error, OSError):
+        file = f"{error.filename}: " if error.filename else ""
+        system = f"error of the operating system: {error.strerror or error}"
+        return f"{file}{system} ({_DEBUG}=1 shows where)", FileAccessError.exit_code
     return f"internal error: {message_of(error)} ({_DEBUG}=1 shows where; please report it)", 1
 
 

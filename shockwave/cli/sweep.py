@@ -6,7 +6,6 @@ import argparse
 import os
 import signal
 import sys
-from contextlib import suppress
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING
@@ -45,8 +44,7 @@ def sweep(options: argparse.Namespace) -> int:
     except KeyboardInterrupt as interrupted:
         text = str(interrupted)
         lines = paragraph("interrupted: " if text else "interrupted", text, 2)
-        with suppress(OSError):  # the terminal may be closed
-            print("\n".join(lines), file=sys.stderr)
+        print("\n".join(lines), file=sys.stderr)
         return 128 + received[0]
     finally:
         for number in handled:
