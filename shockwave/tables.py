@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shockwave import OWN_DISTRIBUTION, __version__
-from shockwave.errors import UsageError, shortened
+from shockwave.errors import UsageError, message_of, shortened
 from shockwave.text import si
 
 # SI units of the quantities in results; all others are dimensionless.
@@ -136,9 +136,11 @@ def _flat(table: Table) -> Iterator[tuple[str, TableColumn]]:
 
 
 def library(name: str, extra: str = "notebook") -> Any:
-    """An optional package; raises UsageError if it is not installed, with the extra that installs it as the remedy."""
+    """An optional package; raises UsageError if it cannot be imported; ``extra`` installs it."""
     try:
         return importlib.import_module(name)
     except ImportError as missing:
         remedy = f"pip install '{OWN_DISTRIBUTION}[{extra}]'"
         raise UsageError(f"{name} must be installed (got {missing}; {remedy})") from missing
+    except Exception as error:  # such as one of matplotlib for a setting of the environment
+        raise UsageError(f"{name} must be importable (got {message_of(error)})") from error

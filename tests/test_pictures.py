@@ -5,10 +5,12 @@ from pathlib import Path
 from types import SimpleNamespace as Run
 from typing import Any
 
+import matplotlib
 import numpy as np
 import pytest
 from attrs import evolve
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 import shockwave as sw
 from scenes import CHAIN, FORCE, UNITS, power, triangle
@@ -133,6 +135,27 @@ def test_files_have_the_requested_format_and_are_reproducible(tmp_path: Path, ki
     assert b"dc:date" not in first
 
 
+def test_the_settings_of_a_user_do_not_change_a_figure() -> None:
+    def drawn() -> str:
+        figure, (left, right, bottom, _) = pictures.figure(2, 2)
+        pictures.train(left, compared("train"))
+        pictures.space_time(right, recorded("train", "forces"))
+        pictures.pulse(bottom, SHOCKS["ejection"])
+        return pictures.svg(figure)
+
+    expected = drawn()
+    settings = {"figure.facecolor": "black", "savefig.facecolor": "black", "axes.facecolor": "black"}
+    settings |= {"text.usetex": True, "text.color": "white", "lines.linewidth": 9, "font.family": "monospace"}
+    settings |= {"font.size": 30, "savefig.bbox": "tight", "axes.labelcolor": "white", "legend.frameon": True}
+    with matplotlib.rc_context(settings):
+        assert drawn() == expected
+        assert matplotlib.rcParams["text.usetex"]
+        # the axes of a figure of the user have the settings of the user
+        other = Figure().subplots()
+        pictures.pulse(other, SHOCKS["ejection"])
+        assert other.title.get_color() == "white"
+
+
 def test_a_long_record_is_drawn_with_few_points_and_keeps_its_peaks(ax: Axes) -> None:
     forces = np.full(100_001, 0.5)
     forces[[0, -1]] = 0
@@ -206,6 +229,47 @@ def test_long_histories_keep_their_peaks_in_a_map(ax: Axes) -> None:
     drawn = np.asarray(ax.collections[0].get_array())
     assert drawn.shape[1] < 500 < len(result.recording.times)
     assert np.array_equal(drawn.max(axis=1), result.recording.forces.max(axis=0))
+
+
+@cache
+def at_few_contacts() -> sw.ChainResult:
+    """A result of 60 granules before a wall that a striker hits, at three contacts, the last one with the wall."""
+    chain = evolve(CHAIN, granules=60, end=sw.Wall(material="same"))
+    return sw.simulate(sw.Impact(velocity=0.5), chain, contacts=[5, 30, 60], record=["forces"])
+
+
+def test_a_map_of_few_contacts_shows_no_force_between_them(ax: Axes) -> None:
+    result = at_few_contacts()
+    pictures.chain_map(ax, result)
+    (mesh,) = ax.collections
+    edges, rows = mesh.get_coordinates()[:, 0, 1], np.ma.getmaskarray(mesh.get_array()).all(axis=1)  # type: ignore[attr-defined]
+    known = [(low, high) for low, high, empty in zip(edges, edges[1:], rows, strict=False) if not empty]
+    assert [(low < contact < high) for (low, high), contact in zip(known, (5, 30, 60), strict=True)] == [True] * 3
+    # a fortieth of the drawn part of the chain
+    assert max(high - low for low, high in known) <= 55 / 40 + 1e-12
+    assert edges[-1] == 60.5
+
+
+def test_peaks_at_few_contacts_are_not_connected_and_are_those_of_the_document(ax: Axes) -> None:
+    result = at_few_contacts()
+    pictures.peak_forces(ax, result)
+    drawn = ax.get_lines()[0]
+    document = result.to_dict()
+    expected = [(peak["contact"], peak["peak_force"]) for peak in document["contacts"]]
+    assert list(zip(*drawn.get_data(), strict=True)) == expected
+    assert (drawn.get_linestyle(), drawn.get_marker()) == ("None", "o")
+    wall = document["transmitted"]
+    assert np.transpose(line(ax, "wall")).tolist() == [[wall["contact"], wall["peak_force"]]]
+
+
+@pytest.mark.parametrize("kind", ["shock", "striker"])
+def test_borders_are_at_the_contacts_of_different_materials(ax: Axes, kind: str) -> None:
+    segments = (sw.Segment(count=4), sw.Segment(count=3, material=sw.material("ptfe")))
+    excitation = SHOCKS["train"] if kind == "shock" else sw.Impact(velocity=0.5)
+    pictures.peak_forces(ax, sw.simulate(excitation, evolve(CHAIN, granules=segments)))
+    (border,) = (float(each.get_xdata()[0]) for each in ax.get_lines() if each.get_linestyle() == "--")  # type: ignore[index,arg-type]
+    # between granules 3 and 4 of the chain, which a striker shifts by one
+    assert border == (3 if kind == "shock" else 4)
 
 
 def test_fronts_pass_through_the_measured_positions(ax: Axes) -> None:

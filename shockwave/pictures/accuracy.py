@@ -12,6 +12,7 @@ import numpy as np
 from shockwave.errors import NotCoveredError, NumericalError
 from shockwave.measurement.result import SimulationResult
 from shockwave.pictures.drawing import BLACK, BLUE, GREY, MINUS, ORANGE, SKY, area, finish, literal, style
+from shockwave.pictures.figures import picture
 from shockwave.pictures.waves import recorded, shock_of
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ _LOWEST = 1 / 30
 _ROUNDING = 1e-16
 
 
+@picture
 def approach(ax: Axes, result: SimulationResult) -> Axes:
     """Draw the relative distance of the peak force of the leading wave from its limit, contact by contact.
 
@@ -66,6 +68,7 @@ def approach(ax: Axes, result: SimulationResult) -> Axes:
     return finish(ax, ("contact", ""), ("relative distance from the limit", ""))
 
 
+@picture
 def balance(ax: Axes, result: SimulationResult | ChainResult) -> Axes:
     """Draw the energy of the chain against time, with the input of the shock.
 
@@ -107,6 +110,7 @@ def balance(ax: Axes, result: SimulationResult | ChainResult) -> Axes:
     return finish(ax, ("time", "s"), ("energy", "J"))
 
 
+@picture
 def work_precision(ax: Axes, rows: Iterable[Any], name: str = "relative error") -> Axes:
     """Draw a work-precision diagram: error against run time, with a line for each method.
 

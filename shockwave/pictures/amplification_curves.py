@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from shockwave.pictures.drawing import BLACK, BLUE, GREY, VERMILION, finish, literal, style
+from shockwave.pictures.figures import picture
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,6 +29,7 @@ def _frame(ax: Axes, ends: tuple[float, float], highest: float, mark: float | No
     return finish(ax, ("rise time / characteristic time, t₀/T₀", ""), ("amplification", ""))
 
 
+@picture
 def universal_curves(ax: Axes, curves: Mapping[str, Any], mark: float | None = None) -> Axes:
     """Draw universal curves: amplification of the leading wave against t0/T0, with a line for each shape.
 
@@ -61,6 +63,7 @@ def universal_curves(ax: Axes, curves: Mapping[str, Any], mark: float | None = N
     return _frame(ax, ends, np.nanmax(together[1:]), mark)
 
 
+@picture
 def design(ax: Axes, design: Any) -> Axes:
     """Draw the required quantity of a design against the varied number, with the target and the solutions.
 
@@ -86,6 +89,7 @@ def design(ax: Axes, design: Any) -> Axes:
     return finish(ax, (design.varied, parameter.unit), (quantity.label, quantity.printed_unit))
 
 
+@picture
 def materials(ax: Axes, design: Any) -> Axes:
     """Draw a ranking of materials by the required quantity, the best one at the top.
 
@@ -108,6 +112,7 @@ def materials(ax: Axes, design: Any) -> Axes:
     return finish(ax, (target.quantity.label, target.quantity.printed_unit), ("", ""))
 
 
+@picture
 def pareto(ax: Axes, design: Any) -> Axes:
     """Draw the options of a design: the first required quantity against the one that is minimised.
 

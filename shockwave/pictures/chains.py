@@ -11,7 +11,8 @@ from shockwave.chain.layout import Layout
 from shockwave.errors import InvalidValueError
 from shockwave.measurement.chain_result import ChainResult
 from shockwave.pictures.drawing import BLUE, GREY, VERMILION, add_legend, finish, halo, label_axis
-from shockwave.pictures.figures import SMALL
+from shockwave.pictures.figures import SMALL, picture
+from shockwave.pictures.maps import reach_of
 from shockwave.pictures.waves import field_of_forces, recorded
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 _MOST_BORDERS = 12
 
 
+@picture
 def peak_forces(ax: Axes, result: ChainResult) -> Axes:
     """Draw the greatest force at the reported contacts along the chain, with the borders of materials.
 
@@ -29,15 +31,18 @@ def peak_forces(ax: Axes, result: ChainResult) -> Axes:
     ax : Axes
         Axes to draw on.
     result : ChainResult
-        Result of a simulation; force in N. A static force is a dotted line, the force on a wall a square.
+        Result of a simulation; force in N. A static force is a dotted line, the force on a wall a square. Contacts that
+        are far apart are not connected.
     """
     contacts = np.array([peak.contact for peak in result.contacts])
     forces = np.array([peak.peak_force for peak in result.contacts])
-    marker = "o" if len(contacts) <= 100 else ""
-    ax.plot(contacts, forces, color=BLUE, linewidth=1.1, marker=marker, markersize=2.5, label="greatest force")
+    joined = np.diff(contacts).max(initial=1) <= reach_of(contacts)  # no line through contacts without a value
+    marker = "o" if len(contacts) <= 100 or not joined else ""
+    form = marker + ("-" if joined else "")
+    ax.plot(contacts, forces, form, color=BLUE, linewidth=1.1, markersize=2.5, label="greatest force")
     static = np.array([peak.static_force for peak in result.contacts])
     if static.any():
-        ax.plot(contacts, static, color=GREY, linewidth=1.0, linestyle=":", label="static force")
+        ax.plot(contacts, static, ":" if joined else "_", color=GREY, linewidth=1.0, label="static force")
     if result.transmitted is not None:
         wall = result.transmitted
         ax.plot([wall.contact], [wall.peak_force], "s", color=VERMILION, markersize=4.5, label="wall")
@@ -48,6 +53,7 @@ def peak_forces(ax: Axes, result: ChainResult) -> Axes:
     return finish(ax, ("contact", ""), ("greatest force", "N"))
 
 
+@picture
 def chain_map(ax: Axes, result: ChainResult) -> Axes:
     """Draw a space-time diagram: contact force over contacts and time, with the borders of materials.
 
@@ -56,7 +62,7 @@ def chain_map(ax: Axes, result: ChainResult) -> Axes:
     ax : Axes
         Axes to draw on; a colour bar is added beside it.
     result : ChainResult
-        Result with ``forces`` recorded at many contacts; time in s, force in N.
+        Result with ``forces`` recorded at many contacts; time in s, force in N. Contacts without a force are grey.
 
     Raises
     ------
@@ -68,6 +74,7 @@ def chain_map(ax: Axes, result: ChainResult) -> Axes:
     return finish(ax, ("time", "s"), ("contact", ""), legend=False)
 
 
+@picture
 def wall_force(ax: Axes, result: ChainResult) -> Axes:
     """Draw the force on the wall against time and, on a second axis, its impulse.
 

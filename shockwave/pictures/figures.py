@@ -5,9 +5,13 @@ from __future__ import annotations
 import io
 import re
 import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import wraps
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+from weakref import WeakSet
 
 from shockwave.errors import InvalidValueError
 from shockwave.files import write_file
@@ -18,6 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+_Draw = TypeVar("_Draw", bound=Callable[..., Any])
 
 # Widths of a column and a page in print [in].
 _WIDTHS = {"column": 3.4, "page": 7.0}
@@ -48,6 +53,32 @@ _STYLE: Any = {
     "ytick.labelsize": SMALL,
     "ytick.major.width": 0.6,
 }
+#: Figures made by `figure`: all of their parts have its settings, not those of the user's matplotlibrc.
+_FIGURES: WeakSet[Any] = WeakSet()
+
+
+@contextmanager
+def settings_of(figure: Any, changes: Any = ()) -> Iterator[None]:
+    """Meanwhile use the settings of ``figure``, or of a new one if it is None, with ``changes``."""
+    from matplotlib import rc_context, rcdefaults, rcParams
+
+    with DRAWING, rc_context():
+        if figure is None or figure in _FIGURES:
+            rcdefaults()
+            rcParams.update(_STYLE)
+        rcParams.update(changes)
+        yield
+
+
+def picture(draw: _Draw) -> _Draw:
+    """Decorate a function that draws on axes: it uses the settings of their figure."""
+
+    @wraps(draw)
+    def drawn(ax: Axes, *arguments: Any, **options: Any) -> Any:
+        with settings_of(ax.get_figure()):
+            return draw(ax, *arguments, **options)
+
+    return cast(_Draw, drawn)
 
 
 def figure(
@@ -79,14 +110,14 @@ def figure(
             raise InvalidValueError.of("size", f"must be column, page or width and height in inches (got {size!r})")
         size = (_WIDTHS[size], _HEIGHT * rows)
     library("matplotlib", "plot")
-    from matplotlib import rc_context
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
 
-    with DRAWING, rc_context(_STYLE):
+    with settings_of(None):
         drawn = Figure(figsize=size, layout="constrained")
         FigureCanvasSVG(drawn)  # text is measured as it is written
         places: Any = drawn.subplots(rows, columns, squeeze=False)
+    _FIGURES.add(drawn)
     return drawn, tuple(places.flat)
 
 
@@ -109,12 +140,10 @@ def svg(figure: Figure, name: str = "picture", description: str = "") -> str:
     """
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9-]*", name):
         raise InvalidValueError.of("name", f"must be a letter, then letters, digits and hyphens (got {name!r})")
-    from matplotlib import rc_context
-
     written = io.StringIO()
     unsigned = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     # without a salt, the names of shared shapes differ from run to run
-    with DRAWING, rc_context({"svg.hashsalt": "shockwave", "svg.fonttype": "path"}):
+    with settings_of(figure, {"svg.hashsalt": "shockwave", "svg.fonttype": "path"}):
         figure.savefig(written, format="svg", dpi=_DOTS, metadata=unsigned)
     text = re.sub(r"\s*<!--.*?-->", "", written.getvalue().partition("<svg ")[2], flags=re.DOTALL)
     text = re.sub(r'( id="|href="#|url\(#)', rf"\1{name}-", text)
@@ -145,6 +174,6 @@ def save(figure: Figure, file: str | Path) -> None:
         write_file(file, '<?xml version="1.0" encoding="utf-8"?>\n' + svg(figure))
         return
     drawn = io.BytesIO()
-    with DRAWING:
+    with settings_of(figure):
         figure.savefig(drawn, format=kind, metadata={"CreationDate" if kind == "pdf" else "Software": None}, dpi=_DOTS)
     write_file(file, drawn.getvalue())

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 # Colour of cells without a value.
 _NO_VALUE = "#BDBDBD"
+# Contacts that are further apart than this fraction of the drawn part of the chain do not stand for those between them.
+_RESOLVED = 1 / 40
 # Ratio of greatest and least value above which colours are logarithmic.
 _WIDE = 300.0
 
@@ -31,6 +33,21 @@ def edges_of(centres: FloatArray, log: bool = False) -> FloatArray:
     middles = (at[1:] + at[:-1]) / 2
     edges = np.concatenate(([2 * at[0] - middles[0]], middles, [2 * at[-1] - middles[-1]]))
     return np.exp(edges) if log else edges
+
+
+def reach_of(contacts: FloatArray) -> float:
+    """Return the largest distance of neighbours in ascending ``contacts`` between which values may be interpolated."""
+    return max(1.0, _RESOLVED * float(contacts[-1] - contacts[0]))
+
+
+def rows_of(contacts: FloatArray, values: FloatArray) -> Edges:
+    """Return the edges of rows and their values, of shape (k, rows): NaN between contacts that are far apart."""
+    halves = np.minimum(np.pad(np.diff(contacts), 1, constant_values=1.0), reach_of(contacts)) / 2
+    edges = np.column_stack([contacts - halves[:-1], contacts + halves[1:]]).ravel()
+    rows = np.full((len(values), len(edges) - 1), np.nan)
+    rows[:, ::2] = values
+    kept = np.diff(edges) > 0
+    return np.append(edges[:-1][kept], edges[-1]), rows[:, kept]
 
 
 def colour_cells(ax: Axes, edges: Edges, values: FloatArray, **colours: Any) -> Any:

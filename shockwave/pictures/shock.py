@@ -8,6 +8,7 @@ import numpy as np
 
 from shockwave.errors import InvalidValueError
 from shockwave.pictures.drawing import BLACK, BLUE, MINUS, ORANGE, SKY, VERMILION, area, finish, si_label, thinned
+from shockwave.pictures.figures import picture
 from shockwave.prediction.section4_outcome import EjectionOutcome, Section4Outcome
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.shock import Shock
@@ -23,6 +24,7 @@ _POINTS = 240
 _VIRTUAL = "t\N{COMBINING CIRCUMFLEX ACCENT}₀"
 
 
+@picture
 def pulse(ax: Axes, shock: Shock) -> Axes:
     """Draw the force against time, with the areas a1 of the rise and a2 of the decay, eq. (3).
 
@@ -48,6 +50,7 @@ def pulse(ax: Axes, shock: Shock) -> Axes:
     return _force_against_time(ax, shock.duration, shock.peak_force)
 
 
+@picture
 def correction_area(ax: Axes, shock: Shock, outcome: Section4Outcome) -> Axes:
     """Draw Figure 1 of the paper: the shock, the virtual shock of (5g), and the area that (5h) adds twice.
 

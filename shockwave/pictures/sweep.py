@@ -10,6 +10,7 @@ import numpy.typing as npt
 from attrs import frozen
 
 from shockwave.pictures.drawing import add_legend, colour_scale, label_axis, literal, style
+from shockwave.pictures.figures import picture
 from shockwave.pictures.maps import colour_cells, colours_of, edges_of, regime_borders
 
 if TYPE_CHECKING:
@@ -68,6 +69,7 @@ class DrawnAxis:
         label_axis(ax, axis, self.name, self.unit)
 
 
+@picture
 def sweep_lines(ax: Axes, x: DrawnAxis, lines: Sequence[tuple[str, FloatArray]], quantity: tuple[str, str]) -> Axes:
     """Draw a quantity over one axis of a sweep, with a line for each of a few values of another axis.
 
@@ -97,6 +99,7 @@ def sweep_lines(ax: Axes, x: DrawnAxis, lines: Sequence[tuple[str, FloatArray]],
     return ax
 
 
+@picture
 def sweep_map(
     ax: Axes,
     x: DrawnAxis,

@@ -12,7 +12,8 @@ from shockwave.errors import InvalidValueError
 from shockwave.measurement.recording import Recording
 from shockwave.measurement.result import SimulationResult
 from shockwave.pictures.drawing import BLUE, FIELD, GREY, VERMILION, colour_scale, finish, halo, style
-from shockwave.pictures.maps import colour_cells, edges_of
+from shockwave.pictures.figures import picture
+from shockwave.pictures.maps import colour_cells, rows_of
 from shockwave.profiles.shock import Shock
 
 if TYPE_CHECKING:
@@ -49,6 +50,7 @@ def shock_of(result: SimulationResult | ChainResult) -> Shock | None:
     return given if isinstance(given, Shock) else None
 
 
+@picture
 def contact_forces(ax: Axes, result: SimulationResult | ChainResult, contacts: Iterable[int] | None = None) -> Axes:
     """Draw the contact force against time, with a line for each contact, and the shock, if there is one, in grey.
 
@@ -88,6 +90,7 @@ def contact_forces(ax: Axes, result: SimulationResult | ChainResult, contacts: I
     return finish(ax, ("time", "s"), ("contact force", "N"))
 
 
+@picture
 def space_time(ax: Axes, result: SimulationResult) -> Axes:
     """Draw a space-time diagram: contact force over contacts and time, with the fronts of the measured waves.
 
@@ -120,18 +123,20 @@ def space_time(ax: Axes, result: SimulationResult) -> Axes:
 
 
 def field_of_forces(ax: Axes, kept: Recording) -> None:
-    """Draw contact forces as colours over time and contacts, with a colour bar."""
+    """Draw contact forces as colours over time and contacts, with a colour bar; grey where none are recorded."""
     from matplotlib.colors import PowerNorm
 
     # fewer samples in time: the greatest force of each interval
     begins = np.arange(0, len(kept.times), math.ceil(len(kept.times) / _MOST_CELLS))
     forces = np.maximum.reduceat(np.asarray(kept.forces), begins, axis=0)
-    edges = np.append(kept.times[begins], kept.times[-1]), edges_of(np.asarray(kept.contacts, dtype=float))
+    edges, rows = rows_of(np.asarray(kept.contacts, dtype=float), forces)
     norm = PowerNorm(0.5, vmin=0.0, vmax=float(forces.max()) or 1.0)
-    drawn = colour_cells(ax, edges, forces, norm=norm, cmap=FIELD)
+    drawn = colour_cells(ax, (np.append(kept.times[begins], kept.times[-1]), edges), rows, norm=norm, cmap=FIELD)
+    ax.locator_params(axis="y", integer=True)
     colour_scale(ax, drawn, "contact force", "N")
 
 
+@picture
 def train(ax: Axes, comparison: Any) -> Axes:
     """Draw the predicted and the simulated peak forces of the waves, and the peak force of the shock.
 

@@ -10,7 +10,7 @@ from attrs import frozen
 
 from shockwave.errors import UnknownNameError, UsageError
 from shockwave.pictures.drawing import COLOURS
-from shockwave.pictures.figures import SMALL, figure
+from shockwave.pictures.figures import SMALL, figure, settings_of
 from shockwave.pictures.sweep import sweep_lines, sweep_map
 from shockwave.sweep.accuracy import accuracy_of, main_quantity
 from shockwave.sweep.journal import NOT_RUN
@@ -75,7 +75,8 @@ def plot(
     name = column or main_quantity(known or numbers)
     sheet = _drawn(chosen, name)
     if caption := chosen.caption():
-        sheet.suptitle(caption, fontsize=SMALL, parse_math=False)
+        with settings_of(sheet):
+            sheet.suptitle(caption, fontsize=SMALL, parse_math=False)
     status = chosen.pick("status")
     failed = int(np.count_nonzero((status != "done") & (status != NOT_RUN)))
     missing = [f"{failed} of the {status.size} drawn points failed"] if failed else []
