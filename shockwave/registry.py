@@ -167,24 +167,30 @@ def plugins() -> tuple[Plugin, ...]:
 
 
 def installed() -> list[Plugin]:
-    """All plugins as described by their metadata, sorted by name; of two copies on the path, the first.
+    """All plugins as described by their metadata, sorted by name; of two copies on the path, the first."""
+    from importlib.metadata import distributions
 
-    Raises
-    ------
-    PluginError
-        When the metadata of an installed distribution cannot be read.
-    """
-    from importlib.metadata import entry_points
-
-    try:
-        points = entry_points(group="shockwave")
-        found = [Plugin(point.dist.name, point.dist.version, point.value) for point in points if point.dist]
-        found.sort(key=lambda plugin: plugin.distribution.lower())
-    except Exception as error:
-        problem = f"the metadata of an installed distribution cannot be read ({described(error)})"
-        raise PluginError(f"plugins cannot be found: {problem}") from error
+    found: dict[str, list[Plugin]] = {}
+    for of_distribution in map(_described, distributions()):
+        if of_distribution:
+            found.setdefault(_canonical(of_distribution[0].distribution), of_distribution)
     disabled = set(map(_canonical, os.environ.get(DISABLE, "").split(",")))
-    return [evolve(one, disabled=not disabled.isdisjoint((EVERY, _canonical(one.distribution)))) for one in found]
+    return [
+        evolve(plugin, disabled=not disabled.isdisjoint((EVERY, name)))
+        for name in sorted(found)
+        for plugin in found[name]
+    ]
+
+
+def _described(distribution: Any) -> list[Plugin]:
+    """The entry points of a distribution, or its problem if its metadata cannot be read."""
+    try:
+        points = distribution.entry_points.select(group="shockwave")
+        return [Plugin(distribution.name, distribution.version, point.value) for point in points]
+    except Exception as error:
+        folder = getattr(distribution, "_path", None)  # such as shockwave_pulses-0.1.dist-info
+        name = "an installed distribution" if folder is None else folder.name.partition("-")[0]
+        return [Plugin(name, "", "", problem=f"its metadata cannot be read ({described(error)})")]
 
 
 def _canonical(distribution: str) -> str:
@@ -194,7 +200,7 @@ def _canonical(distribution: str) -> str:
 
 def read(plugin: Plugin) -> Plugin:
     """``plugin`` with the entries of its module of hooks, or with its problem."""
-    if plugin.disabled:
+    if plugin.disabled or plugin.problem:
         return plugin
     try:
         with redirect_stdout(sys.stderr):

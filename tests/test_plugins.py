@@ -71,14 +71,30 @@ def test_a_plugin_is_found_as_installed(install: Install) -> None:
     assert registry.load("profiles", "test-pulse") is sys.modules[f"{module}_pulse"].Pulse
 
 
-@pytest.mark.parametrize("content", [b"[shockwave]\nno equals sign\n", b"[shockwave]\n\xff = a\n"])
-def test_unreadable_metadata_are_a_plugin_error(install: Install, site: Path, content: bytes) -> None:
+#: Files of the metadata that cannot be read, and what is reported of them.
+UNREADABLE = {
+    "no equals sign": ("entry_points.txt", b"[shockwave]\nno equals sign\n", "ValueError"),
+    "no text": ("entry_points.txt", b"[shockwave]\n\xff = a\n", "UnicodeDecodeError"),
+    "description is no text": ("METADATA", b"Name: \xff\n", "UnicodeDecodeError"),
+}
+
+
+@pytest.mark.parametrize("name", UNREADABLE)
+def test_unreadable_metadata_are_a_fault_of_one_plugin(
+    name: str, install: Install, site: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, content, cause = UNREADABLE[name]
     install("a-pulses")
-    (site / "a_pulses-1.2.dist-info" / "entry_points.txt").write_bytes(content)
+    install("test-pulses")
+    (site / "a_pulses-1.2.dist-info" / file).write_bytes(content)
     registry.forget()
-    with pytest.raises(PluginError, match="the metadata of an installed distribution cannot be read"):
-        registry.find("profiles", "a-pulses")
-    assert registry.find("profiles", "triangular").name == "triangular"
+    assert registry.find("profiles", "test-pulses").distribution == "test-pulses"
+    with pytest.raises(PluginError, match="plugin a_pulses is faulty: its metadata cannot be read"):
+        registry.find("profiles", "gaussian")
+    assert main(["list", "plugins", "--json"]) == 0
+    problems = {row["name"]: row["problem"] for row in json.loads(capsys.readouterr().out)}
+    assert cause in problems["a_pulses"]
+    assert problems["test-pulses"] is None
 
 
 # ---------------------------------------------------------------- faults

@@ -73,7 +73,7 @@ def _plugin(plugin: Plugin, check: bool) -> dict[str, Any]:
     return {
         "name": plugin.distribution,
         "summary": "; ".join(filter(None, (_names(registered), state))),
-        "distribution": f"{plugin.distribution} {plugin.version}",
+        "distribution": f"{plugin.distribution} {plugin.version}".rstrip(),
         "version": plugin.version,
         "entries": registered,
         "disabled": plugin.disabled,
