@@ -10,7 +10,7 @@ from attrs import asdict, evolve, frozen
 
 from shockwave.errors import InvalidValueError
 from shockwave.fields import quantity, quantity_of, text_of
-from shockwave.text import alarm, si
+from shockwave.text import alarm, percent, si
 
 Decision = Literal["below", "above", "undecided"]
 #: Description of the force transmitted by an endless chain.
@@ -185,14 +185,20 @@ class Exceedance:
     probability : float
         Fraction of the scenes whose force is not below the limit.
     low, high : float
-        Interval of the probability, which includes the 95 % confidence interval of sampling and the error of each
-        force.
+        Interval of the probability, which includes the 95 % confidence interval of sampling and the scenes that are not
+        decided.
+    draws, undecided : int
+        Numbers of scenes, and of those whose range of the force contains the limit.
     """
 
     limit: float
     probability: float
     low: float
     high: float
+    draws: int
+    undecided: int
 
     def __str__(self) -> str:
-        return f"probability {self.probability:.3%}, between {self.low:.3%} and {self.high:.3%}"
+        share, low, high = map(percent, (self.probability, self.low, self.high))
+        rest = f"; {self.undecided} of {self.draws} scenes are undecided" if self.undecided else ""
+        return f"probability {share}, between {low} and {high}{rest}"

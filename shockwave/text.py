@@ -149,6 +149,16 @@ def si(value: float, unit: str, digits: int = 5, error: float | None = None) -> 
     return f"{scaled:.{decimals}f} {_PREFIXES[exponent]}{unit}"
 
 
+def rounded(value: float, digits: int = 2, sign: str = "") -> str:
+    """``value`` to ``digits`` digits, without a power of ten unless it is tiny or huge; ``sign`` is "" or "+"."""
+    return f"{float(f'{value:.{digits}g}'):{sign}.15g}"
+
+
+def percent(share: float, sign: str = "") -> str:
+    """``share`` in percent, to two digits."""
+    return f"{rounded(100 * share, sign=sign)} %"
+
+
 def significant_digits(value: float, error: float) -> int:
     """Digits of ``value`` that its relative ``error`` supports, 1 to 15.
 

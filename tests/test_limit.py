@@ -1,6 +1,7 @@
 """Limits of the transmitted force: which force is judged, the decision, and where it is shown."""
 
 import json
+import math
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -247,6 +248,20 @@ def test_a_probability_without_any_exceedance_is_not_known_to_be_zero() -> None:
     assert judged.decision == "below"
 
 
+def test_scenes_without_a_known_bound_are_undecided_and_counted() -> None:
+    forces = np.linspace(0.0, 1.0, 1600).reshape(100, 16).T
+    # a quarter of the scenes may be struck harder later, half of them by less than the limit
+    later = np.where(forces < 0.125, math.inf, np.where(forces < 0.25, 0.4, 0.0))
+    found, judged = exceedance(sw.Limit(force=0.5), "force", forces, 0.0, later)
+    assert (found.probability, found.draws, found.undecided) == (0.5, 1600, 200)
+    assert 0.5 + 0.125 < found.high < 0.5 + 0.125 + 0.01
+    assert str(found).endswith("; 200 of 1600 scenes are undecided")
+    assert judged.decision == "undecided"
+    # a force that is not known, too
+    unknown, _ = exceedance(sw.Limit(force=0.5), "force", np.where(forces > 0.75, math.nan, forces), 0.0)
+    assert unknown.undecided == pytest.approx(400, abs=1)
+
+
 def test_uncertain_finite_chains_are_judged_by_the_force_that_leaves_them(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -254,14 +269,15 @@ def test_uncertain_finite_chains_are_judged_by_the_force_that_leaves_them(
         file = written(tmp_path, f", granules: 6{more}", "uncertainty: {shock.peak_force: 10 %}")
         assert cli.main(["uncertainty", file, "--draws", "256", "--limit", "1 N", "--json"]) == 0
         found = json.loads(capsys.readouterr().out)
-        assert found["exceedance"] == {"limit": 1.0, "probability": 1.0, "low": 1 - 3 / 256, "high": 1.0}
+        expected = {"limit": 1.0, "probability": 1.0, "low": 1 - 3 / 256, "high": 1.0, "draws": 256, "undecided": 0}
+        assert found["exceedance"] == expected
         assert (found["verdict"]["decision"], found["verdict"]["force"]) == ("above", force)
 
 
 def test_the_probability_is_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = written(tmp_path, more=f"{UNCERTAIN}\nlimit: {{force: 1 kN}}")
     assert cli.main(["uncertainty", file, "--draws", "1024"]) == 0
-    assert "exceedance        probability 0.000%, between 0.000% and 0.293%" in capsys.readouterr().out
+    assert "exceedance        probability 0 %, between 0 % and 0.29 %\n" in capsys.readouterr().out
 
 
 # ---------------------------------------------------------------- scenes beyond one row of equal spheres
@@ -331,6 +347,7 @@ def test_a_later_collision_that_may_reach_the_limit_leaves_the_verdict_open(tmp_
     assert scene.limit.verdict(late).decision == "above"
     assert sw.Limit(force=2 * early.later_force).verdict(early).decision == "below"
     uncertain = sw.uncertainty(scene, draws=256)
+    assert uncertain.exceedance.undecided == uncertain.exceedance.draws == 256
     assert uncertain.exceedance.high == 1.0
     assert uncertain.verdict.decision == "undecided"
     assert sw.Limit(force=0.9 * first).verdict(early).decision == "above"

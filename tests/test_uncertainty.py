@@ -255,6 +255,37 @@ def load(tmp_path: Path, block: str) -> sw.Scenario:
     return sw.load_scenario(file)
 
 
+#: Parameters without effect, and the chain of the scene.
+WITHOUT_EFFECT = {
+    "yield strength": ("chain.material.yield_strength", "material: stainless-steel-302, diameter: 9.5 mm"),
+    "size of no granule": (
+        "chain.diameter",
+        "material: ptfe, diameter: 9.5 mm, granules: [{count: 5, diameter: 9 mm}], end: {wall: same}",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", WITHOUT_EFFECT)
+def test_a_parameter_without_effect_is_refused(case: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    name, chain = WITHOUT_EFFECT[case]
+    file = tmp_path / "scene.yaml"
+    shock = "{profile: triangular, peak_force: 100 N, rise_time: 15 us, duration_ratio: 4}"
+    file.write_text(f"chain: {{{chain}}}\nshock: {shock}\nuncertainty: {{shock.peak_force: 5 %, {name}: 5 %}}\n")
+    assert cli.main(["uncertainty", str(file), "--draws", "256"]) == 3
+    message = capsys.readouterr().err
+    assert message.startswith(f"{file}:3:")
+    assert f"{name}': must change a quantity of the result (got the same " in message
+
+
+def test_a_wide_distribution_about_a_small_value_has_a_slope() -> None:
+    wide = {"shock.rise_time": {"between": [1e-9, 4 * CASE_A.rise_time]}}
+    (one,) = peak_force_of(sw.uncertainty(CASE_A, CHAIN, wide, draws=256)).sensitivities
+    assert math.isfinite(one.exponent)
+    spread = {"shock.rise_time": {"sd": 5 * CASE_A.rise_time}}
+    (one,) = peak_force_of(sw.uncertainty(CASE_A, CHAIN, spread, draws=256)).sensitivities
+    assert math.isfinite(one.exponent)
+
+
 def test_the_block_is_read_in_any_units(tmp_path: Path) -> None:
     scenario = load(tmp_path, "{chain.diameter: {sd: 10 um}, shock.rise_time: {between: [30 us, 0.05 ms]}}")
     assert [(one.name, one.kind, one.numbers) for one in scenario.uncertainty] == [

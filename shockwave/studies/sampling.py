@@ -138,7 +138,8 @@ def cut_warnings(drawn: Sequence[Distribution]) -> tuple[str, ...]:
 
 def scenes_about(one: Distribution, step: float, nominal: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
     """The ``nominal`` values, with one parameter at four values within ``step`` standard deviations of its own."""
-    ends = np.clip(one.value + step * one.sd * np.array([-1, -0.5, 0.5, 1]), *one.bounds)
+    low, high = ((one.value + bound) / 2 for bound in one.bounds)  # the range may exclude its bounds
+    ends = np.clip(one.value + step * one.sd * np.array([-1, -0.5, 0.5, 1]), low, high)
     return {name: np.repeat(value, len(ends)) for name, value in nominal.items()} | {one.name: ends}
 
 
@@ -239,20 +240,38 @@ def indices(outputs: FloatArray) -> FloatArray:
 
 
 def exceedance(
-    limit: Limit, name: str, batches: FloatArray, error: float, later: float = 0.0
+    limit: Limit, name: str, batches: FloatArray, error: float, later: FloatArray | float = 0.0
 ) -> tuple[Exceedance, Verdict]:
     """Probability and verdict for forces that leave the chain, shape (batches, draws per batch), with this error.
 
-    The range of the verdict contains 98 % of the scenes. After the simulated time the forces are less than ``later``.
+    NaN is a force that is not known. After the simulated time the forces are less than ``later``. The range of the
+    verdict contains 98 % of the scenes.
     """
-    # whether the forces times a factor reach the limit
-    reached = [(factor * batches >= limit.force).astype(float) for factor in (1 - error, 1.0, 1 + error)]
-    shares = [estimates(np.mean, one).tolist() for one in reached]
-    (least, below), (value, _), (most, above) = shares
+    known = ~np.isnan(batches)
+    least = np.where(known, (1 - error) * batches, 0.0)
+    most = np.where(known, (1 + error) * batches, math.inf)
+    bound = np.maximum(most, later)
+    reached = [(forces >= limit.force).astype(float) for forces in (least, batches, bound)]
+    (certain, below), (value, _), (possible, above) = (estimates(np.mean, one).tolist() for one in reached)
     floor = _LEAST_DRAWS / batches.size
-    low, high = max(least - max(below, floor), 0.0), min(most + max(above, floor), 1.0)
-    found = Exceedance(limit=limit.force, probability=value, low=low, high=high if later < limit.force else 1.0)
-    middle, first, last = np.quantile(batches, [0.5, *_RANGE]).tolist()
-    range_98 = {"low": first * (1 - error), "high": last * (1 + error)}
-    force = LeavingForce(name=name, value=middle, **range_98, remedy="narrow the distributions", later=later)
+    found = Exceedance(
+        limit=limit.force,
+        probability=value,
+        low=max(certain - max(below, floor), 0.0),
+        high=min(possible + max(above, floor), 1.0),
+        draws=batches.size,
+        undecided=round((possible - certain) * batches.size),
+    )
+    force = LeavingForce(
+        name=name,
+        value=float(np.median(batches)) if known.all() else None,
+        low=float(np.quantile(least, _RANGE[0])),
+        high=_finite(np.quantile(most, _RANGE[1], method="higher")),
+        remedy="narrow the distributions",
+        later=float(np.quantile(bound, _RANGE[1], method="higher")),
+    )
     return found, verdict(limit, force)
+
+
+def _finite(value: Any) -> float | None:
+    return float(value) if value < math.inf else None

@@ -10,9 +10,10 @@ import numpy as np
 from attrs import define, evolve, field
 
 from shockwave.chain.chain import Chain
-from shockwave.errors import Fault, InvalidValueError
+from shockwave.errors import Fault, InvalidValueError, ShockwaveError
 from shockwave.fields import Quantity as Number
-from shockwave.limit import Exceedance, Limit, Verdict, limit_of, verdict
+from shockwave.fields import listed
+from shockwave.limit import LeavingForce, Limit, limit_of, verdict
 from shockwave.log import logger
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
@@ -27,6 +28,7 @@ from shockwave.studies import sampling, varied_scenes
 from shockwave.studies.quantities import Quantity, quantities_of
 from shockwave.studies.sampling import WORK, Distribution
 from shockwave.studies.uncertainty_result import Estimate, Parameter, QuantityStatistics, Sensitivity, Uncertainty
+from shockwave.text import si
 
 _DRAWS = Number("", "number of draws", at_least=256, at_most=2**18, whole=True)
 # Default number of draws for equal granules, where a simulation takes less than a millisecond, and for other chains.
@@ -38,6 +40,8 @@ _LONGEST = 300.0
 # steps irregular. Tolerance of its simulations.
 _STEP = 0.3
 _STEP_RTOL = 1e-8
+# Probabilities of the values between which a parameter must change a quantity.
+_ENDS = (0.01, 0.99)
 # Standard deviation, over the error of a simulation, of a spread that the error may have caused.
 _NOISE = 3.0
 # The transmitted force.
@@ -123,34 +127,37 @@ class UncertainScenes:
     drawn: Sequence[Distribution]
     #: Simulation of the scenario itself.
     nominal: Any
-    #: Quantities that are read; the last one is the transmitted force if there is a limit.
+    #: Quantities that are read.
     quantities: list[Quantity]
     family: Family
-    #: Greatest bound of the force after the simulated time [N].
-    later: float = 0.0
     #: Kinds of warnings of the scenes -> the first one and how many there are.
     warnings: dict[str, tuple[str, int]] = field(factory=dict)
 
     @classmethod
     def of(cls, scenario: Scenario, drawn: Sequence[Distribution], rtol: float) -> UncertainScenes:
         (nominal,) = varied_scenes.simulations([scenario], rtol, _LONGEST)
-        leaving = [_LEAVING] if scenario.limit is not None else []
-        return cls(scenario, drawn, nominal, [*quantities_of(scenario, nominal), *leaving], Family(scenario))
+        return cls(scenario, drawn, nominal, quantities_of(scenario, nominal), Family(scenario))
 
     def evaluate(self, values: Mapping[str, FloatArray], rtol: float) -> tuple[FloatArray, FloatArray]:
-        """Quantities, shape (quantities, n), and their greatest relative errors; see `sampling.Evaluate`."""
+        """Quantities, shape (quantities, n), and their greatest relative errors; see `sampling.Evaluate`.
+
+        If there is a limit, the transmitted force and its bound after the simulated time follow the quantities.
+        """
         rows = zip(*(column.tolist() for column in values.values()), strict=True)
         scenes = [self.family.scenario(dict(zip(values, row, strict=True))) for row in rows]
         results = varied_scenes.simulations(scenes, rtol, _LONGEST)
         for scene, result in zip(scenes, results, strict=True):
-            if self.scenario.limit is not None:
-                self.later = max(self.later, result.leaving.later)
             for warning in varied_scenes.warnings_of(scene, result):
                 kind = varied_scenes.kind_of(warning)
                 first, count = self.warnings.get(kind, (warning, 0))
                 self.warnings[kind] = first, count + 1
-        figures = np.array([[each.read(result) or (math.nan, 0.0) for result in results] for each in self.quantities])
-        return figures[..., 0], figures[..., 1].max(axis=1)
+        limited = self.scenario.limit is not None
+        read = [*self.quantities, _LEAVING] if limited else self.quantities
+        figures = [[each.read(result) or (math.nan, 0.0) for result in results] for each in read]
+        if limited:
+            figures.append([(_later(result.leaving), 0.0) for result in results])
+        read_values, errors = np.moveaxis(np.array(figures), -1, 0)
+        return read_values, errors.max(axis=1)
 
     def slopes(self) -> list[list[Estimate]]:
         """Derivatives of the quantities with respect to each parameter, at the nominal values."""
@@ -158,9 +165,25 @@ class UncertainScenes:
         slopes = []
         for each in self.drawn:
             ends = sampling.scenes_about(each, _STEP, nominal)
-            heights, _ = self.evaluate(ends, _STEP_RTOL)
+            heights = self.evaluate(ends, _STEP_RTOL)[0][: len(self.quantities)]
             slopes.append([sampling.difference(ends[each.name], row, _STEP_RTOL * abs(row[0])) for row in heights])
         return slopes
+
+    def check_effects(self, rtol: float) -> None:
+        """Raise `InvalidValueError` for a parameter that changes none of the quantities."""
+        nominal = {each.name: np.repeat(each.value, 2) for each in self.drawn}
+        for each in self.drawn:
+            ends = each.at(np.array(_ENDS))
+            try:
+                figures, _ = self.evaluate(nominal | {each.name: ends}, rtol)
+            except ShockwaveError:
+                continue  # reported for the samples
+            if np.array_equal(figures[:, 0], figures[:, 1], equal_nan=True):
+                same = listed((quantity.label for quantity in self.quantities), "and")
+                low, high = (si(end, each.spread.variable.unit or "") for end in ends.tolist())
+                problem = f"must change a quantity of the result (got the same {same} for {low} and {high}; delete it)"
+                raise InvalidValueError.of(dotted(("uncertainty", each.name)), problem)
+        self.warnings.clear()
 
     def all_warnings(self, count: int) -> list[str]:
         """Warnings of the nominal scene, and those of other kinds of the ``count`` drawn scenes."""
@@ -173,14 +196,18 @@ class UncertainScenes:
 def _result(scenes: UncertainScenes, draws: int, seed: int, rtol: float) -> Uncertainty:
     """Simulate the drawn scenes and those around the nominal one."""
     scenario, drawn, nominal = scenes.scenario, scenes.drawn, scenes.nominal
+    scenes.check_effects(rtol)
     points, outputs, errors = sampling.sampled(drawn, draws, seed, lambda values: scenes.evaluate(values, rtol))
     evaluations = draws * (len(drawn) + 2)
     warnings, exceedance, decided = scenes.all_warnings(evaluations), None, None
     if scenario.limit is not None:
-        exceedance, decided = _judged(scenario.limit, nominal, outputs[:, -1, 0], float(errors[-1]), scenes.later)
+        forces, later, leaving = outputs[:, -2, 0], outputs[:, -1, 0], nominal.leaving
+        outputs, decided = outputs[:, :-2], verdict(scenario.limit, leaving)
+        if not np.isnan(forces).all():
+            exceedance, decided = sampling.exceedance(scenario.limit, leaving.name, forces, float(errors[-2]), later)
     slopes, shares = scenes.slopes(), sampling.estimates(sampling.indices, outputs)
     statistics, notes = [], []
-    for index, quantity in enumerate(each for each in scenes.quantities if each is not _LEAVING):
+    for index, quantity in enumerate(scenes.quantities):
         own = [of_parameter[index] for of_parameter in slopes]
         if not (np.isfinite(outputs[:, index]).all() and all(math.isfinite(slope.value) for slope in own)):
             notes.append(f"the {quantity.label} is left out, because some scenes have none")
@@ -200,9 +227,7 @@ def _result(scenes: UncertainScenes, draws: int, seed: int, rtol: float) -> Unce
         exceedance=exceedance,
         verdict=decided,
         values=dict(zip([each.name for each in drawn], points, strict=True)),
-        outputs={
-            each.name: outputs[:, i, 0].ravel() for i, each in enumerate(scenes.quantities) if each is not _LEAVING
-        },
+        outputs={each.name: outputs[:, i, 0].ravel() for i, each in enumerate(scenes.quantities)},
     )
 
 
@@ -226,14 +251,9 @@ def _statistics(
     )
 
 
-def _judged(
-    limit: Limit, result: Any, forces: FloatArray, error: float, later: float
-) -> tuple[Exceedance | None, Verdict]:
-    """Exceedance and verdict for the forces that leave the chain, shape (batches, draws of a batch)."""
-    if result.leaving.high is None or not np.isfinite(forces).all():
-        # some forces are not known: the simulated time ends too early, or they have no upper bound
-        return None, verdict(limit, evolve(result.leaving, high=None))
-    return sampling.exceedance(limit, result.leaving.name, forces, error, later)
+def _later(force: LeavingForce) -> float:
+    """Bound of a transmitted force after the simulated time [N], infinite where none is known."""
+    return math.inf if force.high is None else force.later
 
 
 def _parameter(each: Distribution) -> Parameter:
