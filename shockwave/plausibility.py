@@ -64,7 +64,7 @@ def _values(excitation: Any, chain: Any) -> Iterator[tuple[str, str, float]]:
         yield "impact", "velocity", excitation.velocity
         yield from _sphere("impact", excitation)
     yield from _sphere("chain", chain)
-    if hasattr(chain.damping, "time"):
+    if getattr(chain.damping, "time", 0.0):
         yield "chain.damping", "time", chain.damping.time
     if chain.end is not None:
         yield from _material("chain.end.wall", chain.end.material)

@@ -221,7 +221,15 @@ MARKED = {
     "contact-beyond-the-wall": (finite(", end: {wall: same}") + "simulate: {contacts: [3, |4]}\n",
         "simulate.contacts[1]", "must be at most 3, the last contact of this chain (got 4)"),
     "integrator-of-equal-granules": (finite(", end: {wall: same}") + "simulate: {integrator: |verlet}\n",
-        "simulate.integrator", "must be rkn64, rkn86, rkn1210 or dop853 for a chain of mixed granules"),
+        "simulate.integrator", "must be rkn64, rkn86, rkn1210 or dop853 for a chain other than equal"),
+    "integrator-of-equal-granules-by-number": (finite() + "simulate: {integrator: |verlet}\n",
+        "simulate.integrator", "for a chain other than equal granules, given by their number, with free ends"),
+    "contact-as-text": (finite(", contact: |hertz"), "chain.contact", "must be a mapping such as {model: hertz}"),
+    "damping-as-text": (finite(", damping: |tsuji"), "chain.damping", "a mapping such as {model: kuwabara-kono}"),
+    "contact-without-name": (finite(", contact: {model:| }"), "chain.contact.model", "must be text (got nothing)"),
+    "list-as-model": (finite(", contact: {model: |[hertz]}"), "chain.contact.model", "must be text (got ['hertz'])"),
+    "contact-as-text-beyond-the-wall": (finite(", end: {wall: same}") + "simulate: {contacts: ['3', |'4']}\n",
+        "simulate.contacts[1]", "must be at most 3, the last contact of this chain (got 4)"),
     "integrator-without-damping": (finite(", damping: {model: dashpot, coefficient: 1}")
         + "simulate: {integrator: |rkn86}\n", "simulate.integrator", "must be dop853 for a chain with damping"),
     "integrator-without-damping-of-a-wall": (finite(", end: {wall: same, mass: 2 kg, damping: 50 N*s/m}")
@@ -246,6 +254,7 @@ UNSEEN = {
     "gravity-without-a-wall", "gap-under-precompression", "tsuji-without-hertz",
     "impact-on-an-endless-chain", "single-granule", "single-granule-by-number", "too-many",
     "sweep-of-a-missing-segment", "contact-beyond-the-wall", "integrator-of-equal-granules",
+    "integrator-of-equal-granules-by-number", "contact-as-text-beyond-the-wall",
     "integrator-without-damping",
     "integrator-without-damping-of-a-wall", "unit-of-a-stiffness", "interval-without-record",
     "wrong-unit",
@@ -266,6 +275,34 @@ def test_a_wrong_scenario_is_refused_in_its_place(scene: Scene, tmp_path: Path, 
         place = f"{before.count(chr(10)) + 1}:{len(before) - before.rfind(chr(10))}"
         assert first.startswith(f"{tmp_path / 'scene.yaml'}:{place}: ")
     assert (list(_validator().iter_errors(parse_document(text, "scene").data)) == []) is (name in UNSEEN)
+
+
+@pytest.mark.parametrize(
+    ("block", "message"),
+    [
+        ("contact: {law: hertz}", "unknown key (got 'law'; known: model, exponent, stiffness)"),
+        (
+            "contact: {}",
+            "exponent: must be given (got nothing; exponent p of F = k d^p, >= 1 and <= 10; or give model)",
+        ),
+    ],
+    ids=["law", "nothing"],
+)
+def test_a_contact_law_without_a_name_lists_the_key_of_the_name(scene: Scene, block: str, message: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        scene(finite(f", {block}"))
+    assert message in str(caught.value)
+
+
+def test_a_damping_without_a_name_has_one_error(scene: Scene) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        scene(finite(", damping: {time: 1 us}"))
+    assert [fault.path for fault in caught.value.faults] == ["chain.damping.model"]
+
+
+def test_contacts_are_numbers_or_text(scene: Scene) -> None:
+    found = scene(finite(", end: {wall: same}") + "simulate: {contacts: ['3', 1]}\n")
+    assert found.simulate.contacts == (1, 3)
 
 
 def test_all_errors_are_reported_together(scene: Scene) -> None:

@@ -74,6 +74,10 @@ class ContactLaw(ABC):
         return state
 
 
+# Overlaps at which a law must give a force, over the reduced radii of the contacts.
+_OVERLAPS = (1e-4, 1e-3, 1e-2, 0.1)
+
+
 @frozen(eq=False)
 class BoundLaw:
     """A contact law and the contacts of a chain, in units of length [m], velocity [m/s] and force [N]."""
@@ -114,6 +118,21 @@ class BoundLaw:
         got = "numbers that are not" if values.shape == shape else f"shape {values.shape}"
         law = f"contact {owner_of('contacts', type(self.law))}"
         raise PluginError(f"{law}: {name} must return finite numbers of shape {shape} (got {got})")
+
+
+def check_force(law: ContactLaw, pairs: Pairs) -> None:
+    """Raise `PluginError` for a law that gives no force at any of several overlaps."""
+    bound = BoundLaw(law, pairs, 1.0, 1.0, 1.0)
+    at_rest, state = np.zeros_like(pairs.radii), bound.initial_state()
+    try:
+        with np.errstate(all="ignore"):
+            if any(bound.force(share * pairs.radii, at_rest, state).any() for share in _OVERLAPS):
+                return
+    except PluginError:
+        return  # reported if it occurs in the simulation
+    name = f"contact {owner_of('contacts', type(law))}"
+    most = f"{_OVERLAPS[-1]:g} of the reduced radii"
+    raise PluginError(f"{name}: force must be above 0 for closed contacts (got 0 N at overlaps up to {most})")
 
 
 @frozen(kw_only=True)

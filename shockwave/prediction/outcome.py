@@ -306,7 +306,7 @@ class Outcome(Result):
         wall = self.transmitted
         document |= {
             "greatest_force": self.greatest_force and asdict(self.greatest_force),
-            "transmitted": wall and asdict(wall) | {"low": wall.low, "high": wall.high if wall.peak_force else None},
+            "transmitted": wall and asdict(wall) | {"low": wall.low, "high": wall.high} | _unknown(wall.peak_force),
             "verdict": plain_verdict(self),
             "yield": self.yielding and asdict(self.yielding),
             "regime": self.regime,
@@ -328,3 +328,8 @@ class Outcome(Result):
 def _peak_force(simulation: Callable[[], Any] | None) -> float | None:
     """Simulated peak force of the leading wave [N]; None where there is none."""
     return None if simulation is None else getattr(simulation(), "peak_force", None)
+
+
+def _unknown(peak_force: float) -> dict[str, None]:
+    """Values of a force that are not known because it has not acted within the simulated time."""
+    return {} if peak_force else {"high": None, "error_estimate": None}

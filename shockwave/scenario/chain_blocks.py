@@ -61,6 +61,8 @@ IMPACT = (
 )
 #: Key of a block that names a contact law or a damping.
 MODEL = Key("model", required=True, annotation=str, meaning="a name from `shockwave list contacts`")
+# It is not needed for a power law.
+_MODEL_OR_POWER = evolve(MODEL, required=False, instead_of=("exponent", "stiffness"))
 #: Block -> value of ``takes`` of the registry entries that it accepts.
 LAWS = {"damping": "damping", "contact": ""}
 
@@ -128,9 +130,8 @@ def law(block: str, given: Any) -> Any:
     if given is None:
         return None
     name = given.get("model") if isinstance(given, dict) else None
-    if name is None and block == "contact" and isinstance(given, dict):
-        # the law that needs no name
-        return _made(PowerContact, given, keys_of(PowerContact), _PARSERS[PowerContact])
+    if block == "contact" and isinstance(given, dict) and "model" not in given:
+        return _made(PowerContact, given, (_MODEL_OR_POWER, *keys_of(PowerContact)), _PARSERS[PowerContact])
     known = models(block)
     if isinstance(given, dict) and isinstance(name, str):
         try:
@@ -143,8 +144,11 @@ def law(block: str, given: Any) -> Any:
             return _made(partial(_law_of, cls), given, (MODEL, *keys_of(cls)), _PARSERS.get(cls))
         problem = f"must be {listed(known)} (got {text_of(name)}; {nearest(name, known)}".rstrip("; ") + ")"
         raise WrongsError([Wrong(("model",), problem)])
-    structure(given, (MODEL,))  # raises
-    raise AssertionError
+    if not isinstance(given, dict):
+        raise ValueError(f"must be a mapping such as {{model: {known[0]}}} (got {text_of(given)})")
+    # the other keys are those of a model
+    structure({key: value for key, value in given.items() if key == "model"}, (MODEL,))
+    raise AssertionError  # not reached
 
 
 def _law_of(cls: Any, model: str, **values: Any) -> Any:

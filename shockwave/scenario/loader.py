@@ -39,6 +39,7 @@ from shockwave.scenario.uncertainty import Spread
 from shockwave.scenario.uncertainty import read as read_spreads
 from shockwave.scenario.value_conversion import Wrong, WrongsError, names_files, structure
 from shockwave.scenario.yaml_document import Document, Steps, read_document, steps_of
+from shockwave.units import to_si
 
 _PARAMETERS: Steps = ("shock", "parameters")
 # Errors that are listed; the number of the others is stated.
@@ -311,7 +312,7 @@ class _Loading:
             last = chain.count + (impact is not None) + (chain.end is not None) - 2
             given = self.document.data["simulate"]["contacts"] if options.contacts else ()
             for index, contact in enumerate(given):
-                if contact > last:
+                if to_si(contact, "") > last:  # it may be text
                     problem = f"must be at most {last}, the last contact of this chain (got {contact})"
                     faults.append(Fault(f"simulate.contacts[{index}]", problem))
         elif known and "forces" in options.record and not options.contacts:

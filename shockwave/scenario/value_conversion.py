@@ -182,7 +182,7 @@ def _of_kind(value: Any, annotation: Any, text: bool) -> Any:
     if origin is bool and not isinstance(value, bool):
         raise ValueError(f"must be true or false (got {_shown(value)})")
     if origin is str and not isinstance(value, str):
-        hint = "" if value is None else "; put it in quotes if it is text"
+        hint = "" if value is None or isinstance(value, list | dict) else "; put it in quotes if it is text"
         raise ValueError(f"must be text (got {_shown(value)}{hint})")
     if text:
         return value

@@ -90,13 +90,14 @@ class Integrator(abc.ABC):
 
     @classmethod
     def refusal(cls, damped: bool) -> str:
-        """Reason why the method cannot step a chain of mixed granules, which may be ``damped``; empty if it can."""
+        """Reason why the method does not step chains beyond equal granules, or ``damped`` ones; empty if it does."""
         # a plugin may have changed the steps of the built-in method from which it is derived
         built_in = cls.__module__.startswith("shockwave.")
         if built_in and (cls.chains == "any" or (cls.chains == "conservative" and not damped)):
             return ""
         known = "dop853" if damped else "rkn64, rkn86, rkn1210 or dop853"
-        kind = "with damping or a contact law of a plugin" if damped else "of mixed granules"
+        equal = "other than equal granules, given by their number, with free ends under a shock"
+        kind = "with damping or a contact law of a plugin" if damped else equal
         hint = "" if built_in else "; a method of a plugin steps chains of equal granules only"
         return f"must be {known} for a chain {kind} (got {cls.name!r}{hint})"
 
