@@ -9,6 +9,7 @@ import re
 import time
 from collections.abc import Callable
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import mpmath as mp
@@ -20,6 +21,7 @@ from conftest import HOOKS, Install
 from shockwave.benchmark import bench, bench_output
 from shockwave.benchmark.chain_problems import CASES, at_setting, case_of, read_front, reference
 from shockwave.benchmark.work_precision import Answer, Clock, Limits, Method, Problem, Row, WorkPrecision, measured
+from shockwave.cli import main
 from shockwave.errors import NumericalError
 from shockwave.registry import entries, load
 
@@ -308,3 +310,18 @@ def test_names_are_drawn_without_characters_that_reverse_text() -> None:
     page = bench_output.page(made("$\\frac{a}{$\u202e", "$x^{$"))
     assert "<figure>" in page
     assert "\u202e" not in page
+
+
+@pytest.mark.parametrize("family", bench.FAMILIES)
+@pytest.mark.parametrize(
+    ("more", "key"), [("impact: {velocity: 1}", "impact"), ("", "chain.end")], ids=["striker", "wall"]
+)
+def test_scenario_beyond_equal_granules_is_refused_in_its_place(
+    family: str, more: str, key: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "scene.yaml"
+    shock = "shock: {profile: triangular, peak_force: 1, rise_time: 1e-5, duration_ratio: 3}"
+    end = "" if more else ", end: {wall: same}"
+    file.write_text(f"chain: {{material: copper, diameter: 9.5 mm, granules: 10{end}}}\n{more or shock}\n")
+    assert main(["bench", str(file), "--quick", "--family", family]) == 3
+    assert f": {key}: must be left out for bench, which covers only shocks on chains" in capsys.readouterr().err

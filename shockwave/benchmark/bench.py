@@ -26,6 +26,7 @@ from shockwave.benchmark.work_precision import (
     WorkPrecision,
     measured,
 )
+from shockwave.chain.coverage import covered
 from shockwave.measurement.simulate import simulate
 from shockwave.measurement.simulation_setup import scaled
 from shockwave.prediction.predictor import Predictor
@@ -101,6 +102,8 @@ def named(family: str, quick: bool) -> Iterator[Callable[[], Experiment]]:
 
 
 def _of_scenario(family: str, scenario: Scenario) -> Experiment:
+    with scenario.locating():
+        covered(scenario.chain, scenario.excitation, "bench", laws=True)
     if family == "quadratures":
         profile = scenario.shock.profile
         return quadratures(scenario.name, type(profile).__name__, areas_of(profile))
