@@ -82,6 +82,8 @@ uncertainty: {chain.radius: 5 %, shock.peak_force: {factor: 2}, chain.gravity: {
 """
 #: Values as they are typed.
 NUMBERS = "0 -0.0 -1 1 1e-5 0.5 1e12 1e-320 1e308 1e999 -1e999 .nan .inf nan 1e5000 0x1F 1_000 1,5 +7"
+#: Numbers that floating-point arithmetic does not take in all powers.
+EXTREMES = ("1e-320", "1e-300", "1e-100", "1e-30", "1e-12", "0", "1e6", "1e12", "1e30", "1e100", "1e160", "1e300")
 UNITS = ("s", "us", "N", "mm", "GPa", "kg/m**3", "", "%", "m/s", "furlong", "m**99", "/Hz", "degC")
 TEXTS = (
     *("", " ", "true", "null", "[]", "{}", "[1, 2]", "{a: 1}", "*x", "&x 1", "!!python/object:os.system x", "<<"),
@@ -160,6 +162,11 @@ def graft(rng: random.Random, data: Any) -> None:
         data[path[-1]] = other[path[-1]]
 
 
+def extreme(rng: random.Random, old: Any) -> Any:
+    """An extreme number in the place of ``old``, with its unit."""
+    return re.sub(r"^[-+.\deE]+", rng.choice(EXTREMES), str(old)) if type(old) is str else float(rng.choice(EXTREMES))
+
+
 def other_tree(rng: random.Random, text: bytes) -> bytes:
     """The scenario with keys deleted, added, or of other values."""
     data = yaml.safe_load(text)
@@ -172,6 +179,8 @@ def other_tree(rng: random.Random, text: bytes) -> bytes:
             del holder[key]
         elif move < 0.3 and isinstance(holder, dict):
             holder[typed(rng)] = old
+        elif move < 0.5 and (type(old) in (int, float) or re.match(r"[-+.\d]", str(old))):
+            holder[key] = extreme(rng, old)
         elif move < 0.6 and type(old) in (int, float):
             holder[key] = old * rng.choice((-1, 0, 1e-3, 0.5, 2, 1e9))
         else:

@@ -18,7 +18,7 @@ from pages import PIPED, ROOT, widest
 from shockwave.cli.output import ProgressBar
 from shockwave.cli.parser import OFFERED
 from shockwave.tables import evenly
-from shockwave.text import si
+from shockwave.text import percent, rounded, si
 from test_docs import commands
 
 STYLE = re.compile(r"\x1b\[[0-9;]*m")
@@ -127,3 +127,16 @@ def test_a_number_has_the_digits_that_its_error_leaves(error: float, text: str) 
 @pytest.mark.parametrize(("count", "most", "rows"), [(3, 10, [0, 1, 2]), (10, 4, [0, 3, 6, 9]), (1, 5, [0])])
 def test_rows_of_a_long_table_are_evenly_chosen_with_both_ends(count: int, most: int, rows: list[int]) -> None:
     assert evenly(count, most).tolist() == rows
+
+
+@pytest.mark.parametrize(
+    ("share", "shown"),
+    [(4.38, "440 %"), (0.00196, "0.2 %"), (1.0, "100 %"), (0.9996, "100 %"), (0.0, "0 %"), (1e-9, "1e-07 %")],
+)
+def test_percentages_have_two_digits_and_no_power_of_ten_unless_they_are_tiny(share: float, shown: str) -> None:
+    assert percent(share) == shown
+    assert percent(share, sign="+") == f"+{shown}"
+
+
+def test_long_runs_and_large_ratios_are_printed_without_a_power_of_ten() -> None:
+    assert (rounded(123.4), rounded(1234.5, 3), rounded(0.057)) == ("120", "1230", "0.057")

@@ -11,7 +11,7 @@ from attrs import frozen
 from shockwave.chain.chain import Chain
 from shockwave.errors import InvalidValueError
 from shockwave.quadrature import FloatArray
-from shockwave.text import si
+from shockwave.text import rounded, si
 
 _Number = TypeVar("_Number", float, FloatArray)
 # Pressure at the centre of the contact at first yield, over the yield strength: 1.6 for a Poisson ratio of 0.3
@@ -48,7 +48,7 @@ class Yielding:
 
     def facts(self) -> list[tuple[str, str]]:
         """Label and text."""
-        ratio = f"largest ratio of a peak force to the force of first yield {self.peak_ratio:.3g}"
+        ratio = f"largest ratio of a peak force to the force of first yield {rounded(self.peak_ratio, 3)}"
         return [("first yield", f"at {si(self.first_yield_force, 'N', 4)}; {ratio}")]
 
 
@@ -91,5 +91,5 @@ def beyond_elastic(chain: Chain, yielding: Callable[[], Yielding | None]) -> Inv
     )
     if found is not None:
         rule = "must be left out for forces beyond first yield"
-        got = f"got a peak force of {found.peak_ratio:.3g} times the force of first yield"
+        got = f"got a peak force of {rounded(found.peak_ratio, 3)} times the force of first yield"
     return InvalidValueError.of("chain.elastic_only", f"{rule} ({got})")

@@ -33,7 +33,7 @@ from shockwave.simulation.assembly import Motion, tolerances_for
 from shockwave.simulation.backend import chosen
 from shockwave.simulation.nystroem import Rkn86
 from shockwave.simulation.time_limit import time_limit
-from shockwave.text import si
+from shockwave.text import rounded, si
 
 # Computing time of the forces at the contacts of equal granules, per squared number of granules and per characteristic
 # time of the duration of the shock [s]; the equivalents of each granule, and of each step with and without compiled
@@ -206,7 +206,7 @@ def _unphysical(case: ChainSetup, motion: Motion) -> Iterator[str]:
         ratios = (motion.forces * case.scales.force / pairs.stiffnesses) ** (1 / pairs.exponent) / pairs.radii
         worst = int(np.argmax(ratios))
         if ratios[worst] > _LARGE_OVERLAP:
-            overlap = f"The overlap at contact {worst} is about {ratios[worst]:.2g} times the reduced radius"
+            overlap = f"The overlap at contact {worst} is about {rounded(ratios[worst])} times the reduced radius"
             yield f"{overlap}: Hertz's law holds for small overlaps only."
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from shockwave.limit import verdict_facts
 from shockwave.measurement.measured_wave import MeasuredWave, Passage
 from shockwave.measurement.result import SimulationResult
-from shockwave.text import Detail, brief, detail, facts, notes, si, significant_digits, strong, table
+from shockwave.text import Detail, brief, detail, facts, notes, rounded, si, significant_digits, strong, table
 
 if TYPE_CHECKING:
     from shockwave.measurement.chain_result import ChainResult
@@ -152,7 +152,7 @@ def work_details(result: SimulationResult | ChainResult) -> Iterator[tuple[str, 
         yield "recorded", f"{', '.join(result.options.record)}: {len(times)} samples to {si(times[-1], 's')}"
     cost = result.cost
     yield "method", f"{result.integrator} ({result.backend})"
-    yield "cost", f"{cost.steps} steps, {cost.force_evaluations} force evaluations, {cost.seconds:.2g} s"
+    yield "cost", f"{cost.steps} steps, {cost.force_evaluations} force evaluations, {rounded(cost.seconds)} s"
 
 
 def _wave_row(wave: MeasuredWave) -> tuple[str, ...]:
