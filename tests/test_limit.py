@@ -369,6 +369,12 @@ def test_a_wave_is_awaited_at_the_last_of_equal_granules(tmp_path: Path) -> None
     assert str(result).split(": ", 1)[1].startswith("greatest force ")
 
 
+def test_a_wall_that_no_force_has_reached_has_no_error_estimate(tmp_path: Path) -> None:
+    file = written(tmp_path, ", granules: 20, end: {wall: same}", "simulate: {until: 50 us}")
+    wall = sw.predict(file).to_dict()["transmitted"]
+    assert (wall["peak_force"], wall["low"], wall["high"], wall["error_estimate"]) == (0.0, 0.0, None, None)
+
+
 @pytest.mark.parametrize("limit", [1000.0, "1 kN", sw.Limit(force=1000.0)], ids=["number", "text", "limit"])
 def test_a_limit_is_given_as_a_force(limit: Any, tmp_path: Path) -> None:
     scene = sw.load_scenario(written(tmp_path, more="limit: {force: 1 N}"))

@@ -304,9 +304,10 @@ class Outcome(Result):
         names = ("scenario", "model", "method", "peak_force", "low", "high", "amplification", "relation", "reason")
         document: dict[str, Any] = VERSION | {name: getattr(self, name) for name in names}
         wall = self.transmitted
+        unknown = {"high": None, "error_estimate": None} if wall and not wall.peak_force else {}
         document |= {
             "greatest_force": self.greatest_force and asdict(self.greatest_force),
-            "transmitted": wall and asdict(wall) | {"low": wall.low, "high": wall.high} | _unknown(wall.peak_force),
+            "transmitted": wall and asdict(wall) | {"low": wall.low, "high": wall.high} | unknown,
             "verdict": plain_verdict(self),
             "yield": self.yielding and asdict(self.yielding),
             "regime": self.regime,
@@ -328,8 +329,3 @@ class Outcome(Result):
 def _peak_force(simulation: Callable[[], Any] | None) -> float | None:
     """Simulated peak force of the leading wave [N]; None where there is none."""
     return None if simulation is None else getattr(simulation(), "peak_force", None)
-
-
-def _unknown(peak_force: float) -> dict[str, None]:
-    """Values of a force that are not known because it has not acted within the simulated time."""
-    return {} if peak_force else {"high": None, "error_estimate": None}

@@ -247,11 +247,10 @@ def exceedance(
     NaN is a force that is not known. After the simulated time the forces are less than ``later``. The range of the
     verdict contains 98 % of the scenes.
     """
-    known = ~np.isnan(batches)
-    least = np.where(known, (1 - error) * batches, 0.0)
-    most = np.where(known, (1 + error) * batches, math.inf)
-    bound = np.maximum(most, later)
-    reached = [(forces >= limit.force).astype(float) for forces in (least, batches, bound)]
+    known, forces = ~np.isnan(batches), np.nan_to_num(batches)
+    least, most = (1 - error) * forces, (1 + error) * forces
+    bound = np.where(known, np.maximum(most, later), math.inf)
+    reached = [(ends >= limit.force).astype(float) for ends in (least, forces, bound)]
     (certain, below), (value, _), (possible, above) = (estimates(np.mean, one).tolist() for one in reached)
     floor = _LEAST_DRAWS / batches.size
     found = Exceedance(
@@ -264,14 +263,10 @@ def exceedance(
     )
     force = LeavingForce(
         name=name,
-        value=float(np.median(batches)) if known.all() else None,
+        value=float(np.median(forces)) if known.all() else None,
         low=float(np.quantile(least, _RANGE[0])),
-        high=_finite(np.quantile(most, _RANGE[1], method="higher")),
+        high=float(np.quantile(most, _RANGE[1])),
         remedy="narrow the distributions",
         later=float(np.quantile(bound, _RANGE[1], method="higher")),
     )
     return found, verdict(limit, force)
-
-
-def _finite(value: Any) -> float | None:
-    return float(value) if value < math.inf else None
