@@ -157,6 +157,8 @@ def one_of(*known: object) -> Any:
 
 #: Range of sizes in chains of different granules [m], so that their masses and stiffnesses are floats.
 SIZES: dict[str, Any] = {"at_least": 1e-12, "at_most": 1e6}
+#: Range of properties of materials and walls [SI units], so that powers of them are floats.
+MAGNITUDES: dict[str, Any] = {"at_least": 1e-30, "at_most": 1e30}
 #: Diameter of granules, which can be given instead of the radius.
 DIAMETER = Quantity("m", "diameter 2 R of the granules", above=0)
 

@@ -95,7 +95,7 @@ class SimulateOptions:
     backend: Backend = field(default="auto", validator=one_of(*typing.get_args(Backend)))
     contacts: tuple[int, ...] = field(default=(), converter=_contacts, repr=tuple_repr)
     record: tuple[Recorded, ...] = field(default=(), converter=_recorded)
-    interval: float | None = quantity("s", "sampling interval of the histories", above=0, default=None)
+    interval: float | None = quantity("s", "sampling interval of the histories", above=0, at_most=1e30, default=None)
     until: float | None = quantity("s", "end of the histories", above=0, default=None)
     timeout: float | None = quantity("s", "maximum computing time", above=0, default=None)
 

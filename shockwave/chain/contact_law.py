@@ -151,7 +151,7 @@ class PowerContact:
     """
 
     exponent: float = quantity("", "exponent p of F = k d^p", at_least=1, at_most=10)
-    stiffness: float = quantity("", "stiffness k of F = k d^p, a bare number in N/m**p", above=0)
+    stiffness: float = quantity("", "stiffness k of F = k d^p, a bare number in N/m**p", at_least=1e-100, at_most=1e100)
 
 
 @frozen

@@ -41,7 +41,7 @@ class KuwabaraKono(Damping):
         A [s], a property of the materials, at least 0.
     """
 
-    time: float = quantity("s", "viscous time A of Kuwabara and Kono", at_least=0)
+    time: float = quantity("s", "viscous time A of Kuwabara and Kono", at_least=0, at_most=1e30)
 
     def power(self, exponent: float) -> float:
         """q = p - 1."""
@@ -62,7 +62,7 @@ class Dashpot(Damping):
         c [N s/m], at least 0.
     """
 
-    coefficient: float = quantity("N*s/m", "coefficient c of the dashpot", at_least=0)
+    coefficient: float = quantity("N*s/m", "coefficient c of the dashpot", at_least=0, at_most=1e30)
 
     def power(self, exponent: float) -> float:
         """q = 0."""

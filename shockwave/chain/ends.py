@@ -9,7 +9,7 @@ from attrs import field, frozen
 
 from shockwave.chain.material import WALLS, Material, named_material
 from shockwave.errors import InvalidValueError
-from shockwave.fields import quantity, text_of
+from shockwave.fields import MAGNITUDES, quantity, text_of
 
 
 def _named(given: Material | str) -> Any:
@@ -44,9 +44,13 @@ class Wall:
     """
 
     material: Material | Literal["same", "rigid"] = field(default="same", converter=_named, validator=_wall)
-    mass: float | None = quantity("kg", "mass of a movable wall", above=0, default=None)
-    stiffness: float = quantity("N/m", "stiffness of the spring behind a movable wall", at_least=0, default=0.0)
-    damping: float = quantity("N*s/m", "coefficient of the dashpot behind a movable wall", at_least=0, default=0.0)
+    mass: float | None = quantity("kg", "mass of a movable wall", **MAGNITUDES, default=None)
+    stiffness: float = quantity(
+        "N/m", "stiffness of the spring behind a movable wall", at_least=0, at_most=1e30, default=0.0
+    )
+    damping: float = quantity(
+        "N*s/m", "coefficient of the dashpot behind a movable wall", at_least=0, at_most=1e30, default=0.0
+    )
 
     def stiffness_ratio(self, granules: Material) -> float:
         """Stiffness of the contact of a granule with the wall over that of two equal granules, at most 2 sqrt(2)."""

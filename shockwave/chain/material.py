@@ -7,7 +7,7 @@ from typing import Any
 from attrs import frozen
 
 from shockwave.errors import InvalidValueError
-from shockwave.fields import plain_text, quantity, text_of
+from shockwave.fields import MAGNITUDES, plain_text, quantity, text_of
 from shockwave.registry import load
 
 #: Names of walls that are not materials.
@@ -37,10 +37,10 @@ class Material:
         If a value is out of range.
     """
 
-    youngs_modulus: float = quantity("Pa", "Young's modulus E", above=0)
+    youngs_modulus: float = quantity("Pa", "Young's modulus E", **MAGNITUDES)
     poisson_ratio: float = quantity("", "Poisson's ratio nu", above=-1, below=0.5)
-    density: float = quantity("kg/m**3", "density rho", above=0)
-    yield_strength: float | None = quantity("Pa", "yield strength", above=0, default=None)
+    density: float = quantity("kg/m**3", "density rho", **MAGNITUDES)
+    yield_strength: float | None = quantity("Pa", "yield strength", **MAGNITUDES, default=None)
     name: str = plain_text(default="")
     source: str = plain_text(default="")
 

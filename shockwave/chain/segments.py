@@ -82,7 +82,9 @@ class Segment:
     count: int = quantity("", "number of granules", at_least=1, at_most=MOST_GRANULES, whole=True, default=1)
     material: Material | None = field(default=None, converter=named_material, validator=checked_material)
     radius: float | Taper | None = field(default=None, converter=_radius, metadata=declaration(RADIUS))
-    gap: float = quantity("m", "initial distance between each granule and the next one", at_least=0, default=0.0)
+    gap: float = quantity(
+        "m", "initial distance between each granule and the next one", at_least=0, at_most=1e6, default=0.0
+    )
 
     def __init__(
         self,
