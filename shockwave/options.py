@@ -12,7 +12,7 @@ import attrs
 from attrs import field, frozen
 
 from shockwave.errors import InvalidValueError
-from shockwave.fields import one_of, quantity, text_of, tuple_repr
+from shockwave.fields import MAGNITUDES, one_of, quantity, text_of, tuple_repr
 from shockwave.registry import find
 
 Waves = Literal["train", "primary"]
@@ -95,8 +95,8 @@ class SimulateOptions:
     backend: Backend = field(default="auto", validator=one_of(*typing.get_args(Backend)))
     contacts: tuple[int, ...] = field(default=(), converter=_contacts, repr=tuple_repr)
     record: tuple[Recorded, ...] = field(default=(), converter=_recorded)
-    interval: float | None = quantity("s", "sampling interval of the histories", above=0, at_most=1e30, default=None)
-    until: float | None = quantity("s", "end of the histories", above=0, default=None)
+    interval: float | None = quantity("s", "sampling interval of the histories", **MAGNITUDES, default=None)
+    until: float | None = quantity("s", "end of the histories", **MAGNITUDES, default=None)
     timeout: float | None = quantity("s", "maximum computing time", above=0, default=None)
 
     def __attrs_post_init__(self) -> None:

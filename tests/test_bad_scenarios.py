@@ -39,7 +39,7 @@ MARKED = {
     "parameter-of-none": (_shock("}", ", parameters: {|n: 1}}"), "shock.parameters.n", "no keys are allowed here"),
     "missing-size": ("|" + _chain("material: copper"), "chain.diameter", "or give radius"),
     "missing-density": (
-        _chain("radius: 1, |material: {youngs_modulus: 1, poisson_ratio: 0}"), "chain.material.density", "1e+30 kg/m**3",
+        _chain("radius: 1, |material: {youngs_modulus: 1, poisson_ratio: 0}"), "chain.material.density", "<= 1e+30 kg",
     ),
     "both-sizes": (_chain("material: copper, |radius: 1, diameter: 2"), "chain.radius", "if diameter is"),
     # kinds and units
