@@ -310,8 +310,7 @@ class _Loading:
                 faults = [Fault("simulate.integrator", reason)] if reason else []
         if chain.count is not None and known:
             last = chain.count + (impact is not None) + (chain.end is not None) - 2
-            given = self.document.data["simulate"]["contacts"] if options.contacts else ()
-            for index, contact in enumerate(given):
+            for index, contact in enumerate(self.document.data["simulate"]["contacts"] if options.contacts else ()):
                 if to_si(contact, "") > last:  # it may be text
                     problem = f"must be at most {last}, the last contact of this chain (got {contact})"
                     faults.append(Fault(f"simulate.contacts[{index}]", problem))
