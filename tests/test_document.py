@@ -109,7 +109,13 @@ def test_other_text_is_a_fault_in_its_place(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "part"), [("[" * 10_000, "nest fewer levels"), ("a: [" + "1," * 100_001 + "]", "more than 100000 values")]
+    ("text", "part"),
+    [
+        ("[" * 10_000, "nest fewer levels"),
+        ("a: " + "[" * 200 + "]" * 200, "must have at most 50 nested levels"),
+        ("a: " + "{b: " * 200 + "}" * 200, "must have at most 50 nested levels"),
+        ("a: [" + "1," * 100_001 + "]", "more than 100000 values"),
+    ],
 )
 def test_hostile_documents_end_in_a_fault(text: str, part: str) -> None:
     (fault,) = _faults(text)

@@ -26,6 +26,8 @@ Steps: TypeAlias = tuple[str | int, ...]
 _MOST_BYTES = 2**20
 # Values in a document: a bound on the time of the parser.
 _MOST_VALUES = 100_000
+# Levels of nested values, more than any block has.
+_MOST_LEVELS = 50
 # Digits of a whole number; a longer one is a float.
 _MOST_DIGITS = 300
 _HINTS = {
@@ -235,6 +237,11 @@ def _composed(text: str, name: str) -> yaml.Node | None:
 def _value(document: Document, node: yaml.Node, path: Steps) -> Any:
     """Data of a node; its places are added to ``document``."""
     document.values[path] = node.start_mark
+    if len(path) > _MOST_LEVELS:
+        fault = Fault(
+            "", f"must have at most {_MOST_LEVELS} nested levels (got more)", _location(document.name, node.start_mark)
+        )
+        raise ScenarioError([fault])
     if isinstance(node, yaml.SequenceNode):
         return [_value(document, inner, (*path, index)) for index, inner in enumerate(node.value)]
     if isinstance(node, yaml.MappingNode):
