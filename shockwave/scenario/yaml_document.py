@@ -258,10 +258,10 @@ def _mapping(document: Document, node: yaml.Node, path: Steps) -> dict[str, Any]
     for key, inner in node.value:
         where = (*path, key.value)
         if key.tag != _TEXT:
-            comma = COMMA if str(key.value)[:1].isdigit() else ""
-            problem = (
-                f"must have names as keys (got {text_of(key.value)}{comma or '; put it in quotes if it is a name'})"
-            )
+            scalar = isinstance(key, yaml.ScalarNode)
+            comma = COMMA if scalar and key.value[:1].isdigit() else ""
+            got = text_of(key.value) if scalar else "a list or a mapping"
+            problem = f"must have names as keys (got {got}{comma or '; put it in quotes if it is a name'})"
             where = path
         elif key.value in data:
             problem = f"must be given once (got it twice, first in line {document.keys[where].line + 1}; delete one)"
