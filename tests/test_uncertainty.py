@@ -17,7 +17,7 @@ import shockwave as sw
 from pages import ROOT
 from scenes import CASE_A, CHAIN, POWER, UNITS, triangle
 from shockwave import cli
-from shockwave.limit import Limit
+from shockwave.limit import LeavingForce, Limit
 from shockwave.progress import progress_shown
 from shockwave.scenario.dotted_names import variable
 from shockwave.scenario.scene_family import Family
@@ -147,15 +147,17 @@ def test_a_draw_that_lasts_too_long_is_an_error(longest: float, refused: bool) -
     assert isinstance(found, sw.InvalidValueError) == refused
 
 
-def test_a_later_force_of_any_draw_counts(monkeypatch: pytest.MonkeyPatch) -> None:
-    results = [SimpleNamespace(leaving=SimpleNamespace(later=later), wave_warnings=()) for later in (1.0, 7.0, 3.0)]
+def test_each_draw_has_the_bound_of_its_later_force(monkeypatch: pytest.MonkeyPatch) -> None:
+    forces = [LeavingForce(name="force", value=1.0, high=high, later=7.0) for high in (1.1, None)]
+    results = [SimpleNamespace(leaving=force, error_estimate=1e-6, wave_warnings=()) for force in forces]
     monkeypatch.setattr(scenes, "simulations", lambda *_: results)
     scenario: Any = SimpleNamespace(limit=Limit(force=5.0), impact=object())
     family: Any = SimpleNamespace(scenario=lambda values: scenario)
     quantity: Any = SimpleNamespace(read=lambda result: (1.0, 0.0))
     draws = UncertainScenes(scenario, [], None, [quantity], family)
-    draws.evaluate({"impact.velocity": np.ones(3)}, 1e-4)
-    assert draws.later == 7.0
+    figures, _ = draws.evaluate({"impact.velocity": np.ones(2)}, 1e-4)
+    # no bound is known where the force itself has none
+    assert figures.tolist() == [[1.0, 1.0], [1.0, 1.0], [7.0, math.inf]]
 
 
 @pytest.mark.parametrize("value", [2.0, -2.0])
