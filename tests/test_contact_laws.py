@@ -239,18 +239,6 @@ def test_a_fault_of_a_law_ends_with_4_and_names_its_plugin(
     assert FAULTS[fault][1] in line
 
 
-@pytest.mark.parametrize("end", [", end: {wall: same}", ""], ids=["wall", "free"])
-def test_a_law_that_never_gives_a_force_is_refused_as_such(
-    end: str, install: Install, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    nothing = LAW.format(force="pass", update="pass").replace("pairs.stiffnesses *", "0.0 *")
-    install("faulty-laws", hooks=HOOKS, pulse=nothing, name="test-law")
-    file = Path(written(tmp_path, "onset: 1 m"))
-    file.write_text(file.read_text().replace(", end: {wall: same}", end))
-    assert main(["simulate", str(file)]) == 4
-    assert "contact 'test-law' of faulty-laws: force must be above 0 for closed contacts" in capsys.readouterr().err
-
-
 @EVERY_FAULT
 def test_a_fault_of_a_law_spoils_no_other_scene(fault: str, install: Install, tmp_path: Path) -> None:
     install_law(install, fault)

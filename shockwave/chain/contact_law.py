@@ -74,10 +74,6 @@ class ContactLaw(ABC):
         return state
 
 
-# Overlap at which a law must give a force, over the reduced radius of the contact; overlaps are usually smaller.
-_OVERLAP = 0.01
-
-
 @frozen(eq=False)
 class BoundLaw:
     """A contact law and the contacts of a chain, in units of length [m], velocity [m/s] and force [N]."""
@@ -118,19 +114,6 @@ class BoundLaw:
         got = "numbers that are not" if values.shape == shape else f"shape {values.shape}"
         law = f"contact {owner_of('contacts', type(self.law))}"
         raise PluginError(f"{law}: {name} must return finite numbers of shape {shape} (got {got})")
-
-
-def check_force(law: ContactLaw, pairs: Pairs) -> None:
-    """Raise `PluginError` for a law that gives no force at overlaps of a hundredth of the reduced radii."""
-    bound, overlaps = BoundLaw(law, pairs, 1.0, 1.0, 1.0), _OVERLAP * pairs.radii
-    try:
-        forces = bound.force(overlaps, np.zeros_like(overlaps), bound.initial_state())
-    except PluginError:
-        return  # reported if it occurs in the simulation
-    if not forces.any():
-        got = f"got 0 N at overlaps of {_OVERLAP:g} of the reduced radii"
-        name = owner_of("contacts", type(law))
-        raise PluginError(f"contact {name}: force must be above 0 for closed contacts ({got})")
 
 
 @frozen(kw_only=True)
