@@ -117,7 +117,11 @@ def end(given: Any) -> Wall | None:
     if not isinstance(given, dict):
         keys = ", ".join(key.name for key in END)
         raise ValueError(f"must be free, or a mapping of {keys} (got {text_of(given)}; for a wall, {{wall: same}})")
-    return _made(Wall, given, END, {"wall": _wall}, {"wall": "material"})
+    return _made(_wall_of, given, END, {"wall": _wall})
+
+
+def _wall_of(wall: Any, **values: Any) -> Wall:
+    return Wall(material=wall, **values)
 
 
 def _wall(given: Any) -> Any:
@@ -233,22 +237,10 @@ def _of_block(place: str, keys: Sequence[Key], given: Mapping[str, Any]) -> Iter
 # ---------------------------------------------------------------- objects
 
 
-def _made(
-    cls: Callable[..., _T],
-    given: Any,
-    keys: Sequence[Key],
-    parsers: Mapping[str, Parser] | None = None,
-    names: Mapping[str, str] | None = None,
-) -> _T:
-    """Instance of ``cls`` from a block; ``names`` are arguments that differ from their keys."""
-    names = names or {}
-    values = structure(given, keys, parsers or {})
+def _made(make: Callable[..., _T], given: Any, keys: Sequence[Key], parsers: Mapping[str, Parser] | None = None) -> _T:
+    """Object that ``make`` builds from a block."""
+    values = structure(given, keys, parsers)
     try:
-        return cls(**{names.get(name, name): value for name, value in values.items()})
+        return make(**values)
     except InvalidValueError as error:
-        own = {argument: name for name, argument in names.items()}
-        wrongs = []
-        for fault in error.faults:
-            first, *rest = steps_of(fault.path) or ("",)
-            wrongs.append(Wrong((own.get(str(first), first), *rest) if first else (), fault.problem))
-        raise WrongsError(wrongs) from None
+        raise WrongsError([Wrong(steps_of(fault.path), fault.problem) for fault in error.faults]) from None
