@@ -585,7 +585,7 @@ def test_crashed_points_run_again_on_request(scenario: Path, tmp_path: Path) -> 
     swept(scenario, tmp_path / "out")
     whole = tables(tmp_path / "out")
     first, *others = journal(tmp_path / "out")
-    crashed = line_of(first["index"], "crashed", '"error": "its process terminated"')
+    crashed = line_of(first["index"], "crashed", error="its process terminated")
     (tmp_path / "out" / "journal.jsonl").write_text(crashed + "".join(f"{json.dumps(each)}\n" for each in others))
     report = swept(scenario, tmp_path / "out")
     assert (report.before, report.done, report.crashed) == (40, 39, 1)

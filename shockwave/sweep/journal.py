@@ -40,9 +40,9 @@ _TYPES: dict[str, _Types] = {
 _DAMAGES = (ValueError, KeyError, TypeError, OverflowError, RecursionError)
 
 
-def line_of(index: int, status: str, rest: str) -> str:
-    """Return a line of the journal; ``rest`` is the JSON of its values or its error."""
-    return f'{{"index": {index}, "status": "{status}", {rest}}}\n'
+def line_of(index: int, status: str, **content: object) -> str:
+    """Return a line of the journal, with the ``values`` of the point or its ``error``."""
+    return json.dumps({"index": index, "status": status, **content}) + "\n"
 
 
 class Row(NamedTuple):

@@ -127,9 +127,9 @@ class Points:
             if self.scenario.limit is not None:
                 simulated = simulated and evolve(simulated, limit=self.scenario.limit)
                 outcome = outcome and evolve(outcome, limit=self.scenario.limit)
-            return _done(index, row(self._columns, _answer(scene, outcome, simulated)))
+            return line_of(index, "done", values=row(self._columns, _answer(scene, outcome, simulated)))
         except _POINT_ERRORS as error:
-            return _failed(index, message_of(error))
+            return line_of(index, "failed", error=message_of(error))
 
     def _predicted(self, scenes: _Scenes) -> dict[int, _Predicted]:
         """Outcomes by point number; scenes with the same settings are simulated in one call."""
@@ -181,14 +181,6 @@ def _groups(scenes: _Scenes, part: Callable[[FamilyScene], Any]) -> dict[Any, li
 
 def _excitations_and_chains(indices: Sequence[int], scenes: _Scenes) -> tuple[list[Any], list[Chain]]:
     return [scenes[index].excitation for index in indices], [scenes[index].chain for index in indices]
-
-
-def _done(index: int, values: Sequence[Any]) -> str:
-    return line_of(index, "done", f'"values": {json.dumps(values)}')
-
-
-def _failed(index: int, reason: str) -> str:
-    return line_of(index, "failed", f'"error": {json.dumps(reason)}')
 
 
 def _valid(result: _T | BaseException) -> _T:

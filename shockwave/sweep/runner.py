@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import time
 from collections import deque
@@ -243,7 +242,7 @@ class _Dispatch:
             error = f"must take at most {limit} (was stopped; increase --timeout)"
         if len(batch) == 1 and (late or batch[0] in self.suspects):
             status = "failed" if late else "crashed"
-            self._record(batch, line_of(batch[0], status, f'"error": {json.dumps(error)}'))
+            self._record(batch, line_of(batch[0], status, error=error))
         else:  # the first time, another point may be the cause
             self.suspects.update(batch)
             self.alone.extend(batch)
