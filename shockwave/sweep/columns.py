@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from operator import attrgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from shockwave.limit import Verdict
@@ -77,14 +76,9 @@ class Read(NamedTuple):
 def _at(path: str) -> Callable[[Any], Any]:
     """Return a reader of the value at a dotted path, such as ``simulated.waves.1.peak_force``, or None."""
 
-    at_once = attrgetter(path)
     steps = [int(step) if step.isdigit() else step for step in path.split(".")]
 
     def read(value: Any) -> Any:
-        try:
-            return at_once(value)
-        except AttributeError:  # an index, or None on the way
-            pass
         for step in steps:
             if isinstance(step, int):
                 value = value[step] if value and step < len(value) else None
