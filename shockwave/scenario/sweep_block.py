@@ -117,12 +117,8 @@ class Sweep:
     def point(self, index: int) -> dict[str, Any]:
         """Values of the variables at a point, counted from 0, by their dotted names."""
         found: dict[str, Any] = {}
-        places: list[int] = []
-        for axis in reversed(self.axes):
-            index, place = divmod(index, len(axis.values))
-            places.append(place)
-        for axis in self.axes:
-            found.update(zip(axis.names, axis.values[places.pop()], strict=True))
+        for axis, place in zip(self.axes, np.unravel_index(index, self.shape), strict=True):
+            found.update(zip(axis.names, axis.values[place], strict=True))
         return found
 
 
