@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 
 import numpy as np
 from attrs import frozen
 
 from shockwave.chain.contact_law import Pairs
 from shockwave.fields import quantity
+from shockwave.numerics import bracketed_root
 from shockwave.quadrature import FloatArray
 
 #: Exponent of Hertz's law.
 HERTZ = 1.5
-# Halvings of an interval, after which it has the width of a rounding error.
-_HALVINGS = 100
+# Loss -ln e that is a rounding error of e.
+_ROUNDING = 1e-15
 
 
 class Damping(ABC):
@@ -100,23 +100,11 @@ def tsuji_ratio(restitution: float) -> float:
 
     With w = d^(5/4), m d'' = -k d^(3/2) - c d^(1/4) d' becomes the equation of a linear oscillator with the damping
     ratio z = c/sqrt(5 m k). The collision ends when the total force, and hence the acceleration, vanishes (Schwager and
-    Poeschel 2007, for the linear dashpot). With z = sin(a), ln e = -(pi - 2 a) tan(a); above z = 1, at e < exp(-2),
-    z = cosh(b) and ln e = -2 b coth(b).
+    Poeschel 2007, for the linear dashpot). With z = cos(x), ln e = -2 x cot(x); above z = 1, at e < exp(-2),
+    z = cosh(x) and ln e = -2 x coth(x).
     """
     loss = -math.log(restitution)
-    if loss == 0:
+    if loss < _ROUNDING:
         return 0.0
-    if loss < 2:
-        return math.sin(_root(lambda a: (math.pi - 2 * a) * math.tan(a), loss, 0.0, math.pi / 2))
-    return math.cosh(_root(lambda b: 2 * b / math.tanh(b) if b else 2.0, loss, 0.0, loss / 2))
-
-
-def _root(function: Callable[[float], float], value: float, low: float, high: float) -> float:
-    """Argument at which an increasing function has a value, by bisection."""
-    for _ in range(_HALVINGS):
-        middle = (low + high) / 2
-        if function(middle) < value:
-            low = middle
-        else:
-            high = middle
-    return high
+    tangent, cosine, upper = (math.tan, math.cos, math.pi / 2) if loss < 2 else (math.tanh, math.cosh, loss / 2)
+    return cosine(bracketed_root(lambda x: (2 * x / tangent(x) if x else 2.0) - loss, 0.0, upper, "damping ratio"))
