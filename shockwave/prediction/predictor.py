@@ -161,8 +161,9 @@ class Predictor:
         scales = Scales.of(chain, shock.peak_force)
         coefficient = coefficient_of(self.momentum_coefficient)
         areas = shock.profile.areas(self.quadrature)
-        unit = wave_law(chain.exponent).momentum * coefficient / EXACT_COEFFICIENT
-        scaled = ScaledShock(shock.profile, areas, scales.rise_time(shock.rise_time), unit, chain.exponent)
+        law = wave_law(chain.exponent)
+        unit = law.momentum * coefficient / EXACT_COEFFICIENT
+        scaled = ScaledShock(shock.profile, areas, scales.rise_time(shock.rise_time), unit, law)
         force = shock.peak_force * chain.contact_share
         wave = SolitaryWave.of(force, chain, coefficient)
         try:

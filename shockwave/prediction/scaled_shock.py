@@ -6,7 +6,7 @@ from typing import Literal
 
 from attrs import frozen
 
-from shockwave.chain.chain import HERTZ
+from shockwave.chain.solitary_wave import HERTZ_WAVE, WaveLaw
 from shockwave.profiles.base import Areas, ShockProfile
 from shockwave.profiles.guard import trusted
 
@@ -26,30 +26,20 @@ class ScaledShock:
         t0/T0.
     momentum_parameter : float
         A F0^(-1/6) / T0, the momentum of a solitary wave of peak force 1.
-    exponent : float
-        p of the contact force d^p.
+    wave : WaveLaw
+        Solitary waves of the chain.
     """
 
     profile: ShockProfile
     areas: Areas
     rise_time: float
     momentum_parameter: float
-    exponent: float = HERTZ
-
-    @property
-    def of_time(self) -> float:
-        """Power of the peak force with which the duration of a wave scales inversely, (p - 1)/(2p): 1/6."""
-        return (self.exponent - 1) / (2 * self.exponent)
-
-    @property
-    def of_momentum(self) -> float:
-        """Power of the peak force with which the momentum of a wave scales, (p + 1)/(2p): 5/6."""
-        return (self.exponent + 1) / (2 * self.exponent)
+    wave: WaveLaw = HERTZ_WAVE
 
     @property
     def of_force(self) -> float:
         """Power of the momentum with which the peak force of a wave scales, 2p/(p + 1): 6/5."""
-        return 2 * self.exponent / (self.exponent + 1)
+        return 2 * self.wave.exponent / (self.wave.exponent + 1)
 
     @property
     def duration(self) -> float:

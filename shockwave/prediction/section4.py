@@ -66,7 +66,7 @@ def regime(shock: ScaledShock) -> tuple[Regime, tuple[Inequality, ...]]:
     """Regime of a scaled shock by the table above, with the inequalities that decide it."""
     time_of_wave = shock.momentum_parameter
     long_enough = constant_alpha(shock) * time_of_wave
-    wave = f"A F0^(-{'1/6' if shock.exponent == HERTZ else f'{shock.of_time:.4g}'})"
+    wave = f"A F0^(-{'1/6' if shock.wave.exponent == HERTZ else f'{shock.wave.of_speed:.4g}'})"
     statement = f"alphaF0 {wave} {{}} n t0"
     if long_enough < shock.duration:
         return "train", (Inequality(statement.format("<"), long_enough, shock.duration, "(5d)", "train"),)
@@ -148,11 +148,11 @@ def _train(
     alpha = constant_alpha(shock)
     if literal:
         primary, end, roots, warnings = _literal_primary(shock)
-        reach = 2 * primary / (2 * primary - (2 - alpha)) - shock.of_time
+        reach = 2 * primary / (2 * primary - (2 - alpha)) - shock.wave.of_speed
     else:
         end = _passage_time(shock, 0.0, 0.0, alpha, 0.0)
-        primary = (alpha * shock.momentum_parameter / end) ** (1 / shock.of_time)
-        roots, warnings, reach = (primary,), [], -shock.of_time
+        primary = (alpha * shock.momentum_parameter / end) ** (1 / shock.wave.of_speed)
+        roots, warnings, reach = (primary,), [], -shock.wave.of_speed
     if end >= shock.duration:
         warnings.append(ENTIRE)
     later = _later_waves(shock, wave_threshold * primary, end)
@@ -164,7 +164,7 @@ def _train(
     # Implicit derivative of A F^(5/6) = I(t), t = alpha(F) A F^(-1/6); ``reach`` is d ln t / d ln F for constant A.
     impulse, force = shock.at(end)
     weight = end * force / impulse
-    slope = shock.of_momentum - weight * reach
+    slope = shock.wave.of_momentum - weight * reach
     return ScaledAnswer(
         "train",
         relation,
@@ -192,7 +192,7 @@ def _passage_time(shock: ScaledShock, start: float, before: float, alpha: float,
     fifth root of the impulse is nearly linear in ln d. For other exponents of the contact force the powers differ.
     """
     unit = shock.momentum_parameter
-    root = (shock.exponent - 1) / (shock.exponent + 1)
+    root = (shock.wave.exponent - 1) / (shock.wave.exponent + 1)
 
     def excess(time: float) -> tuple[float, float]:
         until, force = shock.at(start + time)
@@ -202,7 +202,7 @@ def _passage_time(shock: ScaledShock, start: float, before: float, alpha: float,
         return math.log(time / (alpha * unit)) + root * math.log(impulse / unit), 1 + root * time * force / impulse
 
     # Below ``lower`` even the full peak force gives too little impulse; at ``upper`` the remaining impulse suffices.
-    lower = 0.99 * unit * alpha**shock.of_momentum
+    lower = 0.99 * unit * alpha**shock.wave.of_momentum
     enough = alpha * unit * (unit / (shock.impulse - before)) ** root
     upper = 1.01 * max(shock.duration - start, enough, lower)
     return newton_root(excess, lower, upper, guess, "time of a wave in the train (5i)")
@@ -216,7 +216,7 @@ def _later_waves(shock: ScaledShock, least: float, end: float) -> list[float]:
     while len(waves) < MOST_WAVES and shock.impulse - before > NOTHING_LEFT * shock.impulse:
         last, passage = passage, _passage_time(shock, end, before, alpha, guess)
         guess = passage * passage / last if last else passage
-        peak = (alpha * shock.momentum_parameter / passage) ** (1 / shock.of_time)
+        peak = (alpha * shock.momentum_parameter / passage) ** (1 / shock.wave.of_speed)
         if peak < least:
             break
         waves.append(peak)
@@ -230,7 +230,7 @@ def _literal_primary(shock: ScaledShock) -> tuple[float, float, tuple[float, ...
     unit, deviation = shock.momentum_parameter, 2 - constant_alpha(shock)
 
     def time(force: float) -> float:
-        return unit * (2 * force - deviation) * math.pow(force, -shock.of_time)
+        return unit * (2 * force - deviation) * math.pow(force, -shock.wave.of_speed)
 
     def force_at(end: float) -> float:
         # For F above the deviation the time exceeds unit F^(5/6), which gives the upper end of the bracket.
@@ -238,7 +238,7 @@ def _literal_primary(shock: ScaledShock) -> tuple[float, float, tuple[float, ...
         return bracketed_root(lambda force: time(force) - end, upper * 1e-15, upper, "force of a time in (5c)")
 
     def missing(force: float) -> float:
-        return unit * math.pow(force, shock.of_momentum) - shock.at(max(time(force), 0.0))[0]
+        return unit * math.pow(force, shock.wave.of_momentum) - shock.at(max(time(force), 0.0))[0]
 
     grid = [force_at(end) for end in _scan_times(shock)]
     grid.append(max(1.1 * math.pow(shock.impulse / unit, shock.of_force), 1.01 * grid[-1]))
