@@ -50,11 +50,6 @@ class Result:
     _brief: ClassVar[tuple[str, ...]] = ()
     _tables: ClassVar[tuple[tuple[str, str], ...]] = ()
 
-    @property
-    def _units(self) -> dict[str, str]:
-        """Units in the tables that differ from those of equally named quantities elsewhere."""
-        return {}
-
     def __repr__(self) -> str:
         found = ((name, reduce(_part, name.split("."), self)) for name in self._brief)
         shown = (f"{name}={_text(name, value)}" for name, value in found if value is not None)
@@ -93,7 +88,7 @@ class Result:
         value = getattr(self, name)
         if isinstance(value, Result):
             return value._main_table()
-        return table_of(value, dict(self._tables)[name], self._units) if value else None
+        return table_of(value, dict(self._tables)[name]) if value else None
 
     def _main_table(self) -> Table | None:
         return next(filter(None, map(self._table, dict(self._tables))), None)

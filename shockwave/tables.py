@@ -70,7 +70,7 @@ def along(row: str, places: Any, quantities: Mapping[str, Any], units: Mapping[s
     return table
 
 
-def table_of(objects: Sequence[Any], row: str, units: Mapping[str, str]) -> Table:
+def table_of(objects: Sequence[Any], row: str) -> Table:
     """Table of the numbers and texts in attrs objects of a kind; rows are numbered if they have no field ``row``.
 
     NaN stands for None in a column of numbers.
@@ -81,7 +81,7 @@ def table_of(objects: Sequence[Any], row: str, units: Mapping[str, str]) -> Tabl
         if all(isinstance(value, _SCALARS) for value in values) and any(value is not None for value in values):
             blank: Any = "" if any(isinstance(value, str) for value in values) else np.nan
             kept[name] = [blank if value is None else value for value in values]
-    return along(row, kept.pop(row, range(len(objects))), kept, units)
+    return along(row, kept.pop(row, range(len(objects))), kept)
 
 
 def dataset(table: Table, about: Mapping[str, str]) -> Any:
