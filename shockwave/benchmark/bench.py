@@ -11,10 +11,8 @@ from itertools import product
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
-import scipy
 from attrs import evolve
 
-from shockwave import __version__
 from shockwave.benchmark.chain_problems import CASES, Case, at_setting, case_of, read_front, reference
 from shockwave.benchmark.work_precision import (
     Answer,
@@ -39,7 +37,7 @@ from shockwave.progress import counted
 from shockwave.quadrature import FloatArray, Integrand
 from shockwave.registry import entries, load, plugins
 from shockwave.scenario.scenario import Scenario
-from shockwave.simulation.backend import compiled
+from shockwave.sweep.point_evaluation import software
 
 FAMILIES = ("quadratures", "predictors", "integrators")
 # Limits of a quick and of a full run, times in seconds.
@@ -111,12 +109,7 @@ def _of_scenario(family: str, scenario: Scenario) -> Experiment:
 
 
 def _provenance(quick: bool, limits: Limits) -> dict[str, str]:
-    found = {
-        "shockwave": __version__,
-        "backend": "numpy" if compiled is None else "compiled",
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-        "scipy": scipy.__version__,
+    found = software() | {
         "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
         "round": "quick" if quick else "full",
         "longest run": f"{limits.run:g} s",

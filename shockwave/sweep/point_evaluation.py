@@ -235,16 +235,20 @@ def _answer(scene: FamilyScene, predicted: Outcome | None, simulated: Simulation
 _KINDS = {f"{block}.{key.name}": key.kind for block, keys in BLOCKS.items() for key in keys if key.kind}
 
 
-def _versions_here(scenario: Scenario, sweep: Sweep) -> dict[str, str]:
-    """Versions of the packages and plugins of this process on which the results depend, and the backend."""
-    found = {
+def software() -> dict[str, str]:
+    """Versions of the packages of this process on which all results depend, and the backend."""
+    return {
         "shockwave": shockwave.__version__,
         "python": platform.python_version(),
         "numpy": np.__version__,
         "scipy": metadata.version("scipy"),
         "backend": "numpy" if lack() else "compiled",
     }
-    used = _used(scenario, sweep)
+
+
+def _versions_here(scenario: Scenario, sweep: Sweep) -> dict[str, str]:
+    """The software, with the plugins that the sweep uses."""
+    found, used = software(), _used(scenario, sweep)
     for plugin in plugins():
         if any(used & {(kind, entry.name), (kind, entry.address)} for kind, entry in plugin.entries):
             found[plugin.distribution] = plugin.version
