@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from contextlib import nullcontext
-from functools import reduce
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
@@ -51,7 +50,7 @@ class Result:
     _tables: ClassVar[tuple[tuple[str, str], ...]] = ()
 
     def __repr__(self) -> str:
-        found = ((name, reduce(_part, name.split("."), self)) for name in self._brief)
+        found = ((name, value_at(self, name)) for name in self._brief)
         shown = (f"{name}={_text(name, value)}" for name, value in found if value is not None)
         return f"<{type(self).__name__} {', '.join(shown)}>"
 
@@ -132,9 +131,14 @@ class Result:
         return dataset(self._named(table), {"title": type(self).__name__})
 
 
-def _part(value: Any, name: str) -> Any:
-    """An attribute; None if the result does not have it."""
-    return getattr(value, name, None)
+def value_at(value: Any, path: str) -> Any:
+    """Value at a dotted path, such as ``simulated.waves.1.peak_force``; None if there is none."""
+    for step in path.split("."):
+        if step.isdigit():
+            value = value[int(step)] if value and int(step) < len(value) else None
+        else:
+            value = getattr(value, step, None)
+    return value
 
 
 def _text(name: str, value: Any) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from shockwave.limit import Verdict
@@ -11,6 +12,7 @@ from shockwave.measurement.result import SimulationResult
 from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.section4 import relation_of
 from shockwave.prediction.section4_outcome import Section4Outcome
+from shockwave.result_base import value_at
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.sweep_block import Run
 from shockwave.sweep.definition import NOTES, Column
@@ -74,19 +76,8 @@ class Read(NamedTuple):
 
 
 def _at(path: str) -> Callable[[Any], Any]:
-    """Return a reader of the value at a dotted path, such as ``simulated.waves.1.peak_force``, or None."""
-
-    steps = [int(step) if step.isdigit() else step for step in path.split(".")]
-
-    def read(value: Any) -> Any:
-        for step in steps:
-            if isinstance(step, int):
-                value = value[step] if value and step < len(value) else None
-            else:
-                value = getattr(value, step, None)
-        return value
-
-    return read
+    """Return a reader of the value at a dotted path."""
+    return partial(value_at, path=path)
 
 
 def _number(name: str, unit: str, meaning: str, path: str) -> Read:
