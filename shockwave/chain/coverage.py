@@ -21,8 +21,6 @@ def scene_faults(chain: Chain, excitation: object) -> list[Fault]:
     struck = isinstance(excitation, Impact)
     if chain.packing is not None and struck:
         return [Fault("chain.packing", f"must be left out under an impact (got {chain.packing!r})")]
-    if chain.packing is not None and chain.count is None:
-        return []
     if chain.count is None:
         needed = "must be given, because a striker needs a finite chain (got nothing)"
         return [Fault("chain.granules", needed)] if struck else []
