@@ -10,7 +10,6 @@ from typing import Any
 from shockwave import __version__
 from shockwave.errors import InvalidValueError
 from shockwave.limit import Limit
-from shockwave.units import to_si
 
 KINDS = ("profiles", "integrators", "backends", "quadratures", "materials", "contacts", "plugins")
 _EXITS = "exit status: 0 success; 1 a run failed; 2 wrong usage; 3 invalid scenario; 4 faulty plugin; 5 file access"
@@ -64,11 +63,9 @@ def _coefficient(text: str) -> str | float:
 
 def _limit(text: str) -> Limit:
     try:
-        return Limit(force=to_si(text, "N"))
+        return Limit(force=text)  # type: ignore[arg-type]
     except InvalidValueError as error:
         raise argparse.ArgumentTypeError(error.faults[0].problem) from None
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 # ---------------------------------------------------------------- commands and options
