@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import partial
+from contextlib import suppress
+from functools import partial, reduce
+from operator import getitem
 from typing import Any, Literal
 
 import numpy as np
@@ -298,19 +300,14 @@ def _constants(document: Document, steps: Steps) -> dict[Steps, Any]:
     """Constants of the material at a path of a document; by default that of the chain."""
     given = _at(document.data, steps) or _at(document.data, ("chain", "material"))
     if isinstance(given, str):
-        try:
+        with suppress(PluginError, UnknownNameError):  # reported where the material is built
             material = load("materials", given)
-        except (PluginError, UnknownNameError):  # reported where the material is built
-            return {}
-        given = {key.name: getattr(material, key.name) for key in BLOCKS["chain.material"]}
+            given = {key.name: getattr(material, key.name) for key in BLOCKS["chain.material"]}
     return {steps: given} if isinstance(given, dict) else {}
 
 
 def _at(block: Any, steps: Steps) -> Any:
     """Value at a path below ``block``; None if there is none."""
-    for step in steps:
-        try:
-            block = block[step]
-        except (KeyError, IndexError, TypeError):
-            return None
-    return block
+    with suppress(KeyError, IndexError, TypeError):
+        return reduce(getitem, steps, block)
+    return None

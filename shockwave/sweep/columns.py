@@ -123,19 +123,15 @@ _SIMULATED = (
 )
 
 
-def _leading(wave: str) -> tuple[Read, ...]:
-    """Columns of the leading wave, which is at the path ``wave``."""
-    return (
-        _number(
-            "momentum",
-            "N s",
-            "of the leading wave, accurate to about foot or rtol, whichever is larger",
-            f"{wave}.momentum",
-        ),
-        _number("speed", "m/s", "of the leading wave, about as accurate as peak_force", f"{wave}.speed"),
-        _number("width", "s", "full width at half maximum of the force of the leading wave", f"{wave}.width"),
-        _number("foot", "", "residual force beside the leading wave, over its peak force", f"{wave}.foot"),
+def _leading(wave: str) -> list[Read]:
+    """Return the readers of the leading wave, at the path ``wave``."""
+    declared = (
+        ("momentum", "N s", "of the leading wave, accurate to about foot or rtol, whichever is larger"),
+        ("speed", "m/s", "of the leading wave, about as accurate as peak_force"),
+        ("width", "s", "full width at half maximum of the force of the leading wave"),
+        ("foot", "", "residual force beside the leading wave, over its peak force"),
     )
+    return [_number(name, unit, meaning, f"{wave}.{name}") for name, unit, meaning in declared]
 
 
 _TRAIN = (
