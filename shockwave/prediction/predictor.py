@@ -18,14 +18,8 @@ from shockwave.fields import one_of, plain_text, quantity, text_of
 from shockwave.options import SimulateOptions
 from shockwave.prediction import section4
 from shockwave.prediction.outcome import Outcome
-from shockwave.prediction.scaled_shock import ScaledAnswer, ScaledShock
-from shockwave.prediction.section4_outcome import (
-    EjectionOutcome,
-    Exponents,
-    Section4Outcome,
-    SingleOutcome,
-    TrainOutcome,
-)
+from shockwave.prediction.scaled_shock import ScaledShock
+from shockwave.prediction.section4_outcome import Exponents, Section4Outcome, outcome_of
 from shockwave.profiles.conditions import conditions
 from shockwave.profiles.shock import Shock
 from shockwave.registry import find
@@ -185,7 +179,7 @@ class Predictor:
             "warnings": answer.warnings,
             "simulated_force": simulated_force,
         }
-        return _of_regime(answer, common, scales, force)
+        return outcome_of(answer, common, scales, force)
 
     def _attempt(self, engine: _Engine, shock: Shock | Impact, chain: Chain) -> Outcome | ShockwaveError:
         try:
@@ -216,19 +210,6 @@ class Predictor:
         except PluginError as error:
             return error
         return result if isinstance(result, InvalidValueError) else outcome
-
-
-def _of_regime(answer: ScaledAnswer, common: dict[str, Any], scales: Scales, force: float) -> Section4Outcome:
-    if answer.ejection is not None:
-        return EjectionOutcome(
-            **common,
-            virtual_rise_time=answer.ejection.virtual_rise_time * scales.time,
-            added_momentum=answer.ejection.added_momentum * scales.momentum,
-            window_ratio=answer.ejection.window_ratio,
-        )
-    if answer.regime == "train":
-        return TrainOutcome(**common, roots=tuple(root * force for root in answer.roots))
-    return SingleOutcome(**common)
 
 
 def _covered(shock: Shock, chain: Chain) -> Chain:

@@ -7,9 +7,9 @@ from typing import Any, ClassVar
 
 from attrs import asdict, field, frozen
 
-from shockwave.chain.chain import Chain
+from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import SolitaryWave
-from shockwave.prediction.scaled_shock import Inequality, Regime, Relation
+from shockwave.prediction.scaled_shock import Inequality, Regime, Relation, ScaledAnswer
 from shockwave.profiles.base import Areas
 from shockwave.profiles.conditions import Condition
 from shockwave.result_base import Result
@@ -168,3 +168,17 @@ class TrainOutcome(Section4Outcome):
 
     def to_dict(self) -> dict[str, Any]:
         return {**super().to_dict(), "roots": list(self.roots)}
+
+
+def outcome_of(answer: ScaledAnswer, common: dict[str, Any], scales: Scales, force: float) -> Section4Outcome:
+    """Outcome of the regime, with the values that all regimes have; ``force`` is the peak force at a contact."""
+    if answer.ejection is not None:
+        return EjectionOutcome(
+            **common,
+            virtual_rise_time=answer.ejection.virtual_rise_time * scales.time,
+            added_momentum=answer.ejection.added_momentum * scales.momentum,
+            window_ratio=answer.ejection.window_ratio,
+        )
+    if answer.regime == "train":
+        return TrainOutcome(**common, roots=tuple(root * force for root in answer.roots))
+    return SingleOutcome(**common)
