@@ -278,8 +278,6 @@ class _Loading:
         if not valid or material is None:
             return None
         values["material"] = material
-        if "diameter" in values:
-            values["radius"] = values.pop("diameter") / 2
         return self.build(Chain, values, ("chain",))
 
     def _impact(self, data: Any) -> Any:
