@@ -7,6 +7,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from shockwave.numerics import bracketed_root
+
 # Half the period in granules, at least and for a small p - 1: the overlap decreases doubly exponentially, for p near 1
 # only after 1/(p - 1) granules. The number of points makes the error of the trapezoidal rule a rounding error.
 _HALF = 16.0
@@ -16,8 +18,6 @@ _POINTS = 4096
 # iterations; p = 1.05 takes 700.
 _CONVERGED = 3e-15
 _MOST = 3000
-# Newton steps to the overlap at half the peak force.
-_CORRECTIONS = 20
 
 
 @lru_cache(maxsize=64)
@@ -52,12 +52,11 @@ def solved(exponent: float) -> tuple[float, float, float, float, float]:
     fastest = (2 * math.fsum(parts.tolist()) - float(parts[0] + parts[-1])) / (_POINTS * speed)
     terms = np.fft.rfft(overlap).real * signs * (2 / _POINTS)
     terms[0] /= 2
-    level = 0.5 ** (1 / exponent)
-    place = step * float(np.flatnonzero(overlap[_POINTS // 2 :] > level)[-1])
-    for _ in range(_CORRECTIONS):
-        angle = 2 * math.pi * cycles * place
-        value = math.fsum((terms * np.cos(angle)).tolist()) - level
-        place += value / math.fsum((terms * np.sin(angle) * 2 * math.pi * cycles).tolist())
-        if abs(value) < _CONVERGED:
-            break
+    level: float = 0.5 ** (1 / exponent)  # the overlap at half the peak force
+    last = step * float(np.flatnonzero(overlap[_POINTS // 2 :] > level)[-1])
+
+    def excess(place: float) -> float:
+        return math.fsum((terms * np.cos(2 * math.pi * cycles * place)).tolist()) - level
+
+    place = bracketed_root(excess, last - step, last + 2 * step, "width of a solitary wave")
     return speed, step * math.fsum(force.tolist()) / speed, fastest, energy, 2 * place / speed
