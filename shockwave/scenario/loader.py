@@ -35,7 +35,6 @@ from shockwave.scenario.block_keys import (
 from shockwave.scenario.scenario import Published, Scenario
 from shockwave.scenario.sweep_block import Sweep, beginnings, first, names
 from shockwave.scenario.sweep_block import read as read_sweep
-from shockwave.scenario.uncertainty import Spread
 from shockwave.scenario.uncertainty import read as read_spreads
 from shockwave.scenario.value_conversion import Wrong, WrongsError, names_files, structure
 from shockwave.scenario.yaml_document import Document, Steps, read_document, steps_of
@@ -170,6 +169,14 @@ class _Loading:
             self.report(path, error.wrongs)
             return error.valid, False
 
+    def read(self, path: Steps, reader: Callable[..., Any], *given: Any) -> Any:
+        """Content of the block at ``path``, read by ``reader``; None if it has errors."""
+        try:
+            return reader(*given)
+        except WrongsError as error:
+            self.report(path, error.wrongs)
+            return None
+
     def block(self, name: str, given: Any, cls: type) -> Any:
         """Instance of ``cls`` from the ``name`` block, whose keys are its arguments; None if the block has errors."""
         path = tuple(name.split("."))
@@ -239,19 +246,12 @@ class _Loading:
             "simulate": self.block("simulate", data.get("simulate"), SimulateOptions),
             "limit": None if limit is None else self.block("limit", limit, Limit),
             "published": None if published is None else self.block("published", published, Published),
-            "uncertainty": self._uncertainty(whole.data.get("uncertainty")),
+            "uncertainty": self.read(("uncertainty",), read_spreads, whole.data.get("uncertainty"), self.document.data),
         }
         self._requires(data.get("requires"))
         self._together(parts["chain"], parts["impact"], parts["simulate"])
         self.finish()
         return Scenario(path=self.path, sweep=sweep, document=self.document, **parts)
-
-    def _uncertainty(self, given: Any) -> tuple[Spread, ...]:
-        try:
-            return read_spreads(given, self.document.data) if given is not None else ()
-        except WrongsError as error:
-            self.report(("uncertainty",), error.wrongs)
-            return ()
 
     def _requires(self, given: Any) -> None:
         if not given:
@@ -283,11 +283,7 @@ class _Loading:
     def _impact(self, data: Any) -> Any:
         from shockwave.scenario.chain_blocks import impact  # not needed for a shock
 
-        try:
-            return impact(data)
-        except WrongsError as error:
-            self.report(("impact",), error.wrongs)
-            return None
+        return self.read(("impact",), impact, data)
 
     def _together(self, chain: Any, impact: Any, simulate: Any) -> None:
         """Add the faults of a chain under a shock or an impact, and of options that do not fit the chain."""

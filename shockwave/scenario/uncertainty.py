@@ -63,7 +63,7 @@ def read(given: Any, data: Mapping[str, Any]) -> tuple[Spread, ...]:
     Parameters
     ----------
     given : object
-        Content of the block.
+        Content of the block; None if there is no block.
     data : mapping
         Content of the document.
 
@@ -72,6 +72,8 @@ def read(given: Any, data: Mapping[str, Any]) -> tuple[Spread, ...]:
     WrongsError
         When the block is not valid; it contains all errors.
     """
+    if given is None:
+        return ()
     if not isinstance(given, Mapping) or not given:
         problem = f"must be a mapping of dotted names to distributions (got {text_of(given)})"
         raise WrongsError([Wrong((), problem)])
