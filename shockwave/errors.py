@@ -105,7 +105,7 @@ class FileAccessError(ShockwaveError):
 
 
 def detached(error: _Error) -> _Error:
-    """``error`` to be stored: without its traceback, whose frames hold scenes and arrays.
+    """``error`` prepared for storage: without its traceback, whose frames hold scenes and arrays.
 
     That of a plugin is kept, because its author needs the cause.
     """

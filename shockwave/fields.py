@@ -126,7 +126,7 @@ def declaration(spec: Quantity) -> dict[str, Quantity]:
 
 
 def tuple_repr(values: Any) -> str:
-    """The repr of a value; of a tuple, those of its items, or of its ends and their number, each of limited length."""
+    """Repr of a value; for a tuple, of its items, or of the first and the last with their number, each shortened."""
     if not isinstance(values, tuple):
         return repr(values)
     if len(values) > _MOST_ITEMS:

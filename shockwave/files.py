@@ -84,7 +84,7 @@ def read_text(path: _Path, limit: int, encoding: str | None = None) -> str:
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         got = f"the byte 0x{data[error.start]:02x} in line {line}"
-        raise _error(path, f"must be text in {name}", got, "encoding: cp1252 is that of many instruments") from error
+        raise _error(path, f"must be text in {name}", got, "many instruments need encoding: cp1252") from error
     if "\0" in text:
         raise _error(path, f"must be text in {name}", "a zero byte", "encoding: utf-16 has them")
     return text

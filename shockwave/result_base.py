@@ -26,7 +26,7 @@ _LONGEST_TEXT = 10_000
 
 
 class cached_property(functools.cached_property[_T]):  # noqa: N801
-    """One that is computed for several objects at the same time; that of Python 3.11 is computed for one at a time."""
+    """A cached property without the lock of Python 3.11, so that several objects can compute it at the same time."""
 
     def __init__(self, function: Callable[[Any], _T]) -> None:
         super().__init__(function)

@@ -142,5 +142,5 @@ def library(name: str, extra: str = "notebook") -> Any:
     except ImportError as missing:
         remedy = f"pip install '{OWN_DISTRIBUTION}[{extra}]'"
         raise UsageError(f"{name} must be installed (got {missing}; {remedy})") from missing
-    except Exception as error:  # such as one of matplotlib for a setting of the environment
+    except Exception as error:  # for example, matplotlib rejects a setting of the environment
         raise UsageError(f"{name} must be importable (got {message_of(error)})") from error

@@ -55,7 +55,7 @@ def reopen_closed_streams() -> None:
 
 @contextmanager
 def standard_streams() -> Iterator[None]:
-    """Meanwhile raise `OutputError` for text that stdout does not take; ignore what stderr does not take."""
+    """Raise `OutputError` for text that cannot be written to stdout; ignore text that cannot be written to stderr."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # characters that the terminal cannot show are no error
             stream.reconfigure(errors="backslashreplace")

@@ -59,7 +59,7 @@ _FIGURES: WeakSet[Any] = WeakSet()
 
 @contextmanager
 def settings_of(figure: Any, changes: Any = ()) -> Iterator[None]:
-    """Meanwhile use the settings of ``figure``, or of a new one if it is None, with ``changes``."""
+    """Use, within the context, the settings of ``figure``, or of a new one if it is None, with ``changes``."""
     from matplotlib import rc_context, rcdefaults, rcParams
 
     with DRAWING, rc_context():

@@ -125,7 +125,7 @@ def items(values: Sequence[Any], convert: Callable[[Any], Any]) -> list[Any]:
 
 
 def _unknown(name: str, known: Sequence[str], helpful: bool) -> Wrong:
-    hint = "no keys are allowed here" if not known else hint_of(name, known) if helpful else "see the first of these"
+    hint = "no keys are allowed here" if not known else hint_of(name, known) if helpful else "see the first errors"
     comma = COMMA if name[:1].isdigit() else ""  # {diameter: 9,5 mm} in YAML
     return Wrong((name,), f"unknown key (got {text_of(name)}{comma}; {hint})", at_key=True)
 
@@ -163,7 +163,7 @@ def _quantity(value: Any, spec: Quantity) -> int | float:
 def _of_kind(value: Any, annotation: Any, text: bool) -> Any:
     """``value`` as an annotated type; unchanged if the type is unknown here, because the constructor then checks it.
 
-    Unless ``text`` is true, no other text is admitted than the fixed choices of the type.
+    Unless ``text`` is true, the only text that is allowed is a fixed choice of the type.
     """
     origin = typing.get_origin(annotation) or annotation
     members = typing.get_args(annotation)

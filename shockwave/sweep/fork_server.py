@@ -17,7 +17,7 @@ _ENVIRONMENT = "shockwave.sweep.server_environment"
 
 
 def start_server(modules: Sequence[str] = WORKERS) -> Any:
-    """Start the server, which loads ``modules``, unless it runs already; return the context of workers, do not wait.
+    """Start the server, which loads ``modules``, unless it is running; return the context of workers without waiting.
 
     Without a server, which needs a socket with a short path in the folder for temporary files, workers are spawned.
     """

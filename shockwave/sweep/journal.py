@@ -36,7 +36,7 @@ _TYPES: dict[str, _Types] = {
     "whole": (int, NoneType),
     "text": (str, NoneType),
 }
-# Errors in the content of a line.
+# Exceptions that a damaged line raises.
 _DAMAGES = (ValueError, KeyError, TypeError, OverflowError, RecursionError)
 
 
@@ -205,7 +205,7 @@ class Journal:
             self._record(line)
 
     def _refuse_changes(self, more: bytes) -> None:
-        """Raise a FileAccessError if others have cut, deleted or replaced the file; keep its lines, and ``more``."""
+        """Raise `FileAccessError` if others truncated, deleted or replaced the file; keep its lines, and ``more``."""
         size = os.path.getsize(self.path) if os.path.exists(self.path) else 0
         if size == self._size or (self._file is None and size > self._size):
             return
@@ -235,7 +235,7 @@ class Journal:
 
 
 def _content(line: bytes, types: Sequence[_Types], index: int) -> tuple[list[Any] | None, str | None]:
-    """Values or error of the line of a point; raises one of `_DAMAGES` if it is no such line."""
+    """Values or error of the line of a point; raises one of `_DAMAGES` if it is not such a line."""
     entry = json.loads(line)
     if entry["index"] != index:
         raise ValueError

@@ -103,7 +103,7 @@ def workers_of(executor: Executor | None, count: int | None, timeout: float | No
 
 # ---------------------------------------------------------------- processes on this machine
 
-# The library of processes may take the end of a process of one thread for that of another, so only one thread uses it.
+# The library of processes may confuse the ends of processes of different threads, so only one thread uses it.
 _ONE_AT_A_TIME = threading.RLock()
 # Open files of the client, and those of each worker, with a margin.
 _FILES = 24

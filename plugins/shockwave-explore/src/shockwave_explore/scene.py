@@ -100,7 +100,7 @@ def edited(text: str, edits: Mapping[str, Any]) -> str:
     """
     for name, value in edits.items():
         if not steps_of(name) or not isinstance(value, str | int | float):
-            rule = "must be a text or a number for the name of a control"
+            rule = "must be text or a number for each name of a control"
             raise InvalidValueError.of("edits", f"{rule} (got {text_of(value)} for {text_of(name)})")
     document = _parsed(text)
     for name, value in edits.items():

@@ -87,7 +87,7 @@ def application(first: str, port: int, token: str) -> flask.Flask:
 
     @app.before_request
     def check_sender() -> None:
-        """Refuse other users of the machine, who do not know the token, and pages of other sites."""
+        """Refuse other users of the computer, who do not know the token, and pages of other sites."""
         request = flask.request
         host, origin = request.environ.get("HTTP_HOST", ""), request.headers.get("Origin")
         if (host if ":" in host else f"{host}:80") not in hosts:
@@ -95,7 +95,7 @@ def application(first: str, port: int, token: str) -> flask.Flask:
         if origin != f"http://{host}" and (origin is not None or request.method != "GET"):
             flask.abort(403, "The request must be sent by the page of the explorer.")
         if not compare_digest(request.path.split("/")[1].encode(), token.encode()):
-            flask.abort(403, "This is not the address of the explorer that is running; the command prints it.")
+            flask.abort(403, "This is not the address of the running explorer, which the command prints.")
 
     @app.get(f"/{token}/")
     def page() -> str:
@@ -144,5 +144,5 @@ def _fields(**kinds: type) -> list[Any]:
     request = parse_json(flask.request.get_data(), "request")
     values = [request.get(name, kind()) if isinstance(request, dict) else None for name, kind in kinds.items()]
     if not all(map(isinstance, values, kinds.values())):
-        flask.abort(400, "The request must be a JSON object that the page sends.")
+        flask.abort(400, "The request must be a JSON object in the form that the page sends.")
     return values
