@@ -127,7 +127,15 @@ def test_tables_do_not_depend_on_the_order_of_the_journal(tmp_path: Path) -> Non
         assert (one / file).read_bytes() == (other / file).read_bytes()
 
 
-FORMULAS = {"=1+1": "'=1+1", "+x": "'+x", "@SUM(A1)": "'@SUM(A1)", "\t=1": "'\t=1", "\r=1": "'\n=1", "-x": "'-x"}
+FORMULAS = {
+    "=1+1": "'=1+1",
+    "+x": "'+x",
+    "@SUM(A1)": "'@SUM(A1)",
+    "\t=1": "'\t=1",
+    "\r=1": "'\n=1",
+    "-x": "'-x",
+    "\x1b[1m": "\ufffd[1m",
+}
 
 
 @pytest.mark.parametrize("text", FORMULAS, ids=repr)

@@ -11,6 +11,7 @@ from shockwave.files import replacing
 from shockwave.progress import progressed
 from shockwave.sweep.definition import SweepDefinition, as_text
 from shockwave.sweep.journal import Journal
+from shockwave.text import admitted
 
 # First characters of a cell that a spreadsheet may run as a formula.
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
@@ -50,4 +51,5 @@ def _cell(value: Any) -> Any:
             float(value)
         except ValueError:
             text = f"'{value}"
-    return text and text.replace("\r", "\n")  # which not all versions of Python quote
+    # not all versions of Python quote a carriage return; a terminal that shows the file would obey control characters
+    return text and admitted(text.replace("\r", "\n"))
