@@ -12,7 +12,7 @@ import pytest
 
 import shockwave as sw
 from scenes import CASE_A, CHAIN, UNITS, lasting, random_pulses
-from shockwave.measurement import histories, leading_wave, repeated_runs, train
+from shockwave.measurement import chain_run, histories, leading_wave, repeated_runs, train
 from shockwave.measurement.chain_run import ChainRun
 from shockwave.measurement.measured_wave import MeasuredWave
 from shockwave.measurement.peak_log import Peak
@@ -128,6 +128,30 @@ def test_the_error_of_the_recoil_contains_what_may_still_rebound(monkeypatch: py
 
     monkeypatch.setattr(ChainRun, "finished", unfinished)
     assert sw.simulate(CASE_A, CHAIN, rtol=1e-4).recoil_error >= 0.25 * UNITS.momentum
+
+
+def test_the_error_of_the_recoil_contains_the_difference_of_two_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    runs = iter([-1.0, -1.5])
+    monkeypatch.setattr(train, "rebounding", lambda *_: ((next(runs),), 0.0))
+    assert sw.simulate(CASE_A, CHAIN, rtol=1e-4).recoil_error >= 0.5 * UNITS.momentum
+
+
+@pytest.mark.parametrize(
+    ("share", "profile", "rise_time"),
+    [
+        ("_CHANGE_SHARE", sw.Triangular(duration_ratio=4), 30e-6),
+        ("_BACKWARD_SHARE", sw.PowerLaw(rise_exponent=1, decay_exponent=5, duration_ratio=10), 60e-6),
+        ("_REMAINING_SHARE", sw.Triangular(duration_ratio=4), 30e-6),
+    ],
+    ids=["change", "slow granules", "granules behind the waves"],
+)
+def test_the_error_of_the_recoil_contains_each_part(
+    share: str, profile: sw.ShockProfile, rise_time: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shock = sw.Shock(profile=profile, peak_force=100.0, rise_time=rise_time)
+    before = sw.simulate(shock, CHAIN, rtol=1e-6).recoil_error
+    monkeypatch.setattr(chain_run, share, 1e6)
+    assert sw.simulate(shock, CHAIN, rtol=1e-6).recoil_error > 100 * before
 
 
 def test_a_run_that_ends_before_its_waves_have_settled_has_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
