@@ -180,7 +180,7 @@ class ChainRun:
         transits = {(each.peak.contact, each.peak.time): each for each in self._transits}
         # the compiled code reads waves of Hertz's law
         compiled = getattr(self.integrator, "compiled", None) if self.problem.exponent == HERTZ else None
-        self.waves = measured(list(transits.values()), self.problem, compiled)
+        self.waves = tuple(measured(each, self.problem, compiled) for each in transits.values())
         self.measured = stretch.end
         self._keep_velocities(self.problem.duration + _COMPARED * (self.measured - self.problem.duration))
         self.momentum += float(np.sum(v))

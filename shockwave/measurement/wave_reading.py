@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from array import array
 from bisect import bisect_right
-from itertools import accumulate
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -29,8 +27,6 @@ _VALUES = np.vander(_NODES, 8, increasing=True)
 _SLOPES = np.pad(_VALUES[:, :-1] * np.arange(1, 8), ((0, 0), (1, 0)))
 # The same from the `hermite_data`.
 _VALUES_BETWEEN, _SLOPES_BETWEEN = product(_VALUES, POWERS), product(_SLOPES, POWERS)
-# Number of waves that are measured together without compiled code.
-_TOGETHER = 16
 # Number of samples on each side of a crossing or a maximum that its polynomial interpolates.
 _NEIGHBOURS = 4
 # Number of Newton steps to a maximum, and how far it may be from its step, over the size of the step.
@@ -95,59 +91,33 @@ class Probe:
         return Transit(peak, begin, end, times[used], states[:, used], speed, doubt)
 
 
-def measured(
-    transits: list[Transit], problem: ChainProblem, compiled: ModuleType | None = None
-) -> tuple[MeasuredWave, ...]:
-    """Measure waves, in scaled units; ``compiled`` is the compiled module, or None for NumPy."""
+def measured(transit: Transit, problem: ChainProblem, compiled: Any = None) -> MeasuredWave:
+    """Measure a wave, in scaled units; ``compiled`` is the compiled module, or None for NumPy."""
     # the motion of the first contact is smooth only relative to the free-particle displacement
-    free = [index for index, each in enumerate(transits) if each.peak.contact and compiled is not None]
-    waves = {index: _read(transits[index], compiled) for index in free}
-    others = [index for index in range(len(transits)) if index not in waves]
-    for first in range(0, len(others), _TOGETHER):
-        together = others[first : first + _TOGETHER]
-        samples = _samples([transits[index] for index in together], problem)
-        step = 0
-        for index in together:
-            steps = slice(step, step + len(transits[index].times) - 1)
-            waves[index] = _measured(transits[index], *(part[..., steps, :] for part in samples))
-            step = steps.stop
-    return tuple(waves[index] for index in range(len(transits)))
-
-
-def _read(transit: Transit, compiled: Any) -> MeasuredWave:
-    """Measure a wave by compiled code."""
-    peak = transit.peak
-    wave = array("d", (transit.begin, transit.end, peak.time, peak.force, 0, 0, 0, 0, 0))
+    if compiled is None or not transit.peak.contact:
+        return _measured(transit, *_samples(transit, problem))
+    wave = array("d", (transit.begin, transit.end, transit.peak.time, transit.peak.force, 0, 0, 0, 0, 0))
     compiled.read(transit.times, np.ascontiguousarray(transit.states), wave)
     return _wave(transit, *wave[4:])
 
 
-def _samples(transits: list[Transit], problem: ChainProblem) -> tuple[FloatArray, ...]:
-    """Motion at the Gauss nodes of the steps of all waves, in the order of the waves.
+def _samples(transit: Transit, problem: ChainProblem) -> tuple[FloatArray, ...]:
+    """Motion at the Gauss nodes of the steps of a wave.
 
     Times, forces, velocities of the second granule of the contact, and weights of sums over the time, each of shape
     (steps, nodes); and the position of that granule, as in `hermite_data`, shape (steps, 8).
     """
-    ends = [0, *accumulate(len(transit.times) for transit in transits)]
-    times = np.concatenate([transit.times for transit in transits])
-    x, v = np.concatenate([transit.states for transit in transits], axis=1)
+    times, (x, v), driven = transit.times, transit.states, transit.peak.contact == 0
     forces, rates = force_rates(x[:, :-1] - x[:, 1:], v[:, :-1] - v[:, 1:], problem.exponent)
     jets = np.array((x[:, 1:3], v[:, 1:3], forces[:, :-1] - forces[:, 1:], rates[:, :-1] - rates[:, 1:]))
-    within = np.ones(len(times) - 1, bool)
-    within[[end - 1 for end in ends[1:-1]]] = False  # no step leads from one wave to the next
-    begin = within.nonzero()[0]
-    driven = np.zeros(len(times), bool)
-    for transit, first, last in zip(transits, ends[:-1], ends[1:], strict=True):
-        if transit.peak.contact == 0:  # only the motion relative to the free-particle displacement is smooth
-            driven[first:last] = True
-            jets[:2, first:last, 0] -= _free(problem, transit.times)
-    size = (times[begin + 1] - times[begin])[:, None]
-    known = hermite_data(jets[:, begin], jets[:, begin + 1], size[:, 0])
-    nodes = times[begin, None] + size * _NODES
+    if driven:
+        jets[:2, :, 0] -= _free(problem, times)
+    size = np.diff(times)[:, None]
+    known = hermite_data(jets[:, :-1], jets[:, 1:], size[:, 0])
+    nodes = times[:-1, None] + size * _NODES
     positions = _between(_VALUES_BETWEEN, known)
-    if driven.any():
-        steps = driven[begin]
-        positions[:, steps, 0] += _free(problem, nodes[steps].T.ravel())[0].reshape(len(_NODES), -1)
+    if driven:
+        positions[..., 0] += _free(problem, nodes.T.ravel())[0].reshape(len(_NODES), -1)
     force = np.maximum(positions[..., 0] - positions[..., 1], 0.0).T
     velocity = _between(_SLOPES_BETWEEN, known[..., 1]).T / size
     return nodes, power_force(force, problem.exponent), velocity, size * _WEIGHTS, known[..., 1].T
