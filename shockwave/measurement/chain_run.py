@@ -202,8 +202,6 @@ class ChainRun:
             leaving = v[::-1] if self.unfollowed_force == 0 else v[::-1][: departed(x, v)]
             self.spalls = tuple(leaving[leaving > ejected].tolist())
         self.end = stretch.end
-        while self._recent:
-            self._course.recycle(self._recent.pop()[0])
         progressed(self.label, math.ceil(self.end), math.ceil(self.end))
         return self
 
@@ -253,7 +251,7 @@ class ChainRun:
             stretch = self._course.advance(until, 0.0 if self._free_end else max(until - self._kept, 0.0))
             progressed(self.label, int(stretch.end), None)
             while self._recent and self._recent[0][0].end <= stretch.end - self._kept:
-                self._course.recycle(self._recent.pop(0)[0])
+                del self._recent[0]
             self._recent.append((stretch, 0.0))
             if self._free_end is not None:
                 self._free_end.observe(stretch)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import abc
 import math
 from array import array
-from collections import deque
 from functools import partial
 from operator import itemgetter
 from types import ModuleType
@@ -16,7 +15,6 @@ import numpy as np
 from shockwave.errors import NumericalError
 from shockwave.measurement.peak_log import PeakLog
 from shockwave.progress import progressed
-from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.march import FIRST_WINDOW, March, Span, Stretch, overdue
 from shockwave.simulation.nystroem import Nystroem
@@ -30,12 +28,6 @@ _MOST_STEPS = 256
 _ROOM = 32
 _ROOM_RATE = 1.1
 _ROOM_TIME = 200.0
-# Number of granules for which memory is reserved, besides half of those at hand.
-_SLACK = 128
-# Memory of former stretches, used again because the first access to new memory takes as long as many steps; and the
-# largest size that is kept.
-_spare: deque[FloatArray] = deque(maxlen=8)
-_LARGEST = 2**19
 # The state of the compiled code; see `_compiled.c`.
 _COLUMNS = (
     "now", "size", "until", "stop", "granules", "flying", "flown", "age", "steps", "kept", "evaluations", "peaks",
@@ -76,9 +68,6 @@ class Course(abc.ABC):
 
         Ahead of it the chain is at rest.
         """
-
-    def recycle(self, stretch: Stretch) -> None:  # noqa: B027
-        """Allow the memory of a stretch to be used for another one."""
 
     @final
     def advance_to(self, until: float, label: str, total: float) -> Stretch:
@@ -136,14 +125,7 @@ class _Compiled(Course):
         chain[:, :granules] = self._chain[:, :granules]
         self._chain = chain
         log.reserve(4 * capacity, capacity)
-        rows, size = self._rows, self._rows * capacity
-        try:
-            memory = _spare.pop()
-        except IndexError:
-            memory = np.empty((2, 0))
-        if memory.shape[1] < size:
-            memory = np.empty((2, size + size // 2 + rows * _SLACK))
-        times, (xs, vs) = np.empty(rows), memory[:, :size].reshape(2, rows, capacity)
+        times, (xs, vs) = np.empty(self._rows), np.empty((2, self._rows, capacity))
         self._set(target=until, kept_since=since, peaks=log.count, strongest=log.strongest)
         self._continue(chain, times, xs, vs, log.table, log.last, expired)
         self.now, log.strongest, ended, *counts = _read(self._state)
@@ -171,8 +153,3 @@ class _Compiled(Course):
     def _set(self, **values: float) -> None:
         for name, value in values.items():
             self._state[_PLACES[name]] = value
-
-    def recycle(self, stretch: Stretch) -> None:
-        memory = stretch.x.base
-        if isinstance(memory, np.ndarray) and memory.size <= _LARGEST:
-            _spare.append(memory)
