@@ -16,7 +16,8 @@ from scipy.optimize import brentq
 import shockwave as sw
 from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.measurement.chain_setup import ChainSetup
-from shockwave.simulation.assembly import Assembly, Motion, integrate, tolerances_for
+from shockwave.measurement.repeated_runs import tolerances_for
+from shockwave.simulation.assembly import Assembly, Motion, integrate
 from shockwave.simulation.cubic import around_tops, root, top
 from shockwave.simulation.fixed_step import Verlet
 from shockwave.simulation.nystroem import Rkn64, Rkn1210

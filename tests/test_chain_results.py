@@ -303,13 +303,13 @@ def test_an_integration_that_would_take_minutes_is_refused_at_once(
 
 
 def test_the_work_of_a_run_is_estimated_from_its_second_half() -> None:
-    forecast = Forecast(until=1000.0, most_work=100.0, cause="the scene")
+    forecast = Forecast(until=1000.0, most_work=100.0, cause=lambda: "the scene")
     forecast.check(time=1.0, work=9.0, steps=9)  # too early
     forecast.check(time=1.1, work=20.0, steps=20)
     with pytest.raises(sw.NumericalError, match="steps because of the scene"):
         forecast.check(time=1.2, work=40.0, steps=40)
     # short steps at the beginning do not count
-    forecast = Forecast(until=100.0, most_work=100.0, cause="the scene")
+    forecast = Forecast(until=100.0, most_work=100.0, cause=lambda: "the scene")
     forecast.check(time=1e-6, work=9.0, steps=9)
     forecast.check(time=50.0, work=20.0, steps=20)
 

@@ -21,7 +21,7 @@ from shockwave.measurement.chain_result import ChainResult, SegmentEnergy, Trans
 from shockwave.measurement.chain_setup import ChainSetup
 from shockwave.measurement.contact_peaks import ContactPeak, last_force
 from shockwave.measurement.recording import Recording, sample_times
-from shockwave.measurement.repeated_runs import Runs, run, runs_of
+from shockwave.measurement.repeated_runs import Runs, run, runs_of, tolerances_for
 from shockwave.measurement.result import Cost, SimulationResult
 from shockwave.measurement.simulation_setup import scaled
 from shockwave.options import SimulateOptions
@@ -29,7 +29,7 @@ from shockwave.plausibility import unusual_warnings
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.registry import load
-from shockwave.simulation.assembly import Motion, tolerances_for
+from shockwave.simulation.assembly import Motion
 from shockwave.simulation.backend import chosen
 from shockwave.simulation.nystroem import Rkn86
 from shockwave.simulation.time_limit import time_limit

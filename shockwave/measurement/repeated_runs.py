@@ -11,8 +11,16 @@ from shockwave.errors import NumericalError
 from shockwave.measurement.chain_setup import ChainSetup
 from shockwave.measurement.contact_peaks import ContactPeak
 from shockwave.quadrature import FloatArray
-from shockwave.simulation.assembly import ESTIMATE_FACTOR, Motion, integrate, tolerances_for
+from shockwave.simulation.assembly import Motion, integrate
 
+# Tolerances of a step of two runs whose difference gives the error of the first, over the requested relative error, the
+# least tolerances, and the factor of the difference: the error is below the estimate in 97 % of random chains.
+_FINE = 0.01
+_COARSE = 0.1
+_LEAST_FINE = 1e-13
+_LEAST_COARSE = 1e-12
+# Error estimate of a peak force or a time, over its difference between the two runs.
+_ESTIMATE_FACTOR = 2.0
 # Least error tolerance of a step, and its factor from run to run.
 _TIGHTEST = 1e-15
 _TIGHTER = 0.1
@@ -128,6 +136,16 @@ def runs_of(case: ChainSetup) -> Runs:
     return best._replace(steps=steps, evaluations=evaluations)
 
 
+def tolerances_for(rtol: float) -> tuple[float, float]:
+    """Tolerances of the run whose results count, and of a coarser one from which its errors are estimated.
+
+    `_ESTIMATE_FACTOR` times the difference of the two runs is an estimate of the errors of the first run; its errors
+    are below ``rtol`` in 99 % of random chains. In the others, as in collisions that amplify errors, the estimate
+    exceeds ``rtol``: then repeat with a smaller one.
+    """
+    return max(_FINE * rtol, _LEAST_FINE), max(_COARSE * rtol, _LEAST_COARSE)
+
+
 def run(case: ChainSetup, tolerance: float, until: float | None, times: FloatArray | tuple[()] = ()) -> Motion:
     """One run to ``until``, with the states at ``times``."""
     return integrate(case.assembly, tolerance, until=until, times=times, compiled=case.compiled, integrator=case.method)
@@ -146,7 +164,7 @@ def _errors(case: ChainSetup, coarse: Motion, fine: Motion, tolerance: float) ->
             relative[here] = np.maximum(relative[here], near)
     caution = _DAMPED if case.assembly.damping.any() else 1.0
     own = caution * tolerance + (0.0 if case.assembly.force is None else case.assembly.force.path.error)
-    errors = caution * ESTIMATE_FACTOR * relative + own + _ROUNDING * forces / base
+    errors = caution * _ESTIMATE_FACTOR * relative + own + _ROUNDING * forces / base
     errors[forces <= 0] = 0.0
     judged = case.judged(forces)
     late = np.abs(fine.force_times - coarse.force_times)[judged]

@@ -8,28 +8,20 @@ from functools import cached_property
 from types import ModuleType
 
 import numpy as np
-from attrs import evolve, frozen
+from attrs import frozen
 
 from shockwave.chain.contact_law import BoundLaw
 from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.chain_contacts import FAR, VISCOUS
 from shockwave.simulation.chain_domains import run
-from shockwave.simulation.chain_job import Forecast, Job, Status, cause_of
+from shockwave.simulation.chain_job import Forecast, Job, Status
 from shockwave.simulation.general_nystroem import GeneralTableau, dop853, of_nystroem
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.nystroem import Nystroem, Rkn86
 from shockwave.simulation.problem import ChainProblem
 from shockwave.simulation.time_limit import is_limited
 
-# Tolerances of a step of two runs whose difference gives the error of the first, over the requested relative error, the
-# least tolerances, and the factor of the difference: the error is below the estimate in 97 % of random chains.
-_FINE = 0.01
-_COARSE = 0.1
-_LEAST_FINE = 1e-13
-_LEAST_COARSE = 1e-12
-#: Error estimate of a peak force or a time, over its difference between the two runs.
-ESTIMATE_FACTOR = 2.0
 # Least fraction of closing velocity and overlap at one contact that is expected at the next, and of their estimates at
 # the first one.
 _EXPECTED = 0.1
@@ -42,6 +34,8 @@ _LEAST_STEPS = 8
 # Largest number of evaluations of a contact force without a time limit, and its increase with the number of bodies.
 _WORK = 2e9
 _WORK_PER_BODY = 6e6
+# Rate in characteristic times beyond which it makes the steps short.
+_FAST = 30.0
 # Gauss-Legendre rule on (0, 1) for the energy of contacts with a static overlap: nodes and weights.
 _RULE = (np.polynomial.legendre.leggauss(12) + np.array([[1.0], [0.0]])) / 2
 
@@ -141,6 +135,23 @@ class Assembly:
         first = _FIRST_STEP * float(scales[1, 0] / scales[0, 0])
         return np.array([inverse, k, gap, base, np.sqrt(base), k * base**p, c, *reach]), scales, first
 
+    def cause_of_work(self) -> str:
+        """Keys of the scenario that make the steps of a run short or many."""
+        inverse, p, last = self.inverse_masses, self.exponent, float(self.inverse_masses[-1])
+        lighter = np.maximum(inverse, np.append(inverse[1:], 0.0))[: len(self.overlaps)]
+        force = self._first_scales[1] + float(self.static_forces.max())
+        overlaps = (force / self.stiffnesses) ** (1 / p)
+        elastic = np.sqrt(p * force / overlaps * lighter)
+        rates = {
+            f"the mass or the stiffness at contact {np.argmax(elastic)} (chain.granules, chain.end)": elastic.max(),
+            "chain.damping": (self.damping * overlaps**self.damping_power * lighter).max(),
+            "chain.end.stiffness and the mass of the wall": math.sqrt(self.end_stiffness * last),
+            "chain.end.damping and the mass of the wall": self.end_damping * last,
+        }
+        cause = max(rates, key=lambda each: float(rates[each]))
+        long = "simulate.until, the duration of the shock, or the length of the chain"
+        return cause if rates[cause] > _FAST else long
+
     def potential(self, x: FloatArray) -> FloatArray:
         """Integral of the contact force minus its static part from the initial state to ``x``, shape (contacts,).
 
@@ -234,16 +245,6 @@ class Motion:
         return stored - self.initial_energy - self.work
 
 
-def tolerances_for(rtol: float) -> tuple[float, float]:
-    """Tolerances of the run whose results count, and of a coarser one from which its errors are estimated.
-
-    `ESTIMATE_FACTOR` times the difference of the two runs is an estimate of the errors of the first run; its errors
-    are below ``rtol`` in 99 % of random chains. In the others, as in collisions that amplify errors, the estimate
-    exceeds ``rtol``: then repeat with a smaller one.
-    """
-    return max(_FINE * rtol, _LEAST_FINE), max(_COARSE * rtol, _LEAST_COARSE)
-
-
 def method_for(assembly: Assembly, integrator: type[Integrator] | None) -> tuple[str, GeneralTableau]:
     """Name and coefficients of the method: those of ``integrator``, by default rkn86, with damping dop853.
 
@@ -300,12 +301,10 @@ def integrate(
     _check(job)
     contacts = len(assembly.overlaps)
     x, v = job.x[:-1], job.v[:-1]
-    found = job.found
-    weight, end = assembly.weight, float(found[1])
+    found, weight, end = job.found, assembly.weight, float(job.found[1])
     impulse = weight * end if assembly.force is None else assembly.force.free(end)[1]
     masses = 1 / assembly.inverse_masses
     peaks = job.peaks[0, :contacts]
-    shown = job.samples[:, 0, :-1], job.samples[:, 1, :-1], job.samples[:, 2, :contacts]
     return Motion(
         forces=assembly.static_forces + peaks,
         force_times=job.peaks[1, :contacts],
@@ -326,9 +325,9 @@ def integrate(
         steps=int(found[4]),
         evaluations=int(found[5]),
         integrator=name,
-        samples_x=shown[0],
-        samples_v=shown[1],
-        samples_forces=shown[2],
+        samples_x=job.samples[:, 0, :-1],
+        samples_v=job.samples[:, 1, :-1],
+        samples_forces=job.samples[:, 2, :contacts],
     )
 
 
@@ -354,12 +353,13 @@ def _job(assembly: Assembly, tolerance: float, until: float | None, times: Float
         samples=np.zeros((len(times), 3, bodies + 1)),
         found=np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, first]),
         table=Job.table_for(method, bodies),
+        forecast=Forecast(end, work, assembly.cause_of_work),
     )
     job.chain[:], job.scales[:] = chain, scales
     inverse = chain[0]
     job.switches[:] = inverse + np.append(inverse[1:], 0.0), np.ones(bodies)
     job.v[0] = assembly.velocity
-    return evolve(job, forecast=Forecast(end, work, cause_of(job)))
+    return job
 
 
 def _first_step(assembly: Assembly, first: float, tolerance: float) -> float:
@@ -387,13 +387,14 @@ def _ratio(one: float, others: FloatArray) -> FloatArray:
 def _check(job: Job) -> None:
     """Raise the error of a failed run."""
     status, at = Status(int(job.found[0])), f"at {job.found[1]:.4g} characteristic times"
+    if status is Status.DONE:
+        return
     reasons = {
-        Status.TOO_LONG: f"the chain takes too many steps because of {job.forecast.cause}: {job.found[4]:.0f} {at} (set"
-        " a timeout to continue, simulate a shorter time with until, use a shorter chain, or loosen the tolerance)",
+        Status.TOO_LONG: f"the chain takes too many steps because of {job.forecast.cause()}: {job.found[4]:.0f}"
+        f" {at} (set a timeout to continue, simulate a shorter time, use a shorter chain, or loosen the tolerance)",
         Status.FAILED: f"the step size vanishes {at} (the ratios of masses or stiffnesses are too large, or the damping"
         " is too strong)",
         Status.RUNNING: f"the time limit was reached {at} (allow more, loosen the tolerance, or simulate a shorter time"
         " with until)",
     }
-    if status in reasons:
-        raise NumericalError(reasons[status])
+    raise NumericalError(reasons[status])

@@ -15,7 +15,6 @@ from shockwave.errors import NumericalError
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.general_nystroem import GeneralTableau
 from shockwave.simulation.problem import ChainProblem
-from shockwave.simulation.time_limit import expired
 
 
 class Status(IntEnum):
@@ -36,11 +35,6 @@ SHARED = 19
 # beyond which the run ends at once.
 _SOON = 0.1
 _HOPELESS = 10.0
-# Rate in characteristic times beyond which it makes the steps short, and duration beyond which a shock is long.
-_FAST = 30.0
-_LONG = 1e3
-# Work on a stage in compiled code besides that on the contacts, in evaluations of a contact force.
-_STEP = 32
 #: Places of settings.
 UNTIL = 3
 CONTACTS = 9
@@ -50,11 +44,11 @@ WEIGHT = 14
 
 @define
 class Forecast:
-    """Estimate of the work of a run to the time ``until``, from its progress; ``cause`` makes its steps many."""
+    """Estimate of the work of a run to the time ``until``, from its progress; ``cause`` states what makes it large."""
 
     until: float = math.inf
     most_work: float = math.inf
-    cause: str = ""
+    cause: Callable[[], str] = str
     marks: list[tuple[float, float]] = Factory(lambda: [(0.0, 0.0)])
 
     def check(self, time: float, work: float, steps: float) -> None:
@@ -71,7 +65,7 @@ class Forecast:
         whole = work + (self.until - time) * (work - before) / max(time - since, 1e-300)
         if whole > _HOPELESS * self.most_work:
             needed = f"the chain would take about {steps * whole / work:.0e} steps"
-            raise NumericalError(f"{needed} because of {self.cause} (set a timeout to integrate it all the same)")
+            raise NumericalError(f"{needed} because of {self.cause()} (set a timeout to integrate it all the same)")
 
 
 @frozen(eq=False)
@@ -161,38 +155,3 @@ class Job:
     def switches(self) -> FloatArray:
         """Accelerations of the closing velocities by a unit force, and whether dashpots act, shape (2, bodies)."""
         return self.table[17:19, :-2]
-
-
-def cause_of(job: Job) -> str:
-    """Keys of the scenario that make the steps of a run short or many, at its beginning."""
-    p, q, _, _, duration, _, peak, _, _, contacts, spring, dashpot, _, _, weight = job.settings.tolist()
-    count = int(contacts)
-    inverse, k, _, _, _, static, c = job.chain[:7, :count]
-    both, last = job.switches[0, :count], float(job.chain[0, -1])
-    force = max(peak, weight, float(k[0] * job.scales[1, 0] ** p)) + float(static.max())
-    overlaps = (force / k) ** (1 / p)
-    elastic = np.sqrt(p * force / overlaps * both)
-    at = int(np.argmax(elastic))
-    body = at + int(inverse[at] < both[at] / 2)
-    rates = {
-        f"the small mass or the stiff contacts of body {body} (chain.granules, chain.end)": float(elastic.max()),
-        "chain.damping": float((c * overlaps**q * both).max()),
-        "chain.end.stiffness and the mass of the wall": math.sqrt(spring * last),
-        "chain.end.damping and the mass of the wall": dashpot * last,
-    }
-    cause = max(rates, key=rates.__getitem__)
-    if rates[cause] < _FAST:
-        long = f"the duration of the shock, {duration:.1e} characteristic times"
-        return long if duration > _LONG else "simulate.until, or the length of the chain"
-    return cause
-
-
-def watched(job: Job, settings: FloatArray) -> Callable[[], bool]:
-    """Function for the compiled code that states whether the time limit is reached; it checks the forecast."""
-
-    def ends() -> bool:
-        _, time, _, _, steps, evaluations, _, _ = settings[-len(job.found) :].tolist()
-        job.forecast.check(time, evaluations * (job.table.shape[1] + _STEP), steps)
-        return expired()
-
-    return ends

@@ -14,7 +14,7 @@ import numpy as np
 from shockwave.quadrature import FloatArray
 from shockwave.simulation import chain_contacts
 from shockwave.simulation.chain_contacts import Contacts, End, greatest_overlap, has_arrived, kink_error
-from shockwave.simulation.chain_job import Job, Status, watched
+from shockwave.simulation.chain_job import Job, Status
 from shockwave.simulation.cubic import around_tops, root, top
 from shockwave.simulation.general_nystroem import scaled_error
 from shockwave.simulation.time_limit import expired
@@ -30,6 +30,7 @@ _MIN_FACTOR = 0.2
 _MAX_FACTOR = 3.0
 # Work on a stage besides that on the contacts, in evaluations of a contact force of the compiled code.
 _STEP = 4000
+_COMPILED_STEP = 32
 # Smallest step, relative to the time and to the first step.
 _MIN_STEP = 1e-15
 _MIN_FIRST = 1e-13
@@ -54,19 +55,22 @@ def run(job: Job, compiled: ModuleType | None) -> None:
     if compiled is None:
         _March(job).run()
         return
-    none = np.empty(0)
-    problem, found = job.problem, len(job.found)
-    tables = (none, none) if problem is None else (problem.path.rows, problem.path.coefficients)
+    path = None if job.problem is None else job.problem.path
+    tables = (np.empty(0), np.empty(0)) if path is None else (path.rows, path.coefficients)
     window = chain_contacts.MIN_OVERLAP, job.window, _GROWTH, _MARGIN, _AT_REST
     control = _SAFETY, _MIN_FACTOR, _MAX_FACTOR, _MIN_STEP, _MIN_FIRST
     contacts = chain_contacts.LOCATED, chain_contacts.ROUNDING, chain_contacts.ELASTIC, chain_contacts.VISCOUS
     kinks = _SOON, chain_contacts.KINK, _KINK_SHARE, _MOST_CUTS, *contacts
     peaks = _NEARLY, _HOPELESS, _MOST_TURNS, _NEAR, chain_contacts.PASSED, chain_contacts.WAVE
     settings = np.concatenate((job.settings, window, control, kinks, peaks, job.found))
-    compiled.run(
-        job.method.packed, *tables, job.stops, job.times, settings, job.table, job.samples, watched(job, settings)
-    )
-    job.found[:] = settings[-found:]
+    progress = settings[-len(job.found) :]
+
+    def ends() -> bool:
+        job.forecast.check(progress[1], progress[5] * (job.table.shape[1] + _COMPILED_STEP), progress[4])
+        return expired()
+
+    compiled.run(job.method.packed, *tables, job.stops, job.times, settings, job.table, job.samples, ends)
+    job.found[:] = progress
 
 
 class _March(Contacts):
