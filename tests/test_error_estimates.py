@@ -14,7 +14,7 @@ import shockwave as sw
 from scenes import CASE_A, CHAIN, UNITS, lasting, random_pulses
 from shockwave.measurement import chain_run, histories, leading_wave, repeated_runs, train
 from shockwave.measurement.chain_run import ChainRun
-from shockwave.measurement.measured_wave import MeasuredWave
+from shockwave.measurement.measured_wave import MeasuredWave, Passage
 from shockwave.measurement.peak_log import Peak
 from shockwave.measurement.simulation_setup import scaled, setup_of
 from shockwave.options import SimulateOptions
@@ -246,7 +246,8 @@ def passage_errors(monkeypatch: pytest.MonkeyPatch, *changes: dict[int, tuple[fl
 
     monkeypatch.setattr(histories, "_peaks", peaks)
     result = sw.simulate(CASE_A, CHAIN, rtol=1e-3, waves="primary")
-    passages = histories._integrated(result, setup_of(result.options), [3, 4, 5, 6], searches=True)
+    passages: dict[int, Passage] = {}
+    histories._integrate(result, passages, [3, 4, 5, 6], setup_of(result.options).search)
     return {contact: passage.error_estimate for contact, passage in passages.items()}
 
 

@@ -18,6 +18,7 @@ from shockwave.measurement.simulation_setup import Setup, scaled, setup_of
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.march import Span, march
+from shockwave.simulation.nystroem import Nystroem
 from shockwave.simulation.primary_search import find_primaries
 from shockwave.simulation.problem import ChainProblem, contact_energies, contact_forces
 from shockwave.simulation.time_limit import expired
@@ -51,46 +52,35 @@ def passages_at(result: SimulationResult, contacts: Iterable[int]) -> list[Passa
             time = found.time + beyond / (wave.speed * found.peak**wave.of_speed)
             # The deviation from the limit where the peak was measured decreases at least by this factor per contact.
             error = result.error_estimate + abs(found.last / found.peak - 1) * _DECREASE**beyond
-            passages[contact] = _passage(result, contact, time, found.peak, error, exact=True)
+            passages[contact] = Passage.of(contact, time, found.peak, error, exact=True)
     near = [contact for contact in numbers if contact <= last and contact not in passages]
     if near and setup.search is not None:
-        passages |= _integrated(result, setup, near, searches=True)
+        _integrate(result, passages, near, setup.search)
     enough = max(setup.rtol, result.error_estimate)
     missed = [each for each in numbers if each not in passages or passages[each].error_estimate > enough]
-    for contact, passage in (_integrated(result, setup, missed, searches=False) if missed else {}).items():
-        if contact not in passages or passage.error_estimate < passages[contact].error_estimate:
-            passages[contact] = passage
+    if missed:
+        _integrate(result, passages, missed)
     reason = "the time limit was reached" if expired() else "the force still rises there (request a later contact)"
     return [
-        passages.get(each) or NumericalError(f"the leading wave has no peak at contact {each}: {reason}")
+        passages[each].in_si(result.scales)
+        if each in passages
+        else NumericalError(f"the leading wave has no peak at contact {each}: {reason}")
         for each in numbers
     ]
 
 
-def _passage(
-    result: SimulationResult, contact: int, time: float, force: float, error: float, exact: bool = False
-) -> Passage:
-    """A passage in SI units."""
-    return Passage(
-        contact=contact,
-        arrival_time=time * result.scales.time,
-        peak_force=force * result.scales.contact_force,
-        exact=exact,
-        error_estimate=error,
-    )
-
-
-def _integrated(result: SimulationResult, setup: Setup, contacts: list[int], searches: bool) -> dict[int, Passage]:
-    """Passages from integrations of the chain up to the last contact, with smaller and smaller tolerances.
+def _integrate(
+    result: SimulationResult, passages: dict[int, Passage], contacts: list[int], search: type[Nystroem] | None = None
+) -> None:
+    """Add passages from integrations of the chain up to the last contact, with smaller and smaller tolerances.
 
     The errors follow from the differences of two runs, there and at neighbouring contacts, since they may vanish by
     chance at one of them.
     """
-    problem, _ = scaled(result.shock, result.chain)
-    passages: dict[int, Passage] = {}
-    missed, coarse = contacts, _peaks(problem, setup, contacts, searches, 0)[0]
+    problem, setup = scaled(result.shock, result.chain)[0], setup_of(result.options)
+    missed, coarse = contacts, _peaks(problem, setup, contacts, search, 0)[0]
     for decades in range(1, _RUNS if setup.method.adaptive else 2):
-        fine, tolerance = _peaks(problem, setup, missed, searches, decades)
+        fine, tolerance = _peaks(problem, setup, missed, search, decades)
         changes = {
             contact: max(abs(value / before - 1) for value, before in zip(peak, coarse[contact], strict=True))
             for contact, peak in fine.items()
@@ -100,16 +90,15 @@ def _integrated(result: SimulationResult, setup: Setup, contacts: list[int], sea
             near = range(contact - _NEIGHBOURS, contact + _NEIGHBOURS + 1)
             error = max(changes.get(each, 0.0) for each in near) + tolerance + problem.path.error + _ROUNDING
             if contact not in passages or error < passages[contact].error_estimate:
-                passages[contact] = _passage(result, contact, *fine[contact], error)
+                passages[contact] = Passage.of(contact, *fine[contact], error)
         missed = [each for each in missed if each not in passages or passages[each].error_estimate > setup.rtol]
         if not missed:
             break
         coarse = fine
-    return passages
 
 
 def _peaks(
-    problem: ChainProblem, setup: Setup, contacts: list[int], searches: bool, decades: int
+    problem: ChainProblem, setup: Setup, contacts: list[int], search: type[Nystroem] | None, decades: int
 ) -> tuple[dict[int, tuple[float, float]], float]:
     """Time and force of the first peak at contacts and their neighbours, by a run with a tolerance smaller by decades.
 
@@ -118,21 +107,18 @@ def _peaks(
     last = math.inf if problem.granules is None else problem.granules - 2
     near = {contact + shift for contact in contacts for shift in range(-_NEIGHBOURS, _NEIGHBOURS + 1)}
     numbers = sorted(contact for contact in near if 0 <= contact <= last)
-    if searches and setup.search is not None:
+    if search is not None:
         # as in an endless chain, since the free end does not affect the front before it arrives
         request = setup.request(evolve(problem, granules=None), decades, contacts=tuple(numbers))
-        (primary,) = find_primaries([request], setup.search, setup.compiled)
+        (primary,) = find_primaries([request], search, setup.compiled)
         return {peak.contact: (peak.time, peak.force) for peak in primary.passages}, request.tolerance
     integrator = setup.integrator(10.0 ** (1 - decades))
     course = Course.of(problem, integrator, kept=False)
-    peaks: dict[int, tuple[float, float]] = {}
-    course.advance_to(0.0, "passage", numbers[-1])
-    while len(peaks) < len(numbers) and course.log.front <= numbers[-1] + _REACH:
+    while course.log.front <= numbers[-1] + _REACH and any(not [*course.log.at(each)] for each in numbers):
         course.advance_to(course.now + 1.0, "passage", numbers[-1])
-        for contact in numbers:
-            if contact not in peaks and (logged := [*course.log.at(contact)]):
-                peaks[contact] = logged[-1].time, logged[-1].force
-    return peaks, integrator.tolerance if setup.method.adaptive else 0.0
+    peaks = [peak for contact in numbers for peak in [*course.log.at(contact)][-1:]]
+    tolerance = integrator.tolerance if setup.method.adaptive else 0.0
+    return {peak.contact: (peak.time, peak.force) for peak in peaks}, tolerance
 
 
 # ---------------------------------------------------------------- histories
