@@ -9,13 +9,12 @@ from attrs import field, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.chain.yielding import Yielding
-from shockwave.errors import NumericalError
 from shockwave.limit import LAST, WALL, WAVE, LeavingForce, Limit, Verdict, plain_verdict, verdict
 from shockwave.measurement.contact_peaks import ContactPeak, last_force
-from shockwave.measurement.recording import Recording, plain
+from shockwave.measurement.recording import Recorded, plain
 from shockwave.measurement.result import Cost
 from shockwave.options import SimulateOptions
-from shockwave.result_base import VERSION, Result, cached_property
+from shockwave.result_base import VERSION
 from shockwave.scene_summary import ChainScene
 from shockwave.text import printed
 
@@ -66,7 +65,7 @@ class SegmentEnergy:
 
 
 @frozen(kw_only=True, slots=False, repr=False)
-class ChainResult(Result):
+class ChainResult(Recorded):
     """Result of a simulation of a chain beyond equal spheres, from 0 to the end of the simulated time.
 
     In general the leading wave has no limit in such a chain, so ``peak_force`` and ``amplification`` are None and
@@ -137,7 +136,7 @@ class ChainResult(Result):
     warnings : tuple of str
         Sentences on the limits of the result.
     on_demand : callable
-        Function that computes the ``recording`` when it is accessed.
+        Function that computes the ``recording`` when it is accessed, from this name and the result.
     scenario : str or None
         Name of the scenario, if there is one.
     limit : Limit or None
@@ -211,24 +210,6 @@ class ChainResult(Result):
     def verdict(self) -> Verdict | None:
         """Verdict on the limit; None without a limit."""
         return None if self.limit is None else verdict(self.limit, self.leaving)
-
-    @property
-    def rtol(self) -> float | None:
-        """Requested relative error; None for a fixed-step method."""
-        return self.options.rtol
-
-    @property
-    def recording(self) -> Recording | None:
-        """Requested histories, integrated at the first access; None if they could not be computed."""
-        return self._recording[0]
-
-    @cached_property
-    def _recording(self) -> tuple[Recording | None, tuple[str, ...]]:
-        """Histories, and a warning if they could not be computed."""
-        try:
-            return (self.on_demand(self) if self.options.record else None), ()
-        except NumericalError as error:
-            return None, (f"No histories: {error}.",)
 
     @property
     def wave_warnings(self) -> tuple[str, ...]:

@@ -356,7 +356,7 @@ def _yielding(case: ChainSetup, motion: Motion) -> Yielding | None:
 # ---------------------------------------------------------------- histories
 
 
-def _record(result: ChainResult) -> Recording:
+def _record(_part: str, result: ChainResult) -> Recording:
     """Histories that the options of ``result`` request, by another integration of the chain.
 
     Raises

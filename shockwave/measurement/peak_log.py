@@ -127,12 +127,7 @@ class PeakLog:
 
     def nearest(self, contact: int, time: float) -> Peak | None:
         """Among the peaks at a contact, the one nearest to ``time``; None if there is none."""
-        found = None
-        for peak in self.at(contact):
-            if found is not None and abs(peak.time - time) > abs(found.time - time):
-                break
-            found = peak
-        return found
+        return min(self.at(contact), key=lambda peak: abs(peak.time - time), default=None)
 
     def following(self, peak: Peak) -> float:
         """Time of the next peak at the contact of ``peak``; infinite if there is none."""
@@ -254,8 +249,10 @@ def force_rates(overlap: FloatArray, closing: FloatArray, exponent: float) -> tu
     return power**3 if exponent == HERTZ else power * closed, exponent * power * closing
 
 
-def powers_between(begin: FloatArray, end: FloatArray, size: FloatArray) -> FloatArray:
-    """Hermite polynomials of degree 7 between the ends of steps, in powers of the fraction of the step.
+def hermite_data(begin: FloatArray, end: FloatArray, size: FloatArray) -> FloatArray:
+    """Values and derivatives with respect to the fraction of a step at its two ends, over their factorials.
+
+    `POWERS` converts them to the coefficients of the Hermite polynomial of degree 7.
 
     Parameters
     ----------
@@ -263,18 +260,7 @@ def powers_between(begin: FloatArray, end: FloatArray, size: FloatArray) -> Floa
         Value and first three derivatives at the ends, shape (4, ...).
     size : FloatArray
         Step sizes; its shape is that of the values or of their leading dimensions.
-
-    Returns
-    -------
-    FloatArray
-        Coefficients, lowest first, shape (8, ...).
     """
-    known = hermite_data(begin, end, size)
-    return product(POWERS, known.reshape(8, -1)).reshape(known.shape)
-
-
-def hermite_data(begin: FloatArray, end: FloatArray, size: FloatArray) -> FloatArray:
-    """Values and derivatives with respect to the fraction of a step at its two ends, over their factorials."""
     scale = np.array([size**order / factorial for order, factorial in enumerate(_FACTORIALS)])
     scale = scale.reshape(*scale.shape, *(1,) * (begin.ndim - scale.ndim))
     return np.concatenate((begin * scale, end * scale))
@@ -291,7 +277,7 @@ def _maxima(
     changes = [rate[..., 0] - 2 * rate[..., 1] + rate[..., 2] for rate in force_rates(overlap, closing, exponent)]
     jets = np.array((overlap[..., 1], closing[..., 1], *changes))
     size = np.diff(stretch.times)[steps]
-    powers = powers_between(jets[:, 0], jets[:, 1], size)
+    powers = product(POWERS, hermite_data(jets[:, 0], jets[:, 1], size))
     slopes = polyder(powers)
     bends = polyder(slopes)
     share = jets[1, 0] / (jets[1, 0] - jets[1, 1])

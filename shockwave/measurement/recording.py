@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from attrs import asdict, frozen, has
 
 from shockwave.chain.chain import Chain, Scales
-from shockwave.errors import InvalidValueError
+from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
-from shockwave.result_base import Result
+from shockwave.result_base import Result, cached_property
 
 if TYPE_CHECKING:  # a result that is only printed does not need it
     from shockwave.tables import Table
@@ -95,6 +96,39 @@ class Recording(Result):
         """Attributes by name, with arrays as lists of SI floats."""
         document: dict[str, Any] = plain(self)
         return document
+
+
+class Recorded(Result):
+    """Base of the results of simulations: the tolerance, and the histories.
+
+    Attributes
+    ----------
+    options : SimulateOptions
+        Settings.
+    on_demand : callable
+        Function that computes a part of the result from its name and the result.
+    """
+
+    options: SimulateOptions
+    on_demand: Callable[..., Any]
+
+    @property
+    def rtol(self) -> float | None:
+        """Requested relative error; None for a fixed-step method."""
+        return self.options.rtol
+
+    @property
+    def recording(self) -> Recording | None:
+        """Requested histories, integrated at the first access; None if they could not be computed."""
+        return self._recording[0]
+
+    @cached_property
+    def _recording(self) -> tuple[Recording | None, tuple[str, ...]]:
+        """Histories, and a warning if they could not be computed."""
+        try:
+            return (self.on_demand("recording", self) if self.options.record else None), ()
+        except NumericalError as error:
+            return None, (f"No histories: {error}.",)
 
 
 def check_requests(options: SimulateOptions, shock: Shock, chain: Chain, scales: Scales) -> None:

@@ -14,11 +14,11 @@ from shockwave.errors import NumericalError
 from shockwave.limit import LAST, WAVE, LeavingForce, Limit, Verdict, plain_verdict, verdict
 from shockwave.measurement.contact_peaks import ContactPeak, last_force
 from shockwave.measurement.measured_wave import MeasuredWave, Passage
-from shockwave.measurement.recording import Recording, plain
+from shockwave.measurement.recording import Recorded, plain
 from shockwave.options import SimulateOptions
 from shockwave.plausibility import unusual_warnings
 from shockwave.profiles.shock import Shock
-from shockwave.result_base import VERSION, Result, cached_property
+from shockwave.result_base import VERSION, cached_property
 from shockwave.scene_summary import Scene
 from shockwave.simulation.problem import Primary
 from shockwave.text import printed
@@ -89,7 +89,7 @@ class Train:
 
 
 @frozen(kw_only=True, slots=False, repr=False)
-class SimulationResult(Result):
+class SimulationResult(Recorded):
     """Result of a direct simulation of eq. (1).
 
     The leading wave is computed at once. The rest of the train is integrated when one of its parts is first accessed
@@ -172,11 +172,6 @@ class SimulationResult(Result):
     def backend(self) -> str:
         """Backend that integrated the chain, ``compiled`` or ``numpy``."""
         return self.options.backend
-
-    @property
-    def rtol(self) -> float | None:
-        """Requested relative error; None for a fixed-step method."""
-        return self.options.rtol
 
     @property
     def scene(self) -> Scene:
@@ -300,34 +295,23 @@ class SimulationResult(Result):
         top = self.greatest_force if self.options.waves == "train" else None
         return yielding_of(self.chain, max(self.peak_force, 0.0 if top is None else top.peak_force))
 
-    @property
-    def recording(self) -> Recording | None:
-        """Requested histories, integrated at the first access; None if they could not be computed."""
-        return self._recording[0]
-
-    @cached_property
-    def _passage_of(self) -> dict[int, Passage | NumericalError]:
-        """Passage at each requested contact, or the error."""
-        contacts = self.options.contacts
-        try:
-            passages = self.on_demand("passages", self, contacts) if contacts else []
-        except NumericalError as error:
-            passages = [error] * len(contacts)
-        return dict(zip(contacts, passages, strict=True))
-
     @cached_property
     def _passages(self) -> tuple[tuple[Passage, ...], tuple[str, ...]]:
-        """Passages, and a warning for each that could not be computed."""
+        """Passages at the requested contacts, and a warning for each that could not be computed."""
+        contacts = self.options.contacts
+        try:
+            answers = self.on_demand("passages", self, contacts) if contacts else []
+        except NumericalError as error:
+            answers = [error] * len(contacts)
         passages, warnings = [], []
-        for contact in self.options.contacts:
-            passage = self._passage_of[contact]
+        for contact, passage in zip(contacts, answers, strict=True):
             if isinstance(passage, NumericalError):
                 warnings.append(f"No passage at contact {contact}: {passage}.")
                 continue
             passages.append(passage)
             if self.rtol is not None and passage.error_estimate > self.rtol:
-                error = f"{passage.error_estimate:.1e}, not {self.rtol:.1e}"
-                warnings.append(f"The tolerance was not met: the error of the passage at contact {contact} is {error}.")
+                missed = f"the error of the passage at contact {contact} is {passage.error_estimate:.1e}"
+                warnings.append(f"The tolerance was not met: {missed}, not {self.rtol:.1e}.")
         return tuple(passages), tuple(warnings)
 
     @cached_property
@@ -341,14 +325,6 @@ class SimulationResult(Result):
             return peaks
         except NumericalError as error:
             return (), None, unknown, (f"No forces at the contacts: {error}.",)
-
-    @cached_property
-    def _recording(self) -> tuple[Recording | None, tuple[str, ...]]:
-        """Histories, and a warning if they could not be computed."""
-        try:
-            return (self.on_demand("recording", self) if self.options.record else None), ()
-        except NumericalError as error:
-            return None, (f"No histories: {error}.",)
 
     @property
     def cost(self) -> Cost:
