@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
@@ -117,8 +116,6 @@ class Nystroem(OneStep):
 
     #: The compiled module, or None for NumPy.
     compiled: ModuleType | None = field(default=None, repr=False)
-    # Kept between attempts: for large windows, allocating it takes as long as the arithmetic.
-    _memory: FloatArray = field(factory=lambda: np.empty(0), init=False, repr=False, eq=False)
 
     def attempt(
         self, acceleration: Acceleration, time: Scalar, size: Scalar, x: FloatArray, v: FloatArray, a: FloatArray
@@ -146,7 +143,7 @@ class Nystroem(OneStep):
         nodes, first, *later = columns
         square = size * size
         stages, rows = len(nodes), len(nodes) + len(first)
-        work = self._work_array(rows + len(first), *x.shape)
+        work = np.empty((rows + len(first), *x.shape))
         coasting, sums, terms = work[:stages], work[stages:rows], work[rows:]
         np.multiply(nodes * size, v, out=coasting)
         coasting += x
@@ -165,13 +162,6 @@ class Nystroem(OneStep):
         error_x, error_v = np.maximum.reduce(np.abs(sums[-2:]), axis=1)
         error = np.maximum(square * error_x, size * error_v)
         return Attempt(end, v + size * sums[-3], a, error)
-
-    def _work_array(self, *shape: int) -> FloatArray:
-        """Uninitialised array, which the next attempt overwrites."""
-        size = math.prod(shape)
-        if size > len(self._memory):
-            self._memory = np.empty(2 * size)
-        return self._memory[:size].reshape(shape)
 
     def _compiled_attempt(
         self, compiled: ModuleType, chain: ChainAcceleration, time: float, size: float, state: FloatArray
