@@ -177,11 +177,8 @@ class ChainResult(Recorded):
     limit: Limit | None = None
 
     #: The limit of the leading wave in an endless chain of equal granules, which does not exist here.
-    peak_force: None = field(default=None, init=False, repr=False)
-    amplification: None = field(default=None, init=False, repr=False)
-    waves: tuple[()] = field(default=(), init=False, repr=False)
-    passages: tuple[()] = field(default=(), init=False, repr=False)
-    recoil_error: None = field(default=None, init=False, repr=False)
+    peak_force = amplification = recoil_error = None
+    waves = passages = ()
 
     @property
     def scene(self) -> ChainScene:
