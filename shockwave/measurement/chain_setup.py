@@ -240,12 +240,7 @@ def _is_rigid(layout: Layout, scales: Scales, wall: Wall, rtol: float, until: fl
     power, force = layout.pairs.exponent, _GREATEST * scales.force + float(layout.static_forces[-1])
     overlap = (force / float(layout.pairs.stiffnesses[-1])) ** (1 / power)
     end = _LATEST * len(layout.masses) * scales.time if until is None else until
-    moved = min(_ratio(force, wall.stiffness), _ratio(force * end, wall.damping))
-    return bool(moved < _STILL * rtol * overlap)
-
-
-def _ratio(one: float, other: float) -> float:
-    return one / other if other else math.inf
+    return bool(force < _STILL * rtol * overlap * max(wall.stiffness, wall.damping / end))
 
 
 def _assembly(layout: Layout, scales: Scales, excitation: Shock | Impact, rtol: float, until: float | None) -> Assembly:
