@@ -157,14 +157,11 @@ def contact_peaks(
         If the integration would take too long, fails, or reaches the time limit.
     """
     granules, options = cast(int, result.chain.granules), result.options
-    options = evolve(options, step=None, integrator=None, backend=options.wanted_backend)
-    warnings: tuple[str, ...] = ()
-    if load("integrators", result.integrator).refusal(damped=False):
-        warnings = (
-            f"{Rkn86.name} integrates the greatest forces at the contacts; {result.integrator} only the waves.",
-        )
-    else:
-        options = evolve(options, integrator=result.integrator)
+    integrator = result.integrator
+    warnings: list[str] = []
+    if load("integrators", integrator).refusal(damped=False):
+        warnings = [f"{Rkn86.name} integrates the greatest forces at the contacts; {integrator} only the waves."]
+    options = evolve(options, step=None, integrator=None if warnings else integrator, backend=options.wanted_backend)
     code = "numpy" if chosen(options.backend) is None else "compiled"
     if options.timeout is None and options.until is None:
         duration = max(scaled(result.shock, result.chain)[0].duration, _SINGLE)
@@ -177,7 +174,7 @@ def contact_peaks(
     runs = runs_of(ChainSetup.of(options, result.shock, result.chain))
     later = _later_force(runs.case, runs.motion)
     leaving = last_force(LAST, runs.peak(-1), runs.motion.arrival is not None, later)
-    return runs.reported, runs.greatest, leaving, warnings
+    return runs.reported, runs.greatest, leaving, tuple(warnings)
 
 
 # ---------------------------------------------------------------- parts of the result
