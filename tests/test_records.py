@@ -318,7 +318,7 @@ def test_a_path_that_cannot_be_read_is_reported(tmp_path, name, sentence):
 
 
 def test_a_file_in_no_known_encoding_names_byte_and_line(read):
-    with pytest.raises(FileAccessError, match="got the byte 0x81 in line 2; encoding: cp1252 is"):
+    with pytest.raises(FileAccessError, match="got the byte 0x81 in line 2; many instruments need encoding: cp1252"):
         read(b"# c\ntime [\x81s], force [N]\n0,0\n")
     with pytest.raises(FileAccessError, match="got a zero byte; encoding: utf-16 has them"):
         read((HEADER + COMMA).encode("utf-16-le"))
