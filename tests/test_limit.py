@@ -353,6 +353,30 @@ def test_a_later_collision_that_may_reach_the_limit_leaves_the_verdict_open(tmp_
     assert sw.Limit(force=0.9 * first).verdict(early).decision == "above"
 
 
+@pytest.mark.parametrize(
+    ("load", "bounded"),
+    [
+        ({"gravity": 9.81, "end": sw.Wall(material="same")}, True),
+        ({"precompression": 1.0, "end": sw.Wall(material="same", mass=0.02, stiffness=1e5)}, True),
+        ({"gravity": 9.81, "end": sw.Wall(material="same", mass=0.02, stiffness=1e5)}, False),
+    ],
+    ids=["gravity", "precompression", "gravity and a movable wall"],
+)
+def test_a_static_load_leaves_the_verdict_open_where_a_later_force_may_exceed_the_limit(
+    load: dict[str, Any], bounded: bool
+) -> None:
+    # the heavy striker pushes the wall most when it comes again
+    chain = sw.Chain(material="stainless-steel-302", diameter=20e-3, granules=3, **load)
+    impact = sw.Impact(velocity=0.3, diameter=100e-3)
+    early, late = (sw.simulate(impact, chain, until=until) for until in (None, 30e-3))
+    assert early.transmitted.peak_force < late.transmitted.peak_force <= early.later_force
+    assert (early.later_force < math.inf) == bounded
+    between = sw.Limit(force=(early.transmitted.peak_force + late.transmitted.peak_force) / 2)
+    assert between.verdict(early).decision == "undecided"
+    if bounded:  # the bound is not needlessly large
+        assert early.later_force < 5 * late.transmitted.peak_force
+
+
 def test_a_chain_that_flies_apart_keeps_its_verdict() -> None:
     for end in (sw.Wall(material="same"), None):
         chain = sw.Chain(material="bearing-steel-52100", diameter=9.5e-3, granules=20, end=end)

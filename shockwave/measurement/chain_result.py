@@ -94,7 +94,7 @@ class ChainResult(Recorded):
         End of the simulated time [s].
     later_force : float
         Bound of the force at the last contact after the end of the simulated time [N], from the energy that can reach
-        it; 0 where none is known: in chains with static forces or a contact law of a plugin, and in endless ones.
+        it; infinite where none is known, and 0 for an endless chain.
     arrival_time : float or None
         Time at which the leading wave reaches the last contact [s]; None if it does not.
     velocities : tuple of float

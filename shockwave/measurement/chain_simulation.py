@@ -24,6 +24,7 @@ from shockwave.measurement.recording import Recording, sample_times
 from shockwave.measurement.repeated_runs import Runs, run, runs_of, tolerances_for
 from shockwave.measurement.result import Cost, SimulationResult
 from shockwave.measurement.simulation_setup import scaled
+from shockwave.numerics import bracketed_root
 from shockwave.options import SimulateOptions
 from shockwave.plausibility import unusual_warnings
 from shockwave.profiles.shock import Shock
@@ -240,41 +241,59 @@ def _first(marks: npt.NDArray[np.bool_]) -> int:
 
 
 def _later_force(case: ChainSetup, motion: Motion) -> float:
-    """Bound of the force at the last contact after the end of the simulated time [N]; 0 where none is known.
+    """Bound of the force at the last contact after the end of the simulated time [N]; infinite where none is known.
 
-    All the energy may meet in this contact, except that of bodies that move apart, away from the others.
+    All the energy above that of the chain at rest, with a striker that has a weight lying on it, may meet in this
+    contact, except that of bodies that move apart, away from the others.
     """
     assembly, force, v = case.assembly, case.assembly.force, motion.v
+    # the energy of the law of a plugin is not known, and a movable wall may give way under the weight
+    if assembly.law is not None or (assembly.weight and not assembly.fixed_wall):
+        return math.inf
     if force is not None and motion.end < force.duration:
         return math.inf
-    if assembly.static_forces.any() or assembly.law is not None:
-        return 0.0
     masses, apart = 1 / assembly.inverse_masses, _apart(motion.x, v, assembly.overlaps)
+    static, k, p = assembly.static_forces + assembly.weight, assembly.stiffnesses, assembly.exponent
     # nothing holds the last body: a granule, or a wall without a spring
     is_free = not (assembly.fixed_wall or assembly.end_stiffness or assembly.end_damping)
     granules = len(v) if is_free else case.granules
     first, last, frame = _first(~(np.append(apart[: granules - 1], True) & (v[:granules] <= 0))), len(v), 0.0
-    if is_free and first < last:  # what counts is the motion relative to that of the whole
+    if static.any():  # what it acts on returns; a striker without a weight does not
+        first = min(first, int(force is None and not assembly.weight))
+    elif is_free and first < last:  # what counts is the motion relative to that of the whole
         frame = _mean(v[first:], masses[first:])
         last -= _first(~(np.append(True, apart) & (v >= frame))[first:][::-1])
         frame = min(frame, _mean(v[first:last], masses[first:last]))
     energy = math.fsum(0.5 * masses[first:last] * (v[first:last] - frame) ** 2) + math.fsum(motion.potential)
     energy += motion.end_energy
-    k, p, behind = float(assembly.stiffnesses[-1]), assembly.exponent, case.granules - 1 - (not case.has_wall)
-    overlap = ((p + 1) / k * energy) ** (1 / (p + 1))
-    closing = math.sqrt(2 * energy) * float(np.sum(np.sqrt(assembly.inverse_masses[behind : behind + 2])))
+    at_rest = (static / k) ** (1 / p)
+    if assembly.weight:
+        lowered = np.cumsum((at_rest - assembly.overlaps)[::-1])[::-1]
+        energy += assembly.weight * float(lowered[0] - motion.x[0]) - math.fsum(assembly.potential(lowered))
+
+    def excess(overlap: float) -> float:
+        stored = k[-1] * (overlap ** (p + 1) - at_rest[-1] ** (p + 1)) / (p + 1) - static[-1] * (overlap - at_rest[-1])
+        return float(stored - energy)
+
+    # half of the elastic energy at this overlap is enough for each of the two other terms
+    upper = max((2 * (p + 1) / k[-1] * energy) ** (1 / (p + 1)), (2 * (p + 1)) ** (1 / p) * at_rest[-1])
+    overlap = bracketed_root(excess, at_rest[-1], upper, "the greatest later overlap") if energy > 0 else at_rest[-1]
+    behind = case.granules - 1 - (not case.has_wall)
+    closing = math.sqrt(2 * max(energy, 0)) * float(np.sum(np.sqrt(assembly.inverse_masses[behind : behind + 2])))
     damping = float(assembly.damping[-1]) * overlap**assembly.damping_power * closing
-    return float(case.scales.force * (k * overlap**p + damping))
+    return float(case.scales.force * (k[-1] * overlap**p + damping))
 
 
 def _later_warning(case: ChainSetup, motion: Motion, later: float) -> Iterator[str]:
     """Warning of a greater force on the wall after the end of the simulated time."""
     if case.has_wall and motion.arrival is not None and later > case.scales.force * motion.forces[-1]:
-        if later == math.inf:
-            yield "The shock ends after the simulated time: the force on the wall may still grow (extend until)."
-        else:
+        if later < math.inf:
             force = f"of at most {si(later, 'N', 3)}"
             yield f"A later collision may exert a greater force on the wall, {force} (extend until)."
+        elif case.assembly.force is not None and motion.end < case.assembly.force.duration:
+            yield "The shock ends after the simulated time: the force on the wall may still grow (extend until)."
+        elif case.assembly.weight:
+            yield "The striker may fall on the chain again, with a greater force on the wall (extend until)."
 
 
 def _reached(v: FloatArray) -> int:
