@@ -511,6 +511,15 @@ def test_streams_that_cannot_be_written_end_with_a_documented_status(redirection
             assert run.stderr == (lost or "")
 
 
+def test_workers_start_without_standard_streams(tmp_path: Path) -> None:
+    scene = (ROOT / SCENE).read_text(encoding="utf-8")
+    (tmp_path / "sweep.yaml").write_text(scene + "\nsweep: {grid: {shock.peak_force: [1 N, 2 N, 3 N]}}\n")
+    words = ["sh", "-c", '"$0" -m shockwave sweep sweep.yaml --out results --workers 2 <&- 2>&-', sys.executable]
+    run = subprocess.run(words, capture_output=True, text=True, cwd=tmp_path)
+    assert run.returncode == 0
+    assert (tmp_path / "results" / "results.csv").exists()
+
+
 def test_an_error_of_the_system_names_the_file_and_is_none_of_the_output(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

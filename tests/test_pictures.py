@@ -262,6 +262,14 @@ def test_peaks_at_few_contacts_are_not_connected_and_are_those_of_the_document(a
     assert np.transpose(line(ax, "wall")).tolist() == [[wall["contact"], wall["peak_force"]]]
 
 
+def test_equal_granules_have_a_picture_of_their_peaks_if_their_number_is_given(ax: Axes) -> None:
+    result = sw.simulate(SHOCKS["train"], evolve(CHAIN, granules=20))
+    pictures.peak_forces(ax, result)
+    assert ax.get_lines()[0].get_xdata().tolist() == list(range(19))  # type: ignore[union-attr]
+    with pytest.raises(sw.InvalidValueError, match=r"^chain\.granules: must be given \(got an endless chain"):
+        pictures.peak_forces(ax, sw.simulate(SHOCKS["train"], CHAIN))
+
+
 @pytest.mark.parametrize("kind", ["shock", "striker"])
 def test_borders_are_at_the_contacts_of_different_materials(ax: Axes, kind: str) -> None:
     segments = (sw.Segment(count=4), sw.Segment(count=3, material=sw.material("ptfe")))

@@ -50,7 +50,9 @@ def reopen_closed_streams() -> None:
     """
     for name in ("stdin", "stdout", "stderr"):
         if getattr(sys, name) is None:
-            setattr(sys, name, open(os.open(os.devnull, os.O_RDONLY), "r" if name == "stdin" else "w"))  # noqa: SIM115
+            number = os.open(os.devnull, os.O_RDONLY)
+            os.set_inheritable(number, True)  # the server of worker processes needs them, too
+            setattr(sys, name, open(number, "r" if name == "stdin" else "w"))  # noqa: SIM115
 
 
 @contextmanager

@@ -33,7 +33,14 @@ def peak_forces(ax: Axes, result: ChainResult) -> Axes:
     result : ChainResult
         Result of a simulation; force in N. A static force is a dotted line, the force on a wall a square. Contacts that
         are far apart are not connected.
+
+    Raises
+    ------
+    InvalidValueError
+        If the chain is endless.
     """
+    if not result.contacts:
+        raise InvalidValueError.of("chain.granules", "must be given (got an endless chain, which has no last contact)")
     contacts = np.array([peak.contact for peak in result.contacts])
     forces = np.array([peak.peak_force for peak in result.contacts])
     joined = np.diff(contacts).max(initial=1) <= reach_of(contacts)  # no line through contacts without a value
@@ -47,7 +54,7 @@ def peak_forces(ax: Axes, result: ChainResult) -> Axes:
         wall = result.transmitted
         ax.plot([wall.contact], [wall.peak_force], "s", color=VERMILION, markersize=4.5, label="wall")
     _borders(ax, result, vertical=True)
-    last = contacts[-1] if result.contact_count is None else result.contact_count - 1
+    last = max(contacts[-1], (getattr(result, "contact_count", None) or 0) - 1)
     ax.set(xlim=(-0.5, last + 0.5), ylim=(0, 1.08 * float(forces.max()) or 1.0))
     ax.locator_params(axis="x", integer=True)
     return finish(ax, ("contact", ""), ("greatest force", "N"))
@@ -118,7 +125,7 @@ def _borders(ax: Axes, result: ChainResult, vertical: bool) -> None:
     """Lines at the contacts between granules of different materials."""
     if result.chain.count is None:
         return
-    materials = Layout.of(result.chain, result.excitation).materials
+    materials = Layout.of(result.chain, getattr(result, "excitation", None)).materials
     borders = [contact for contact, (one, other) in enumerate(pairwise(materials)) if one != other]
     if len(borders) > _MOST_BORDERS:
         return
