@@ -402,7 +402,7 @@ def test_an_outcome_can_be_pickled_with_its_numbers(monkeypatch: pytest.MonkeyPa
 
 
 def test_notes_on_a_record_are_no_warnings() -> None:
-    shock = sw.Shock(profile=sw.Tabulated([1.0, 2.0, 4.0], [0.0, 5.0, 0.0]))
+    shock = sw.Shock(profile=sw.Tabulated([0.0, 1.0, 2.0, 4.0], [0.0, 0.0, 5.0, 0.0]))
     outcome = sw.Predictor().predict(shock, attrs.evolve(CHAIN, material=attrs.evolve(STEEL, youngs_modulus=1e4)))
     assert outcome.notes == shock.profile.notes != ()
     assert not set(outcome.warnings) & set(outcome.notes)

@@ -241,7 +241,7 @@ def test_a_search_without_enough_work_states_how_much_another_wave_is_stronger(
     found = sw.simulate(sw.Shock(profile=OVERTAKEN), CHAIN, rtol=1e-4, waves="primary", backend=backend)
     assert 1e-3 < found.error_estimate < 0.2
     assert abs(found.amplification / 1.588404327 - 1) <= found.error_estimate
-    (warning,) = found.warnings
+    (warning,) = set(found.warnings) - set(OVERTAKEN.alarms)
     assert warning.startswith("The tolerance was not met")
     assert "A wave behind it may still exceed it" in warning
 

@@ -30,12 +30,14 @@ _MOST_LISTED = 12
 # Distance of neighbouring floats at the greatest time, over the mean sampling interval, that loses digits.
 _COARSE = 1e-6
 
-_COMMENTS = ("#", "%", "//")
 _NUMBER = re.compile(r"(?i)[+-]?(?:[.,]?[0-9]|(?:nan|inf|infinity)\b)")
-# Numbers whose point is no thousands mark.
-_DECIMALS = re.compile(r"(?i)\b0\.|\.[0-9]{0,2}(?![0-9])|\.[0-9]{4}|[0-9]e")
-# Settings of an oscilloscope that state the units of the columns.
-_SETTING = re.compile(r"(?m)^(Horizontal|Vertical) Units,([^,\n]*)")
+# Numbers whose point or comma is no thousands mark, and a number that may have one.
+_DECIMALS = re.compile(r"(?i)\b0[.,][0-9]|[0-9][.,](?:[0-9]{1,2}(?![0-9])|[0-9]{4})|[0-9]e")
+_THOUSANDS = re.compile(r"\b[1-9][0-9]{0,2}(?:[.,' ][0-9]{3})+(?![0-9])")
+# Dates and times of day.
+_DATE = re.compile(r"[0-9]+[-./:][0-9A-Za-z]+[-./:][0-9]")
+# Rows with a decimal comma whose columns are separated by commas or blanks.
+_PADDED = re.compile(",[+-]?0[0-9]|[0-9] +[+-]?[0-9]")
 # Signs that stand for a minus and for blanks.
 _SIGNS = str.maketrans({"\N{MINUS SIGN}": "-", "\xa0": " ", "\u202f": " "})
 
@@ -75,10 +77,6 @@ class _Table:
     head: list[_Line]
     body: list[_Line]
     separator: str
-    settings: dict[str, str]
-
-    def cells(self, line: str) -> list[str]:
-        return _cells(line, self.separator)
 
     def refuse(self, number: int, key: str, problem: str) -> NoReturn:
         """Raise an error in a line that names the key to set."""
@@ -115,9 +113,8 @@ def read_record(path: pathlib.Path, form: RecordFormat | None = None) -> Record:
     labels = _labels(table)
     picks = _picks(table, labels)
     numbers, notes = _numbers(table, picks, len(labels)), list[str]()
-    extents = float(np.ptp(numbers[:, 0])), float(np.abs(numbers[:, 1]).max())
     place = f"{path}:{table.head[-1][0] if table.head else table.body[0][0]}"
-    per_time, per_force = factors(table.form, [labels[pick] for pick in picks], extents, place, notes)
+    per_time, per_force = factors(table.form, [labels[pick] for pick in picks], numbers, place, notes)
     times = _times(table, picks[0], numbers[:, 0], per_time, notes)
     return Record(times, numbers[:, 1] * per_force, tuple(notes), np.array([number for number, _ in table.body]))
 
@@ -126,20 +123,20 @@ def _table(path: pathlib.Path, form: RecordFormat) -> _Table:
     """Read the file and find its first row of numbers and its column separator."""
     text = read_text(path, _MOST_BYTES, form.encoding).translate(_SIGNS).replace("\r\n", "\n").replace("\r", "\n")
     numbered = [(number, line.strip(" ")) for number, line in enumerate(text.split("\n"), 1) if number > form.skip_rows]
-    lines = [(number, line) for number, line in numbered if line.strip() and not line.startswith(_COMMENTS)]
-    for number, line in lines:
-        if len(line) > _LONGEST_LINE:
-            problem = f"must have lines of at most {_LONGEST_LINE} characters (got {len(line)})"
-            raise InvalidValueError([Fault("file", problem, f"{path}:{number}")])
-    columns = {column for column in form.columns or () if isinstance(column, int)}
+    lines = [(number, line) for number, line in numbered if line.strip() and not line.startswith(("#", "%", "//"))]
+    if max(map(len, text.split("\n"))) > _LONGEST_LINE:
+        raise InvalidValueError.of(
+            str(path), f"must have lines of at most {_LONGEST_LINE} characters (got longer ones)"
+        )
+    columns = set((form.columns or [])[-1 if form.interval else 0 :])
     for at, (_, line) in enumerate(lines):
         numeric = _numeric(line, separator := _separator(line, form))
         if 1 in numeric or (columns and columns <= numeric):
-            return _Table(path, form, lines[:at], lines[at:], separator, dict(_SETTING.findall(text)))
-    got = "got no line that begins with a number"
+            return _Table(path, form, lines[:at], lines[at:], separator)
     rows = [_numeric(line, _separator(line, form)) for _, line in lines[-_MOST_LISTED:]]
-    if rows and len(numeric := set.intersection(*rows)) > 1:  # settings of an instrument stand beside the numbers
-        got += f"; columns: {sorted(numeric)} are numbers"
+    # settings of an instrument, or dates, stand beside the numbers
+    numeric = set.intersection(*rows) if rows else set()
+    got = f"columns: {sorted(numeric)} are numbers" if numeric else "got no line that begins with a number"
     raise InvalidValueError([Fault("columns", f"must be a time and a force in each row ({got})", str(path))])
 
 
@@ -165,44 +162,44 @@ def _numeric(line: str, separator: str) -> set[int]:
 
 
 def _labels(table: _Table) -> list[Label]:
-    """Labels of all columns; without a header, those of time and force are the units in settings of an instrument."""
-    first, line = table.body[0]
-    width = len(table.cells(line))
-    if not table.head:
-        axes = dict(zip(table.form.columns or (), ("Horizontal", "Vertical"), strict=False))
-        units = [table.settings.get(axes.get(column, ""), "").strip() for column in range(1, width + 1)]
-        return [Label("", unit, unit) for unit in units]
+    """Labels of all columns, which are empty without a header."""
+    (first, line), (last, above) = table.body[0], (table.head or table.body)[-1]
     # blanks separate columns, but not a name from its unit
-    last, line = table.head[-1]
-    labels = labels_of(table.cells(line if table.separator else re.sub(r"\s+(?=[\[(/])|(?<=/)\s+", "", line)))
-    if len(labels) < width or len(table.head) > 1:
-        is_header = len(labels) >= width and any(label.unit for label in labels)
+    above = above if table.separator else re.sub(r"\s+(?=[\[(/])|(?<=/)\s+", "", above)
+    width = len(_cells(line, table.separator))
+    labels = labels_of(_cells(above, table.separator), width) if table.head else []
+    few, units = len(labels) < width, any(label.unit for label in labels)
+    commas = few and table.separator == "," and not table.form.decimal and '"' not in line
+    if commas and (units or any(_PADDED.search(row) for _, row in table.body)):
+        hint = "write the file anew with semicolons, or set decimal: ',' if blanks separate the columns"
+        table.refuse(first, "decimal", f"must not be a comma if commas separate columns (got {text_of(line)}; {hint})")
+    if table.head and (few or len(table.head) > 1):
         number, line = table.head[0]
-        got = f"got {text_of(line)}; skip_rows: {last - 1 if is_header else first - 1} skips it"
-        table.refuse(number, "skip_rows", f"must leave one line with a name for each of the {width} columns ({got})")
-    return labels
+        hint = f"name all columns in line {last}" if few and units else f"skip_rows: {(last, first)[few] - 1} skips it"
+        rule = f"must leave one line with a name for each column, {width} in all"
+        table.refuse(number, "skip_rows", f"{rule} (got {text_of(line)}; {hint})")
+    return labels or [Label()] * width
 
 
 def _picks(table: _Table, labels: Sequence[Label]) -> list[int]:
-    """Columns of time and force: those of the format, or by their units, or in this order if there are two."""
+    """Columns of time and force: those of the format, or by their units, or in this order if there are two.
+
+    With a sampling interval, the column of the force stands for both.
+    """
+    every, fewest = range(1, len(labels) + 1), 1 if table.form.interval else 2
+    times = [at for at in every if measured(labels[at - 1].unit) == "time"]
+    others = [at for at in every if measured(labels[at - 1].unit) not in (None, "time")]
     columns = table.form.columns
-    if columns is None:
-        kinds = [kind and kind == "time" for kind in (measured(label.unit) for label in labels)]
-        if kinds.count(True) == kinds.count(False) == 1:
-            return [kinds.index(True), kinds.index(False)]
-        if len(labels) == 2 or (len(labels) == 1 and table.form.interval):
-            return [0, len(labels) - 1]
-    known = [(at, label.name.casefold(), label.text.casefold()) for at, label in enumerate(labels, 1)]
-    wanted = [column.casefold() if isinstance(column, str) else column for column in columns or ()]
-    picks = [[at for at, names in enumerate(known) if column in names] for column in wanted]
-    if [len(matches) for matches in picks] != [1, 1]:
-        shown = listed([f"{at} {label.text}".strip() for at, label in enumerate(labels, 1)][:_MOST_LISTED])
-        hint = "columns: [1, 2] takes the first two" if len(labels) > 1 else "without times, set interval"
-        if re.search("[0-9] +[0-9]", table.body[0][1]) and table.separator == ",":
-            hint = "set decimal: ','"
-        problem = f"must be the columns of time and force (got {columns}; the file has {shown}; {hint})"
+    if columns is None and len(others) == 1 and len(times) in (1, fewest - 1):
+        columns = [*times, *others]
+    columns = columns or list(every)
+    if not fewest <= len(columns) <= 2 or not set(columns) <= set(every):
+        pairs = [[(*times, 1)[0], at][-fewest:] for at in others or every]
+        hints = [f"columns: {pair} {labels[pair[-1] - 1].text}" for pair in pairs if len({*pair}) == fewest]
+        hint = listed(hints[:_MOST_LISTED] or ["without times, set interval"])
+        problem = f"must be the columns of time and force, of {len(labels)} (got {table.form.columns}; {hint})"
         table.refuse(table.body[0][0], "columns", problem)
-    return [at for (at,) in picks]
+    return [columns[-fewest] - 1, columns[-1] - 1]
 
 
 # ---------------------------------------------------------------- body
@@ -210,25 +207,30 @@ def _picks(table: _Table, labels: Sequence[Label]) -> list[int]:
 
 def _numbers(table: _Table, picks: Sequence[int], width: int) -> FloatArray:
     """Time and force columns, shape (k, 2), finite; one error states the first wrong row and how many there are."""
-    lines = [line.rstrip(f"{table.separator} ") for _, line in table.body]
-    body = "\n".join(lines)
-    if not table.form.decimal and table.separator != "," and "." in body and not _DECIMALS.search(body):
-        rule = "must be stated if all numbers have three digits behind their points"
-        table.refuse(table.body[0][0], "decimal", f"{rule} (decimal: '.'; thousands marks are not read)")
-    with suppress(ValueError, IndexError):  # plain numbers are read at once, anything else line by line
-        plain = np.loadtxt(lines, comments=None, delimiter=table.separator or None, ndmin=2)
-        if table.form.decimal != "," and plain.shape[1] <= width and np.isfinite(plain[:, picks]).all():
+    body = "\n".join([line for _, line in table.body])
+    marked = _THOUSANDS.search(body) if table.separator != "," or '"' in body else None
+    if marked and not table.form.decimal and not _DECIMALS.search(body):
+        rule = "must be stated if all numbers have three digits behind their points or commas"
+        table.refuse(table.body[0][0], "decimal", f"{rule} (got {marked[0]}; remove thousands marks)")
+    with suppress(ValueError):  # plain numbers are read at once, anything else line by line
+        plain = np.loadtxt(body.split("\n"), comments=None, delimiter=table.separator or None, ndmin=2)
+        if table.form.decimal != "," and max(picks) < plain.shape[1] <= width and np.isfinite(plain[:, picks]).all():
             return plain[:, picks]
-    numbers = np.array([_pair(table.cells(line), picks, width, table.form) for line in lines])
+    numbers = np.array([_pair(_cells(line, table.separator), picks, width, table.form) for _, line in table.body])
     right = np.isfinite(numbers).all(axis=1)
     if not right.all():
         at = int(np.argmin(right))
         number, line = table.body[at]
-        hint = "correct or delete them" if at else f"skip_rows: {table.body[np.argmax(right)][0] - 1} skips the first"
-        if np.isfinite(_pair(table.cells(line), picks, width, evolve(table.form, decimal=","))).all():
+        behind = table.body[np.argmax(right)][0] - 1
+        hint = "correct or delete them"
+        if np.isfinite(_pair(_cells(line, table.separator), picks, width, evolve(table.form, decimal=","))).all():
             hint = "set decimal: ','"
-        got = f"got {text_of(line)}, and {np.count_nonzero(~right)} such rows in all; {hint}"
-        table.refuse(number, "row", f"must be finite numbers in {width} columns ({got})")
+        elif _DATE.search(line) or _THOUSANDS.search(line):
+            hint = "dates and thousands marks are not read: set interval in place of dates, remove thousands marks"
+        elif behind >= number:
+            hint = f"delete lines {number} to {behind}" if table.head else f"skip_rows: {behind} skips the first"
+        got = f"got {text_of(line)}, one of {np.count_nonzero(~right)}; {hint}"
+        table.refuse(number, "row", f"must be finite numbers, in at most {width} columns ({got})")
     return numbers
 
 
@@ -245,7 +247,7 @@ def _times(table: _Table, pick: int, times: FloatArray, factor: float, notes: li
     if table.form.interval is not None:
         return table.form.interval * np.arange(times.size, dtype=float)
     if np.spacing(np.abs(times).max()) * times.size > _COARSE * np.ptp(times):
-        first, *_ = exact = [Decimal(table.form.plain(table.cells(line)[pick])) for _, line in table.body]
+        first, *_ = exact = [Decimal(table.form.plain(_cells(line, table.separator)[pick])) for _, line in table.body]
         times = np.array([float(time - first) for time in exact])
         notes.append(f"The times count from the first sample, at {first} in the unit of the file.")
     return times * factor

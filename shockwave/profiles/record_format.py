@@ -10,10 +10,12 @@ from functools import cache
 from typing import Literal
 
 import attrs
+import numpy as np
 from attrs import frozen
 
 from shockwave.errors import Fault, InvalidValueError
 from shockwave.fields import one_of, quantity
+from shockwave.quadrature import FloatArray
 from shockwave.units import to_si
 
 _ENCODINGS = (None, "utf-8", "utf-16", "cp1252")
@@ -21,15 +23,15 @@ _ENCODINGS = (None, "utf-8", "utf-16", "cp1252")
 _UNITS = {"time": "s", "force": "N", "pressure": "Pa", "acceleration": "m/s**2", "voltage": "V"}
 # Key that turns a record of the quantity into one of the force.
 _KEYS = {"pressure": "area, the loaded area", "acceleration": "mass, the moving mass"}
-# Units of pint that records write in other ways: g is a gram there.
-_SPELLINGS = {"m/s2": "m/s^2", "g": "standard_gravity", "gn": "standard_gravity"}
-# Shortest unit that may be written in capitals, such as Sec: of shorter ones mS and ms are different units.
-_SHORTEST_WORD = 3
+# The acceleration of gravity in records, for pint a gram, a milligram or a gauss.
+_GRAVITY = re.compile("([mu\N{MICRO SIGN}]?)(?:gn?|G)")
 
 # Units that are recognised without brackets.
 _BARE = r"[mun]?s|[µμ]s|[mkM]?N|lbf|kgf|[hkMG]?Pa|m?bar|psi|ksi|gn?|m/s(?:2|²|\^2|\*\*2)|[munµ]?V|pC"
-# time [us], time (us), time/us, time_us or time us
-_LABEL = re.compile(rf"(.+?) ?(?:\[(.*)\]|\((.*)\)|/ ?([^\W\d].*)|[_ ]({_BARE}))")
+# time [us] or time (us); 10 mV/N and N, filtered are no units
+_BRACKETS = re.compile(r"\[([^]\d,;:][^],;:]*)\]|\(([^)\d,;:][^),;:]*)\)")
+# time/us, time_us or time us
+_SUFFIX = re.compile(rf"^[^[(]+?(?:/ ?([^\W\d][^[(]*)|[_ ]({_BARE}))$")
 # A number, or a setting such as "range: 5 kN": no name of a column.
 _VALUE = re.compile(
     rf"(?:.*[ :=])?[+-]?[0-9][0-9.,]*(?:e[+-]?[0-9]+)? ?(?:{_BARE})|[+-]?[0-9.,]+(?:e[+-]?[0-9]+)?", re.I
@@ -44,8 +46,8 @@ class RecordFormat:
 
     Parameters
     ----------
-    columns : list of int or str, optional
-        Numbers, from 1, or names of the time column and the force column.
+    columns : list of int, optional
+        Numbers, from 1, of the time column and the force column; with ``interval`` the last is the force column.
     skip_rows : int
         Number of lines at the beginning of the file to skip.
     encoding : "utf-8", "utf-16" or "cp1252", optional
@@ -57,11 +59,11 @@ class RecordFormat:
     interval : float, optional
         Sampling interval [s], in place of the times of the file.
     unit : str, optional
-        Unit of the forces, pressures or accelerations, in place of that in the header.
+        Unit of the forces, pressures or accelerations, in place of an unknown one in the header.
     sign : 1 or -1
         Factor of the values, -1 where compression is negative.
     scale : float, optional
-        Factor of the values, such as the newtons per volt; ``unit`` is then that of the product.
+        ``unit`` per unit of the header, such as the newtons per millivolt of a column in mV.
     area : float, optional
         Loaded area [m^2], for a record of the pressure.
     mass : float, optional
@@ -73,28 +75,21 @@ class RecordFormat:
         If a value is out of range, or both ``area`` and ``mass`` are given.
     """
 
-    columns: list[int | str] = attrs.field(default=None)
+    columns: list[int] = attrs.field(default=None)
     skip_rows: int = quantity("", "lines at the beginning to skip", at_least=0, whole=True, default=0)
     encoding: Literal["utf-8", "utf-16", "cp1252"] | None = attrs.field(default=None, validator=one_of(*_ENCODINGS))
     decimal: Literal[".", ","] | None = attrs.field(default=None, validator=one_of(None, ".", ","))
     time_unit: str | None = None
-    interval: float | None = quantity(
-        "s", "sampling interval, in place of times", above=0, default=None, example="1 us"
-    )
+    interval: float | None = quantity("s", "sampling interval", above=0, default=None, example="1 us")
     unit: str | None = None
     sign: Literal[1, -1] = attrs.field(default=1, validator=one_of(1, -1))
-    scale: float | None = quantity("", "factor of the values, such as newtons per volt", above=0, default=None)
+    scale: float | None = quantity("", "unit per unit of the header, such as N per mV", above=0, default=None)
     area: float | None = quantity("m**2", "loaded area, for a pressure", above=0, default=None, example="1 cm**2")
     mass: float | None = quantity("kg", "moving mass, for an acceleration", above=0, default=None, example="0.3 kg")
 
     def __attrs_post_init__(self) -> None:
         if self.area is not None and self.mass is not None:
             raise InvalidValueError.of("mass", "must be left out if area is given (got both; delete one)")
-
-    @property
-    def kind(self) -> str:
-        """Quantity of the record, which is force, pressure or acceleration."""
-        return "pressure" if self.area is not None else "acceleration" if self.mass is not None else "force"
 
     def plain(self, cell: str) -> str:
         """``cell`` as `float` and `Decimal` read it, so that another decimal sign is no number."""
@@ -108,44 +103,61 @@ class RecordFormat:
 
 @frozen
 class Label:
-    """Name and unit of a column, empty where the header states none, and their text there."""
+    """Unit of a column, empty where the header states none or several, and its text there."""
 
-    name: str = ""
     unit: str = ""
     text: str = ""
 
 
-def labels_of(cells: Sequence[str]) -> list[Label]:
-    """Labels in the cells of a header; none if the line is no header.
+def labels_of(cells: Sequence[str], width: int) -> list[Label]:
+    """Labels in the cells of a header; none if one of the first ``width`` is a value, such as in ``range,5 kN``.
 
-    A line of units alone, such as ``us,N``, is a header; a line with a value, such as ``range,5 kN``, is none.
+    A line of units alone, such as ``us,N``, is a header.
     """
     cells = [" ".join(cell.split()) for cell in cells]
+    cells = cells[:width] + [cell for cell in cells[width:] if not _VALUE.fullmatch(cell)]
     if any(len(cell) > _LONGEST_LABEL or _VALUE.fullmatch(cell) for cell in cells):
         return []
-    if all(map(measured, cells)):
-        return [Label("", cell, cell) for cell in cells]
-    parts = [(match.groups("") if (match := _LABEL.fullmatch(cell)) else (cell,), cell) for cell in cells]
-    return [Label(name, "".join(units).strip(), cell) for (name, *units), cell in parts]
+    units = [cell.strip("()[] ") for cell in cells]
+    if not all(map(measured, units)):
+        units = [_unit(cell) for cell in cells]
+    return [Label(unit, cell) for unit, cell in zip(units, cells, strict=True)]
+
+
+def _unit(cell: str) -> str:
+    """The unit in a label: of several brackets that in which values are measured, if there is one."""
+    inside = ["".join(groups).strip() for groups in _BRACKETS.findall(cell) or _SUFFIX.findall(cell)]
+    units = [each for each in inside if measured(each)] or inside[:1]
+    return units[0] if len(set(units)) == 1 else ""
 
 
 @cache
 def measured(unit: str | None) -> str | None:
-    """The quantity that is measured in a unit: time, force, pressure, acceleration or voltage; None if unknown."""
+    """The quantity that is measured in a unit: time, force, pressure, acceleration or voltage; None for others."""
     return next((kind for kind, base in _UNITS.items() if not math.isnan(_factor(unit or "", base))), None)
+
+
+def _is_unit(text: str) -> bool:
+    """Whether ``text`` is a unit of any dimension."""
+    try:
+        return to_si(f"1 {text}", "kg") > 0 and bool(text)
+    except ValueError as error:
+        return "unknown unit" not in str(error)
 
 
 def _factor(unit: str, base: str) -> float:
     """SI value of ``unit``; NaN if it is not a unit of the dimension of ``base``."""
-    unit = _SPELLINGS.get(unit, str(unit))
-    for spelling in (unit, unit.lower())[: 1 + (len(unit) >= _SHORTEST_WORD)] if unit else ():
+    match = _GRAVITY.fullmatch(unit)
+    unit = f"{match[1]}standard_gravity" if match else unit.replace("m/s2", "m/s^2")
+    # longer units may be written in capitals, such as Sec: of shorter ones mS and ms are different
+    for spelling in (unit, unit.lower())[: 1 + (len(unit) > 2)] if unit else ():
         with suppress(ValueError):
             return to_si(f"1 {spelling}", base)
     return math.nan
 
 
 def factors(
-    form: RecordFormat, labels: Sequence[Label], extents: Sequence[float], place: str, notes: list[str]
+    form: RecordFormat, labels: Sequence[Label], numbers: FloatArray, place: str, notes: list[str]
 ) -> list[float]:
     """Seconds per unit of the time column and newtons per unit of the force column.
 
@@ -155,8 +167,8 @@ def factors(
         What the header does not state.
     labels : sequence of Label
         Labels of the two columns.
-    extents : sequence of float
-        Length of the record and greatest value in the units of the file, from which units are proposed.
+    numbers : array of float, shape (k, 2)
+        The two columns in the units of the file, from which units are proposed.
     place : str
         Place of the header, for errors.
     notes : list of str
@@ -168,33 +180,44 @@ def factors(
         If a unit is not stated, with a proposal, or a column is a record of another quantity than the format states.
     """
     (time, force), faults = labels, []
-    kind, base, unit, stated = form.kind, _UNITS[form.kind], form.unit or force.unit, measured(force.unit)
+    kind = "pressure" if form.area is not None else "acceleration" if form.mass is not None else "force"
+    base, unit = _UNITS[kind], form.unit or force.unit
     per_time, per_force = _factor(form.time_unit or time.unit, "s"), _factor(unit, base)
     if form.interval is None and (math.isnan(per_time) or measured(time.unit) not in (None, "time")):
-        # blows last about a millisecond
-        sizes = {unit: abs(math.log(max(extents[0], 1e-99) * _factor(unit, "ms"))) for unit in ("s", "ms", "us", "ns")}
-        likely = min(sizes, key=sizes.__getitem__)
-        hint = f"time_unit: {likely} makes the record {extents[0]:.4g} {likely} long; columns states the order"
-        got = " and ".join(map(repr, filter(None, (time.text, form.time_unit)))) or "none"
-        faults.append(Fault("time_unit", f"must be a unit of time (got {got}; {hint})", place))
+        faults.append(_fault("time_unit", "time", (time.text, form.time_unit), _time_hint(numbers[:, 0]), place))
+    # a load in kg and lbs, or in g, which is else an acceleration, is one in kgf, lbf and gf
+    is_weight = form.unit in (f"{force.unit}f", f"{force.unit[:-1]}f")
+    stated = "force" if is_weight else measured(force.unit)
     other = next((each for each in (stated, measured(form.unit)) if each in (*_KEYS, "force") and each != kind), None)
-    hint = f"unit: {base} makes the greatest value {extents[1]:.4g} {base}"
+    hint = f"unit: {base} makes the greatest value {np.abs(numbers[:, 1]).max():.4g} {base}; a voltage needs scale"
     if other is not None:
         per_force, hint = math.nan, f"set {_KEYS[other]}" if kind == "force" else f"delete {_KEYS[kind]}"
-    elif force.unit and stated != kind and (form.unit is None or form.scale is None):
-        per_force, hint = math.nan, f"set unit: {form.unit or base}, and scale to the {base} per {force.unit}"
+    elif stated != kind and (stated or _is_unit(force.unit)) and None in (form.unit, form.scale):
+        product = form.unit or base
+        per_force, hint = math.nan, f"set unit: {product}, and scale to the {product} per {force.unit}"
     if math.isnan(per_force):
-        got = " and ".join(map(repr, filter(None, (force.text, form.unit)))) or "none"
-        faults.append(Fault("unit", f"must be a unit of {kind} (got {got}; {hint})", place))
+        faults.append(_fault("unit", kind, (force.text, form.unit), hint, place))
     if faults:
         raise InvalidValueError(faults)
-    if stated == "voltage":
-        per_force *= _factor(force.unit, "V")
-        notes.append(f"The file states values in {force.unit}; scale is per volt.")
-    elif force.unit not in ("", unit):
+    if force.unit not in ("", unit):
         notes.append(f"The file states the unit {force.unit!r}; {unit!r} was used.")
     for key in ("area", "mass", "scale", "sign"):
         if (value := getattr(form, key)) not in (None, 1):
             per_force *= value
-            notes.append(f"The values were multiplied by the {key}, {value:.6g}.")
+            size = f"{value:.6g} {unit} per {force.unit}" if key == "scale" and force.unit else f"{value:.6g}"
+            notes.append(f"The values were multiplied by the {key}, {size}.")
     return [per_time, per_force]
+
+
+def _fault(key: str, kind: str, texts: Sequence[str | None], hint: str, place: str) -> Fault:
+    got = " and ".join(map(repr, filter(None, texts))) or "none"
+    return Fault(key, f"must be a unit of {kind} (got {got}; {hint})", place)
+
+
+def _time_hint(times: FloatArray) -> str:
+    """The key for times whose unit is not stated: blows last about a millisecond."""
+    if times[0] in (0, 1) and (np.diff(times) == 1).all():
+        return "set interval, the sampling interval, because the column counts samples"
+    length = max(float(np.ptp(times)), 1e-99)
+    likely = min(("s", "ms", "us", "ns"), key=lambda unit: abs(math.log(length * _factor(unit, "ms"))))
+    return f"time_unit: {likely} makes the record {length:.4g} {likely} long, or set columns or interval"

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NoReturn
+from contextlib import suppress
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from attrs import define, field, frozen
 
 from shockwave.errors import InvalidValueError
-from shockwave.profiles.record_proposals import is_clipped, proposed
+from shockwave.profiles.record_proposals import glitches, proposed, sample_doubts
 from shockwave.quadrature import FloatArray
 from shockwave.text import si
 
@@ -20,12 +22,8 @@ _ROUNDING = 1e-12
 # Largest force at the ends of a pulse, over its peak force, and largest relative change of peak force, rise time and
 # impulse by proposed keys, without a warning.
 _NOTICEABLE = 0.01
-# Force, over the peak force, below which most of the impulse is in doubt.
-_LOW = 0.02
 # Order of the low-pass filter, which is applied forwards and backwards.
 _ORDER = 4
-# Fewest samples that are filtered.
-_FEWEST_FILTERED = 16
 # Periods of the cut-off frequency by which the filter extends the record at each end: its response has then decayed.
 _EXTENSION = 2
 # Largest relative difference of sampling intervals of a record that is filtered: times are rounded when written.
@@ -55,24 +53,21 @@ class Pulse:
     peak_force: float
     rise_time: float
     notes: tuple[str, ...]
-    alarms: tuple[str, ...]
     figures: Mapping[str, float]
 
 
 @define(eq=False)
 class _Process:
-    """A record during its processing, with notes and warnings on the steps so far."""
+    """A record during its processing, with notes on the steps so far."""
 
     times: FloatArray
     forces: FloatArray
     notes: list[str] = field(factory=list)
-    alarms: list[str] = field(factory=list)
 
     def step(self, change: str, forces: FloatArray, kept: slice = slice(None)) -> None:
         """Take new ``forces``, of which the samples ``kept`` remain, and note the effect."""
         before, self.times, self.forces = _figures(self.times, self.forces), self.times[kept], forces[kept]
-        effects = _changes(before, _figures(self.times, self.forces), _UNCHANGED) or "no change"
-        self.notes.append(f"{change} ({effects}).")
+        self.notes.append(f"{change} ({_changes(before, _figures(self.times, self.forces)) or 'no change'}).")
 
 
 def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None, steps: Steps) -> Pulse:
@@ -96,16 +91,12 @@ def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None, steps: 
     process = _Process(times, forces)
     if steps["baseline"] is not None:
         level = float(forces[_within(times, "baseline", steps["baseline"], 1)].mean())
-        window = "{:g} to {:g} s".format(*steps["baseline"])
         lowered = np.where(np.abs(forces - level) > _ROUNDING * abs(level), forces - level, 0.0)
+        window = "{:g} to {:g} s".format(*steps["baseline"])
         process.step(f"A baseline of {level:.4g} N, the mean from {window}, was subtracted", lowered)
     if steps["low_pass"] is not None:
-        highest, filtered = process.forces.max(), _filtered(times, process.forces, steps["low_pass"])
+        filtered = _filtered(times, process.forces, steps["low_pass"])
         process.step(f"A low-pass filter at {steps['low_pass']:g} Hz was applied", filtered)
-        if abs(filtered.max() - highest) > _DISTORTED * highest:
-            process.alarms.append(
-                f"The low-pass filter distorts the pulse (set a higher low_pass): {process.notes[-1]}"
-            )
     if steps["crop"] is not None:
         kept = _within(times, "crop", steps["crop"], 3)
         process.step("The record was cropped to {:g} to {:g} s".format(*steps["crop"]), process.forces, kept)
@@ -114,7 +105,12 @@ def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None, steps: 
         raise InvalidValueError.of("forces", f"must be > 0 N somewhere ({got})")
     count, above = int(np.count_nonzero(process.forces < -_ROUNDING * process.forces.max())), process.forces.clip(0)
     if count and steps["negative"] is None:
-        _refuse_negative(process, count, _advice(times, forces, ratio, steps))
+        share = 1 - _impulse(process.times, process.forces) / _impulse(process.times, above)
+        hint = f"negative: zero ignores them, keep simulates pulling; if compression is negative, {CHANGE_SIGNS}"
+        hint = "; ".join(filter(None, [hint, _advice(times, forces, ratio, steps)]))
+        got = f"got nothing; they have {share:.2%} of the impulse; {hint}"
+        rule = f"must be keep or zero, because {count} of {above.size} forces are negative"
+        raise InvalidValueError.of("negative", f"{rule} ({got})")
     if count and steps["negative"] == "zero":
         process.step(f"Negative samples were set to zero: {count} of {above.size}", above)
     elif not count:
@@ -132,8 +128,6 @@ def _scaled_pulse(process: _Process, ratio: float | None) -> Pulse:
     if peak in (0, process.forces.size - 1):
         got = f"got the peak, {peak_force:g} N, at an end; add a sample of zero force there"
         raise InvalidValueError.of("forces", f"must rise to a peak and fall from it ({got})")
-    if process.times[0] != 0:
-        notes.append(f"The times begin at {process.times[0]:g} s and were shifted to begin at zero.")
     values, elapsed = process.forces / peak_force, process.times - process.times[0]
     if not (np.diff(elapsed) > 0).all() or not elapsed[-1] < _LARGEST * elapsed[peak]:
         rule = f"must differ by more than rounding errors and span less than {_LARGEST:g} rise times"
@@ -146,7 +140,7 @@ def _scaled_pulse(process: _Process, ratio: float | None) -> Pulse:
     if _impulse(knots, values) <= 0:
         raise InvalidValueError.of("forces", "must have an impulse > 0 N s (got a greater negative phase)")
     figures = _figures(process.times, process.forces)
-    return Pulse(knots, values, peak_force, float(elapsed[peak]), tuple(notes), tuple(process.alarms), figures)
+    return Pulse(knots, values, peak_force, float(elapsed[peak]), tuple(notes), figures)
 
 
 def _check_samples(times: FloatArray, forces: FloatArray) -> None:
@@ -154,20 +148,20 @@ def _check_samples(times: FloatArray, forces: FloatArray) -> None:
     if forces.size != times.size or times.size < 3:
         got = f"got {times.size} times and {forces.size} forces"
         raise InvalidValueError.of("times", f"must be at least three, and as many as forces ({got})")
-    ascending, number = np.append(True, times[1:] > times[:-1]), f"must be a finite number below {_LARGEST:g}"
-    hint = "delete these samples or sort them"
-    if (times[1:] == times[:-1]).any():
-        mean = si(float(np.polyfit(np.arange(times.size), times, 1)[0]), "s", 4)
-        hint = f"where digits are missing, interval: {mean} replaces the times of a file"
-    for name, values, right, rule in (
-        ("times", times, np.abs(times) < _LARGEST, number),
-        ("forces", forces, np.abs(forces) < _LARGEST, number),
-        ("times", times, ascending, "must be greater than the one before"),
-    ):
-        if not right.all():
-            at = int(np.argmin(right))
-            got = f"got {values[at]:g}, and {np.count_nonzero(~right)} such samples in all"
-            raise InvalidValueError.of(f"{name}[{at}]", f"{rule} ({got}; {hint})")
+    for name, values in (("times", times), ("forces", forces)):
+        _check(name, values, np.abs(values) < _LARGEST, f"must be a finite number below {_LARGEST:g}", "correct it")
+    hint, repeated = "delete it, or sort the times", int(np.count_nonzero(times[1:] == times[:-1]))
+    if repeated > 1 + times.size // 100:  # fewer are errors of single rows
+        hint = "where digits are missing, set interval to the sampling interval of the instrument"
+    _check("times", times, np.append(True, times[1:] > times[:-1]), "must be greater than the one before", hint)
+
+
+def _check(name: str, values: FloatArray, right: npt.NDArray[np.bool_], rule: str, hint: str) -> None:
+    """Raise an error for the first of ``values`` that is not ``right``."""
+    if not right.all():
+        at = int(np.argmin(right))
+        got = f"got {values[at]:g}, one of {np.count_nonzero(~right)}"
+        raise InvalidValueError.of(f"{name}[{at}]", f"{rule} ({got}; {hint})")
 
 
 # ---------------------------------------------------------------- steps
@@ -189,24 +183,13 @@ def _filtered(times: FloatArray, forces: FloatArray, low_pass: float) -> FloatAr
 
     steps = np.diff(times)
     rate = float(1 / steps.mean())
-    if forces.size < _FEWEST_FILTERED or np.ptp(steps) > _UNEVEN * steps.mean() or not low_pass < rate / 2:
-        rule = f"must be below half the sampling rate of {_FEWEST_FILTERED} or more evenly spaced samples"
-        got = (
-            f"got {low_pass:g} Hz for {forces.size} samples at intervals from {steps.min():.4g} to {steps.max():.4g} s"
-        )
+    if np.ptp(steps) > _UNEVEN * steps.mean() or not low_pass < rate / 2:
+        rule = "must be below half the sampling rate of evenly spaced samples"
+        got = f"got {low_pass:g} Hz for {forces.size} samples every {steps.min():.4g} to {steps.max():.4g} s"
         raise InvalidValueError.of("low_pass", f"{rule} ({got})")
     sections = signal.butter(_ORDER, low_pass, fs=rate, output="sos")
     extension = min(forces.size - 1, int(np.ceil(_EXTENSION * rate / low_pass)))
     return np.asarray(signal.sosfiltfilt(sections, forces, padlen=extension), dtype=float)
-
-
-def _refuse_negative(process: _Process, count: int, advice: str) -> NoReturn:
-    """Raise an error that names what to do with ``count`` negative forces."""
-    share = 1 - _impulse(process.times, process.forces) / _impulse(process.times, np.maximum(process.forces, 0))
-    rule = f"must be keep or zero, because {count} of {process.forces.size} forces are negative"
-    hint = f"negative: zero ignores them, keep simulates pulling; if compression is negative, {CHANGE_SIGNS}"
-    got = f"got nothing; they have {share:.2%} of the impulse; {'; '.join(filter(None, [hint, advice]))}"
-    raise InvalidValueError.of("negative", f"{rule} ({got})")
 
 
 # ---------------------------------------------------------------- doubts
@@ -214,40 +197,39 @@ def _refuse_negative(process: _Process, count: int, advice: str) -> NoReturn:
 
 def doubts(times: FloatArray, forces: FloatArray, ratio: float | None, steps: Steps, pulse: Pulse) -> list[str]:
     """Warnings that a record may not be a pulse alone, or not the whole pulse, with the keys that would change it."""
-    sentences, advice = [*pulse.alarms], _advice(times, forces, ratio, steps)
+    kept = slice(None) if steps["crop"] is None else _within(times, "crop", steps["crop"], 3)
+    if wrong := glitches(forces[kept]):
+        value = f"{forces[kept][wrong[0]]:.4g} N at {si(times[kept][wrong[0]], 's')}"
+        return [f"A sample, {value}, is far from those beside it: correct or delete it."]
+    sentences, advice = sample_doubts(times[kept], forces[kept]), _advice(times, forces, ratio, steps)
+    with suppress(InvalidValueError):  # unfiltered, it may be no pulse
+        full = pulse_of(times, forces, ratio, {**steps, "low_pass": None, "negative": steps["negative"] or "zero"})
+        if abs(pulse.peak_force - full.peak_force) > _DISTORTED * full.peak_force:
+            sentences.append(
+                f"The low-pass filter distorts the pulse of {full.peak_force:.4g} N: set a higher low_pass."
+            )
     if advice:
-        sentences.append(f"The record is longer than its pulse or has an offset ({advice}).")
+        sentences.append(f"The record is longer than its pulse, has a second one or an offset ({advice}).")
     elif steps["crop"] is None:
         first, last = abs(pulse.values[0]), abs(pulse.values[-1])
-        small = np.where(pulse.values < _LOW, pulse.values, 0.0)
-        low = _impulse(pulse.knots, small) / _impulse(pulse.knots, pulse.values)
-        if max(first, last) > _NOTICEABLE or low > 0.5:
-            state = f"begins at {first:.2%} and ends at {last:.2%} of its peak force; {low:.0%} of its impulse"
+        if max(first, last) > _NOTICEABLE:
             hint = f"set baseline for an offset; crop: {_window(times[0], times[-1])} keeps all of it"
-            sentences.append(f"The record {state} is below {_LOW:.0%} of the peak force ({hint}).")
-    if is_clipped(forces):
-        top = f"{forces.max():.4g} N, as that of a saturated sensor"
-        sentences.append(f"The record is flat at its greatest value, {top}: the true peak force is greater.")
+            sentences.append(f"The record begins at {first:.2%} and ends at {last:.2%} of its peak force ({hint}).")
     return sentences
 
 
 def _advice(times: FloatArray, forces: FloatArray, ratio: float | None, steps: Steps) -> str:
     """Keys that make the record its pulse alone, and their effect; empty if that is small."""
     windows = proposed(times, forces, steps["baseline"] is None, steps["crop"] is None)
-    if not windows:
-        return ""
     present = {**steps, "negative": steps["negative"] or "zero"}
-    try:
+    with suppress(InvalidValueError):  # a proposal that leaves no pulse is none
         before, after = (pulse_of(times, forces, ratio, each) for each in (present, present | windows))
-    except InvalidValueError:  # a proposal that leaves no pulse is none
-        return ""
-    changes = _changes(before.figures, after.figures, _NOTICEABLE)
-    keys = [f"{key}: {_window(*window)}" for key, window in windows.items()]
-    if "baseline" in windows:
-        keys[0] += f" (subtracts {forces[_within(times, 'baseline', windows['baseline'], 1)].mean():.4g} N)"
-    if steps["negative"] is None and any("Negative" in note for note in after.notes):
-        keys.append("negative: zero")
-    return f"{', '.join(keys)} would change {changes}" if changes else ""
+        keys = [f"{key}: {_window(*window)}" for key, window in windows.items()]
+        if "baseline" in windows:
+            keys[0] += f" (subtracts {forces[_within(times, 'baseline', windows['baseline'], 1)].mean():.4g} N)"
+        if changes := _changes(before.figures, after.figures, _NOTICEABLE):
+            return f"{', '.join(keys)} would change {changes}"
+    return ""
 
 
 def _window(start: float, stop: float) -> str:
@@ -260,7 +242,7 @@ def _figures(times: FloatArray, forces: FloatArray) -> dict[str, float]:
     return {"peak force": forces[peak], "rise time": times[peak] - times[0], "impulse": _impulse(times, forces)}
 
 
-def _changes(before: Mapping[str, float], after: Mapping[str, float], least: float) -> str:
+def _changes(before: Mapping[str, float], after: Mapping[str, float], least: float = _UNCHANGED) -> str:
     """Relative changes of figures beyond ``least``, each with its name."""
     changes = {name: after[name] / old - 1 for name, old in before.items() if old > 0}
     return ", ".join(f"{name} {change:+.2%}" for name, change in changes.items() if abs(change) > least)

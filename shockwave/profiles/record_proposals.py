@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
+from numpy.lib.stride_tricks import sliding_window_view
 
 from shockwave.quadrature import FloatArray
+from shockwave.text import si
 
 # Force over the peak force, and standard deviations of the noise, beyond which a sample is part of the pulse.
 _CERTAIN = 0.05
 _DEVIATIONS = 5
+# Force of a second pulse over the peak force, and impulse of a tail over that of the record, that are cropped.
+_SECOND = 0.25
+_TAIL = 0.01
 # Fewest quiet samples that are a level, and samples at each end of the record from which noise is estimated.
 _FEWEST = 5
 _RIM = 0.1
@@ -21,11 +26,8 @@ _BALANCED = 0.25
 _ROUNDING = 1e-6
 # Smallest level, over the peak force, that is proposed as a baseline.
 _LEVEL = 0.002
-# Fewest equal samples at the greatest value of a clipped record, and pairs of them to each pair of equal ones below.
-_FLAT = 3
-_LONGER = 6
-# Smallest step beside a clipped top over the median step: the top of a smooth pulse has smaller ones.
-_EDGE = 0.02
+# Band of noise below the greatest value of a clipped record, over the range of all.
+_BAND = 0.01
 
 
 def proposed(times: FloatArray, forces: FloatArray, baseline: bool, crop: bool) -> dict[str, tuple[float, float]]:
@@ -52,6 +54,10 @@ def proposed(times: FloatArray, forces: FloatArray, baseline: bool, crop: bool) 
 
 def _side(forces: FloatArray) -> tuple[int, npt.NDArray[np.intp]]:
     """End of a pulse whose ``forces`` begin at the peak, and quiet samples beyond it, as far as they are a level."""
+    low = int(np.argmax(forces < _CERTAIN * forces[0]))
+    again = forces[low:] > _SECOND * forces[0]
+    if low and again.any():
+        forces = forces[: low + int(np.argmin(forces[low : low + int(np.argmax(again))])) + 1]
     rim = forces[-max(_FEWEST, int(_RIM * forces.size)) :]
     deviations = np.abs(forces - np.median(rim))
     certain = max(_CERTAIN * deviations[0], _DEVIATIONS * float(np.median(deviations[-rim.size :])))
@@ -61,7 +67,9 @@ def _side(forces: FloatArray) -> tuple[int, npt.NDArray[np.intp]]:
     steps = np.diff(forces[quiet])
     up, down = np.count_nonzero(steps > 0), np.count_nonzero(steps < 0)
     if quiet.size < _FEWEST or min(up, down) < _BALANCED * (up + down):
-        return forces.size - 1, quiet[:0]
+        tail = forces[2 * last + 1 :]
+        is_slow = tail.size >= _NEAR and tail.sum() > _TAIL * forces.sum()
+        return (int(_crossing(forces, last, 1.2 * tail.max())) if is_slow else forces.size - 1), quiet[:0]
     level, noise = forces[quiet].mean(), forces[quiet].std() + _ROUNDING * deviations[0]
     near, far = (_crossing(forces, last, level + height * noise) for height in (2, 8))
     # a force that begins as t^2 is four times as large at twice the time
@@ -75,11 +83,31 @@ def _crossing(forces: FloatArray, begin: int, force: float) -> float:
     return at - float((force - behind) / (before - behind)) if before > force >= behind else float(at)
 
 
-def is_clipped(forces: FloatArray) -> bool:
+def sample_doubts(times: FloatArray, forces: FloatArray) -> list[str]:
+    """Warnings of lost samples and of a clipped top."""
+    sentences, steps = list[str](), np.diff(times)
+    usual, at = float(np.median(steps)), int(np.argmax(steps))
+    if steps[at] > 1.5 * usual and np.quantile(np.abs(steps - usual), 0.9) < 0.1 * usual:  # a gap between even samples
+        sentences.append(f"Samples are lost: {round(steps[at] / usual) - 1} after {si(times[at], 's')}.")
+    if _is_clipped(forces):
+        sentences.append("The record is flat at its top, as of a saturated sensor: the true peak force is greater.")
+    return sentences
+
+
+def glitches(forces: FloatArray) -> list[int]:
+    """Samples that are far from the four on each side: by twice the range of these, and a tenth of that of all."""
+    if forces.size < 9:
+        return []
+    near = np.delete(sliding_window_view(forces, 9), 4, axis=1)
+    limits = np.maximum(2 * np.ptp(near, axis=1), 0.1 * np.ptp(forces))
+    return (np.flatnonzero(np.abs(forces[4:-4] - np.median(near, axis=1)) > limits) + 4).tolist()
+
+
+def _is_clipped(forces: FloatArray) -> bool:
     """Whether the top of a record is flat although its other samples differ, as that of a saturated sensor."""
     high = forces[forces >= 0.5 * (forces.max() + np.median(forces))]
-    steps, at_top = np.abs(np.diff(high)), high[1:] == high.max()
-    top, below = np.count_nonzero((steps == 0) & at_top), np.count_nonzero((steps == 0) & ~at_top)
-    if top < _FLAT - 1 or top <= _LONGER * below or np.count_nonzero(steps) < _FLAT:
-        return False
-    return bool(high.max() - high[high < high.max()].max() > _EDGE * np.median(steps[steps > 0]))
+    _, counts = np.unique(high, return_counts=True)
+    bands = np.bincount(((high.max() - high) / (_BAND * np.ptp(forces))).astype(int))
+    # of a round top, the first level or band has up to 2.4 times the samples of the next
+    is_flat = counts.size > 3 <= counts[-1] > 2.5 * counts[:-1].max()
+    return bool(is_flat or bands[0] >= 10 * max(1, bands[1:2].sum()))
