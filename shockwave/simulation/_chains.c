@@ -29,7 +29,7 @@ typedef struct {
     double p, q, tolerance, until, duration, rise_time, peak_force, first, longest, contacts, end_stiffness, end_damping,
         most_work, damped, weight;
     double min_overlap, window, growth, margin, at_rest, safety, min_factor, max_factor, min_step, min_first, soon, kink,
-        kink_share, most_cuts, located, rounding, elastic, viscous, nearly, hopeless, most_turns, near, passed, wave;
+        kink_share, most_cuts, located, rounding, elastic, viscous, nearly, hopeless, most_turns, near, passed, wave, noise;
     double status, time, arrival, work, steps, evaluations, rebound, size;
 } Run;
 
@@ -415,7 +415,7 @@ static void look_for_arrival(March *m)
     if (m->start.f[last + 1] >= m->r->passed * m->best[last]) return;
     /* a wall that oscillates ahead of the wave: that has not passed the contact before */
     if (last && m->start.f[last] >= m->r->passed * m->best[last - 1]) return;
-    if (last && m->best[last] < m->r->wave * m->best[last - 1]) return;
+    if (m->best[last] < m->r->noise * m->still[last] || (last && m->best[last] < m->r->wave * m->best[last - 1])) return;
     m->r->arrival = m->since[last];
     if (m->r->until == INFINITY) m->r->until = larger(m->r->duration + 3 * m->r->arrival, m->r->time);
 }

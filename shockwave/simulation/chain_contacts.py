@@ -35,6 +35,8 @@ LAW_CHANGE = 1e-5
 PASSED = 0.99
 #: ... if the last maximum is at least this fraction of the one before.
 WAVE = 1e-3
+#: ... and this fraction of the static force, whose rounding errors make smaller ones.
+NOISE = 1e-12
 
 
 @frozen(eq=False)
@@ -68,14 +70,15 @@ def greatest_overlap(start: End, finish: End, size: float, tolerance: float) -> 
     return float((before / (before + after))[misses].min(initial=1.0))
 
 
-def has_arrived(start: End, best: FloatArray, last: int) -> bool:
-    """Whether the wave has passed the contact ``last``, from the present and the greatest forces minus static ones.
+def has_arrived(start: End, best: FloatArray, last: int, static: float) -> bool:
+    """Whether the wave has passed the contact ``last``, from present and greatest forces minus its ``static`` one.
 
     A wall on a stiff spring oscillates ahead of the wave, which has then not passed the contact before.
     """
     before = max(last - 1, 0)
     passed = start.f[before + 1 : last + 2] < PASSED * best[before : last + 1]
-    return bool(best[last] > 0 and passed.all() and (last == 0 or best[last] >= WAVE * best[last - 1]))
+    tall = best[last] > 0 and best[last] >= NOISE * static and (last == 0 or best[last] >= WAVE * best[last - 1])
+    return bool(tall and passed.all())
 
 
 def kink_error(size: float, force: FloatArray | float, idle: FloatArray | float) -> FloatArray:

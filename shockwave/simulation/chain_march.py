@@ -61,7 +61,7 @@ def run(job: Job, compiled: ModuleType | None) -> None:
     control = _SAFETY, _MIN_FACTOR, _MAX_FACTOR, _MIN_STEP, _MIN_FIRST
     contacts = chain_contacts.LOCATED, chain_contacts.ROUNDING, chain_contacts.ELASTIC, chain_contacts.VISCOUS
     kinks = _SOON, chain_contacts.KINK, _KINK_SHARE, _MOST_CUTS, *contacts
-    peaks = _NEARLY, _HOPELESS, _MOST_TURNS, _NEAR, chain_contacts.PASSED, chain_contacts.WAVE
+    peaks = _NEARLY, _HOPELESS, _MOST_TURNS, _NEAR, chain_contacts.PASSED, chain_contacts.WAVE, chain_contacts.NOISE
     settings = np.concatenate((job.settings, window, control, kinks, peaks, job.found))
     progress = settings[-len(job.found) :]
 
@@ -341,7 +341,7 @@ class _March(Contacts):
     def look_for_arrival(self, start: End) -> None:
         """Set the time at which the wave arrives at the last contact, and the end of the run if that depends on it."""
         last = self.contacts - 1
-        if self.arrival < 0 and self.n > last and has_arrived(start, self.job.peaks[0], last):
+        if self.arrival < 0 and self.n > last and has_arrived(start, self.job.peaks[0], last, self.static[last]):
             self.arrival = float(self.job.peaks[1, last])
             if self.until == math.inf:
                 self.until = max(self.duration + 3 * self.arrival, self.time)
