@@ -511,6 +511,14 @@ def test_a_journal_that_others_change_ends_the_sweep_and_keeps_what_is_left(
     assert tables(out) == tables(tmp_path / "undisturbed")
 
 
+@pytest.mark.parametrize("file", ["sweep.json", "scenario.yaml"])
+def test_a_file_that_others_delete_meanwhile_is_written_again(scenario: Path, tmp_path: Path, file: str) -> None:
+    out = tmp_path / "out"
+    swept(scenario, out, progress=lambda _: (out / file).unlink(missing_ok=True))
+    assert (out / file).exists()
+    assert sw.load_sweep(out) is not None
+
+
 USAGE = {
     "no sweep": (SIMULATE, [], 3, "sweep: must be given"),
     "nothing to resume": (GRID, ["--resume"], 2, "must hold a sweep to resume"),

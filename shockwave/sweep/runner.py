@@ -145,6 +145,7 @@ def run_sweep(
                     _Dispatch(content, journal, crew, fail_fast, lambda: progress and progress(report())).run()
             except KeyboardInterrupt:
                 raise SweepInterrupt(report()) from None
+            _definition(journal, points, accept_versions)  # writes again what others deleted meanwhile
         ended = evolve(report(), files=write_tables(definition, journal))
         counts = (ended.done, ended.points, ended.failed, ended.crashed, ended.seconds)
         logger.info("sweep %s: %d of %d points done, %d failed, %d crashed, in %.1f s", folder, *counts)
