@@ -106,7 +106,7 @@ MANY = "".join(f"1,{t},20,{f}\n" for t, f in zip(TIMES, FORCES, strict=True))
 LAYOUTS = {
     "comments": f"# hammer\n# time [ms], force [kN]\n{HEADER}{COMMA}",
     "swapped": f"force [N],time [s]\n{SWAPPED}",
-    "many": f"no,Time [s],K,Load cell [N]\n{MANY}",
+    "many": f"no,Time [s],T [K],Load cell [N]\n{MANY}",
     "names": f"A [s],B [N]\n{COMMA}",
     "quotes": '"time [s]","force [N]",\n"0","0",\n"0.5","2",\n"1","1.25",\n"2.5","0",\n',
     "empty-last-cells": "time [s]\tforce [N]\tComment\n" + rows("\t").replace("\n", "\t\n"),
@@ -129,10 +129,29 @@ def test_columns_have_numbers(read):
 
 
 def test_an_error_shows_the_columns_that_can_be_chosen_with_their_names(read):
-    (fault,) = faults_of(read, "t [s],Fx [N],x,Fz [N]\n0,0,0,0\n")
+    (fault,) = faults_of(read, "t [s],Fx [N],x [mm],Fz [N]\n0,0,0,0\n")
     assert "columns: [1, 2] Fx [N] or columns: [1, 4] Fz [N]" in fault
     (fault,) = faults_of(read, "t [s],Fx [N],Fz [N]\n0,0,0\n", interval=1.0)
     assert "columns: [2] Fx [N] or columns: [3] Fz [N]" in fault
+
+
+@pytest.mark.parametrize(
+    ("text", "keys"),
+    [
+        ("ch1 [N],ch2 [N]\n", {"interval": 1.0}),
+        ("ch1 [N],ch2\n", {"interval": 1.0}),
+        ("ch1,ch2\n", {"interval": 1.0, "unit": "N"}),
+        ("", {"interval": 1.0, "unit": "N"}),
+        ("time [us],preload [N],force\n", {}),
+        ("time [us],force,preload [N]\n", {}),
+    ],
+    ids=["units", "one-unit", "names", "no-header", "plain-last", "plain-before"],
+)
+def test_one_of_several_columns_of_values_is_never_chosen_silently(read, text, keys):
+    width = text.count(",") + 1 if text else 2
+    (fault,) = faults_of(read, text + ",".join("0" * width) + "\n", **keys)
+    assert "columns: must be the columns" in fault
+    assert f"columns: {[1, width][-2 + ('interval' in keys) :]}" in fault
 
 
 #: Labels of the force column, its unit and what one unit of it is.

@@ -182,20 +182,24 @@ def _labels(table: _Table) -> list[Label]:
 
 
 def _picks(table: _Table, labels: Sequence[Label]) -> list[int]:
-    """Columns of time and force: those of the format, or by their units, or in this order if there are two.
+    """Columns of time and force: those of the format, or by their units, or in this order if there are just these.
 
     With a sampling interval, the column of the force stands for both.
     """
     every, fewest = range(1, len(labels) + 1), 1 if table.form.interval else 2
-    times = [at for at in every if measured(labels[at - 1].unit) == "time"]
-    others = [at for at in every if measured(labels[at - 1].unit) not in (None, "time")]
+    kinds = [measured(label.unit) for label in labels]
+    times = [at for at in every if kinds[at - 1] == "time"]
+    # numbers without a unit may be forces, but for those before columns with units: they count samples or are dates
+    plain = {at for at in _numeric(table.body[0][1], table.separator) if not labels[at - 1].unit}
+    plain -= {1} if len(plain) < len(labels) else set()
+    values = [at for at in every if kinds[at - 1] not in (None, "time") or at in plain]
     columns = table.form.columns
-    if columns is None and len(others) == 1 and len(times) in (1, fewest - 1):
-        columns = [*times, *others]
-    columns = columns or list(every)
-    if not fewest <= len(columns) <= 2 or not set(columns) <= set(every):
-        pairs = [[(*times, 1)[0], at][-fewest:] for at in others or every]
-        hints = [f"columns: {pair} {labels[pair[-1] - 1].text}" for pair in pairs if len({*pair}) == fewest]
+    if columns is None:
+        is_clear = len(values) == 1 and len(times) in (1, fewest - 1)
+        columns = [*times[: fewest - 1], *values] if is_clear else list(every)
+    if not fewest <= len(columns) <= (2 if table.form.columns else fewest) or not set(columns) <= set(every):
+        pairs = [[(*times, 1)[0], at][-fewest:] for at in values or every]
+        hints = [f"columns: {pair} {labels[pair[-1] - 1].text}".rstrip() for pair in pairs if len({*pair}) == fewest]
         hint = listed(hints[:_MOST_LISTED] or ["without times, set interval"])
         problem = f"must be the columns of time and force, of {len(labels)} (got {table.form.columns}; {hint})"
         table.refuse(table.body[0][0], "columns", problem)
