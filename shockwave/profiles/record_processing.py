@@ -22,6 +22,8 @@ _ROUNDING = 1e-12
 # Largest force at the ends of a pulse, over its peak force, and largest relative change of peak force, rise time and
 # impulse by proposed keys, without a warning.
 _NOTICEABLE = 0.01
+# The former of a cropped record, which may end at a slow tail.
+_CUT = 0.05
 # Order of the low-pass filter, which is applied forwards and backwards.
 _ORDER = 4
 # Periods of the cut-off frequency by which the filter extends the record at each end: its response has then decayed.
@@ -210,9 +212,9 @@ def doubts(times: FloatArray, forces: FloatArray, ratio: float | None, steps: St
             )
     if advice:
         sentences.append(f"The record is longer than its pulse, has a second one or an offset ({advice}).")
-    elif steps["crop"] is None:
+    elif steps["crop"] is None or times[kept].size < times.size:  # a crop can state that all is the pulse
         first, last = abs(pulse.values[0]), abs(pulse.values[-1])
-        if max(first, last) > _NOTICEABLE:
+        if max(first, last) > (_NOTICEABLE if steps["crop"] is None else _CUT):
             hint = f"set baseline for an offset; crop: {_window(times[0], times[-1])} keeps all of it"
             sentences.append(f"The record begins at {first:.2%} and ends at {last:.2%} of its peak force ({hint}).")
     return sentences
