@@ -392,7 +392,7 @@ PUSH_AND_PULL = ([0, 1, 2, 3, 4, 5], [0, 8, 4, 0, -3, 0])
 
 def test_a_negative_phase_must_be_resolved():
     with pytest.raises(
-        InvalidValueError, match=r"^negative: must be keep or zero, because 1 of 6 .* 25.00% of the imp"
+        InvalidValueError, match=r"^negative: must be keep or zero, because 1 of 6 .* 25.00% of that of"
     ):
         Tabulated(*PUSH_AND_PULL)
     zero, keep = (Tabulated(*PUSH_AND_PULL, negative=choice) for choice in ("zero", "keep"))
@@ -402,6 +402,22 @@ def test_a_negative_phase_must_be_resolved():
     assert keep.force(4.0) == -3 / 8
     # a rounding error is no phase
     assert not Tabulated([0, 1, 2, 3], [0, 1, 0.5, -1e-16]).pulls
+
+
+def test_an_offset_below_zero_stays_a_warning_when_negative_samples_are_set_to_zero():
+    times = np.arange(1000)
+    forces = 100 * np.sin(np.pi * np.clip(times - 100, 0, 150) / 150) ** 2 - 30 + np.sin(times / 80)
+    with pytest.raises(InvalidValueError, match=r"set baseline for an offset; negative: zero"):
+        Tabulated(times, forces)
+    profile = Tabulated(times, forces, negative="zero")
+    assert any("of that of the others: set baseline" in alarm for alarm in profile.alarms)
+    # the impulse changes its sign
+    assert re.search(r"set to zero: \d+ of 1000 \(impulse from -\S+ to \d", profile.notes[0])
+
+
+def test_a_baseline_inside_the_pulse_is_a_warning():
+    alarms = Tabulated(range(101), PULSE, baseline=(24, 26), negative="zero").alarms
+    assert any("set baseline to a window" in alarm for alarm in alarms)
 
 
 def test_the_error_of_negative_noise_proposes_all_keys():

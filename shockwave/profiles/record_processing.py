@@ -24,6 +24,8 @@ _ROUNDING = 1e-12
 _NOTICEABLE = 0.01
 # The former of a cropped record, which may end at a slow tail.
 _CUT = 0.05
+# Impulse of the samples set to zero over that of the others that is a warning.
+_MANY = 0.05
 # Order of the low-pass filter, which is applied forwards and backwards.
 _ORDER = 4
 # Periods of the cut-off frequency by which the filter extends the record at each end: its response has then decayed.
@@ -47,7 +49,8 @@ Steps = Mapping[str, Any]
 class Pulse:
     """A pulse in units of its peak force [N] and rise time [s]: forces ``values`` at the times ``knots``.
 
-    ``figures`` are those of the record before its decay was stretched.
+    ``figures`` are those of the record before its decay was stretched; ``negative`` is the impulse of its negative
+    samples over that of the others.
     """
 
     knots: FloatArray
@@ -56,6 +59,7 @@ class Pulse:
     rise_time: float
     notes: tuple[str, ...]
     figures: Mapping[str, float]
+    negative: float
 
 
 @define(eq=False)
@@ -106,11 +110,12 @@ def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None, steps: 
         got = f"got at most {process.forces.max() + 0.0:g} N; if compression is negative, {CHANGE_SIGNS}"
         raise InvalidValueError.of("forces", f"must be > 0 N somewhere ({got})")
     count, above = int(np.count_nonzero(process.forces < -_ROUNDING * process.forces.max())), process.forces.clip(0)
+    share = 1 - _impulse(process.times, process.forces) / _impulse(process.times, above)
     if count and steps["negative"] is None:
-        share = 1 - _impulse(process.times, process.forces) / _impulse(process.times, above)
-        hint = f"negative: zero ignores them, keep simulates pulling; if compression is negative, {CHANGE_SIGNS}"
+        hint = "set baseline for an offset; negative: zero ignores them, keep simulates pulling"
+        hint += f"; if compression is negative, {CHANGE_SIGNS}"
         hint = "; ".join(filter(None, [hint, _advice(times, forces, ratio, steps)]))
-        got = f"got nothing; they have {share:.2%} of the impulse; {hint}"
+        got = f"got nothing; their impulse is {share:.2%} of that of the others; {hint}"
         rule = f"must be keep or zero, because {count} of {above.size} forces are negative"
         raise InvalidValueError.of("negative", f"{rule} ({got})")
     if count and steps["negative"] == "zero":
@@ -121,10 +126,10 @@ def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None, steps: 
     kept = slice(max(int(inside[0]) - 1, 0), int(inside[-1]) + 2)
     if kept.start > 0 or kept.stop < process.forces.size:  # without them the force is the same
         process.step("Samples of zero force before and after the pulse were removed", process.forces, kept)
-    return _scaled_pulse(process, ratio)
+    return _scaled_pulse(process, ratio, share)
 
 
-def _scaled_pulse(process: _Process, ratio: float | None) -> Pulse:
+def _scaled_pulse(process: _Process, ratio: float | None, negative: float) -> Pulse:
     """The pulse in units of its peak force and rise time."""
     notes, peak_force, peak = process.notes, float(process.forces.max()), int(np.argmax(process.forces))
     if peak in (0, process.forces.size - 1):
@@ -142,7 +147,7 @@ def _scaled_pulse(process: _Process, ratio: float | None) -> Pulse:
     if _impulse(knots, values) <= 0:
         raise InvalidValueError.of("forces", "must have an impulse > 0 N s (got a greater negative phase)")
     figures = _figures(process.times, process.forces)
-    return Pulse(knots, values, peak_force, float(elapsed[peak]), tuple(notes), figures)
+    return Pulse(knots, values, peak_force, float(elapsed[peak]), tuple(notes), figures, negative)
 
 
 def _check_samples(times: FloatArray, forces: FloatArray) -> None:
@@ -210,6 +215,9 @@ def doubts(times: FloatArray, forces: FloatArray, ratio: float | None, steps: St
             sentences.append(
                 f"The low-pass filter distorts the pulse of {full.peak_force:.4g} N: set a higher low_pass."
             )
+    if steps["negative"] == "zero" and pulse.negative > _MANY:
+        share = f"{pulse.negative:.2%} of that of the others"
+        sentences.append(f"The impulse of the samples set to zero is {share}: set baseline to a window without force.")
     if advice:
         sentences.append(f"The record is longer than its pulse, has a second one or an offset ({advice}).")
     elif steps["crop"] is None or times[kept].size < times.size:  # a crop can state that all is the pulse
@@ -246,8 +254,12 @@ def _figures(times: FloatArray, forces: FloatArray) -> dict[str, float]:
 
 def _changes(before: Mapping[str, float], after: Mapping[str, float], least: float = _UNCHANGED) -> str:
     """Relative changes of figures beyond ``least``, each with its name."""
-    changes = {name: after[name] / old - 1 for name, old in before.items() if old > 0}
-    return ", ".join(f"{name} {change:+.2%}" for name, change in changes.items() if abs(change) > least)
+    changes = {name: (after[name] - old) / abs(old) if old else np.inf for name, old in before.items()}
+    return ", ".join(
+        f"{name} {change:+.2%}" if before[name] > 0 else f"{name} from {before[name]:.4g} to {after[name]:.4g}"
+        for name, change in changes.items()
+        if abs(change) > least and after[name] != before[name]
+    )
 
 
 def _impulse(times: FloatArray, values: FloatArray) -> float:
