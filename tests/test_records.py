@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import time
+import tracemalloc
 from contextlib import suppress
 
 import numpy as np
@@ -201,6 +202,11 @@ def test_a_unit_of_another_dimension_needs_a_scale_per_that_unit(read, label):
     record = read(text, unit="N", scale=0.1)
     assert_pulse(record, 1.0, 0.1)
     assert f"scale, 0.1 N per {of}." in record.notes[-1]
+
+
+def test_a_unit_in_place_of_that_of_the_header_is_a_note(read):
+    notes = read(f"time [us],F [kN]\n{COMMA}", time_unit="ms", unit="N").notes
+    assert [note.startswith("The file states the unit ") for note in notes] == [True, True]
 
 
 def test_an_acceleration_can_be_in_thousandths_of_gravity(read):
@@ -420,8 +426,17 @@ def test_long_comments_and_labels_take_no_time(read):
     comments = ("# " + "a [" * 3_000 + "\n") * 300
     assert_pulse(read(comments + HEADER + COMMA))
     faults_of(read, f"time [s],{'a ' * 4_000}[N]\n{COMMA}")
+    faults_of(read, f"time{' ' * 9_900}force\n{rows(' ')}")
     # milliseconds; with a search for labels of any length minutes
     assert time.process_time() - start < 5
+
+
+def test_blank_lines_take_no_memory(read):
+    tracemalloc.start()
+    faults_of(read, "\n" * 2**21)
+    # the buffer of the largest file, 128 MiB; a list of all lines would take 100 bytes for each
+    assert tracemalloc.get_traced_memory()[1] < 160 * 2**20
+    tracemalloc.stop()
 
 
 # ---------------------------------------------------------------- files

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
 import pathlib
 import re
@@ -122,12 +123,13 @@ def read_record(path: pathlib.Path, form: RecordFormat | None = None) -> Record:
 def _table(path: pathlib.Path, form: RecordFormat) -> _Table:
     """Read the file and find its first row of numbers and its column separator."""
     text = read_text(path, _MOST_BYTES, form.encoding).translate(_SIGNS).replace("\r\n", "\n").replace("\r", "\n")
-    numbered = [(number, line.strip(" ")) for number, line in enumerate(text.split("\n"), 1) if number > form.skip_rows]
-    lines = [(number, line) for number, line in numbered if line.strip() and not line.startswith(("#", "%", "//"))]
-    if max(map(len, text.split("\n"))) > _LONGEST_LINE:
-        raise InvalidValueError.of(
-            str(path), f"must have lines of at most {_LONGEST_LINE} characters (got longer ones)"
-        )
+    lines = list[_Line]()
+    for number, line in enumerate(io.StringIO(text, newline="\n"), 1):  # one by one, as most lines may be blank
+        if len(line) > _LONGEST_LINE:
+            raise InvalidValueError.of(str(path), f"must have lines of at most {_LONGEST_LINE} characters (got more)")
+        stripped = line.strip("\n ")
+        if number > form.skip_rows and stripped.strip() and not stripped.startswith(("#", "%", "//")):
+            lines.append((number, stripped))
     columns = set((form.columns or [])[-1 if form.interval else 0 :])
     for at, (_, line) in enumerate(lines):
         numeric = _numeric(line, separator := _separator(line, form))
@@ -165,7 +167,7 @@ def _labels(table: _Table) -> list[Label]:
     """Labels of all columns, which are empty without a header."""
     (first, line), (last, above) = table.body[0], (table.head or table.body)[-1]
     # blanks separate columns, but not a name from its unit
-    above = above if table.separator else re.sub(r"\s+(?=[\[(/])|(?<=/)\s+", "", above)
+    above = above if table.separator else re.sub(r" (?=[\[(/])|(?<=/) ", "", " ".join(above.split()))
     width = len(_cells(line, table.separator))
     labels = labels_of(_cells(above, table.separator), width) if table.head else []
     few, units = len(labels) < width, any(label.unit for label in labels)
@@ -193,10 +195,9 @@ def _picks(table: _Table, labels: Sequence[Label]) -> list[int]:
     plain = {at for at in _numeric(table.body[0][1], table.separator) if not labels[at - 1].unit}
     plain -= {1} if len(plain) < len(labels) else set()
     values = [at for at in every if kinds[at - 1] not in (None, "time") or at in plain]
-    columns = table.form.columns
-    if columns is None:
-        is_clear = len(values) == 1 and len(times) in (1, fewest - 1)
-        columns = [*times[: fewest - 1], *values] if is_clear else list(every)
+    columns = table.form.columns or list(every)
+    if not table.form.columns and len(values) == 1 and len(times) in (1, fewest - 1):
+        columns = [*times[: fewest - 1], *values]
     if not fewest <= len(columns) <= (2 if table.form.columns else fewest) or not set(columns) <= set(every):
         pairs = [[(*times, 1)[0], at][-fewest:] for at in values or every]
         hints = [f"columns: {pair} {labels[pair[-1] - 1].text}".rstrip() for pair in pairs if len({*pair}) == fewest]

@@ -199,8 +199,9 @@ def factors(
         faults.append(_fault("unit", kind, (force.text, form.unit), hint, place))
     if faults:
         raise InvalidValueError(faults)
-    if force.unit not in ("", unit):
-        notes.append(f"The file states the unit {force.unit!r}; {unit!r} was used.")
+    for stated, used in ((time.unit, form.time_unit), (force.unit, unit)):
+        if stated and used not in (None, stated):
+            notes.append(f"The file states the unit {stated!r}; {used!r} was used.")
     for key in ("area", "mass", "scale", "sign"):
         if (value := getattr(form, key)) not in (None, 1):
             per_force *= value

@@ -113,9 +113,8 @@ def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None, steps: 
     share = 1 - _impulse(process.times, process.forces) / _impulse(process.times, above)
     if count and steps["negative"] is None:
         hint = "set baseline for an offset; negative: zero ignores them, keep simulates pulling"
-        hint += f"; if compression is negative, {CHANGE_SIGNS}"
-        hint = "; ".join(filter(None, [hint, _advice(times, forces, ratio, steps)]))
-        got = f"got nothing; their impulse is {share:.2%} of that of the others; {hint}"
+        hints = [hint, f"if compression is negative, {CHANGE_SIGNS}", _advice(times, forces, ratio, steps)]
+        got = f"got nothing; their impulse is {share:.2%} of that of the others; {'; '.join(filter(None, hints))}"
         rule = f"must be keep or zero, because {count} of {above.size} forces are negative"
         raise InvalidValueError.of("negative", f"{rule} ({got})")
     if count and steps["negative"] == "zero":
@@ -254,12 +253,8 @@ def _figures(times: FloatArray, forces: FloatArray) -> dict[str, float]:
 
 def _changes(before: Mapping[str, float], after: Mapping[str, float], least: float = _UNCHANGED) -> str:
     """Relative changes of figures beyond ``least``, each with its name."""
-    changes = {name: (after[name] - old) / abs(old) if old else np.inf for name, old in before.items()}
-    return ", ".join(
-        f"{name} {change:+.2%}" if before[name] > 0 else f"{name} from {before[name]:.4g} to {after[name]:.4g}"
-        for name, change in changes.items()
-        if abs(change) > least and after[name] != before[name]
-    )
+    changes = {name: (after[name] - old) / abs(old) for name, old in before.items() if old}
+    return ", ".join(f"{name} {change:+.2%}" for name, change in changes.items() if abs(change) > least)
 
 
 def _impulse(times: FloatArray, values: FloatArray) -> float:
