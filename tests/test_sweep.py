@@ -359,15 +359,6 @@ def test_columns_in_another_order_are_another_sweep(scenario: Path, tmp_path: Pa
         swept(scenario, tmp_path / "out")
 
 
-def test_a_definition_that_could_not_be_read_again_is_refused_before_anything_is_run(
-    scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(definition, "_MOST_BYTES", 1000)
-    with pytest.raises(sw.InvalidValueError, match=r"sweep\.json: must be at most 1000 bytes \(got \d+; vary fewer"):
-        swept(scenario, tmp_path / "out")
-    assert [file.name for file in (tmp_path / "out").iterdir()] in (["sweep.lock"], [])
-
-
 @pytest.mark.parametrize("part", ["grid", "zip"])
 def test_the_definition_of_as_many_values_as_a_sweep_may_have_can_be_read(tmp_path: Path, part: str) -> None:
     count, most = 5000, 10**6

@@ -155,17 +155,11 @@ class SweepDefinition(Sweep):
         ------
         FileAccessError
             If the file cannot be written.
-        InvalidValueError
-            If it would be too large to be read.
         """
         document = self._content() | {"name": self.name, "earlier_versions": self.earlier_versions}
         lines = ",\n".join(f"{json.dumps(name)}: {json.dumps(value)}" for name, value in document.items())
-        text = f"{{\n{lines}\n}}\n"
-        if len(text) > _MOST_BYTES:
-            problem = f"must be at most {_MOST_BYTES} bytes (got {len(text)}; vary fewer values)"
-            raise InvalidValueError.of(str(folder / DEFINITION), problem)
         with replacing(folder / DEFINITION) as file:
-            file.write(text)
+            file.write(f"{{\n{lines}\n}}\n")
 
     def differences(self, other: SweepDefinition) -> dict[str, str]:
         """Return the differences from ``other`` by dotted names, with both values."""
