@@ -184,7 +184,7 @@ def contact_peaks(
 def _fixed(case: ChainSetup) -> Iterator[str]:
     """Note on a movable wall that is integrated as a fixed one."""
     if case.chain.end is not None and case.chain.end.mass is not None and case.assembly.fixed_wall:
-        yield "The wall is integrated as a fixed one: spring and dashpot hold it still within a hundredth of rtol."
+        yield "The wall is integrated as a fixed one: its spring or dashpot holds it to rtol/100 of the overlap."
 
 
 def _missed(runs: Runs) -> list[str]:

@@ -54,7 +54,7 @@ class Record:
     forces : array of float, shape (k,)
         Forces [N], finite.
     notes : tuple of str
-        What was done with the values of the file, in sentences.
+        Sentences on how the values of the file were converted.
     lines : array of int, shape (k,)
         Line of the file, counted from 1, on which each sample stands.
     """
@@ -71,7 +71,7 @@ _Line = tuple[int, str]
 
 @frozen
 class _Table:
-    """A file: its lines above the numbers and with them, without blank ones and comments, and the column separator."""
+    """A file: lines above the numbers, lines of numbers (blank ones and comments omitted), and the column separator."""
 
     path: pathlib.Path
     form: RecordFormat
@@ -87,7 +87,7 @@ class _Table:
 def read_record(path: pathlib.Path, form: RecordFormat | None = None) -> Record:
     """Read a time column and a force column.
 
-    Nothing is guessed: what neither the header nor ``form`` states is an error that names the key and proposes a value.
+    Nothing is guessed: if neither the header nor ``form`` states a property, an error names its key.
 
     Parameters
     ----------
@@ -215,7 +215,7 @@ def _numbers(table: _Table, picks: Sequence[int], width: int) -> FloatArray:
     body = "\n".join([line for _, line in table.body])
     marked = _THOUSANDS.search(body) if table.separator != "," or '"' in body else None
     if marked and not table.form.decimal and not _DECIMALS.search(body):
-        rule = "must be stated if all numbers have three digits behind their points or commas"
+        rule = "must be stated if all numbers have three digits after the point or commas"
         table.refuse(table.body[0][0], "decimal", f"{rule} (got {marked[0]}; remove thousands marks)")
     with suppress(ValueError):  # plain numbers are read at once, anything else line by line
         plain = np.loadtxt(body.split("\n"), comments=None, delimiter=table.separator or None, ndmin=2)
@@ -231,7 +231,7 @@ def _numbers(table: _Table, picks: Sequence[int], width: int) -> FloatArray:
         if np.isfinite(_pair(_cells(line, table.separator), picks, width, evolve(table.form, decimal=","))).all():
             hint = "set decimal: ','"
         elif _DATE.search(line) or _THOUSANDS.search(line):
-            hint = "dates and thousands marks are not read: set interval in place of dates, remove thousands marks"
+            hint = "dates and thousands separators are not read: set interval in place of dates, remove thousands marks"
         elif behind >= number:
             hint = f"delete lines {number} to {behind}" if table.head else f"skip_rows: {behind} skips the first"
         got = f"got {text_of(line)}, one of {np.count_nonzero(~right)}; {hint}"
@@ -240,7 +240,7 @@ def _numbers(table: _Table, picks: Sequence[int], width: int) -> FloatArray:
 
 
 def _pair(cells: Sequence[str], picks: Sequence[int], width: int, form: RecordFormat) -> list[float]:
-    """Time and force of a row; NaN if they are no numbers, or it has too many or too few cells."""
+    """Time and force of a row; NaN if they are not numbers, or it has too many or too few cells."""
     try:
         return [float(form.plain(cells[pick])) for pick in picks] if len(cells) <= width else [math.nan, math.nan]
     except (ValueError, IndexError):

@@ -42,7 +42,7 @@ _LONGEST_LABEL = 100
 
 @frozen(kw_only=True)
 class RecordFormat:
-    """What a record file does not state: its layout, units and quantity.
+    """Properties that a record file does not state: layout, units and quantity.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ class RecordFormat:
             raise InvalidValueError.of("mass", "must be left out if area is given (got both; delete one)")
 
     def plain(self, cell: str) -> str:
-        """``cell`` as `float` and `Decimal` read it, so that another decimal sign is no number."""
+        """``cell`` in the form that `float` and `Decimal` read; with the other decimal separator, not a number."""
         if self.decimal == ",":
             cell = cell.replace(".", "_.").replace(",", ".")
         return cell.replace("_", "__")  # float reads 1_0 as 10
@@ -172,7 +172,7 @@ def factors(
     place : str
         Place of the header, for errors.
     notes : list of str
-        Gains what was done.
+        List to which sentences on the conversion are appended.
 
     Raises
     ------

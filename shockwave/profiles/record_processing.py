@@ -1,4 +1,4 @@
-"""Processing of a record by the steps that a user asks for, with a note on the effect of each."""
+"""Processing of a record by the steps that the user requests, with a note on the effect of each."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ _EXTENSION = 2
 _UNEVEN = 0.1
 # Distance from the ends of a window, over the mean sampling interval, at which samples still belong to it.
 _AT_END = 1e-3
-# Smallest relative change by a step that its note states.
+# Smallest relative change that the note on a step states.
 _UNCHANGED = 5e-5
-# Smallest relative change of the peak force by a low-pass filter that is a warning.
+# Largest relative change of the peak force by a low-pass filter without a warning.
 _DISTORTED = 0.2
 # Longest pulse in rise times, and largest time [s] and force [N]: the squares of larger numbers overflow.
 _LARGEST = 1e150
@@ -198,7 +198,7 @@ def _filtered(times: FloatArray, forces: FloatArray, low_pass: float) -> FloatAr
     return np.asarray(signal.sosfiltfilt(sections, forces, padlen=extension), dtype=float)
 
 
-# ---------------------------------------------------------------- doubts
+# ---------------------------------------------------------------- warnings
 
 
 def doubts(times: FloatArray, forces: FloatArray, ratio: float | None, steps: Steps, pulse: Pulse) -> list[str]:
@@ -228,7 +228,7 @@ def doubts(times: FloatArray, forces: FloatArray, ratio: float | None, steps: St
 
 
 def _advice(times: FloatArray, forces: FloatArray, ratio: float | None, steps: Steps) -> str:
-    """Keys that make the record its pulse alone, and their effect; empty if that is small."""
+    """Keys that reduce the record to its pulse, and their effect; empty if the effect is small."""
     windows = proposed(times, forces, steps["baseline"] is None, steps["crop"] is None)
     present = {**steps, "negative": steps["negative"] or "zero"}
     with suppress(InvalidValueError):  # a proposal that leaves no pulse is none

@@ -1,4 +1,4 @@
-"""Signs that a record is not a pulse alone, and the keys that would make it one; loading applies none of them."""
+"""Proposals of keys that would reduce a record to its pulse; loading applies none of them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _DEVIATIONS = 5
 # Force of a second pulse over the peak force, and impulse of a tail over that of the record, that are cropped.
 _SECOND = 0.25
 _TAIL = 0.01
-# Fewest quiet samples that are a level, and samples at each end of the record from which noise is estimated.
+# Fewest quiet samples that are a level, and share of samples at each end of the record from which noise is estimated.
 _FEWEST = 5
 _RIM = 0.1
 # Quiet samples from which a level is taken: near the pulse because of hum, but enough to average noise.
@@ -31,7 +31,7 @@ _BAND = 0.01
 
 
 def proposed(times: FloatArray, forces: FloatArray, baseline: bool, crop: bool) -> dict[str, tuple[float, float]]:
-    """Time windows [s] for the keys ``baseline`` and ``crop``, as far as they are asked for and of use.
+    """Time windows [s] for the keys ``baseline`` and ``crop``, as far as they are requested and useful.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def _side(forces: FloatArray) -> tuple[int, npt.NDArray[np.intp]]:
 
 
 def _crossing(forces: FloatArray, begin: int, force: float) -> float:
-    """Number of samples, with a fraction, after which ``forces`` first fall to ``force`` behind ``begin``."""
+    """Number of samples, with a fraction, after which ``forces`` first fall to ``force`` after ``begin``."""
     at = max(begin + int(np.argmax(forces[begin:] <= force)), 1)
     before, behind = forces[at - 1], forces[at]
     return at - float((force - behind) / (before - behind)) if before > force >= behind else float(at)
@@ -104,7 +104,7 @@ def glitches(forces: FloatArray) -> list[int]:
 
 
 def _is_clipped(forces: FloatArray) -> bool:
-    """Whether the top of a record is flat although its other samples differ, as that of a saturated sensor."""
+    """Whether the top of a record is flat although its other samples differ, as from a saturated sensor."""
     high = forces[forces >= 0.5 * (forces.max() + np.median(forces))]
     _, counts = np.unique(high, return_counts=True)
     bands = np.bincount(((high.max() - high) / (_BAND * np.ptp(forces))).astype(int))

@@ -83,7 +83,7 @@ class Tabulated(ShockProfile):
 
     The rise ends at the first sample with the highest force; a plateau is part of the decay. The samples are taken as
     they are, but for zeros at the ends and the steps below, which are applied in the order baseline, low-pass filter,
-    crop, negative forces; `notes` state the effect of each on peak force and impulse. `alarms` propose steps for a
+    crop, negative forces; `notes` state effects on peak force, rise time and impulse. `alarms` propose steps for a
     record that seems to have an offset, or to be longer than its pulse.
 
     Parameters
@@ -178,7 +178,7 @@ class Tabulated(ShockProfile):
 
     @cached_property
     def alarms(self) -> tuple[str, ...]:
-        """What puts the pulse in doubt, with the keys to set."""
+        """Warnings about the pulse, with the keys to set."""
         return tuple(doubts(self.times, self.forces, self._stretch, self._steps, self._pulse))
 
     @property

@@ -16,7 +16,7 @@ static void release(Buffers *all)
     while (all->count > 0) PyBuffer_Release(all->view + --all->count);
 }
 
-/* Takes a contiguous buffer for each letter of `kinds`: f float64, and to be written to, F float64, I int64, R records.
+/* Takes a contiguous buffer for each letter of `kinds`: f float64; writable: F float64, I int64, R records.
    Sets an exception and returns 0 if the arguments are not these and `others` more. */
 static int take(Buffers *all, PyObject *args, const char *name, const char *kinds, int others)
 {
