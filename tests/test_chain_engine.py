@@ -399,7 +399,7 @@ def test_the_time_limit_is_kept(code: Any) -> None:
 
 @pytest.mark.slow
 def test_the_number_of_steps_is_bounded() -> None:
-    with pytest.raises(NumericalError, match=r"too many steps|vanishes"):
+    with pytest.raises(NumericalError, match=r"too many steps|would take about|vanishes"):
         integrate(uniform(2, inverse_masses=np.array([1.0, 1e24])), 1e-6, until=10.0, compiled=compiled)
 
 

@@ -338,8 +338,6 @@ def _job(assembly: Assembly, tolerance: float, until: float | None, times: Float
     first = _first_step(assembly, first, tolerance * float(scales[0, 0]))
     pulse = (0.0, 1.0, 0.0) if problem is None else (problem.duration, problem.rise_time, problem.peak_force)
     work = math.inf if is_limited() else _WORK + _WORK_PER_BODY * bodies
-    # the default end is at least the time in which a wave arrives
-    end = pulse[0] + bodies if until is None else until
     settings = [assembly.exponent, assembly.damping_power, tolerance, math.inf if until is None else until, *pulse]
     settings += [first, pulse[0] / _LEAST_STEPS, len(assembly.overlaps), assembly.end_stiffness, assembly.end_damping]
     settings += [work, assembly.is_damped, assembly.weight]
@@ -353,7 +351,7 @@ def _job(assembly: Assembly, tolerance: float, until: float | None, times: Float
         samples=np.zeros((len(times), 3, bodies + 1)),
         found=np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, first]),
         table=Job.table_for(method, bodies),
-        forecast=Forecast(end, work, assembly.cause_of_work),
+        forecast=Forecast.of(settings, assembly.static_forces, assembly.cause_of_work),
     )
     job.chain[:], job.scales[:] = chain, scales
     inverse = chain[0]

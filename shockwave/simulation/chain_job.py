@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect
 from collections.abc import Callable
 from enum import IntEnum
 
@@ -31,39 +30,57 @@ _ROWS = 17
 _WORK_ROWS = 24
 #: Number of rows that describe a chain and its motion.
 SHARED = 19
-# Share of the allowed work after which the whole work of a run is estimated, and the estimate over the allowed work
-# beyond which the run ends at once.
+# Share of the allowed work after which the whole work of a run is estimated, and the estimates over the allowed work
+# beyond which the run ends at once: to the end of the shock, and beyond it, where the steps may become longer.
 _SOON = 0.1
-_HOPELESS = 10.0
+_HOPELESS = 2.0
+_HOPELESS_LATER = 10.0
 #: Places of settings.
 UNTIL = 3
+_DURATION = 4
 CONTACTS = 9
 END = slice(10, 12)
+_MOST_WORK = 12
 WEIGHT = 14
 
 
 @define
 class Forecast:
-    """Estimate of the work of a run to the time ``until``, from its progress; ``cause`` states what makes it large."""
+    """Estimate of the work of a run to the time ``until``, from its progress; ``cause`` states what makes it large.
+
+    A run whose estimate is ``excess`` times the allowed work ends at once. Between the last two ``marks``, of work and
+    time, the work has doubled.
+    """
 
     until: float = math.inf
     most_work: float = math.inf
     cause: Callable[[], str] = str
-    marks: list[tuple[float, float]] = Factory(lambda: [(0.0, 0.0)])
+    excess: float = _HOPELESS
+    marks: tuple[tuple[float, float], tuple[float, float]] = ((0.0, 0.0), (0.0, 0.0))
+
+    @classmethod
+    def of(cls, settings: list[float], static_forces: FloatArray, cause: Callable[[], str]) -> Forecast:
+        """Forecast to a stated end only where static forces, or spring or dashpot of the end, keep the steps short.
+
+        Otherwise, free flight may follow the time that a wave takes to arrive.
+        """
+        until, most_work = settings[UNTIL], settings[_MOST_WORK]
+        if until < math.inf and (any(settings[END]) or (static_forces.any() and not settings[WEIGHT])):
+            return cls(until, most_work, cause, _HOPELESS_LATER)
+        return cls(min(settings[_DURATION] + settings[CONTACTS], until), most_work, cause)
 
     def check(self, time: float, work: float, steps: float) -> None:
         """Raise if the run would exceed the allowed work by far.
 
-        The rate is that of the second half of the work so far, since the first steps may be short.
+        The rate is that of at least the last half of the work so far, since the first steps may be short.
         """
-        if self.most_work == math.inf:
+        if work >= 2 * self.marks[1][0]:
+            self.marks = self.marks[1], (work, time)
+        if self.most_work == math.inf or work < _SOON * self.most_work:
             return
-        self.marks.append((work, time))
-        if work < _SOON * self.most_work:
-            return
-        before, since = self.marks[bisect(self.marks, (work / 2,))]
+        before, since = self.marks[0]
         whole = work + (self.until - time) * (work - before) / max(time - since, 1e-300)
-        if whole > _HOPELESS * self.most_work:
+        if whole > self.excess * self.most_work:
             needed = f"the chain would take about {steps * whole / work:.0e} steps"
             raise NumericalError(f"{needed} because of {self.cause()} (set a timeout to integrate it all the same)")
 
