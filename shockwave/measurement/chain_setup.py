@@ -235,12 +235,16 @@ def _scales(layout: Layout, excitation: Shock | Impact, chain: Chain) -> Scales:
 def _is_rigid(layout: Layout, scales: Scales, wall: Wall, rtol: float, until: float | None) -> bool:
     """Whether spring and dashpot hold a wall so still that its motion changes no force by more than ``rtol``.
 
-    The displacement of the wall is compared with the overlap of its contact, under forces of up to `_GREATEST`.
+    The displacement of the wall is compared with the overlap of its contact, under forces of up to `_GREATEST`, or that
+    which stores the whole energy of a striker in the contact.
     """
-    power, force = layout.pairs.exponent, _GREATEST * scales.force + float(layout.static_forces[-1])
-    overlap = (force / float(layout.pairs.stiffnesses[-1])) ** (1 / power)
-    end = _LATEST * len(layout.masses) * scales.time if until is None else until
-    return bool(force < _STILL * rtol * overlap * max(wall.stiffness, wall.damping / end))
+    power, stiffness, heaviest = layout.pairs.exponent, float(layout.pairs.stiffnesses[-1]), float(max(layout.masses))
+    stopped = (layout.velocity * math.sqrt(float(layout.masses[0]) * (power + 1) / 2)) ** (2 / (power + 1))
+    force = max(_GREATEST * scales.force, stopped**power * stiffness ** (1 / (power + 1)))
+    force += layout.weight + float(layout.static_forces[-1])
+    overlap = (force / stiffness) ** (1 / power)
+    span = _LATEST * len(layout.masses) * scales.time * math.sqrt(heaviest / scales.mass) if until is None else until
+    return bool(power * force < _STILL * rtol * overlap * max(wall.stiffness, wall.damping / span))
 
 
 def _assembly(layout: Layout, scales: Scales, excitation: Shock | Impact, rtol: float, until: float | None) -> Assembly:
