@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import cast
+from typing import TypeAlias, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -35,6 +35,8 @@ from shockwave.simulation.backend import chosen
 from shockwave.simulation.nystroem import Rkn86
 from shockwave.simulation.time_limit import time_limit
 from shockwave.text import rounded, si
+
+_Flags: TypeAlias = npt.NDArray[np.bool_]
 
 # Computing time of the forces at the contacts of equal granules, per squared number of granules and per characteristic
 # time of the duration of the shock [s]; the equivalents of each granule, and of each step with and without compiled
@@ -173,8 +175,7 @@ def contact_peaks(
             took = f"the integration of {granules} granules would take about {seconds:.0f} s or more"
             raise NumericalError(f"{took} (set until or a timeout to integrate all the same)")
     runs = runs_of(ChainSetup.of(options, result.shock, result.chain))
-    later = _later_force(runs.case, runs.motion)
-    leaving = last_force(LAST, runs.peak(-1), runs.motion.arrival is not None, later)
+    leaving = last_force(LAST, runs.peak(-1), runs.motion.arrival is not None, _later_force(runs.case, runs.motion))
     return runs.reported, runs.greatest, leaving, tuple(warnings)
 
 
@@ -208,21 +209,17 @@ def _unphysical(case: ChainSetup, motion: Motion) -> Iterator[str]:
             yield f"{overlap}: Hertz's law holds for small overlaps only."
 
 
-def _unfinished(
-    case: ChainSetup, motion: Motion, velocities: FloatArray, apart: npt.NDArray[np.bool_]
-) -> Iterator[str]:
+def _unfinished(case: ChainSetup, motion: Motion, velocities: FloatArray, apart: _Flags) -> Iterator[str]:
     """Warnings of results that may change after the end of the simulated time."""
     if motion.arrival is None and case.chain.count is not None:
         last = "wall" if case.has_wall else "last contact"
         yield f"The leading wave has not reached the {last} by the end of the simulated time (extend until)."
     if case.has_wall and case.layout.law is None:
         closing = motion.x[case.granules - 1] - (motion.x[case.granules] if len(motion.x) > case.granules else 0.0)
-        assembly = case.assembly
-        overlap = max(float(assembly.overlaps[-1] + closing), 0.0)
-        force = float(assembly.stiffnesses[-1]) * overlap**assembly.exponent
-        excess = force - assembly.static_forces[-1]
+        stiffness, overlap = case.assembly.stiffnesses[-1], max(float(case.assembly.overlaps[-1] + closing), 0.0)
+        excess = float(stiffness * overlap**case.assembly.exponent - case.assembly.static_forces[-1])
         # a striker may lie on the chain
-        if min(abs(excess), abs(excess - assembly.weight)) > _STILL_ACTING * motion.dynamic_forces[-1] > 0:
+        if min(abs(excess), abs(excess - case.assembly.weight)) > _STILL_ACTING * motion.dynamic_forces[-1] > 0:
             yield "A wave acts on the wall at the end of the simulated time: its impulse is incomplete (extend until)."
     if not case.layout.weight and _restitution(case, motion, velocities, apart) is not None:
         others = velocities[1:]
@@ -235,7 +232,7 @@ def _mean(v: FloatArray, masses: FloatArray) -> float:
     return max(float(np.average(v, weights=masses)), 0.0) if len(v) else 0.0
 
 
-def _first(marks: npt.NDArray[np.bool_]) -> int:
+def _first(marks: _Flags) -> int:
     """Index of the first mark that is set; their number if there is none."""
     return int(np.argmax(marks)) if marks.any() else len(marks)
 
@@ -243,14 +240,13 @@ def _first(marks: npt.NDArray[np.bool_]) -> int:
 def _later_force(case: ChainSetup, motion: Motion) -> float:
     """Bound of the force at the last contact after the end of the simulated time [N]; infinite where none is known.
 
-    All the energy above that of the chain at rest, with a striker that has a weight lying on it, may meet in this
-    contact, except that of bodies that move apart, away from the others.
+    All the energy above that of rest, with a striker that has a weight on the chain, may meet in this contact, except
+    that of bodies that move apart, away from the others.
     """
     assembly, force, v = case.assembly, case.assembly.force, motion.v
+    ends = force is None or motion.end >= force.duration
     # the energy of the law of a plugin is not known, and a movable wall may give way under the weight
-    if assembly.law is not None or (assembly.weight and not assembly.fixed_wall):
-        return math.inf
-    if force is not None and motion.end < force.duration:
+    if not ends or assembly.law is not None or (assembly.weight and not assembly.fixed_wall):
         return math.inf
     masses, apart = 1 / assembly.inverse_masses, _apart(motion.x, v, assembly.overlaps)
     static, k, p = assembly.static_forces + assembly.weight, assembly.stiffnesses, assembly.exponent
@@ -314,25 +310,22 @@ def _segments(case: ChainSetup, motion: Motion, granules: int) -> Iterator[Segme
         yield SegmentEnergy(first=begin, last=min(end, granules) - 1, energy=math.fsum(energies[begin:end]))
 
 
-def _apart(x: FloatArray, v: FloatArray, overlaps: FloatArray) -> npt.NDArray[np.bool_]:
+def _apart(x: FloatArray, v: FloatArray, overlaps: FloatArray) -> _Flags:
     """Whether each contact between these bodies is open, and they do not approach each other."""
     gaps = x[1:] - x[:-1] - overlaps[: len(x) - 1]
     return np.asarray((gaps >= 0) & (v[:-1] <= v[1:]))
 
 
-def _flying(outwards: FloatArray, apart: npt.NDArray[np.bool_]) -> FloatArray:
+def _flying(outwards: FloatArray, apart: _Flags) -> FloatArray:
     """Velocities of the granules that fly off an end, outermost first, from the outward velocities of all granules."""
     free = len(outwards) if apart.all() else int(np.argmin(apart))
     slow = outwards[:free] <= _EJECTED * np.abs(outwards).max()
     return outwards[: int(np.argmax(slow)) if slow.any() else free]
 
 
-def _restitution(
-    case: ChainSetup, motion: Motion, velocities: FloatArray, apart: npt.NDArray[np.bool_]
-) -> float | None:
+def _restitution(case: ChainSetup, motion: Motion, velocities: FloatArray, apart: _Flags) -> float | None:
     if case.layout.weight:  # it falls back
-        rebound = motion.rebound
-        return None if rebound is None else rebound / case.assembly.velocity
+        return motion.rebound and motion.rebound / case.assembly.velocity
     if not (isinstance(case.excitation, Impact) and apart[0]):
         return None
     masses = case.layout.masses[1:]
