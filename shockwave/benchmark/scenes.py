@@ -77,7 +77,8 @@ def noisy(count: int) -> Scene:
 def sampled(count: int, noise: float = 0.0) -> Scene:
     """Pulse of 20 characteristic times with a steeper rise; ``noise`` in units of the peak."""
     share = np.linspace(0.0, 1.0, count)
-    return record(20.0 * share, np.sin(np.pi * share**0.7) ** 2 + np.random.default_rng(20).normal(0.0, noise, count))
+    forces = np.sin(np.pi * share**0.7) ** 2 + np.random.default_rng(20).normal(0.0, noise, count)
+    return record(20.0 * share, np.maximum(forces, 0.0))
 
 
 def sized(
