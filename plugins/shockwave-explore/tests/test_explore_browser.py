@@ -149,7 +149,7 @@ def test_a_page_of_an_explorer_that_has_ended_states_it(page: Page) -> None:
     page.open()
     page.run("history.replaceState(null, '', '/old/')")
     page.find("#apply").click()
-    assert "not the address of the explorer" in page.until(lambda: page.find("#fault").text)
+    assert "not the address of the running explorer" in page.until(lambda: page.find("#fault").text)
 
 
 def test_a_hostile_link_is_refused_with_a_message_and_runs_nothing(page: Page) -> None:
