@@ -240,13 +240,13 @@ def _first(marks: _Flags) -> int:
 def _later_force(case: ChainSetup, motion: Motion) -> float:
     """Bound of the force at the last contact after the end of the simulated time [N]; infinite where none is known.
 
-    All the energy above that of rest, with a striker that has a weight on the chain, may meet in this contact, except
-    that of bodies that move apart, away from the others.
+    The energy above that of the chain at rest, loaded by the weight of a striker, may all be stored in this contact,
+    except that of bodies that move away from the others.
     """
     assembly, force, v = case.assembly, case.assembly.force, motion.v
-    ends = force is None or motion.end >= force.duration
+    has_ended = force is None or motion.end >= force.duration
     # the energy of the law of a plugin is not known, and a movable wall may give way under the weight
-    if not ends or assembly.law is not None or (assembly.weight and not assembly.fixed_wall):
+    if not has_ended or assembly.law is not None or (assembly.weight and not assembly.fixed_wall):
         return math.inf
     masses, apart = 1 / assembly.inverse_masses, _apart(motion.x, v, assembly.overlaps)
     static, k, p = assembly.static_forces + assembly.weight, assembly.stiffnesses, assembly.exponent
