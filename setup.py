@@ -26,7 +26,7 @@ EXTENSIONS = [
     Extension(
         f"shockwave.{name}",
         [f"shockwave/{name.replace('.', '/')}.c"],
-        depends=[f"shockwave/simulation/_{header}.h" for header in ("buffers", "free_path", "step")],
+        depends=[f"shockwave/engine/_{header}.h" for header in ("buffers", "free_path", "step")],
         optional=True,
         py_limited_api=True,
         define_macros=[("Py_LIMITED_API", "0x030B0000")],
@@ -34,7 +34,7 @@ EXTENSIONS = [
         extra_compile_args=["-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"],
         libraries=["m"],
     )
-    for name in ("simulation._compiled", "simulation._chains")
+    for name in ("engine._compiled", "engine._chains")
 ]
 
 setup(

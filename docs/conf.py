@@ -14,7 +14,8 @@ from sphinx.application import Sphinx
 from sphinx.ext import autosummary
 
 import shockwave
-from shockwave import OWN_DISTRIBUTION, __version__, registry
+from shockwave import OWN_DISTRIBUTION, __version__
+from shockwave.registry import registry
 
 project = "shockwave"
 author = "The shockwave developers"

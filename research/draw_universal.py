@@ -16,9 +16,9 @@ import fit_laws as fit
 import numpy as np
 
 from shockwave import pictures
-from shockwave.chain import laws
-from shockwave.pictures.drawing import BLACK, COLOURS, LINES, label_axis
-from shockwave.pictures.figures import SMALL
+from shockwave.pictures.figure_files import SMALL
+from shockwave.pictures.picture_elements import BLACK, COLOURS, LINES, label_axis
+from shockwave.scene import closed_form_laws as laws
 
 FOLDER = Path(__file__).parent.parent / "docs" / "universal"
 SEED = 3701

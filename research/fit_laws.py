@@ -1,4 +1,4 @@
-"""Fit the laws of ``shockwave.chain.laws`` to simulations, and write ``shockwave/chain/laws.json``.
+"""Fit the laws in closed form to simulations, and write ``shockwave/scene/closed_form_laws.json``.
 
     python research/fit_laws.py
 
@@ -23,12 +23,13 @@ from numpy.polynomial import Chebyshev, Polynomial, chebyshev
 from scipy.interpolate import CubicSpline
 
 import shockwave as sw
-from shockwave.chain import Scales, laws
-from shockwave.chain.features import WAVE_EXPONENTS
-from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM, wave_law
+from shockwave.scene import closed_form_laws as laws
+from shockwave.scene.chain import Scales
+from shockwave.scene.feature_rules import WAVE_EXPONENTS
+from shockwave.scene.solitary_wave import IMPULSE_LIMIT, MOMENTUM, wave_law
 
 Array = npt.NDArray[np.float64]
-FILE = Path(laws.__file__).with_name("laws.json")
+FILE = Path(laws.__file__).with_name("closed_form_laws.json")
 STEEL = sw.Material(youngs_modulus=200e9, poisson_ratio=0.3, density=7800.0)
 CHAIN = sw.Chain(material=STEEL, radius=5e-3)
 VELOCITY = 0.5
@@ -316,7 +317,7 @@ LAWS: dict[str, Callable[[], Any]] = {
 def main(names: Sequence[str]) -> None:
     """Fit the laws and write them, with the coefficients of a piece on one line."""
     tables = json.loads(FILE.read_text(encoding="utf-8")) if FILE.exists() else {}
-    tables["about"] = "laws of shockwave.chain.laws, see docs/universal.md; written by research/fit_laws.py"
+    tables["about"] = "laws of shockwave.scene.closed_form_laws, see docs/universal.md; written by research/fit_laws.py"
     for name in names or LAWS:
         tables[name] = LAWS[name]()
         text = json.dumps(tables, indent=1)

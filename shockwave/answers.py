@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING, Any, cast
 import attrs
 from attrs import evolve
 
-from shockwave.errors import InvalidValueError
-from shockwave.options import SimulateOptions, options_of, refuse_unknown
+from shockwave.base.errors import InvalidValueError
+from shockwave.scene.simulate_options import SimulateOptions, options_of, refuse_unknown
 
 if TYPE_CHECKING:
-    from shockwave.chain.chain import Chain
-    from shockwave.chain.impact import Impact
-    from shockwave.limit import Limit
     from shockwave.prediction.outcome import Outcome
     from shockwave.prediction.predictor import Predictor
-    from shockwave.profiles.shock import Shock
     from shockwave.scenario.scenario import Scenario
     from shockwave.scenario.scene_argument import Scene
+    from shockwave.scene.chain import Chain
+    from shockwave.scene.force_limit import Limit
+    from shockwave.scene.impact import Impact
+    from shockwave.scene.shock import Shock
     from shockwave.studies.comparison import Comparison
 
 
@@ -102,7 +102,7 @@ def simulate(
     ShockwaveError
         As `load_scenario`.
     """
-    from shockwave.measurement.simulate import simulate_with
+    from shockwave.simulation.simulate import simulate_with
 
     options |= {} if rtol is None else {"rtol": rtol}
     scenario = _scenario(scene, chain)
@@ -150,7 +150,7 @@ def _limited(result: Any, limit: Limit | float | str | None) -> Any:
     """The result with this limit, if one is given."""
     if limit is None:
         return result
-    from shockwave.limit import limit_of
+    from shockwave.scene.force_limit import limit_of
 
     return evolve(result, limit=limit_of(limit))
 

@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 import shockwave as sw
-from shockwave.measurement.chain_result import ChainResult
+from shockwave.simulation.contact_result import ChainResult
 
 sys.path.append(str(Path(__file__).parents[2] / "tests"))
 from support.chain_reference import Reference

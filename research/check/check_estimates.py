@@ -23,14 +23,14 @@ import numpy as np
 from attrs import fields, frozen
 
 import shockwave as sw
-from shockwave.chain import Scales
-from shockwave.measurement import chain_run
-from shockwave.measurement.simulation_setup import scaled, setup_of
-from shockwave.options import SimulateOptions
+from shockwave.scene.chain import Scales
+from shockwave.scene.simulate_options import SimulateOptions
+from shockwave.simulation import wave_train_run as chain_run
+from shockwave.simulation.wave_setup import scaled, setup_of
 
 sys.path.append(str(Path(__file__).parents[2] / "tests"))
-from scenes import CHAIN, lasting
 from support.pulse_families import FAMILIES
+from support.scenes import CHAIN, lasting
 
 PAGE = Path(__file__).parents[2] / "docs" / "trust.md"
 BEGIN, END = "<!-- table: error estimates -->\n", "<!-- end of table -->"

@@ -297,7 +297,7 @@ def by_shockwave(case: Case) -> list[Answer] | None:
     """
     try:
         import shockwave as sw
-        from shockwave.chain import Scales
+        from shockwave.scene.chain import Scales
     except ImportError:
         return None
     steel = sw.Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0)

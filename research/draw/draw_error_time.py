@@ -34,8 +34,8 @@ from scipy.optimize import minimize_scalar
 
 import shockwave as sw
 from shockwave import pictures
-from shockwave.chain import Scales
-from shockwave.chain.layout import Layout
+from shockwave.scene.chain import Scales
+from shockwave.scene.layout import Layout
 
 sys.path.append(str(Path(__file__).parents[1] / "check"))
 from compare_simulators import by_scipy, read_front

@@ -21,9 +21,9 @@ from matplotlib.figure import Figure
 
 import shockwave as sw
 from shockwave import pictures
-from shockwave.studies.curve import UniversalCurve
-from shockwave.sweep.plot import plot
+from shockwave.studies.amplification_curve import UniversalCurve
 from shockwave.sweep.results import SweepResults
+from shockwave.sweep.sweep_picture import plot
 
 ROOT = Path(__file__).parents[2]
 PROFILES = ROOT / "profiles"

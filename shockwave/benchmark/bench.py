@@ -13,6 +13,8 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from attrs import evolve
 
+from shockwave.base.numerics import FloatArray
+from shockwave.base.progress import counted
 from shockwave.benchmark.chain_problems import CASES, Case, at_setting, case_of, read_front, reference
 from shockwave.benchmark.work_precision import (
     Answer,
@@ -24,19 +26,18 @@ from shockwave.benchmark.work_precision import (
     WorkPrecision,
     measured,
 )
-from shockwave.chain.coverage import covered
-from shockwave.measurement.simulate import simulate
-from shockwave.measurement.simulation_setup import scaled
 from shockwave.prediction.predictor import Predictor
-from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.exponential import Exponential
 from shockwave.profiles.power_law import PowerLaw
+from shockwave.profiles.quadrature import Integrand
+from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.profiles.tabulated import Tabulated
 from shockwave.profiles.triangular import Triangular
-from shockwave.progress import counted
-from shockwave.quadrature import FloatArray, Integrand
-from shockwave.registry import entries, load, plugins
+from shockwave.registry.registry import entries, load, plugins
 from shockwave.scenario.scenario import Scenario
+from shockwave.scene.coverage_rules import covered
+from shockwave.simulation.simulate import simulate
+from shockwave.simulation.wave_setup import scaled
 from shockwave.sweep.point_evaluation import software
 
 FAMILIES = ("quadratures", "predictors", "integrators")

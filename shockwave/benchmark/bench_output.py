@@ -7,9 +7,9 @@ from pathlib import Path
 
 from attrs import evolve
 
+from shockwave.base.text import facts, html_of, limits, notes, si, strong, table
 from shockwave.benchmark.work_precision import Problem, Row, WorkPrecision
 from shockwave.pictures import figure, svg, work_precision
-from shockwave.text import facts, html_of, limits, notes, si, strong, table
 
 # Width and height of a diagram [in]: its text is readable on a phone too.
 _SIZE = (4.6, 4.8)

@@ -6,21 +6,21 @@ from typing import NamedTuple
 
 from attrs import frozen
 
-from shockwave.benchmark.scenes import power
+from shockwave.base.errors import NumericalError
+from shockwave.benchmark.benchmark_scenes import power
 from shockwave.benchmark.work_precision import Clock
-from shockwave.chain.chain import HERTZ, Chain
-from shockwave.errors import NumericalError
-from shockwave.measurement.peak_log import located_peak
-from shockwave.measurement.simulate import simulate
-from shockwave.measurement.simulation_setup import scaled
-from shockwave.profiles.shock import Shock
+from shockwave.engine.backend import compiled
+from shockwave.engine.equal_chain_run import Span, march
+from shockwave.engine.force_law import contact_force
+from shockwave.engine.integrator import Integrator
+from shockwave.engine.nystroem_integrators import Nystroem, Rkn86, Rkn1210
+from shockwave.engine.scaled_problem import chain_energy
 from shockwave.scenario.scenario import Scenario
-from shockwave.simulation.backend import compiled
-from shockwave.simulation.force_law import contact_force
-from shockwave.simulation.integrator import Integrator
-from shockwave.simulation.march import Span, march
-from shockwave.simulation.nystroem import Nystroem, Rkn86, Rkn1210
-from shockwave.simulation.problem import chain_energy
+from shockwave.scene.chain import HERTZ, Chain
+from shockwave.scene.shock import Shock
+from shockwave.simulation.peak_log import located_peak
+from shockwave.simulation.simulate import simulate
+from shockwave.simulation.wave_setup import scaled
 
 # Smallest maximum of a contact force that counts as that of the front, in units of the peak force of the shock.
 _FLOOR = 0.05

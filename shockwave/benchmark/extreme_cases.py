@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 from attrs import Factory, evolve, field, frozen
 
-from shockwave.benchmark.scenes import FORCE, UNITS, made
-from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
-from shockwave.errors import ShockwaveError, UnknownNameError
-from shockwave.measurement.result import SimulationResult
-from shockwave.measurement.simulate import simulate
+from shockwave.base.errors import ShockwaveError, UnknownNameError
+from shockwave.benchmark.benchmark_scenes import FORCE, UNITS, made
+from shockwave.engine.backend import Backend
 from shockwave.prediction.predictor import Predictor
-from shockwave.simulation.backend import Backend
+from shockwave.scene.solitary_wave import IMPULSE_LIMIT, MOMENTUM
+from shockwave.simulation.simulate import simulate
+from shockwave.simulation.wave_result import SimulationResult
 
 # Largest permitted momentum defect: a hundred times the observed rounding error.
 _MOMENTUM = 1e-12
@@ -42,7 +42,7 @@ class Case:
     check : str
         Name of the function of this module that checks the result.
     scene, other : dict
-        A function of `shockwave.benchmark.scenes` with its arguments; ``other`` is a scene to compare with.
+        A function of `shockwave.benchmark.benchmark_scenes` with its arguments; ``other`` is a scene to compare with.
     options : dict
         Arguments of the simulation.
     reference, bound : float

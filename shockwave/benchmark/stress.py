@@ -12,19 +12,19 @@ from typing import Any
 from attrs import asdict, frozen
 from pebble import ProcessExpired, ProcessPool
 
+from shockwave.base.progress import counted
+from shockwave.base.result import VERSION
+from shockwave.base.text import alarm, limits, si, strong, table
 from shockwave.benchmark.extreme_cases import CHECKS, Case, Finding, find
-from shockwave.progress import counted
-from shockwave.result_base import VERSION
-from shockwave.simulation.backend import Backend, chosen, lack
+from shockwave.engine.backend import Backend, chosen, lack
 from shockwave.sweep.fork_server import start_server
-from shockwave.text import alarm, limits, si, strong, table
 
 # Modules that are loaded once, before the processes of the cases are forked.
 _MODULES = (
     __name__,
-    "shockwave.measurement.train",
+    "shockwave.simulation.wave_train",
     "shockwave.profiles.free_path",
-    "shockwave.simulation.scipy_solver",
+    "shockwave.engine.scipy_integrators",
 )
 # Relative uncertainty of the time of a single run.
 _SINGLE = 0.3

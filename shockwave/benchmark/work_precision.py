@@ -11,9 +11,9 @@ from typing import Any, NamedTuple, TypeAlias
 
 from attrs import asdict, evolve, field, frozen
 
-from shockwave.errors import NumericalError, PluginError, message_of
-from shockwave.result_base import VERSION
-from shockwave.text import printed
+from shockwave.base.errors import NumericalError, PluginError, message_of
+from shockwave.base.result import VERSION
+from shockwave.base.text import printed
 
 # Estimated ratio of the run times of one setting and the next coarser one.
 _GROWTH = 2.0

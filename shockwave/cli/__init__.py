@@ -11,10 +11,10 @@ from argparse import Namespace
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 
+from shockwave.base.text import Detail, on_stdout
 from shockwave.cli.output import failure, progress_on_stderr
 from shockwave.cli.parser import parsed
-from shockwave.cli.streams import OutputError, reopen_closed_streams, standard_streams
-from shockwave.text import Detail, on_stdout
+from shockwave.cli.standard_streams import OutputError, reopen_closed_streams, standard_streams
 
 # New objects after which garbage is collected: more than a command creates at its start, nearly all of which last.
 _GARBAGE = 200_000
@@ -75,7 +75,7 @@ def detail_of(options: Namespace) -> Detail:
 @contextmanager
 def _without_plugins() -> Iterator[None]:
     """Disable all plugins meanwhile, here and in child processes."""
-    from shockwave.registry import DISABLE, EVERY, forget
+    from shockwave.registry.registry import DISABLE, EVERY, forget
 
     before = os.environ.get(DISABLE, "")
     os.environ[DISABLE] = EVERY

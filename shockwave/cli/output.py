@@ -10,10 +10,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from shockwave.errors import FileAccessError, InvalidValueError, ShockwaveError, UsageError, message_of
-from shockwave.fields import listed
-from shockwave.files import write_file
-from shockwave.progress import progress_shown
+from shockwave.base.errors import FileAccessError, InvalidValueError, ShockwaveError, UsageError, message_of
+from shockwave.base.files import write_file
+from shockwave.base.progress import progress_shown
+from shockwave.base.quantity_fields import listed
 
 #: Environment variable that makes internal errors raise, with a traceback.
 _DEBUG = "SHOCKWAVE_DEBUG"

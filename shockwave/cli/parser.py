@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from shockwave import __version__
-from shockwave.errors import InvalidValueError
-from shockwave.limit import Limit
+from shockwave.base.errors import InvalidValueError
+from shockwave.scene.force_limit import Limit
 
 KINDS = ("profiles", "integrators", "backends", "quadratures", "materials", "contacts", "plugins")
 _EXITS = "exit status: 0 success; 1 a run failed; 2 wrong usage; 3 invalid scenario; 4 faulty plugin; 5 file access"
@@ -192,11 +192,11 @@ COMMANDS: list[tuple[str, str, str, list[_Option]]] = [
     ("validate", "scenario_commands:validate", "check scenario files and report all errors", [_FILES, _JSON]),
     ("report", "scenario_commands:report", "write a page on a scenario, with pictures", [_FILE, _LIMIT, _OUTPUT]),
     ("explore", "plugin_commands:run", "open a page with sliders in the browser (shockwave-explore)", []),
-    ("curve", "curve:curve", "amplification as a function of the rise time", [_FILE, *_CURVE]),
-    ("sweep", "sweep:sweep", "run or resume all cases of a sweep", [*_SWEEP, _JSON]),
-    ("plot", "plot:plot", "plot the results of a sweep as lines or as a map", _PLOT),
-    ("design", "design:design", "find values that give a wave or a force a target value", _DESIGN),
-    ("uncertainty", "design:uncertainty", "distribution of the forces for uncertain values", _UNCERTAINTY),
+    ("curve", "curve_command:curve", "amplification as a function of the rise time", [_FILE, *_CURVE]),
+    ("sweep", "sweep_command:sweep", "run or resume all cases of a sweep", [*_SWEEP, _JSON]),
+    ("plot", "plot_command:plot", "plot the results of a sweep as lines or as a map", _PLOT),
+    ("design", "design_commands:design", "find values that give a wave or a force a target value", _DESIGN),
+    ("uncertainty", "design_commands:uncertainty", "distribution of the forces for uncertain values", _UNCERTAINTY),
     ("bench", "benchmark_commands:bench", "measure the error of each method against its run time", [*_BENCH, _JSON]),
     ("stress", "benchmark_commands:stress", "run the catalogue of extreme cases", [*_STRESS, _JSON]),
     ("list", "registry_commands:list_registered", "list the available profiles, integrators, ...", [*_LIST, _JSON]),
@@ -213,7 +213,7 @@ class _Version(argparse.Action):
     """Print the version and the back end, which is looked up only then."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
-        from shockwave.simulation.backend import lack
+        from shockwave.engine.backend import lack
 
         backend = f"numpy; compiled code {lack()}" if lack() else "compiled"
         print(f"shockwave {__version__} (back end: {backend})")

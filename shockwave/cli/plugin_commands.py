@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import argparse
 
+from shockwave.base.errors import PluginError, ShockwaveError, UnknownNameError, UsageError
 from shockwave.cli.parser import OFFERED, parser
-from shockwave.errors import PluginError, ShockwaveError, UnknownNameError, UsageError
-from shockwave.registry import described, find, load
+from shockwave.registry.registry import described, find, load
 
 
 def run(options: argparse.Namespace) -> int:

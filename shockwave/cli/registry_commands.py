@@ -7,13 +7,13 @@ import json
 from typing import Any
 
 from shockwave import OWN_DISTRIBUTION
+from shockwave.base.errors import PluginError, UsageError
+from shockwave.base.result import VERSION
+from shockwave.base.text import alarm, paragraph, strong, table
 from shockwave.cli.output import json_text, written
 from shockwave.cli.parser import KINDS
-from shockwave.errors import PluginError, UsageError
-from shockwave.registry import Plugin, checked, entries, plugins
-from shockwave.result_base import VERSION
-from shockwave.simulation.backend import BACKENDS, lack
-from shockwave.text import alarm, paragraph, strong, table
+from shockwave.engine.backend import BACKENDS, lack
+from shockwave.registry.registry import Plugin, checked, entries, plugins
 
 
 def list_registered(options: argparse.Namespace) -> int:

@@ -11,23 +11,23 @@ from typing import TYPE_CHECKING, Any
 from attrs import asdict, evolve
 
 from shockwave import answers
+from shockwave.base.errors import Fault, NumericalError, ShockwaveError, UnknownNameError, UsageError
+from shockwave.base.files import refuse_inputs
+from shockwave.base.progress import counted
+from shockwave.base.result import VERSION
+from shockwave.base.text import alarm, error_text, limits, notes, paragraph, si, table
 from shockwave.cli.output import check_output, failure, json_text, of_arguments, written
-from shockwave.errors import Fault, NumericalError, ShockwaveError, UnknownNameError, UsageError
-from shockwave.files import refuse_inputs
-from shockwave.plausibility import unusual
 from shockwave.prediction.outcome_text import SHOWN_ERROR
-from shockwave.progress import counted
-from shockwave.registry import find
-from shockwave.result_base import VERSION
+from shockwave.registry.registry import find
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scenario import Scenario
-from shockwave.text import alarm, error_text, limits, notes, paragraph, si, table
+from shockwave.scene.plausibility import unusual
 
 if TYPE_CHECKING:
-    from shockwave.measurement.chain_result import ChainResult
-    from shockwave.measurement.result import SimulationResult
     from shockwave.prediction.outcome import Outcome
     from shockwave.prediction.section4_outcome import Section4Outcome
+    from shockwave.simulation.contact_result import ChainResult
+    from shockwave.simulation.wave_result import SimulationResult
     from shockwave.studies.comparison import Comparison
 
 # Names of columns and their cells.
@@ -176,9 +176,9 @@ def validate(options: Namespace) -> int:
 
 def report(options: Namespace) -> int:
     """One page on a scenario."""
-    from shockwave.page import findings
-    from shockwave.page import written as page
     from shockwave.pictures import figure
+    from shockwave.report import findings
+    from shockwave.report import written as page
 
     if Path(options.output or "").suffix:
         check_output(options.output, ".html", ".htm", hint="; print this page to a PDF in a browser")
@@ -287,7 +287,7 @@ def _chain_row(result: ChainResult) -> _Row:
         **_error_cells("greatest force", top.peak_force, top.error_estimate),
     }
     if wall is not None:
-        from shockwave.measurement.chain_text import impulse_text  # for such chains only
+        from shockwave.simulation.contact_text import impulse_text  # for such chains only
 
         row |= {
             "force on wall": si(wall.peak_force, "N", error=wall.error_estimate),
@@ -327,7 +327,7 @@ def _comparison_row(both: Comparison) -> _Row:
 
 def _greatest_cell(result: SimulationResult) -> _Row:
     """The greatest contact force of a finite chain if it exceeds the leading wave."""
-    from shockwave.measurement.result_text import greatest_text
+    from shockwave.simulation.wave_text import greatest_text
 
     text = greatest_text(result)
     return {"greatest force": text.partition(" at ")[0]} if text else {}

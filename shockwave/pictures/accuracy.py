@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from shockwave.errors import NotCoveredError, NumericalError
-from shockwave.measurement.result import SimulationResult
-from shockwave.pictures.drawing import BLACK, BLUE, GREY, MINUS, ORANGE, SKY, area, finish, literal, style
-from shockwave.pictures.figures import picture
+from shockwave.base.errors import NotCoveredError, NumericalError
+from shockwave.pictures.figure_files import picture
+from shockwave.pictures.picture_elements import BLACK, BLUE, GREY, MINUS, ORANGE, SKY, area, finish, literal, style
 from shockwave.pictures.waves import recorded, shock_of
+from shockwave.simulation.wave_result import SimulationResult
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from shockwave.measurement.chain_result import ChainResult
+    from shockwave.simulation.contact_result import ChainResult
 
 
 # Most contacts of an approach; each one costs up to as much as the simulation.

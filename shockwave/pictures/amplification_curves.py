@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from shockwave.pictures.drawing import BLACK, BLUE, GREY, VERMILION, finish, literal, style
-from shockwave.pictures.figures import picture
+from shockwave.pictures.figure_files import picture
+from shockwave.pictures.picture_elements import BLACK, BLUE, GREY, VERMILION, finish, literal, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,13 +6,24 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shockwave.errors import InvalidValueError
-from shockwave.pictures.drawing import BLACK, BLUE, MINUS, ORANGE, SKY, VERMILION, area, finish, si_label, thinned
-from shockwave.pictures.figures import picture
+from shockwave.base.errors import InvalidValueError
+from shockwave.base.numerics import FloatArray
+from shockwave.pictures.figure_files import picture
+from shockwave.pictures.picture_elements import (
+    BLACK,
+    BLUE,
+    MINUS,
+    ORANGE,
+    SKY,
+    VERMILION,
+    area,
+    finish,
+    si_label,
+    thinned,
+)
 from shockwave.prediction.section4_outcome import EjectionOutcome, Section4Outcome
-from shockwave.profiles.base import ShockProfile
-from shockwave.profiles.shock import Shock
-from shockwave.quadrature import FloatArray
+from shockwave.profiles.shock_profile import ShockProfile
+from shockwave.scene.shock import Shock
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

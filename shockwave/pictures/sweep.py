@@ -9,14 +9,14 @@ import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 
-from shockwave.pictures.drawing import add_legend, colour_scale, label_axis, literal, style
-from shockwave.pictures.figures import picture
-from shockwave.pictures.maps import colour_cells, colours_of, edges_of, regime_borders
+from shockwave.pictures.colour_maps import colour_cells, colours_of, edges_of, regime_borders
+from shockwave.pictures.figure_files import picture
+from shockwave.pictures.picture_elements import add_legend, colour_scale, label_axis, literal, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from shockwave.quadrature import FloatArray
+    from shockwave.base.numerics import FloatArray
 
 
 # Greatest value on a logarithmic axis, whose ticks may lie decades beyond its values.

@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from shockwave.errors import InvalidValueError
-from shockwave.measurement.recording import Recording
-from shockwave.measurement.result import SimulationResult
-from shockwave.pictures.drawing import BLUE, FIELD, GREY, VERMILION, colour_scale, finish, halo, style
-from shockwave.pictures.figures import picture
-from shockwave.pictures.maps import colour_cells, rows_of
-from shockwave.profiles.shock import Shock
+from shockwave.base.errors import InvalidValueError
+from shockwave.pictures.colour_maps import colour_cells, rows_of
+from shockwave.pictures.figure_files import picture
+from shockwave.pictures.picture_elements import BLUE, FIELD, GREY, VERMILION, colour_scale, finish, halo, style
+from shockwave.scene.shock import Shock
+from shockwave.simulation.recording import Recording
+from shockwave.simulation.wave_result import SimulationResult
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from shockwave.measurement.chain_result import ChainResult
+    from shockwave.simulation.contact_result import ChainResult
 
 
 # Most lines of contact forces.

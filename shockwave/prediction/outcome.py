@@ -8,25 +8,25 @@ from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from attrs import asdict, evolve, field, frozen
 
-from shockwave.chain.chain import Chain
-from shockwave.chain.yielding import Yielding, yielding_of
-from shockwave.errors import Fault, InvalidValueError, NumericalError, ShockwaveError, detached
-from shockwave.limit import LAST, WALL, WAVE, LeavingForce, Limit, Verdict, plain_verdict, verdict
-from shockwave.options import SimulateOptions
-from shockwave.plausibility import unusual_warnings
+from shockwave.base.errors import Fault, InvalidValueError, NumericalError, ShockwaveError, detached
+from shockwave.base.result import VERSION, Result, cached_property
+from shockwave.base.text import printed
 from shockwave.prediction.scaled_shock import Inequality, Regime, Relation
 from shockwave.prediction.section4 import relation_of
 from shockwave.prediction.section4_outcome import Section4Outcome
-from shockwave.profiles.conditions import Condition
-from shockwave.profiles.shock import Shock
-from shockwave.result_base import VERSION, Result, cached_property
-from shockwave.scene_summary import ChainScene, Scene, equal_granules
-from shockwave.text import printed
+from shockwave.profiles.area_conditions import Condition
+from shockwave.scene.chain import Chain
+from shockwave.scene.force_limit import LAST, WALL, WAVE, LeavingForce, Limit, Verdict, plain_verdict, verdict
+from shockwave.scene.plausibility import unusual_warnings
+from shockwave.scene.shock import Shock
+from shockwave.scene.simulate_options import SimulateOptions
+from shockwave.scene.summary import ChainScene, Scene, equal_granules
+from shockwave.scene.yielding import Yielding, yielding_of
 
 if TYPE_CHECKING:  # a result that is only printed does not need them
-    from shockwave.chain.impact import Impact
-    from shockwave.measurement.chain_result import Transmitted
-    from shockwave.measurement.contact_peaks import ContactPeak
+    from shockwave.scene.impact import Impact
+    from shockwave.simulation.contact_peaks import ContactPeak
+    from shockwave.simulation.contact_result import Transmitted
 
 _FAILS = (
     "The shock fails conditions (3), for which section 4 was derived: its error is not known here. Simulate to obtain"

@@ -5,13 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from shockwave.errors import Fault
-from shockwave.limit import verdict_facts
-from shockwave.prediction.outcome import Outcome
-from shockwave.prediction.scaled_shock import Inequality
-from shockwave.prediction.section4_outcome import EjectionOutcome, Section4Outcome
-from shockwave.profiles.conditions import Condition
-from shockwave.text import (
+from shockwave.base.errors import Fault
+from shockwave.base.text import (
     Detail,
     alarm,
     brief,
@@ -25,6 +20,11 @@ from shockwave.text import (
     strong,
     table,
 )
+from shockwave.prediction.outcome import Outcome
+from shockwave.prediction.scaled_shock import Inequality
+from shockwave.prediction.section4_outcome import EjectionOutcome, Section4Outcome
+from shockwave.profiles.area_conditions import Condition
+from shockwave.scene.force_limit import verdict_facts
 
 # Printed quantities of a wave, with their units.
 _WAVE = {"peak_force": "N", "momentum": "N s", "energy": "J", "speed": "m/s", "width": "s"}

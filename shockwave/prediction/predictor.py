@@ -10,24 +10,24 @@ from typing import TYPE_CHECKING, Any, Literal, cast, get_args
 
 from attrs import field, frozen
 
-from shockwave.chain.chain import Chain, Scales
-from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, SolitaryWave, coefficient_of, wave_law
-from shockwave.chain.yielding import beyond_elastic
-from shockwave.errors import InvalidValueError, NumericalError, PluginError, ShockwaveError, detached
-from shockwave.fields import one_of, plain_text, quantity, text_of
-from shockwave.options import SimulateOptions
+from shockwave.base.errors import InvalidValueError, NumericalError, PluginError, ShockwaveError, detached
+from shockwave.base.quantity_fields import one_of, plain_text, quantity, text_of
 from shockwave.prediction import section4
 from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.scaled_shock import ScaledShock
 from shockwave.prediction.section4_outcome import Exponents, Section4Outcome, outcome_of
-from shockwave.profiles.conditions import conditions
-from shockwave.profiles.shock import Shock
-from shockwave.registry import find
-from shockwave.scene_summary import equal_granules, scenes_of
+from shockwave.profiles.area_conditions import conditions
+from shockwave.registry.registry import find
+from shockwave.scene.chain import Chain, Scales
+from shockwave.scene.shock import Shock
+from shockwave.scene.simulate_options import SimulateOptions
+from shockwave.scene.solitary_wave import EXACT_COEFFICIENT, SolitaryWave, coefficient_of, wave_law
+from shockwave.scene.summary import equal_granules, scenes_of
+from shockwave.scene.yielding import beyond_elastic
 
 if TYPE_CHECKING:  # a shock on equal granules does not need it
-    from shockwave.chain.impact import Impact
-    from shockwave.measurement.simulate import Job
+    from shockwave.scene.impact import Impact
+    from shockwave.simulation.simulate import Job
 
 Model = Literal["best", "section-4"]
 # Maximum computing time of a scene by compiled code, unless the options have a timeout [s].
@@ -216,7 +216,7 @@ def _covered(shock: Shock, chain: Chain) -> Chain:
     """The chain as equal granules, which section 4 covers; raises NotCoveredError for further features."""
     if isinstance(shock, Shock) and isinstance(chain, Chain) and chain.is_uniform and not shock.profile.pulls:
         return chain
-    from shockwave.chain.coverage import predictable  # equal granules do not need it
+    from shockwave.scene.coverage_rules import predictable  # equal granules do not need it
 
     equal_granules(shock, chain)  # raises for other types
     return predictable(chain, shock)
@@ -224,7 +224,7 @@ def _covered(shock: Shock, chain: Chain) -> Chain:
 
 def _measurement() -> ModuleType:
     """The module that simulates, which section 4 alone does not need."""
-    from shockwave.measurement import simulate
+    from shockwave.simulation import simulate
 
     return simulate
 
@@ -238,7 +238,7 @@ class _Engine:
         self._lock = Lock()
 
     def add(self, excitation: Shock | Impact, chain: Chain) -> Simulation:
-        """Add a scene; see `shockwave.measurement.simulate.job_of` for the errors."""
+        """Add a scene; see `shockwave.simulation.simulate.job_of` for the errors."""
         self.jobs.append(_measurement().job_of(self.options, excitation, chain))
         return Simulation(self, len(self.jobs) - 1)
 

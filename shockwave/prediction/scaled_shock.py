@@ -6,9 +6,9 @@ from typing import Literal
 
 from attrs import frozen
 
-from shockwave.chain.solitary_wave import HERTZ_WAVE, WaveLaw
-from shockwave.profiles.base import Areas, ShockProfile
-from shockwave.profiles.guard import trusted
+from shockwave.profiles.shock_profile import Areas, ShockProfile
+from shockwave.registry.plugin_check import trusted
+from shockwave.scene.solitary_wave import HERTZ_WAVE, WaveLaw
 
 Regime = Literal["ejection", "single", "train"]
 Relation = Literal["less", "equal", "greater"]

@@ -23,16 +23,9 @@ from typing import Literal
 import numpy as np
 from attrs import evolve
 
-from shockwave.chain.chain import HERTZ
-from shockwave.numerics import bracketed_root, newton_root
-from shockwave.prediction.scaled_shock import (
-    Inequality,
-    Regime,
-    Relation,
-    ScaledAnswer,
-    ScaledEjection,
-    ScaledShock,
-)
+from shockwave.base.numerics import bracketed_root, newton_root
+from shockwave.prediction.scaled_shock import Inequality, Regime, Relation, ScaledAnswer, ScaledEjection, ScaledShock
+from shockwave.scene.chain import HERTZ
 
 #: Readings of alpha: that of section 4.1, or (5c) as printed.
 Alpha = Literal["constant", "literal"]

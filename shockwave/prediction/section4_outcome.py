@@ -7,12 +7,12 @@ from typing import Any, ClassVar
 
 from attrs import asdict, field, frozen
 
-from shockwave.chain.chain import Chain, Scales
-from shockwave.chain.solitary_wave import SolitaryWave
+from shockwave.base.result import Result
 from shockwave.prediction.scaled_shock import Inequality, Regime, Relation, ScaledAnswer
-from shockwave.profiles.base import Areas
-from shockwave.profiles.conditions import Condition
-from shockwave.result_base import Result
+from shockwave.profiles.area_conditions import Condition
+from shockwave.profiles.shock_profile import Areas
+from shockwave.scene.chain import Chain, Scales
+from shockwave.scene.solitary_wave import SolitaryWave
 
 
 @frozen

@@ -8,11 +8,10 @@ from functools import lru_cache
 import numpy as np
 from attrs import frozen
 
-from shockwave.fields import quantity
-from shockwave.numerics import elementwise
-from shockwave.profiles.base import ShockProfile
-from shockwave.profiles.boundary_layers import edges
-from shockwave.quadrature import FloatArray
+from shockwave.base.numerics import FloatArray, elementwise
+from shockwave.base.quantity_fields import quantity
+from shockwave.profiles.shock_profile import ShockProfile
+from shockwave.profiles.steep_edges import edges
 
 # Argument below which the Taylor series is used, because the closed form suffers from cancellation.
 _SMALL = 2.0

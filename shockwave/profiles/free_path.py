@@ -18,8 +18,8 @@ import numpy.typing as npt
 from attrs import define, frozen
 from numpy.polynomial import chebyshev, polynomial
 
-from shockwave.numerics import elementwise, product, running_sums
-from shockwave.quadrature import FloatArray, Integrand
+from shockwave.base.numerics import FloatArray, elementwise, product, running_sums
+from shockwave.profiles.quadrature import Integrand
 
 _EPSILON = float(np.finfo(float).eps)
 # Rounding error of the evaluation of a piece, relative to the largest value.

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from attrs import frozen
 
-from shockwave.fields import quantity
-from shockwave.profiles.base import ShockProfile
-from shockwave.profiles.boundary_layers import edges
-from shockwave.quadrature import FloatArray
+from shockwave.base.numerics import FloatArray
+from shockwave.base.quantity_fields import quantity
+from shockwave.profiles.shock_profile import ShockProfile
+from shockwave.profiles.steep_edges import edges
 
 if TYPE_CHECKING:
     from shockwave.profiles.free_path import FreePath

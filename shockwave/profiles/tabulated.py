@@ -13,15 +13,14 @@ import attrs
 import numpy as np
 from attrs import frozen
 
-from shockwave.errors import Fault, InvalidValueError
-from shockwave.fields import Quantity, declaration, one_of, quantity, quantity_of, text_of
-from shockwave.numerics import running_sums
-from shockwave.profiles.base import ShockProfile
-from shockwave.profiles.record_file import Record, read_record
-from shockwave.profiles.record_format import RecordFormat
-from shockwave.profiles.record_processing import CHANGE_SIGNS, Pulse, Steps, doubts, pulse_of
-from shockwave.quadrature import FloatArray
-from shockwave.units import to_si
+from shockwave.base.errors import Fault, InvalidValueError
+from shockwave.base.numerics import FloatArray, running_sums
+from shockwave.base.quantity_fields import Quantity, declaration, one_of, quantity, quantity_of, text_of
+from shockwave.base.units import to_si
+from shockwave.profiles.shock_profile import ShockProfile
+from shockwave.records.record_file import Record, read_record
+from shockwave.records.record_format import RecordFormat
+from shockwave.records.record_processing import CHANGE_SIGNS, Pulse, Steps, doubts, pulse_of
 
 if TYPE_CHECKING:
     from shockwave.profiles.free_path import FreePath

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from attrs import frozen
 
-from shockwave.fields import quantity
+from shockwave.base.quantity_fields import quantity
 from shockwave.profiles.power_law import Powers
 
 

@@ -16,14 +16,14 @@ from typing import Any, Literal
 import attrs
 from attrs import evolve, frozen
 
-from shockwave.chain.chain import Chain, Packing
-from shockwave.chain.material import WALLS as WALLS
-from shockwave.chain.material import Material
-from shockwave.fields import DIAMETER, Quantity, is_plain_text, quantity_of
-from shockwave.options import SimulateOptions
+from shockwave.base.quantity_fields import DIAMETER, Quantity, is_plain_text, quantity_of
 from shockwave.prediction.predictor import Predictor
-from shockwave.profiles.base import ShockProfile
-from shockwave.profiles.shock import DURATION, Shock
+from shockwave.profiles.shock_profile import ShockProfile
+from shockwave.scene.chain import Chain, Packing
+from shockwave.scene.material import WALLS as WALLS
+from shockwave.scene.material import Material
+from shockwave.scene.shock import DURATION, Shock
+from shockwave.scene.simulate_options import SimulateOptions
 
 #: The profile whose samples may come from a file.
 RECORD = "tabulated"
@@ -194,7 +194,7 @@ def parameters_of(profile: str, cls: type[ShockProfile]) -> tuple[Key, ...]:
     keys = tuple(key for key in keys_of(cls) if key.name != "duration_ratio")
     if profile != RECORD:
         return keys
-    from shockwave.profiles.record_format import RecordFormat  # a scenario without a record does not need it
+    from shockwave.records.record_format import RecordFormat  # a scenario without a record does not need it
 
     meaning = "a CSV file with a time and a force column"
     file = Key("file", annotation=str, meaning=meaning, instead_of=("times", "forces"), plain=False)

@@ -10,17 +10,17 @@ from typing import Any, TypeVar
 
 from attrs import evolve
 
-from shockwave.chain.contact_law import PowerContact
-from shockwave.chain.ends import Wall
-from shockwave.chain.impact import Impact
-from shockwave.chain.material import Material
-from shockwave.chain.segments import Cell, Segment, Taper
-from shockwave.errors import InvalidValueError, PluginError, ShockwaveError, UnknownNameError, nearest
-from shockwave.fields import SIZES, Quantity, listed, text_of
-from shockwave.registry import blame, entries, load
+from shockwave.base.errors import InvalidValueError, PluginError, ShockwaveError, UnknownNameError, nearest
+from shockwave.base.quantity_fields import SIZES, Quantity, listed, text_of
+from shockwave.registry.registry import blame, entries, load
 from shockwave.scenario.block_keys import BLOCKS, GRANULES, WALLS, Key, keys_of
 from shockwave.scenario.value_conversion import Wrong, WrongsError, converted, items, structure
 from shockwave.scenario.yaml_document import steps_of
+from shockwave.scene.chain_end import Wall
+from shockwave.scene.contact_law import PowerContact
+from shockwave.scene.impact import Impact
+from shockwave.scene.material import Material
+from shockwave.scene.segments import Cell, Segment, Taper
 
 _T = TypeVar("_T")
 Parser = Callable[[Any], Any]

@@ -9,9 +9,9 @@ from typing import Any
 
 from attrs import frozen
 
-from shockwave.errors import InvalidValueError, ShockwaveError, hint_of
-from shockwave.fields import text_of
-from shockwave.registry import find, load
+from shockwave.base.errors import InvalidValueError, ShockwaveError, hint_of
+from shockwave.base.quantity_fields import text_of
+from shockwave.registry.registry import find, load
 from shockwave.scenario.block_keys import BLOCKS, SHOCK, Key, has_chain_blocks, parameters_of, shock_keys
 from shockwave.scenario.value_conversion import converted
 

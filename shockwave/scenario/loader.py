@@ -11,15 +11,11 @@ from typing import Any
 from attrs import define
 
 from shockwave import __version__
-from shockwave.chain.chain import Chain
-from shockwave.chain.material import Material
-from shockwave.errors import Fault, FileAccessError, InvalidValueError, PluginError, ScenarioError, ShockwaveError
-from shockwave.fields import listed, text_of
-from shockwave.limit import Limit
-from shockwave.options import SimulateOptions
+from shockwave.base.errors import Fault, FileAccessError, InvalidValueError, PluginError, ScenarioError, ShockwaveError
+from shockwave.base.quantity_fields import listed, text_of
+from shockwave.base.units import to_si
 from shockwave.prediction.predictor import Predictor
-from shockwave.profiles.shock import Shock
-from shockwave.registry import blame, find, load
+from shockwave.registry.registry import blame, find, load
 from shockwave.scenario.block_keys import (
     BLOCKS,
     CHAIN,
@@ -35,10 +31,14 @@ from shockwave.scenario.block_keys import (
 from shockwave.scenario.scenario import Published, Scenario
 from shockwave.scenario.sweep_block import Sweep, beginnings, first, names
 from shockwave.scenario.sweep_block import read as read_sweep
-from shockwave.scenario.uncertainty import read as read_spreads
+from shockwave.scenario.uncertainty_block import read as read_spreads
 from shockwave.scenario.value_conversion import Wrong, WrongsError, names_files, structure
 from shockwave.scenario.yaml_document import Document, Steps, read_document, steps_of
-from shockwave.units import to_si
+from shockwave.scene.chain import Chain
+from shockwave.scene.force_limit import Limit
+from shockwave.scene.material import Material
+from shockwave.scene.shock import Shock
+from shockwave.scene.simulate_options import SimulateOptions
 
 _PARAMETERS: Steps = ("shock", "parameters")
 # Errors that are listed; the number of the others is stated.
@@ -293,7 +293,7 @@ class _Loading:
         faults: list[Fault] = []
         known = True
         if impact is not None or not chain.is_uniform:
-            from shockwave.chain.coverage import scene_faults
+            from shockwave.scene.coverage_rules import scene_faults
 
             faults = scene_faults(chain, impact)
             known = not faults

@@ -9,20 +9,20 @@ from typing import TYPE_CHECKING, Literal
 
 from attrs import field, frozen
 
-from shockwave.chain.chain import Chain
-from shockwave.errors import Fault, InvalidValueError
-from shockwave.fields import plain_text, quantity
-from shockwave.limit import Limit
-from shockwave.options import SimulateOptions
+from shockwave.base.errors import Fault, InvalidValueError
+from shockwave.base.quantity_fields import plain_text, quantity
 from shockwave.prediction.predictor import Predictor
-from shockwave.profiles.shock import Shock
 from shockwave.scenario.block_keys import RECORD
 from shockwave.scenario.sweep_block import Sweep
-from shockwave.scenario.uncertainty import Spread
+from shockwave.scenario.uncertainty_block import Spread
 from shockwave.scenario.yaml_document import Document, steps_of
+from shockwave.scene.chain import Chain
+from shockwave.scene.force_limit import Limit
+from shockwave.scene.shock import Shock
+from shockwave.scene.simulate_options import SimulateOptions
 
 if TYPE_CHECKING:  # a scenario with a shock does not need it
-    from shockwave.chain.impact import Impact
+    from shockwave.scene.impact import Impact
 
 
 @frozen(kw_only=True)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING, TypeAlias
 
-from shockwave.errors import InvalidValueError
-from shockwave.fields import text_of
-from shockwave.profiles.shock import Shock
+from shockwave.base.errors import InvalidValueError
+from shockwave.base.quantity_fields import text_of
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scenario import Scenario
+from shockwave.scene.shock import Shock
 
 if TYPE_CHECKING:  # a scenario with a shock does not need it
-    from shockwave.chain.impact import Impact
+    from shockwave.scene.impact import Impact
 
 #: A scenario, its file, or an excitation whose chain is given beside it.
 Scene: TypeAlias = "Scenario | str | os.PathLike[str] | Shock | Impact"

@@ -10,11 +10,11 @@ from typing import Any
 import attrs
 import numpy as np
 
-from shockwave.chain.chain import Chain
-from shockwave.chain.solitary_wave import coefficient_of
-from shockwave.profiles.base import ShockProfile
+from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.scenario.block_keys import keys_of
 from shockwave.scenario.scenario import Scenario
+from shockwave.scene.chain import Chain
+from shockwave.scene.solitary_wave import coefficient_of
 
 # Significant digits; the last digits of a float depend on the units in which a value was written.
 _DIGITS = 12
@@ -56,8 +56,8 @@ def normalised(scenario: Scenario) -> str:
 
 def _chain(chain: Chain) -> dict[str, Any]:
     if not chain.is_uniform:
-        from shockwave.chain.coverage import reduced  # not needed for equal granules
-        from shockwave.chain.description import plain
+        from shockwave.scene.coverage_rules import reduced  # not needed for equal granules
+        from shockwave.scene.description import plain
 
         equal = reduced(chain)
         if equal is None or equal.contact is not None:
@@ -73,7 +73,7 @@ def _chain(chain: Chain) -> dict[str, Any]:
 
 def _excitation(scenario: Scenario) -> dict[str, Any]:
     if scenario.impact is not None:
-        from shockwave.chain.description import plain  # not needed for a shock
+        from shockwave.scene.description import plain  # not needed for a shock
 
         return {"impact": plain(scenario.impact, names=False)}
     shock = scenario.shock

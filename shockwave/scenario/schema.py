@@ -14,14 +14,15 @@ import typing
 from collections.abc import Sequence
 from typing import Any, Final, Literal
 
-from shockwave import __version__, registry
-from shockwave.chain.material import Material
-from shockwave.fields import Quantity
-from shockwave.limit import Limit
+from shockwave import __version__
+from shockwave.base.quantity_fields import Quantity
+from shockwave.registry import registry
 from shockwave.scenario.block_keys import BLOCKS, CHAIN, SCENARIO, SHOCK, Key, keys_of, parameters_of
 from shockwave.scenario.chain_blocks import CELL, END, IMPACT, LAWS, MODEL, SEGMENT, TAPER, models
 from shockwave.scenario.scenario import Published
 from shockwave.scenario.sweep_block import SWEEP
+from shockwave.scene.force_limit import Limit
+from shockwave.scene.material import Material
 
 _DRAFT = "http://json-schema.org/draft-07/schema#"
 _ABOUT = (

@@ -12,14 +12,14 @@ from typing import Any, Literal
 import numpy as np
 from attrs import evolve, field, frozen
 
-from shockwave.chain.material import Material
-from shockwave.errors import PluginError, UnknownNameError
-from shockwave.fields import Quantity, text_of, tuple_repr
-from shockwave.registry import load
+from shockwave.base.errors import PluginError, UnknownNameError
+from shockwave.base.quantity_fields import Quantity, text_of, tuple_repr
+from shockwave.registry.registry import load
 from shockwave.scenario.block_keys import BLOCKS, MATERIALS, Key, keys_of
 from shockwave.scenario.dotted_names import Variable, variables
 from shockwave.scenario.value_conversion import Wrong, WrongsError, converted, gathered, items, structure
 from shockwave.scenario.yaml_document import Document, Steps, steps_of
+from shockwave.scene.material import Material
 
 Run = Literal["predict", "simulate", "compare"]
 # Scenes of a sweep, and values of all variables: bounds on its memory.

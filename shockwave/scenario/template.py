@@ -14,10 +14,10 @@ from importlib import resources
 from typing import Any, Literal
 
 from shockwave import OWN_DISTRIBUTION
-from shockwave.fields import Quantity
-from shockwave.registry import find, load
+from shockwave.base.quantity_fields import Quantity
+from shockwave.base.text import wrapped
+from shockwave.registry.registry import find, load
 from shockwave.scenario.block_keys import RECORD, Key, keys_of, parameters_of, shock_keys
-from shockwave.text import wrapped
 
 _SAMPLES_EXAMPLE = {"times": "[0 s, 15 us, 150 us]", "forces": "[0 N, 100 N, 0 N]"}
 _RECORD_EXAMPLES = _SAMPLES_EXAMPLE | {"file": "pulse.csv", "columns": "[1, 2]", "time_unit": "ms", "unit": "kN"}

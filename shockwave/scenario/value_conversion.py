@@ -11,12 +11,12 @@ from contextvars import ContextVar
 from functools import partial
 from typing import Any, Literal, NamedTuple
 
-from shockwave.errors import PluginError, UnknownNameError, hint_of
-from shockwave.fields import Quantity, listed, text_of
-from shockwave.registry import find
+from shockwave.base.errors import PluginError, UnknownNameError, hint_of
+from shockwave.base.quantity_fields import Quantity, listed, text_of
+from shockwave.base.units import COMMA, to_si
+from shockwave.registry.registry import find
 from shockwave.scenario.block_keys import Key
 from shockwave.scenario.yaml_document import Steps
-from shockwave.units import COMMA, to_si
 
 #: Whether text that is converted may name a file, as in a scenario of the user's own, but not in one from a network.
 names_files: ContextVar[bool] = ContextVar("names_files", default=True)

@@ -14,10 +14,10 @@ from typing import Any, ClassVar, TypeAlias
 import yaml
 from attrs import Factory, define, evolve
 
-from shockwave.errors import Fault, ScenarioError
-from shockwave.fields import text_of
-from shockwave.files import open_regular
-from shockwave.units import COMMA
+from shockwave.base.errors import Fault, ScenarioError
+from shockwave.base.files import open_regular
+from shockwave.base.quantity_fields import text_of
+from shockwave.base.units import COMMA
 
 #: Path from the top of a document to a value: keys of mappings and indices of lists.
 Steps: TypeAlias = tuple[str | int, ...]

@@ -1,1 +1,1 @@
-"""Numerical integration of the equations of motion (1)."""
+"""Measurement of the waves in a simulated chain: peak forces, momentum, energy, rebounding granules, errors."""

@@ -9,26 +9,26 @@ from typing import TYPE_CHECKING, Any
 
 from attrs import asdict, evolve, field, frozen
 
-from shockwave.chain.chain import Chain
-from shockwave.chain.solitary_wave import SolitaryWave
-from shockwave.errors import Fault, NotCoveredError, ShockwaveError
-from shockwave.limit import Limit, Verdict, plain_verdict
-from shockwave.measurement.simulate import simulate_many, simulate_with
-from shockwave.options import SimulateOptions
+from shockwave.base.errors import Fault, NotCoveredError, ShockwaveError
+from shockwave.base.result import VERSION, Result, cached_property
+from shockwave.base.result_tables import Table, column, coordinate
+from shockwave.base.text import printed
 from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.predictor import Predictor
 from shockwave.prediction.scaled_shock import Regime, Relation
 from shockwave.prediction.section4 import relation_of
 from shockwave.prediction.section4_outcome import EjectionOutcome, Exponents, Section4Outcome
-from shockwave.result_base import VERSION, Result, cached_property
 from shockwave.scenario.scenario import Published
-from shockwave.tables import Table, column, coordinate
-from shockwave.text import printed
+from shockwave.scene.chain import Chain
+from shockwave.scene.force_limit import Limit, Verdict, plain_verdict
+from shockwave.scene.simulate_options import SimulateOptions
+from shockwave.scene.solitary_wave import SolitaryWave
+from shockwave.simulation.simulate import simulate_many, simulate_with
 
 if TYPE_CHECKING:
-    from shockwave.chain.impact import Impact
-    from shockwave.measurement.measured_wave import MeasuredWave
-    from shockwave.profiles.shock import Shock
+    from shockwave.scene.impact import Impact
+    from shockwave.scene.shock import Shock
+    from shockwave.simulation.measured_wave import MeasuredWave
 
 # Relative change of t0/T0 for the simulated exponents, and largest tolerance of these simulations.
 _STEP = 0.01

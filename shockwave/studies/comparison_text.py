@@ -5,20 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from shockwave.limit import verdict_facts
-from shockwave.measurement.chain_text import chain_head, chain_lines
-from shockwave.measurement.result_text import lead_text, result_details, result_head, result_lines, wave_tables
-from shockwave.prediction.outcome_text import (
-    SHOWN_ERROR,
-    decision_lines,
-    exponents_text,
-    features_text,
-    wave_table,
-)
+from shockwave.base.text import Detail, brief, detail, error_text, facts, notes, paragraph, si, strong, table
+from shockwave.prediction.outcome_text import SHOWN_ERROR, decision_lines, exponents_text, features_text, wave_table
 from shockwave.prediction.section4_outcome import EjectionOutcome, Section4Outcome
 from shockwave.scenario.scenario import Published
+from shockwave.scene.force_limit import verdict_facts
+from shockwave.simulation.contact_text import chain_head, chain_lines
+from shockwave.simulation.wave_text import lead_text, result_details, result_head, result_lines, wave_tables
 from shockwave.studies.comparison import Comparison
-from shockwave.text import Detail, brief, detail, error_text, facts, notes, paragraph, si, strong, table
 
 # Waves of a train whose momenta are listed in the short text.
 _FEW = 2

@@ -8,10 +8,10 @@ from typing import Any
 
 from attrs import asdict, evolve, field, frozen
 
-from shockwave.result_base import VERSION, Result
+from shockwave.base.result import VERSION, Result
+from shockwave.base.result_tables import Table, along
+from shockwave.base.text import printed, si
 from shockwave.studies.quantities import Quantity, Requirement
-from shockwave.tables import Table, along
-from shockwave.text import printed, si
 
 # Positive intervals whose ends have a larger ratio are divided logarithmically.
 _WIDE = 3.0

@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from shockwave.chain.chain import Chain
-from shockwave.errors import InvalidValueError
-from shockwave.fields import Quantity as Number
-from shockwave.fields import text_of
-from shockwave.log import logger
+from shockwave.base.errors import InvalidValueError
+from shockwave.base.log import logger
+from shockwave.base.quantity_fields import Quantity as Number
+from shockwave.base.quantity_fields import text_of
 from shockwave.scenario.block_keys import MATERIALS
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_argument import Scene
-from shockwave.scenario.scene_family import Family
+from shockwave.scenario.variations import Family
+from shockwave.scene.chain import Chain
 from shockwave.studies import varied_scenes
-from shockwave.studies.design_along import compare_values, search_interval
+from shockwave.studies.design_one_parameter import compare_values, search_interval
+from shockwave.studies.design_options import DesignScenes
 from shockwave.studies.design_result import Design, VariedParameter
-from shockwave.studies.design_scenes import DesignScenes
 from shockwave.studies.quantities import Quantity, Requirement, contacts_of, parts_of
 
 _POINTS = Number("", "number of rows", at_least=2, at_most=1000, whole=True)
@@ -111,7 +111,9 @@ def design(
 def _search(scenes: DesignScenes, points: int, rtol: float, seed: int) -> dict[str, Any]:
     """Search for all solutions of one parameter, or the best option."""
     if scenes.least is not None:
-        from shockwave.studies.design_best import search_best  # imports scipy.stats, which one parameter does not need
+        from shockwave.studies.design_several_parameters import (
+            search_best,  # imports scipy.stats, which one parameter does not need
+        )
 
         return search_best(scenes, seed)
     if scenes.parameters[0].among or scenes.parameters[0].whole:

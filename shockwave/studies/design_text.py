@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from shockwave.base.result_tables import evenly
+from shockwave.base.text import facts, is_wide, limits, paragraph, strong, table
 from shockwave.studies.design_result import Design, Option
-from shockwave.tables import evenly
-from shockwave.text import facts, is_wide, limits, paragraph, strong, table
 
 # Most rows of the table, unless all are wanted.
 _MOST_ROWS = 10

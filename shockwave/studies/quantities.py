@@ -8,19 +8,19 @@ from typing import Any, Literal, NamedTuple, cast
 
 from attrs import frozen
 
-from shockwave.chain.layout import mass_and_length
-from shockwave.chain.solitary_wave import SolitaryWave
-from shockwave.chain.yielding import UNJUDGED
-from shockwave.errors import InvalidValueError, hint_of
-from shockwave.fields import Quantity as Number
-from shockwave.fields import text_of
-from shockwave.measurement.recording import reported_contacts
+from shockwave.base.errors import InvalidValueError, hint_of
+from shockwave.base.quantity_fields import Quantity as Number
+from shockwave.base.quantity_fields import text_of
+from shockwave.base.result_tables import unit_of
+from shockwave.base.text import si
 from shockwave.scenario.block_keys import Key
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.value_conversion import converted
 from shockwave.scenario.yaml_document import steps_of
-from shockwave.tables import unit_of
-from shockwave.text import si
+from shockwave.scene.layout import mass_and_length
+from shockwave.scene.solitary_wave import SolitaryWave
+from shockwave.scene.yielding import UNJUDGED
+from shockwave.simulation.recording import reported_contacts
 
 # Name -> SI unit and label. A contact is named by its index in the list of the reported contacts.
 _OF_LIMIT = {"peak_force": ("N", "peak force"), "amplification": ("", "amplification")}

@@ -8,11 +8,11 @@ from typing import Any
 
 from attrs import Attribute, asdict, field, frozen
 
-from shockwave.limit import Exceedance, Verdict
-from shockwave.quadrature import FloatArray
-from shockwave.result_base import VERSION, Result
-from shockwave.tables import Table, along
-from shockwave.text import printed
+from shockwave.base.numerics import FloatArray
+from shockwave.base.result import VERSION, Result
+from shockwave.base.result_tables import Table, along
+from shockwave.base.text import printed
+from shockwave.scene.force_limit import Exceedance, Verdict
 
 
 @frozen

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from shockwave.limit import verdict_facts
+from shockwave.base.text import facts, limits, paragraph, si, strong, table
+from shockwave.scene.force_limit import verdict_facts
 from shockwave.studies.uncertainty_result import Estimate, QuantityStatistics, Uncertainty
-from shockwave.text import facts, limits, paragraph, si, strong, table
 
 # Most quantities in the first lines.
 _LEADING = 2

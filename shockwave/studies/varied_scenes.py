@@ -8,22 +8,22 @@ from typing import Any
 
 from attrs import evolve
 
-from shockwave.chain.chain import Chain, Scales
-from shockwave.chain.impact import Impact
-from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError
-from shockwave.fields import Quantity, text_of
-from shockwave.measurement.simulate import simulate_many
-from shockwave.options import SimulateOptions
+from shockwave.base.errors import InvalidValueError, NumericalError, ShockwaveError
+from shockwave.base.quantity_fields import Quantity, text_of
 from shockwave.prediction.predictor import Predictor
-from shockwave.profiles.shock import Shock
-from shockwave.registry import entries, entry_of, find
+from shockwave.registry.registry import entries, entry_of, find
 from shockwave.scenario.block_keys import WALLS
 from shockwave.scenario.dotted_names import Variable, variable
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_argument import Scene, scenario_alone
-from shockwave.scenario.uncertainty import ends_of
+from shockwave.scenario.uncertainty_block import ends_of
 from shockwave.scenario.yaml_document import dotted, steps_of
-from shockwave.scene_summary import equal_granules
+from shockwave.scene.chain import Chain, Scales
+from shockwave.scene.impact import Impact
+from shockwave.scene.shock import Shock
+from shockwave.scene.simulate_options import SimulateOptions
+from shockwave.scene.summary import equal_granules
+from shockwave.simulation.simulate import simulate_many
 
 # Longest duration of a shock on equal granules [characteristic times]: a longer one takes more than a second.
 _LONGEST = 1000.0

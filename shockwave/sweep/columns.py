@@ -7,18 +7,18 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from shockwave.limit import Verdict
-from shockwave.measurement.result import SimulationResult
+from shockwave.base.result import value_at
 from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.section4 import relation_of
 from shockwave.prediction.section4_outcome import Section4Outcome
-from shockwave.result_base import value_at
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.sweep_block import Run
+from shockwave.scene.force_limit import Verdict
+from shockwave.simulation.wave_result import SimulationResult
 from shockwave.sweep.definition import NOTES, Column
 
 if TYPE_CHECKING:
-    from shockwave.measurement.chain_result import ChainResult
+    from shockwave.simulation.contact_result import ChainResult
 
 
 class Answer(NamedTuple):

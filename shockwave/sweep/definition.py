@@ -12,9 +12,9 @@ from typing import Any, Literal
 from attrs import asdict, evolve, field, frozen
 from attrs.validators import in_
 
-from shockwave.errors import InvalidValueError
-from shockwave.fields import text_of
-from shockwave.files import parse_json, read_bytes, replacing, structured
+from shockwave.base.errors import InvalidValueError
+from shockwave.base.files import parse_json, read_bytes, replacing, structured
+from shockwave.base.quantity_fields import text_of
 from shockwave.scenario.sweep_block import Sweep
 
 DEFINITION = "sweep.json"

@@ -9,13 +9,13 @@ import time
 from collections.abc import Sequence
 from datetime import timedelta
 
+from shockwave.base.text import facts, limits, strong
 from shockwave.scenario.scenario import Scenario
 from shockwave.sweep.definition import DEFINITION, SweepDefinition, folder_path
 from shockwave.sweep.journal import NOT_RUN, Journal
 from shockwave.sweep.point_evaluation import Points
 from shockwave.sweep.runner import points_of
 from shockwave.sweep.workers import cores
-from shockwave.text import facts, limits, strong
 
 # Most points that are run for the estimate.
 _MOST_MEASURED = 64

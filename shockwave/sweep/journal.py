@@ -16,9 +16,9 @@ from typing import IO, Any, NamedTuple
 
 import numpy as np
 
-from shockwave.errors import FileAccessError
-from shockwave.files import not_writable, open_regular, refuse_link
-from shockwave.progress import progressed
+from shockwave.base.errors import FileAccessError
+from shockwave.base.files import not_writable, open_regular, refuse_link
+from shockwave.base.progress import progressed
 from shockwave.sweep.definition import DEFINITION, Column, SweepDefinition
 
 JOURNAL = "journal.jsonl"

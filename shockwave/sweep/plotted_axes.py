@@ -10,11 +10,11 @@ import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 
-from shockwave.errors import UsageError
-from shockwave.pictures.drawing import si_label
+from shockwave.base.errors import UsageError
+from shockwave.base.units import to_si
+from shockwave.pictures.picture_elements import si_label
 from shockwave.pictures.sweep import DrawnAxis
 from shockwave.sweep.results import SweepResults
-from shockwave.units import to_si
 
 # Digits of a value in labels, and the relative tolerance for values given with `--at`.
 _DIGITS = 6

@@ -17,28 +17,28 @@ import numpy as np
 from attrs import asdict, evolve
 
 import shockwave
-from shockwave.chain.chain import Chain, Scales
-from shockwave.chain.coverage import predictable
-from shockwave.errors import Fault, NotCoveredError, UsageError, message_of
-from shockwave.files import read_bytes
-from shockwave.measurement.result import SimulationResult
-from shockwave.measurement.simulate import simulate_many
-from shockwave.options import SimulateOptions
+from shockwave.base.errors import Fault, NotCoveredError, UsageError, message_of
+from shockwave.base.files import read_bytes
+from shockwave.engine.backend import lack
 from shockwave.prediction.outcome import Outcome
-from shockwave.registry import load, plugins
+from shockwave.registry.registry import load, plugins
 from shockwave.scenario.block_keys import BLOCKS, MATERIALS, WALLS
 from shockwave.scenario.scenario import Scenario
-from shockwave.scenario.scene_family import Family, FamilyScene
 from shockwave.scenario.scene_hash import normalised
 from shockwave.scenario.sweep_block import Sweep
-from shockwave.scene_summary import equal_granules
-from shockwave.simulation.backend import lack
+from shockwave.scenario.variations import Family, FamilyScene
+from shockwave.scene.chain import Chain, Scales
+from shockwave.scene.coverage_rules import predictable
+from shockwave.scene.simulate_options import SimulateOptions
+from shockwave.scene.summary import equal_granules
+from shockwave.simulation.simulate import simulate_many
+from shockwave.simulation.wave_result import SimulationResult
 from shockwave.sweep.columns import VERDICT, Answer, chain_reads, reads, row
 from shockwave.sweep.definition import SweepDefinition
 from shockwave.sweep.journal import line_of
 
 if TYPE_CHECKING:
-    from shockwave.measurement.chain_result import ChainResult
+    from shockwave.simulation.contact_result import ChainResult
 
 _T = TypeVar("_T")
 _Found = Union["SimulationResult", "ChainResult", BaseException]

@@ -14,14 +14,14 @@ import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 
-from shockwave.errors import UnknownNameError, shortened
-from shockwave.progress import progressed
-from shockwave.result_base import VERSION, Result
-from shockwave.sweep.accuracy import accuracy_of, main_quantity
+from shockwave.base.errors import UnknownNameError, shortened
+from shockwave.base.progress import progressed
+from shockwave.base.result import VERSION, Result
+from shockwave.base.result_tables import Table, TableColumn, along, dataset, library
+from shockwave.base.text import facts, limits, si, significant_digits, strong, table
+from shockwave.sweep.column_errors import accuracy_of, main_quantity
 from shockwave.sweep.definition import NOTES, SweepDefinition, as_text, folder_path
 from shockwave.sweep.journal import NOT_RUN, Journal
-from shockwave.tables import Table, TableColumn, along, dataset, library
-from shockwave.text import facts, limits, si, significant_digits, strong, table
 
 # Significant digits of variables, and of quantities without a known error.
 _VARIABLE_DIGITS = 5

@@ -11,18 +11,18 @@ from typing import Any
 
 from attrs import define, evolve, field
 
-from shockwave.errors import InvalidValueError, UsageError, message_of
-from shockwave.fields import Quantity
-from shockwave.files import read_bytes, replacing
-from shockwave.log import logger
+from shockwave.base.errors import InvalidValueError, UsageError, message_of
+from shockwave.base.files import read_bytes, replacing
+from shockwave.base.log import logger
+from shockwave.base.quantity_fields import Quantity
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scenario import Scenario
 from shockwave.sweep.definition import DEFINITION, SweepDefinition, folder_path
 from shockwave.sweep.fork_server import start_server
 from shockwave.sweep.journal import NOT_RUN, Journal, line_of
 from shockwave.sweep.point_evaluation import Points, content_of
-from shockwave.sweep.report import SweepInterrupt, SweepReport
-from shockwave.sweep.tables import write_tables
+from shockwave.sweep.progress_text import SweepInterrupt, SweepReport
+from shockwave.sweep.table_files import write_tables
 from shockwave.sweep.workers import LostError, Workers, check_workers, workers_of
 
 # Most points in a batch.

@@ -15,8 +15,8 @@ from typing import Any
 
 from pebble import ProcessExpired, ProcessPool
 
-from shockwave.errors import ShockwaveError, UsageError, message_of
-from shockwave.fields import Quantity
+from shockwave.base.errors import ShockwaveError, UsageError, message_of
+from shockwave.base.quantity_fields import Quantity
 from shockwave.sweep.fork_server import FORK_SERVER, SPAWN, start_server
 from shockwave.sweep.point_evaluation import GROWTH, SLICE, run_batch
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from shockwave.testing.integrator import IntegratorContract
-from shockwave.testing.profile import ProfileContract
-from shockwave.testing.quadrature import QuadratureContract
+from shockwave.testing.integrator_contract import IntegratorContract
+from shockwave.testing.profile_contract import ProfileContract
+from shockwave.testing.quadrature_contract import QuadratureContract
 
 __all__ = ["IntegratorContract", "ProfileContract", "QuadratureContract"]

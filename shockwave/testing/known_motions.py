@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from attrs import define, field
 
-from shockwave.measurement.chain_run import ChainRun
+from shockwave.base.numerics import FloatArray
+from shockwave.engine.integrator import Acceleration, Integrator, Step
+from shockwave.engine.nystroem_integrators import Rkn1210
+from shockwave.engine.one_step import OneStep
+from shockwave.engine.scaled_problem import ChainProblem
 from shockwave.profiles.triangular import Triangular
-from shockwave.quadrature import FloatArray
-from shockwave.simulation.integrator import Acceleration, Integrator, Step
-from shockwave.simulation.nystroem import Rkn1210
-from shockwave.simulation.one_step import OneStep
-from shockwave.simulation.problem import ChainProblem
+from shockwave.simulation.wave_train_run import ChainRun
 
 # Phases of the granules in the smooth motion.
 _PHASES = np.arange(5) * 0.7

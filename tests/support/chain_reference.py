@@ -14,7 +14,7 @@ from scipy.integrate import DOP853, DenseOutput
 from scipy.optimize import brentq
 
 import shockwave as sw
-from shockwave.chain.layout import Layout
+from shockwave.scene.layout import Layout
 
 # Relative and absolute tolerance of DOP853.
 RTOL = 1e-13

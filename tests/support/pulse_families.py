@@ -8,7 +8,7 @@ import attrs
 import numpy as np
 
 import shockwave as sw
-from shockwave.quadrature import FloatArray
+from shockwave.base.numerics import FloatArray
 
 
 def built_in(draw: np.random.Generator) -> sw.ShockProfile:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import shockwave as sw
-from shockwave.registry import load
+from shockwave.registry.registry import load
 
 SEED = 5000
 MATERIALS = ("stainless-steel-302", "ptfe", "brass-260", "aluminium-6061-t6", "paper-steel", "copper", "tungsten")

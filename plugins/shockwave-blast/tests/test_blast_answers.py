@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 from shockwave import Chain, Material, Predictor, ScenarioError, Shock, load_scenario
-from shockwave.chain.chain import Scales
-from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.cli import main
-from shockwave.measurement.simulate import simulate
 from shockwave.profiles.tabulated import Tabulated
+from shockwave.scene.chain import Scales
+from shockwave.scene.solitary_wave import MOMENTUM
+from shockwave.simulation.simulate import simulate
 
 from shockwave_blast.friedlander import Friedlander
 

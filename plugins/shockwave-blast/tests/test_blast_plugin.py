@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from shockwave.registry import load, plugins
+from shockwave.registry.registry import load, plugins
 
 from shockwave_blast.friedlander import Friedlander
 from shockwave_blast.kingery_bulmash import KingeryBulmash
@@ -42,7 +42,7 @@ def test_nothing_but_the_two_profiles_is_registered() -> None:
 
 def test_listing_imports_no_profile_and_no_numpy(tmp_path: Path) -> None:
     script = (
-        "import sys; from shockwave.registry import entries; entries('profiles');"
+        "import sys; from shockwave.registry.registry import entries; entries('profiles');"
         " print(*sorted(name for name in sys.modules if name.startswith(('numpy.', 'shockwave_blast'))))"
     )
     assert set(_output("-c", script, cwd=tmp_path).split()) <= {"shockwave_blast", "shockwave_blast.hooks"}

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 from shockwave import InvalidValueError, Shock
-from shockwave.profiles.conditions import conditions
-from shockwave.quadrature import FloatArray
+from shockwave.base.numerics import FloatArray
+from shockwave.profiles.area_conditions import conditions
 
 from shockwave_blast.friedlander import Friedlander
 from shockwave_blast.waveform import decay_area

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from shockwave import InvalidValueError, Shock
-from shockwave.profiles.conditions import conditions
+from shockwave.profiles.area_conditions import conditions
 
 from shockwave_blast.curves import FARTHEST, NEAREST, Burst, Loading, blast_wave
 from shockwave_blast.kingery_bulmash import KingeryBulmash

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from shockwave.registry import load
-from shockwave.simulation.one_step import OneStep
+from shockwave.engine.one_step import OneStep
+from shockwave.registry.registry import load
 
 from shockwave_composition.blanes_moan import BlanesMoan4, BlanesMoan6, BlanesMoan6Long
 from shockwave_composition.verlet_richardson import VerletRichardson

@@ -8,8 +8,8 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from shockwave.simulation.fixed_step import Pefrl
-from shockwave.simulation.one_step import Attempt, OneStep
+from shockwave.engine.fixed_step_integrators import Pefrl
+from shockwave.engine.one_step import Attempt, OneStep
 
 from shockwave_composition.blanes_moan import BlanesMoan4, BlanesMoan6, BlanesMoan6Long
 from shockwave_composition.verlet_richardson import VerletRichardson

@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 from shockwave import load_scenario
-from shockwave.errors import ShockwaveError
-from shockwave.registry import entries, find, load
+from shockwave.base.errors import ShockwaveError
+from shockwave.registry.registry import entries, find, load
 
 from shockwave_composition.hooks import shockwave_integrators
 
@@ -47,7 +47,7 @@ def test_the_distribution_is_listed_without_a_problem(tmp_path: Path) -> None:
 
 def test_listing_imports_no_method_and_no_numpy(tmp_path: Path) -> None:
     script = (
-        "import sys; from shockwave.registry import entries; print(len(entries('integrators')));"
+        "import sys; from shockwave.registry.registry import entries; print(len(entries('integrators')));"
         " print(*(name for name in sys.modules if name.startswith(('numpy.', 'shockwave_composition'))))"
     )
     _, *found = _output("-c", script, cwd=tmp_path).split()

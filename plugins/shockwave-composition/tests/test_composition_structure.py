@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from shockwave.simulation.fixed_step import Rk4
-from shockwave.simulation.one_step import OneStep
+from shockwave.engine.fixed_step_integrators import Rk4
+from shockwave.engine.one_step import OneStep
 
 from shockwave_composition.blanes_moan import BlanesMoan4, BlanesMoan6, BlanesMoan6Long
 from shockwave_composition.verlet_richardson import VerletRichardson

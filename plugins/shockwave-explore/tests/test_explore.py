@@ -21,7 +21,7 @@ from urllib.parse import urlsplit
 import pytest
 import shockwave as sw
 from shockwave import cli
-from shockwave.built_ins import ENTRIES
+from shockwave.registry.built_ins import ENTRIES
 from shockwave.scenario.loader import load_scenario
 from werkzeug.test import EnvironBuilder, run_wsgi_app
 

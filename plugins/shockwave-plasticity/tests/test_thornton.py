@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 import shockwave as sw
-from shockwave.chain.contact_law import BoundLaw
-from shockwave.chain.layout import Layout
-from shockwave.registry import load
+from shockwave.registry.registry import load
+from shockwave.scene.contact_law import BoundLaw
+from shockwave.scene.layout import Layout
 
 from shockwave_plasticity.thornton import Thornton
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from shockwave.profiles.conditions import conditions
+from shockwave.profiles.area_conditions import conditions
 
 from shockwave_pulses.half_sine import HalfSine
 

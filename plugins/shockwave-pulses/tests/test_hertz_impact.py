@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from shockwave import Chain, InvalidValueError, Material, Shock
-from shockwave.chain.chain import Scales
-from shockwave.measurement.simulate import simulate
-from shockwave.quadrature import FloatArray
+from shockwave.base.numerics import FloatArray
+from shockwave.scene.chain import Scales
+from shockwave.simulation.simulate import simulate
 
 from shockwave_pulses.hertz_impact import HertzImpact
 

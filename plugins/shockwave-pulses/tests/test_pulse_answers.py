@@ -7,14 +7,14 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from shockwave.chain.chain import Chain, Scales
-from shockwave.chain.material import Material
-from shockwave.chain.solitary_wave import MOMENTUM
-from shockwave.measurement.simulate import simulate
 from shockwave.prediction.predictor import Predictor
-from shockwave.profiles.base import ShockProfile
-from shockwave.profiles.shock import Shock
+from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.profiles.tabulated import Tabulated
+from shockwave.scene.chain import Chain, Scales
+from shockwave.scene.material import Material
+from shockwave.scene.shock import Shock
+from shockwave.scene.solitary_wave import MOMENTUM
+from shockwave.simulation.simulate import simulate
 
 from shockwave_pulses.final_peak_sawtooth import FinalPeakSawtooth
 from shockwave_pulses.half_sine import HalfSine

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from shockwave.registry import entries, load, plugins
+from shockwave.registry.registry import entries, load, plugins
 
 CLASSES = {
     "half-sine": "HalfSine",
@@ -74,7 +74,7 @@ def test_profiles_are_listed_only_after_install(tmp_path: Path) -> None:
 
 def test_listing_imports_no_profile_and_no_numpy(tmp_path: Path) -> None:
     script = (
-        "import sys; from shockwave.registry import entries;"
+        "import sys; from shockwave.registry.registry import entries;"
         " print(*[entry.name for entry in entries('profiles')]);"
         " print(*sorted(name for name in sys.modules if name.startswith(('numpy.', 'shockwave_pulses.'))))"
     )

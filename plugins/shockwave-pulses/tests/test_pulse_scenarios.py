@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from shockwave.cli import main
-from shockwave.registry import entries
+from shockwave.registry.registry import entries
 
 FOLDER = Path(__file__).parent.parent / "profiles"
 FILES = sorted(FOLDER.glob("*.yaml"))

@@ -8,9 +8,9 @@ from typing import Any, get_args
 
 import attrs
 from attrs import frozen
-from shockwave.errors import InvalidValueError
-from shockwave.fields import quantity, text_of
-from shockwave.numerics import bracketed_root
+from shockwave.base.errors import InvalidValueError
+from shockwave.base.numerics import bracketed_root
+from shockwave.base.quantity_fields import quantity, text_of
 
 from shockwave_blast.curves import FARTHEST, NEAREST, BlastWave, Burst, Loading, blast_wave
 from shockwave_blast.waveform import BlastWaveform, decay_area

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from shockwave.profiles.base import ShockProfile
-from shockwave.quadrature import FloatArray
+from shockwave.base.numerics import FloatArray
+from shockwave.profiles.shock_profile import ShockProfile
 
 __all__ = ["BlastWaveform", "decay_area"]
 

@@ -8,9 +8,9 @@ from typing import ClassVar, Self
 
 from attrs import define, field, frozen
 from shockwave import InvalidValueError
-from shockwave.quadrature import FloatArray
-from shockwave.simulation.integrator import Acceleration
-from shockwave.simulation.one_step import Attempt, OneStep, Scalar
+from shockwave.base.numerics import FloatArray
+from shockwave.engine.integrator import Acceleration
+from shockwave.engine.one_step import Attempt, OneStep, Scalar
 
 __all__ = ["Shares", "Splitting"]
 

@@ -10,10 +10,10 @@ import numpy as np
 import shockwave as sw
 from attrs import frozen
 from markupsafe import Markup
-from shockwave.chain.layout import Layout
-from shockwave.pictures.drawing import BLACK, BLUE, GREEN, GREY, VERMILION
+from shockwave.base.text import html_of
+from shockwave.pictures.picture_elements import BLACK, BLUE, GREEN, GREY, VERMILION
 from shockwave.prediction.outcome_text import lead_text
-from shockwave.text import html_of
+from shockwave.scene.layout import Layout
 
 from .charts import Series, beads, chart, field_map
 from .controls import controls

@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 from markupsafe import Markup, escape
-from shockwave.pictures.drawing import BLUE, FIELD, GREY, SKY, VERMILION, si_label
-from shockwave.quadrature import FloatArray
+from shockwave.base.numerics import FloatArray
+from shockwave.pictures.picture_elements import BLUE, FIELD, GREY, SKY, VERMILION, si_label
 
 # Size of a chart and the margins around its axes [px of the drawing].
 _WIDTH, _HEIGHT = 420, 270

@@ -11,7 +11,7 @@ from typing import Any
 
 import yaml
 from attrs import evolve
-from shockwave.errors import InvalidValueError, ScenarioError, text_of
+from shockwave.base.errors import InvalidValueError, ScenarioError, text_of
 from shockwave.scenario.loader import load_scenario, scenario_of
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.template import template

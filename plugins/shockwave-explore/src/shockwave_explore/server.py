@@ -15,10 +15,10 @@ from typing import Any
 
 import flask
 from flask.typing import ResponseReturnValue
-from shockwave.errors import ShockwaveError, UsageError, message_of
-from shockwave.files import parse_json
-from shockwave.page import page as report
-from shockwave.text import html_of
+from shockwave.base.errors import ShockwaveError, UsageError, message_of
+from shockwave.base.files import parse_json
+from shockwave.base.text import html_of
+from shockwave.report import page as report
 from werkzeug.exceptions import HTTPException
 from werkzeug.serving import make_server
 

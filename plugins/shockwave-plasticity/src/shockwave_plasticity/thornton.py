@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 from shockwave import ContactLaw, quantity
-from shockwave.chain.contact_law import Pairs
+from shockwave.scene.contact_law import Pairs
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -8,10 +8,10 @@ import attrs
 import numpy as np
 from attrs import frozen
 from scipy.special import betaincinv
-from shockwave.errors import Fault, InvalidValueError
-from shockwave.fields import quantity
-from shockwave.profiles.base import ShockProfile
-from shockwave.quadrature import FloatArray
+from shockwave.base.errors import Fault, InvalidValueError
+from shockwave.base.numerics import FloatArray
+from shockwave.base.quantity_fields import quantity
+from shockwave.profiles.shock_profile import ShockProfile
 
 __all__ = ["HertzImpact"]
 

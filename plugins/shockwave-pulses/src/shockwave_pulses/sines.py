@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from shockwave.quadrature import FloatArray
+from shockwave.base.numerics import FloatArray
 
 __all__ = ["less_sine"]
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import attrs
 import numpy as np
 from attrs import frozen
-from shockwave.profiles.base import ShockProfile
-from shockwave.quadrature import FloatArray
+from shockwave.base.numerics import FloatArray
+from shockwave.profiles.shock_profile import ShockProfile
 
 if TYPE_CHECKING:
     from shockwave.profiles.free_path import FreePath

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from attrs import frozen
-from shockwave.errors import InvalidValueError
-from shockwave.fields import quantity
+from shockwave.base.errors import InvalidValueError
+from shockwave.base.quantity_fields import quantity
 
 from shockwave_pulses.straight_lines import STEEPEST, StraightLines
 

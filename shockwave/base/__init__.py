@@ -1,0 +1,1 @@
+"""Tools that know no physics: errors, fields, units, text, tables, files, progress, numerics."""

@@ -1,0 +1,191 @@
+"""Declaration of quantities: unit, range and meaning of a field, and its check.
+
+The same declaration serves a Python constructor, which raises an error for the first wrong value, the loader of
+scenario files, which reports all wrong values, and the templates that ``shockwave new`` writes.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Iterable
+from functools import cached_property
+from typing import Any
+
+import attrs
+from attrs import frozen
+
+from shockwave.base.errors import InvalidValueError
+from shockwave.base.errors import text_of as text_of
+from shockwave.base.units import to_si
+
+_KEY = "shockwave"
+_PLAIN = "shockwave_plain_text"
+# Items of a tuple that are all shown, and length of the repr of one.
+_MOST_ITEMS = 8
+_LONGEST_ITEM = 200
+_SIGNS = {">": operator.gt, ">=": operator.ge, "<": operator.lt, "<=": operator.le}
+
+
+@frozen
+class Quantity:
+    """Declaration of a number: SI ``unit`` ("" if it is dimensionless), ``meaning``, range.
+
+    ``above`` and ``below`` exclude their bound, ``at_least`` and ``at_most`` include it. ``whole`` requires an integer,
+    ``optional`` allows None. ``samples`` marks a sequence of numbers. Templates show ``example`` in place of a default.
+    """
+
+    unit: str
+    meaning: str
+    above: float | None = None
+    at_least: float | None = None
+    below: float | None = None
+    at_most: float | None = None
+    whole: bool = False
+    optional: bool = False
+    samples: bool = False
+    example: str = ""
+
+    @cached_property
+    def bounds(self) -> list[tuple[str, float]]:
+        """Signs and bounds of the range."""
+        pairs = ((">", self.above), (">=", self.at_least), ("<", self.below), ("<=", self.at_most))
+        return [(sign, bound) for sign, bound in pairs if bound is not None]
+
+    @property
+    def rule(self) -> str:
+        """The range in words, such as ``> 0 Pa`` or ``> -1 and < 0.5``."""
+        parts = [f"{sign} {bound:g}" for sign, bound in self.bounds]
+        finite = "a finite number of" if self.unit else "a finite number"
+        kind = "a whole number" if self.whole else "" if parts else finite
+        return " ".join(filter(None, (kind, " and ".join(parts), self.unit)))
+
+    def problem(self, value: object) -> str | None:
+        """The error of ``value``, or None."""
+        if value is None:
+            return None if self.optional else f"must be {self.rule} (got nothing)"
+        try:
+            number = math.nan if isinstance(value, bool | str) else float(value)  # type: ignore[arg-type]
+        except (TypeError, ValueError, OverflowError):
+            number = math.nan
+        fits = math.isfinite(number) and (not self.whole or number == int(number))
+        for sign, bound in self.bounds:
+            fits = fits and _SIGNS[sign](number, bound)
+        return None if fits else f"must be {self.rule} (got {text_of(value)})"
+
+    def checked(self, name: str, value: Any) -> Any:
+        """``value`` of ``name`` as a float or int; raises `InvalidValueError` if it is wrong.
+
+        A value may also be text with a unit or a quantity of pint.
+        """
+        if value is None and self.optional:
+            return None
+        if isinstance(value, str) or hasattr(value, "to_base_units"):
+            try:
+                value = to_si(value, self.unit)
+            except ValueError as error:
+                raise InvalidValueError.of(name, str(error)) from None
+        problem = self.problem(value)
+        if problem is not None:
+            raise InvalidValueError.of(name, problem)
+        return int(value) if self.whole else float(value)
+
+
+# one for all fields, because attrs inspects the signature of each converter
+_CONVERTER: Any = attrs.Converter(
+    lambda value, field: field.metadata[_KEY].checked(field.name, value), takes_field=True
+)
+
+
+def quantity(unit: str, meaning: str, *, default: Any = attrs.NOTHING, **declared: Any) -> Any:
+    """An attrs field that holds a checked number.
+
+    Parameters
+    ----------
+    unit : str
+        SI unit; an empty string for a dimensionless number.
+    meaning : str
+        Description in one line, shown in templates and in the schema.
+    default : float, optional
+        Without a default, the field is required; None makes it optional.
+    **declared
+        As of `Quantity`: above, at_least, below, at_most, whole, optional, example.
+
+    Raises
+    ------
+    InvalidValueError
+        Raised by the constructor of the class, when a value is out of range.
+    """
+    spec = Quantity(unit, meaning, **{"optional": default is None, **declared})
+    return attrs.field(default=default, converter=_CONVERTER, metadata={_KEY: spec})
+
+
+def declaration(spec: Quantity) -> dict[str, Quantity]:
+    """Metadata of an attrs field with a converter of its own, whose numbers have the declaration ``spec``."""
+    return {_KEY: spec}
+
+
+def tuple_repr(values: Any) -> str:
+    """Repr of a value; for a tuple, of its items, or of the first and the last with their number, each shortened."""
+    if not isinstance(values, tuple):
+        return repr(values)
+    if len(values) > _MOST_ITEMS:
+        first, last = (text_of(values[end], _LONGEST_ITEM) for end in (0, -1))
+        return f"({first}, ..., {last}; {len(values)} in all)"
+    return f"({', '.join(text_of(each, _LONGEST_ITEM) for each in values)}{',' * (len(values) == 1)})"
+
+
+def plain_text(default: Any = attrs.NOTHING) -> Any:
+    """An attrs field for text that is shown or compared, and is never the name of a file."""
+    return attrs.field(default=default, metadata={_PLAIN: True})
+
+
+def is_plain_text(attribute: attrs.Attribute[Any]) -> bool:
+    """Whether the attribute was declared by `plain_text`."""
+    return _PLAIN in attribute.metadata
+
+
+def one_of(*known: object) -> Any:
+    """Validator of an attrs field that holds one of the values ``known``."""
+
+    def check(_: object, attribute: attrs.Attribute[Any], value: object) -> None:
+        if value not in known:
+            raise InvalidValueError.of(attribute.name, f"must be {listed(known)} (got {text_of(value)})")
+
+    return check
+
+
+#: Range of sizes in chains of different granules [m], so that their masses and stiffnesses are floats.
+SIZES: dict[str, Any] = {"at_least": 1e-12, "at_most": 1e6}
+#: Range of properties of materials and walls [SI units], so that powers of them are floats.
+MAGNITUDES: dict[str, Any] = {"at_least": 1e-30, "at_most": 1e30}
+#: Diameter of granules, which can be given instead of the radius.
+DIAMETER = Quantity("m", "diameter 2 R of the granules", above=0)
+
+
+def radius_of(radius: Any, diameter: Any) -> Any:
+    """Radius from the arguments of a constructor that takes either; unchecked if it was given itself.
+
+    Raises
+    ------
+    InvalidValueError
+        If both are given, or the diameter is out of range.
+    """
+    if diameter is None:
+        return radius
+    if radius is not None:
+        raise InvalidValueError.of("diameter", "must be left out if radius is given (got both; delete one)")
+    # a taper of diameters is one of radii with half the sizes
+    return diameter.half if hasattr(diameter, "half") else DIAMETER.checked("diameter", diameter) / 2
+
+
+def quantity_of(attribute: attrs.Attribute[Any]) -> Quantity | None:
+    """Declaration of an attrs attribute, if it has one."""
+    spec = attribute.metadata.get(_KEY)
+    return spec if isinstance(spec, Quantity) else None
+
+
+def listed(names: Iterable[object], conjunction: str = "or") -> str:
+    """``names`` for a sentence, such as ``a, b or c``."""
+    *most, last = map(str, names)
+    return f"{', '.join(most)} {conjunction} {last}" if most else last

@@ -1,0 +1,149 @@
+"""Base of all results: a short repr, HTML for notebooks, and their tables for pandas and xarray."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+
+from shockwave.base.errors import InvalidValueError, UnknownNameError, UsageError, shortened, text_of
+from shockwave.base.quantity_fields import listed
+from shockwave.base.text import Detail, html_of, on_screen, si
+
+if TYPE_CHECKING:  # a result that is only printed needs no arrays
+    from shockwave.base.result_tables import Table
+
+#: Version of the JSON documents: the next one when a key is removed or changes its meaning; new keys do not count.
+VERSION = {"version": 2}
+_T = TypeVar("_T")
+# Rows and columns of a table in a notebook, warnings there, and length of the text.
+_MOST_ROWS = 8
+_MOST_COLUMNS = 40
+_MOST_WARNINGS = 12
+_LONGEST_TEXT = 10_000
+
+
+class cached_property(functools.cached_property[_T]):  # noqa: N801
+    """A cached property without the lock of Python 3.11, so that several objects can compute it at the same time."""
+
+    def __init__(self, function: Callable[[Any], _T]) -> None:
+        super().__init__(function)
+        self.lock = nullcontext()  # in place of the lock of Python 3.11
+
+
+class Result:
+    """Base of results; a subclass names its parts, and overrides `_table` if its tables are arrays.
+
+    Attributes
+    ----------
+    _brief : tuple of str
+        Dotted names of the attributes in the repr; they must not need an integration.
+    _tables : tuple of (str, str)
+        Names of the tables, the main one first, with the names of their rows. The default `_table` reads the attribute
+        of this name: a tuple of attrs objects, or a result that is a table itself.
+    """
+
+    __slots__ = ()
+    _brief: ClassVar[tuple[str, ...]] = ()
+    _tables: ClassVar[tuple[tuple[str, str], ...]] = ()
+
+    def __repr__(self) -> str:
+        found = ((name, value_at(self, name)) for name in self._brief)
+        shown = (f"{name}={_text(name, value)}" for name, value in found if value is not None)
+        return f"<{type(self).__name__} {', '.join(shown)}>"
+
+    def text(self, detail: str = "verbose") -> str:
+        """Text of the result: ``short``, as it is printed, ``explain`` with the decision, or ``verbose``.
+
+        Raises
+        ------
+        InvalidValueError
+            If ``detail`` is none of them.
+        """
+        names = [each.name.lower() for each in Detail]
+        if detail not in names:
+            raise InvalidValueError.of("detail", f"must be {listed(names)} (got {text_of(detail)})")
+        return on_screen(self, detail=Detail[detail.upper()])
+
+    def _repr_html_(self) -> str:
+        """HTML for notebooks: answer, warnings, main table, and the full text to unfold."""
+        answer = on_screen(self, columns=10_000, wide=True).partition("\n")[0]
+        table, rows = self._main_table(), None
+        if table is not None:
+            from shockwave.base.result_tables import cells
+
+            rows = cells(table, _MOST_ROWS, _MOST_COLUMNS)
+        warnings = getattr(self, "all_warnings", getattr(self, "warnings", ()))[:_MOST_WARNINGS]
+        text = shortened(self.text(), _LONGEST_TEXT)
+        template = Path(__file__).with_name("notebook.html.jinja")
+        return html_of(template, answer=answer, warnings=warnings, rows=rows, text=text)
+
+    def _table(self, name: str) -> Table | None:
+        """The table of this name; None if the result does not have it."""
+        from shockwave.base.result_tables import table_of
+
+        value = getattr(self, name)
+        if isinstance(value, Result):
+            return value._main_table()
+        return table_of(value, dict(self._tables)[name]) if value else None
+
+    def _main_table(self) -> Table | None:
+        return next(filter(None, map(self._table, dict(self._tables))), None)
+
+    def _named(self, name: str | None) -> Table:
+        known = [one for one in dict(self._tables) if name in (None, one)]
+        table = next(filter(None, map(self._table, known)), None)
+        if table is None:
+            names = list(filter(self._table, dict(self._tables)))
+            if not names:
+                raise UsageError(f"{type(self).__name__} has no table and cannot be converted")
+            raise UnknownNameError("table of this result", str(name), names)
+        return table
+
+    def to_pandas(self, table: str | None = None) -> Any:
+        """Return a table as a `pandas.DataFrame`, whose ``attrs["units"]`` has the SI unit of each column.
+
+        Parameters
+        ----------
+        table : str, optional
+            Name of the table, such as ``waves`` or ``contacts``; by default the main one.
+
+        Raises
+        ------
+        UnknownNameError
+            If the result does not have the table.
+        UsageError
+            If the result has no tables, or pandas is not installed.
+        """
+        from shockwave.base.result_tables import frame
+
+        return frame(self._named(table))
+
+    def to_xarray(self, table: str | None = None) -> Any:
+        """Return a table as an `xarray.Dataset`, in which each variable has the attribute ``units``.
+
+        Parameters and errors as for `to_pandas`, with xarray.
+        """
+        from shockwave.base.result_tables import dataset
+
+        return dataset(self._named(table), {"title": type(self).__name__})
+
+
+def value_at(value: Any, path: str) -> Any:
+    """Value at a dotted path, such as ``simulated.waves.1.peak_force``; None if there is none."""
+    for step in path.split("."):
+        if step.isdigit():
+            value = value[int(step)] if value and int(step) < len(value) else None
+        else:
+            value = getattr(value, step, None)
+    return value
+
+
+def _text(name: str, value: Any) -> str:
+    from shockwave.base.result_tables import unit_of
+
+    if isinstance(value, float):
+        return si(value, unit_of(name.rpartition(".")[2]))
+    return repr(value) if isinstance(value, str) else str(len(value) if isinstance(value, tuple) else value)

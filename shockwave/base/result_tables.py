@@ -1,0 +1,146 @@
+"""Tables of results: arrays with units and named axes, and their conversion for pandas, xarray and pages."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple, TypeAlias
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from shockwave import OWN_DISTRIBUTION, __version__
+from shockwave.base.errors import UsageError, message_of, shortened
+from shockwave.base.text import si
+
+# SI units of the quantities in results; all others are dimensionless.
+_NAMES = {
+    "N": ("peak_force", "force", "static_force", "forces", "wall_force", "greatest_force", "transmitted_force"),
+    "N s": ("momentum", "applied_momentum", "impulse", "transmitted_impulse"),
+    "J": ("energy", "kinetic_energy", "contact_energy"),
+    "m/s": ("speed", "granule_velocity", "velocities", "velocity"),
+    "s": ("time", "arrival_time", "width", "end"),
+    "m": ("displacements",),
+    "kg": ("granule_mass", "chain_mass"),
+    "kg/m": ("mass_per_length",),
+}
+_UNITS = {name: unit for unit, names in _NAMES.items() for name in names}
+_SCALARS = (bool, int, float, str, type(None))
+
+
+class TableColumn(NamedTuple):
+    """A quantity along one axis or more; a ``unit`` of None marks text, an empty one a dimensionless number."""
+
+    values: npt.NDArray[Any]
+    unit: str | None
+    axes: tuple[str, ...]
+    meaning: str = ""
+    is_coordinate: bool = False
+
+
+#: Columns by name; the first is the coordinate of the rows.
+Table: TypeAlias = dict[str, TableColumn]
+
+
+def unit_of(name: str) -> str:
+    """SI unit of a quantity."""
+    return _UNITS.get(name, "")
+
+
+def coordinate(name: str, values: npt.ArrayLike, unit: str | None = None) -> Table:
+    """A coordinate and its axis, to begin a table with."""
+    return {name: column(name, values, name, unit=unit)[name]._replace(is_coordinate=True)}
+
+
+def column(name: str, values: npt.ArrayLike, *axes: str, unit: str | None = None) -> Table:
+    """A quantity along ``axes``; text if its values are."""
+    array = np.asarray(values)
+    return {
+        name: TableColumn(array, None if array.dtype.kind in "OU" else unit_of(name) if unit is None else unit, axes)
+    }
+
+
+def along(row: str, places: Any, quantities: Mapping[str, Any], units: Mapping[str, str | None] | None = None) -> Table:
+    """Table of ``quantities`` at the ``places`` of its rows; ``units`` are those that differ from `unit_of`."""
+    own = units or {}
+    table = coordinate(row, places, own.get(row))
+    for name, values in quantities.items():
+        table |= column(name, values, row, unit=own.get(name))
+    return table
+
+
+def table_of(objects: Sequence[Any], row: str) -> Table:
+    """Table of the numbers and texts in attrs objects of a kind; rows are numbered if they have no field ``row``.
+
+    NaN stands for None in a column of numbers.
+    """
+    kept = {}
+    for name in (one.name for one in attrs.fields(type(objects[0]))):
+        values = [getattr(one, name) for one in objects]
+        if all(isinstance(value, _SCALARS) for value in values) and any(value is not None for value in values):
+            blank: Any = "" if any(isinstance(value, str) for value in values) else np.nan
+            kept[name] = [blank if value is None else value for value in values]
+    return along(row, kept.pop(row, range(len(objects))), kept)
+
+
+def dataset(table: Table, about: Mapping[str, str]) -> Any:
+    """The `xarray.Dataset` of a table, with the attributes ``about``; raises UsageError without xarray."""
+    xarray = library("xarray")
+    made: dict[bool, dict[str, Any]] = {False: {}, True: {}}
+    for name, (values, unit, axes, meaning, is_coordinate) in table.items():
+        units = {} if unit is None else {"units": unit or "1"}
+        made[is_coordinate][name] = (axes, values, {"long_name": meaning or name.replace("_", " "), **units})
+    return xarray.Dataset(made[False], made[True], {"source": f"shockwave {__version__}", **about})
+
+
+def frame(table: Table) -> Any:
+    """The `pandas.DataFrame` of a table, with the units in ``attrs``; raises UsageError without pandas."""
+    pandas = library("pandas")
+    (row, index), *rest = _flat(table)
+    made = pandas.DataFrame(
+        {name: one.values for name, one in rest}, index=pandas.Index(index.values, name=row), copy=True
+    )
+    made.attrs["units"] = {name: one.unit for name, one in [(row, index), *rest]}
+    return made
+
+
+def cells(table: Table, most: int, most_columns: int) -> dict[str, Any]:
+    """Header, at most ``most`` evenly chosen rows and ``most_columns`` columns, and the numbers of all, as text."""
+    columns = list(_flat(table))
+    count = len(columns[0][1].values)
+    chosen = [columns[index] for index in evenly(len(columns), most_columns)]
+    shown = evenly(count, most)
+    rows = zip(*([_cell(value, one.unit) for value in one.values[shown].tolist()] for _, one in chosen), strict=True)
+    return {"header": [name for name, _ in chosen], "rows": list(rows), "count": count, "columns": len(columns)}
+
+
+def evenly(count: int, most: int) -> npt.NDArray[np.intp]:
+    """Indices of at most ``most`` of ``count`` places, evenly chosen, with both ends."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).astype(np.intp))
+
+
+def _cell(value: Any, unit: str | None) -> str:
+    return si(value, unit or "") if isinstance(value, float) else shortened(str(value))
+
+
+def _flat(table: Table) -> Iterator[tuple[str, TableColumn]]:
+    """Columns along the rows; a quantity with another axis gives a column for each of its values."""
+    row = next(iter(table))
+    for name, one in table.items():
+        if one.axes == (row,):
+            yield name, one
+        elif one.axes[:1] == (row,):
+            for index, label in enumerate(table[one.axes[1]].values):
+                yield f"{name}[{label}]", one._replace(values=one.values[:, index], axes=(row,))
+
+
+def library(name: str, extra: str = "notebook") -> Any:
+    """An optional package; raises UsageError if it cannot be imported; ``extra`` installs it."""
+    try:
+        return importlib.import_module(name)
+    except ImportError as missing:
+        remedy = f"pip install '{OWN_DISTRIBUTION}[{extra}]'"
+        raise UsageError(f"{name} must be installed (got {missing}; {remedy})") from missing
+    except Exception as error:  # for example, matplotlib rejects a setting of the environment
+        raise UsageError(f"{name} must be importable (got {message_of(error)})") from error

@@ -1,0 +1,43 @@
+"""The command curve: amplification of the leading wave as a function of the rise time."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+
+from shockwave import pictures
+from shockwave.base.text import limits, si, strong
+from shockwave.cli.output import check_output, json_text, written
+from shockwave.cli.scenario_commands import loaded
+from shockwave.scene.chain import Scales
+from shockwave.scene.coverage_rules import covered
+from shockwave.studies.amplification_curve import UniversalCurve
+
+
+def curve(options: Namespace) -> int:
+    """Print or write the universal curve for the shape of a scenario's shock."""
+    check_output(options.output, ".json", ".svg", ".png", ".pdf")
+    (scenario,) = loaded([options.file], output=options.output)
+    with scenario.locating():
+        chain = covered(scenario.chain, scenario.excitation, "the universal curve")
+    shock = scenario.shock
+    ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
+    universal = UniversalCurve(shock.profile, rtol=options.rtol, longest=options.longest)
+    if options.output and options.output.lower().endswith(".json"):
+        return written(json_text(universal.to_dict()) + "\n", options.output)
+    if options.output:
+        figure, (ax,) = pictures.figure()
+        pictures.universal_curves(ax, {"simulated": universal}, ratio)
+        pictures.save(figure, options.output)
+        print(f"{options.output}: written", file=sys.stderr)
+        return 0
+    answer = f"t0/T0 = {ratio:.6g} is beyond the range of this curve (increase --longest)"
+    if ratio <= universal.longest_rise_time:
+        error = float(universal.error(ratio))
+        amplification = si(float(universal.amplification(ratio)), "", error=error)
+        answer = f"amplification {amplification}, error {error:.0e}, at t0/T0 = {ratio:.6g}"
+    notes = list(shock.profile.notes)
+    if chain.count is not None:
+        notes.append(f"the chain of {chain.count} granules is treated as endless")
+    print(strong(answer), *limits(notes), "", universal, sep="\n")
+    return 0

@@ -1,0 +1,103 @@
+"""The commands design and uncertainty."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import TYPE_CHECKING, Any
+
+from attrs import evolve
+
+from shockwave.base.errors import InvalidValueError, ScenarioError, UnknownNameError, UsageError
+from shockwave.base.quantity_fields import listed
+from shockwave.cli.output import check_output, of_arguments, print_result
+from shockwave.cli.scenario_commands import loaded
+from shockwave.scenario.block_keys import MATERIALS
+
+if TYPE_CHECKING:
+    from shockwave.studies.design_result import Design
+
+# Size of the picture of a ranking, and height of each of its rows [in].
+_WIDTH = 4.6
+_HEIGHT = 1.0
+_ROW_HEIGHT = 0.17
+# Hint in the error for a scenario with a sweep.
+_SWEPT = "delete the `sweep` block"
+
+
+def design(options: argparse.Namespace) -> int:
+    """Print the values of parameters that meet requirements."""
+    from shockwave.studies.design_search import design as run
+
+    check_output(options.output, ".svg", ".png", ".pdf")
+    vary = _varied(options)
+    (scenario,) = loaded([options.file], _SWEPT, options.output)
+    try:
+        with of_arguments(options), scenario.locating():
+            result = run(
+                scenario,
+                **vary,
+                target=options.target,
+                budget=options.budget,
+                least=options.least,
+                points=options.points,
+                rtol=options.rtol,
+                seed=options.seed,
+            )
+    except UnknownNameError as error:
+        raise UsageError(f"--among: {error}") from None
+    print_result(result, options.json)
+    if options.output:
+        _draw(result, options.output)
+        print(f"{options.output}: written", file=sys.stderr)
+    # the ranking of materials or whole numbers is a result if the target lies in their range
+    if not result.why or (result.least is None and result.is_ranked and result.spanned):
+        return 0
+    print(f"{options.file}: {result.why}", file=sys.stderr)
+    return 1
+
+
+def _varied(options: argparse.Namespace) -> dict[str, Any]:
+    """The arguments of `design` that name the parameters, their intervals and materials."""
+    if len(set(options.vary)) < len(options.vary):
+        raise UsageError(f"--vary must name different parameters (got {listed(options.vary, 'and')})")
+    numbers = [name for name in options.vary if not name.endswith(MATERIALS)]
+    if len(options.between) != len(numbers):
+        got = f"got {len(options.between)} for {listed(numbers, 'and') if numbers else 'materials alone'}"
+        raise UsageError(f"--between must be given once for each number that varies ({got})")
+    if options.among is not None and len(numbers) == len(options.vary):
+        raise UsageError(f"--among must be omitted for {listed(numbers, 'and')} (got {options.among})")
+    among = options.among and [part.strip() for part in options.among.split(",") if part.strip()]
+    if len(options.vary) == 1:
+        return {"vary": options.vary[0], "between": next(iter(options.between), None), "among": among}
+    ends = dict(zip(numbers, options.between, strict=True))
+    return {"vary": {name: ends.get(name, among) for name in options.vary}}
+
+
+def _draw(result: Design, output: str) -> None:
+    """Write a picture: all options of a design that minimises a quantity, a ranking of materials, or the quantity."""
+    from shockwave import pictures
+
+    ranked = result.is_ranked and result.least is None
+    sheet, (ax,) = pictures.figure(size=(_WIDTH, _HEIGHT + _ROW_HEIGHT * len(result.table)) if ranked else "column")
+    draw = pictures.materials if ranked else pictures.design if result.least is None else pictures.pareto
+    draw(ax, result)
+    pictures.save(sheet, output)
+
+
+def uncertainty(options: argparse.Namespace) -> int:
+    """Print the distribution of the peak force for uncertain parameters."""
+    from shockwave.studies.uncertainty_study import uncertainty as run
+
+    (scenario,) = loaded([options.file], _SWEPT)
+    try:
+        with of_arguments(options), scenario.locating():
+            result = run(scenario, draws=options.draws, seed=options.seed, rtol=options.rtol, limit=options.limit)
+    except InvalidValueError as error:
+        # errors of the block are errors of the file
+        if not all(fault.path.startswith("uncertainty") for fault in error.faults):
+            raise
+        faults = [evolve(fault, location=fault.location or options.file) for fault in error.faults]
+        raise ScenarioError(faults) from None
+    print_result(result, options.json)
+    return 0

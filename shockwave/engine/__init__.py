@@ -1,0 +1,1 @@
+"""Numerical integration of the equations of motion (1)."""

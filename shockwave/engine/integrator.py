@@ -1,0 +1,127 @@
+"""Base class of integrators of the equations of motion, and the steps that they yield."""
+
+from __future__ import annotations
+
+import abc
+import math
+from collections.abc import Callable, Iterator
+from typing import Any, ClassVar, Literal, TypeAlias
+
+import numpy as np
+from attrs import define, field, frozen
+
+from shockwave.base.numerics import FloatArray
+
+# The time is a number, or an array of shape (batch,) if a method attempts a batch of steps.
+Acceleration: TypeAlias = Callable[[Any, FloatArray], FloatArray]
+
+#: In units of the characteristic time. A wave passes a granule in about one; longer steps would be rejected.
+LONGEST_STEP = 1.0
+# First step of an adaptive method, in characteristic times, and its largest fraction of the interval.
+_FIRST_STEP = 0.05
+_FIRST_SHARE = 1e-3
+
+
+@frozen(eq=False)
+class Step:
+    """One accepted step of x'' = a(t, x).
+
+    ``x``, ``v``, ``a`` are positions, velocities and accelerations at its ``end``, shape (granules,).
+    ``interpolate(t)`` returns positions and velocities at any time in the step; ``next_size`` is the proposed size of
+    the next step.
+    """
+
+    begin: float
+    end: float
+    x: FloatArray
+    v: FloatArray
+    a: FloatArray
+    interpolate: Callable[[float], tuple[FloatArray, FloatArray]]
+    next_size: float
+
+
+@define
+class Integrator(abc.ABC):
+    """Base class of integrators.
+
+    Contract for implementers
+    -------------------------
+    1. ``name`` is the registered name of the class, ``order`` the order of its global error in the step size;
+       ``adaptive`` states whether it chooses its steps. It steps chains of equal granules; ``chains`` is for the
+       built-in methods, whose tables of coefficients step others: ``conservative`` or, with damped contacts, ``any``.
+    2. An adaptive method uses ``tolerance``, the absolute error allowed in a step, in scaled units, in which
+       displacements and velocities are of order one. A method with a fixed step uses ``size`` instead, the longest
+       step in scaled units of time. Each ignores the setting of the other; ``first_size`` is a hint for adaptive
+       methods.
+    3. ``steps(acceleration, begin, until, x, v, first_size)`` yields accepted steps without gaps, from ``begin`` to
+       exactly ``until``. No stage lies outside ``[begin, until]``. Fixed steps have equal sizes.
+    4. The acceleration depends on time and positions only, and is smooth in time between ``begin`` and ``until``. It
+       is continuous in x, but its second derivative jumps where a contact opens. The acceleration of a granule depends
+       on the positions of the granule and its two neighbours. Every call returns a new array.
+    5. ``evaluations`` counts the calls of the acceleration since the object was created.
+    6. Input arrays are not changed; yielded arrays are not changed afterwards, neither by the method nor by the caller.
+    7. ``interpolate`` is as accurate as the step, within a small factor, and remains valid as long as the step exists.
+    8. A step that cannot be computed raises `NumericalError`; no step contains a NaN.
+    9. The caller may abandon the iteration at any time and start again with other arrays.
+
+    A method that can attempt a step of any size from any state is a `OneStep`, which fulfils most of this contract.
+    """
+
+    name: ClassVar[str]
+    order: ClassVar[int]
+    adaptive: ClassVar[bool]
+    chains: ClassVar[Literal["equal", "conservative", "any"]] = "equal"
+
+    tolerance: float = 1e-9
+    size: float = 0.05
+    evaluations: int = field(default=0, init=False)
+
+    @abc.abstractmethod
+    def steps(
+        self,
+        acceleration: Acceleration,
+        begin: float,
+        until: float,
+        x: FloatArray,
+        v: FloatArray,
+        first_size: float | None,
+    ) -> Iterator[Step]:
+        """Accepted steps from ``begin`` to ``until``; see the contract."""
+
+    @classmethod
+    def refusal(cls, damped: bool) -> str:
+        """Reason why the method does not step chains beyond equal granules, or ``damped`` ones; empty if it does."""
+        # a plugin may have changed the steps of the built-in method from which it is derived
+        built_in = cls.__module__.startswith("shockwave.")
+        if built_in and (cls.chains == "any" or (cls.chains == "conservative" and not damped)):
+            return ""
+        known = "dop853" if damped else "rkn64, rkn86, rkn1210 or dop853"
+        equal = "other than equal granules, given by their number, with free ends under a shock"
+        kind = "with damping or a contact law of a plugin" if damped else equal
+        hint = "" if built_in else "; a method of a plugin steps chains of equal granules only"
+        return f"must be {known} for a chain {kind} (got {cls.name!r}{hint})"
+
+    @staticmethod
+    def first_size(interval: float, hint: float | None) -> float:
+        """Size of the first step of an adaptive method."""
+        return min(_FIRST_STEP, _FIRST_SHARE * interval) if hint is None else min(hint, LONGEST_STEP, interval)
+
+
+@frozen(eq=False)
+class Counted:
+    """An acceleration that counts its calls; ``acceleration`` is the original, for methods with compiled code."""
+
+    integrator: Integrator
+    acceleration: Acceleration
+    until: float
+
+    def __call__(self, time: float, x: FloatArray) -> FloatArray:
+        self.integrator.evaluations += 1
+        # begin + (until - begin) may exceed until by a rounding error; arithmetic with NumPy's scalars is slow
+        return self.acceleration(min(float(time), self.until), x)
+
+
+def finite(*arrays: FloatArray) -> bool:
+    """Whether all values and their sums of squares are finite."""
+    # faster than np.isfinite for each value
+    return all(map(math.isfinite, [np.vdot(array, array) for array in arrays]))

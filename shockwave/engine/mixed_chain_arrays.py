@@ -1,0 +1,174 @@
+"""Input and output of the integration of a chain of mixed granules, as arrays that the compiled code shares."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from enum import IntEnum
+
+import numpy as np
+from attrs import Factory, define, frozen
+
+from shockwave.base.errors import NumericalError
+from shockwave.base.numerics import FloatArray
+from shockwave.engine.nystroem_tableaux import GeneralTableau
+from shockwave.engine.scaled_problem import ChainProblem
+from shockwave.scene.contact_law import BoundLaw
+
+
+class Status(IntEnum):
+    """Status of a run."""
+
+    RUNNING = 0
+    DONE = 1
+    TOO_LONG = 2
+    FAILED = 3
+
+
+# Rows of the table before those that only the compiled code uses, and number of the latter besides the stages.
+_ROWS = 17
+_WORK_ROWS = 24
+#: Number of rows that describe a chain and its motion.
+SHARED = 19
+# Share of the allowed work after which the whole work of a run is estimated, and the estimates over the allowed work
+# beyond which the run ends at once: to the end of the shock, and beyond it, where the steps may become longer.
+_SOON = 0.1
+_HOPELESS = 2.0
+_HOPELESS_LATER = 10.0
+#: Places of settings.
+UNTIL = 3
+_DURATION = 4
+CONTACTS = 9
+END = slice(10, 12)
+_MOST_WORK = 12
+WEIGHT = 14
+
+
+@define
+class Forecast:
+    """Estimate of the work of a run to the time ``until``, from its progress; ``cause`` states what makes it large.
+
+    A run whose estimate is ``excess`` times the allowed work ends at once. Between the last two ``marks``, of work and
+    time, the work has doubled.
+    """
+
+    until: float = math.inf
+    most_work: float = math.inf
+    cause: Callable[[], str] = str
+    excess: float = _HOPELESS
+    marks: tuple[tuple[float, float], tuple[float, float]] = ((0.0, 0.0), (0.0, 0.0))
+
+    @classmethod
+    def of(cls, settings: list[float], static_forces: FloatArray, cause: Callable[[], str]) -> Forecast:
+        """Forecast to a stated end only where static forces, or spring or dashpot of the end, keep the steps short.
+
+        Otherwise, free flight may follow the time that a wave takes to arrive.
+        """
+        until, most_work = settings[UNTIL], settings[_MOST_WORK]
+        if until < math.inf and (any(settings[END]) or (static_forces.any() and not settings[WEIGHT])):
+            return cls(until, most_work, cause, _HOPELESS_LATER)
+        return cls(min(settings[_DURATION] + settings[CONTACTS], until), most_work, cause)
+
+    def check(self, time: float, work: float, steps: float) -> None:
+        """Raise if the run would exceed the allowed work by far.
+
+        The rate is that of at least the last half of the work so far, since the first steps may be short.
+        """
+        if work >= 2 * self.marks[1][0]:
+            self.marks = self.marks[1], (work, time)
+        if self.most_work == math.inf or work < _SOON * self.most_work:
+            return
+        before, since = self.marks[0]
+        whole = work + (self.until - time) * (work - before) / max(time - since, 1e-300)
+        if whole > self.excess * self.most_work:
+            needed = f"the chain would take about {steps * whole / work:.0e} steps"
+            raise NumericalError(f"{needed} because of {self.cause()} (set a timeout to integrate it all the same)")
+
+
+@frozen(eq=False)
+class Job:
+    """Input and output of a run, as arrays that the compiled code shares.
+
+    Row j of an array with a row for each body belongs to contact j, between bodies j and j + 1; the last one is the
+    contact with the wall, the spring of a movable end, or none.
+
+    Attributes
+    ----------
+    method : GeneralTableau
+    problem : ChainProblem or None
+        The applied force.
+    law : BoundLaw or None
+        Contact law of a plugin.
+    settings : array, shape (15,)
+        Exponent, damping power, tolerance, until (infinite: found by the run), duration, rise time and peak force,
+        first step, longest step under force, number of contacts, stiffness and damping of the end, most work, damped,
+        weight of a striker.
+    stops, times : array
+        Kinks of the applied force; times of samples.
+    samples : array, shape (times, 3, bodies + 1)
+        x, v and total forces.
+    found : array, shape (8,)
+        Status, time, arrival (negative: none), work, steps, evaluations, velocity of a striker with a weight when it
+        first leaves the chain (0: it has not), size of the next step; at first those at the beginning.
+    table : array, shape (rows, bodies + 2)
+        The arrays below, and those in which the compiled code works.
+    window : int
+        Number of bodies that move at first.
+    forecast : Forecast
+        Estimate of the work of the whole run.
+    """
+
+    method: GeneralTableau
+    problem: ChainProblem | None
+    law: BoundLaw | None
+    settings: FloatArray
+    stops: FloatArray
+    times: FloatArray
+    samples: FloatArray
+    found: FloatArray
+    table: FloatArray
+    window: int = 12
+    forecast: Forecast = Factory(Forecast)
+
+    @staticmethod
+    def table_for(method: GeneralTableau, bodies: int) -> FloatArray:
+        """An empty table."""
+        return np.zeros((_ROWS + _WORK_ROWS + 2 * len(method.nodes), bodies + 2))
+
+    @property
+    def chain(self) -> FloatArray:
+        """Inverse masses, stiffnesses, gaps (zero or negative), static overlaps, their roots, static forces, damping
+        coefficients, and the least fractions of closing velocity and overlap expected of a contact, over those of the
+        contact before; shape (9, bodies).
+        """
+        return self.table[:9, :-2]
+
+    @property
+    def scales(self) -> FloatArray:
+        """Closing velocities and overlaps to which the errors are compared, shape (2, bodies)."""
+        return self.table[9:11, :-2]
+
+    @property
+    def peaks(self) -> FloatArray:
+        """Greatest force minus static force, and its time, shape (2, bodies)."""
+        return self.table[11:13, :-2]
+
+    @property
+    def sums(self) -> FloatArray:
+        """Impulse, and dissipated energy, shape (2, bodies)."""
+        return self.table[13:15, :-2]
+
+    @property
+    def x(self) -> FloatArray:
+        """Positions, shape (bodies + 1,); the last one is that of the wall."""
+        return self.table[15, :-1]
+
+    @property
+    def v(self) -> FloatArray:
+        """Velocities, shape (bodies + 1,)."""
+        return self.table[16, :-1]
+
+    @property
+    def switches(self) -> FloatArray:
+        """Accelerations of the closing velocities by a unit force, and whether dashpots act, shape (2, bodies)."""
+        return self.table[17:19, :-2]

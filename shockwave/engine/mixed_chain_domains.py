@@ -1,0 +1,252 @@
+"""Integration of long chains in parts, each with steps of its own.
+
+A step of a whole chain is limited by every contact that opens or closes anywhere. A disturbance takes time to pass from
+granule to granule, so for a short span of time each part of the chain moves independently of what happens farther away:
+the force where it is cut out of the chain can be kept constant. Granules that fly freely or are at rest need no
+integration. `chain_march` integrates the parts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+from types import ModuleType
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from shockwave.base.numerics import FloatArray
+from shockwave.engine import mixed_chain_run
+from shockwave.engine.mixed_chain_arrays import CONTACTS, END, SHARED, UNTIL, WEIGHT, Job, Status
+from shockwave.engine.mixed_chain_forces import FAR, Contacts
+from shockwave.engine.time_limit import expired
+
+# Least number of bodies of a chain that is integrated in parts.
+_LEAST_BODIES = 256
+# Number of bodies of a part, and of those on both sides that are integrated with it.
+_LENGTH = 96
+_MARGIN = 16
+# Effect on a part of a change of the force at the end of its margin, over the change and the tolerance.
+_LEAK = 1e-3
+# The greatest force may increase by this factor within a span: at a rigid wall by 2.24.
+_RISE = 3.0
+# A contact is quiet while its motion is slower than its fastest so far by the tolerance ...
+_QUIET = 1.0
+# ... and it oscillates by less than this angle within a span.
+_ANGLE = 0.5
+# Velocities and displacements below this are at rest.
+_AT_REST = 1e-40
+# First step of a part, over the span.
+_FIRST = 0.125
+# Shortest span, in characteristic times, in which a chain with damping is integrated in parts.
+_SHORTEST = 1.0
+_TINY = 1e-300
+
+
+def run(job: Job, compiled: ModuleType | None) -> None:
+    """Integrate to the end, in place."""
+    contacts = Contacts(job)
+    long = contacts.bodies >= _LEAST_BODIES and job.law is None
+    parts = _Parts(contacts, compiled) if long else None
+    if parts and parts.viscous >= _SHORTEST:
+        parts.run()
+    else:
+        mixed_chain_run.run(job, compiled)
+
+
+class _State(NamedTuple):
+    """Forces minus static ones, changes of the overlaps, overlaps, closing velocities, and squared speeds of contacts.
+
+    The speed of a contact includes the velocity that its energy can cause.
+    """
+
+    f: FloatArray
+    stretch: FloatArray
+    d: FloatArray
+    w: FloatArray
+    square: FloatArray
+
+
+class _Parts:
+    """A run in parts."""
+
+    def __init__(self, contacts: Contacts, compiled: ModuleType | None) -> None:
+        self.own, self.job, self.compiled = contacts, contacts.job, compiled
+        self.bodies, self.both, p = contacts.bodies, self.job.switches[0], contacts.p
+        self.sizes = np.full(self.bodies, math.inf)
+        self.sizes[0] = contacts.first
+        self.most = np.zeros(self.bodies)
+        self.time, self.arrival, self.until = 0.0, -1.0, contacts.until
+        self.steps = self.evaluations = self.effort = self.work = self.rebound = 0.0
+        self.next_sample = 0
+        self.stiff = contacts.k ** (1 / p)
+        # a change passes M contacts of frequency o in the time t with the weight (o t)^(2M)/(2M)!, M dashpots of rate g
+        # with (g t)^M/M!
+        mobile = np.sqrt(contacts.inverse[:-1] * contacts.inverse[1:])
+        leak, share = math.log(_LEAK * contacts.tolerance), 2.0 if contacts.damped else 1.0
+        reach = math.exp((math.lgamma(2 * _MARGIN + 1) + leak) / (2 * _MARGIN))
+        self.elastic = reach / math.sqrt(share * _strongest(p * self.stiff[:-1] * mobile))
+        reach = math.exp((math.lgamma(_MARGIN + 1) + leak) / _MARGIN)
+        rates = contacts.c[:-1] * np.maximum(self.stiff[:-1], _TINY) ** -contacts.q * mobile
+        self.viscous = reach / (share * _strongest(rates))
+
+    @property
+    def driven(self) -> bool:
+        """Whether the applied force acts."""
+        return self.job.problem is not None and self.time < self.own.duration
+
+    def run(self) -> None:
+        """Integrate to the end."""
+        own, job, status = self.own, self.job, Status.RUNNING
+        while status is Status.RUNNING and not expired():
+            state = self.state()
+            span = min(self.span(state), self.until - self.time)
+            live = self.live(state, span)
+            if self.until == math.inf and not (live.any() or state.f.any() or (state.w > 0).any()):
+                status = Status.DONE
+            elif (reached := self.advance(state.f, live, span)) is not Status.DONE:
+                status = reached
+                break
+            elif self.time >= self.until:
+                status = Status.DONE
+            elif self.effort > own.most_work:
+                status = Status.TOO_LONG
+            else:
+                job.forecast.check(self.time, self.effort, self.steps)
+        counts = self.steps, self.effort / self.bodies, self.rebound, 0.0
+        job.found[:] = status, self.time, self.arrival, self.work, *counts
+
+    def state(self) -> _State:
+        """The state of all contacts."""
+        own, x, v = self.own, self.job.x, self.job.v
+        stretch = (x[:-1] - x[1:]) + own.gap
+        if own.contacts < self.bodies:
+            stretch[-1] = x[-2]  # the spring of the end
+        d, w = stretch + own.base, v[:-1] - v[1:]
+        own.on = d >= 0
+        f = own.forces(x, v, 0, self.bodies)[0]
+        return _State(f, stretch, d, w, w * w + np.abs(f * stretch) * self.both)
+
+    def span(self, state: _State) -> float:
+        """Time in which a change does not pass the margin of a part."""
+        own, p = self.own, self.own.p
+        energies = np.where((state.d > 0) | (state.w > 0), self.stiff * state.square / self.both, 0.0)
+        force = math.pow((p + 1) / 2 * float(energies.max()), p / (p + 1)) + float(own.static.max()) + own.weight
+        if self.driven:
+            force = max(force, own.strength)
+        force = max(_RISE * force, _TINY)
+        return min(self.elastic * math.pow(force, (1 - p) / (2 * p)), self.viscous * math.pow(force, -own.q / p))
+
+    def live(self, state: _State, span: float) -> npt.NDArray[np.bool_]:
+        """Whether each contact is integrated: it is not quiet, and closed or will be, or it has a static force."""
+        own = self.own
+        np.maximum(self.most, state.square, out=self.most)
+        least = np.where(own.base > 0, 0.0, (_QUIET * own.tolerance) ** 2 * self.most)
+        moves = state.square > np.maximum(least, _AT_REST**2)
+        moves |= own.p * np.abs(state.f) * self.both * span**2 > _ANGLE**2 * np.maximum(np.abs(state.d), _AT_REST)
+        live = moves & ((own.base > 0) | (state.d > 0) | (state.d + state.w * span > 0))
+        live[0] |= self.driven or own.weight > 0
+        if own.end_stiffness or own.end_damping:
+            live[-1] |= state.square[-1] > 0
+        return np.asarray(live)
+
+    def ranges(self, live: npt.NDArray[np.bool_]) -> Iterator[tuple[int, int, int, int]]:
+        """Bodies of each part, without and with those on both sides."""
+        at = np.flatnonzero(live)
+        if not at.size:
+            return
+        breaks = np.flatnonzero(np.diff(at) > 2 * _MARGIN + 1)
+        lows = np.append(at[:1], at[breaks + 1]) - _MARGIN
+        highs = np.append(at[breaks], at[-1:]) + 2 + _MARGIN
+        for low, high in zip(np.maximum(lows, 0).tolist(), np.minimum(highs, self.bodies).tolist(), strict=True):
+            count = max((high - low - _MARGIN) // _LENGTH, 1)
+            cuts = [low + (high - low) * i // count for i in range(count + 1)]
+            for a, b in pairwise(cuts):
+                yield a, b, max(a - _MARGIN, low), min(b + _MARGIN, high)
+
+    def advance(self, f: FloatArray, live: npt.NDArray[np.bool_], span: float) -> Status:
+        """Advance all bodies by ``span``; the status is DONE, or that of the part that does not reach the end."""
+        own, job, end = self.own, self.job, self.time + span
+        end = self.until if end >= self.until else end
+        # free flight, with small forces between quiet granules
+        v = job.v.copy()
+        v[:-1] += span * (own.inverse * (np.append(0.0, f[:-1]) - f))
+        x = job.x + span * v
+        impulses, sizes = span * f, np.full(self.bodies, math.inf)
+        times = job.times[self.next_sample :]
+        times = times[times <= end]
+        shown = job.samples[self.next_sample : self.next_sample + len(times)]
+        shown[:, 0] = job.x + (times[:, None] - self.time) * v
+        shown[:, 1] = v
+        shown[:, 2, :-1] = f + own.static
+        for a, b, low, high in self.ranges(live):
+            first = max(low - 1, 0)
+            part = self.part(first, low, high, f, end, times)
+            part.found[-1] = min(float(self.sizes[a:b].min()), _FIRST * span)
+            mixed_chain_run.run(part, self.compiled)
+            status, _time, arrival, work, steps, evaluations, rebound, _size = part.found.tolist()
+            if status != Status.DONE:
+                return Status(int(status))
+            self.steps, self.effort = self.steps + steps, self.effort + evaluations * (high - low)
+            self.work += work
+            self.rebound = rebound if first == 0 else self.rebound
+            if high == self.bodies:
+                self.arrival = max(self.arrival, arrival)
+            mine, here = slice(a, b), slice(a - first, b - first)
+            x[mine], v[mine], sizes[mine] = part.x[here], part.v[here], part.found[-1]
+            if low < a:  # the impulse at the contact with the part before is that of the latter
+                v[a] += own.inverse[a] * (impulses[a - 1] - part.sums[0, a - 1 - first])
+            impulses[mine] = part.sums[0, here]
+            job.sums[1, mine] += part.sums[1, here]
+            job.peaks[:, mine] = part.peaks[:, here]
+            kept = slice(a, b - (b == high < self.bodies))
+            job.scales[:, kept] = part.scales[:, kept.start - first : kept.stop - first]
+            shown[:, :, mine] = part.samples[:, :, here]
+        x[-1] = v[-1] = 0.0
+        job.x[:], job.v[:], self.sizes = x, v, sizes
+        job.sums[0] += impulses
+        self.time, self.next_sample = end, self.next_sample + len(times)
+        if self.arrival >= 0 and self.until == math.inf:
+            self.until = max(own.duration + 3 * self.arrival, end)
+        return Status.DONE
+
+    def part(self, first: int, low: int, high: int, f: FloatArray, end: float, times: FloatArray) -> Job:
+        """The job of bodies low to high, between contacts of constant force, from the row of the first of these."""
+        job, own, whole = self.job, self.own, high == self.bodies
+        driven = first == 0 and self.driven
+        table = np.zeros((len(job.table), high - first + 2))
+        table[:SHARED] = job.table[:SHARED, first : high + 2]
+        settings = job.settings.copy()
+        settings[UNTIL], settings[CONTACTS] = end, own.contacts - first if whole else high - first
+        settings[END] *= whole
+        settings[WEIGHT] *= first == 0
+        part = Job(
+            method=job.method,
+            problem=job.problem if driven else None,
+            law=None,
+            settings=settings,
+            stops=job.stops[job.stops > self.time] if driven else job.stops[:0],
+            times=times,
+            samples=np.zeros((len(times), 3, high - first + 1)),
+            found=np.array([0.0, self.time, self.arrival if whole else 0.0, 0.0, 0.0, 0.0, self.rebound, 0.0]),
+            table=table,
+            window=high - first,
+        )
+        part.sums[:] = 0.0
+        chain, scales = part.chain, part.scales
+        if not whole:
+            chain[1:7, -1] = 0.0, -FAR, 0.0, 0.0, -f[high - 1], 0.0
+            scales[:, -1] = math.inf
+        if low > 0:  # a body that does not move
+            chain[:7, 0] = 0.0, 0.0, -FAR, 0.0, 0.0, -f[first], 0.0
+            chain[7:, 1] = 0.0
+            scales[:, 0] = 1 / _TINY
+        return part
+
+
+def _strongest(rates: FloatArray) -> float:
+    """Greatest geometric mean over the contacts of a margin."""
+    sums = np.add.accumulate(np.append(0.0, np.log(np.maximum(rates, _TINY))))
+    return math.exp(float(np.max(sums[_MARGIN:] - sums[:-_MARGIN])) / _MARGIN)

@@ -1,0 +1,272 @@
+"""Forces of the contacts of a chain of mixed granules, with NumPy."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from contextlib import suppress
+
+import numpy as np
+from attrs import frozen
+
+from shockwave.base.numerics import FloatArray, elementwise
+from shockwave.engine.cubic_interpolation import root
+from shockwave.engine.mixed_chain_arrays import Job
+
+#: Smaller overlaps count as zero: arithmetic with subnormal numbers is slow.
+MIN_OVERLAP = 1e-60
+#: Gap of a contact that does not exist.
+FAR = 1e100
+#: Impulse error of a step with a kink of the force, over the force and the length of the shorter part.
+KINK = 0.1
+#: Impulse error of the step in which a contact closes, over its length and the elastic or viscous force at its end.
+ELASTIC = 1e-3
+VISCOUS = 8e-3
+#: Fraction of the tolerance within which the closing of a contact with a dashpot is located.
+LOCATED = 0.1
+#: Rounding error of an overlap, relative to positions and displacements.
+ROUNDING = 1e-14
+#: Change of overlap and closing velocity, relative to the overlap and to the greatest velocity, for the slope of the
+#: force of a plugin: the error of its central difference is about the square, and that of rounding 1e-16 over it.
+LAW_CHANGE = 1e-5
+
+#: The wave has arrived when the forces at the last two contacts are below this fraction of their maxima ...
+PASSED = 0.99
+#: ... if the last maximum is at least this fraction of the one before.
+WAVE = 1e-3
+#: ... and this fraction of the static force, whose rounding errors make smaller ones.
+NOISE = 1e-12
+
+
+@frozen(eq=False)
+class End:
+    """State at one end of a step.
+
+    ``d`` and ``w`` are overlaps and closing velocities; ``f``, ``raw`` and ``slope`` are forces minus static ones
+    (that of contact j in element j + 1, the weight of a striker in element 0), total forces before they are cut off,
+    and their time derivatives, zero for an open contact; ``powers`` are those of the damping.
+    """
+
+    x: FloatArray
+    v: FloatArray
+    d: FloatArray
+    w: FloatArray
+    f: FloatArray
+    raw: FloatArray
+    powers: FloatArray
+    slope: FloatArray
+
+
+def greatest_overlap(start: End, finish: End, size: float, tolerance: float) -> float:
+    """Fraction of a step at which an overlap is greatest, where the history of a contact changes; else 1.
+
+    A step need not be divided if the overlap at its beginning or at its end is the greatest to a relative difference of
+    ``tolerance``.
+    """
+    turns = np.flatnonzero((start.w > 0) & (finish.w < 0) & (finish.d > 0))
+    before, after, overlap = start.w[turns], -finish.w[turns], finish.d[turns]
+    misses = np.minimum(before, after) ** 2 / (before + after) * size > tolerance * overlap
+    return float((before / (before + after))[misses].min(initial=1.0))
+
+
+def has_arrived(start: End, best: FloatArray, last: int, static: float) -> bool:
+    """Whether the wave has passed the contact ``last``, from present and greatest forces minus its ``static`` one.
+
+    A wall on a stiff spring oscillates ahead of the wave, which has then not passed the contact before.
+    """
+    before = max(last - 1, 0)
+    passed = start.f[before + 1 : last + 2] < PASSED * best[before : last + 1]
+    tall = best[last] > 0 and best[last] >= NOISE * static and (last == 0 or best[last] >= WAVE * best[last - 1])
+    return bool(tall and passed.all())
+
+
+def kink_error(size: float, force: FloatArray | float, idle: FloatArray | float) -> FloatArray:
+    """Impulse error of a step if no force acts during the fraction ``idle`` of it."""
+    return np.asarray(KINK * size * force * np.minimum(1.0, idle / np.maximum(1 - idle, 1e-300)))
+
+
+class Contacts:
+    """The contacts of a `Job`, and the applied force.
+
+    A contact with a dashpot acts only if ``on``: its force jumps when it closes, where steps end.
+    """
+
+    def __init__(self, job: Job) -> None:
+        self.job = job
+        self.p, self.q, self.tolerance, self.until, self.duration, _, self.strength = job.settings[:7].tolist()
+        self.first, self.longest, contacts, self.end_stiffness, self.end_damping = job.settings[7:12].tolist()
+        self.most_work, damped, self.weight = job.settings[12:].tolist()
+        self.inverse, self.k, self.gap, self.base, self.root, self.static, self.c = job.chain[:7]
+        self.reach = job.chain[7:]
+        self.bodies, self.contacts = len(self.inverse), int(contacts)
+        self.padded = np.append(self.inverse, 0.0)
+        self.both = job.switches[0]
+        self.damped, self.loaded = damped != 0, bool(self.base.any())
+        self.jumps = self.damped and self.q == 0 and job.law is None
+        self.on = np.ones(self.bodies, dtype=bool)
+        self.state = np.empty(0) if job.law is None else job.law.initial_state()
+
+    def end_of(self, x: FloatArray, v: FloatArray, time: float, n: int) -> End:
+        """Everything at one end of a step, of the first n contacts."""
+        forces, powers, raw = self.forces(x, v, 0, n)
+        whole = np.zeros(self.bodies + 2)
+        whole[0], whole[1 : n + 1] = self.weight, forces
+        d, w = self.overlaps(x, 0, n)[1], v[:n] - v[1 : n + 1]
+        slope = np.where(raw > 0, self.slopes(x, v, whole, 0, n, time), 0.0)
+        return End(x, v, d, w, whole, raw, powers, slope)
+
+    def overlaps(self, x: FloatArray, low: int, high: int) -> tuple[FloatArray, FloatArray]:
+        """Overlaps of the contacts from ``low`` to ``high`` - 1: relative to the static overlaps, and in all."""
+        stretch = x[low:high] - x[low + 1 : high + 1]
+        stretch += self.gap[low:high]
+        return stretch, stretch + self.base[low:high] if self.loaded else stretch
+
+    def forces(self, x: FloatArray, v: FloatArray, low: int, high: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Forces minus static ones, powers of the damping, and forces before they are cut off, of some contacts."""
+        part = slice(low, high)
+        k, static = self.k[part], self.static[part]
+        stretch, d = self.overlaps(x, low, high)
+        closed = d > MIN_OVERLAP
+        powers = np.zeros(high - low)
+        if self.damped:
+            w = v[part] - v[low + 1 : high + 1]
+        if self.job.law is not None:
+            f = raw = self.law_forces(d, w, low, high)
+            powers = f * w
+        else:
+            if self.p == 1.5 and not self.loaded:
+                inside = np.where(closed, d, 0.0)
+                f = k * (inside * np.sqrt(inside))
+            else:
+                inside, base = np.where(closed, d, 1.0), self.base[part]
+                if self.p == 1.5:
+                    root = np.sqrt(inside)
+                    f = k * (stretch * (d + root * self.root[part] + base) / (root + self.root[part]))
+                else:
+                    strain = np.where(closed, stretch, 0.0) / np.where(base > 0, base, 1.0)
+                    if self.loaded:
+                        strain = _libm(lambda each: math.expm1(self.p * math.log1p(each)), strain)
+                    f = np.where(base > 0, static * strain, k * _power(inside, self.p))
+                f = np.where(closed, f, -static)
+            raw = f
+            if self.damped:
+                # only the dashpot of a contact that is off does not act: its force would jump within the step
+                acts = self.on[part] if self.q == 0.0 else closed
+                viscous = (self.c[part] if self.q == 0.0 else self.c[part] * _power(inside, self.q)) * w
+                raw = f + (viscous if self.q == 0.0 else np.where(closed, viscous, 0.0))
+                total = np.maximum(np.where(acts, raw, f), -static)
+                powers = (total - f) * w
+                f = total
+        if high == self.bodies and (self.end_stiffness or self.end_damping):
+            f[-1] = self.end_stiffness * x[-2] + self.end_damping * v[-2]
+            powers[-1] = self.end_damping * v[-2] * v[-2]
+        return f, powers, raw + static if self.loaded else raw
+
+    def law_forces(self, d: FloatArray, w: FloatArray, low: int, high: int) -> FloatArray:
+        """Forces of a plugin's contact law for some contacts, from their overlaps and closing velocities.
+
+        The law has the state and the properties of all contacts, so it is evaluated for all: the others as if open.
+        """
+        assert self.job.law is not None
+        every, forces = np.zeros((2, self.bodies)), np.zeros(self.bodies)
+        every[:, low:high] = d, w
+        overlaps, velocities = every[:, : self.contacts]
+        forces[: self.contacts] = self.job.law.force(overlaps, velocities, self.state)
+        return np.where(d > MIN_OVERLAP, forces[low:high], 0.0)
+
+    def changes(self, end: End) -> FloatArray:
+        """Absolute changes of the overlaps since the beginning.
+
+        They are not the difference of overlaps: ahead of a wave they are smaller than its rounding errors.
+        """
+        n = len(end.d)
+        stretch = np.abs((end.x[:n] - end.x[1 : n + 1]) + self.gap[:n])
+        return np.asarray(np.where(end.d > 0, stretch, self.base[:n]))
+
+    def slopes(self, x: FloatArray, v: FloatArray, f: FloatArray, low: int, high: int, time: float) -> FloatArray:
+        """Time derivatives of the forces of closed contacts of a range before they are cut off."""
+        part = slice(low, high)
+        d, w = self.overlaps(x, low, high)[1], v[part] - v[low + 1 : high + 1]
+        closed = d > MIN_OVERLAP
+        inside = np.where(closed, d, 1.0)
+        if self.damped:
+            a = self.padded[low : high + 1] * (f[low : high + 1] - f[low + 1 : high + 2])
+            if low == 0:
+                a[0] += self.inverse[0] * self.applied(time)
+            closing = a[:-1] - a[1:]
+        if self.job.law is not None:
+            rate = np.abs(w) / inside + np.abs(closing) / self.job.scales[0, part]
+            span = LAW_CHANGE / np.maximum(rate, 1e-300)
+            after, before = (self.law_forces(d + side * w, w + side * closing, low, high) for side in (span, -span))
+            slope = (after - before) / (2 * span)
+        else:
+            slope = self.p * self.k[part] * _power(inside, self.p - 1) * w
+            if self.damped:
+                rate = _power(inside, self.q)
+                slope = slope + self.c[part] * rate * (self.q / inside * w * w + closing)
+        return np.where(closed, slope, 0.0)
+
+    def first_size(self, j: int, w: float) -> float:
+        """Longest step after contact j has closed with the velocity w."""
+        p, q, allowed = self.p + 1, self.q + 1, float(self.allowed(j + 1)[j])
+        most = math.pow(allowed / (ELASTIC * self.k[j] * math.pow(w, p - 1)), 1 / p)
+        if q == 1:
+            return most
+        return min(most, math.pow(allowed / (VISCOUS * self.c[j] * math.pow(w, q)), 1 / q))
+
+    def first_rebound(self, start: End, finish: End, size: float) -> float:
+        """Velocity of a striker when it leaves the chain within a step; 0 if it does not."""
+        d0, w0, d1, w1 = (float(values[0]) for values in (start.d, start.w, finish.d, finish.w))
+        if not (d0 >= 0 > d1 and finish.v[0] < 0):
+            return 0.0
+        flight = size * (1 - root(d0, size * w0, d1, size * w1))
+        return float(finish.v[0] - self.inverse[0] * self.weight * flight)
+
+    def closing_tolerance(self, x: FloatArray, w: FloatArray, time: float) -> FloatArray:
+        """Tolerances of the overlaps at which contacts with a dashpot close."""
+        n = len(w)
+        velocity, overlap = self.job.scales[:, :n]
+        most = np.minimum(velocity / np.maximum(self.both[:n] * self.c[:n], 1e-300), overlap)
+        least = ROUNDING * (np.abs(x[:n]) + np.abs(x[1 : n + 1]) + time * np.abs(w))
+        return np.asarray(np.maximum(most * (LOCATED * self.tolerance), least))
+
+    def raise_scales(self, finish: End, n: int) -> None:
+        """Raise the scales of the errors of n contacts to what was reached, or is expected next to it."""
+        scales, reached = self.job.scales, np.array((np.abs(finish.w), self.changes(finish)))
+        known = scales[:, : reached.shape[1]]
+        np.maximum(known, reached, out=known)
+        following = scales[:, 1:n]
+        np.maximum(following, self.reach[:, 1:n] * scales[:, : n - 1], out=following)
+
+    def allowed(self, n: int) -> FloatArray:
+        """Impulses that change the closing velocities of the first n contacts by the tolerance."""
+        return np.asarray(self.tolerance * self.job.scales[0, :n] / self.both[:n])
+
+    def applied(self, time: float) -> float:
+        """Applied force, from the difference of its impulse."""
+        problem = self.job.problem
+        if problem is None or time >= self.duration:
+            return 0.0
+        about = 1e-4 * self.longest
+        before, after = max(time - about, 0.0), min(time + about, self.duration)
+        return float((problem.free(after)[1] - problem.free(before)[1]) / (after - before))
+
+
+def _power(d: FloatArray, q: float) -> FloatArray:
+    """The power q of d, by roots where possible: they are equal to the last bit everywhere."""
+    if q == 0.25:
+        return np.asarray(np.sqrt(np.sqrt(d)))
+    if q == 0.5:
+        return np.sqrt(d)
+    return np.ones_like(d) if q == 0 else _libm(lambda each: math.pow(each, q), d)
+
+
+def _libm(function: Callable[[float], float], values: FloatArray) -> FloatArray:
+    """A function of the C library, as in the compiled code: the steps amplify a difference in the last digit."""
+
+    def bounded(value: float) -> float:
+        with suppress(OverflowError):
+            return function(value)
+        return math.inf
+
+    return elementwise(bounded, values)

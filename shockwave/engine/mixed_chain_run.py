@@ -1,0 +1,400 @@
+"""Integration of a chain of mixed granules; the compiled code and NumPy implement the same algorithm.
+
+The step adapts to errors of overlaps and closing velocities relative to the greatest ones of each contact. Steps end on
+kinks of the applied force, and where a contact closes, opens or starts to be cut off, if that affects the result.
+"""
+
+from __future__ import annotations
+
+import math
+from types import ModuleType
+
+import numpy as np
+
+from shockwave.base.numerics import FloatArray
+from shockwave.engine import mixed_chain_forces as forces
+from shockwave.engine.cubic_interpolation import around_tops, root, top
+from shockwave.engine.mixed_chain_arrays import Job, Status
+from shockwave.engine.mixed_chain_forces import Contacts, End, greatest_overlap, has_arrived, kink_error
+from shockwave.engine.nystroem_tableaux import scaled_error
+from shockwave.engine.time_limit import expired
+
+# Number of granules by which the window grows.
+_GROWTH = 8
+# The granule this many before the end of the window must be at rest: its displacement and velocity are below this.
+_MARGIN = 4
+_AT_REST = 1e-40
+# Safety factor and limits of the ratio of consecutive step sizes (Hairer, Norsett & Wanner, section II.4).
+_SAFETY = 0.8
+_MIN_FACTOR = 0.2
+_MAX_FACTOR = 3.0
+# Work on a stage besides that on the contacts, in evaluations of a contact force of the compiled code.
+_STEP = 4000
+_COMPILED_STEP = 32
+# Smallest step, relative to the time and to the first step.
+_MIN_STEP = 1e-15
+_MIN_FIRST = 1e-13
+# Smallest fraction of a step after which a contact is predicted to close that shortens the step.
+_SOON = 1e-3
+# Fraction of the tolerance that a kink may use.
+_KINK_SHARE = 0.1
+# Largest number of steps that are shortened in succession to end at a kink.
+_MOST_CUTS = 8
+# A maximum within a step is computed if it may exceed the greatest force so far, less this fraction of it.
+_NEARLY = 0.1
+# Error over the tolerance beyond which a step is too long to find a kink in it.
+_HOPELESS = 1e6
+# Largest number of steps to a maximum.
+_MOST_TURNS = 30
+# Precision of the time of a maximum, over the step, before a last correction by interpolation.
+_NEAR = 1e-5
+
+
+def run(job: Job, compiled: ModuleType | None) -> None:
+    """Integrate to the end, in place."""
+    if compiled is None:
+        _March(job).run()
+        return
+    path = None if job.problem is None else job.problem.path
+    tables = (np.empty(0), np.empty(0)) if path is None else (path.rows, path.coefficients)
+    window = forces.MIN_OVERLAP, job.window, _GROWTH, _MARGIN, _AT_REST
+    control = _SAFETY, _MIN_FACTOR, _MAX_FACTOR, _MIN_STEP, _MIN_FIRST
+    contacts = (forces.LOCATED, forces.ROUNDING, forces.ELASTIC, forces.VISCOUS)
+    kinks = _SOON, forces.KINK, _KINK_SHARE, _MOST_CUTS, *contacts
+    peaks = (_NEARLY, _HOPELESS, _MOST_TURNS, _NEAR, forces.PASSED, forces.WAVE, forces.NOISE)
+    settings = np.concatenate((job.settings, window, control, kinks, peaks, job.found))
+    progress = settings[-len(job.found) :]
+
+    def ends() -> bool:
+        job.forecast.check(progress[1], progress[5] * (job.table.shape[1] + _COMPILED_STEP), progress[4])
+        return expired()
+
+    compiled.run(job.method.packed, *tables, job.stops, job.times, settings, job.table, job.samples, ends)
+    job.found[:] = progress
+
+
+class _March(Contacts):
+    """A run with NumPy; ``n`` bodies are in the window, the others at rest."""
+
+    def __init__(self, job: Job) -> None:
+        super().__init__(job)
+        self.n = min(job.window, self.bodies) if job.law is None else self.bodies
+        stages = len(job.method.nodes)
+        self.stages, self.powers = np.zeros((stages, self.bodies + 2)), np.zeros((stages, self.bodies))
+        self.stages[:, 0] = self.weight
+        self.weighted = self.mean_forces = np.empty(0)
+        self.stops = [*job.stops.tolist(), math.inf]
+        self.driven = job.problem is not None
+        _, self.time, self.arrival, self.work, self.steps, *rest = job.found.tolist()
+        self.evaluations, self.rebound, self.size = rest
+        self.free = (0.0, 0.0) if job.problem is None or self.time == 0 else job.problem.free(self.time)
+        self.held = self.effort = 0.0
+        self.rejected = False
+        self.next_sample = 0
+
+    # ---------------------------------------------------------------- steps
+
+    def attempt(
+        self, start: End, size: float, end: float, low: int, high: int
+    ) -> tuple[FloatArray, FloatArray, list[float]]:
+        """State after a step, of bodies low to high; valid at least one body per stage inside of ends within the chain.
+
+        Also returns the impulses of the applied force at the stages, since the beginning of the step.
+        """
+        method, h, square = self.job.method, size, size * size
+        part, beside = slice(low, high), slice(low, high + 1)
+        x, v, inverse = start.x[part], start.v[part], self.inverse[part]
+        whole_y, whole_z = start.x.copy(), start.v.copy()
+        y, z = whole_y[part], whole_z[part]
+        nodes, first, *later = method.columns
+        coasting = x + nodes * h * v
+        impulses = [0.0]
+        self.stages[0] = start.f
+        self.powers[0, : self.n] = start.powers
+        # each force is added at once to all sums that contain it, in the same order as in the compiled code
+        sums = first * self.stages[0, beside]
+        terms, row, rows = np.empty_like(sums), 0, 1 + method.damped
+        for i, (c, column) in enumerate(zip(method.nodes[1:].tolist(), later, strict=True), start=1):
+            rates = inverse * np.subtract(sums[row : row + rows, :-1], sums[row : row + rows, 1:])
+            row += rows
+            np.add(coasting[i], square * rates[0], out=y)
+            if method.damped:
+                np.add(v, h * rates[1], out=z)
+            if self.driven and low == 0:
+                self.push(whole_y, whole_z, impulses, c * h, end if c == 1.0 else self.time + c * h)
+            self.stages[i, low + 1 : high + 1], powers, _ = self.forces(whole_y, whole_z, low, high)
+            if self.damped:
+                self.powers[i, part] = powers
+            left = sums[row:]
+            left += np.multiply(column, self.stages[i, beside], out=terms[row:])
+        self.mean_forces = sums[row + 1]
+        # rows: those of position and velocity, then those of their errors
+        self.weighted = inverse * np.subtract(sums[row:, :-1], sums[row:, 1:])
+        np.add(coasting[-1], square * self.weighted[0], out=y)
+        np.add(v, h * self.weighted[1], out=z)
+        if self.driven and low == 0:
+            self.push(whole_y, whole_z, impulses, h, end)
+        return whole_y, whole_z, impulses
+
+    def push(self, x: FloatArray, v: FloatArray, impulses: list[float], passed: float, time: float) -> None:
+        """Add the motion of body 0 by the applied force within the step, and append its impulse to ``impulses``."""
+        shift, impulse = self.shift(passed, time)
+        impulses.append(impulse)
+        x[0] += shift
+        v[0] += self.inverse[0] * impulse
+
+    def shift(self, passed: float, time: float) -> tuple[float, float]:
+        """Displacement of body 0 by the applied force since the beginning of the step, and the impulse."""
+        problem = self.job.problem
+        assert problem is not None
+        path, impulse = problem.free(time)
+        return float(self.inverse[0]) * ((path - self.free[0]) - passed * self.free[1]), impulse - self.free[1]
+
+    def error(self, size: float) -> float:
+        """Largest error of the last attempt over the tolerance."""
+        n, rates = self.n, self.weighted[2:].reshape(-1, 2, self.n)
+        changes = np.zeros((*rates.shape[:2], n + 1))  # the last element is the wall, which is at rest
+        np.multiply(rates, ((size * size,), (size,)), out=changes[..., :-1])
+        errors = np.abs(changes[..., :-1] - changes[..., 1:])
+        errors /= self.job.scales[::-1, :n]
+        return float(scaled_error(*np.maximum.reduce(errors, axis=(1, 2)).tolist()) / self.tolerance)
+
+    def run(self) -> None:
+        """Integrate to the end."""
+        job = self.job
+        start = self.begin(job.x.copy(), job.v.copy())
+        self.sample(start, -math.inf)
+        status, cuts = Status.RUNNING, 0
+        while status is Status.RUNNING and not expired():
+            size, end = self.next_size(start)
+            at_stop = end == min(self.stops[0], self.until)
+            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+                x1, v1, impulses = self.attempt(start, size, end, 0, self.n)
+                error = self.error(size)
+                finish = self.end_of(x1, v1, end, self.n)
+            self.evaluations += len(job.method.nodes)
+            self.effort += len(job.method.nodes) * (self.n + _STEP)
+            share = self.kink(start, finish, size) if error < _HOPELESS and cuts < _MOST_CUTS else 1.0
+            factor = _SAFETY * max(error, 1e-12) ** (-1 / (job.method.error_order + 1)) if error == error else 0.0
+            if share < 1.0:
+                cuts += 1
+                if cuts == 1:
+                    self.held = self.size if error <= 1 else size * max(factor, _MIN_FACTOR)
+                self.size = size * share
+            elif not error <= 1:
+                self.size = size * (factor if _MIN_FACTOR < factor < 1 else _MIN_FACTOR)
+                self.rejected, self.held = True, 0.0
+                if self.size < max(_MIN_STEP * self.time, _MIN_FIRST * self.first):
+                    status = Status.FAILED
+            else:
+                # a step that was shortened to end here does not shorten the next one
+                grown = size * min(factor, 1.0 if self.rejected else _MAX_FACTOR)
+                self.size = max(grown, self.held, self.size if at_stop or size < self.size else 0.0)
+                self.rejected, self.held, cuts = False, 0.0, 0
+                start = self.accept(start, finish, size, end, impulses)
+                if self.time >= self.until or (self.until == math.inf and self.is_over(start)):
+                    status = Status.DONE
+            if status is Status.RUNNING and self.effort > self.most_work:
+                status = Status.TOO_LONG
+            job.forecast.check(self.time, self.effort, self.steps)
+        job.x[:], job.v[:] = start.x, start.v
+        counts = self.steps, self.evaluations, self.rebound, self.size
+        job.found[:] = status, self.time, self.arrival, self.work, *counts
+
+    def begin(self, x: FloatArray, v: FloatArray, last: End | None = None) -> End:
+        """State at the beginning of the next step; contacts with a dashpot are switched here.
+
+        ``last``, the state at the end of the last step, is used again if no contact is switched or added.
+        """
+        n = self.n
+        if self.jumps:
+            d, w = self.overlaps(x, 0, n)[1], v[:n] - v[1 : n + 1]
+            on = (d >= 0) | ((d >= -self.closing_tolerance(x, w, self.time)) & (w > 0))
+            last = last if np.array_equal(on, self.on[:n]) else None
+            self.on[:n] = on
+        start = last
+        if start is None or len(start.d) != n or self.job.law is not None:
+            start = self.end_of(x, v, self.time, n)
+        f, best = start.f[1 : n + 1], self.job.peaks
+        above = np.flatnonzero(f[: self.contacts] > best[0, : min(n, self.contacts)])
+        best[0, above], best[1, above] = f[above], self.time
+        return start
+
+    def next_size(self, start: End) -> tuple[float, float]:
+        """Size and end of the next step."""
+        stop = min(self.stops[0], self.until)
+        left, h = stop - self.time, self.size
+        size = self.longest if self.driven else math.inf
+        near = np.flatnonzero(np.abs(start.d) < h * np.abs(start.w))
+        if near.size:
+            d, w = start.d[near], start.w[near]
+            at = -d / w / h
+            soon = at > _SOON
+            if self.damped:
+                soon &= d < 0
+            else:
+                opens = kink_error(h, start.raw[near], 1 - at) > _KINK_SHARE * self.allowed(self.n)[near]
+                soon &= (d < 0) | opens
+            size = min(size, float((at[soon] * h).min(initial=math.inf)))
+            if self.job.law is None:
+                # a contact has just closed: its force is a power of the time
+                for j in near[np.abs(d) < _SOON * h * w].tolist():
+                    self.size = min(self.size, self.first_size(j, float(start.w[j])))
+        size = min(size, self.size)
+        if size >= left:
+            return left, stop
+        size = min(size, left / 2)  # avoids a very short last step
+        return size, self.time + size
+
+    def kink(self, start: End, finish: End, size: float) -> float:
+        """Fraction of the step at which it should end since a contact closes, opens or is cut off; 1 if it need not."""
+        share = greatest_overlap(start, finish, size, self.tolerance) if self.state.size else 1.0
+        acts = (start.d >= 0) & (start.raw >= 0)
+        if self.jumps:
+            acts = self.on[: self.n] & (start.raw >= 0)
+        changes = acts != ((finish.d >= 0) & (finish.raw >= 0))
+        if not changes.any():
+            return share
+        late, allowed = self.closing_tolerance(finish.x, finish.w, self.time), self.allowed(self.n)
+        for j in np.flatnonzero(changes).tolist():
+            d0, d1, raw0, raw1 = (float(a[j]) for a in (start.d, finish.d, start.raw, finish.raw))
+            at = 0.5
+            if (d0 < 0) != (d1 < 0):
+                at = root(d0, size * float(start.w[j]), d1, size * float(finish.w[j]))
+            closes = not acts[j]
+            jumps = closes and self.jumps and d0 < 0
+            if self.damped and d0 >= 0 and raw0 * raw1 < 0 and (d1 >= 0 or self.q == 0.0):
+                change = raw1 - raw0
+                rate = size * float(start.slope[j]) if raw0 > 0 else change
+                cut = root(raw0, rate, raw1, 2 * change - rate)
+                at = cut if d1 >= 0 else min(at, cut)
+            elif self.damped and not closes:
+                at *= 0.5  # the force ends before the contact opens
+            error = float(kink_error(size, max(raw0, raw1), at if closes else 1 - at))
+            if jumps:
+                w = max(float(start.w[j]), float(finish.w[j]))
+                error += float(self.c[j]) * w * (1 - at) * size
+                at += 0.5 * float(late[j]) / (size * w) if w > 0 else 0.0
+            if error > _KINK_SHARE * allowed[j] and at * size > _MIN_STEP * max(self.time, self.first):
+                share = min(share, at)
+        return share
+
+    def accept(self, start: End, finish: End, size: float, end: float, impulses: list[float]) -> End:
+        """Process an accepted step; the beginning of the next one."""
+        job, n = self.job, self.n
+        weights = job.method.weights[1][:, None]
+        job.sums[0, :n] += size * self.mean_forces[1:]
+        if self.damped:
+            lost = size * np.add.reduce(weights * self.powers[:, :n], axis=0)
+            # a contact that is cut off loses its energy, whatever the length of the step
+            idle = [((end.raw < 0) | (end.d < 0)) & (self.k[:n] > 0) for end in (start, finish)]
+            kept = [self.k[:n] / (self.p + 1) * np.maximum(end.d, 0.0) ** (self.p + 1) for end in (start, finish)]
+            job.sums[1, :n] += np.where(idle[0] & idle[1], kept[0] - kept[1], lost)
+        if self.driven:
+            self.add_work(finish, size, end, impulses)
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            self.find_peaks(start, finish, size, n)
+        self.sample(start, end)
+        if self.weight > 0 and self.rebound == 0:
+            self.rebound = self.first_rebound(start, finish, size)
+        self.time = end
+        self.steps += 1
+        if end == self.stops[0]:
+            del self.stops[0]
+        if self.driven:
+            assert job.problem is not None
+            self.free = job.problem.free(end)
+            self.driven = end < self.duration
+        last = max(n - _MARGIN, 0)
+        if n < self.bodies and max(abs(finish.x[last]), abs(finish.v[last])) > _AT_REST:
+            self.n = min(n + _GROWTH, self.bodies)
+        self.raise_scales(finish, self.n)
+        if job.law is not None:
+            count = self.contacts
+            self.state = job.law.update(finish.d[:count], finish.w[:count], self.state)
+        following = self.begin(finish.x, finish.v, finish)
+        self.look_for_arrival(following)
+        return following
+
+    def add_work(self, finish: End, size: float, end: float, impulses: list[float]) -> None:
+        """Add the work of the force, integrated by parts: J w + J^2/2m minus the integral of J w'.
+
+        J is the impulse since the beginning of the step, w the velocity of body 0 without it. With the mean of w', the
+        quadrature of J over the stages is replaced by its exact integral.
+        """
+        inverse, weights = float(self.inverse[0]), self.job.method.weights[1].tolist()
+        impulse = impulses[-1]
+        mean = summed = product = 0.0
+        for weight, each, force in zip(weights, impulses, self.stages[:, 1].tolist(), strict=False):
+            product += weight * each * force
+            mean += weight * force
+            summed += weight * each
+        area = self.shift(size, end)[0] / inverse
+        self.work += impulse * (float(finish.v[0]) - inverse * impulse) + 0.5 * inverse * impulse * impulse
+        self.work += inverse * (size * product + mean * (area - size * summed))
+
+    def is_over(self, start: End) -> bool:
+        """Whether no contact force acts and none can follow."""
+        # beyond the last contact a granule flies off freely
+        return self.time >= self.duration and not start.f.any() and not (start.w[: self.contacts] > 0).any()
+
+    def look_for_arrival(self, start: End) -> None:
+        """Set the time at which the wave arrives at the last contact, and the end of the run if that depends on it."""
+        last = self.contacts - 1
+        if self.arrival < 0 and self.n > last and has_arrived(start, self.job.peaks[0], last, self.static[last]):
+            self.arrival = float(self.job.peaks[1, last])
+            if self.until == math.inf:
+                self.until = max(self.duration + 3 * self.arrival, self.time)
+
+    def find_peaks(self, start: End, finish: End, size: float, n: int) -> None:
+        """Compute the maxima of the contact forces within the step that may be the greatest so far."""
+        forces = np.array([start.f[1 : n + 1], finish.f[1 : n + 1]])
+        low, high, most = around_tops(forces, size * np.array([start.slope, finish.slope]))
+        best = self.job.peaks[0, :n]
+        least = np.maximum(best - _NEARLY * np.abs(best + self.static[:n]), forces.max(axis=0))
+        for j in np.flatnonzero((low[2] > 0) & (high[2] <= 0) & (most > least)).tolist():
+            self.find_peak(start, size, j, low[:, j].tolist(), high[:, j].tolist())
+
+    def find_peak(self, start: End, size: float, j: int, begin: list[float], end: list[float]) -> None:
+        """Compute the maximum of a contact force in an interval of the step.
+
+        Repeated steps end at the time at which its slope vanishes, from cubic interpolation of the force.
+        """
+        best = self.job.peaks[:, j]
+        (low, f0, r0), (high, f1, r1) = begin, end
+        span = high - low
+        left = low + span * top(span * r0, span * r1, f1 - f0)
+        reach = len(self.job.method.nodes) + 2
+        (first, last), (near, after) = ((max(j - far, 0), min(j + far + 1, self.n)) for far in (reach, 1))
+        whole = np.zeros(self.bodies + 2)
+        whole[0] = self.weight
+        share, time, here, slope, turns = 0.0, self.time, f0, r0, 0
+        while turns < _MOST_TURNS and abs(left) >= _NEAR and high - low >= _NEAR:
+            turns += 1
+            share += left
+            time = self.time + share * size
+            x, v, _impulses = self.attempt(start, share * size, time, first, last)
+            self.evaluations += len(self.job.method.nodes)
+            f, _powers, raw = self.forces(x, v, near, after)
+            whole[near + 1 : after + 1] = f
+            here, acts = float(f[j - near]), raw[j - near] > 0
+            slope = size * float(self.slopes(x, v, whole, j, j + 1, time)[0]) if acts else 0.0
+            if slope > 0:
+                low, f0, r0 = share, here, slope
+            else:
+                high, f1, r1 = share, here, slope
+            span = high - low
+            left = low + span * top(span * r0, span * r1, f1 - f0) - share
+        if here + 0.5 * slope * left > best[0]:
+            best[:] = here + 0.5 * slope * left, time + left * size
+
+    def sample(self, start: End, end: float) -> None:
+        """Store the states at the requested times up to the end of the step."""
+        job = self.job
+        while self.next_sample < len(job.times) and job.times[self.next_sample] <= max(end, self.time):
+            time = float(job.times[self.next_sample])
+            x, v, _ = self.attempt(start, time - self.time, time, 0, self.n)
+            self.evaluations += len(job.method.nodes)
+            row = job.samples[self.next_sample]
+            row[0], row[1], row[2, :-1] = x, v, self.forces(x, v, 0, self.bodies)[0] + self.static
+            self.next_sample += 1

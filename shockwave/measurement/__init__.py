@@ -1,1 +1,0 @@
-"""Measurement of the waves in a simulated chain: peak forces, momentum, energy, rebounding granules, errors."""

@@ -1,0 +1,1 @@
+"""A measured record: its file read, converted and processed."""

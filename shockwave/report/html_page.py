@@ -1,0 +1,139 @@
+"""Rendering of the page as HTML from the template ``report.html.jinja``."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable, Iterator
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import attrs
+import numpy as np
+
+from shockwave import __version__, pictures
+from shockwave.base.quantity_fields import quantity_of
+from shockwave.base.text import html_of
+from shockwave.pictures.figure_files import described
+from shockwave.profiles.area_conditions import conditions
+from shockwave.profiles.shock_profile import ShockProfile
+from shockwave.registry.built_ins import Entry
+from shockwave.registry.registry import entry_of, find
+from shockwave.report.number_text import formula, percent, quantity, small
+from shockwave.report.page_pictures import drawn
+from shockwave.report.page_results import Findings, findings
+from shockwave.scenario.scenario import Scenario
+from shockwave.scenario.scene_hash import parameters, scene_hash
+from shockwave.scene.chain import Scales
+from shockwave.scene.summary import ChainScene, Scene
+from shockwave.simulation.wave_text import greatest_text
+
+
+def page(scenario: Scenario) -> str:
+    """Predict and simulate ``scenario``, and return a self-contained HTML page.
+
+    A failure of the prediction or the simulation is reported in the page. To simulate with other options, replace
+    them with ``attrs.evolve(scenario, simulate=...)``. The same scenario gives the same page to the byte.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The scenario. If it has a file, its text is shown.
+
+    Raises
+    ------
+    UsageError
+        If matplotlib is not installed.
+    """
+    pictures.figure()  # fails early without matplotlib
+    return written(findings(scenario))
+
+
+def written(found: Findings) -> str:
+    """Return the page of the results of a scenario.
+
+    Raises
+    ------
+    UsageError
+        If matplotlib is not installed.
+    """
+    shown = drawn(found)
+    filters: tuple[Callable[..., object], ...] = (formula, greatest_text, percent, quantity, small)
+    if found.is_beyond:
+        from shockwave.simulation.contact_text import chain_answer, chain_balances, chain_lead, chosen, span
+
+        filters = (*filters, chain_answer, chain_balances, chain_lead, chosen, span)
+        scene = ChainScene.of(found.scenario.excitation, found.scenario.chain)
+        about: dict[str, Any] = {"conditions": (), "scene": scene}
+    else:
+        about = _of_shock(found.scenario)
+    return html_of(
+        Path(__file__).with_name("report.html.jinja"),
+        filters,
+        found=found,
+        **about,
+        pictures=shown,
+        described=described,
+        versions=_versions(found),
+        hash=scene_hash(found.scenario),
+        parts=parts_in_use(found),
+    )
+
+
+def _of_shock(scenario: Scenario) -> dict[str, Any]:
+    """What the page states about the shock and the conditions on it."""
+    shock = scenario.shock
+    areas = shock.profile.areas()
+    profile = entry_of("profiles", type(shock.profile))
+    return {
+        "profile": profile.name if profile else type(shock.profile).__name__,
+        "parameters": _parameters(shock.profile),
+        "areas": areas,
+        "contact": dict(Scene.of(shock, scenario.chain).facts()).get("contact"),
+        "characteristic_time": Scales.of(scenario.chain, shock.peak_force).time,
+        "conditions": conditions(areas, float(shock.profile.duration_ratio)),
+    }
+
+
+# ---------------------------------------------------------------- parameters and provenance
+
+
+def _parameters(profile: ShockProfile) -> Iterator[tuple[str, str]]:
+    """Names and values of the parameters of a profile, with units."""
+    cls: type = type(profile)
+    declared = attrs.fields_dict(cls) if attrs.has(cls) else {}
+    for name, value in parameters(profile).items():
+        if name == "duration_ratio" or value is None:
+            continue
+        spec = quantity_of(declared[name]) if name in declared else None
+        if isinstance(value, np.ndarray | list | tuple):
+            text = f"{len(value)} samples"
+        elif isinstance(value, bool):
+            text = "yes" if value else "no"
+        elif isinstance(value, int | float):
+            text = quantity(value, spec.unit if spec is not None else "")
+        else:
+            text = str(value)
+        yield name.replace("_", " "), text
+
+
+def _versions(found: Findings) -> Iterator[tuple[str, str]]:
+    """Names and versions of the software, and the backend of the simulation."""
+    yield "shockwave", __version__
+    yield "Python", platform.python_version()
+    for name in ("NumPy", "SciPy", "matplotlib"):
+        yield name, metadata.version(name)
+    if found.simulated is not None:
+        yield "backend", found.simulated.backend
+
+
+def parts_in_use(found: Findings) -> Iterator[tuple[str, str, str]]:
+    """Yield kind, name and distribution of each registered object in use."""
+    used: list[tuple[str, Entry | None]] = []
+    if found.scenario.shock is not None:
+        used.append(("profile", entry_of("profiles", type(found.scenario.shock.profile))))
+    if found.simulated is not None:
+        used.append(("integrator", find("integrators", found.simulated.integrator)))
+    for kind, part in used:
+        if part is not None:
+            yield kind, part.name, f"{part.distribution} {metadata.version(part.distribution)}"

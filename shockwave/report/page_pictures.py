@@ -1,0 +1,87 @@
+"""Pictures of a page: those that apply to a scene, and the functions that draw them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+from shockwave import pictures
+from shockwave.base.errors import ShockwaveError
+from shockwave.base.progress import counted
+from shockwave.prediction.section4_outcome import EjectionOutcome
+from shockwave.report.page_results import Findings
+from shockwave.scene.chain import HERTZ, Chain, Scales
+from shockwave.scene.shock import Shock
+from shockwave.studies.amplification_curve import UniversalCurve
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+# A function that draws a picture.
+_Draw = Callable[["Axes"], object]
+
+# Longest shocks of the curve of amplifications, as a rule and at most [T0].
+_LONGEST = 50.0
+_LONGEST_OF_ALL = 1000.0
+# Width and height [in]: a column in print, legible on a phone.
+_SIZE = (3.4, 2.7)
+
+
+def drawn(found: Findings) -> Iterator[tuple[str, str, str]]:
+    """Draw the pictures of a scene.
+
+    Yields
+    ------
+    str, str, str
+        Name and SVG element of each picture, and the reason why it could not be drawn; one of the two is empty.
+
+    Raises
+    ------
+    UsageError
+        If matplotlib is not installed.
+    """
+    for name, draw in counted("pictures", list(drawings(found).items())):
+        figure, (ax,) = pictures.figure(size=_SIZE)
+        try:
+            draw(ax)
+        except ShockwaveError as error:
+            yield name, "", str(error)
+        else:
+            yield name, pictures.svg(figure, name), ""
+
+
+def drawings(found: Findings) -> dict[str, _Draw]:
+    """Return the functions that draw the pictures of a scene, in their order; their titles are in the template."""
+    shock, compared = found.scenario.shock, found.comparison
+    predicted = found.predicted and found.predicted.section4
+    result: Any = found.simulated
+    chosen: dict[str, _Draw] = {}
+    if shock is not None:
+        chosen["pulse"] = lambda ax: pictures.pulse(ax, shock)
+    if found.is_beyond and result is not None:
+        chosen["peaks"] = lambda ax: pictures.peak_forces(ax, result)
+        chosen["chain-map"] = lambda ax: pictures.chain_map(ax, result)
+        if result.transmitted is not None:
+            chosen["wall"] = lambda ax: pictures.wall_force(ax, result)
+    if found.is_beyond:
+        return chosen
+    if isinstance(predicted, EjectionOutcome):
+        chosen["correction"] = lambda ax: pictures.correction_area(ax, shock, predicted)
+    if compared is not None:
+        chosen["train"] = lambda ax: pictures.train(ax, compared)
+    if result is not None:
+        chosen["approach"] = lambda ax: pictures.approach(ax, result)
+        if result.options.record:
+            chosen["forces"] = lambda ax: pictures.contact_forces(ax, result)
+            chosen["map"] = lambda ax: pictures.space_time(ax, result)
+            chosen["energy"] = lambda ax: pictures.balance(ax, result)
+    if predicted is not None and found.scenario.chain.exponent == HERTZ:
+        chosen["amplification"] = lambda ax: _amplification(ax, shock, found.scenario.chain)
+    return chosen
+
+
+def _amplification(ax: Axes, shock: Shock, chain: Chain) -> None:
+    own = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
+    longest = min(max(_LONGEST, 2 * own * float(shock.profile.duration_ratio)), _LONGEST_OF_ALL)
+    pictures.universal_curves(ax, {"simulated": UniversalCurve(shock.profile, longest=longest)}, mark=own)

@@ -1,0 +1,169 @@
+"""Results that a page shows: prediction and simulation of a scenario, or the reasons why they failed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from attrs import evolve, frozen
+
+from shockwave.base.errors import NotCoveredError, ShockwaveError
+from shockwave.base.quantity_fields import listed
+from shockwave.prediction.outcome import Outcome
+from shockwave.scenario.scenario import Scenario
+from shockwave.scene.plausibility import unusual_warnings
+from shockwave.scene.summary import equal_granules
+from shockwave.simulation.measured_wave import Passage
+from shockwave.simulation.simulate import simulate_with
+from shockwave.simulation.wave_result import SimulationResult
+from shockwave.simulation.wave_setup import immeasurable, scaled
+from shockwave.studies.comparison import Comparison
+
+# Least duration of the histories [characteristic times].
+_PASSED = 60.0
+# Least duration of the histories, relative to that of the shock.
+_BEYOND = 1.15
+# Contacts that the leading wave passes in a characteristic time.
+_RATE = 0.9
+# Most contacts in the space-time diagram.
+_CONTACTS = 120
+# Most samples of the histories of a chain beyond equal spheres, and their shortest interval [characteristic times].
+_SAMPLES = 2000
+_SHORTEST = 0.05
+
+_T = TypeVar("_T")
+
+
+@frozen(kw_only=True)
+class Findings:
+    """Prediction and simulation of a scenario.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        The scenario.
+    predicted : Outcome or None
+        The prediction by section 4; None if it failed or does not cover the scene.
+    simulated : SimulationResult, ChainResult or None
+        The simulation, with histories unless the shock is too long; None if it failed.
+    comparison : Comparison or None
+        The comparison; None if either failed, or for a chain beyond equal spheres.
+    passages : tuple of Passage
+        Passages of the leading wave at the requested contacts.
+    failures : tuple of str
+        A sentence on each failure.
+    text : str
+        Text of the scenario file.
+    reason : str
+        Features that section 4 does not cover, or an empty string.
+    exit_code : int
+        Greatest exit status of the failures; 0 without one.
+    """
+
+    scenario: Scenario
+    predicted: Outcome | None
+    simulated: SimulationResult | Any | None
+    comparison: Comparison | None
+    passages: tuple[Passage, ...]
+    failures: tuple[str, ...]
+    text: str
+    reason: str = ""
+    exit_code: int = 0
+
+    @property
+    def is_beyond(self) -> bool:
+        """Whether the scene has features beyond a shock on equal granules with free ends."""
+        return equal_granules(self.scenario.excitation, self.scenario.chain) is None
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Warnings of the simulation; without one, of the prediction."""
+        if self.simulated is not None:
+            return tuple(dict.fromkeys(self.simulated.wave_warnings))
+        if self.predicted is not None:
+            return self.predicted.warnings
+        return unusual_warnings(self.scenario.excitation, self.scenario.chain)
+
+
+def findings(scenario: Scenario) -> Findings:
+    """Predict and simulate ``scenario``; if one fails, the other is still computed."""
+    failures: dict[str, int] = {}  # with their exit statuses
+    tolerance = scenario.predictor.equal_tolerance
+    equal = equal_granules(scenario.excitation, scenario.chain)
+    if equal is not None:
+        scenario = evolve(scenario, chain=equal)
+    predicted, reason = None, ""
+    try:
+        predicted = evolve(scenario.predictor, model="section-4").predict(scenario.excitation, scenario.chain)
+        predicted = evolve(predicted, limit=scenario.limit)
+    except NotCoveredError as error:
+        reason = f"it does not cover {listed([fault.path for fault in error.faults], 'and')}"
+    except ShockwaveError as error:
+        failures[f"The prediction failed: {scenario.located(error)}."] = error.exit_code
+    simulate = _simulate_chain if equal is None else _simulate
+    simulated = _attempt(failures, "The simulation failed", simulate, scenario)
+    simulated = simulated and evolve(simulated, limit=scenario.limit)
+    passages = []
+    if simulated is not None and simulated.waves:
+        failure = "The waves behind the leading wave could not be measured"
+        # computed here, and cached
+        if simulated.options.waves == "train" and _attempt(failures, failure, getattr, simulated, "train") is None:
+            simulated = evolve(simulated, options=evolve(simulated.options, waves="primary"))
+        for contact in scenario.simulate.contacts:
+            failure = f"The passage of contact {contact} could not be computed"
+            passages.append(_attempt(failures, failure, simulated.passage, contact))
+    return Findings(
+        scenario=scenario,
+        predicted=predicted,
+        simulated=simulated,
+        comparison=Comparison(predicted=predicted, simulated=simulated, equal_tolerance=tolerance)
+        if predicted and simulated and equal
+        else None,
+        passages=tuple(filter(None, passages)),
+        failures=tuple(failures),
+        text=scenario.path.read_text(encoding="utf-8-sig", errors="replace") if scenario.path else "",
+        reason=reason,
+        exit_code=max(failures.values(), default=0),
+    )
+
+
+def _attempt(failures: dict[str, int], failure: str, compute: Callable[..., _T], *arguments: Any) -> _T | None:
+    try:
+        return compute(*arguments)
+    except ShockwaveError as error:
+        located = arguments[0].located(error) if isinstance(arguments[0], Scenario) else error
+        failures[f"{failure}: {located}."] = error.exit_code
+        return None
+
+
+def _simulate(scenario: Scenario) -> SimulationResult | Any:
+    """Simulate as requested, with the histories that are drawn."""
+    shock, chain = scenario.shock, scenario.chain
+    problem, scales = scaled(shock, chain)
+    if immeasurable(problem):
+        primary = evolve(scenario.simulate, waves="primary", record=(), interval=None, until=None)
+        return simulate_with(primary, shock, chain)
+    until = max(_BEYOND * problem.duration, _PASSED)
+    reached = int(_RATE * until) if chain.count is None else min(int(_RATE * until), chain.count - 1)
+    options = evolve(
+        scenario.simulate,
+        contacts=range(0, reached, -(-reached // _CONTACTS)),
+        record=("forces", "energies"),
+        interval=None,
+        until=until * scales.time,
+    )
+    return simulate_with(options, shock, chain)
+
+
+def _simulate_chain(scenario: Scenario) -> Any:
+    """Simulate a chain beyond equal spheres, with the forces that are drawn."""
+    plain = evolve(scenario.simulate, contacts=(), record=(), interval=None)
+    result: Any = simulate_with(plain, scenario.excitation, scenario.chain)
+    contacts = result.contact_count or len(result.velocities)
+    options = evolve(
+        result.options,
+        contacts=range(0, contacts, -(-contacts // _CONTACTS)),
+        record=("forces", "field"),
+        interval=max(result.end / _SAMPLES, _SHORTEST * result.characteristic_time),
+    )
+    return evolve(result, options=options)

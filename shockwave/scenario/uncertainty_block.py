@@ -1,0 +1,120 @@
+"""The ``uncertainty`` block of a scenario, with probability distributions of its values."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any, Final, Literal
+
+from attrs import frozen
+
+from shockwave.base.quantity_fields import Quantity, text_of
+from shockwave.base.text import si
+from shockwave.scenario.block_keys import Key
+from shockwave.scenario.dotted_names import Variable, variables
+from shockwave.scenario.value_conversion import Wrong, WrongsError, converted, gathered, items
+
+Kind = Literal["relative", "sd", "factor", "between"]
+
+_RELATIVE = Key("relative", spec=Quantity("", "relative standard deviation", above=0, at_most=1))
+# Factor of the nominal value within which two thirds of the values lie.
+_FACTOR = Key("factor", spec=Quantity("", "factor", above=1, at_most=100))
+_RULE = "must be a percentage such as 5 %, or a mapping {sd: ...}, {between: [..., ...]} or {factor: ...}"
+#: Pairs of names for one value.
+TWINS: Final = (("chain.diameter", "chain.radius"), ("shock.duration", "shock.rise_time"))
+
+
+@frozen
+class Spread:
+    """Probability distribution of a value.
+
+    Attributes
+    ----------
+    variable : Variable
+        The value.
+    kind : "relative", "sd", "factor" or "between"
+        Normal with a relative standard deviation, normal with one in SI units, lognormal, or uniform.
+    numbers : tuple of float
+        One number; two for ``between``.
+    """
+
+    variable: Variable
+    kind: Kind
+    numbers: tuple[float, ...]
+
+    @property
+    def name(self) -> str:
+        """Dotted name of the value."""
+        return self.variable.name
+
+    def __str__(self) -> str:
+        if self.kind == "relative":
+            return f"sd {100 * self.numbers[0]:g} %"
+        if self.kind == "factor":
+            return f"factor {self.numbers[0]:g}"
+        unit = self.variable.unit
+        shown = [si(number, unit) if unit else f"{number:g}" for number in self.numbers]
+        return f"sd {shown[0]}" if self.kind == "sd" else " to ".join(shown)
+
+
+def read(given: Any, data: Mapping[str, Any]) -> tuple[Spread, ...]:
+    """Distributions of the ``uncertainty`` block.
+
+    Parameters
+    ----------
+    given : object
+        Content of the block; None if there is no block.
+    data : mapping
+        Content of the document.
+
+    Raises
+    ------
+    WrongsError
+        When the block is not valid; it contains all errors.
+    """
+    if given is None:
+        return ()
+    if not isinstance(given, Mapping) or not given:
+        problem = f"must be a mapping of dotted names to distributions (got {text_of(given)})"
+        raise WrongsError([Wrong((), problem)])
+    twins = [
+        Wrong((one,), f"must be left out if {other} is given (got both; delete one)", at_key=True)
+        for one, other in dict.fromkeys((*TWINS, *((name, name.replace("diameter", "radius")) for name in given)))
+        if one != other and one in given and other in given
+    ]
+    converters = {name: partial(_spread, of) for name, of in variables(data).items()}
+    return tuple(gathered(given.items(), converters, twins).values())
+
+
+def _spread(of: Variable, given: Any) -> Spread:
+    if of.unit is None or of.whole or not of.name.startswith(("chain.", "shock.", "impact.")):
+        problem = f"must be a continuous value of the chain or the shock (got {of.name})"
+        raise WrongsError([Wrong((), problem, at_key=True)])
+    if isinstance(given, str) and given.strip().endswith("%"):
+        return Spread(of, "relative", (converted(_RELATIVE, given),))
+    forms: dict[str, Callable[[Any], Any]] = {
+        "sd": partial(converted, Key("sd", spec=Quantity(of.unit or "", "standard deviation", above=0))),
+        "factor": partial(converted, _FACTOR),
+        "between": partial(ends_of, of),
+    }
+    if not isinstance(given, Mapping) or len(given) != 1:
+        raise ValueError(f"{_RULE} (got {text_of(given)})")
+    ((kind, numbers),) = gathered(given.items(), forms).items()
+    return Spread(of, kind, numbers if kind == "between" else (numbers,))
+
+
+def ends_of(of: Variable, given: Any) -> tuple[float, ...]:
+    """Lower and upper end of an interval.
+
+    Raises
+    ------
+    ValueError, WrongsError
+        When it is not a pair of values in ascending order.
+    """
+    given = given.tolist() if hasattr(given, "tolist") else given  # an array
+    if not isinstance(given, list | tuple) or len(given) != 2:
+        raise ValueError(f"must be a list of two values, the lower and the upper limit (got {text_of(given)})")
+    ends = items(given, of.converted)
+    if not ends[0] < ends[1]:
+        raise ValueError(f"must ascend (got {text_of(given)})")
+    return tuple(ends)

@@ -1,0 +1,190 @@
+"""Families of scenes that differ in some values from the scene of a scenario."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import attrs
+from attrs import define, evolve, field
+
+from shockwave.base.errors import Fault, InvalidValueError
+from shockwave.prediction.predictor import Predictor
+from shockwave.registry.registry import load
+from shockwave.scenario.block_keys import BLOCKS
+from shockwave.scenario.loader import scenario_of
+from shockwave.scenario.scenario import Scenario
+from shockwave.scenario.sweep_block import varied
+from shockwave.scene.chain import Chain
+from shockwave.scene.material import Material
+from shockwave.scene.shock import Shock
+from shockwave.scene.simulate_options import SimulateOptions
+
+if TYPE_CHECKING:
+    from shockwave.scene.impact import Impact
+
+# Shocks that are kept: a bound on the memory of a long sweep.
+_MOST_KNOWN = 1024
+# Block of the values that change the profile of the shock, and other keys of the shock that do.
+_SHAPE = "shock.parameters"
+_RESHAPING = ("shock.profile", "shock.duration_ratio")
+# Block of a striker, and the numbers there.
+_IMPACT = "impact"
+_STRIKER = ("impact.velocity", "impact.diameter", "impact.radius")
+
+
+class FamilyScene(NamedTuple):
+    """The parts of a scenario that differ within a family."""
+
+    shock: Shock
+    impact: Impact | None
+    chain: Chain
+    predictor: Predictor
+    simulate: SimulateOptions
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> FamilyScene:
+        """The parts of a whole scenario."""
+        return cls(*(getattr(scenario, name) for name in cls._fields))
+
+    @property
+    def excitation(self) -> Shock | Impact:
+        """The shock or the impact."""
+        return self.shock if self.impact is None else self.impact
+
+
+@define(eq=False)
+class Family:
+    """Scenes that differ from ``base`` in values given by their dotted names.
+
+    Parameters
+    ----------
+    base : Scenario
+        The scenario. If it was not read from a file, its profile cannot be replaced.
+    """
+
+    base: Scenario
+    _known: dict[str, Shock] = field(factory=dict, init=False)
+    _places: dict[str, tuple[str, str]] = field(factory=dict, init=False)
+
+    def scenario(self, values: Mapping[str, Any]) -> Scenario:
+        """The scenario with other values.
+
+        Parameters
+        ----------
+        values : mapping
+            Dotted names to values, numbers in SI units, as `Variable.converted` gives them.
+
+        Raises
+        ------
+        ScenarioError, InvalidValueError
+            When the values give no valid scene.
+        PluginError
+            When a plugin is faulty.
+        """
+        return evolve(self.base, **self.scene(values)._asdict())
+
+    def scene(self, values: Mapping[str, Any]) -> FamilyScene:
+        """The parts of the scenario that depend on ``values``; see `scenario`."""
+        parts: defaultdict[str, dict[str, Any]] = defaultdict(dict)
+        for name, value in values.items():
+            block, key = self._places.get(name) or self._place(name)
+            if not block:
+                return self._loaded(values)
+            parts[block][key] = value
+        material = parts["chain"].get("material")
+        if isinstance(material, Mapping):
+            parts["chain"]["material"] = Material(**material)
+        shock = self._reshaped(parts[_SHAPE]) if _SHAPE in parts else self.base.shock
+        chain, constants = tuple(parts["chain"].items()), tuple(parts["chain.material"].items())
+        return FamilyScene(
+            shock=_shock(shock, parts["shock"]),
+            impact=_impact(self.base.impact, parts[_IMPACT]),
+            chain=_chain(self.base.chain, chain, constants) if chain or constants else self.base.chain,
+            predictor=_located("predict.", self.base.predictor, parts["predict"]),
+            simulate=_located("simulate.", self.base.simulate, parts["simulate"]),
+        )
+
+    def _place(self, name: str) -> tuple[str, str]:
+        """Block of a variable and its key there; `_SHAPE` and its name if it changes the profile; "" for no block."""
+        given = self.base.document.data.get("shock") if self.base.document is not None else None
+        # with both times in the document, each of them changes the duration ratio
+        both = isinstance(given, Mapping) and {"rise_time", "duration"} <= given.keys()
+        reshaping = (*_RESHAPING, "shock.rise_time", "shock.duration") if both else _RESHAPING
+        block, _, last = name.rpartition(".")
+        if block == _SHAPE or name in reshaping:
+            block, last = _SHAPE, name
+        directly = block == _SHAPE or block in BLOCKS or name in _STRIKER
+        self._places[name] = (block if directly else "", last)
+        return self._places[name]
+
+    def _loaded(self, values: Mapping[str, Any]) -> FamilyScene:
+        """The scene of the document with other values, some of them below the blocks of the chain."""
+        if self.base.document is None:
+            raise _of_file(values)
+        return FamilyScene.of(scenario_of(varied(self.base.document, values), self.base.path))
+
+    def _reshaped(self, values: Mapping[str, Any]) -> Shock:
+        """The shock with another profile; kept, because a grid uses it repeatedly."""
+        key = repr(values)
+        if key not in self._known:
+            if len(self._known) >= _MOST_KNOWN:
+                self._known.clear()
+            document = self.base.document
+            if document is None:
+                self._known[key] = _of_profile(self.base.shock, values)
+            else:
+                changed = document.having({tuple(name.split(".")): value for name, value in values.items()})
+                self._known[key] = scenario_of(changed, self.base.path).shock
+        return self._known[key]
+
+
+def _shock(shock: Shock, values: dict[str, Any]) -> Shock:
+    if "duration" in values:
+        values["rise_time"] = values.pop("duration") / float(shock.profile.duration_ratio)
+    made: Shock = _located("shock.", shock, values)
+    return made
+
+
+def _impact(impact: Impact | None, values: dict[str, Any]) -> Impact | None:
+    if "diameter" in values:
+        values["radius"] = values.pop("diameter") / 2
+    made: Impact | None = _located("impact.", impact, values)
+    return made
+
+
+@lru_cache(maxsize=64)  # most points of a sweep share their chain
+def _chain(chain: Chain, sizes: tuple[tuple[str, Any], ...], constants: tuple[tuple[str, float], ...]) -> Chain:
+    values = dict(sizes)
+    if isinstance(values.get("material"), str):
+        values["material"] = load("materials", values["material"])
+    if "diameter" in values:
+        values["radius"] = values.pop("diameter") / 2
+    if constants:
+        own = {"name": "", "source": "", **dict(constants)}
+        values["material"] = _located("chain.material.", values.get("material", chain.material), own)
+    made: Chain = _located("chain.", chain, values)
+    return made
+
+
+def _located(block: str, part: Any, values: Mapping[str, Any]) -> Any:
+    """``part`` with ``values``; the paths of faults begin with ``block``."""
+    try:
+        return evolve(part, **values) if values else part
+    except InvalidValueError as error:
+        raise InvalidValueError(Fault(f"{block}{fault.path}", fault.problem) for fault in error.faults) from None
+
+
+def _of_file(names: Iterable[str]) -> InvalidValueError:
+    got = "got a shock and a chain made in Python; load a scenario from a file"
+    return InvalidValueError.of(", ".join(names), f"must be values of a scenario file ({got})")
+
+
+def _of_profile(shock: Shock, values: Mapping[str, Any]) -> Shock:
+    """The shock with other parameters of its profile, for a scene without a document."""
+    if "shock.profile" in values or not attrs.has(type(shock.profile)):
+        raise _of_file(values)
+    own = {name.rpartition(".")[2]: value for name, value in values.items()}
+    return evolve(shock, profile=_located("shock.parameters.", shock.profile, own))

@@ -1,0 +1,65 @@
+"""The end of a chain: a flat wall, fixed or movable."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal
+
+from attrs import field, frozen
+
+from shockwave.base.errors import InvalidValueError
+from shockwave.base.quantity_fields import MAGNITUDES, quantity, text_of
+from shockwave.scene.material import WALLS, Material, named_material
+
+
+def _named(given: Material | str) -> Any:
+    return given.lower() if isinstance(given, str) and given.lower() in WALLS else named_material(given)
+
+
+def _wall(_: object, attribute: Any, value: object) -> None:
+    if not (isinstance(value, Material) or value in WALLS):
+        problem = f"must be 'same', 'rigid', a Material or the name of one (got {text_of(value)})"
+        raise InvalidValueError.of(attribute.name, problem)
+
+
+@frozen(kw_only=True)
+class Wall:
+    """A flat wall at the end of a chain; it is fixed unless it has a mass.
+
+    Parameters
+    ----------
+    material : Material, str, "same" or "rigid"
+        Material of the wall or its name: ``same`` (default) is that of the last granule, and ``rigid`` does not
+        deform.
+    mass : float, optional
+        Mass of a movable wall [kg].
+    stiffness, damping : float
+        Spring [N/m] and dashpot [N s/m] between a movable wall and the ground, default 0. A constant force on the wall
+        balances the static load of the chain, so that the spring acts on displacements only.
+
+    Raises
+    ------
+    InvalidValueError
+        If a value is out of range, or a stiffness or a damping is given without a mass.
+    """
+
+    material: Material | Literal["same", "rigid"] = field(default="same", converter=_named, validator=_wall)
+    mass: float | None = quantity("kg", "mass of a movable wall", **MAGNITUDES, default=None)
+    stiffness: float = quantity(
+        "N/m", "stiffness of the spring behind a movable wall", at_least=0, at_most=1e30, default=0.0
+    )
+    damping: float = quantity(
+        "N*s/m", "coefficient of the dashpot behind a movable wall", at_least=0, at_most=1e30, default=0.0
+    )
+
+    def stiffness_ratio(self, granules: Material) -> float:
+        """Stiffness of the contact of a granule with the wall over that of two equal granules, at most 2 sqrt(2)."""
+        own = granules if self.material == "same" else self.material
+        share = own.compliance / granules.compliance if isinstance(own, Material) else 0.0
+        return 2 * math.sqrt(2) / (1 + share)
+
+    def __attrs_post_init__(self) -> None:
+        for name in ("stiffness", "damping"):
+            if self.mass is None and getattr(self, name):
+                got = f"got {getattr(self, name):g}; give the mass of the wall"
+                raise InvalidValueError.of(name, f"must be left out for a fixed wall ({got})")

@@ -1,0 +1,116 @@
+"""Rules on chain and excitation, and features that methods for equal granules do not cover."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from attrs import evolve
+
+from shockwave.base.errors import Fault, NotCoveredError
+from shockwave.scene.chain import Chain
+from shockwave.scene.impact import Impact
+from shockwave.scene.segments import Segment, Taper, each_segment
+
+# Key of a record that keeps negative forces.
+_PULLING = "shock.parameters.negative"
+_SCOPE = "shocks on chains of equal granules with free ends"
+
+
+def scene_faults(chain: Chain, excitation: object) -> list[Fault]:
+    """Errors of a chain beyond equal spheres, or under an impact."""
+    struck = isinstance(excitation, Impact)
+    if chain.packing is not None and struck:
+        return [Fault("chain.packing", f"must be left out under an impact (got {chain.packing!r})")]
+    if chain.count is None:
+        needed = "must be given, because a striker needs a finite chain (got nothing)"
+        return [Fault("chain.granules", needed)] if struck else []
+    if chain.count + struck + (chain.end is not None) < 2:
+        return [Fault("chain.granules", "must give a contact (got 1 granule; add granules, a wall or a striker)")]
+    return []
+
+
+def reduced(chain: Chain, laws: bool = True) -> Chain | None:
+    """The chain as equal granules with free ends, given by their number, or a packing; None for further features.
+
+    An endless chain keeps its contact law, or has none with ``laws`` false.
+    """
+    if chain.is_uniform or chain.packing is not None:
+        return chain
+    if chain.count is None:
+        return None if next(_further(chain, laws), None) else chain
+    # a single granule is not a chain
+    if chain.count == 1 or next(_further(chain), None) is not None:
+        return None
+    assert isinstance(chain.granules, Sequence)
+    first = next(segment for _, segment in each_segment(chain.granules))
+    radius = _kind(chain, first)[0]
+    return evolve(chain, material=first.material or chain.material, radius=radius, granules=chain.count)
+
+
+def predictable(chain: Chain, excitation: object) -> Chain:
+    """The chain as equal granules, or in a packing, for section 4; see `covered`.
+
+    Raises
+    ------
+    NotCoveredError
+        If the scene has further features; it lists all of them.
+    """
+    line = chain if chain.packing is None else evolve(chain, packing=None)
+    equal = covered(line, excitation, "section 4", laws=True)
+    return equal if chain.packing is None else evolve(equal, packing=chain.packing)
+
+
+def covered(chain: Chain, excitation: object, method: str, laws: bool = False) -> Chain:
+    """The chain as one of equal granules, given by their number, for a ``method`` that covers no others.
+
+    ``laws`` states whether it covers other contact laws than Hertz's in endless chains.
+
+    Raises
+    ------
+    NotCoveredError
+        If the scene has further features; it lists all of them.
+    """
+    equal = reduced(chain, laws)
+    pulls = getattr(getattr(excitation, "profile", None), "pulls", False)
+    plain = equal is not None and equal.packing is None
+    if equal is not None and plain and not isinstance(excitation, Impact) and not pulls:
+        return equal
+    features = [] if chain.is_uniform else [(f"chain.{path}", reason) for path, reason in _further(chain, laws)]
+    if isinstance(excitation, Impact):
+        features.append(("impact", "a striker"))
+    if pulls:
+        features.append((_PULLING, "pulling forces"))
+    rule = f"must be left out for {method}, which covers only {_SCOPE}"
+    rules = {_PULLING: f"must be zero for {method}, which covers no negative forces"}
+    raise NotCoveredError(
+        Fault(path, f"{rules.get(path, rule)} (got {reason})")
+        for path, reason in features or [("chain.granules", "1 granule")]
+    )
+
+
+def _further(chain: Chain, laws: bool = False) -> Iterator[tuple[str, str]]:
+    """Path below ``chain`` and description of every feature beyond equal granules with free ends."""
+    segments = [*each_segment(chain.granules)] if isinstance(chain.granules, Sequence) else []
+    for place, segment in segments:
+        if segment.gap:
+            yield f"granules{place}.gap", "a gap"
+    for place, segment in segments:
+        kind = _kind(chain, segment)
+        taper = kind[0] != kind[1]
+        if taper or kind != _kind(chain, segments[0][1]):
+            yield f"granules{place}", "a taper" if taper else "granules of another kind"
+            break
+    names = {"end": "a wall", "precompression": "a static force", "gravity": "gravity", "damping": "damping"}
+    names["packing"] = "a packing"
+    if chain.count is not None or not laws:
+        names["contact"] = f"another contact law{'; without granules it is covered' if laws else ''}"
+    for name, text in names.items():
+        if getattr(chain, name):
+            yield name, text
+
+
+def _kind(chain: Chain, segment: Segment) -> tuple[float, ...]:
+    """Radii [m] of the first and the last granule of a segment, and the constants of its material."""
+    material, radius = segment.material or chain.material, segment.radius or chain.radius
+    ends = (radius.first, radius.last) if isinstance(radius, Taper) else (radius, radius)
+    return *ends, material.youngs_modulus, material.poisson_ratio, material.density

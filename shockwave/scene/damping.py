@@ -1,0 +1,109 @@
+"""Damping at contacts: a force proportional to the closing velocity."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+
+import numpy as np
+from attrs import frozen
+
+from shockwave.base.numerics import FloatArray, bracketed_root
+from shockwave.base.quantity_fields import quantity
+from shockwave.scene.contact_law import Pairs
+
+#: Exponent of Hertz's law.
+HERTZ = 1.5
+# Loss -ln e that is a rounding error of e.
+_ROUNDING = 1e-15
+
+
+class Damping(ABC):
+    """A force c d^q d' at each contact, added to the elastic force; their sum is cut off at zero."""
+
+    @abstractmethod
+    def power(self, exponent: float) -> float:
+        """Exponent q, for an elastic force k d^p with the ``exponent`` p."""
+
+    @abstractmethod
+    def coefficients(self, pairs: Pairs) -> FloatArray:
+        """Coefficients c [N s/m^(q + 1)], of shape (contacts,)."""
+
+
+@frozen(kw_only=True)
+class KuwabaraKono(Damping):
+    """Viscoelastic contact of Kuwabara and Kono (1987), (3/2) k A d^(1/2) d'; in general p k A d^(p-1) d'.
+
+    Parameters
+    ----------
+    time : float
+        A [s], a property of the materials, at least 0.
+    """
+
+    time: float = quantity("s", "viscous time A of Kuwabara and Kono", at_least=0, at_most=1e30)
+
+    def power(self, exponent: float) -> float:
+        """q = p - 1."""
+        return exponent - 1
+
+    def coefficients(self, pairs: Pairs) -> FloatArray:
+        """c = p k A."""
+        return pairs.exponent * self.time * pairs.stiffnesses
+
+
+@frozen(kw_only=True)
+class Dashpot(Damping):
+    """A linear dashpot, c d'.
+
+    Parameters
+    ----------
+    coefficient : float
+        c [N s/m], at least 0.
+    """
+
+    coefficient: float = quantity("N*s/m", "coefficient c of the dashpot", at_least=0, at_most=1e30)
+
+    def power(self, exponent: float) -> float:
+        """q = 0."""
+        return 0.0
+
+    def coefficients(self, pairs: Pairs) -> FloatArray:
+        """c, the same at all contacts."""
+        return np.full(pairs.stiffnesses.shape, self.coefficient)
+
+
+@frozen(kw_only=True)
+class Tsuji(Damping):
+    """Damping of Tsuji, Tanaka and Ishida (1992), c d^(1/4) d', with a restitution independent of the velocity.
+
+    Parameters
+    ----------
+    restitution : float
+        Coefficient of restitution of a collision of the two granules of a contact, above 0 and at most 1. A collision
+        ends when the total force vanishes.
+    """
+
+    restitution: float = quantity("", "coefficient of restitution", above=0, at_most=1)
+
+    def power(self, exponent: float) -> float:
+        """q = 1/4; `Chain` refuses elastic forces other than Hertz's."""
+        return 0.25
+
+    def coefficients(self, pairs: Pairs) -> FloatArray:
+        """c = sqrt(5) z sqrt(m* k), with the damping ratio z of `tsuji_ratio`."""
+        return math.sqrt(5) * tsuji_ratio(self.restitution) * np.sqrt(pairs.masses * pairs.stiffnesses)
+
+
+def tsuji_ratio(restitution: float) -> float:
+    """Damping ratio z of Tsuji's force for a coefficient of restitution e.
+
+    With w = d^(5/4), m d'' = -k d^(3/2) - c d^(1/4) d' becomes the equation of a linear oscillator with the damping
+    ratio z = c/sqrt(5 m k). The collision ends when the total force, and hence the acceleration, vanishes (Schwager and
+    Poeschel 2007, for the linear dashpot). With z = cos(x), ln e = -2 x cot(x); above z = 1, at e < exp(-2),
+    z = cosh(x) and ln e = -2 x coth(x).
+    """
+    loss = -math.log(restitution)
+    if loss < _ROUNDING:
+        return 0.0
+    tangent, cosine, upper = (math.tan, math.cos, math.pi / 2) if loss < 2 else (math.tanh, math.cosh, loss / 2)
+    return cosine(bracketed_root(lambda x: (2 * x / tangent(x) if x else 2.0) - loss, 0.0, upper, "damping ratio"))

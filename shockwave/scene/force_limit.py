@@ -1,0 +1,204 @@
+"""Verdict on a force: whether it stays below a limit, with what is known of it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal
+
+import attrs
+from attrs import asdict, evolve, frozen
+
+from shockwave.base.errors import InvalidValueError
+from shockwave.base.quantity_fields import quantity, quantity_of, text_of
+from shockwave.base.text import alarm, percent, si
+
+Decision = Literal["below", "above", "undecided"]
+#: Description of the force transmitted by an endless chain.
+WAVE = "peak force of the leading wave"
+#: Description of the force transmitted by a finite chain without a wall, and with one.
+LAST, WALL = "force at the last contact", "force on the wall"
+#: Remedy for a simulated time that is too short.
+LATER = "simulate to a later end"
+# Relative half-width below which the printed digits show the range.
+_SMALL = 1e-3
+# Relative error that the digits of the ends of a wide range show: three digits.
+_FINEST = 0.03
+
+
+@frozen(kw_only=True)
+class Limit:
+    """Limit on the transmitted force.
+
+    Parameters
+    ----------
+    force : float
+        Largest admissible force [N].
+    """
+
+    force: float = quantity("N", "largest admissible transmitted force", above=0, example="60 N")
+
+    def verdict(self, result: Any) -> Verdict:
+        """Verdict on the transmitted force in ``result``, of a prediction or a simulation.
+
+        Raises
+        ------
+        InvalidValueError
+            If it is neither.
+        """
+        if not (hasattr(result, "verdict") and "limit" in attrs.fields_dict(type(result))):
+            problem = f"must be the result of a prediction or a simulation (got {text_of(result)})"
+            raise InvalidValueError.of("result", problem)
+        found: Verdict = evolve(result, limit=self).verdict
+        return found
+
+
+def limit_of(given: Limit | float | str | None) -> Limit | None:
+    """A limit, given as such or as its force [N] or text with a unit; None if nothing is given.
+
+    Raises
+    ------
+    InvalidValueError
+        If it is something else.
+    """
+    if given is None or isinstance(given, Limit):
+        return given
+    spec = quantity_of(attrs.fields(Limit).force)
+    assert spec is not None
+    return Limit(force=spec.checked("limit", given))
+
+
+@frozen(kw_only=True)
+class LeavingForce:
+    """Transmitted force: on the wall, else at the last contact, else of the leading wave.
+
+    Attributes
+    ----------
+    name : str
+        Description of the force.
+    value, low, high : float or None
+        The force and the ends of its range [N]; None where they are not known.
+    remedy : str
+        What would decide a verdict that this range leaves open.
+    later : float
+        Bound of the force after the end of the simulated time [N].
+    """
+
+    name: str
+    value: float | None = None
+    low: float | None = None
+    high: float | None = None
+    remedy: str = ""
+    later: float = 0.0
+
+    @classmethod
+    def measured(cls, name: str, value: float, error: float) -> LeavingForce:
+        """The force by simulation with the estimate of its absolute ``error`` [N]; an error of 100 % is not known."""
+        ends = {"low": value - error, "high": value + error} if error < value else {}
+        return cls(name=name, value=value, **ends, remedy="simulate with a smaller tolerance")
+
+
+@frozen(kw_only=True)
+class Verdict:
+    """Decision on a limit.
+
+    Attributes
+    ----------
+    limit : float
+        Limit of the force [N].
+    value, low, high : float or None
+        The transmitted force, and the ends of its range [N]; None where they are not known.
+    decision : "below", "above" or "undecided"
+        Whether the whole range lies below the limit or above it. A force that equals the limit is not below it.
+    force : str
+        Description of the force.
+    remedy : str or None
+        What would decide it; None if it is decided.
+    """
+
+    limit: float
+    value: float | None
+    low: float | None
+    high: float | None
+    decision: Decision
+    force: str
+    remedy: str | None = None
+
+    def __str__(self) -> str:
+        limit = f"the limit of {si(self.limit, 'N', 12)}"
+        figures = f"{self.force} {self._figures()}"
+        if self.decision == "undecided":
+            return f"undecided for {limit}: {figures}; to decide, {self.remedy}"
+        return f"{self.decision} {limit}: {figures}"
+
+    def _figures(self) -> str:
+        """The force and its range."""
+        if self.value is None:
+            return "is not known"
+        if self.value == 0:
+            return "has not acted yet"
+        if self.low is None or self.high is None:
+            return f"{si(self.value, 'N', 2)} or more" if self.low else f"{si(self.value, 'N', 2)}, error not known"
+        error = (self.high - self.low) / 2 / self.value
+        nearest = min(self.high - self.value, self.value - self.low) / self.value
+        # the force that was found is accurate where only a later one may be greater
+        value = si(self.value, "N", error=max(nearest, _SMALL) if nearest < error / 10 and error > _SMALL else error)
+        # finer than the value, so that rounding moves no end across the limit
+        low, high = (si(force, "N", error=min(error / 10, _FINEST)) for force in (self.low, self.high))
+        return f"{value}, range {low} to {high}" if error > _SMALL else value
+
+
+def verdict(limit: Limit, force: LeavingForce) -> Verdict:
+    """The verdict on a ``force``."""
+    if force.high is not None and force.later > force.high:
+        force = evolve(force, high=force.later if force.later < math.inf else None, remedy=LATER)
+    decision: Decision = "undecided"
+    if force.high is not None and force.high < limit.force:
+        decision = "below"
+    elif force.low is not None and force.low >= limit.force:
+        decision = "above"
+    known: dict[str, Any] = {"value": force.value, "low": force.low, "high": force.high}
+    remedy = force.remedy if decision == "undecided" else None
+    return Verdict(limit=limit.force, **known, decision=decision, force=force.name, remedy=remedy)
+
+
+def verdict_facts(result: Any, label: str = "verdict") -> list[tuple[str, str]]:
+    """Label and text of the verdict of a result, if it has a limit."""
+    found = result.verdict
+    if found is None:
+        return []
+    return [(label, str(found) if found.decision == "below" else alarm(str(found)))]
+
+
+def plain_verdict(result: Any) -> dict[str, Any] | None:
+    """The verdict of a result for a document."""
+    return None if result.verdict is None else asdict(result.verdict)
+
+
+@frozen(kw_only=True)
+class Exceedance:
+    """Probability that the transmitted force reaches a limit.
+
+    Attributes
+    ----------
+    limit : float
+        The limit [N].
+    probability : float
+        Fraction of the scenes whose force is not below the limit.
+    low, high : float
+        Interval of the probability, which includes the 95 % confidence interval of sampling and the scenes that are not
+        decided.
+    draws, undecided : int
+        Numbers of scenes, and of those whose range of the force contains the limit.
+    """
+
+    limit: float
+    probability: float
+    low: float
+    high: float
+    draws: int
+    undecided: int
+
+    def __str__(self) -> str:
+        share, low, high = map(percent, (self.probability, self.low, self.high))
+        rest = f"; {self.undecided} of {self.draws} scenes are undecided" if self.undecided else ""
+        return f"probability {share}, between {low} and {high}{rest}"

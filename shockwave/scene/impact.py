@@ -1,0 +1,43 @@
+"""The impact: a striker in place of a force pulse."""
+
+from __future__ import annotations
+
+from attrs import field, frozen
+
+from shockwave.base.quantity_fields import SIZES, quantity, radius_of
+from shockwave.scene.material import Material, checked_material, named_material
+
+
+@frozen(kw_only=True, init=False)
+class Impact:
+    """A sphere that strikes the first granule of a finite chain.
+
+    Parameters
+    ----------
+    velocity : float
+        Velocity of the striker towards the chain [m/s], from 1e-20 to the speed of light.
+    radius, diameter : float, optional
+        Size of the striker [m], at most one of them; by default that of the chain.
+    material : Material or str, optional
+        Material of the striker, or its name; by default that of the chain.
+
+    Raises
+    ------
+    InvalidValueError
+        If a value is out of range, or both sizes are given.
+    """
+
+    # up to the speed of light, from far below any that is measured, so that forces and times are floats
+    velocity: float = quantity("m/s", "velocity of the striker", at_least=1e-20, at_most=299_792_458.0)
+    radius: float | None = quantity("m", "radius of the striker", **SIZES, default=None)
+    material: Material | None = field(default=None, converter=named_material, validator=checked_material)
+
+    def __init__(
+        self,
+        *,
+        velocity: float,
+        radius: float | None = None,
+        diameter: float | None = None,
+        material: Material | str | None = None,
+    ) -> None:
+        self.__attrs_init__(velocity=velocity, radius=radius_of(radius, diameter), material=material)

@@ -1,0 +1,180 @@
+"""The layout of a finite chain: its granules and contacts, one by one, as arrays in SI units."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from attrs import evolve, frozen
+
+from shockwave.base.errors import InvalidValueError
+from shockwave.base.numerics import FloatArray
+from shockwave.scene.chain import Chain
+from shockwave.scene.chain_end import Wall
+from shockwave.scene.contact_law import ContactLaw, Pairs, PowerContact
+from shockwave.scene.coverage_rules import scene_faults
+from shockwave.scene.damping import HERTZ
+from shockwave.scene.impact import Impact
+from shockwave.scene.material import Material
+from shockwave.scene.segments import Cell, Segment, Taper
+
+#: Index of the segment of a striker.
+STRIKER = -1
+
+
+@frozen(eq=False)
+class Layout:
+    """Granules and contacts of a finite chain; a striker is granule 0.
+
+    Contact i lies between granules i and i + 1; the contact with a wall is the last one.
+
+    Attributes
+    ----------
+    masses, radii : ndarray, shape (n_granules,)
+        Masses [kg] and radii [m].
+    materials : tuple of Material
+        Material of each granule.
+    segments : tuple of int
+        Index in ``Chain.granules`` of the segment of each granule; -1 for a striker.
+    pairs : Pairs
+        Properties of the contacts.
+    static_forces : ndarray, shape (n_contacts,)
+        Contact forces of precompression and gravity [N].
+    overlaps : ndarray, shape (n_contacts,)
+        Initial overlaps [m]: the static overlap, or minus the gap.
+    damping_coefficients : ndarray, shape (n_contacts,)
+        c of the damping force c d^q d' [N s/m^(q + 1)], zeros without damping.
+    damping_power : float
+        q.
+    wall : Wall or None
+        The wall, with its material resolved.
+    velocity, weight : float
+        Initial velocity [m/s] and weight [N] of granule 0, if it is a striker.
+    law : ContactLaw or None
+        Contact law that replaces the power law of ``pairs``.
+    """
+
+    masses: FloatArray
+    radii: FloatArray
+    materials: tuple[Material, ...]
+    segments: tuple[int, ...]
+    pairs: Pairs
+    static_forces: FloatArray
+    overlaps: FloatArray
+    damping_coefficients: FloatArray
+    damping_power: float
+    wall: Wall | None
+    velocity: float
+    weight: float
+    law: ContactLaw | None
+
+    @classmethod
+    def of(cls, chain: Chain, excitation: object) -> Layout:
+        """Make the layout of a chain under a shock or an impact.
+
+        Raises
+        ------
+        InvalidValueError
+            If the chain is not finite, has a single granule, or a static overlap is not representable as a float.
+        """
+        faults = scene_faults(chain, excitation)
+        if faults:
+            raise InvalidValueError(faults)
+        rows = [*_striker(chain, excitation), *_granules(chain)]
+        segments, materials, radii, gaps = zip(*rows, strict=True)
+        sizes = np.array(radii)
+        masses = 4 / 3 * math.pi * np.array([one.density for one in materials]) * sizes * sizes * sizes
+        wall = chain.end
+        if wall is not None and wall.material == "same":
+            wall = evolve(wall, material=materials[-1])
+        pairs = _pairs(chain, materials, sizes, masses, wall)
+        static = _static_forces(chain, masses, isinstance(excitation, Impact), len(pairs.stiffnesses))
+        with np.errstate(over="ignore"):
+            overlaps = (static / pairs.stiffnesses) ** (1 / pairs.exponent) - np.array(gaps)[: len(static)]
+        if not np.isfinite(overlaps).all():
+            problem = f"must give static overlaps that floating-point numbers can hold (got {chain.precompression:g} N)"
+            raise InvalidValueError.of("chain.precompression", problem)
+        damping = chain.damping
+        none = np.zeros(static.shape)
+        return cls(
+            masses=masses,
+            radii=sizes,
+            materials=materials,
+            segments=segments,
+            pairs=pairs,
+            static_forces=static,
+            overlaps=overlaps,
+            damping_coefficients=none if damping is None else damping.coefficients(pairs),
+            damping_power=0.0 if damping is None else damping.power(pairs.exponent),
+            wall=wall,
+            velocity=excitation.velocity if isinstance(excitation, Impact) else 0.0,
+            weight=chain.gravity * float(masses[0]) if isinstance(excitation, Impact) else 0.0,
+            law=chain.contact if isinstance(chain.contact, ContactLaw) else None,
+        )
+
+
+# Index of the segment, material, radius [m], gap behind it [m].
+_Row = tuple[int, Material, float, float]
+
+
+def _striker(chain: Chain, excitation: object) -> Iterator[_Row]:
+    if isinstance(excitation, Impact):
+        yield STRIKER, excitation.material or chain.material, excitation.radius or chain.radius, 0.0
+
+
+def _granules(chain: Chain) -> Iterator[_Row]:
+    if isinstance(chain.granules, int):
+        yield from [(0, chain.material, chain.radius, 0.0)] * chain.granules
+    for index, part in enumerate(chain.granules if isinstance(chain.granules, tuple) else ()):
+        for segment in part.cell * part.repeat if isinstance(part, Cell) else (part,):
+            yield from _of_segment(chain, index, segment)
+
+
+def _of_segment(chain: Chain, index: int, segment: Segment) -> Iterator[_Row]:
+    material, radius = segment.material or chain.material, segment.radius or chain.radius
+    for size in radius.sizes(segment.count) if isinstance(radius, Taper) else [radius] * segment.count:
+        yield index, material, size, segment.gap
+
+
+def _pairs(
+    chain: Chain, materials: tuple[Material, ...], radii: FloatArray, masses: FloatArray, wall: Wall | None
+) -> Pairs:
+    """Properties of all contacts: E* and R* of two bodies, k = 4/3 E* sqrt(R*), and reduced masses."""
+    compliances = np.array([one.compliance for one in materials])
+    curvatures, inverse_masses = 1 / radii, 1 / masses
+    if wall is not None:
+        own = wall.material
+        compliances = np.append(compliances, own.compliance if isinstance(own, Material) else 0.0)
+        curvatures = np.append(curvatures, 0.0)
+        inverse_masses = np.append(inverse_masses, 0.0 if wall.mass is None else 1 / wall.mass)
+    moduli, reduced, shared = (1 / (one[:-1] + one[1:]) for one in (compliances, curvatures, inverse_masses))
+    contacts, cosine = chain.next_contacts
+    stiffnesses = 4 / 3 * moduli * np.sqrt(reduced) * (contacts * math.pow(cosine, 2.5))
+    if isinstance(chain.contact, PowerContact):
+        return Pairs(moduli, reduced, shared, np.full(reduced.shape, chain.contact.stiffness), chain.contact.exponent)
+    return Pairs(moduli, reduced, shared, stiffnesses, HERTZ)
+
+
+def _static_forces(chain: Chain, masses: FloatArray, striker: bool, contacts: int) -> FloatArray:
+    """Precompression, and the weight of the granules above without a striker, at each contact [N]."""
+    own = masses[1:] if striker else masses
+    forces = chain.precompression + chain.gravity * np.add.accumulate(own)
+    return np.append([0.0] * striker, forces)[:contacts]
+
+
+def mass_and_length(chain: Chain, hint: str = "") -> tuple[float, float]:
+    """Mass [kg] and length [m] of the granules of a finite chain, with the gaps, without a striker.
+
+    ``hint`` is added to the error for an endless chain.
+
+    Raises
+    ------
+    InvalidValueError
+        If the chain is not finite.
+    """
+    if chain.count is None:
+        raise InvalidValueError.of("chain.granules", f"must be given for its mass and length (got nothing{hint})")
+    rows = [*_granules(chain)]
+    mass = 4 / 3 * math.pi * math.fsum(material.density * radius**3 for _, material, radius, _ in rows)
+    return mass, math.fsum(2 * radius + gap for *_, radius, gap in rows)

@@ -1,0 +1,75 @@
+"""An isotropic elastic material."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from attrs import frozen
+
+from shockwave.base.errors import InvalidValueError
+from shockwave.base.quantity_fields import MAGNITUDES, plain_text, quantity, text_of
+from shockwave.registry.registry import load
+
+#: Names of walls that are not materials.
+WALLS = ("same", "rigid")
+
+
+@frozen(kw_only=True)
+class Material:
+    """The material of a granule: elastic constants and density.
+
+    Parameters
+    ----------
+    youngs_modulus : float
+        Young's modulus E [Pa], above 0.
+    poisson_ratio : float
+        Poisson's ratio nu, between -1 and 0.5, both excluded.
+    density : float
+        Density rho [kg/m^3], above 0.
+    yield_strength : float, optional
+        Yield strength [Pa], above 0, at which contacts begin to deform plastically; by default unknown.
+    name, source : str, optional
+        Name of the material, and source of its values.
+
+    Raises
+    ------
+    InvalidValueError
+        If a value is out of range.
+    """
+
+    youngs_modulus: float = quantity("Pa", "Young's modulus E", **MAGNITUDES)
+    poisson_ratio: float = quantity("", "Poisson's ratio nu", above=-1, below=0.5)
+    density: float = quantity("kg/m**3", "density rho", **MAGNITUDES)
+    yield_strength: float | None = quantity("Pa", "yield strength", **MAGNITUDES, default=None)
+    name: str = plain_text(default="")
+    source: str = plain_text(default="")
+
+    @property
+    def compliance(self) -> float:
+        """(1 - nu^2)/E [1/Pa]."""
+        return (1 - self.poisson_ratio**2) / self.youngs_modulus
+
+
+def material(name: str) -> Material:
+    """The material of this name from the library or from a plugin.
+
+    Raises
+    ------
+    UnknownNameError
+        If no material has the name.
+    PluginError
+        If the plugin that registers it is faulty.
+    """
+    found: Material = load("materials", name)
+    return found
+
+
+def named_material(given: Material | str | None) -> Any:
+    """Return the material named ``given``; return any other value unchanged."""
+    return material(given) if isinstance(given, str) else given
+
+
+def checked_material(_: object, attribute: Any, value: Any) -> None:
+    """Validator of an attrs field that holds a `Material`, or None if that is its default."""
+    if not (isinstance(value, Material) or (value is None and attribute.default is None)):
+        raise InvalidValueError.of(attribute.name, f"must be a Material or the name of one (got {text_of(value)})")

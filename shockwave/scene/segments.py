@@ -1,0 +1,175 @@
+"""Segments of a finite chain: equal granules, tapers, and repeated cells of several segments."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any, Literal
+
+from attrs import field, frozen
+
+from shockwave.base.errors import Fault, InvalidValueError
+from shockwave.base.quantity_fields import (
+    SIZES,
+    Quantity,
+    declaration,
+    one_of,
+    quantity,
+    radius_of,
+    text_of,
+    tuple_repr,
+)
+from shockwave.scene.material import Material, checked_material, named_material
+
+#: Greatest number of granules in segments: a bound on memory, far beyond what can be integrated.
+MOST_GRANULES = 1_000_000
+
+
+@frozen(kw_only=True)
+class Taper:
+    """Sizes that change uniformly from the first granule of a segment to the last.
+
+    Parameters
+    ----------
+    first, last : float
+        Size of the first and of the last granule [m], above 0: radii, or diameters where the taper is a diameter.
+    spacing : "linear" or "geometric"
+        Equal differences (default) or equal ratios of neighbouring sizes.
+
+    Raises
+    ------
+    InvalidValueError
+        If a value is out of range.
+    """
+
+    first: float = quantity("m", "size of the first granule", **SIZES)
+    last: float = quantity("m", "size of the last granule", **SIZES)
+    spacing: Literal["linear", "geometric"] = field(default="linear", validator=one_of("linear", "geometric"))
+
+    @property
+    def half(self) -> Taper:
+        """The taper with half the sizes, that of the radii, if this one is of diameters."""
+        return Taper(first=self.first / 2, last=self.last / 2, spacing=self.spacing)
+
+    def sizes(self, count: int) -> list[float]:
+        """Sizes of ``count`` granules [m]; the ends are exact."""
+        inner = [index / (count - 1) for index in range(1, count - 1)]
+        if self.spacing == "linear":
+            between = [self.first + (self.last - self.first) * share for share in inner]
+        else:
+            between = [self.first * (self.last / self.first) ** share for share in inner]
+        return [self.first, *between, self.last]
+
+
+RADIUS = Quantity("m", "radius of the granules", **SIZES, optional=True)
+
+
+def _radius(value: Any) -> Any:
+    return value if isinstance(value, Taper) else RADIUS.checked("radius", value)
+
+
+@frozen(kw_only=True, init=False)
+class Segment:
+    """Consecutive granules of one material, of equal or tapered size.
+
+    Parameters
+    ----------
+    count : int
+        Number of granules, at least 1 (default).
+    material : Material or str, optional
+        Material, or its name; by default that of the chain.
+    radius, diameter : float or Taper, optional
+        Size [m], at most one of them; by default that of the chain.
+    gap : float
+        Initial distance between each of these granules and the next one [m], default 0.
+
+    Raises
+    ------
+    InvalidValueError
+        If a value is out of range, both sizes are given, or a taper has fewer than two granules.
+    """
+
+    count: int = quantity("", "number of granules", at_least=1, at_most=MOST_GRANULES, whole=True, default=1)
+    material: Material | None = field(default=None, converter=named_material, validator=checked_material)
+    radius: float | Taper | None = field(default=None, converter=_radius, metadata=declaration(RADIUS))
+    gap: float = quantity(
+        "m", "initial distance between each granule and the next one", at_least=0, at_most=1e6, default=0.0
+    )
+
+    def __init__(
+        self,
+        *,
+        count: int = 1,
+        material: Material | str | None = None,
+        radius: float | Taper | None = None,
+        diameter: float | Taper | None = None,
+        gap: float = 0.0,
+    ) -> None:
+        self.__attrs_init__(count=count, material=material, radius=radius_of(radius, diameter), gap=gap)
+        if isinstance(self.radius, Taper) and self.count < 2:
+            raise InvalidValueError.of("count", f"must be >= 2 for a taper (got {self.count})")
+
+    @property
+    def granules(self) -> int:
+        """Number of granules."""
+        return self.count
+
+
+def _segments(value: Any) -> tuple[Segment, ...]:
+    if not (isinstance(value, Sequence) and value and all(isinstance(part, Segment) for part in value)):
+        raise InvalidValueError.of("cell", f"must be a list of one or more Segment objects (got {text_of(value)})")
+    return tuple(value)
+
+
+@frozen(kw_only=True)
+class Cell:
+    """A sequence of segments that is repeated.
+
+    Parameters
+    ----------
+    repeat : int
+        Number of repetitions, at least 1.
+    cell : sequence of Segment
+        The segments of one cell, starting at the struck end.
+
+    Raises
+    ------
+    InvalidValueError
+        If a value is out of range.
+    """
+
+    repeat: int = quantity("", "number of repetitions of the cell", at_least=1, at_most=MOST_GRANULES, whole=True)
+    cell: tuple[Segment, ...] = field(converter=_segments, repr=tuple_repr)
+
+    @property
+    def granules(self) -> int:
+        """Number of granules."""
+        return self.repeat * sum(segment.count for segment in self.cell)
+
+
+def checked_segments(value: Sequence[Any]) -> tuple[Segment | Cell, ...]:
+    """``value`` as the segments of a chain.
+
+    Raises
+    ------
+    InvalidValueError
+        If it is empty, an element is of another type, or there are more than a million granules.
+    """
+    wrong = [index for index, part in enumerate(value) if not isinstance(part, Segment | Cell)]
+    if wrong or not value:
+        got = text_of(value[wrong[0]]) if wrong else "none"
+        place = f"granules[{wrong[0]}]" if wrong else "granules"
+        rule = "a Segment or a Cell" if wrong else "a whole number, or a list of one or more segments"
+        raise InvalidValueError([Fault(place, f"must be {rule} (got {got})")])
+    total = sum(part.granules for part in value)
+    if total > MOST_GRANULES:
+        raise InvalidValueError.of("granules", f"must be at most {MOST_GRANULES} granules in all (got {total})")
+    return tuple(value)
+
+
+def each_segment(parts: Sequence[Segment | Cell]) -> Iterator[tuple[str, Segment]]:
+    """Path below ``granules`` and the segment itself, for every segment; those of a cell once."""
+    for index, part in enumerate(parts):
+        if isinstance(part, Segment):
+            yield f"[{index}]", part
+        else:
+            yield from ((f"[{index}].cell[{inner}]", segment) for inner, segment in enumerate(part.cell))

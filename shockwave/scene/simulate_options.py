@@ -1,0 +1,148 @@
+"""Options of a simulation, declared once for Python, scenario files and the command line."""
+
+from __future__ import annotations
+
+import functools
+import operator
+import typing
+from collections.abc import Collection, Iterable
+from typing import Any, Literal
+
+import attrs
+from attrs import field, frozen
+
+from shockwave.base.errors import InvalidValueError
+from shockwave.base.quantity_fields import MAGNITUDES, one_of, quantity, text_of, tuple_repr
+from shockwave.registry.registry import find
+
+Waves = Literal["train", "primary"]
+Backend = Literal["auto", "compiled", "numpy"]
+Recorded = Literal["forces", "field", "energies"]
+
+# Greatest number of a contact: far beyond any chain that can be simulated.
+_MOST_CONTACT = 10**12
+
+
+def _contacts(values: Any) -> tuple[int, ...]:
+    """Ascending numbers of contacts."""
+    try:
+        numbers = sorted({operator.index(value) for value in values})
+    except TypeError:
+        numbers = [-1]
+    if numbers and not 0 <= numbers[0] <= numbers[-1] <= _MOST_CONTACT:
+        got = text_of(list(values) if isinstance(values, tuple) else values)
+        problem = f"must be whole numbers from 0 to {_MOST_CONTACT:g} (got {got})"
+        raise InvalidValueError.of("contacts", problem)
+    return tuple(numbers)
+
+
+def _recorded(values: Iterable[Any]) -> tuple[Any, ...]:
+    known = typing.get_args(Recorded)
+    names = tuple(values)
+    if not set(names) <= set(known):
+        raise InvalidValueError.of("record", f"must be a list of {', '.join(known)} (got {text_of(values)})")
+    return names
+
+
+@frozen(kw_only=True)
+class SimulateOptions:
+    """Options of a simulation.
+
+    Parameters
+    ----------
+    integrator : str, optional
+        Name of a registered integrator. Default: rkn86, or rkn1210 for a tolerance below 1e-7.
+    rtol : float, optional
+        Relative tolerance of the peak force of the leading wave, 1e-13 to 1e-2, for adaptive methods. Default: 1e-6.
+    step : float, optional
+        Step size in units of the characteristic time of the wave, up to 1, for fixed-step methods. Default: 0.02.
+    wave_threshold : float
+        Weakest wave that counts, relative to the leading wave, 1e-3 to below 1.
+    waves : "train" or "primary"
+        All waves and the rebounding granules, or the leading wave alone.
+    backend : "auto", "compiled" or "numpy"
+        Code that integrates the chain. ``auto`` is the compiled code if it was built.
+    contacts : sequence of int
+        Contacts, counted from 0, at which the passage of the leading wave or, in a finite chain, the greatest force is
+        reported. Default: none in an endless chain, all in a finite one, evenly spaced beyond 1000.
+    record : sequence of "forces", "field", "energies"
+        Histories to record: forces at ``contacts``, positions and velocities of all granules, energies.
+    interval, until : float, optional
+        Sampling interval of the histories and their end [s]. Default: a tenth of the characteristic time of the wave,
+        and shortly after the leading wave has passed the last of ``contacts`` or was measured.
+    timeout : float, optional
+        Maximum computing time [s]. Without the leading wave by then the simulation fails; anything else that is missing
+        is left out with a warning. Default: no limit.
+
+    Raises
+    ------
+    InvalidValueError, UnknownNameError
+        When a value is out of range or the name is unknown.
+    """
+
+    integrator: str | None = None
+    rtol: float | None = quantity(
+        "", "relative tolerance of the peak force, 1e-6 if omitted", default=None, at_least=1e-13, at_most=1e-2
+    )
+    step: float | None = quantity(
+        "", "step of a fixed-step method, in characteristic times", default=None, above=0, at_most=1
+    )
+    # below a thousandth, peaks are not separable from the residual motion of the chain
+    wave_threshold: float = quantity(
+        "", "weakest wave that counts, relative to the leading wave", at_least=1e-3, below=1, default=5e-3
+    )
+    waves: Waves = field(default="train", validator=one_of(*typing.get_args(Waves)))
+    backend: Backend = field(default="auto", validator=one_of(*typing.get_args(Backend)))
+    contacts: tuple[int, ...] = field(default=(), converter=_contacts, repr=tuple_repr)
+    record: tuple[Recorded, ...] = field(default=(), converter=_recorded)
+    interval: float | None = quantity("s", "sampling interval of the histories", **MAGNITUDES, default=None)
+    until: float | None = quantity("s", "end of the histories", **MAGNITUDES, default=None)
+    timeout: float | None = quantity("s", "maximum computing time", above=0, default=None)
+
+    def __attrs_post_init__(self) -> None:
+        if self.interval is not None and not self.record:
+            problem = f"must be left out without record (got {self.interval:g} s; list what to record)"
+            raise InvalidValueError.of("interval", problem)
+        takes = "rtol backend"
+        if self.integrator is not None:
+            method = find("integrators", self.integrator)
+            takes = method.takes
+            object.__setattr__(self, "integrator", method.name)  # which may differ in case
+        if takes:
+            self.check(self.integrator or "the default integrator", takes.split())
+
+    @property
+    def wanted_backend(self) -> Backend:
+        """The backend, or ``auto`` if the integrator takes none."""
+        takes = "backend" if self.integrator is None else find("integrators", self.integrator).takes
+        return self.backend if "backend" in takes.split() else "auto"
+
+    def check(self, name: str, takes: Collection[str]) -> None:
+        """Refuse a setting that the method ``name`` does not use; ``takes`` are those that it uses."""
+        other = "rtol" if "rtol" in takes else "step"
+        why = "chooses its own steps" if other == "rtol" else "has a fixed step size"
+        for setting in {"rtol", "step"} - set(takes):
+            value = getattr(self, setting)
+            if value is not None:
+                raise InvalidValueError.of(setting, f"must be left out: {name} {why} (got {value:g}; give {other})")
+        if self.backend == "compiled" and "backend" not in takes:
+            problem = f"must be auto or numpy: {name} is compiled for some chains only, if at all (got 'compiled')"
+            raise InvalidValueError.of("backend", problem)
+
+
+# Plain options are cached, so that repeated ones are not checked again; typed, because 1 == True.
+_kept_options = functools.lru_cache(maxsize=64, typed=True)(SimulateOptions)
+
+
+def options_of(given: dict[str, Any]) -> SimulateOptions:
+    """Options from keyword arguments; raises InvalidValueError for an unknown name."""
+    refuse_unknown(given, set(attrs.fields_dict(SimulateOptions)))
+    plain = all(value is None or isinstance(value, str | int | float) for value in given.values())
+    return (_kept_options if plain else SimulateOptions)(**given)
+
+
+def refuse_unknown(given: dict[str, Any], known: set[str]) -> None:
+    """Refuse keyword arguments that are not ``known``."""
+    if unknown := sorted(given.keys() - known):
+        names = ", ".join(sorted({"limit", *known}))
+        raise InvalidValueError.of(unknown[0], f"must be left out (got {text_of(given[unknown[0]])}; known: {names})")

@@ -1,0 +1,95 @@
+"""First yield of contacts: the limit of elastic results."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from attrs import frozen
+
+from shockwave.base.errors import InvalidValueError
+from shockwave.base.numerics import FloatArray
+from shockwave.base.text import rounded, si
+from shockwave.scene.chain import Chain
+
+_Number = TypeVar("_Number", float, FloatArray)
+# Pressure at the centre of the contact at first yield, over the yield strength: 1.6 for a Poisson ratio of 0.3
+# (Johnson, Contact Mechanics, section 6.1).
+_PRESSURE = 1.6
+#: Beginning of the warning of forces beyond first yield.
+BEYOND = "Beyond elastic validity"
+#: Beginning of the warning of contacts without a known yield strength.
+UNJUDGED = "First yield is not judged"
+
+
+@frozen(kw_only=True)
+class Yielding:
+    """First yield of the contacts.
+
+    Attributes
+    ----------
+    first_yield_force : float
+        Smallest force in the chain at which a contact begins to yield [N].
+    peak_ratio : float
+        Largest ratio of a peak force to the force at which its contact begins to yield.
+    """
+
+    first_yield_force: float
+    peak_ratio: float
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentence on forces beyond first yield, if there are any."""
+        if self.peak_ratio <= 1:
+            return ()
+        exceeds = "a peak force exceeds that of first yield, and plastic deformation of the contacts is not modelled"
+        return (f"{BEYOND}: {exceeds}.",)
+
+    def facts(self) -> list[tuple[str, str]]:
+        """Label and text."""
+        ratio = f"largest ratio of a peak force to the force of first yield {rounded(self.peak_ratio, 3)}"
+        return [("first yield", f"at {si(self.first_yield_force, 'N', 4)}; {ratio}")]
+
+
+def first_yield_force(radius: _Number, modulus: _Number, strength: _Number) -> _Number:
+    """F_y = pi^3 R*^2 (1.6 sigma_y)^3 / (6 E*^2) [N], for the yield strength of the softer body.
+
+    ``radius`` R* [m], ``modulus`` E* [Pa] and ``strength`` sigma_y [Pa] are numbers, or arrays of the same shape.
+    """
+    pressure = _PRESSURE * strength
+    size = radius / modulus
+    return math.pi**3 / 6 * size * size * pressure * pressure * pressure
+
+
+def strength_of(material: Any) -> float:
+    """Yield strength of a material [Pa]; NaN if it is not known, infinite for ``rigid``."""
+    strength = getattr(material, "yield_strength", math.inf)
+    return math.nan if strength is None else float(strength)
+
+
+def yielding_of(chain: Chain, peak_force: float) -> Yielding | None:
+    """First yield in a chain of equal granules with a peak force [N]; None if the yield strength is not known."""
+    material = chain.material
+    if material.yield_strength is None:
+        return None
+    force = first_yield_force(chain.radius / 2, 1 / (2 * material.compliance), material.yield_strength)
+    return Yielding(first_yield_force=force, peak_ratio=peak_force / force)
+
+
+def beyond_elastic(chain: Chain, yielding: Callable[[], Yielding | None]) -> InvalidValueError | None:
+    """Error of a result with forces beyond first yield, or of unknown yield strengths, if the chain must be elastic.
+
+    ``yielding`` is called only if ``chain.elastic_only`` is set.
+    """
+    found = yielding() if chain.elastic_only else None
+    if not chain.elastic_only or (found is not None and found.peak_ratio <= 1):
+        return None
+    rule, got = (
+        "must be left out where a yield strength is not known",
+        "got true; state yield_strength of each material",
+    )
+    if found is not None:
+        rule = "must be left out for forces beyond first yield"
+        got = f"got a peak force of {rounded(found.peak_ratio, 3)} times the force of first yield"
+    return InvalidValueError.of("chain.elastic_only", f"{rule} ({got})")

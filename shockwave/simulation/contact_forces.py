@@ -1,0 +1,399 @@
+"""Simulation of chains beyond equal spheres, from excitation and chain to a result with error estimates."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import TypeAlias, cast
+
+import numpy as np
+import numpy.typing as npt
+from attrs import asdict, evolve
+
+from shockwave.base.errors import NumericalError
+from shockwave.base.numerics import FloatArray, bracketed_root
+from shockwave.base.text import rounded, si
+from shockwave.engine.backend import chosen
+from shockwave.engine.mixed_chain_problem import Motion
+from shockwave.engine.nystroem_integrators import Rkn86
+from shockwave.engine.time_limit import time_limit
+from shockwave.registry.registry import load
+from shockwave.scene.chain import Chain
+from shockwave.scene.force_limit import LAST, LeavingForce
+from shockwave.scene.impact import Impact
+from shockwave.scene.plausibility import unusual_warnings
+from shockwave.scene.shock import Shock
+from shockwave.scene.simulate_options import SimulateOptions
+from shockwave.scene.yielding import UNJUDGED, Yielding, beyond_elastic, first_yield_force, strength_of
+from shockwave.simulation.contact_peaks import ContactPeak, last_force
+from shockwave.simulation.contact_result import ChainResult, SegmentEnergy, Transmitted
+from shockwave.simulation.contact_setup import ChainSetup
+from shockwave.simulation.convergence_runs import Runs, run, runs_of, tolerances_for
+from shockwave.simulation.recording import Recording, sample_times
+from shockwave.simulation.wave_result import Cost, SimulationResult
+from shockwave.simulation.wave_setup import scaled
+
+_Flags: TypeAlias = npt.NDArray[np.bool_]
+
+# Computing time of the forces at the contacts of equal granules, per squared number of granules and per characteristic
+# time of the duration of the shock [s]; the equivalents of each granule, and of each step with and without compiled
+# code, in squared granules.
+_PAIR_SECONDS = 1.8e-7
+_ROW = 20.0
+_STEP_PAIRS = {"compiled": 300.0, "numpy": 2100.0}
+# Duration of a shock that makes a single wave, and beyond which waves along the whole chain make the time no longer
+# [characteristic times], and the equivalent of granules that fly freely.
+_SINGLE = 1.4
+_MANY = 25.0
+_FREE = 0.2
+# Factor of this time for NumPy.
+_NUMPY = 40.0
+# Longest computing time of the forces without a timeout or an end of the simulated time [s].
+_MOST_SECONDS = 25.0
+# Overlap, over the reduced radius of the contact, beyond which Hertz's law is doubtful.
+_LARGE_OVERLAP = 0.1
+# Least dynamic force on the wall of an unfinished wave, over its greatest.
+_STILL_ACTING = 0.01
+# Least velocity of a granule that flies off, relative to the fastest granule.
+_EJECTED = 1e-3
+#: Warning for endless chains.
+NO_LIMIT = (
+    "The peak force of the leading wave far along the chain is not determined: under precompression it approaches its"
+    " limit too slowly. The forces at the contacts are accurate."
+)
+
+
+def simulate_chain(
+    options: SimulateOptions, excitation: Shock | Impact, chain: Chain, case: ChainSetup | None = None
+) -> ChainResult:
+    """Simulate a finite or precompressed chain with an excitation, and estimate the errors of the forces.
+
+    ``case`` is its setup, if it is known.
+
+    Raises
+    ------
+    InvalidValueError
+        If a value is out of range, or a contact of the options is not one of the chain.
+    NumericalError
+        If the integrator fails, or the time limit is reached.
+    """
+    begin = time.perf_counter()
+    runs = runs_of(case or ChainSetup.of(options, excitation, chain))
+    case, motion, scales = runs.case, runs.motion, runs.case.scales
+    if options.record:
+        sample_times(options, scales, motion.end, case.granules)
+    count, start = case.granules, case.assembly.velocity / float(case.assembly.inverse_masses[0])
+    momentum, energy = motion.applied_impulse + start, motion.work + motion.initial_energy
+    impulse, on_wall = float(motion.impulses[-1]) if case.has_wall else 0.0, None
+    if case.has_wall:
+        peak = asdict(runs.peak(-1))
+        on_wall = Transmitted(**peak, impulse=impulse * scales.momentum, impulse_error=runs.impulse_error)
+    carried = math.fsum(motion.v[:count] / case.assembly.inverse_masses[:count])
+    movable = len(motion.v) > count
+    velocities, masses = scales.velocity * motion.v[:count], case.layout.masses
+    apart = _apart(motion.x[:count], motion.v[:count], case.assembly.overlaps)
+    loaded = bool(case.layout.static_forces.any())
+    rebounding = None if loaded else _flying(-velocities, apart)
+    spalls = None if loaded or case.has_wall else _flying(velocities[::-1], apart[::-1])
+    notes = (excitation.profile.notes if isinstance(excitation, Shock) else ()) + unusual_warnings(excitation, chain)
+    yielding = _yielding(case, motion)
+    if error := beyond_elastic(chain, lambda: yielding):
+        raise error
+    endless, later = chain.count is None, _later_force(case, motion)
+    reached = _reached(motion.v) if endless else count
+    return ChainResult(
+        excitation=excitation,
+        chain=chain,
+        options=case.options,
+        integrator=motion.integrator,
+        backend="numpy" if case.compiled is None else "compiled",
+        contact_count=None if endless else len(motion.forces),
+        contacts=runs.reported,
+        greatest_force=runs.greatest,
+        last_contact=None if endless else runs.peak(-1),
+        transmitted=on_wall,
+        end=motion.end * scales.time,
+        later_force=0.0 if endless else later,
+        arrival_time=None if endless or motion.arrival is None else motion.arrival * scales.time,
+        velocities=tuple(velocities[:reached].tolist()),
+        recoil_velocities=None if rebounding is None else tuple((-rebounding).tolist()),
+        recoil_momentum=None if rebounding is None else 0.0 - math.fsum(masses[: len(rebounding)] * rebounding),
+        spall_velocities=None if spalls is None else tuple(spalls.tolist()),
+        restitution=_restitution(case, motion, velocities, apart),
+        applied_momentum=momentum * scales.momentum,
+        applied_energy=energy * scales.energy,
+        dissipated_energy=motion.dissipated * scales.energy,
+        segments=tuple(_segments(case, motion, reached)),
+        end_energy=(float(motion.kinetic[-1]) + motion.end_energy) * scales.energy if movable else None,
+        yielding=yielding,
+        momentum_defect=abs(carried + impulse - momentum) / momentum,
+        energy_defect=abs(motion.energy_balance) / energy,
+        characteristic_time=scales.time,
+        cost=Cost(steps=runs.steps, force_evaluations=runs.evaluations, seconds=time.perf_counter() - begin),
+        warnings=(
+            *notes,
+            *_fixed(case),
+            *_missed(runs),
+            *_unphysical(case, motion),
+            *_unfinished(case, motion, velocities, apart),
+            *_later_warning(case, motion, later),
+            *_unjudged(case, yielding),
+            *[NO_LIMIT] * endless,
+        ),
+        on_demand=_record,
+    )
+
+
+def contact_peaks(
+    result: SimulationResult,
+) -> tuple[tuple[ContactPeak, ...], ContactPeak, LeavingForce, tuple[str, ...]]:
+    """Greatest forces at the reported contacts of a finite chain of equal granules, at all contacts, and at the last.
+
+    The last element is a warning if the integrator of the waves cannot step this chain.
+
+    Raises
+    ------
+    NumericalError
+        If the integration would take too long, fails, or reaches the time limit.
+    """
+    granules, options = cast(int, result.chain.granules), result.options
+    integrator = result.integrator
+    warnings: list[str] = []
+    if load("integrators", integrator).refusal(damped=False):
+        warnings = [f"{Rkn86.name} integrates the greatest forces at the contacts; {integrator} only the waves."]
+    options = evolve(options, step=None, integrator=None if warnings else integrator, backend=options.wanted_backend)
+    code = "numpy" if chosen(options.backend) is None else "compiled"
+    if options.timeout is None and options.until is None:
+        duration = max(scaled(result.shock, result.chain)[0].duration, _SINGLE)
+        pairs = granules * granules * max(min(duration, _MANY) - _SINGLE, _FREE)
+        pairs += (_ROW * granules + _STEP_PAIRS[code]) * duration
+        seconds = _PAIR_SECONDS * (_NUMPY if code == "numpy" else 1) * pairs
+        if seconds > _MOST_SECONDS:
+            took = f"the integration of {granules} granules would take about {seconds:.0f} s or more"
+            raise NumericalError(f"{took} (set until or a timeout to integrate all the same)")
+    runs = runs_of(ChainSetup.of(options, result.shock, result.chain))
+    leaving = last_force(LAST, runs.peak(-1), runs.motion.arrival is not None, _later_force(runs.case, runs.motion))
+    return runs.reported, runs.greatest, leaving, tuple(warnings)
+
+
+# ---------------------------------------------------------------- parts of the result
+
+
+def _fixed(case: ChainSetup) -> Iterator[str]:
+    """Note on a movable wall that is integrated as a fixed one."""
+    if case.chain.end is not None and case.chain.end.mass is not None and case.assembly.fixed_wall:
+        yield "The wall is integrated as a fixed one: its spring or dashpot holds it to rtol/100 of the overlap."
+
+
+def _missed(runs: Runs) -> list[str]:
+    """Warning if a reported force does not meet the tolerance."""
+    if not runs.missed:
+        return []
+    judged = runs.case.judged(runs.motion.forces)
+    worst = int(judged[np.argmax(runs.errors[judged])])
+    reached = f"the relative error of the greatest force at contact {worst} is estimated as {runs.errors[worst]:.1e}"
+    return [f"The tolerance was not met: {reached}, not {runs.case.rtol:.1e}."]
+
+
+def _unphysical(case: ChainSetup, motion: Motion) -> Iterator[str]:
+    """Warning of overlaps for which Hertz's law does not hold."""
+    if case.chain.contact is None:
+        pairs = case.layout.pairs
+        ratios = (motion.forces * case.scales.force / pairs.stiffnesses) ** (1 / pairs.exponent) / pairs.radii
+        worst = int(np.argmax(ratios))
+        if ratios[worst] > _LARGE_OVERLAP:
+            overlap = f"The overlap at contact {worst} is about {rounded(ratios[worst])} times the reduced radius"
+            yield f"{overlap}: Hertz's law holds for small overlaps only."
+
+
+def _unfinished(case: ChainSetup, motion: Motion, velocities: FloatArray, apart: _Flags) -> Iterator[str]:
+    """Warnings of results that may change after the end of the simulated time."""
+    if motion.arrival is None and case.chain.count is not None:
+        last = "wall" if case.has_wall else "last contact"
+        yield f"The leading wave has not reached the {last} by the end of the simulated time (extend until)."
+    if case.has_wall and case.layout.law is None:
+        closing = motion.x[case.granules - 1] - (motion.x[case.granules] if len(motion.x) > case.granules else 0.0)
+        stiffness, overlap = case.assembly.stiffnesses[-1], max(float(case.assembly.overlaps[-1] + closing), 0.0)
+        excess = float(stiffness * overlap**case.assembly.exponent - case.assembly.static_forces[-1])
+        # a striker may lie on the chain
+        if min(abs(excess), abs(excess - case.assembly.weight)) > _STILL_ACTING * motion.dynamic_forces[-1] > 0:
+            yield "A wave acts on the wall at the end of the simulated time: its impulse is incomplete (extend until)."
+    if not case.layout.weight and _restitution(case, motion, velocities, apart) is not None:
+        others = velocities[1:]
+        if others.min() < velocities[0] or (case.has_wall and others.max() > -velocities[0]):
+            yield "The striker may be struck again after the simulated time: its restitution is provisional."
+
+
+def _mean(v: FloatArray, masses: FloatArray) -> float:
+    """Velocity of the centre of mass, at least 0."""
+    return max(float(np.average(v, weights=masses)), 0.0) if len(v) else 0.0
+
+
+def _first(marks: _Flags) -> int:
+    """Index of the first mark that is set; their number if there is none."""
+    return int(np.argmax(marks)) if marks.any() else len(marks)
+
+
+def _later_force(case: ChainSetup, motion: Motion) -> float:
+    """Bound of the force at the last contact after the end of the simulated time [N]; infinite where none is known.
+
+    The energy above that of the chain at rest, loaded by the weight of a striker, may all be stored in this contact,
+    except that of bodies that move away from the others.
+    """
+    assembly, force, v = case.assembly, case.assembly.force, motion.v
+    has_ended = force is None or motion.end >= force.duration
+    # the energy of the law of a plugin is not known, and a movable wall may give way under the weight
+    if not has_ended or assembly.law is not None or (assembly.weight and not assembly.fixed_wall):
+        return math.inf
+    masses, apart = 1 / assembly.inverse_masses, _apart(motion.x, v, assembly.overlaps)
+    static, k, p = assembly.static_forces + assembly.weight, assembly.stiffnesses, assembly.exponent
+    # nothing holds the last body: a granule, or a wall without a spring
+    is_free = not (assembly.fixed_wall or assembly.end_stiffness or assembly.end_damping)
+    granules = len(v) if is_free else case.granules
+    first, last, frame = _first(~(np.append(apart[: granules - 1], True) & (v[:granules] <= 0))), len(v), 0.0
+    if static.any():  # what it acts on returns; a striker without a weight does not
+        first = min(first, int(force is None and not assembly.weight))
+    elif is_free and first < last:  # what counts is the motion relative to that of the whole
+        frame = _mean(v[first:], masses[first:])
+        last -= _first(~(np.append(True, apart) & (v >= frame))[first:][::-1])
+        frame = min(frame, _mean(v[first:last], masses[first:last]))
+    energy = math.fsum(0.5 * masses[first:last] * (v[first:last] - frame) ** 2) + math.fsum(motion.potential)
+    energy += motion.end_energy
+    at_rest = (static / k) ** (1 / p)
+    if assembly.weight:
+        lowered = np.cumsum((at_rest - assembly.overlaps)[::-1])[::-1]
+        energy += assembly.weight * float(lowered[0] - motion.x[0]) - math.fsum(assembly.potential(lowered))
+
+    def excess(overlap: float) -> float:
+        stored = k[-1] * (overlap ** (p + 1) - at_rest[-1] ** (p + 1)) / (p + 1) - static[-1] * (overlap - at_rest[-1])
+        return float(stored - energy)
+
+    # half of the elastic energy at this overlap is enough for each of the two other terms
+    upper = max((2 * (p + 1) / k[-1] * energy) ** (1 / (p + 1)), (2 * (p + 1)) ** (1 / p) * at_rest[-1])
+    overlap = bracketed_root(excess, at_rest[-1], upper, "the greatest later overlap") if energy > 0 else at_rest[-1]
+    behind = case.granules - 1 - (not case.has_wall)
+    closing = math.sqrt(2 * max(energy, 0)) * float(np.sum(np.sqrt(assembly.inverse_masses[behind : behind + 2])))
+    damping = float(assembly.damping[-1]) * overlap**assembly.damping_power * closing
+    return float(case.scales.force * (k[-1] * overlap**p + damping))
+
+
+def _later_warning(case: ChainSetup, motion: Motion, later: float) -> Iterator[str]:
+    """Warning of a greater force on the wall after the end of the simulated time."""
+    if case.has_wall and motion.arrival is not None and later > case.scales.force * motion.forces[-1]:
+        if later < math.inf:
+            force = f"of at most {si(later, 'N', 3)}"
+            yield f"A later collision may exert a greater force on the wall, {force} (extend until)."
+        elif case.assembly.force is not None and motion.end < case.assembly.force.duration:
+            yield "The shock ends after the simulated time: the force on the wall may still grow (extend until)."
+        elif case.assembly.weight:
+            yield "The striker may fall on the chain again, with a greater force on the wall (extend until)."
+
+
+def _reached(v: FloatArray) -> int:
+    """Number of granules that the waves have reached."""
+    return 1 + int(np.flatnonzero(v).max(initial=0))
+
+
+def _segments(case: ChainSetup, motion: Motion, granules: int) -> Iterator[SegmentEnergy]:
+    """Energy of each segment, of so many granules in all."""
+    count, energies = case.granules, case.scales.energy * motion.kinetic[: case.granules]
+    halves = case.scales.energy / 2 * motion.potential
+    energies[:-1] += halves[: count - 1]
+    energies[1:] += halves[: count - 1]
+    if case.has_wall:
+        energies[-1] += 2 * halves[-1]
+    begins = [0, *(np.flatnonzero(np.diff(case.layout.segments)) + 1).tolist(), count]
+    for begin, end in pairwise(begins):
+        yield SegmentEnergy(first=begin, last=min(end, granules) - 1, energy=math.fsum(energies[begin:end]))
+
+
+def _apart(x: FloatArray, v: FloatArray, overlaps: FloatArray) -> _Flags:
+    """Whether each contact between these bodies is open, and they do not approach each other."""
+    gaps = x[1:] - x[:-1] - overlaps[: len(x) - 1]
+    return np.asarray((gaps >= 0) & (v[:-1] <= v[1:]))
+
+
+def _flying(outwards: FloatArray, apart: _Flags) -> FloatArray:
+    """Velocities of the granules that fly off an end, outermost first, from the outward velocities of all granules."""
+    free = len(outwards) if apart.all() else int(np.argmin(apart))
+    slow = outwards[:free] <= _EJECTED * np.abs(outwards).max()
+    return outwards[: int(np.argmax(slow)) if slow.any() else free]
+
+
+def _restitution(case: ChainSetup, motion: Motion, velocities: FloatArray, apart: _Flags) -> float | None:
+    if case.layout.weight:  # it falls back
+        return motion.rebound and motion.rebound / case.assembly.velocity
+    if not (isinstance(case.excitation, Impact) and apart[0]):
+        return None
+    masses = case.layout.masses[1:]
+    centre = 0.0 if case.has_wall else math.fsum(masses * velocities[1:]) / math.fsum(masses)
+    away = centre - float(velocities[0])
+    return away / case.layout.velocity if away > 0 else None
+
+
+def _strengths(case: ChainSetup) -> FloatArray:
+    """Smaller yield strength at each contact [Pa]; NaN where one is not known."""
+    wall = [] if case.layout.wall is None else [case.layout.wall.material]
+    strengths = [strength_of(each) for each in (*case.layout.materials, *wall)]
+    return np.minimum(strengths[:-1], strengths[1:])
+
+
+def _unjudged(case: ChainSetup, yielding: Yielding | None) -> Iterator[str]:
+    """Warning of contacts that are not compared with first yield."""
+    unknown = int(np.isnan(_strengths(case)).sum())
+    if yielding is not None and unknown:
+        where = "1 contact" if unknown == 1 else f"{unknown} contacts"
+        yield f"{UNJUDGED} at {where}, because a yield strength is not known (state yield_strength)."
+
+
+def _yielding(case: ChainSetup, motion: Motion) -> Yielding | None:
+    """First yield in the weaker material of each contact, where both yield strengths are known."""
+    layout, softer = case.layout, _strengths(case)
+    at = np.flatnonzero(np.isfinite(softer))
+    every = case.chain.elastic_only and at.size < softer.size
+    if not at.size or every or layout.law is not None:
+        return None
+    radii, moduli = layout.pairs.radii[at], layout.pairs.moduli[at]
+    first = first_yield_force(radii, moduli, softer[at])
+    ratios = motion.forces[at] * case.scales.force / first
+    return Yielding(first_yield_force=float(first.min()), peak_ratio=float(ratios.max()))
+
+
+# ---------------------------------------------------------------- histories
+
+
+def _record(_part: str, result: ChainResult) -> Recording:
+    """Histories that the options of ``result`` request, by another integration of the chain.
+
+    Raises
+    ------
+    InvalidValueError
+        If the histories have too many values.
+    """
+    options = result.options
+    case = ChainSetup.of(options, result.excitation, result.chain)
+    scales, count = case.scales, case.granules
+    times = sample_times(options, scales, result.end / scales.time, count)
+    with time_limit(None if options.timeout is None else options.timeout - result.cost.seconds):
+        motion = run(case, tolerances_for(case.rtol)[0], result.end / scales.time, times)
+    if result.chain.count is None:
+        count = _reached(motion.v)
+    recorded: dict[str, FloatArray] = {}
+    if "forces" in options.record:
+        forces = scales.force * motion.samples_forces
+        recorded["forces"] = forces[:, case.reported]
+        if case.has_wall:
+            recorded["wall_force"] = forces[:, -1]
+    if "field" in options.record:
+        recorded["displacements"] = scales.energy / scales.force * motion.samples_x[:, :count]
+        recorded["velocities"] = scales.velocity * motion.samples_v[:, :count]
+    if "energies" in options.record:
+        squares = motion.samples_v**2 / case.assembly.inverse_masses
+        recorded["kinetic_energy"] = scales.energy / 2 * np.add.reduce(squares, axis=1)
+        if case.layout.law is None:
+            contacts = np.add.reduce([case.assembly.potential(x) for x in motion.samples_x], axis=1)
+            spring = case.assembly.end_stiffness / 2 * motion.samples_x[:, -1] ** 2
+            recorded["contact_energy"] = scales.energy * (contacts + spring)
+    return Recording(times=times * scales.time, contacts=tuple(case.reported.tolist()), **recorded)

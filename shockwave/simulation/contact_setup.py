@@ -1,0 +1,275 @@
+"""Setup of a simulation of a finite or precompressed chain: units, the scaled problem, and the reported contacts."""
+
+from __future__ import annotations
+
+import math
+from importlib import import_module
+from types import ModuleType
+
+import numpy as np
+import numpy.typing as npt
+from attrs import evolve, frozen
+
+from shockwave.base.errors import Fault, InvalidValueError
+from shockwave.base.numerics import FloatArray
+from shockwave.engine.backend import chosen
+from shockwave.engine.integrator import Integrator
+from shockwave.engine.mixed_chain_problem import Assembly, integrate
+from shockwave.engine.scaled_problem import ChainProblem
+from shockwave.registry.registry import load
+from shockwave.scene.chain import Chain, Scales
+from shockwave.scene.chain_end import Wall
+from shockwave.scene.contact_law import BoundLaw
+from shockwave.scene.coverage_rules import scene_faults
+from shockwave.scene.impact import Impact
+from shockwave.scene.layout import Layout
+from shockwave.scene.segments import MOST_GRANULES
+from shockwave.scene.shock import Shock
+from shockwave.scene.simulate_options import SimulateOptions
+from shockwave.scene.solitary_wave import MOMENTUM
+from shockwave.simulation.recording import check_end, reported_contacts, sample_times
+from shockwave.simulation.wave_setup import RTOL
+
+# Contacts of an endless chain that are reported unless they are requested.
+_ENDLESS = (0, 1, 2, 5, 10, 20, 50, 100)
+# Simulated time after the shock, over the time at which the leading wave arrives at the last of them, as for a finite
+# chain; tolerance of the step in the run that gives this time, and its significant digits.
+_ARRIVALS = 3.0
+_TOLERANCE = 1e-4
+_DIGITS = 3
+# Greatest force over that of the shock; waves reach less than half of it, and none is faster than sound under it.
+_GREATEST = 8.0
+# Displacement of a wall over the overlap of its contact, per relative tolerance, below which it counts as fixed.
+_STILL = 1e-2
+# Longest default end of the simulated time, in characteristic times per granule.
+_LATEST = 10.0
+# Granules ahead of a sound wave that it moves, a constant and a number per cube root of its way.
+_AHEAD = 30
+_AHEAD_RATE = 10
+
+
+@frozen(eq=False)
+class ChainSetup:
+    """A chain with its excitation, in SI units and as a scaled problem.
+
+    Attributes
+    ----------
+    excitation, chain : Shock or Impact, Chain
+        The scene.
+    layout : Layout
+        Masses, stiffnesses and static forces in SI units.
+    scales : Scales
+        Units of ``assembly``; their mass and contact stiffness are the medians in the chain.
+    assembly : Assembly
+        The scaled problem.
+    options : SimulateOptions
+        The options with all defaults filled in, except the integrator.
+    method : type of Integrator or None
+        The integrator that the options name.
+    compiled : module or None
+        The compiled module, or None for NumPy.
+    reported : array of int
+        Contacts to report.
+    end : float or None
+        End of the simulated time, scaled, if the options do not state it; None for the default of a finite chain.
+    """
+
+    excitation: Shock | Impact
+    chain: Chain
+    layout: Layout
+    scales: Scales
+    assembly: Assembly
+    options: SimulateOptions
+    method: type[Integrator] | None
+    compiled: ModuleType | None
+    reported: npt.NDArray[np.intp]
+    end: float | None = None
+
+    @classmethod
+    def of(cls, options: SimulateOptions, excitation: Shock | Impact, chain: Chain) -> ChainSetup:
+        """Lay out and scale a chain; of an endless one, as many granules as its waves reach.
+
+        Raises
+        ------
+        InvalidValueError
+            If a value is out of range, or a contact of the options is not one of the chain.
+        NumericalError
+            If the time at which the leading wave arrives at the last reported contact of an endless chain is not found.
+        """
+        if chain.count is None and isinstance(excitation, Shock):
+            return _endless(options, excitation, chain)
+        layout = Layout.of(chain, excitation)
+        scales = _scales(layout, excitation, chain)
+        assembly = _assembly(layout, scales, excitation, options.rtol or RTOL, options.until)
+        method = None if options.integrator is None else load("integrators", options.integrator)
+        if layout.law and options.backend == "compiled":
+            name = type(layout.law).__name__
+            raise InvalidValueError.of("backend", f"must be auto or numpy for the contact law {name} (got 'compiled')")
+        compiled = None if layout.law else _compiled(options.backend)
+        filled = options if method is not None and not method.adaptive else evolve(options, rtol=options.rtol or RTOL)
+        reported = np.array(reported_contacts(options, len(layout.pairs.stiffnesses)), dtype=np.intp)
+        check_end(options, excitation)
+        if options.record and options.until is not None:
+            sample_times(options, scales, options.until / scales.time, len(layout.masses))
+        return cls(excitation, chain, layout, scales, assembly, filled, method, compiled, reported)
+
+    @property
+    def granules(self) -> int:
+        """Number of granules, including a striker."""
+        return len(self.layout.masses)
+
+    @property
+    def has_wall(self) -> bool:
+        """Whether the last contact is with a wall."""
+        return self.layout.wall is not None
+
+    @property
+    def until(self) -> float | None:
+        """Requested end of the simulated time, scaled."""
+        until = self.options.until
+        return self.end if until is None else until / self.scales.time
+
+    @property
+    def rtol(self) -> float:
+        """Requested relative error."""
+        return self.options.rtol or RTOL
+
+    def judged(self, forces: FloatArray) -> npt.NDArray[np.intp]:
+        """Contacts whose errors decide whether the tolerance is met: those that the result shows."""
+        wall = [len(forces) - 1] if self.has_wall else []
+        return np.unique(np.concatenate((self.reported, [np.argmax(forces)], wall)).astype(np.intp))
+
+
+def checked_setup(options: SimulateOptions, excitation: Shock | Impact, chain: Chain) -> ChainSetup | None:
+    """Setup of a finite chain, None for an endless one, whose length is found by integration; nothing is integrated.
+
+    Raises
+    ------
+    InvalidValueError
+        If a value is out of range, a contact of the options is not one of the chain, or waves reach too many granules.
+    """
+    faults = scene_faults(chain, excitation)
+    if options.integrator is not None and not faults:
+        reason = load("integrators", options.integrator).refusal(chain.is_damped)
+        faults = [Fault("integrator", reason)] if reason else []
+    if faults:
+        raise InvalidValueError(faults)
+    if chain.count is None:
+        part = _part(options, excitation, chain)
+        if part.until is not None:
+            granules = _granules_within(part, part.until)
+            if options.record:
+                sample_times(options, part.scales, part.until, granules)
+        return None
+    return ChainSetup.of(options, excitation, chain)
+
+
+def _endless(options: SimulateOptions, shock: Shock, chain: Chain) -> ChainSetup:
+    """The part of an endless chain that the waves reach within the simulated time."""
+    part = _part(options, shock, chain)
+    end = part.until
+    if end is None:
+        motion = integrate(part.assembly, _TOLERANCE, compiled=part.compiled, integrator=part.method)
+        duration = 0.0 if part.assembly.force is None else part.assembly.force.duration
+        end = motion.end if motion.arrival is None else duration + _ARRIVALS * motion.arrival
+        # rounded, so that it does not depend on the code that integrated the part
+        end = float(f"{end:.{_DIGITS}g}")
+    whole = ChainSetup.of(part.options, shock, evolve(chain, granules=_granules_within(part, end)))
+    filled = evolve(whole.options, contacts=options.contacts, record=options.record, interval=options.interval)
+    return evolve(whole, chain=chain, options=filled, reported=np.array(options.contacts or _ENDLESS), end=end)
+
+
+def _part(options: SimulateOptions, excitation: Shock | Impact, chain: Chain) -> ChainSetup:
+    """The part of an endless chain up to the last reported contact."""
+    granules = (options.contacts or _ENDLESS)[-1] + 2
+    if granules > MOST_GRANULES:
+        problem = f"must be at most {MOST_GRANULES - 2} (got {granules - 2})"
+        raise InvalidValueError.of("contacts", problem)
+    others = evolve(options, contacts=(), record=(), interval=None)
+    return ChainSetup.of(others, excitation, evolve(chain, granules=granules))
+
+
+def _granules_within(part: ChainSetup, end: float) -> int:
+    """Number of granules of an endless chain that waves reach by the scaled time ``end``."""
+    last, until, forces = part.granules - 2, part.options.until, float(part.chain.precompression)
+    if isinstance(part.excitation, Shock):
+        forces += _GREATEST * part.excitation.peak_force
+    p = part.layout.pairs.exponent
+    reached = max(last, end * math.sqrt(p) * (forces / part.scales.force) ** ((p - 1) / (2 * p)))
+    granules: int = math.ceil(reached + _AHEAD + _AHEAD_RATE * math.cbrt(reached))
+    if granules > MOST_GRANULES:
+        name, got = ("contacts", f"got {last}") if until is None else ("until", f"got {until:g} s")
+        problem = f"must be less, since the waves reach {granules} granules, more than {MOST_GRANULES} ({got})"
+        raise InvalidValueError.of(name, problem)
+    return granules
+
+
+def _compiled(backend: str) -> ModuleType | None:
+    """The compiled module for chains, or None for NumPy."""
+    return None if chosen(backend) is None else import_module("shockwave.engine._chains")
+
+
+def _scales(layout: Layout, excitation: Shock | Impact, chain: Chain) -> Scales:
+    """Units in which a typical granule, a typical contact and the force on it are about 1.
+
+    The unit of force is the peak force of the shock or, for a short shock, approximately that of its wave; for a
+    striker it is the force that stops a granule of the same velocity, and its weight.
+    """
+    power = layout.pairs.exponent
+    mass, stiffness = (float(np.sort(each)[len(each) // 2]) for each in (layout.masses, layout.pairs.stiffnesses))
+
+    def of(force: float) -> Scales:
+        """Units with T0 = m^(1/2) k^(-1/(2p)) F^(-(p-1)/(2p))."""
+        time = math.sqrt(mass) * stiffness ** (-0.5 / power) * force ** (-0.5 * (power - 1) / power)
+        return Scales(force, time, mass, chain.spacing, chain.contact_share)
+
+    if isinstance(excitation, Impact):
+        # (m^p v^2p k)^(1/(p+1)), factor by factor so that no intermediate power overflows
+        force = mass ** (power / (power + 1)) * excitation.velocity ** (2 * power / (power + 1))
+        return of(force * stiffness ** (1 / (power + 1)) + layout.weight)
+    scales = of(excitation.peak_force)
+    strength = scales.rise_time(excitation.rise_time) * excitation.profile.total_area / MOMENTUM
+    return scales if strength >= 1 else of(excitation.peak_force * strength ** (2 * power / (power + 1)))
+
+
+def _is_rigid(layout: Layout, scales: Scales, wall: Wall, rtol: float, until: float | None) -> bool:
+    """Whether spring and dashpot hold a wall so still that its motion changes no force by more than ``rtol``.
+
+    The displacement of the wall is compared with the overlap of its contact, under forces of up to `_GREATEST`, or that
+    which stores the whole energy of a striker in the contact.
+    """
+    power, stiffness, heaviest = layout.pairs.exponent, float(layout.pairs.stiffnesses[-1]), float(max(layout.masses))
+    stopped = (layout.velocity * math.sqrt(float(layout.masses[0]) * (power + 1) / 2)) ** (2 / (power + 1))
+    force = max(_GREATEST * scales.force, stopped**power * stiffness ** (1 / (power + 1)))
+    force += layout.weight + float(layout.static_forces[-1])
+    overlap = (force / stiffness) ** (1 / power)
+    span = _LATEST * len(layout.masses) * scales.time * math.sqrt(heaviest / scales.mass) if until is None else until
+    return bool(power * force < _STILL * rtol * overlap * max(wall.stiffness, wall.damping / span))
+
+
+def _assembly(layout: Layout, scales: Scales, excitation: Shock | Impact, rtol: float, until: float | None) -> Assembly:
+    power, rate = layout.pairs.exponent, layout.damping_power
+    length = scales.energy / scales.force
+    force = None
+    if isinstance(excitation, Shock):
+        rise_time = scales.rise_time(excitation.rise_time)
+        force = ChainProblem(excitation.profile, rise_time, excitation.peak_force / scales.force)
+    wall, law = layout.wall or Wall(), layout.law
+    if wall.mass is not None and _is_rigid(layout, scales, wall, rtol, until):
+        wall = Wall(material=wall.material)
+    bodies = layout.masses if wall.mass is None else np.append(layout.masses, wall.mass)
+    return Assembly(
+        inverse_masses=scales.mass / bodies,
+        stiffnesses=layout.pairs.stiffnesses * (length**power / scales.force),
+        overlaps=layout.overlaps / length,
+        exponent=power,
+        fixed_wall=layout.wall is not None and wall.mass is None,
+        damping=layout.damping_coefficients * (length**rate * scales.velocity / scales.force),
+        damping_power=rate,
+        end_stiffness=wall.stiffness * length / scales.force,
+        end_damping=wall.damping * scales.velocity / scales.force,
+        force=force,
+        velocity=layout.velocity / scales.velocity,
+        weight=layout.weight / scales.force,
+        law=None if law is None else BoundLaw(law, layout.pairs, length, scales.velocity, scales.force),
+    )

@@ -1,0 +1,172 @@
+"""Runs of a chain with decreasing tolerances, and the error estimates that their differences give."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from shockwave.base.errors import NumericalError
+from shockwave.base.numerics import FloatArray
+from shockwave.engine.mixed_chain_problem import Motion, integrate
+from shockwave.simulation.contact_peaks import ContactPeak
+from shockwave.simulation.contact_setup import ChainSetup
+
+# Tolerances of a step of two runs whose difference gives the error of the first, over the requested relative error, the
+# least tolerances, and the factor of the difference: the error is below the estimate in 97 % of random chains.
+_FINE = 0.01
+_COARSE = 0.1
+_LEAST_FINE = 1e-13
+_LEAST_COARSE = 1e-12
+# Error estimate of a peak force or a time, over its difference between the two runs.
+_ESTIMATE_FACTOR = 2.0
+# Least error tolerance of a step, and its factor from run to run.
+_TIGHTEST = 1e-15
+_TIGHTER = 0.1
+# Largest number of runs: two show the error, each further one corrects a result that misses its tolerance. None
+# follows if the error would still exceed the tolerance by this factor after the last one: collisions may amplify errors
+# without limit.
+_RUNS = 5
+_HOPELESS = 10.0
+# The relative error of a force follows from the largest difference of the last two runs at this number of contacts on
+# both sides, for it may vanish by chance at one of them, and the error tolerance of a step;
+# research/check/check_chains.py measures how often it holds.
+_NEIGHBOURS = 3
+# Factor of the estimate with damping, which ends abruptly when a contact opens.
+_DAMPED = 2.0
+# Error estimate of the impulse on a wall, over its difference between two runs: the errors of both may be of the same
+# order, since late collisions amplify them, so that the difference may be small by chance.
+_IMPULSE_FACTOR = 5.0
+# Relative rounding error of a total force.
+_ROUNDING = 1e-14
+# Tightest tolerance of a force, over its total; errors are relative to no smaller dynamic part than this one allows.
+_LEAST_OF_TOTAL = 1e-12
+# Dynamic part below which a force has no relative error of its own, over the largest dynamic part; above zero even if
+# no contact ever closes.
+_NEGLIGIBLE = 1e-9
+_TINY = 1e-300
+# Error of the time of a peak, in characteristic times, that is allowed over the tolerance of the force.
+_TIME_SHARE = 10.0
+# Larger differences of the times of two runs, in characteristic times, belong to different peaks of about equal force.
+_OTHER_PEAK = 0.5
+
+
+class Runs(NamedTuple):
+    """The best of several runs.
+
+    Attributes
+    ----------
+    case : ChainSetup
+        The chain.
+    motion : Motion
+        The best run.
+    errors : array, shape (contacts,)
+        Error estimates of its greatest forces, relative to their dynamic parts.
+    impulse_error : float
+        Error estimate of the impulse at the last contact, relative to it.
+    missed : bool
+        Whether a force that the result shows, or its time, misses the tolerance.
+    steps, evaluations : int
+        Cost of all runs.
+    """
+
+    case: ChainSetup
+    motion: Motion
+    errors: FloatArray
+    impulse_error: float
+    missed: bool
+    steps: int
+    evaluations: int
+
+    @property
+    def greatest(self) -> ContactPeak:
+        """The greatest of all forces."""
+        return self.peak(int(np.argmax(self.motion.forces)))
+
+    @property
+    def reported(self) -> tuple[ContactPeak, ...]:
+        """The greatest forces at the reported contacts."""
+        return self._peaks(self.case.reported)
+
+    def peak(self, contact: int) -> ContactPeak:
+        """The greatest force at a contact."""
+        return self._peaks(np.array([contact % len(self.errors)]))[0]
+
+    def _peaks(self, contacts: npt.NDArray[np.intp]) -> tuple[ContactPeak, ...]:
+        scales, motion = self.case.scales, self.motion
+        forces, times = motion.forces * scales.contact_force, motion.force_times * scales.time
+        columns = (contacts, *(each[contacts] for each in (forces, times, self.errors, self.case.layout.static_forces)))
+        return tuple(
+            ContactPeak(contact=contact, peak_force=force, time=time, error_estimate=error, static_force=static)
+            for contact, force, time, error, static in zip(*(each.tolist() for each in columns), strict=True)
+        )
+
+
+def runs_of(case: ChainSetup) -> Runs:
+    """Integrate a chain with smaller and smaller tolerances until the difference of two runs shows that they are met.
+
+    Raises
+    ------
+    NumericalError
+        If the first two runs fail or reach the time limit.
+    """
+    tolerance, first = tolerances_for(case.rtol)
+    coarse = run(case, first, case.until)
+    steps, evaluations = coarse.steps, coarse.evaluations
+    best: Runs | None = None
+    for left in reversed(range(_RUNS - 1)):
+        try:
+            fine = run(case, tolerance, coarse.end)
+        except NumericalError:
+            if best is None:
+                raise
+            break
+        steps, evaluations = steps + fine.steps, evaluations + fine.evaluations
+        errors, missed = _errors(case, coarse, fine, tolerance)
+        if best is None or errors[case.reported].max() < best.errors[case.reported].max():
+            change = abs(float(fine.impulses[-1] - coarse.impulses[-1]))
+            impulse_error = _IMPULSE_FACTOR * change / max(abs(float(fine.impulses[-1])), _TINY) + tolerance
+            best = Runs(case, fine, errors, impulse_error, missed, steps, evaluations)
+        reached = float(errors[case.judged(fine.forces)].max())
+        if not missed or tolerance <= _TIGHTEST or reached * _TIGHTER**left > _HOPELESS * case.rtol:
+            break
+        coarse, tolerance = fine, max(tolerance * _TIGHTER, _TIGHTEST)
+    assert best is not None
+    return best._replace(steps=steps, evaluations=evaluations)
+
+
+def tolerances_for(rtol: float) -> tuple[float, float]:
+    """Tolerances of the run whose results count, and of a coarser one from which its errors are estimated.
+
+    `_ESTIMATE_FACTOR` times the difference of the two runs is an estimate of the errors of the first run; its errors
+    are below ``rtol`` in 99 % of random chains. In the others, as in collisions that amplify errors, the estimate
+    exceeds ``rtol``: then repeat with a smaller one.
+    """
+    return max(_FINE * rtol, _LEAST_FINE), max(_COARSE * rtol, _LEAST_COARSE)
+
+
+def run(case: ChainSetup, tolerance: float, until: float | None, times: FloatArray | tuple[()] = ()) -> Motion:
+    """One run to ``until``, with the states at ``times``."""
+    return integrate(case.assembly, tolerance, until=until, times=times, compiled=case.compiled, integrator=case.method)
+
+
+def _errors(case: ChainSetup, coarse: Motion, fine: Motion, tolerance: float) -> tuple[FloatArray, bool]:
+    """Relative error estimates of the forces at all contacts, and whether a reported one misses its tolerance."""
+    forces, dynamic, rtol = fine.forces, fine.dynamic_forces, case.rtol
+    least = max(_NEGLIGIBLE * float(dynamic.max()), _TINY)
+    base = np.maximum(np.maximum(dynamic, least), _LEAST_OF_TOTAL / rtol * forces)
+    changes = np.abs(dynamic - coarse.dynamic_forces)
+    relative = changes / base
+    for shift in range(1, _NEIGHBOURS + 1):
+        for here, there in ((slice(shift, None), slice(-shift)), (slice(-shift), slice(shift, None))):
+            near = changes[there] / np.maximum(base[there], base[here])
+            relative[here] = np.maximum(relative[here], near)
+    caution = _DAMPED if case.assembly.damping.any() else 1.0
+    own = caution * tolerance + (0.0 if case.assembly.force is None else case.assembly.force.path.error)
+    errors = caution * _ESTIMATE_FACTOR * relative + own + _ROUNDING * forces / base
+    errors[forces <= 0] = 0.0
+    judged = case.judged(forces)
+    late = np.abs(fine.force_times - coarse.force_times)[judged]
+    late = late[late < _OTHER_PEAK].max(initial=0.0)
+    return errors, bool(errors[judged].max() > rtol or late > _TIME_SHARE * rtol)

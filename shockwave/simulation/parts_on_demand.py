@@ -1,0 +1,179 @@
+"""Parts of a result that need another integration: the leading wave at any contact, and histories of the chain."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+from attrs import evolve
+
+from shockwave.base.errors import NumericalError
+from shockwave.base.numerics import FloatArray
+from shockwave.base.progress import progressed
+from shockwave.engine.equal_chain_run import Span, march
+from shockwave.engine.nystroem_integrators import Nystroem
+from shockwave.engine.scaled_problem import ChainProblem, contact_energies, contact_forces
+from shockwave.engine.time_limit import expired
+from shockwave.engine.wave_search import find_primaries
+from shockwave.scene.solitary_wave import wave_law
+from shockwave.simulation.integration_stretches import Course
+from shockwave.simulation.measured_wave import Passage
+from shockwave.simulation.recording import AFTER, Recording, checked_contact, reported_contacts, sample_times
+from shockwave.simulation.wave_result import SimulationResult
+from shockwave.simulation.wave_setup import Setup, scaled, setup_of
+
+# Slowest decrease, from contact to contact, of the deviation of a peak from its limit.
+_DECREASE = 0.98**0.25
+# Distance in contacts at which a free end affects a wave.
+_REACH = 8
+# Largest number of runs for passages.
+_RUNS = 5
+# Number of contacts on both sides of a passage whose differences of two runs count.
+_NEIGHBOURS = 2
+# Relative rounding error of a passage.
+_ROUNDING = 2e-13
+
+
+# ---------------------------------------------------------------- passages of the leading wave
+
+
+def passages_at(result: SimulationResult, contacts: Iterable[int]) -> list[Passage | NumericalError]:
+    """Compute `SimulationResult.passage` at several contacts; the error where there is none."""
+    numbers = [checked_contact(result.chain, contact) for contact in contacts]
+    found, granules, setup = result.found, result.chain.count, setup_of(result.options)
+    # contacts that the free end does not affect before the front arrives
+    last = math.inf if granules is None else -1 if result.measured is not None else granules - 2 - _REACH
+    wave = wave_law(result.chain.exponent)
+    passages: dict[int, Passage] = {}
+    for contact in numbers:
+        if found.contact <= contact <= last:
+            beyond = contact - found.contact
+            time = found.time + beyond / (wave.speed * found.peak**wave.of_speed)
+            # The deviation from the limit where the peak was measured decreases at least by this factor per contact.
+            error = result.error_estimate + abs(found.last / found.peak - 1) * _DECREASE**beyond
+            passages[contact] = Passage.of(contact, time, found.peak, error, exact=True)
+    near = [contact for contact in numbers if contact <= last and contact not in passages]
+    if near and setup.search is not None:
+        _integrate(result, passages, near, setup.search)
+    enough = max(setup.rtol, result.error_estimate)
+    missed = [each for each in numbers if each not in passages or passages[each].error_estimate > enough]
+    if missed:
+        _integrate(result, passages, missed)
+    reason = "the time limit was reached" if expired() else "the force still rises there (request a later contact)"
+    return [
+        passages[each].in_si(result.scales)
+        if each in passages
+        else NumericalError(f"the leading wave has no peak at contact {each}: {reason}")
+        for each in numbers
+    ]
+
+
+def _integrate(
+    result: SimulationResult, passages: dict[int, Passage], contacts: list[int], search: type[Nystroem] | None = None
+) -> None:
+    """Add passages from integrations of the chain up to the last contact, with smaller and smaller tolerances.
+
+    The errors follow from the differences of two runs, there and at neighbouring contacts, since they may vanish by
+    chance at one of them.
+    """
+    problem, setup = scaled(result.shock, result.chain)[0], setup_of(result.options)
+    missed, coarse = contacts, _peaks(problem, setup, contacts, search, 0)[0]
+    for decades in range(1, _RUNS if setup.method.adaptive else 2):
+        fine, tolerance = _peaks(problem, setup, missed, search, decades)
+        changes = {
+            contact: max(abs(value / before - 1) for value, before in zip(peak, coarse[contact], strict=True))
+            for contact, peak in fine.items()
+            if contact in coarse
+        }
+        for contact in [contact for contact in missed if contact in changes]:
+            near = range(contact - _NEIGHBOURS, contact + _NEIGHBOURS + 1)
+            error = max(changes.get(each, 0.0) for each in near) + tolerance + problem.path.error + _ROUNDING
+            if contact not in passages or error < passages[contact].error_estimate:
+                passages[contact] = Passage.of(contact, *fine[contact], error)
+        missed = [each for each in missed if each not in passages or passages[each].error_estimate > setup.rtol]
+        if not missed:
+            break
+        coarse = fine
+
+
+def _peaks(
+    problem: ChainProblem, setup: Setup, contacts: list[int], search: type[Nystroem] | None, decades: int
+) -> tuple[dict[int, tuple[float, float]], float]:
+    """Time and force of the first peak at contacts and their neighbours, by a run with a tolerance smaller by decades.
+
+    Also returns the tolerance of a step, 0 for a method with a fixed step.
+    """
+    last = math.inf if problem.granules is None else problem.granules - 2
+    near = {contact + shift for contact in contacts for shift in range(-_NEIGHBOURS, _NEIGHBOURS + 1)}
+    numbers = sorted(contact for contact in near if 0 <= contact <= last)
+    if search is not None:
+        # as in an endless chain, since the free end does not affect the front before it arrives
+        request = setup.request(evolve(problem, granules=None), decades, contacts=tuple(numbers))
+        (primary,) = find_primaries([request], search, setup.compiled)
+        return {peak.contact: (peak.time, peak.force) for peak in primary.passages}, request.tolerance
+    integrator = setup.integrator(10.0 ** (1 - decades))
+    course = Course.of(problem, integrator, kept=False)
+    while course.log.front <= numbers[-1] + _REACH and any(not [*course.log.at(each)] for each in numbers):
+        course.advance_to(course.now + 1.0, "passage", numbers[-1])
+    peaks = [peak for contact in numbers for peak in [*course.log.at(contact)][-1:]]
+    tolerance = integrator.tolerance if setup.method.adaptive else 0.0
+    return {peak.contact: (peak.time, peak.force) for peak in peaks}, tolerance
+
+
+# ---------------------------------------------------------------- histories
+
+
+def record(result: SimulationResult) -> Recording:
+    """Compute the histories that ``result.options`` request, by another integration of the chain.
+
+    Raises
+    ------
+    InvalidValueError
+        If the histories have too many values.
+    """
+    options, scales = result.options, result.scales
+    until = _end(result) / scales.time
+    times = sample_times(options, scales, until, result.primary.contact + until)
+    spans = march(scaled(result.shock, result.chain)[0], setup_of(options).integrator())
+    x, v = _states(spans, times.tolist())
+    kept: dict[str, FloatArray] = {}
+    contacts = options.contacts if result.chain.count is None else reported_contacts(options, result.chain.count - 1)
+    if "forces" in options.record:
+        forces = contact_forces(x, result.chain.exponent)
+        at = [forces[contact] if contact < len(forces) else 0 * times for contact in contacts]
+        kept["forces"] = scales.contact_force * np.array(at).T
+    if "field" in options.record:
+        moved = 1 + max(np.flatnonzero(x.any(axis=1)), default=-1)
+        kept["displacements"] = scales.energy / scales.force * x[:moved].T
+        kept["velocities"] = scales.velocity * v[:moved].T
+    if "energies" in options.record:
+        kept["kinetic_energy"] = scales.energy * 0.5 * np.sum(v * v, axis=0)
+        kept["contact_energy"] = scales.energy * np.sum(contact_energies(x, result.chain.exponent), axis=0)
+    return Recording(times=np.asarray(times * scales.time), contacts=contacts, **kept)
+
+
+def _end(result: SimulationResult) -> float:
+    """End of the histories [s]."""
+    options = result.options
+    if options.until is not None:
+        return options.until
+    last = result.passage(max(options.contacts)) if options.contacts else result.primary
+    return last.arrival_time + AFTER * result.scales.time
+
+
+def _states(spans: Iterator[Span], times: list[float]) -> tuple[FloatArray, FloatArray]:
+    """Positions and velocities, shape (granules, times) each, at these times, the first of which is 0."""
+    states = [(np.zeros(0), np.zeros(0))]
+    span = next(spans)
+    for time in times[1:]:
+        while time > span.end:
+            span = next(spans)
+            progressed("histories", len(states), len(times))
+        states.append((span.x1, span.v1) if time == span.end else span.at(time))
+    progressed("histories", len(times), len(times))
+    # The window grows with the front; granules ahead of it are at rest.
+    x, v = np.zeros((2, max(2, len(span.x1)), len(times)))
+    for index, (positions, velocities) in enumerate(states):
+        x[: len(positions), index], v[: len(positions), index] = positions, velocities
+    return x, v

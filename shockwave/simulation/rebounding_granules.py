@@ -1,0 +1,28 @@
+"""Granules that rebound from the loaded end of a chain, and granules that leave its free end."""
+
+from __future__ import annotations
+
+from shockwave.base.numerics import FloatArray
+from shockwave.engine.equal_chain_run import free_granules
+
+#: Least backward velocity of an ejected granule, over the peak velocity of the granules in the leading wave.
+EJECTED = 1e-3
+
+
+def rebounding(v: FloatArray, ejected: float) -> tuple[tuple[float, ...], float]:
+    """Velocities of the rebounding granules, and the momentum that they may still exchange with others.
+
+    They extend from the loaded end to the last ejected granule and the granules that follow it backwards. Further on,
+    a backward drift is caused by passing waves.
+    """
+    last = max((v < -ejected).nonzero()[0].tolist(), default=0)
+    forward = v[last:] >= 0
+    end = last + int(forward.argmax()) if forward.any() else len(v)
+    region, beyond = v[:end], v[end:]
+    loose = float(region[region > 0].sum() - beyond[beyond < 0].sum())
+    return tuple(region[region < 0].tolist()), loose
+
+
+def departed(x: FloatArray, v: FloatArray) -> int:
+    """Number of granules that have left the free end: out of contact, and no two of them approaching each other."""
+    return free_granules(-x[::-1], -v[::-1])

@@ -1,0 +1,194 @@
+"""Histories of a chain at equal time intervals, and the check of what is requested."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from attrs import asdict, frozen, has
+
+from shockwave.base.errors import InvalidValueError, NumericalError
+from shockwave.base.numerics import FloatArray
+from shockwave.base.result import Result, cached_property
+from shockwave.scene.chain import Chain, Scales
+from shockwave.scene.shock import Shock
+from shockwave.scene.simulate_options import SimulateOptions
+
+if TYPE_CHECKING:  # a result that is only printed does not need it
+    from shockwave.base.result_tables import Table
+
+#: Largest number of contacts that are reported unless they are requested.
+MOST_REPORTED = 1000
+# Default number of samples per characteristic time of the wave.
+_SAMPLES = 10
+#: Default end of the histories after the passage of the last contact, in characteristic times.
+AFTER = 5.0
+# Least simulated time over the rise time: earlier, the free-particle displacement loses its digits in rounding.
+_LEAST_TIME = 0.01
+# Largest number of values in the histories, to limit the memory.
+_MOST_NUMBERS = 20_000_000
+
+
+def plain(value: Any) -> Any:
+    """``value``, with tuples and arrays converted to lists, and results to dictionaries."""
+    if has(type(value)):
+        return {name: plain(own) for name, own in asdict(value, recurse=False).items()}
+    return (
+        value.tolist() if hasattr(value, "tolist") else list(map(plain, value)) if isinstance(value, tuple) else value
+    )
+
+
+@frozen(kw_only=True, eq=False, repr=False)
+class Recording(Result):
+    """Histories at equal time intervals, in SI units; histories that were not requested are None.
+
+    Attributes
+    ----------
+    times : array, shape (k,)
+        Times [s].
+    contacts : tuple of int
+        Contacts of the columns of ``forces``.
+    forces : array, shape (k, n_contacts), or None
+        Contact forces [N].
+    displacements, velocities : array, shape (k, n_granules), or None
+        Displacements [m] and velocities [m/s] of all granules that have moved by the end.
+    kinetic_energy, contact_energy : array, shape (k,), or None
+        Kinetic energy and contact energy of the chain [J], the latter counted from the static state, both with those
+        of a movable wall and its spring.
+    wall_force : array, shape (k,), or None
+        Force on the wall [N]; None without a wall or ``forces``.
+    """
+
+    times: FloatArray
+    contacts: tuple[int, ...]
+    forces: FloatArray | None = None
+    displacements: FloatArray | None = None
+    velocities: FloatArray | None = None
+    kinetic_energy: FloatArray | None = None
+    contact_energy: FloatArray | None = None
+    wall_force: FloatArray | None = None
+
+    _tables = (("histories", "time"),)
+
+    def __repr__(self) -> str:
+        shapes = (f"{name} {kept.shape}" for name, kept in self._arrays.items())
+        span = f"{len(self.times)} times to {self.times[-1]:g} s, {len(self.contacts)} contacts"
+        return f"Recording({span}; {', '.join(shapes)})"
+
+    @property
+    def _arrays(self) -> dict[str, FloatArray]:
+        return {name: kept for name, kept in asdict(self, recurse=False).items() if isinstance(kept, np.ndarray)}
+
+    def _table(self, name: str) -> Table:
+        from shockwave.base.result_tables import column, coordinate
+
+        table = coordinate("time", self.times)
+        for name, kept in self._arrays.items():
+            if name != "times":
+                second = "contact" if name == "forces" else "granule"
+                places = self.contacts if name == "forces" else range(kept.shape[-1])
+                table |= coordinate(second, places) if kept.ndim > 1 else {}
+                table |= column(name, kept, *("time", second)[: kept.ndim])
+        return table
+
+    def to_dict(self) -> dict[str, Any]:
+        """Attributes by name, with arrays as lists of SI floats."""
+        document: dict[str, Any] = plain(self)
+        return document
+
+
+class Recorded(Result):
+    """Base of the results of simulations: the tolerance, and the histories.
+
+    Attributes
+    ----------
+    options : SimulateOptions
+        Settings.
+    on_demand : callable
+        Function that computes a part of the result from its name and the result.
+    """
+
+    options: SimulateOptions
+    on_demand: Callable[..., Any]
+
+    @property
+    def rtol(self) -> float | None:
+        """Requested relative error; None for a fixed-step method."""
+        return self.options.rtol
+
+    @property
+    def recording(self) -> Recording | None:
+        """Requested histories, integrated at the first access; None if they could not be computed."""
+        return self._recording[0]
+
+    @cached_property
+    def _recording(self) -> tuple[Recording | None, tuple[str, ...]]:
+        """Histories, and a warning if they could not be computed."""
+        try:
+            return (self.on_demand("recording", self) if self.options.record else None), ()
+        except NumericalError as error:
+            return None, (f"No histories: {error}.",)
+
+
+def check_requests(options: SimulateOptions, shock: Shock, chain: Chain, scales: Scales) -> None:
+    """Refuse contacts that the chain does not have, and histories that have too many values in any case."""
+    if options.contacts and chain.count is not None:
+        reported_contacts(options, chain.count - 1)
+    if chain.count is not None:
+        check_end(options, shock)
+    if chain.count is None and "forces" in options.record and not options.contacts:
+        raise InvalidValueError.of("contacts", "must be given if record includes forces (got none)")
+    if options.record:
+        until = AFTER if options.until is None else options.until / scales.time
+        sample_times(options, scales, until, until)
+
+
+def check_end(options: SimulateOptions, excitation: object) -> None:
+    """Refuse an end of the simulated time that is too early in the rise of a shock."""
+    if isinstance(excitation, Shock) and options.until is not None:
+        least = _LEAST_TIME * excitation.rise_time
+        if options.until < least:
+            problem = f"must be at least {least:g} s, a hundredth of the rise time (got {options.until:g} s)"
+            raise InvalidValueError.of("until", problem)
+
+
+def checked_contact(chain: Chain, contact: int) -> int:
+    """Check that ``contact`` is a contact of the chain."""
+    granules = chain.count
+    whole = isinstance(contact, int | np.integer) and not isinstance(contact, bool)
+    if not whole or contact < 0 or (granules is not None and contact > granules - 2):
+        most = "" if granules is None else f" and at most {granules - 2}, the last of this chain"
+        raise InvalidValueError.of("contact", f"must be a whole number of at least 0{most} (got {contact!r})")
+    return int(contact)
+
+
+def reported_contacts(options: SimulateOptions, contacts: int) -> tuple[int, ...]:
+    """The requested contacts; by default all ``contacts`` of the chain or, in a long chain, evenly spaced ones.
+
+    Raises
+    ------
+    InvalidValueError
+        If the chain does not have a requested contact.
+    """
+    if not options.contacts:
+        if contacts <= MOST_REPORTED:
+            return tuple(range(contacts))
+        return tuple(np.round(np.linspace(0, contacts - 1, MOST_REPORTED)).astype(int).tolist())
+    if options.contacts[-1] >= contacts:
+        problem = f"must be at most {contacts - 1}, the last contact of this chain (got {options.contacts[-1]})"
+        raise InvalidValueError.of("contacts", problem)
+    return options.contacts
+
+
+def sample_times(options: SimulateOptions, scales: Scales, until: float, granules: float) -> FloatArray:
+    """Scaled times of the samples of ``granules`` granules; raise if the histories have too many values."""
+    interval = 1 / _SAMPLES if options.interval is None else options.interval / scales.time
+    count = int(until / interval * (1 + 1e-12)) + 1
+    contacts = len(options.contacts) or min(granules, MOST_REPORTED)
+    if count * (contacts + 2 * granules) > _MOST_NUMBERS:
+        got = f"got {interval * scales.time:g} s for {until * scales.time:g} s; alternatively give an earlier until"
+        problem = f"must be longer, because the histories would have {count} samples ({got})"
+        raise InvalidValueError.of("interval", problem)
+    # the last multiple of the interval can exceed the end by a rounding error
+    return np.asarray(np.minimum(interval * np.arange(count), until))

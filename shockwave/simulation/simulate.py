@@ -1,0 +1,328 @@
+"""Direct simulation, from shocks and a chain to results with error estimates."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from functools import partial
+from threading import Event
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
+
+from shockwave.base.errors import NumericalError, ShockwaveError, detached
+from shockwave.base.progress import progressed
+from shockwave.engine.scaled_problem import ChainProblem, prepare
+from shockwave.engine.time_limit import expired, time_limit
+from shockwave.profiles.power_law import Powers
+from shockwave.scene.chain import Chain, Scales
+from shockwave.scene.plausibility import unusual_warnings
+from shockwave.scene.shock import Shock
+from shockwave.scene.simulate_options import SimulateOptions, options_of
+from shockwave.scene.summary import equal_granules, scenes_of
+from shockwave.scene.yielding import beyond_elastic
+from shockwave.simulation.leading_wave import LONGEST_MEASURED, Answer, search
+from shockwave.simulation.recording import check_requests
+from shockwave.simulation.wave_result import SimulationResult
+from shockwave.simulation.wave_setup import Setup, immeasurable, scaled, setup_of
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
+    from shockwave.scene.impact import Impact
+    from shockwave.simulation.contact_setup import ChainSetup
+
+# Largest number of shocks that one of several threads takes at a time: more would leave threads idle at the end.
+_SHARE = 128
+# The same for a single thread, unless some are records, whose tables would need much memory.
+_SHARE_ALONE = 512
+# Least number of shocks for a thread.
+_FEWEST = 16
+# Largest relative error estimate that is meaningful.
+_UNSETTLED = 0.1
+# A `ChainResult` for a chain beyond equal spheres; typed so that other callers need not distinguish the two.
+_Result: TypeAlias = SimulationResult | Any
+_Outcome: TypeAlias = _Result | ShockwaveError
+
+
+def simulate(shock: Shock | Impact, chain: Chain, rtol: float | None = None, **options: Any) -> _Result:
+    """Simulate with ``rtol`` and other `SimulateOptions`; see `simulate_with`."""
+    return simulate_with(SimulateOptions(rtol=rtol, **options), shock, chain)
+
+
+def simulate_with(options: SimulateOptions, shock: Shock | Impact, chain: Chain) -> _Result:
+    """Simulate with the options in one object, such as that of a scenario.
+
+    Returns
+    -------
+    SimulationResult or ChainResult
+        Result in SI units; a `ChainResult` for a chain with features beyond equal spheres and free ends.
+
+    Raises
+    ------
+    InvalidValueError, UnknownNameError
+        If a setting is out of range or not used by the method, or a name is unknown.
+    NumericalError
+        If the integrator fails, no wave forms, the shock is too long, or the time limit is reached. Warnings
+        of unusual values, a possible cause, are notes of this error.
+    """
+    (result,) = run_jobs([job_of(options, shock, chain)], options)
+    if isinstance(result, NumericalError):
+        for warning in unusual_warnings(shock, chain):
+            result.add_note(warning)
+    if isinstance(result, ShockwaveError):
+        raise result
+    return result
+
+
+def simulate_many(
+    shocks: Iterable[Shock | Impact],
+    chain: Chain | Sequence[Chain],
+    rtol: float | None = None,
+    *,
+    threads: int | None = None,
+    **given: Any,
+) -> list[_Outcome]:
+    """Simulate many shocks in parallel: eight at a time on each core, on all cores.
+
+    Parameters
+    ----------
+    shocks : iterable of Shock or Impact
+        The shocks or strikers.
+    chain : Chain or sequence of Chain
+        One chain for all shocks, or one for each shock.
+    rtol : float, optional
+        Relative error of the peak force, 1e-13 to 1e-2; default 1e-6.
+    threads : int, optional
+        Number of threads that run the compiled code. By default one for each core.
+    **given
+        Other options of `SimulateOptions`; ``timeout`` is the maximum computing time of one scene [s].
+
+    Returns
+    -------
+    list of SimulationResult, ChainResult or ShockwaveError
+        Results in the order of the shocks; the error for a shock whose simulation failed.
+
+    Raises
+    ------
+    InvalidValueError, UnknownNameError
+        If a setting is out of range, the number of chains differs from that of the shocks, or a name is unknown.
+    """
+    options = options_of({"rtol": rtol, **given})
+    setup_of(options)
+    scenes: Sequence[tuple[Shock | Impact, Chain]] = scenes_of(shocks, chain, "simulate", threads)
+    jobs: list[Job | ShockwaveError] = []
+    for scene in scenes:
+        try:
+            jobs.append(job_of(options, *scene))
+        except ShockwaveError as error:
+            jobs.append(detached(error))
+    return run_jobs(jobs, options, threads)
+
+
+# ---------------------------------------------------------------- jobs
+
+
+class Job(NamedTuple):
+    """A valid scene that is ready to run.
+
+    Attributes
+    ----------
+    excitation, chain : Shock or Impact, Chain
+        The scene; equal granules are given by their number.
+    problem, scales : ChainProblem, Scales or None
+        The scaled problem of a shock on equal granules.
+    case : ChainSetup or None
+        The setup of another finite chain.
+    refusal : NumericalError or None
+        Reason why the scene cannot be simulated.
+    """
+
+    excitation: Shock | Impact
+    chain: Chain
+    problem: ChainProblem | None = None
+    scales: Scales | None = None
+    case: ChainSetup | None = None
+    refusal: NumericalError | None = None
+
+
+def job_of(options: SimulateOptions, excitation: Shock | Impact, chain: Chain) -> Job:
+    """Check a scene and options, and scale the problem; nothing is integrated.
+
+    Raises
+    ------
+    InvalidValueError, UnknownNameError
+        If a value is out of range, or the integrator cannot step the chain.
+    PluginError
+        If the profile violates its contract.
+    """
+    equal = equal_granules(excitation, chain)
+    if equal is None:
+        from shockwave.simulation.contact_setup import checked_setup  # a shock on equal granules does not need it
+
+        return Job(excitation, chain, case=checked_setup(options, excitation, chain))
+    try:
+        problem, scales = scaled(cast(Shock, excitation), equal)
+    except NumericalError as error:
+        return Job(excitation, equal, refusal=detached(error))
+    check_requests(options, cast(Shock, excitation), equal, scales)
+    if not isinstance(problem.profile, Powers):  # those of power laws are computed together
+        _ = problem.path
+    return Job(excitation, equal, problem, scales)
+
+
+def run_jobs(
+    jobs: Sequence[Job | ShockwaveError],
+    options: SimulateOptions,
+    threads: int | None = None,
+    patience: float | None = None,
+) -> list[_Outcome]:
+    """Run jobs with the ``options`` that they were made with; errors among them are passed on.
+
+    ``patience`` is the maximum computing time of a scene by compiled code [s] if the options have no ``timeout``.
+    """
+    setup = setup_of(options)
+    if threads is None:
+        threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    threads = 1 if len(jobs) < 2 * _FEWEST or setup.compiled is None else threads
+    small = threads == 1 and not any(isinstance(job, Job) and _is_record(job.excitation) for job in jobs)
+    size = max(_FEWEST, min(_SHARE_ALONE if small else _SHARE, -(-len(jobs) // threads)))
+    if setup.compiled is None:
+        size = 1
+    interrupted = Event()
+    limit = options.timeout or (None if setup.compiled is None else patience)
+    allowed = partial(time_limit, interrupted=interrupted)
+    results: list[_Outcome] = []
+    many = len(jobs) > 1
+    if many:
+        progressed("simulations", 0, len(jobs))
+    # A thread does all the work for its share: while it runs the compiled code, which releases the global interpreter
+    # lock, another thread prepares its problems.
+    with _pool(threads) as pool:
+        try:
+            shares = [jobs[begin : begin + size] for begin in range(0, len(jobs), size)]
+            for share in (pool.map if pool else map)(lambda share: _run(share, setup, limit, allowed), shares):
+                results += share
+                if many:
+                    progressed("simulations", len(results), len(jobs))
+        finally:  # after Ctrl-C the other threads stop as well
+            interrupted.set()
+    return results
+
+
+def _is_record(shock: object) -> bool:
+    return isinstance(shock, Shock) and shock.profile.recorded_peak_force is not None
+
+
+def _pool(threads: int) -> AbstractContextManager[Executor | None]:
+    if threads == 1:
+        return nullcontext()
+    from concurrent.futures import ThreadPoolExecutor  # a single simulation does not need it
+
+    return ThreadPoolExecutor(threads)
+
+
+def _run(
+    jobs: Sequence[Job | ShockwaveError],
+    setup: Setup,
+    limit: float | None,
+    allowed: Callable[[float | None], AbstractContextManager[None]],
+) -> list[_Outcome]:
+    """Run a share of the jobs; ``limit`` is the time limit of each [s], which ``allowed`` sets."""
+    begin = time.perf_counter()
+    problems = {index: job.problem for index, job in enumerate(jobs) if isinstance(job, Job) and job.problem}
+    if len(problems) > 1:
+        prepare([*problems.values()])
+    with allowed(limit):
+        answers = search(problems, setup)
+    spent = time.perf_counter() - begin
+    alone = len(jobs) == 1
+    late = limit is not None and spent > limit and not alone  # together, not each of them
+    results: list[_Outcome] = []
+    for index, job in enumerate(jobs):
+        if isinstance(job, ShockwaveError):
+            results.append(job)
+            continue
+        begin, answer = time.perf_counter() - spent / len(jobs), answers.get(index)
+        try:
+            with allowed(limit if limit is None or not alone else max(limit - spent, 0.0)):
+                if late and index in problems and (answer is None or answer.error_estimate > setup.rtol):
+                    answer = search({0: problems[index]}, setup).get(0)
+                results.append(_result(job, setup, answer, begin, limit))
+        except ShockwaveError as error:
+            results.append(detached(error))
+    return results
+
+
+def _result(job: Job, setup: Setup, answer: Answer | None, begin: float, limit: float | None) -> _Result:
+    """Result of a job that began at this time, from the ``answer`` of the search, if it has found one."""
+    if job.refusal is not None:
+        raise job.refusal
+    if job.problem is None or job.scales is None:
+        from shockwave.simulation.contact_forces import simulate_chain  # equal granules do not need it
+
+        return simulate_chain(setup.given, job.excitation, job.chain, job.case)
+    answer = answer or _measured(job.problem, job.scales, setup)
+    result = SimulationResult(
+        shock=cast(Shock, job.excitation),
+        chain=job.chain,
+        options=setup.options,
+        scales=job.scales,
+        found=answer.primary,
+        error_estimate=answer.error_estimate,
+        search_warnings=answer.warnings + _missed(setup.options, answer),
+        seconds=time.perf_counter() - begin,
+        on_demand=partial(_on_demand, limit),
+        measured=answer.train,
+    )
+    if error := beyond_elastic(job.chain, partial(getattr, result, "yielding")):
+        raise error
+    return result
+
+
+def _missed(options: SimulateOptions, answer: Answer) -> tuple[str, ...]:
+    """Warning if the peak force of the leading wave does not meet the tolerance, or the step is too large."""
+    error = answer.error_estimate
+    if error <= (_UNSETTLED if options.rtol is None else options.rtol):
+        return ()
+    if options.rtol is None:
+        step = f"The step of {options.step:g} is too large for {options.integrator}: the result is not accurate"
+        return (f"{step}. A smaller step reduces the error.",)
+    reached = f"the relative error of the peak force is estimated as {error:.1e}, not {options.rtol:.1e}"
+    advice = "A smaller rtol may reduce it."
+    if answer.train is None:
+        advice = "Smaller steps did not reduce it further."
+        if answer.primary.doubt > error / 2:
+            advice = (
+                "A wave behind it may still exceed it, and following both takes too long for any rtol: shorten the"
+                " shock."
+            )
+    return (f"The tolerance was not met: {reached}. {advice}",)
+
+
+def _measured(problem: ChainProblem, scales: Scales, setup: Setup) -> Answer:
+    """The leading wave that the search has not found, measured on the whole chain."""
+    from shockwave.simulation.wave_train import measure_primary
+
+    if expired():
+        raise NumericalError("the time limit was reached before the leading wave was known (increase timeout or rtol)")
+    if setup.search is not None and problem.granules is None and problem.duration > LONGEST_MEASURED:
+        lasts = f"the shock lasts {problem.duration:.3g} characteristic times of its wave"
+        raise NumericalError(f"the leading wave could not be found: {lasts} (shorten it)")
+    if problem.granules is not None and setup.options.timeout is None and (reason := immeasurable(problem)):
+        raise NumericalError(f"the waves reach the free end before they have settled, and {reason}")
+    return Answer(*measure_primary(problem, scales, setup))
+
+
+def _on_demand(limit: float | None, part: str, result: SimulationResult, *arguments: Any) -> Any:
+    """Compute a part of a result that is rarely needed within the limit of its scene [s], by modules imported then."""
+    from shockwave.simulation.parts_on_demand import passages_at, record
+    from shockwave.simulation.wave_train import train_of
+
+    functions: dict[str, Callable[..., Any]] = {"train": train_of, "passages": passages_at, "recording": record}
+    if part == "contacts":
+        from shockwave.simulation.contact_forces import contact_peaks
+
+        functions[part] = contact_peaks
+    with time_limit(None if limit is None else limit - result.seconds):
+        return functions[part](result, *arguments)

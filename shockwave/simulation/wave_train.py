@@ -1,0 +1,219 @@
+"""The wave train, and leading waves that the search does not cover, measured in two runs of the whole chain."""
+
+from __future__ import annotations
+
+import math
+import time
+
+from attrs import evolve
+
+from shockwave.base.errors import NumericalError
+from shockwave.base.text import si
+from shockwave.engine.integrator import LONGEST_STEP
+from shockwave.engine.scaled_problem import ChainProblem, Primary, Status
+from shockwave.scene.chain import Scales
+from shockwave.simulation.contact_peaks import ContactPeak
+from shockwave.simulation.integration_stretches import Course
+from shockwave.simulation.measured_wave import MeasuredWave
+from shockwave.simulation.peak_log import Peak, PeakLog
+from shockwave.simulation.rebounding_granules import EJECTED, rebounding
+from shockwave.simulation.wave_result import Cost, SimulationResult, Train
+from shockwave.simulation.wave_setup import Setup, immeasurable, scaled, setup_of
+from shockwave.simulation.wave_train_run import ChainRun
+
+# Tolerance of the second run over that of the first.
+_COARSE = 10.0
+# Allowed deviation of the peak force of the leading wave from its limit, over the tolerance.
+_PRIMARY_DOUBT = 0.2
+# The same for later waves.
+_LATER_DOUBT = 2.0
+# Largest relative deviation of a settled wave, however loose the tolerance.
+_MOST_DOUBT = 3e-4
+# Least relative deviation that is worth its cost.
+_LEAST_DOUBT = 1e-10
+# Relative rounding error of a peak force.
+_ROUNDING = 1e-12
+# Largest relative error estimate that is meaningful.
+_UNSETTLED = 0.1
+# Least greatest force on an endless chain, over that of the leading wave, that is reported.
+_EXCESS = 1.01
+# Longest chain: a number of contacts, and a number for each characteristic time of the duration of the shock.
+_MOST_CONTACTS = 1000
+_MOST_RATE = 10
+
+
+def train_of(result: SimulationResult) -> Train:
+    """Integrate and measure the train of a result whose leading wave is known."""
+    problem, scales = scaled(result.shock, result.chain)
+    if result.options.timeout is None and (reason := immeasurable(problem)):
+        return _primary_alone(result, f"The train is not integrated, because {reason}.")
+    try:
+        # the search for the leading wave is more accurate than the runs for all waves
+        train, _ = _train(problem, scales, setup_of(result.options), _LATER_DOUBT, result.found)
+    except NumericalError as error:
+        return _primary_alone(result, f"The train could not be measured: {error}.")
+    strongest, *others = train.waves
+    apart = abs(strongest.peak_force / result.peak_force - 1)
+    if apart > 10 * (result.error_estimate + (strongest.error_estimate or _UNSETTLED)):
+        warning = (
+            f"The strongest wave of the train differs from the leading wave by {apart:.0e}, more than their error"
+            " estimates: neither is known to better than this. A smaller rtol may remove the difference."
+        )
+        return evolve(train, warnings=(*train.warnings, warning))
+    primary = evolve(strongest, peak_force=result.peak_force, error_estimate=result.error_estimate)
+    return evolve(train, waves=(primary, *others))
+
+
+def _primary_alone(result: SimulationResult, reason: str) -> Train:
+    """Train with only the leading wave, where the others are not known."""
+    return Train(
+        waves=(result.primary,),
+        recoil_error=result.applied_momentum,
+        warnings=(f"{reason} Later waves and rebounding granules are not known.",),
+    )
+
+
+def measure_primary(
+    problem: ChainProblem, scales: Scales, setup: Setup
+) -> tuple[Primary, float, Train, tuple[str, ...]]:
+    """Leading wave that the search does not find, with its error estimate, the train and warnings."""
+    train, fine = _train(problem, scales, setup, _PRIMARY_DOUBT)
+    strongest = max(fine.waves, key=lambda wave: wave.peak_force)
+    primary = Primary(
+        status=Status.KNOWN,
+        peak=strongest.peak_force,
+        last=strongest.peak_force,
+        contact=strongest.contact,
+        time=strongest.arrival_time,
+        doubt=0.0,
+        speed=strongest.speed or 0.0,
+        momentum=strongest.momentum,
+        energy=strongest.energy,
+        foot=strongest.foot * strongest.peak_force,
+        chain_momentum=fine.momentum,
+        chain_energy=fine.energy,
+        work=fine.work,
+        impulse=problem.free(problem.duration)[1],
+        free_path=0.0,
+        steps=train.cost.steps,
+        evaluations=train.cost.force_evaluations,
+    )
+    warnings: tuple[str, ...] = ()
+    if fine.reached_end:
+        warnings = (
+            "The waves reach the free end before they have settled, so they were measured at contact"
+            f" {strongest.contact} of this chain. A longer chain shows the settled waves.",
+        )
+    error = train.waves[0].error_estimate
+    return primary, 1.0 if error is None else error, train, warnings
+
+
+def _train(
+    problem: ChainProblem, scales: Scales, setup: Setup, share: float, found: Primary | None = None
+) -> tuple[Train, ChainRun]:
+    """Measure the train; a second, coarser run of half the time shows the step errors. The train, and the first run.
+
+    ``share`` is the allowed deviation of the leading wave from its limit, over the tolerance, and ``found`` the wave if
+    it is known.
+    """
+    begin = time.perf_counter()
+    most = int((_MOST_CONTACTS + _MOST_RATE * problem.duration) * problem.wave.spread**2)
+    first, later = (max(min(each * setup.rtol, _MOST_DOUBT), _LEAST_DOUBT) for each in (share, _LATER_DOUBT))
+    arguments = (setup.options.wave_threshold, first, later, most)
+    fine = ChainRun(problem, setup.integrator(), *arguments, "wave train, run 1 of 2", found).finished()
+    if not fine.waves:
+        raise NumericalError(
+            f"no wave formed within {most} contacts: the shock is too slow for its peak force"
+            " (shorten the shock, or increase its peak force)"
+        )
+    slowest = EJECTED * max(wave.granule_velocity for wave in fine.waves)
+    compared, then = fine.compared
+    traced = fine.log.traced([(wave.contact, wave.arrival_time) for wave in fine.waves], compared)
+    coarse = Course.of(problem, setup.integrator(_COARSE), kept=False)
+    # granules of a finite chain may collide until the end
+    end = fine.end if problem.granules else max(compared, *(peak.time + LONGEST_STEP for peak in traced))
+    difference = 0.0
+    for until, granules in sorted([(compared, 0), *fine.shortened, (end, 0)]):
+        if until > end:
+            break
+        stretch = coarse.advance_to(until, "wave train, run 2 of 2", end)
+        if granules:
+            coarse.shorten(granules)
+        elif until == compared:
+            difference = sum(rebounding(then, slowest)[0]) - sum(rebounding(stretch.v[-1], slowest)[0])
+    waves = _waves(fine, traced, coarse.log, scales)
+    ejected = EJECTED * waves[0].granule_velocity
+    recoil = sum(fine.recoils)
+    error = (
+        abs(difference) * fine.measured / compared + fine.unfinished_recoil + fine.integrator.tolerance * fine.momentum
+    )
+    velocities = [velocity * scales.velocity for velocity in fine.recoils]
+    warnings: tuple[str, ...] = ()
+    settled = fine.settled and all(wave.error_estimate is not None for wave in waves)
+    if not (fine.reached_end or settled):
+        warnings = (
+            "The granules behind the last wave were still moving when it was measured, so waves near the threshold may"
+            " be missing or inaccurate. A higher wave_threshold excludes them.",
+        )
+    if fine.unfollowed_force > setup.options.wave_threshold * fine.log.top().force:
+        bound = si(fine.unfollowed_force * scales.contact_force, "N")
+        warnings = (*warnings, f"Granules may collide after the end of the run, with forces below {bound}.")
+    if fine.unread:
+        warnings = (*warnings, f"Waves that could not be measured and are left out: {fine.unread}.")
+    train = Train(
+        waves=waves,
+        recoil_momentum=recoil * scales.momentum,
+        recoil_error=error * scales.momentum,
+        recoil_velocities=tuple(velocity for velocity in velocities if -velocity > ejected),
+        spall_velocities=None if fine.spalls is None else tuple(u * scales.velocity for u in fine.spalls),
+        greatest_force=_greatest(fine, coarse.log, scales),
+        cost=Cost(
+            steps=fine.steps + coarse.steps,
+            force_evaluations=fine.integrator.evaluations + coarse.integrator.evaluations,
+            seconds=time.perf_counter() - begin,
+        ),
+        warnings=warnings,
+    )
+    return train, fine
+
+
+def _greatest(fine: ChainRun, coarse: PeakLog, scales: Scales) -> ContactPeak | None:
+    """Greatest contact force of the fine run, in SI units, with an error estimate like that of a wave.
+
+    It is None on an endless chain if it hardly exceeds the leading wave, whose limit may be farther on.
+    """
+    top = fine.log.top()
+    if fine.problem.granules is None and top.force <= _EXCESS * max(wave.peak_force for wave in fine.waves):
+        return None
+    error = abs(coarse.top().force / top.force - 1) + _energy_error(fine) + fine.integrator.tolerance
+    return ContactPeak(
+        contact=top.contact,
+        peak_force=top.force * scales.contact_force,
+        time=top.time * scales.time,
+        error_estimate=error,
+    )
+
+
+def _energy_error(fine: ChainRun) -> float:
+    """Relative error of a peak force, which scales as a power of the energy, from the energy defect."""
+    # the defect shows errors of both runs, as at a contact that opens
+    exponent = fine.problem.exponent
+    return exponent / (exponent + 1) * abs(fine.energy / fine.work - 1) if fine.work else 0.0
+
+
+def _waves(fine: ChainRun, traced: list[Peak], coarse: PeakLog, scales: Scales) -> tuple[MeasuredWave, ...]:
+    """Waves of the fine run, strongest first, in SI units.
+
+    The error estimate of each is the sum of the difference of the two runs at an earlier peak of the wave, ``traced``,
+    in proportion to the time, its own bound, the energy defect, and the tolerance of a step.
+    """
+    waves = []
+    strongest = max(wave.peak_force for wave in fine.waves)
+    for wave, peak in zip(fine.waves, traced, strict=True):
+        same = coarse.nearest(peak.contact, peak.time)
+        difference = 1.0 if same is None else abs(same.force / peak.force - 1) * wave.arrival_time / peak.time
+        # errors of a step are larger relative to weak waves; the difference may vanish by chance
+        step = fine.integrator.tolerance * math.sqrt(strongest / wave.peak_force)
+        error = difference + (wave.error_estimate or 0.0) + _energy_error(fine) + step + _ROUNDING
+        waves.append(wave.in_si(scales, error if error < _UNSETTLED else None))
+    return tuple(sorted(waves, key=lambda wave: -wave.peak_force))

@@ -1,0 +1,235 @@
+"""Search of one parameter: all values that meet a requirement."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import groupby, pairwise
+from typing import Any
+
+import numpy as np
+from attrs import define, evolve, field
+
+from shockwave.base.errors import InvalidValueError, ShockwaveError
+from shockwave.base.numerics import bracketed_root
+from shockwave.base.progress import progressed
+from shockwave.studies.design_options import VERIFIED_RTOL, DesignScenes
+from shockwave.studies.design_result import Option
+from shockwave.studies.quantities import Requirement
+from shockwave.studies.varied_scenes import kind_of
+
+# Most whole numbers that are tried one by one.
+_MOST_WHOLE = 200
+# Fewest cells of the grid on which the quantity is simulated.
+_CELLS = 32
+# Parts into which the cells beside an extremum are divided, and most times that they are.
+_PARTS, _ROUNDS = 4, 12
+# Tolerance of the simulations of the grid, over the tolerance of the solutions.
+_GRID_SHARE = 0.1
+# Distance from the target at which the search of a solution stops, over the tolerance of the solutions.
+_STOP_SHARE = 0.01
+# Differences of the quantity that give its slope, over its error.
+_CLEAR = 100.0
+# Warning on materials of a chain that must be elastic.
+_BEYOND = "left out, because a force exceeds first yield or a yield strength is not known: "
+
+
+def compare_values(scenes: DesignScenes, rtol: float) -> dict[str, Any]:
+    """Compare materials or whole numbers; ``rtol`` is the allowed relative deviation from the target.
+
+    Returns
+    -------
+    dict
+        Fields of the `Design` that are the answer.
+
+    Raises
+    ------
+    InvalidValueError
+        If a scene is not possible, but for materials of a chain that must be elastic.
+    NumericalError
+        If a simulation fails.
+    """
+    (parameter,), (target,) = scenes.parameters, scenes.requirements
+    low, high = map(int, parameter.between or (0, -1))
+    if high - low >= _MOST_WHOLE:
+        problem = f"must have at most {_MOST_WHOLE} whole numbers (got {high - low + 1}; narrow the interval)"
+        raise InvalidValueError.of("between", problem)
+    values = [(each,) for each in (parameter.among or range(low, high + 1))]
+    options, beyond = [], {}
+    for (value,), option in zip(values, scenes.options(values, VERIFIED_RTOL), strict=True):
+        if isinstance(option, Option):
+            options.append(option)
+        elif isinstance(option, InvalidValueError) and option.faults[0].path == "chain.elastic_only":
+            beyond[value] = option
+        else:
+            raise _within(option) if parameter.between else option
+    if not options:
+        raise next(iter(beyond.values()))
+    ranked = sorted(options, key=lambda option: _distance(option.reached, target.value))
+    # whole numbers ascend; materials have no other order
+    rows = sorted(ranked, key=lambda option: 0.0 if isinstance(option.value, str) else option.value)
+    equality = target.sign == "="
+    solutions = tuple(each for each in rows if (_equals(target, each, rtol) if equality else each.violation <= 0))
+    left_out = (_BEYOND + ", ".join(map(str, beyond)),) if beyond else ()
+    return {
+        "solutions": solutions,
+        "nearest": None if solutions else ranked[0],
+        "table": tuple(rows),
+        "warnings": (*_warnings(solutions or ranked[:1]), *left_out),
+    }
+
+
+def search_interval(scenes: DesignScenes, points: int, rtol: float) -> dict[str, Any]:
+    """Find all values of a number that meet the target; ``points`` is the number of rows of the table.
+
+    Returns and raises as `compare_values`.
+    """
+    try:
+        return _Line(scenes, rtol).answer(points)
+    except InvalidValueError as error:
+        raise _within(error) from None
+
+
+def _within(error: ShockwaveError) -> ShockwaveError:
+    """The error of an interval that contains the scene of an ``error``."""
+    if not isinstance(error, InvalidValueError) or error.faults[0].path in ("target", "chain.granules"):
+        return error
+    return InvalidValueError.of("between", f"must contain only valid cases ({error.faults[0]})")
+
+
+def _distance(reached: float, value: float) -> float:
+    """Absolute logarithm of the ratio of the reached value to the target value."""
+    return abs(math.log(reached / value)) if reached > 0 else math.inf
+
+
+def _equals(target: Requirement, option: Option, rtol: float) -> bool:
+    """Whether an option has the value of the target within the tolerance and the error of its simulation."""
+    return abs(option.reached / target.value - 1) <= rtol + option.reached_error
+
+
+def _warnings(options: Sequence[Option]) -> list[str]:
+    """The warnings of the options, one of those that differ in numbers alone."""
+    return list({kind_of(warning): warning for option in options for warning in option.warnings}.values())
+
+
+@define
+class _Line:
+    """The required quantity along the interval of the parameter, known where its scenes were simulated."""
+
+    scenes: DesignScenes
+    rtol: float
+    #: Options by their shares of the interval.
+    options: dict[float, Option] = field(factory=dict)
+
+    @property
+    def target(self) -> Requirement:
+        return self.scenes.requirements[0]
+
+    def answer(self, points: int) -> dict[str, Any]:
+        """Fields of the `Design` that are the answer."""
+        each = -(-_CELLS // (points - 1))
+        shares = np.linspace(0.0, 1.0, each * (points - 1) + 1).tolist()
+        self.simulate(shares, _GRID_SHARE * self.rtol)
+        table = [self.options[share] for share in shares[::each]]
+        self.refine()
+        limits = self.limits()
+        solutions = [option for option in map(self.solution, limits) if _equals(self.target, option, self.rtol)]
+        intervals = self.intervals(limits) if self.target.sign != "=" else ()
+        shown = solutions or [self.verified(min(self.options, key=lambda share: abs(self.height(share))))]
+        ends = {end for both in intervals for end in both} - {option.value for option in shown}
+        of_ends = self.scenes.possible([(end,) for end in sorted(ends)], VERIFIED_RTOL)
+        return {
+            "solutions": tuple(solutions),
+            "intervals": intervals,
+            "nearest": None if solutions or intervals else shown[0],
+            "table": tuple(table),
+            "warnings": tuple(_warnings([*shown, *of_ends])),
+        }
+
+    def simulate(self, shares: Sequence[float], rtol: float) -> None:
+        """Simulate scenes at shares of the interval."""
+        values = [(self.scenes.parameters[0].at(share),) for share in shares]
+        self.options |= zip(shares, self.scenes.possible(values, rtol), strict=True)
+        progressed("simulations", len(self.options))
+
+    def height(self, share: float) -> float:
+        """Excess of the quantity over the target, on a scale on which it is finite also where no force arrives.
+
+        It is 0 where a solution needs no better value.
+        """
+        if share not in self.options:
+            self.simulate([share], VERIFIED_RTOL)
+        ratio = self.options[share].reached / self.target.value
+        return 0.0 if abs(ratio - 1) <= _STOP_SHARE * self.rtol else math.asinh(ratio) - math.asinh(1.0)
+
+    def refine(self) -> None:
+        """Divide the cells beside the least and the greatest value, and beside extrema that may reach the target."""
+        for _ in range(_ROUNDS):
+            shares = sorted(self.options)
+            heights = [self.height(share) for share in shares]
+            inner = heights[1:-1]
+            places: set[float] = set()
+            for index, height in enumerate(heights):
+                around = slice(max(index - 1, 0), index + 2)
+                ranges = height in (min(heights), max(heights)) and height in inner
+                if self.is_extremum(height, heights[around], ranges):
+                    places |= {
+                        begin + (end - begin) * part / _PARTS
+                        for begin, end in pairwise(shares[around])
+                        for part in range(1, _PARTS)
+                    }
+            if not places:
+                return
+            self.simulate(sorted(places), _GRID_SHARE * self.rtol)
+
+    def is_extremum(self, height: float, around: Sequence[float], ranges: bool) -> bool:
+        """Whether there is an extremum near a point of this height that is not yet known.
+
+        ``around`` are its neighbours, too. Unless it ``ranges`` the quantity, the extremum counts if it may reach the
+        target.
+        """
+        swing = max(abs(each - height) for each in around)
+        below = height == max(around) and (height <= 0 or ranges)
+        above = height == min(around) and (height >= 0 or ranges)
+        nearest = 0.0 if ranges else abs(height)
+        return (below or above) and max(nearest, _GRID_SHARE * self.rtol) < swing
+
+    def limits(self) -> list[float]:
+        """Shares at which the quantity crosses the target, or touches it within the tolerance."""
+        shares = sorted(self.options)
+        heights = [self.height(share) for share in shares]
+        crossed = [index for index, (low, high) in enumerate(pairwise(heights)) if low * high < 0]
+        limits = [bracketed_root(self.height, shares[index], shares[index + 1], "target") for index in crossed]
+        near = (abs(self.options[share].reached / self.target.value - 1) <= self.rtol for share in shares)
+        for is_near, group in groupby(enumerate(near), lambda pair: pair[1]):
+            run = [index for index, _ in group]
+            if is_near and not {*crossed} & {run[0] - 1, *run}:
+                limits.append(shares[min(run, key=lambda index: abs(heights[index]))])
+        return sorted(limits)
+
+    def verified(self, share: float) -> Option:
+        """The option at a share by a more accurate simulation."""
+        if share not in self.options or not self.options[share].verified:
+            self.simulate([share], VERIFIED_RTOL)
+        return self.options[share]
+
+    def solution(self, share: float) -> Option:
+        """The verified option at a share with the error of its value, from the nearest clear difference."""
+        option = self.verified(share)
+        error = abs(option.reached / self.target.value - 1) + option.reached_error
+        by_distance = sorted(self.options, key=lambda other: abs(other - share))
+        for other in (self.options[place] for place in by_distance):
+            change = abs(other.reached - option.reached) / self.target.value
+            if change > _CLEAR * error:
+                step = abs(float(other.value) - float(option.value))
+                return evolve(option, value_error=error * step / change)
+        return option
+
+    def intervals(self, limits: Sequence[float]) -> tuple[tuple[float, float], ...]:
+        """Intervals in which an inequality holds, ``limits`` included."""
+        sense = 1.0 if self.target.sign == "<=" else -1.0
+        shares = sorted({*self.options, *limits})
+        groups = groupby(shares, lambda share: share in limits or sense * self.height(share) <= 0)
+        spans = [list(group) for holds, group in groups if holds]
+        at = self.scenes.parameters[0].at
+        return tuple((at(span[0]), at(span[-1])) for span in spans)

@@ -1,0 +1,116 @@
+"""Options of a design: the simulations of their scenes, and the quantities that are read from them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from attrs import field, frozen
+
+from shockwave.base.errors import InvalidValueError, ShockwaveError
+from shockwave.scenario.scenario import Scenario
+from shockwave.scenario.variations import Family
+from shockwave.studies import varied_scenes
+from shockwave.studies.design_result import Design, Option, VariedParameter
+from shockwave.studies.quantities import Quantity, Requirement
+
+#: Tolerance of the simulations of answers.
+VERIFIED_RTOL = 1e-8
+#: Values of the parameters, in their order.
+Values = tuple[float | str, ...]
+
+
+@frozen
+class DesignScenes:
+    """Scenes that differ in the values of the parameters of a design.
+
+    Attributes
+    ----------
+    family : Family
+        The scenes.
+    parameters, requirements, quantities, least
+        As in `Design`.
+    tried : list of Option
+        All options so far.
+    """
+
+    family: Family
+    parameters: tuple[VariedParameter, ...]
+    requirements: tuple[Requirement, ...]
+    quantities: tuple[Quantity, ...]
+    least: str | None
+    tried: list[Option] = field(factory=list)
+
+    def options(self, values: Sequence[Values], rtol: float, margin: float = 0.0) -> list[Option | ShockwaveError]:
+        """Options with these values, or the errors of scenes that are not possible or whose simulations fail.
+
+        Parameters
+        ----------
+        values : sequence of tuple
+            Values of the parameters of each option.
+        rtol : float
+            Tolerance of the simulations.
+        margin : float
+            Relative margin with which requirements must hold.
+
+        Raises
+        ------
+        InvalidValueError
+            If a scene does not have a quantity of the design.
+        """
+        scenes: list[Scenario | ShockwaveError] = []
+        for each in values:
+            try:
+                scenes.append(self.family.scenario(self.named(each)))
+            except InvalidValueError as error:
+                scenes.append(error)
+        results = iter(self._results([scene for scene in scenes if isinstance(scene, Scenario)], rtol))
+        options: list[Option | ShockwaveError] = []
+        for each, scene in zip(values, scenes, strict=True):
+            result = next(results) if isinstance(scene, Scenario) else scene
+            if isinstance(scene, ShockwaveError) or isinstance(result, ShockwaveError):
+                options.append(result)
+            else:
+                option = self._option(each, scene, result, margin, rtol <= VERIFIED_RTOL)
+                self.tried.append(option)
+                options.append(option)
+        return options
+
+    def possible(self, values: Sequence[Values], rtol: float) -> list[Option]:
+        """Options with these values; raises the first error of a scene."""
+        options = self.options(values, rtol)
+        for option in options:
+            if isinstance(option, ShockwaveError):
+                raise option
+        return [option for option in options if isinstance(option, Option)]
+
+    def design(self, answer: Mapping[str, Any]) -> Design:
+        """The design with the fields that are its answer."""
+        task = ("parameters", "requirements", "quantities", "least")
+        tried, scenario = tuple(self.tried), self.family.base.name
+        return Design(scenario=scenario, **{name: getattr(self, name) for name in task}, **answer, tried=tried)
+
+    def named(self, values: Values) -> dict[str, float | str]:
+        """The values by the names of their parameters."""
+        return {each.name: value for each, value in zip(self.parameters, values, strict=True)}
+
+    def _results(self, scenes: Sequence[Scenario], rtol: float) -> list[Any]:
+        """Results of the simulations; None for each if no quantity needs them."""
+        if not scenes or all(each.is_of_granules for each in self.quantities):
+            return [None] * len(scenes)
+        return varied_scenes.simulated(scenes, rtol)
+
+    def _option(self, values: Values, scene: Scenario, result: Any, margin: float, verified: bool) -> Option:
+        kinds = {each.quantity.name: each.kind for each in self.requirements}
+        figures = {
+            each.name: each.read_scene(scene, result, self.named(values), kinds.get(each.name, "least"))
+            for each in self.quantities
+        }
+        return Option(
+            values=values,
+            quantities={name: value for name, (value, _) in figures.items()},
+            errors={name: error for name, (_, error) in figures.items()},
+            violation=max(each.violation(*figures[each.quantity.name], margin) for each in self.requirements),
+            verified=verified,
+            warnings=varied_scenes.warnings_of(scene, result) if verified and result is not None else (),
+        )

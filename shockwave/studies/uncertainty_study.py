@@ -1,0 +1,275 @@
+"""Uncertainty of the peak force of the leading wave, or of the forces in a chain, by simulations of drawn scenes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from attrs import define, evolve, field
+
+from shockwave.base.errors import Fault, InvalidValueError, ShockwaveError
+from shockwave.base.log import logger
+from shockwave.base.numerics import FloatArray
+from shockwave.base.progress import progressed
+from shockwave.base.quantity_fields import Quantity as Number
+from shockwave.base.quantity_fields import listed
+from shockwave.base.text import si
+from shockwave.scenario.scenario import Scenario
+from shockwave.scenario.scene_argument import Scene
+from shockwave.scenario.uncertainty_block import Spread, read
+from shockwave.scenario.value_conversion import WrongsError
+from shockwave.scenario.variations import Family
+from shockwave.scenario.yaml_document import dotted
+from shockwave.scene.chain import Chain
+from shockwave.scene.force_limit import LeavingForce, Limit, limit_of, verdict
+from shockwave.scene.summary import equal_granules
+from shockwave.studies import quasi_monte_carlo as sampling
+from shockwave.studies import varied_scenes
+from shockwave.studies.quantities import Quantity, quantities_of
+from shockwave.studies.quasi_monte_carlo import WORK, Distribution
+from shockwave.studies.uncertainty_result import Estimate, Parameter, QuantityStatistics, Sensitivity, Uncertainty
+
+_DRAWS = Number("", "number of draws", at_least=256, at_most=2**18, whole=True)
+# Default number of draws for equal granules, where a simulation takes less than a millisecond, and for other chains.
+_EQUAL_DRAWS = 1024
+_CHAIN_DRAWS = 512
+# Longest shock on equal granules [characteristic times]: thousands of longer simulations take hours.
+_LONGEST = 300.0
+# Step of a finite difference, over the standard deviation of the parameter: late collisions make slopes over smaller
+# steps irregular. Tolerance of its simulations.
+_STEP = 0.3
+_STEP_RTOL = 1e-8
+# Probabilities of the values between which a parameter must change a quantity.
+_ENDS = (0.01, 0.99)
+# Standard deviation, over the error of a simulation, of a spread that the error may have caused.
+_NOISE = 3.0
+# The transmitted force.
+_LEAVING = Quantity("leaving.value", "N", "")
+
+
+def uncertainty(
+    scene: Scene,
+    chain: Chain | None = None,
+    spreads: Mapping[str, Any] | None = None,
+    *,
+    draws: int | None = None,
+    seed: int = 0,
+    rtol: float = 1e-4,
+    limit: Limit | float | str | None = None,
+) -> Uncertainty:
+    """Distribution of the peak force of the leading wave, or of the forces in a chain where it has no limit.
+
+    Parameters
+    ----------
+    scene : Scenario, path-like, Shock or Impact
+        A scenario or its file, or a shock or striker on ``chain``.
+    chain : Chain, optional
+        The chain, if ``scene`` is a shock or a striker.
+    spreads : mapping, optional
+        Dotted names and distributions, as in the ``uncertainty`` block, which they replace.
+    draws : int, optional
+        Number of scenes to draw, a power of 2 from 256 to 262144; by default 1024 for a shock on equal granules with
+        free ends, otherwise 512. Each is simulated, and as many for every parameter.
+    seed : int
+        Seed of the random numbers; the same seed gives the same digits.
+    rtol : float
+        Tolerance of a simulation, 1e-7 to 1e-2.
+    limit : Limit, float or str, optional
+        Limit on the transmitted force, or this force [N]; by default that of the scenario. The probability
+        that it is reached is found then.
+
+    Returns
+    -------
+    Uncertainty
+        Statistics in SI units, with their sampling errors.
+
+    Raises
+    ------
+    InvalidValueError
+        If a value is out of range, no parameter is uncertain, or a scene that is drawn is not possible.
+    NumericalError
+        If a simulation fails.
+    """
+    scenario = varied_scenes.scenario_of(scene, chain)
+    scenario = evolve(scenario, limit=limit_of(limit) or scenario.limit)
+    equal = equal_granules(scenario.excitation, scenario.chain) is not None
+    draws = _DRAWS.checked("draws", (_EQUAL_DRAWS if equal else _CHAIN_DRAWS) if draws is None else draws)
+    seed, rtol = varied_scenes.SEED.checked("seed", seed), varied_scenes.RTOL.checked("rtol", rtol)
+    if draws.bit_count() > 1:
+        raise InvalidValueError.of("draws", f"must be a power of 2, such as 1024 (got {draws})")
+    drawn = [Distribution.of(spread, scenario) for spread in _spreads(scenario, spreads)]
+    progressed(WORK, 0, draws * (len(drawn) + 2))
+    logger.info("uncertainty of %s: %d scenes", scenario.name or "the scene", draws * (len(drawn) + 2))
+    return _result(UncertainScenes.of(scenario, drawn, rtol), draws, seed, rtol)
+
+
+def _spreads(scenario: Scenario, given: Mapping[str, Any] | None) -> tuple[Spread, ...]:
+    if given is None and scenario.uncertainty:
+        return scenario.uncertainty
+    if given is None:
+        remedy = "add a block such as uncertainty: {shock.peak_force: 5 %}"
+        raise InvalidValueError.of("uncertainty", f"must name the uncertain parameters (got nothing; {remedy})")
+    for name in given if isinstance(given, Mapping) else ():
+        varied_scenes.check_parameter(name, scenario, "uncertainty")
+    try:
+        return read(given, varied_scenes.data_of(scenario))
+    except WrongsError as error:
+        faults = [Fault(dotted(("uncertainty", *wrong.path)), str(wrong.problem)) for wrong in error.wrongs]
+        raise InvalidValueError(faults) from None
+
+
+@define
+class UncertainScenes:
+    """Scenes about that of a scenario, with what is read from their simulations."""
+
+    scenario: Scenario
+    drawn: Sequence[Distribution]
+    #: Simulation of the scenario itself.
+    nominal: Any
+    #: Quantities that are read.
+    quantities: list[Quantity]
+    family: Family
+    #: Kinds of warnings of the scenes -> the first one and how many there are.
+    warnings: dict[str, tuple[str, int]] = field(factory=dict)
+
+    @classmethod
+    def of(cls, scenario: Scenario, drawn: Sequence[Distribution], rtol: float) -> UncertainScenes:
+        (nominal,) = varied_scenes.simulations([scenario], rtol, _LONGEST)
+        return cls(scenario, drawn, nominal, quantities_of(scenario, nominal), Family(scenario))
+
+    def evaluate(self, values: Mapping[str, FloatArray], rtol: float) -> tuple[FloatArray, FloatArray]:
+        """Quantities, shape (quantities, n), and their greatest relative errors; see `quasi_monte_carlo.Evaluate`.
+
+        If there is a limit, the transmitted force and its bound after the simulated time follow the quantities.
+        """
+        rows = zip(*(column.tolist() for column in values.values()), strict=True)
+        scenes = [self.family.scenario(dict(zip(values, row, strict=True))) for row in rows]
+        results = varied_scenes.simulations(scenes, rtol, _LONGEST)
+        for scene, result in zip(scenes, results, strict=True):
+            for warning in varied_scenes.warnings_of(scene, result):
+                kind = varied_scenes.kind_of(warning)
+                first, count = self.warnings.get(kind, (warning, 0))
+                self.warnings[kind] = first, count + 1
+        limited = self.scenario.limit is not None
+        read = [*self.quantities, _LEAVING] if limited else self.quantities
+        figures = [[each.read(result) or (math.nan, 0.0) for result in results] for each in read]
+        if limited:
+            figures.append([(_later(result.leaving), 0.0) for result in results])
+        read_values, errors = np.moveaxis(np.array(figures), -1, 0)
+        return read_values, errors.max(axis=1)
+
+    def slopes(self) -> list[list[Estimate]]:
+        """Derivatives of the quantities with respect to each parameter, at the nominal values."""
+        nominal = {each.name: np.array([each.value]) for each in self.drawn}
+        slopes = []
+        for each in self.drawn:
+            ends = sampling.scenes_about(each, _STEP, nominal)
+            heights = self.evaluate(ends, _STEP_RTOL)[0][: len(self.quantities)]
+            slopes.append([sampling.difference(ends[each.name], row, _STEP_RTOL * abs(row[0])) for row in heights])
+        return slopes
+
+    def check_effects(self, rtol: float) -> None:
+        """Raise `InvalidValueError` for a parameter that changes none of the quantities."""
+        nominal = {each.name: np.repeat(each.value, 2) for each in self.drawn}
+        for each in self.drawn:
+            ends = each.at(np.array(_ENDS))
+            try:
+                figures, _ = self.evaluate(nominal | {each.name: ends}, rtol)
+            except ShockwaveError:
+                continue  # reported for the samples
+            if np.array_equal(figures[:, 0], figures[:, 1], equal_nan=True):
+                same = listed((quantity.label for quantity in self.quantities), "and")
+                low, high = (si(end, each.spread.variable.unit or "") for end in ends.tolist())
+                problem = f"must change a quantity of the result (got the same {same} for {low} and {high}; delete it)"
+                raise InvalidValueError.of(dotted(("uncertainty", each.name)), problem)
+        self.warnings.clear()
+
+    def all_warnings(self, count: int) -> list[str]:
+        """Warnings of the nominal scene, and those of other kinds of the ``count`` drawn scenes."""
+        warnings = varied_scenes.warnings_of(self.scenario, self.nominal)
+        kinds = {varied_scenes.kind_of(warning) for warning in warnings}
+        others = [each for kind, each in self.warnings.items() if kind not in kinds]
+        return [*warnings, *(f"In {share} of {count} scenes: {first}" for first, share in others)]
+
+
+def _result(scenes: UncertainScenes, draws: int, seed: int, rtol: float) -> Uncertainty:
+    """Simulate the drawn scenes and those around the nominal one."""
+    scenario, drawn, nominal = scenes.scenario, scenes.drawn, scenes.nominal
+    scenes.check_effects(rtol)
+    points, outputs, errors = sampling.sampled(drawn, draws, seed, lambda values: scenes.evaluate(values, rtol))
+    evaluations = draws * (len(drawn) + 2)
+    warnings, exceedance, decided = scenes.all_warnings(evaluations), None, None
+    if scenario.limit is not None:
+        forces, later, leaving = outputs[:, -2, 0], outputs[:, -1, 0], nominal.leaving
+        outputs, decided = outputs[:, :-2], verdict(scenario.limit, leaving)
+        if not np.isnan(forces).all():
+            exceedance, decided = sampling.exceedance(scenario.limit, leaving.name, forces, float(errors[-2]), later)
+    slopes, shares = scenes.slopes(), sampling.estimates(sampling.indices, outputs)
+    statistics, notes = [], []
+    for index, quantity in enumerate(scenes.quantities):
+        own = [of_parameter[index] for of_parameter in slopes]
+        if not (np.isfinite(outputs[:, index]).all() and all(math.isfinite(slope.value) for slope in own)):
+            notes.append(f"the {quantity.label} is left out, because some scenes have none")
+            continue
+        each = _statistics(scenes, quantity, outputs[:, index, 0], float(errors[index]), own, shares[:, :, index])
+        statistics.append(each)
+        if each.sd.value <= _NOISE * each.model_error * abs(each.nominal):
+            notes.append(f"the spread of the {quantity.label} is within the error of the simulations")
+    return Uncertainty(
+        scenario=scenario.name,
+        draws=draws,
+        seed=seed,
+        evaluations=evaluations,
+        parameters=tuple(map(_parameter, drawn)),
+        quantities=tuple(statistics),
+        warnings=(*warnings, *notes, *sampling.cut_warnings(drawn)),
+        exceedance=exceedance,
+        verdict=decided,
+        values=dict(zip([each.name for each in drawn], points, strict=True)),
+        outputs={each.name: outputs[:, i, 0].ravel() for i, each in enumerate(scenes.quantities)},
+    )
+
+
+def _statistics(
+    scenes: UncertainScenes,
+    quantity: Quantity,
+    batches: FloatArray,
+    error: float,
+    slopes: Sequence[Estimate],
+    indices: FloatArray,
+) -> QuantityStatistics:
+    """Statistics of one quantity, from its draws and the slopes and indices of shape (2, parameters, 2)."""
+    value, _ = quantity.read(scenes.nominal) or (0.0, 0.0)
+    pairs = zip(scenes.drawn, slopes, indices.swapaxes(0, 1), strict=True)
+    return QuantityStatistics(
+        **quantity._asdict(),
+        **sampling.statistics(batches),
+        nominal=value,
+        model_error=error,
+        sensitivities=tuple(_sensitivity(each, slope, value, shares) for each, slope, shares in pairs),
+    )
+
+
+def _later(force: LeavingForce) -> float:
+    """Bound of a transmitted force after the simulated time [N], infinite where none is known."""
+    return math.inf if force.high is None else force.later
+
+
+def _parameter(each: Distribution) -> Parameter:
+    unit = each.spread.variable.unit or ""
+    return Parameter(name=each.name, unit=unit, spread=str(each.spread), value=each.value, sd=each.sd)
+
+
+def _sensitivity(each: Distribution, slope: Estimate, value: float, indices: FloatArray) -> Sensitivity:
+    """Sensitivity of a quantity with this ``value`` and ``slope``, from indices of shape (2, value and error)."""
+    first, total = (Estimate(*pair) for pair in indices.tolist())
+    scale = each.value / value
+    return Sensitivity(
+        name=each.name,
+        exponent=slope.value * scale if each.value else None,
+        exponent_error=slope.error * abs(scale) if each.value else None,
+        first=first,
+        total=total,
+    )

@@ -1,0 +1,106 @@
+"""Picture of a sweep: lines or a map of a quantity, with the borders of the regimes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from attrs import frozen
+
+from shockwave.base.errors import UnknownNameError, UsageError
+from shockwave.pictures.figure_files import SMALL, figure, settings_of
+from shockwave.pictures.picture_elements import COLOURS
+from shockwave.pictures.sweep import sweep_lines, sweep_map
+from shockwave.sweep.column_errors import accuracy_of, main_quantity
+from shockwave.sweep.journal import NOT_RUN
+from shockwave.sweep.plotted_axes import PlottedAxes, label_of
+from shockwave.sweep.results import SweepResults
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@frozen(eq=False)
+class Plot:
+    """A picture of a sweep.
+
+    Attributes
+    ----------
+    figure : Figure
+        The figure.
+    column : str
+        The quantity that is drawn.
+    notes : tuple of str
+        The accuracy of the quantity; points without a value; warnings of the sweep.
+    """
+
+    figure: Figure
+    column: str
+    notes: tuple[str, ...]
+
+
+def plot(
+    results: SweepResults, column: str | None = None, x: str | None = None, at: Mapping[str, Any] | None = None
+) -> Plot:
+    """Draw a quantity over one or two axes of a sweep.
+
+    One axis gives a line. A second axis of a few values gives a line for each of them; otherwise two axes give a map
+    with the borders of the regimes.
+
+    Parameters
+    ----------
+    results : SweepResults
+        The sweep.
+    column : str, optional
+        Name of the quantity; default: the amplification.
+    x : str, optional
+        Variable of the abscissa; default: of the axis with the most values, the variable with the most values.
+    at : mapping of str to number or str, optional
+        Fixed values of variables; points with other values are left out.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no such numeric column, or no such variable.
+    UsageError
+        If no axis or more than two axes remain, if no point has the fixed values, if points of a map coincide, or if
+        matplotlib is not installed.
+    """
+    numbers = [one.name for one in results.columns if one.kind != "text"]
+    if column is not None and column not in numbers:
+        raise UnknownNameError("numeric column", column, numbers)
+    chosen = PlottedAxes(results, at or {}, x)
+    known = [one for one in numbers if np.isfinite(chosen.pick(one)).any()]
+    name = column or main_quantity(known or numbers)
+    sheet = _drawn(chosen, name)
+    if caption := chosen.caption():
+        with settings_of(sheet):
+            sheet.suptitle(caption, fontsize=SMALL, parse_math=False)
+    status = chosen.pick("status")
+    failed = int(np.count_nonzero((status != "done") & (status != NOT_RUN)))
+    missing = [f"{failed} of the {status.size} drawn points failed"] if failed else []
+    accuracy = accuracy_of(name, results.units, chosen.pick)
+    sentence = accuracy.sentence or next(one.meaning for one in results.columns if one.name == name)
+    return Plot(sheet, name, (f"{name}: {sentence}", *missing, *results.warnings))
+
+
+def _drawn(chosen: PlottedAxes, name: str) -> Figure:
+    """The figure with lines or a map of the column ``name``."""
+    results, values = chosen.results, chosen.pick(name)
+    quantity = label_of(name), results.units[name] or ""
+    across, *up = [axis.drawn for axis in chosen.axes]
+    if not up or len(up[0].places) <= min(len(COLOURS) - 1, len(across.places)):
+        sheet, (ax,) = figure(size=(5.0, 3.2))
+        lines = zip(chosen.labels(), values.reshape(len(values), -1).T, strict=True)
+        sweep_lines(ax, across, list(lines), quantity)
+        return sheet
+    for axis in chosen.axes:
+        if (np.diff(axis.drawn.places) <= 0).any():
+            remedy = "fix another variable of that axis with --at NAME=VALUE, or choose another with --x"
+            got = f"got {axis.name}, which repeats a value; {remedy}"
+            raise UsageError(f"points of a map must have different coordinates ({got})")
+    regimes = chosen.pick("section4_regime") if "section4_regime" in results.units else None
+    sheet, (ax,) = figure(size=(5.0, 3.6))
+    sweep_map(ax, across, up[0], values, quantity, regimes)
+    return sheet

@@ -1,0 +1,296 @@
+"""The documentation: scenarios load, commands print what is shown, code runs, tables and links are true.
+
+`pages` states the conventions.
+"""
+
+import importlib
+import inspect
+import io
+import json
+import os
+import re
+import tomllib
+import typing
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+import shockwave as sw
+from shockwave import cli, pictures
+from shockwave.base.quantity_fields import quantity_of
+from shockwave.cli.parser import KINDS, OFFERED
+from shockwave.registry import built_ins, registry
+from shockwave.scenario import block_keys as keys
+from shockwave.scenario import chain_blocks
+from shockwave.scenario.scenario import Published
+from shockwave.scene.force_limit import Limit
+from shockwave.scene.simulate_options import SimulateOptions
+from support import pages
+from support.distributions import install
+from support.pages import DOCS, PAGES, ROOT, Block, blocks_of, code_in, table
+from support.programs import commands
+from support.selection import keeping
+
+#: Pages of which commands and code take seconds.
+LONG = [DOCS / f"{name}.md" for name in ("report", "pictures", "stress", "benchmarks")]
+#: Commands on other pages that take more than five seconds: hundreds of simulations of a chain with soft granules.
+LONG_COMMANDS = (
+    "shockwave design cushion.yaml --vary chain.granules[0].diameter",
+    "shockwave design layer.yaml",
+    "shockwave uncertainty cushion.yaml",
+    "shockwave uncertainty protector.yaml",
+)
+#: JSON is for programs; --wide asks for all columns; validate prints one line for each error, as editors expect.
+NOT_WRAPPED = {"--json", "--wide", "validate"}
+
+
+def is_quick(block: Block) -> bool:
+    if block.language not in ("console", "python"):
+        return True
+    return block.page not in LONG and not any(command.startswith(LONG_COMMANDS) for command, _ in block.commands)
+
+
+def of_language(*languages: str) -> Any:
+    """The blocks of these languages, as parameters."""
+    blocks = [block for page in PAGES for block in blocks_of(page) if block.language in languages]
+    return pytest.mark.parametrize("block", keeping(blocks, *filter(is_quick, blocks)), ids=str)
+
+
+@of_language("console")
+def test_commands_print_what_is_shown(block: Block, tmp_path: Path, patch: pytest.MonkeyPatch) -> None:
+    pages.prepare(tmp_path, block, patch)
+    status = 0
+    for command, shown in block.commands:
+        output = io.StringIO()
+        printed, status = pages.run(command, status, output)
+        assert pages.agree(shown, printed), f"$ {command}\n{printed}"
+        if not NOT_WRAPPED & set(command.split()):
+            assert pages.widest(output.getvalue()) <= pages.PIPED, f"$ {command}\n{printed}"
+
+
+@of_language("yaml")
+def test_scenarios_load_or_fail_as_stated(block: Block, tmp_path: Path, patch: pytest.MonkeyPatch) -> None:
+    pages.prepare(tmp_path, block, patch)
+    file, text = Path(block.directives.get("file", "scenario.yaml")), block.text
+    if "fragment" in block.directives:
+        base = Path(block.directives["fragment"])
+        file = base.with_name("scenario.yaml")
+        text = yaml.safe_dump({**yaml.safe_load(base.read_text(encoding="utf-8")), **yaml.safe_load(text)})
+    file.write_text(text, encoding="utf-8")
+    if "faulty" not in block.directives:
+        assert sw.load_scenario(file).excitation is not None
+        return
+    with pytest.raises(sw.ScenarioError) as caught:
+        sw.load_scenario(file)
+    page = block.page.read_text(encoding="utf-8")
+    assert [fault for fault in map(str, caught.value.faults) if fault not in page] == []
+
+
+WITH_CODE = [page for page in PAGES if any(block.language in ("python", "pycon") for block in blocks_of(page))]
+
+
+@pytest.mark.parametrize(
+    "page", keeping(WITH_CODE, *set(WITH_CODE).difference(LONG)), ids=lambda page: str(page.relative_to(ROOT))
+)
+def test_code_runs(page: Path, tmp_path: Path, patch: pytest.MonkeyPatch) -> None:
+    blocks = [block for block in blocks_of(page) if block.language in ("python", "pycon")]
+    pages.prepare(tmp_path, blocks[-1], patch)
+    names: dict[str, Any] = {}
+    for block in blocks:
+        if "file" in block.directives:
+            compile(block.text, str(block), "exec")
+        else:
+            pages.execute(block, names)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_blocks_have_a_known_language(page: Path) -> None:
+    known = {"console", "yaml", "python", "pycon", "toml", "text", "{eval-rst}", "{toctree}"}
+    # the READMEs of plugins show how to install them, in blocks without a language
+    unknown = {block.language for block in blocks_of(page)} - known
+    assert unknown <= ({""} if "plugins" in page.parts else set())
+    assert all(tomllib.loads(block.text) for block in blocks_of(page) if block.language == "toml")
+    assert not re.search(rf"{os.sep}(?:home|tmp|work|Users)/", page.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_lead_somewhere(page: Path) -> None:
+    for target in set(re.findall(r"\]\(([^)\s]+)\)", pages.prose(page))):
+        path, _, anchor = target.partition("#")
+        file = (page.parent / path).resolve() if path else page
+        assert "://" in target or file.exists(), target
+        assert "://" in target or not anchor or anchor in pages.anchors(file), target
+
+
+def test_every_page_and_every_profile_is_listed() -> None:
+    listed = " ".join(block.text for block in blocks_of(DOCS / "index.md") if block.language == "{toctree}")
+    assert {page.stem for page in DOCS.glob("*.md")} - {"index"} <= set(listed.split())
+    text = (ROOT / "profiles" / "README.md").read_text(encoding="utf-8")
+    files = [file for file in (ROOT / "profiles").rglob("*") if file.suffix in (".yaml", ".csv")]
+    assert [file for file in files if f"\n| `{file.relative_to(ROOT / 'profiles')}` |" not in text] == []
+
+
+def cells_of(key: keys.Key) -> list[str]:
+    """The row of docs/scenarios.md on a key: name, type, unit, default, range."""
+    kind, rule = kind_and_rule(key)
+    unit = key.spec.unit if key.spec is not None and key.spec.unit else "-"
+    stated = key.default != "" and isinstance(key.default, str | float | bool)
+    default = "required" if key.required else "-"
+    if stated:
+        value = str(key.default).lower() if isinstance(key.default, bool) else key.default
+        default = f"`{value:g}`" if isinstance(value, float) else f"`{value}`"
+    return [f"`{key.name}`", kind, unit, default, re.sub("a finite number( of)?", "-", rule)]
+
+
+def kind_and_rule(key: keys.Key) -> tuple[str, str]:
+    members = typing.get_args(key.annotation)
+    listed = typing.get_origin(key.annotation) in (list, tuple)
+    if key.spec is not None:
+        kind = "list of numbers" if key.spec.samples else "whole number" if key.spec.whole else "number"
+        return kind, key.spec.rule.removesuffix(f" {key.spec.unit}").removeprefix("a whole number ")
+    choices = [one for one in (key.annotation, *members) if typing.get_origin(one) is typing.Literal]
+    if choices:
+        names = typing.get_args(choices[0])
+        kind = "list of names" if listed else "whole number" if names == keys.VERSIONS else "name"
+        return kind, ", ".join(f"`{name}`" for name in names)
+    if key.annotation is bool:
+        return "true or false", "-"
+    if key.annotation is typing.Any:
+        named = {"material": "name or mapping", "wall": "name or mapping", "cell": "list of segments"}
+        return named.get(key.name, "mapping"), "-"
+    if float in members:
+        return "name or number" if str in members else "number", "-"
+    return "list of whole numbers" if listed and int in members else "list of text" if listed else "text", "-"
+
+
+KEYS = {
+    "scenario": keys.SCENARIO,
+    "chain": keys.CHAIN,
+    "material": keys.keys_of(sw.Material),
+    "segment": chain_blocks.SEGMENT,
+    "cell": chain_blocks.CELL,
+    "taper": chain_blocks.TAPER,
+    "end": chain_blocks.END,
+    "impact": chain_blocks.IMPACT,
+    "shock": keys.shock_keys(sw.PowerLaw),
+    "power-law": keys.parameters_of("power-law", sw.PowerLaw),
+    "exponential": keys.parameters_of("exponential", sw.Exponential),
+    "tabulated": keys.parameters_of("tabulated", sw.Tabulated),
+    "predict": keys.keys_of(sw.Predictor),
+    "simulate": keys.keys_of(SimulateOptions),
+    "limit": keys.keys_of(Limit),
+    "published": keys.keys_of(Published),
+}
+
+
+@pytest.mark.parametrize("name", KEYS)
+def test_tables_of_keys_are_those_of_the_loader(name: str) -> None:
+    assert [row[:5] for row in table("docs/scenarios.md", name)] == [cells_of(key) for key in KEYS[name]]
+
+
+def test_table_of_profiles_is_the_registry() -> None:
+    rows = {code_in(row[0])[0]: code_in(row[-1]) for row in table("docs/scenarios.md", "profiles")}
+    assert list(rows) == [entry.name for entry in built_ins.ENTRIES["profiles"]]
+    for profile in ("power-law", "triangular", "exponential"):
+        fields = registry.load("profiles", profile).__attrs_attrs__
+        own = [field.name for field in fields if field.name != "duration_ratio" and quantity_of(field)]
+        assert rows[profile] == own
+
+
+def flat(value: Any, path: str = "") -> set[str]:
+    """Paths of all keys in a document: ``waves``, ``waves[].momentum``, ``cost.steps``."""
+    if isinstance(value, dict):
+        step = f"{path}." if path else ""
+        return set().union(*({f"{step}{key}"} | flat(inner, f"{step}{key}") for key, inner in value.items()))
+    if isinstance(value, list):
+        return set().union(*(flat(inner, f"{path}[]") for inner in value))
+    return set()
+
+
+def documents(command: str) -> Iterator[dict[str, Any]]:
+    """The JSON of ``command`` for an ejection, and for a train."""
+    calls = {
+        "predict": lambda s: s.predictor.predict(s.shock, s.chain),
+        "simulate": lambda s: sw.simulate(s.shock, s.chain, rtol=1e-4),
+        "compare": lambda s: sw.compare(s, rtol=1e-4),
+    }
+    for name in ("table2-row1", "table1-row1"):
+        yield calls[command](sw.load_scenario(ROOT / "profiles" / "paper" / f"{name}.yaml")).to_dict()
+
+
+@pytest.mark.parametrize("command", ["predict", "simulate", "compare"])
+def test_json_keys_are_those_of_to_dict(command: str) -> None:
+    listed = {key for row in table("docs/commands.md", f"{command} --json") for key in code_in(row[0])}
+    own = set().union(*map(flat, documents(command)))
+    # the answers of a comparison have tables of their own
+    assert listed == {key for key in own if not key.startswith(("predicted.", "simulated."))}
+
+
+#: A command that prints JSON, and keys that it repeats elsewhere.
+PROTECTOR = "profiles/examples/protector.yaml"
+PRINTED = {
+    "validate": ("bad.yaml", "-"),
+    "list profiles": ("", "-"),
+    "list plugins": ("", "-"),
+    "uncertainty": (f"{PROTECTOR} --draws 1024", "-"),
+    "design": (
+        f"{PROTECTOR} --vary chain.diameter --target 'peak_force=60 N' --between '2 mm' '40 mm'",
+        r"(nearest|table)(\[\])?\.|solutions\[\]\.(quantities|errors)\.",
+    ),
+}
+
+
+@pytest.mark.parametrize("command", PRINTED)
+def test_json_keys_of_other_commands_are_those_printed(command: str, tmp_path: Path, patch: pytest.MonkeyPatch) -> None:
+    arguments, repeated = PRINTED[command]
+    install(tmp_path, ROOT / "plugins" / "shockwave-pulses" / "pyproject.toml", patch)
+    (tmp_path / "bad.yaml").write_text("shock: {}\n", encoding="utf-8")
+    printed, _ = pages.run(f"shockwave {command} {arguments} --json", 0)
+    listed = {key for row in table("docs/commands.md", f"{command} --json") for key in code_in(row[0])}
+    assert listed == {key.removeprefix("[].") for key in flat(json.loads(printed)) if not re.match(repeated, key)}
+
+
+#: Options that the page describes once.
+COMMON = ("-h", "--help", "--no-plugins", "--wide")
+
+
+def test_every_command_and_kind_is_listed() -> None:
+    assert [code_in(row[0])[0] for row in table("docs/commands.md", "commands")] == commands()
+    row = next(row for row in table("docs/commands.md", "options of list") if code_in(row[0]) == ["KIND"])
+    assert set(code_in(row[1])) == set(KINDS)
+
+
+@pytest.mark.parametrize("command", [name for name in commands() if name not in OFFERED])
+def test_help_lists_the_options_of_the_page(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    listed = {word for row in table("docs/commands.md", f"options of {command}") for word in code_in(row[0])}
+    with pytest.raises(SystemExit):
+        cli.main([command, "--help"])
+    words = set(re.findall(r"(?<![\w-])--?[a-z-]+", capsys.readouterr().out)) - {*COMMON}
+    assert {word.split()[0] for word in listed if word.startswith("-")} == words
+
+
+def test_exit_statuses_are_those_of_the_errors() -> None:
+    rows = table("docs/commands.md", "exit statuses")
+    listed = {name: int(code_in(row[0])[0]) for row in rows for name in code_in(row[2])}
+    errors = {name: getattr(sw, name) for name in sw.__all__ if name.endswith("Error")}
+    assert listed == {name: error.exit_code for name, error in errors.items() if name != "ShockwaveError"}
+
+
+#: Names that have a page of their own: those listed by ``autosummary``.
+WITH_A_PAGE = re.findall(r"^   ~?(shockwave\.[\w.]+)$", (DOCS / "api.md").read_text(encoding="utf-8"), re.MULTILINE)
+
+
+def test_every_public_name_has_one_page() -> None:
+    assert sorted(name for name in WITH_A_PAGE if name.count(".") == 1) == sorted(f"shockwave.{n}" for n in sw.__all__)
+    assert len(WITH_A_PAGE) == len(set(WITH_A_PAGE))
+    drawn = {f"shockwave.pictures.{name}" for name, own in vars(pictures).items() if inspect.isfunction(own)}
+    assert drawn == {name for name in WITH_A_PAGE if name.startswith("shockwave.pictures.")}
+
+
+@pytest.mark.parametrize("name", [name for name in WITH_A_PAGE if name.count(".") > 1])
+def test_other_names_with_a_page_exist_and_are_described(name: str) -> None:
+    module, _, own = name.rpartition(".")
+    assert inspect.getdoc(getattr(importlib.import_module(module), own))

@@ -1,0 +1,536 @@
+"""The command line: what it prints, where, and how it ends."""
+
+import argparse
+import atexit
+import gc
+import json
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import shockwave as sw
+from shockwave.base.errors import Fault
+from shockwave.cli import main, scenario_commands
+from shockwave.cli.output import of_arguments
+from shockwave.engine.backend import lack
+from shockwave.simulation import simulate
+
+ROOT = Path(__file__).parents[2]
+PAPER = ROOT / "profiles" / "paper"
+SCENE = str(PAPER / "table2-row1.yaml")
+TRAIN = str(PAPER / "table1-row1.yaml")
+ALL_SCENES = [file for file in sorted((ROOT / "profiles").rglob("*.yaml")) if "\nsweep:" not in file.read_text()]
+
+# Lines of the text on one scene, unless more is asked for.
+MOST_LINES = 14
+# A chain that section 4 does not cover.
+LAYERS = str(ROOT / "profiles" / "validation" / "layers.yaml")
+
+SOFT = """
+chain: {material: {youngs_modulus: 1e9, poisson_ratio: 0.3, density: 1000}, radius: 1e-3}
+shock: {profile: triangular, peak_force: 10, rise_time: 1e-5, duration_ratio: 3}
+"""
+
+
+def document(capsys: pytest.CaptureFixture[str], *arguments: str) -> Any:
+    assert main(list(arguments)) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_a_command_inside_a_program_leaves_its_garbage_collection_alone(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    registered: list[object] = []
+    monkeypatch.setattr(atexit, "register", registered.append)
+    before = gc.get_threshold()
+    document(capsys, "predict", "--json", SCENE)
+    assert (registered, gc.get_threshold()) == ([], before)
+
+
+def test_the_installed_command_is_that_of_the_module() -> None:
+    scripts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["scripts"]
+    module, _, name = scripts["shockwave"].partition(":")
+    assert f"from {module} import {name}" in (ROOT / "shockwave" / "__main__.py").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("command", ["predict", "simulate", "compare", "validate"])
+def test_json_of_one_file_is_an_object_and_of_two_a_list(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    one = document(capsys, command, "--json", SCENE)
+    two = document(capsys, command, "--json", SCENE, SCENE)
+    assert list(one) == list(two[0]) == list(two[1])
+    assert one.get("scenario", "table 2 row 1") == "table 2 row 1"
+
+
+def test_predict_prints_what_python_returns(capsys: pytest.CaptureFixture[str]) -> None:
+    scenario = sw.load_scenario(SCENE)
+    outcome = scenario.predictor.predict(scenario.shock, scenario.chain, scenario.simulate)
+    assert document(capsys, "predict", "--json", SCENE) == {**outcome.to_dict(), "scenario": scenario.name}
+
+
+# ---------------------------------------------------------------- one scene on a few lines
+
+
+@pytest.mark.parametrize("limit", [[], ["--limit", "60 N"]], ids=["", "limit"])
+@pytest.mark.parametrize("command", ["predict", "simulate", "compare"])
+@pytest.mark.parametrize("scene", ALL_SCENES, ids=lambda scene: f"{scene.parent.stem}-{scene.stem}")
+def test_one_scene_takes_few_lines(
+    scene: Path, command: str, limit: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([command, *limit, str(scene)]) == 0
+    shown, err = capsys.readouterr()
+    lines = shown.splitlines()
+    assert 1 < len(lines) <= MOST_LINES
+    assert lines[0].startswith(f"{sw.load_scenario(scene).name}: ")
+    assert ("verdict  " in shown) == bool(limit)
+    assert err == ""
+
+
+@pytest.mark.parametrize("command", ["predict", "simulate", "compare"])
+@pytest.mark.parametrize("scene", [SCENE, LAYERS], ids=["endless", "layers"])
+def test_verbose_shows_more_than_the_few_lines(scene: str, command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([command, "--verbose", scene]) == 0
+    shown = capsys.readouterr().out
+    assert "--verbose" not in shown
+    assert f"\n  {'impact' if scene == LAYERS else 'shock'}  " in shown  # the scene
+    assert len(shown.splitlines()) > MOST_LINES
+
+
+@pytest.mark.parametrize("arguments", [["predict"], ["predict", "--model", "section-4"], ["compare"]], ids=" ".join)
+def test_the_decision_of_section_4_is_shown_on_request(
+    arguments: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    shown = []
+    for more in ([], ["--explain"], ["--verbose"]):
+        assert main([*arguments, "--wide", *more, SCENE]) == 0
+        shown.append(capsys.readouterr().out)
+    trace = sw.predict(SCENE).trace
+    assert trace is not None
+    decision = [*(inequality.statement for inequality in trace), "a2 >= a1", "alphaF0 A F0^(-1/6) its passage time"]
+    assert [[part in " ".join(text.split()) for part in decision] for text in shown] == [
+        [False] * len(decision),
+        [True] * len(decision),
+        [True] * len(decision),
+    ]
+    assert len(shown[2]) > len(shown[1])
+
+
+# ---------------------------------------------------------------- predictions without an answer, and those for walls
+
+
+@pytest.fixture
+def slow(tmp_path: Path) -> str:
+    """A shock that is too long for the engine, whatever its time limit."""
+    file = tmp_path / "slow.yaml"
+    file.write_text(f"name: slow\n{SOFT.replace('rise_time: 1e-5', 'rise_time: 10')}")
+    return str(file)
+
+
+def test_a_prediction_without_an_answer_ends_with_1_and_prints_its_reason(
+    slow: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["predict", slow]) == 1
+    assert capsys.readouterr().out.startswith("slow: no answer: the shock lasts ")
+    assert main(["predict", "--json", slow]) == 1
+    found = json.loads(capsys.readouterr().out)
+    assert found["peak_force"] is None
+    assert found["reason"].startswith("the shock lasts ")
+    # section 4 alone has an answer
+    assert main(["predict", "--model", "section-4", slow]) == 0
+
+
+def test_a_prediction_without_an_answer_keeps_those_of_other_files(
+    slow: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["predict", "--json", slow, SCENE]) == 1
+    first, second = json.loads(capsys.readouterr().out)
+    assert first["reason"].startswith("the shock lasts ")
+    assert (second["reason"], second["peak_force"]) == (None, sw.predict(SCENE).peak_force)
+    assert main(["predict", slow, SCENE]) == 1
+    rows = table_of(capsys.readouterr().out)
+    assert rows["slow"]["peak force"] == "no answer"
+    assert rows["table 2 row 1"]["peak force"].endswith(" N")
+
+
+def test_a_table_of_predictions_has_the_forces_on_walls(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    files = []
+    for name, more in (("three", ", granules: 3, end: {wall: same}"), ("six", ", granules: 6, end: {wall: rigid}")):
+        files.append(tmp_path / f"{name}.yaml")
+        files[-1].write_text(f"name: {name}\n{SOFT.replace('radius: 1e-3', f'radius: 1e-3{more}')}")
+    assert main(["predict", *map(str, files), SCENE]) == 0
+    rows = table_of(capsys.readouterr().out)
+    for file in files:
+        force, unit = rows[file.stem]["force on wall"].split()
+        # the digits that are printed
+        assert float(force) == pytest.approx(sw.predict(file).transmitted.peak_force, rel=1e-6)
+        assert unit == "N"
+    assert rows["table 2 row 1"]["force on wall"] == "-"
+
+
+def table_of(text: str) -> dict[str, dict[str, str]]:
+    """Cells of a printed table by scenario and column."""
+    header, _, *rows = (re.split(r"  +", line.strip()) for line in text.partition("\n\n")[0].splitlines())
+    return {row[0]: dict(zip(header, row, strict=True)) for row in rows if len(row) == len(header)}
+
+
+# ---------------------------------------------------------------- settings of a prediction
+
+
+def test_section_4_alone_is_asked_for_by_name(capsys: pytest.CaptureFixture[str]) -> None:
+    paper = sw.predict(SCENE, model="section-4")
+    assert document(capsys, "predict", "--model", "section-4", "--json", SCENE) == paper.to_dict()
+    assert (paper.method, paper.low, paper.high) == ("section-4", None, None)
+    assert main(["predict", "--model", "section-4", "--limit", "60 N", SCENE]) == 0
+    shown = capsys.readouterr().out
+    assert shown.startswith("table 2 row 1: leading wave 52.5 N by section 4, error not known\n")
+    assert "verdict           undecided for the limit of 60 N" in shown
+
+
+def test_section_4_is_refused_for_other_chains_in_their_place(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["predict", "--model", "section-4", "--json", LAYERS, SCENE]) == 3
+    out, err = capsys.readouterr()
+    refused, answered = json.loads(out)
+    features = ("8:7: chain.granules[1]", "14:3: chain.end", "15:3: chain.damping", "16:1: impact")
+    assert [line.rpartition(": must be left out")[0] for line in err.splitlines()] == [
+        f"{LAYERS}:{feature}" for feature in features
+    ]
+    assert refused["error"] + "\n" == err
+    assert answered["method"] == "section-4"
+
+
+#: Options of a prediction, and what they are in Python.
+SETTINGS: dict[str, tuple[list[str], dict[str, Any]]] = {
+    "rtol": (["--rtol", "1e-9"], {"rtol": 1e-9}),
+    "integrator": (["--integrator", "rkn64"], {"integrator": "rkn64"}),
+    "fixed step": (["--integrator", "verlet", "--step", "0.05"], {"integrator": "verlet", "step": 0.05}),
+    "contacts": (["--contacts", "3,8"], {"contacts": (3, 8)}),
+    "alpha": (["--alpha", "literal"], {"alpha": "literal"}),
+    "coefficient": (["--momentum-coefficient", "4.2"], {"momentum_coefficient": 4.2}),
+    "named coefficient": (["--momentum-coefficient", "exact"], {"momentum_coefficient": "exact"}),
+    "tolerance": (["--equal-tolerance", "0.001"], {"equal_tolerance": 0.001}),
+    "quadrature": (["--quadrature", "tanh-sinh"], {"quadrature": "tanh-sinh"}),
+}
+
+
+@pytest.mark.parametrize("name", SETTINGS)
+def test_predict_takes_settings_of_the_prediction_and_options_of_the_simulation(
+    name: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    arguments, settings = SETTINGS[name]
+    predicted, real = [], sw.predict
+    monkeypatch.setattr(
+        scenario_commands.answers, "predict", lambda *scene, **given: predicted.append(given) or real(*scene, **given)
+    )
+    shown = document(capsys, "predict", "--json", *arguments, TRAIN)
+    assert predicted == [settings]
+    assert shown == real(TRAIN, **settings).to_dict()
+    # forces at contacts are in the table of the result alone
+    assert (shown == real(TRAIN).to_dict()) == (name == "contacts")
+
+
+def test_compare_shows_the_eight_rows_of_the_paper_with_published_figures(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["compare", "--wide", "--rtol", "1e-4", *map(str, sorted(PAPER.glob("*.yaml")))]) == 0
+    text = capsys.readouterr().out
+    rows = [line.split("  ")[0] for line in text.splitlines() if line.startswith("table ")]
+    assert rows == [f"table {table} row {row}" for table, last in ((1, 3), (2, 5)) for row in range(1, last + 1)]
+    assert all(figure in text for figure in ("+3.16%", "3.0%", "14.4 us", "+1.49%", "2.9%"))
+
+
+def test_compare_of_one_scene_shows_the_published_figures(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["compare", "--wide", "--rtol", "1e-4", SCENE]) == 0
+    text = capsys.readouterr().out
+    assert re.search("published +error 3.0%, virtual rise time 14.4 us [(]Hasan & Nemat-Nasser,", text)
+
+
+@pytest.mark.parametrize("scene", ALL_SCENES, ids=lambda scene: scene.stem)
+def test_every_shipped_scene_is_compared(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = document(capsys, "compare", "--json", "--rtol", "1e-4", str(scene))
+    assert found["simulated"]["error_estimate"] < 1e-4
+    if scene.parent.name in ("chains", "validation"):  # beyond equal spheres, without a limit of the leading wave
+        assert (found["predicted"], found["errors"], found["agrees"]) == (None, None, None)
+        assert found["reason"].startswith(f"{scene}:")
+        return
+    paper = document(capsys, "predict", "--json", "--model", "section-4", str(scene))
+    assert found["predicted"]["peak_force"] == paper["peak_force"]
+    assert found["errors"]["peak_force"] == paper["peak_force"] / found["simulated"]["peak_force"] - 1
+    predicted = document(capsys, "predict", "--json", "--rtol", "1e-4", str(scene))
+    assert predicted["peak_force"] == found["simulated"]["peak_force"]
+    assert predicted["section4"]["error"] == found["errors"]["peak_force"]
+
+
+def test_validate_reports_every_error_of_every_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bad = tmp_path / "bad.yaml"
+    bad.write_text(SOFT.replace("radius: 1e-3", "radius: -1").replace("rise_time: 1e-5", "rise_time: 3 kg"))
+    assert main(["validate", str(bad), SCENE]) == 3
+    *lines, last = capsys.readouterr().out.splitlines()
+    assert [line.split(": ")[1] for line in lines] == ["chain.radius", "shock.rise_time"]
+    assert last == f"{SCENE}: valid"
+
+
+def test_validate_ends_with_the_greatest_status(tmp_path: Path) -> None:
+    bad = tmp_path / "bad.yaml"
+    bad.write_text(SOFT.replace("density: 1000", "density: 0"))
+    assert main(["validate", str(bad), SCENE]) == 3
+    assert main(["validate", "nowhere.yaml", str(bad), SCENE]) == 5
+
+
+def test_invalid_files_end_with_the_greatest_of_their_statuses(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bad = tmp_path / "bad.yaml"
+    bad.write_text(SOFT.replace("density: 1000", "density: 0"))
+    assert main(["simulate", str(bad)]) == 3
+    capsys.readouterr()
+    assert main(["simulate", str(bad), "nowhere.yaml"]) == 5
+    err = capsys.readouterr().err
+    assert f"{bad}:2:" in err
+    assert "nowhere.yaml" in err
+
+
+def test_an_invalid_file_stops_the_others_before_they_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bad = tmp_path / "bad.yaml"
+    bad.write_text(SOFT.replace("density: 1000", "density: 0"))
+    assert main(["predict", "--json", SCENE, str(bad)]) == 3
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert f"{bad}:2:" in err
+
+
+def test_an_error_of_an_argument_is_one_of_usage_and_an_error_of_the_scene_is_not() -> None:
+    options = argparse.Namespace(rtol=1.0)
+    wrong = [Fault("rtol", "must be smaller"), Fault("chain.radius", "must be larger")]
+    with pytest.raises(sw.UsageError, match=r"^--rtol: must be smaller$"), of_arguments(options):
+        raise sw.InvalidValueError(wrong[:1])
+    with pytest.raises(sw.InvalidValueError), of_arguments(options):
+        raise sw.InvalidValueError(wrong)
+
+
+#: Arguments that are wrong, and what is printed of them.
+WRONG = {
+    "no-command": ([], "required: COMMAND"),
+    "word": (["simulate", "--rtol", "soon", SCENE], "--rtol: must be >= 1e-13 and <= 0.01 (got soon)"),
+    "word-for-contacts": (["simulate", "--contacts", "x", SCENE], "--contacts: must be whole numbers >= 0"),
+    "no-worker": (["sweep", SCENE, "--workers", "0"], "--workers: must be >= 1 and <= 10000 (got 0)"),
+    "integrator": (["simulate", SCENE, "--integrator", "nope"], "--integrator: unknown integrator (got 'nope'"),
+    "quadrature": (["predict", SCENE, "--quadrature", "nope"], "--quadrature: unknown quadrature (got 'nope'"),
+    "quadrature-of-a-comparison": (
+        ["compare", SCENE, "--quadrature", "tanh"],
+        "--quadrature: unknown quadrature (got 'tanh'; did you mean 'tanh-sinh'?",
+    ),
+    "integrator-of-a-prediction": (["predict", SCENE, "--integrator", "nope"], "--integrator: unknown integrator"),
+    "model": (["predict", SCENE, "--model", "moments"], "argument --model: invalid choice: 'moments'"),
+    "model-of-a-comparison": (["compare", SCENE, "--model", "best"], "unrecognized arguments: --model"),
+    "alpha": (["predict", SCENE, "--alpha", "none"], "argument --alpha: invalid choice: 'none'"),
+    "check-of-profiles": (["list", "profiles", "--check"], "--check: can be used only with plugins"),
+    "page-as-pdf": (
+        ["report", SCENE, "-o", "x.pdf"],
+        "--output: must end in .html or .htm (got x.pdf; print this page",
+    ),
+    "range": (["simulate", "--rtol", "1e-20", SCENE], "--rtol: must be >= 1e-13 and <= 0.01 (got 1e-20)"),
+    "contacts": (["simulate", "--contacts", "3,-1", SCENE], "--contacts: must be whole numbers >= 0"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_a_wrong_call_is_a_usage_error(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments, problem = WRONG[name]
+    try:
+        status: object = main(arguments)
+    except SystemExit as error:
+        status = error.code
+    assert status == 2
+    assert problem in capsys.readouterr().err
+
+
+def test_the_version_states_the_back_end(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["--version"])
+    assert ended.value.code == 0
+    state = re.escape(f"numpy; compiled code {lack()}" if lack() else "compiled")
+    assert re.fullmatch(rf"shockwave {re.escape(sw.__version__)} \(back end: {state}\)\n", capsys.readouterr().out)
+
+
+def test_without_compiled_code_the_version_says_why(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("shockwave.engine.backend.compiled", None)
+    with pytest.raises(SystemExit):
+        main(["--version"])
+    assert "(back end: numpy; compiled code not built: needs a C compiler" in capsys.readouterr().out
+
+
+def test_validate_continues_after_a_missing_file(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["validate", "--json", "nowhere.yaml", SCENE]) == 5
+    first, second = json.loads(capsys.readouterr().out)
+    assert (first["valid"], second["valid"]) == (False, True)
+    assert "nowhere.yaml" in first["faults"][0]["problem"]
+
+
+@pytest.mark.parametrize("command", ["predict", "simulate"])
+@pytest.mark.parametrize("new", ["peak_force: 1e-300", "peak_force: 1e300", "rise_time: 1e-300", "rise_time: 1e300"])
+def test_a_scene_beyond_floating_point_numbers_fails_alone(
+    command: str, new: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    extreme = tmp_path / "extreme.yaml"
+    name = new.partition(":")[0]
+    extreme.write_text(re.sub(rf"{name}: [^,]+", new, SOFT))
+    assert main([command, "--json", str(extreme), SCENE]) == 3
+    first, second = json.loads(capsys.readouterr().out)
+    assert f"{name}: must" in first["error"]
+    assert second["peak_force"] > 0
+
+
+def strike(monkeypatch: pytest.MonkeyPatch, call: int, error: BaseException) -> list[object]:
+    """Let one call of a simulation raise an error; gives the calls."""
+    real, calls = simulate.simulate_with, []
+
+    def struck(*arguments: object) -> object:
+        calls.append(arguments)
+        if len(calls) == call:
+            raise error
+        return real(*arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(simulate, "simulate_with", struck)
+    return calls
+
+
+def test_a_run_that_fails_ends_with_1_and_keeps_the_others(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    strike(monkeypatch, 1, sw.NumericalError("the step size has vanished"))
+    assert main(["simulate", "--json", "--rtol", "1e-2", SCENE, SCENE]) == 1
+    out, err = capsys.readouterr()
+    first, second = json.loads(out)
+    assert first == {"version": 2, "scenario": "table 2 row 1", "error": "the step size has vanished"}
+    assert second["peak_force"] == pytest.approx(50.88311, rel=1e-2)
+    assert "the step size has vanished" in err
+
+
+def test_runs_that_fail_end_with_the_greatest_of_their_statuses(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    failures = iter(
+        [sw.InvalidValueError.of("rtol", "must be larger"), sw.NumericalError("the step size has vanished")]
+    )
+    monkeypatch.setattr(simulate, "simulate_with", lambda *_: raised(next(failures)))
+    assert main(["simulate", SCENE, SCENE]) == 3
+    err = capsys.readouterr().err
+    assert err.index("must be larger") < err.index("the step size has vanished")
+
+
+def raised(error: BaseException) -> None:
+    raise error
+
+
+def test_an_interrupt_of_any_command_ends_with_130(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(scenario_commands, "load_scenario", lambda _: raised(KeyboardInterrupt()))
+    assert main(["validate", SCENE]) == 130
+    assert capsys.readouterr().err == "interrupted\n"
+
+
+@pytest.mark.parametrize("form", [["--json"], []], ids=["json", "text"])
+def test_an_interrupt_keeps_the_results_before_it(
+    form: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    calls = strike(monkeypatch, 2, KeyboardInterrupt())
+    assert main(["simulate", *form, "--rtol", "1e-2", SCENE, SCENE, SCENE]) == 130
+    out, err = capsys.readouterr()
+    assert out.count("table 2 row 1") == 1
+    assert ("ejected" in out, len(calls)) == (True, 2)
+    assert f"{SCENE}: interrupted" in err
+
+
+@pytest.mark.parametrize("form", [["--json"], []], ids=["json", "text"])
+def test_a_result_that_fails_when_it_is_printed_fails_alone(
+    form: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene = tmp_path / "short.yaml"
+    scene.write_text(f"{SOFT.replace('radius: 1e-3', 'radius: 1e-3, granules: 100')}simulate: {{until: 1 ps}}\n")
+    assert main(["simulate", *form, str(scene), SCENE]) == 3
+    out, err = capsys.readouterr()
+    assert "table 2 row 1" in out
+    assert f"{scene}:" in err
+
+
+def test_an_internal_error_is_one_line_without_a_traceback(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sw.Predictor, "predict", lambda *_: 1 / 0)
+    assert main(["predict", SCENE]) == 1
+    assert "internal error: ZeroDivisionError" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("profile", ["power-law", "triangular", "exponential", "tabulated"])
+def test_new_writes_a_scene_that_runs_and_is_not_overwritten(profile: str, tmp_path: Path) -> None:
+    scene = str(tmp_path / "scene.yaml")
+    assert main(["new", "--profile", profile, "-o", scene]) == 0
+    assert main(["compare", "--rtol", "1e-2", scene]) == 0
+    assert main(["new", "-o", scene]) == 5
+    assert sw.load_scenario(scene).name
+
+
+def test_module_runs_as_a_program_and_a_closed_pipe_is_no_error() -> None:
+    command = [sys.executable, "-m", "shockwave", "predict", "--json", SCENE]
+    run = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT)
+    assert json.loads(run.stdout)["regime"] == "ejection"
+    assert run.stderr == ""
+    read, write = os.pipe()
+    os.close(read)
+    with subprocess.Popen(command, stdout=write, stderr=subprocess.PIPE, cwd=ROOT) as closed:
+        os.close(write)
+        _, err = closed.communicate(timeout=600)
+    assert (err, closed.returncode) == (b"", 0)
+
+
+#: Redirections of a shell, and what is then written on stderr of a list, which goes to stdout.
+STREAMS = {
+    ">&-": "the output cannot be written (Bad file descriptor)\n",
+    ">/dev/full": "the output cannot be written (No space left on device)\n",
+    "<&- >&- 2>&-": "",
+    "2>&-": None,
+    "2>/dev/full": None,
+}
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+@pytest.mark.parametrize("redirection", STREAMS)
+def test_streams_that_cannot_be_written_end_with_a_documented_status(redirection: str) -> None:
+    lost = STREAMS[redirection]
+    for command, status in (("list backends", 0 if lost is None else 5), ("predict nowhere.yaml", 5)):
+        words = ["sh", "-c", f'"$0" -m shockwave {command} {redirection}', sys.executable]
+        run = subprocess.run(words, capture_output=True, text=True, cwd=ROOT)
+        assert run.returncode == status
+        if command == "list backends":
+            assert run.stderr == (lost or "")
+
+
+def test_workers_start_without_standard_streams(tmp_path: Path) -> None:
+    scene = (ROOT / SCENE).read_text(encoding="utf-8")
+    (tmp_path / "sweep.yaml").write_text(scene + "\nsweep: {grid: {shock.peak_force: [1 N, 2 N, 3 N]}}\n")
+    words = ["sh", "-c", '"$0" -m shockwave sweep sweep.yaml --out results --workers 2 <&- 2>&-', sys.executable]
+    run = subprocess.run(words, capture_output=True, text=True, cwd=tmp_path)
+    assert run.returncode == 0
+    assert (tmp_path / "results" / "results.csv").exists()
+
+
+def test_an_error_of_the_system_names_the_file_and_is_none_of_the_output(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for error in (PermissionError(13, "Permission denied", "library.so"), BrokenPipeError(32, "Broken pipe")):
+        monkeypatch.setattr(scenario_commands, "load_scenario", lambda _, error=error: raised(error))
+        assert main(["validate", SCENE]) == 5
+        file = f"{error.filename}: " if error.filename else ""
+        assert capsys.readouterr().err.startswith(f"{file}error of the operating system: {error.strerror} (")
+
+
+@pytest.mark.parametrize(("option", "value"), [("--equal-tolerance", "1"), ("--momentum-coefficient", "0")])
+def test_a_setting_out_of_range_is_wrong_usage(option: str, value: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["predict", option, value, SCENE]) == 2
+    assert capsys.readouterr().err.startswith(f"{option}: must be ")

@@ -1,0 +1,142 @@
+"""Printed output fits the screen: 80 columns without a terminal, the columns of the terminal with one."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import re
+import struct
+import subprocess
+import sys
+import time
+
+import pytest
+
+from shockwave.base.result_tables import evenly
+from shockwave.base.text import percent, rounded, si
+from shockwave.cli.output import ProgressBar
+from shockwave.cli.parser import OFFERED
+from support import pages
+from support.pages import PIPED, ROOT, widest
+from support.programs import commands
+
+STYLE = re.compile(r"\x1b\[[0-9;]*m")
+SCENE = str(ROOT / "profiles" / "paper" / "table2-row1.yaml")
+# A chain of many features, with several warnings.
+LAYERS = str(ROOT / "profiles" / "validation" / "layers.yaml")
+# Quick commands whose output has lines of more than 80 columns where there is room.
+WIDE = {
+    "predict": ["predict", LAYERS],
+    "explain": ["predict", "--explain", SCENE],
+    "compare": ["compare", LAYERS],
+    "list": ["list", "integrators"],
+}
+PROGRAM = "import sys; from shockwave.cli import main; sys.exit(main())"
+
+
+@pytest.mark.parametrize("command", ["", *(name for name in commands() if name not in OFFERED)])
+def test_help_fits_80_columns(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", str(PIPED))
+    printed, _ = pages.run(f"shockwave {command} --help", 0)
+    assert f"usage: shockwave {command}".rstrip() in printed
+    assert widest(printed) <= PIPED
+
+
+@pytest.mark.parametrize("profile", ["power-law", "triangular", "exponential", "tabulated"])
+def test_new_scenarios_have_at_most_80_columns(profile: str) -> None:
+    printed, _ = pages.run(f"shockwave new --profile {profile}", 0)
+    assert 0 < widest(printed) <= PIPED
+
+
+# ---------------------------------------------------------------- terminals
+
+
+def on_a_terminal(arguments: list[str], columns: int, **environment: str) -> str:
+    """Output of a command on a pseudo-terminal with this number of columns."""
+    pty, termios, fcntl = (pytest.importorskip(name) for name in ("pty", "termios", "fcntl"))  # those of POSIX
+    ours, theirs = pty.openpty()
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 50, columns, 0, 0))
+    kept = {name: value for name, value in os.environ.items() if name not in ("COLUMNS", "LINES", "NO_COLOR")}
+    command = [sys.executable, "-c", PROGRAM, *arguments]
+    printed = b""
+    with subprocess.Popen(command, stdout=theirs, env=kept | {"TERM": "xterm"} | environment) as process:
+        os.close(theirs)
+        with contextlib.suppress(OSError):  # on Linux, the end of the output is an input/output error
+            while part := os.read(ours, 1 << 16):
+                printed += part
+    os.close(ours)
+    assert process.returncode == 0
+    return printed.decode().replace("\r\n", "\n")
+
+
+@pytest.mark.parametrize("command", WIDE)
+def test_output_on_a_terminal_uses_its_width_and_has_colour(command: str) -> None:
+    broad = on_a_terminal(WIDE[command], 140)
+    assert PIPED < widest(broad) <= 140
+    assert STYLE.search(broad)
+    assert widest(on_a_terminal(WIDE[command], 60)) <= 60
+
+
+@pytest.mark.parametrize("command", WIDE)
+def test_no_color_turns_colour_off(command: str) -> None:
+    assert not STYLE.search(on_a_terminal(WIDE[command], 140, NO_COLOR="1"))
+
+
+def test_progress_shows_the_time_left_and_is_cleared(capsys: pytest.CaptureFixture[str]) -> None:
+    bar = ProgressBar()
+    bar("work", 0, 4)
+    bar("part of it", 1, 2)
+    time.sleep(1.1)  # a bar is shown after a second
+    bar("work", 3, 4)
+    assert re.search(r"work:  75%.* 3/4 \[00:01<00:0\d\]", capsys.readouterr().err)
+    bar.close()
+    cleared = capsys.readouterr().err
+    assert cleared.endswith("\r")
+    assert not cleared.strip()
+
+
+@pytest.mark.parametrize("command", WIDE)
+def test_piped_output_has_80_columns_and_no_colour(command: str) -> None:
+    done = subprocess.run([sys.executable, "-c", PROGRAM, *WIDE[command]], stdout=subprocess.PIPE, check=True)
+    printed = done.stdout.decode()
+    assert 60 < widest(printed) <= PIPED
+    assert not STYLE.search(printed)
+
+
+# ---------------------------------------------------------------- numbers
+
+
+@pytest.mark.parametrize(
+    ("error", "text"),
+    [
+        (1e-4, "1.23457 kN"),  # an error of 0.12 N, to its second digit
+        (2.4e-4, "1.23457 kN"),  # of 0.29 N, likewise
+        (2.5e-4, "1.2346 kN"),  # of 0.31 N, to its first digit
+        (0.9, "1.2 kN"),
+        (1.0, "1 kN"),
+        (math.inf, "1 kN"),
+        (math.nan, "1 kN"),
+        (0.0, "1.23456789000000 kN"),
+    ],
+)
+def test_a_number_has_the_digits_that_its_error_leaves(error: float, text: str) -> None:
+    assert si(1234.56789, "N", error=error) == text
+
+
+@pytest.mark.parametrize(("count", "most", "rows"), [(3, 10, [0, 1, 2]), (10, 4, [0, 3, 6, 9]), (1, 5, [0])])
+def test_rows_of_a_long_table_are_evenly_chosen_with_both_ends(count: int, most: int, rows: list[int]) -> None:
+    assert evenly(count, most).tolist() == rows
+
+
+@pytest.mark.parametrize(
+    ("share", "shown"),
+    [(4.38, "440 %"), (0.00196, "0.2 %"), (1.0, "100 %"), (0.9996, "100 %"), (0.0, "0 %"), (1e-9, "1e-07 %")],
+)
+def test_percentages_have_two_digits_and_no_power_of_ten_unless_they_are_tiny(share: float, shown: str) -> None:
+    assert percent(share) == shown
+    assert percent(share, sign="+") == f"+{shown}"
+
+
+def test_long_runs_and_large_ratios_are_printed_without_a_power_of_ten() -> None:
+    assert (rounded(123.4), rounded(1234.5, 3), rounded(0.057)) == ("120", "1230", "0.057")

@@ -1,0 +1,290 @@
+"""Arguments of the functions of the compiled modules: what does not fit raises an exception, and nothing crashes."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from importlib import import_module
+from itertools import product
+from typing import Any
+from unittest.mock import Mock
+
+import attrs
+import numpy as np
+import pytest
+from test_chain_engine import uniform
+
+import shockwave as sw
+from shockwave.base.errors import NumericalError, PluginError
+from shockwave.engine import backend
+from shockwave.engine.mixed_chain_problem import integrate
+from shockwave.engine.nystroem_integrators import Rkn86
+from shockwave.engine.scaled_problem import ChainProblem, Request, Status
+from shockwave.engine.wave_search import find_primaries
+from shockwave.profiles.free_path import FreePath, of_powers
+from shockwave.simulation.integration_stretches import Course
+from support.scenes import CHAIN, FORCE, UNITS
+
+pytestmark = [
+    pytest.mark.compiled,
+    pytest.mark.skipif(backend.compiled is None, reason=backend.lack()),
+]
+
+PROBLEM = ChainProblem(sw.PowerLaw(rise_exponent=0.5, decay_exponent=1, duration_ratio=3), 2.0, 1.0)
+#: Peak of case A at contact 9 from quadruple precision.
+PEAK = 1.490253931405876
+
+#: Arguments by function. Buffers come first; those that are written to are in capitals.
+ARGUMENTS = {
+    "primary": "method jobs rows coefficients stops WANTED FOUND lanes expired",
+    "march": "method rows coefficients stops STATE CHAIN TIMES X V PEAKS LAST expired",
+    "read": "times states WAVE",
+    "attempt": "method rows coefficients state AFTER time size rise_time force",
+    "run": "method rows coefficients stops times SETTINGS TABLE SAMPLES expired",
+}
+OTHERS = {"lanes", "time", "size", "rise_time", "force", "expired"}
+#: Functions and places of their buffers.
+BUFFERS = [(name, at) for name, text in ARGUMENTS.items() for at, each in enumerate(text.split()) if each not in OTHERS]
+#: Messages of the exceptions.
+UNFIT = r"the arguments of \w+ do not fit one another$"
+WRONG = rf"{UNFIT}|argument \d+ of \w+ has elements of another type$"
+
+
+def function(name: str) -> Callable[..., Any]:
+    module = "_chains" if name == "run" else "_compiled"
+    return getattr(import_module(f"shockwave.engine.{module}"), name)  # type: ignore[no-any-return]
+
+
+def at_once() -> bool:
+    """Whether the time has expired: at the first question, so that no wrong number makes a call last."""
+    return True
+
+
+def arguments(name: str) -> list[Any]:
+    """Copies of valid arguments: of `run` for a damped chain, of `read` for three states, of the others for case A."""
+    compiled = Mock()
+    if name == "primary":
+        find_primaries([Request(PROBLEM, 1e-6, 1e-6, (9,))], Rkn86, compiled)
+    elif name == "march":
+        with pytest.raises(NumericalError):  # nothing has been computed
+            Course.of(PROBLEM, Rkn86(compiled=compiled)).advance(1.0)
+    elif name == "run":
+        with pytest.raises(NumericalError):
+            integrate(uniform(12, damping=np.full(12, 0.1)), 1e-6, until=20.0, times=(5.0, 10.0), compiled=compiled)
+    elif name == "read":
+        compiled.read(np.arange(3.0), np.zeros((2, 3, 4)), np.zeros(9))
+    else:
+        table = PROBLEM.path.rows, PROBLEM.path.coefficients
+        compiled.attempt(Rkn86.tableau.packed, *table, *np.zeros((2, 30)), 0.0, 0.1, 2.0, 1.0)
+    given = getattr(compiled, name).call_args.args
+    copies = [np.array(each) if isinstance(each, np.ndarray | array) else each for each in given]
+    return [at_once if callable(each) else each for each in copies]
+
+
+def test_the_layout_of_the_arguments_is_that_of_the_test() -> None:
+    for name, text in ARGUMENTS.items():
+        given = arguments(name)
+        assert [isinstance(each, np.ndarray) for each in given] == [each not in OTHERS for each in text.split()]
+        function(name)(*given)
+
+
+# ---------------------------------------------------------------- arguments that do not fit
+
+
+def of_zeros(dtype: Any) -> Callable[[Any], Any]:
+    return lambda buffer: np.zeros(buffer.shape, dtype)
+
+
+def unaligned(buffer: Any) -> Any:
+    return np.frombuffer(bytearray(buffer.nbytes + 1), np.uint8)[1:].view(buffer.dtype)
+
+
+TYPES: dict[str, Callable[[Any], Any]] = {
+    "none": lambda _: None,
+    "number": lambda _: 1.0,
+    "list": lambda buffer: buffer.tolist(),
+    "bytes": lambda buffer: bytes(buffer.nbytes),
+    "float32": of_zeros(np.float32),
+    "swapped": of_zeros(np.dtype(float).newbyteorder()),
+    "uint64": of_zeros(np.uint64),
+    "complex": of_zeros(complex),
+    "objects": of_zeros(object),
+    "strided": lambda buffer: np.repeat(buffer, 2, axis=-1)[..., ::2],
+    "unaligned": unaligned,
+    "records": of_zeros([("time", "f8"), ("force", "f8")]),
+}
+
+
+@pytest.mark.parametrize("kind", TYPES)
+def test_buffers_of_another_type_are_refused(kind: str) -> None:
+    for name, index in BUFFERS:
+        given = arguments(name)
+        if given[index].size == 0:
+            continue  # nothing is read or written
+        given[index] = TYPES[kind](given[index])
+        with pytest.raises((TypeError, ValueError, BufferError)):
+            function(name)(*given)
+
+
+def test_buffers_that_are_written_to_must_be_writable() -> None:
+    for name, index in BUFFERS:
+        if ARGUMENTS[name].split()[index].isupper():
+            given = arguments(name)
+            given[index].flags.writeable = False
+            with pytest.raises((ValueError, BufferError)):
+                function(name)(*given)
+
+
+@pytest.mark.parametrize("name", ARGUMENTS)
+def test_another_number_of_arguments_is_refused(name: str) -> None:
+    given = arguments(name)
+    for wrong in (given[:-1], [*given, 1.0], []):
+        with pytest.raises(TypeError, match=rf"^{name} takes {len(given)} arguments$"):
+            function(name)(*wrong)
+
+
+# Changes of the arguments that must be refused. The last columns of a job are: first piece, number of pieces, first
+# coefficient, first stop, first requested contact and number of these.
+MISFITS = {
+    "short-method": ("primary", "a[0] = a[0][:-1].copy()"),
+    "method-of-100-stages": ("primary", "a[0][0] = 100"),
+    "short-found": ("primary", "a[6] = a[6][:-1].copy()"),
+    "piece": ("primary", "a[1][-6] = 1e6"),
+    "pieces": ("primary", "a[1][-5] = 1e9"),
+    "begin-of-terms": ("primary", "a[2][0, 2] = 1e9"),
+    "stop": ("primary", "a[1][-3] = 1e7"),
+    "stops-before-the-end": ("primary", "a[4][-1] = 1.0"),
+    "half-a-granule": ("primary", "a[1][3] = 0.5"),
+    "lanes": ("primary", "a[7] = 3"),
+    "no-lanes": ("primary", "a[7] = None"),
+    "march-with-a-short-state": ("march", "a[4] = a[4][:-1].copy()"),
+    "march-of-a-short-chain": ("march", "a[5] = a[5][:, :-1].copy()"),
+    "march-with-few-rows": ("march", "a[7] = a[7][:-1].copy()"),
+    "march-with-few-contacts": ("march", "a[10] = a[10][:10].copy()"),
+    "march-of-many-granules": ("march", "a[4][4] = 1e9"),
+    "march-without-a-stop": ("march", "a[4][3] = 1e18"),
+    "march-without-a-force": ("march", "a[1] = a[1][:0]"),
+    "march-to-a-peak-beyond-the-window": ("march", "a[10][-1] = 10**6"),
+    "march-with-short-peaks": ("march", "a[9] = np.zeros(len(a[9]), [('contact', 'i8'), ('time', 'f8')])"),
+    "reading-of-one-state": ("read", "a[0], a[1] = a[0][:1].copy(), a[1][:, :1].copy()"),
+    "reading-of-short-states": ("read", "a[1] = a[1][:, :-1].copy()"),
+    "reading-to-a-short-wave": ("read", "a[2] = a[2][:-1].copy()"),
+    "step-without-coefficients": ("attempt", "a[2] = np.empty(0)"),
+    "step-without-a-state": ("attempt", "a[3] = a[3][:0]"),
+    "step-to-a-short-state": ("attempt", "a[4] = a[4][:-3].copy()"),
+    "step-at-no-time": ("attempt", "a[5] = None"),
+    "run-without-coefficients": ("run", "a[2] = a[2][:0]"),
+    "run-with-a-short-method": ("run", "a[0] = a[0][:-1].copy()"),
+    "run-with-few-settings": ("run", "a[5] = a[5][:-1].copy()"),
+    "run-of-many-contacts": ("run", "a[5][9] = 1e6"),
+    "run-with-a-negative-margin": ("run", "a[5][17] = -1e6"),
+    "run-with-a-short-table": ("run", "a[6] = a[6][:-1].copy()"),
+    "run-with-few-samples": ("run", "a[7] = a[7][:-1].copy()"),
+}
+
+
+@pytest.mark.parametrize("misfit", MISFITS)
+def test_arguments_that_do_not_fit_one_another_are_refused(misfit: str) -> None:
+    name, change = MISFITS[misfit]
+    a = arguments(name)
+    exec(change)
+    with pytest.raises((ValueError, TypeError)):
+        function(name)(*a)
+
+
+def numbers(name: str) -> Iterator[tuple[int, int]]:
+    """Places in the buffers of a function, about 200 of each."""
+    for index, buffer in enumerate(arguments(name)):
+        if isinstance(buffer, np.ndarray) and buffer.dtype.names is None:
+            yield from product([index], range(0, buffer.size, buffer.size // 200 + 1))
+
+
+def call(name: str, given: list[Any]) -> None:
+    """Call the function; that it refuses the arguments is as good as that it returns."""
+    with suppress(ValueError):
+        function(name)(*given)
+
+
+@pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")
+@pytest.mark.parametrize("wrong", [float("nan"), float("inf"), -1.0, -1e18, 0.5, 1e18, 1e300], ids=str)
+@pytest.mark.parametrize("name", ARGUMENTS)
+def test_no_number_in_a_buffer_makes_the_code_crash(name: str, wrong: float) -> None:
+    for index, place in numbers(name):
+        given = arguments(name)
+        given[index].flat[place] = np.array(wrong).astype(given[index].dtype)
+        call(name, given)
+
+
+@pytest.mark.parametrize("size", [-8, -2, -1, 1, 2, 8])
+def test_no_size_of_a_buffer_makes_the_code_crash(size: int) -> None:
+    for name, index in BUFFERS:
+        given = arguments(name)
+        given[index] = np.resize(given[index], max(given[index].size + size, 0))
+        call(name, given)
+
+
+@pytest.mark.parametrize("column", [3, 8], ids=["many-granules", "long-rear"])
+def test_very_large_numbers_in_a_job_are_harmless(column: int) -> None:
+    given = arguments("primary")
+    given[1][column] = 1e18
+    function("primary")(*given)
+    assert given[6].flat[0] == Status.KNOWN
+    # the tolerance
+    assert given[5].flat[2] == pytest.approx(PEAK, rel=1e-6)
+
+
+# ---------------------------------------------------------------- the table of a force
+
+
+def counted(table: FreePath, pieces: slice = slice(None)) -> FreePath:
+    """The table, with pieces of more coefficients than there are."""
+    rows = table.rows.copy()
+    rows[pieces, 3] = 1e5
+    return FreePath(rows, table.coefficients, table.error)
+
+
+def counted_at_the_end(table: FreePath) -> FreePath:
+    return counted(table, slice(-1, None))
+
+
+def in_float32(table: FreePath) -> FreePath:
+    return FreePath(table.rows.astype(np.float32), table.coefficients.astype(np.float32), table.error)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("bad", [counted, in_float32], ids=["count", "float32"])
+@pytest.mark.parametrize("name", ["primary", "march", "attempt", "run"])
+def test_a_wrong_table_is_refused(name: str, bad: Callable[[FreePath], FreePath]) -> None:
+    given = arguments(name)
+    first = ARGUMENTS[name].split().index("rows")
+    table = bad(FreePath(given[first], given[first + 1], 0.0))
+    given[first : first + 2] = table.rows, table.coefficients
+    with pytest.raises((TypeError, ValueError), match=WRONG):
+        function(name)(*given)
+
+
+@pytest.mark.parametrize("bad", [counted_at_the_end, in_float32], ids=["count", "float32"])
+@pytest.mark.parametrize(
+    ("chain", "options"),
+    [
+        (CHAIN, {"waves": "primary"}),
+        (CHAIN, {}),
+        (attrs.evolve(CHAIN, granules=8, damping=sw.Dashpot(coefficient=1.0)), {}),
+    ],
+    ids=["search", "train", "damped"],
+)
+def test_the_wrong_table_of_a_plugin_is_refused(
+    chain: sw.Chain, options: Any, bad: Callable[[FreePath], FreePath], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Plugin(sw.Triangular):
+        def closed_free_path(self) -> FreePath:
+            return bad(of_powers(1.0, 1.0, self.duration_ratio))
+
+    profile = Plugin(duration_ratio=3.0)
+    with pytest.raises(PluginError, match=r"Plugin: closed_free_path\(\) must return a FreePath"):
+        sw.Shock(profile=profile, peak_force=FORCE, rise_time=UNITS.time)
+    # the compiled code does not rely on this check
+    monkeypatch.setattr(FreePath, "check", lambda _: None)
+    shock = sw.Shock(profile=profile, peak_force=FORCE, rise_time=UNITS.time)
+    with pytest.raises((TypeError, ValueError), match=WRONG):
+        sw.simulate(shock, chain, backend="compiled", **options)

@@ -1,0 +1,209 @@
+"""Entry points for scenarios, their files, and shocks on chains; quantities with units in Python."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import attrs
+import pint
+import pytest
+
+import shockwave as sw
+from shockwave.scenario.scene_hash import scene_hash
+
+ROOT = Path(__file__).parents[2]
+FILE = ROOT / "profiles" / "paper" / "table1-row1.yaml"
+SHOCK = sw.Shock(profile=sw.Triangular(duration_ratio=3.0), peak_force=100.0, rise_time=10e-6)
+CHAIN = sw.Chain(material=sw.material("paper-steel"), radius=4.75e-3)
+Q = pint.UnitRegistry().Quantity
+
+
+@pytest.fixture(params=["scenario", "path", "text"])
+def scene(request: pytest.FixtureRequest) -> Any:
+    return {"scenario": sw.load_scenario(FILE), "path": FILE, "text": str(FILE)}[request.param]
+
+
+def test_a_scenario_is_predicted_with_its_own_settings(scene: Any) -> None:
+    scenario = sw.load_scenario(FILE)
+    expected = scenario.predictor.predict(scenario.shock, scenario.chain, scenario.simulate)
+    assert sw.predict(scene).to_dict() == {**expected.to_dict(), "scenario": scenario.name}
+
+
+def test_a_scenario_is_simulated_with_its_own_options(scene: Any) -> None:
+    scenario = sw.load_scenario(FILE)
+    result = sw.simulate(scene)
+    assert (result.scenario, result.rtol) == (scenario.name, scenario.simulate.rtol or 1e-6)
+    assert result.peak_force == sw.simulate(scenario.shock, scenario.chain, rtol=scenario.simulate.rtol).peak_force
+
+
+def test_a_comparison_of_a_scenario_has_its_published_figures(scene: Any) -> None:
+    both = sw.compare(scene)
+    scenario = sw.load_scenario(FILE)
+    assert both.published == scenario.published is not None
+    assert both.predicted is not None
+    assert (both.scenario, both.simulated.scenario) == (scenario.name,) * 2
+
+
+def test_studies_take_a_scenario_or_its_file(scene: Any) -> None:
+    assert sw.uncertainty(scene, spreads={"shock.peak_force": "5 %"}, draws=256).scenario == "table 1 row 1"
+    radius = {"between": ("4 mm", "5 mm"), "target": {"amplification": 1.0}, "points": 2}
+    assert sw.design(scene, vary="chain.radius", **radius).scenario == "table 1 row 1"
+    materials = {"chain.material": ["copper", "brass-260"]}
+    assert sw.design(scene, vary=materials, target=["amplification >= 0.1"], least="peak_force").best
+
+
+def test_options_given_replace_those_of_the_scenario() -> None:
+    assert sw.simulate(FILE, rtol=1e-4, waves="primary").options.waves == "primary"
+    assert sw.simulate(FILE, rtol=1e-4).rtol == 1e-4
+    paper = sw.predict(FILE, momentum_coefficient="paper", rtol=1e-4)
+    assert paper.section4 is not None
+    assert paper.section4.momentum_coefficient == 13 / 3
+    assert paper.peak_force == sw.simulate(FILE, rtol=1e-4).peak_force
+    assert sw.compare(FILE, rtol=1e-4).simulated.rtol == 1e-4
+
+
+def test_an_option_of_wrong_type_is_refused_even_if_it_equals_a_cached_one() -> None:
+    assert sw.simulate(SHOCK, CHAIN, timeout=1, waves="primary").options.timeout == 1.0
+    with pytest.raises(sw.InvalidValueError, match=r"^timeout: must be"):
+        sw.simulate(SHOCK, CHAIN, timeout=True, waves="primary")
+    assert sw.simulate(SHOCK, CHAIN, contacts=(1,)).options.contacts == (1,)
+    with pytest.raises(sw.InvalidValueError, match=r"^contacts"):
+        sw.simulate(SHOCK, CHAIN, contacts=(1.0,))
+
+
+def test_a_method_given_ignores_the_tolerance_of_the_scenario(tmp_path: Path) -> None:
+    file = tmp_path / "scene.yaml"
+    shock = "{profile: triangular, peak_force: 1 N, rise_time: 10 us, duration_ratio: 2}"
+    chain = "{material: paper-steel, diameter: 9.5 mm}"
+    file.write_text(f"chain: {chain}\nshock: {shock}\nsimulate: {{rtol: 1e-7}}\n", encoding="utf-8")
+    assert sw.simulate(file, integrator="verlet", step=0.02).rtol is None
+
+
+def test_a_shock_on_a_chain_is_answered_as_before() -> None:
+    assert sw.predict(SHOCK, CHAIN).peak_force == sw.Predictor().predict(SHOCK, CHAIN).peak_force
+    assert sw.simulate(SHOCK, CHAIN, 1e-4).rtol == 1e-4
+
+
+@pytest.mark.parametrize("scene", [(FILE,), (SHOCK, CHAIN)], ids=["file", "shock"])
+@pytest.mark.parametrize("answer", [sw.predict, sw.simulate, sw.compare], ids=["predict", "simulate", "compare"])
+def test_an_unknown_argument_is_refused_by_name(scene: Any, answer: Any) -> None:
+    with pytest.raises(sw.InvalidValueError, match=r"^foo: must be left out \(got 1; known: .*\blimit, .*\brtol, "):
+        answer(*scene, foo=1)
+
+
+@pytest.mark.parametrize("scene", [FILE, SHOCK], ids=["file-with-a-chain", "shock-alone"])
+@pytest.mark.parametrize("answer", [sw.predict, sw.simulate, sw.compare], ids=["predict", "simulate", "compare"])
+def test_half_a_scene_is_refused(scene: Any, answer: Any) -> None:
+    chain = CHAIN if scene is FILE else None
+    with pytest.raises(sw.InvalidValueError, match=r"^scene: must be a scenario or its file alone, or a shock"):
+        answer(scene, chain)
+
+
+def test_a_sweep_is_refused() -> None:
+    with pytest.raises(sw.InvalidValueError, match=r"^scene: must describe a single case \(got a sweep of \d+;"):
+        sw.predict(ROOT / "profiles" / "maps" / "amplification.yaml")
+
+
+def test_a_scene_that_the_model_does_not_cover_is_located() -> None:
+    taper = ROOT / "profiles" / "chains" / "taper.yaml"
+    place = f"{taper}:8:7: chain.granules[1]: must be left out for section 4"
+    with pytest.raises(sw.NotCoveredError, match=f"^{re.escape(place)}"):
+        sw.predict(taper, model="section-4")
+    assert str(sw.predict(taper).section4_reason).startswith(place)
+
+
+def test_a_chain_that_must_be_elastic_is_refused_in_its_place(tmp_path: Path) -> None:
+    file = tmp_path / "scene.yaml"
+    steel = "{youngs_modulus: 193 GPa, poisson_ratio: 0.3, density: 7958, yield_strength: 1 GPa}"
+    shock = "shock: {profile: triangular, peak_force: 100 N, rise_time: 10 us, duration_ratio: 3}\n"
+    refused = r"scene\.yaml:4:3: chain\.elastic_only: must be left out for forces beyond first yield"
+    for more in ("", "  granules: 5\n  end: {wall: same}\n"):
+        file.write_text(f"chain:\n  material: {steel}\n  diameter: 9.5 mm\n  elastic_only: true\n{more}{shock}")
+        answers: list[Any] = [sw.predict, sw.simulate, sw.compare]
+        for answer in answers:
+            with pytest.raises(sw.InvalidValueError, match=refused):
+                answer(file)
+
+
+def test_forces_of_section_4_alone_do_not_refuse_a_chain_that_must_be_elastic(tmp_path: Path) -> None:
+    scenario = sw.load_scenario(ROOT / "profiles" / "examples" / "exponential.yaml")
+    simulated = sw.simulate(scenario.shock, scenario.chain)
+    paper = sw.predict(scenario.shock, scenario.chain, model="section-4")
+    assert simulated.greatest_force.peak_force < 35.4 < paper.peak_force
+    steel = attrs.evolve(scenario.chain.material, yield_strength=1e9)
+    first = sw.simulate(scenario.shock, attrs.evolve(scenario.chain, material=steel)).yielding.first_yield_force
+    # the force of first yield is that of the third power of the strength
+    steel = attrs.evolve(steel, yield_strength=1e9 * (35.4 / first) ** (1 / 3))
+    chain = attrs.evolve(scenario.chain, material=steel, elastic_only=True)
+    assert sw.simulate(scenario.shock, chain).yielding.first_yield_force == pytest.approx(35.4, rel=1e-12)
+    assert sw.predict(scenario.shock, chain).peak_force == simulated.peak_force
+    assert sw.compare(scenario.shock, chain).errors.peak_force == paper.peak_force / simulated.peak_force - 1
+    with pytest.raises(sw.InvalidValueError, match="elastic_only: must be left out for forces beyond first yield"):
+        sw.predict(scenario.shock, chain, model="section-4")
+
+
+def test_case_does_not_matter_in_the_names_of_a_scenario(tmp_path: Path) -> None:
+    text = """\
+chain: {material: %s, diameter: 9.5 mm}
+shock: {profile: %s, parameters: {times: [0, 1e-5, 4e-5], forces: [0, 100, 0]}}
+predict: {model: %s, quadrature: %s}
+simulate: {integrator: %s, rtol: 1e-4}
+"""
+    names = ("ptfe", "tabulated", "section-4", "tanh-sinh", "rkn64")
+    scenarios = []
+    for index, change in enumerate((str.lower, str.upper, str.title)):
+        file = tmp_path / f"{index}.yaml"
+        file.write_text(text % tuple(map(change, names)), encoding="utf-8")
+        scenarios.append(attrs.evolve(sw.load_scenario(file), name="", path=None))
+    assert scenarios[0] == scenarios[1] == scenarios[2]
+    assert scenarios[1].simulate.integrator == "rkn64"
+
+
+def test_a_scenario_may_state_its_version(tmp_path: Path) -> None:
+    file = tmp_path / "scene.yaml"
+    file.write_text("version: 1\n" + FILE.read_text(encoding="utf-8"), encoding="utf-8")
+    assert scene_hash(sw.load_scenario(file)) == scene_hash(sw.load_scenario(FILE))
+
+
+@pytest.mark.parametrize("answer", [sw.predict, sw.simulate, sw.compare])
+def test_documents_state_their_version(answer: Any) -> None:
+    assert answer(SHOCK, CHAIN).to_dict()["version"] == 2
+
+
+def test_an_unknown_material_is_refused() -> None:
+    with pytest.raises(sw.UnknownNameError, match="did you mean 'copper'"):
+        sw.material("coper")
+
+
+@pytest.mark.parametrize("size", ["9.5 mm", "0.95 cm", Q(9.5, "mm"), 9.5e-3], ids=["mm", "cm", "pint", "float"])
+def test_constructors_take_quantities_with_units(size: Any) -> None:
+    assert sw.Chain(material=CHAIN.material, diameter=size).radius == pytest.approx(4.75e-3, rel=1e-15)
+
+
+def test_all_parts_of_a_scene_take_quantities_with_units() -> None:
+    steel = sw.Material(youngs_modulus="193 GPa", poisson_ratio=0.3, density=Q(7.958, "g/cm**3"))
+    assert (steel.youngs_modulus, steel.density) == (193e9, pytest.approx(7958.0, rel=1e-15))
+    shock = sw.Shock(profile=SHOCK.profile, peak_force="0.1 kN", rise_time=Q(10, "us"))
+    assert (shock.peak_force, shock.rise_time) == (100.0, pytest.approx(10e-6, rel=1e-15))
+    assert sw.Shock.of_duration(profile=SHOCK.profile, duration="30 us", peak_force=1.0).rise_time == 30e-6 / 3
+
+
+@pytest.mark.parametrize("value", ["9.5 N", "9.5 parsnips", "much", Q(9.5, "N")], ids=str)
+def test_a_quantity_of_another_dimension_is_refused(value: Any) -> None:
+    with pytest.raises(sw.InvalidValueError, match=r"^radius: must be a length, such as '9.5 mm' \(got "):
+        sw.Chain(material=CHAIN.material, radius=value)
+
+
+def test_a_comparison_does_not_advise_to_simulate() -> None:
+    profile = sw.PowerLaw(rise_exponent=0.5, decay_exponent=2, duration_ratio=1.5)
+    shock = sw.Shock(profile=profile, peak_force=100.0, rise_time=1e-6)
+    assert "Simulate to obtain" in " ".join(sw.predict(shock, CHAIN, model="section-4").warnings)
+    for answer in (sw.predict(shock, CHAIN), sw.compare(shock, CHAIN)):
+        assert "FAILS" in answer.text("explain")  # a condition (3)
+        assert "Simulate" not in answer.text("verbose")
+
+
+def test_quantities_of_pint_equal_the_same_text() -> None:
+    assert sw.Segment(count=1, gap=Q(10, "um")) == sw.Segment(count=1, gap="10 um")
+    wall = {"material": "same", "mass": 1.0}
+    assert sw.Wall(**wall, stiffness=Q(7, "kN/mm")) == sw.Wall(**wall, stiffness="7 kN/mm")

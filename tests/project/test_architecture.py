@@ -1,0 +1,157 @@
+"""The structure of the package: imports run downwards, the two columns stay apart, nothing is loaded in vain."""
+
+import ast
+from functools import cache
+from graphlib import TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+import shockwave
+from conftest import NOT_NUMERICAL
+from support.pages import code_in, table
+from support.programs import SCENE, command, loaded
+
+ROOT = Path(__file__).parents[2]
+PACKAGE = Path(shockwave.__file__).parent
+FILES = {
+    ".".join(file.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(".__init__"): file
+    for file in sorted(PACKAGE.rglob("*.py"))
+}
+# The lazy list of public names is no import of the package by itself.
+MODULES = [module for module in FILES if module != "shockwave"]
+
+#: Room -> its floor. A module may import from its own room and from those on lower floors.
+FLOORS = {name: -row for row, cells in enumerate(table("CONTRIBUTING.md", "rooms")) for name in code_in(cells[1])}
+FLOORS["__main__"] = 1
+#: Rooms of the engine, and modules that must not need them.
+ENGINE = {"engine", "simulation"}
+WITHOUT_ENGINE = ("prediction.section4", "prediction.scaled_shock", "prediction.section4_outcome", "scenario")
+
+
+def room(module: str) -> str:
+    return module.split(".")[1]
+
+
+@cache
+def imports(module: str) -> set[str]:
+    """Modules of the package that ``module`` imports, late or for types alone too."""
+    names = set()
+    for node in ast.walk(ast.parse(FILES[module].read_text())):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            # a name of a module may be a module itself
+            names |= {f"{node.module}.{alias.name}" for alias in node.names} | {str(node.module)}
+    return names & set(MODULES) - {module}
+
+
+def test_files_that_are_not_numerical_exist() -> None:
+    names = {file.stem.removeprefix("test_") for file in (ROOT / "tests").rglob("test_*.py")}
+    assert set(NOT_NUMERICAL) <= names
+
+
+def test_imports_run_downwards() -> None:
+    above = {
+        (module, other)
+        for module in MODULES
+        for other in imports(module)
+        if room(other) != room(module) and FLOORS[room(other)] >= FLOORS[room(module)]
+    }
+    assert above == set()
+
+
+def test_no_files_import_each_other_in_a_cycle() -> None:
+    # raises CycleError, which names the modules
+    TopologicalSorter({module: imports(module) for module in MODULES}).prepare()
+
+
+def test_section_4_and_the_engine_never_import_each_other() -> None:
+    apart = [module for module in MODULES if module.removeprefix("shockwave.").startswith(WITHOUT_ENGINE)]
+    assert {f"shockwave.{name}" for name in WITHOUT_ENGINE} <= set(apart)
+    for module in MODULES:
+        others = set(map(room, imports(module)))
+        assert module not in apart or ENGINE.isdisjoint(others), module
+        assert room(module) not in ENGINE or others.isdisjoint({"prediction", "scenario"}), module
+
+
+def test_only_the_predictor_asks_the_engine() -> None:
+    program = "import shockwave.prediction.outcome_text, shockwave.prediction.predictor"
+    assert {name for name in loaded(program) if name.startswith(COLUMN)} == set()
+
+
+def test_rooms_are_few_and_files_short() -> None:
+    folders = {file.relative_to(PACKAGE).parts[0] for file in FILES.values() if file.parent != PACKAGE}
+    # the files at the top are one room
+    assert len(folders) + 1 <= 17
+    assert [module for module, file in FILES.items() if len(file.read_text().splitlines()) > 400] == []
+
+
+IN_PYTHON = """
+import shockwave as sw
+chain = sw.Chain(material=sw.Material(youngs_modulus=1e9, poisson_ratio=0.3, density=1e3), radius=1e-3)
+shock = sw.Shock(profile=sw.Triangular(duration_ratio=2), peak_force=1.0, rise_time=1e-6)
+"""
+HELP = "from shockwave.cli import main\ntry: main(['--help'])\nexcept SystemExit: pass"
+COLUMN = "shockwave.engine", "shockwave.simulation"
+OUTPUT = "shockwave.benchmark", "shockwave.report", "shockwave.pictures", "matplotlib", "jinja2", "pebble"
+SLOW = "scipy", "pint", "cattrs", "pluggy", "importlib.metadata", "concurrent", "numpy.ma.", "secrets", "tempfile"
+#: Modules for chains beyond equal spheres.
+FEATURES = (
+    *(f"shockwave.scene.{name}" for name in ("chain_end", "contact_law", "coverage_rules", "damping", "description")),
+    *(f"shockwave.scene.{name}" for name in ("feature_rules", "impact", "layout", "power_law_wave", "segments")),
+    *(f"shockwave.simulation.{name}" for name in ("contact_forces", "contact_result", "contact_s", "contact_text")),
+    *(f"shockwave.engine.{name}" for name in ("mixed_chain_", "_chains", "nystroem_tableaux")),
+    *("shockwave.simulation.convergence_runs", "shockwave.scenario.chain_blocks"),
+)
+OTHER_PROFILES = "shockwave.profiles.exponential", "shockwave.profiles.triangular", "shockwave.records"
+
+
+def test_the_modules_that_must_not_load_exist() -> None:
+    own = (*COLUMN, *FEATURES, *OTHER_PROFILES, *(name for name in OUTPUT if name.startswith("shockwave")))
+    compiled = [f"shockwave.engine.{name}" for name in ("_chains", "_compiled")]
+    assert [name for name in own if not any(each.startswith(name) for each in [*FILES, *compiled])] == []
+
+
+@pytest.mark.parametrize(
+    ("program", "unwanted"),
+    [
+        ("import shockwave", ("numpy", "scipy", "attrs", "pint", "yaml", "pluggy")),
+        (HELP, ("numpy", "scipy", "pint", "yaml")),
+        (command("list"), ("numpy", "scipy", "shockwave.profiles", "shockwave.scene.chain")),
+        (
+            command("predict", "--model", "section-4", SCENE),
+            (*COLUMN, *OTHER_PROFILES, *OUTPUT, *SLOW, *FEATURES, "shockwave.profiles.quadrature.gauss"),
+        ),
+        (command("simulate", SCENE), (*OUTPUT, *SLOW, *FEATURES)),
+        ("import shockwave.pictures", ("matplotlib",)),
+        (f"{IN_PYTHON}sw.simulate(shock, chain, rtol=1e-2)", ("shockwave.prediction", *FEATURES)),
+        (f"{IN_PYTHON}sw.Predictor(model='section-4').predict(shock, chain)", (*COLUMN, "scipy")),
+        (f"{IN_PYTHON}sw.predict(shock, chain).peak_force", (*OUTPUT, *SLOW, *FEATURES)),
+    ],
+    ids=["import", "help", "list", "predict", "simulate", "pictures", "simulate-in-python", "paper", "best"],
+)
+def test_a_program_does_not_load(program: str, unwanted: tuple[str, ...]) -> None:
+    assert {name for name in loaded(program) if name.startswith(unwanted)} == set()
+
+
+def test_units_are_loaded_only_for_a_file_that_has_one(tmp_path: Path) -> None:
+    bare = tmp_path / "bare.yaml"
+    bare.write_text(
+        "chain: {material: {youngs_modulus: 1e9, poisson_ratio: 0.3, density: 1000}, radius: 1e-3}\n"
+        "shock: {profile: triangular, peak_force: 10, rise_time: 1e-5, duration_ratio: 3}\n"
+    )
+    assert "pint" not in loaded(command("predict", str(bare)))
+
+
+def test_built_in_names_scan_no_entry_points() -> None:
+    program = (
+        "import importlib.metadata as m\n"
+        "def refuse(*_, **__): raise AssertionError('scanned')\n"
+        "m.entry_points = m.distributions = refuse\n" + command("predict", SCENE)
+    )
+    loaded(program)
+
+
+def test_every_public_name_has_a_home() -> None:
+    loaded("import shockwave\nfor name in shockwave.__all__: getattr(shockwave, name)")

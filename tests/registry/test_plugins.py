@@ -1,0 +1,425 @@
+"""Built-ins and plugins: found by name, imported on use; a faulty plugin stops only a scene that needs it."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+import zlib
+from pathlib import Path
+
+import pytest
+
+from conftest import HOOKS as SOUND_HOOKS
+from conftest import PULSE, ROOT, Install
+from shockwave.base.errors import PluginError, UnknownNameError
+from shockwave.cli import main
+from shockwave.hooks import Entry
+from shockwave.registry import built_ins, registry
+
+BUILT_IN = {
+    "profiles": "power-law",
+    "integrators": "dop853",
+    "quadratures": "gauss-legendre",
+    "materials": "paper-steel",
+}
+EVERY_KIND = pytest.mark.parametrize("kind", BUILT_IN)
+
+CHAIN = "chain: {material: paper-steel, diameter: 9.5 mm}\n"
+SHOCK = "shock: {profile: PROFILE, peak_force: 100 N, rise_time: 5 us, duration_ratio: 3}\n"
+
+
+# ---------------------------------------------------------------- names
+
+
+@EVERY_KIND
+def test_every_built_in_has_a_summary_and_can_be_loaded(kind: str) -> None:
+    for entry in built_ins.ENTRIES[kind]:
+        assert entry.summary
+        assert registry.load(kind, entry.name) is not None
+
+
+@EVERY_KIND
+def test_the_error_for_an_unknown_name_states_known_names_and_the_nearest(kind: str) -> None:
+    near = BUILT_IN[kind] + "x"
+    with pytest.raises(UnknownNameError) as caught:
+        registry.find(kind, near)
+    message = str(caught.value)
+    assert message.startswith(f"unknown {registry.KINDS[kind]} (got {near!r}; did you mean {BUILT_IN[kind]!r}? known: ")
+    known = [entry.name for entry in registry.entries(kind)]
+    shortened = len(known) > 20
+    assert all(name in message for name in (known[:8] if shortened else known))
+    assert message.endswith(f"; `shockwave list {kind}` shows all)") == shortened
+
+
+@EVERY_KIND
+def test_case_does_not_matter_in_a_name(kind: str) -> None:
+    assert registry.find(kind, BUILT_IN[kind].upper()) == registry.find(kind, BUILT_IN[kind])
+
+
+def test_case_does_not_matter_in_a_name_of_a_plugin(install: Install) -> None:
+    install("test-pulses", name="Test-Pulse")
+    assert registry.find("profiles", "test-pulse").name == "Test-Pulse"
+
+
+def test_a_plugin_is_found_as_installed(install: Install) -> None:
+    module = install("test-pulses", name="test-pulse", version="3.4.5")
+    entry = registry.find("profiles", "test-pulse")
+    assert entry == Entry("test-pulse", f"{module}_pulse:Pulse", "a pulse", distribution="test-pulses")
+    # the module of hooks alone is imported before the name is used
+    assert {module, f"{module}_pulse"} & set(sys.modules) == {module}
+    assert registry.load("profiles", "test-pulse") is sys.modules[f"{module}_pulse"].Pulse
+
+
+#: Files of the metadata that cannot be read, and what is reported of them.
+UNREADABLE = {
+    "no equals sign": ("entry_points.txt", b"[shockwave]\nno equals sign\n", "Error: "),
+    "no text": ("entry_points.txt", b"[shockwave]\n\xff = a\n", "UnicodeDecodeError"),
+    "description is no text": ("METADATA", b"Name: \xff\n", "UnicodeDecodeError"),
+}
+
+
+@pytest.mark.parametrize("name", UNREADABLE)
+def test_unreadable_metadata_are_a_fault_of_one_plugin(
+    name: str, install: Install, site: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, content, cause = UNREADABLE[name]
+    install("a-pulses")
+    install("test-pulses")
+    (site / "a_pulses-1.2.dist-info" / file).write_bytes(content)
+    registry.forget()
+    assert registry.find("profiles", "test-pulses").distribution == "test-pulses"
+    with pytest.raises(PluginError, match="plugin a_pulses is faulty: its metadata cannot be read"):
+        registry.find("profiles", "gaussian")
+    assert main(["list", "plugins", "--json"]) == 0
+    problems = {row["name"]: row["problem"] for row in json.loads(capsys.readouterr().out)}
+    assert cause in problems["a_pulses"]
+    assert problems["test-pulses"] is None
+
+
+# ---------------------------------------------------------------- faults
+
+HOOK = "from shockwave.hooks import Entry, hookimpl\n@hookimpl\ndef shockwave_profiles({arguments}):\n    {body}\n"
+
+#: Code that fails on import, and what is reported of it.
+ON_IMPORT = {
+    "raises": ("raise RuntimeError('out of order')", "RuntimeError: out of order"),
+    "is no Python": ("def (:", "SyntaxError"),
+    "lacks a module": ("import a_module_that_is_nowhere", "ModuleNotFoundError"),
+    "exits": ("import sys; sys.exit(3)", "SystemExit: 3"),
+}
+#: Hooks that are wrong in other ways.
+HOOKS = {
+    "misspelt": (HOOK.replace("_profiles", "_profile").format(arguments="", body="return []"), "'shockwave_profile'"),
+    "takes an argument": (HOOK.format(arguments="scene", body="return []"), "scene"),
+    "returns None": (HOOK.format(arguments="", body="return None"), "registers nothing"),
+    "returns a text": (HOOK.format(arguments="", body="return 'pulse'"), "must return a list of entries"),
+    "raises in the hook": (HOOK.format(arguments="", body="return 1 / 0"), "ZeroDivisionError"),
+    "takes a name": (
+        HOOK.format(arguments="", body="return [Entry('triangular', 'a:B', 'c')]"),
+        "profile 'triangular' is a built-in name",
+    ),
+}
+DECLARED = (
+    "from attrs import frozen\nfrom shockwave import ShockProfile, quantity\n"
+    "class Base(ShockProfile):\n    def rise(self, s): return s\n    def decay(self, s): return 2 - s\n"
+)
+WIDTH = "class Pulse(Base):\n    width: float = quantity('{unit}', 'w', above=0{default})\n"
+#: Classes that are wrong.
+PULSES = {
+    "is missing": ("x = 1", "AttributeError"),
+    "is no profile": ("class Pulse:\n    pass", "must be a subclass of ShockProfile"),
+    "is an instance": ("Pulse = 3.0", "must be a subclass of ShockProfile"),
+    "is abstract": (
+        "from shockwave import ShockProfile\nclass Pulse(ShockProfile):\n    def rise(self, s): return s",
+        "must also define decay",
+    ),
+    "is undecorated": (DECLARED + WIDTH.format(unit="s", default=""), "decorated with attrs.frozen"),
+}
+IN_HOOKS = {f"hooks module {name}": (code, "", cause) for name, (code, cause) in (ON_IMPORT | HOOKS).items()}
+IN_PULSE = {f"profile's module {name}": ("", code, cause) for name, (code, cause) in (ON_IMPORT | PULSES).items()}
+
+
+@pytest.fixture
+def scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    for name, profile in (("own", "triangular"), ("foreign", "faulty-pulse")):
+        (tmp_path / f"{name}.yaml").write_text(CHAIN + SHOCK.replace("PROFILE", profile))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def install_faulty(install: Install, fault: str) -> str:
+    """Install the plugin; gives what is to be reported of it."""
+    hooks, pulse, cause = (IN_HOOKS | IN_PULSE)[fault]
+    given = {"hooks": hooks.replace("{", "{{").replace("}", "}}"), "pulse": pulse}
+    install("test-faulty", name="faulty-pulse", **{key: value for key, value in given.items() if value})
+    return cause
+
+
+def rows(capsys: pytest.CaptureFixture[str]) -> dict[str, dict[str, object]]:
+    """The answer of `list plugins` on each plugin."""
+    assert main(["list", "plugins", "--json"]) == 0
+    return {row["name"]: row for row in json.loads(capsys.readouterr().out)}
+
+
+@pytest.mark.parametrize("fault", [*IN_HOOKS, *IN_PULSE])
+def test_a_fault_stops_the_scene_that_needs_it_with_4(
+    install: Install, scene: Path, capsys: pytest.CaptureFixture[str], fault: str
+) -> None:
+    cause = install_faulty(install, fault)
+    install("a-sound", name="one")
+    install("z-sound", name="other")
+    assert main(["predict", "foreign.yaml"]) == 4
+    out, report = capsys.readouterr()
+    assert out == ""
+    assert report.startswith("foreign.yaml:2:18: shock.profile: ")
+    assert "test-faulty" in report
+    assert cause in report
+    # listing imports the hooks, but no class
+    row = rows(capsys)["test-faulty"]
+    assert (cause in str(row["problem"])) == (fault in IN_HOOKS) == (row["entries"] == [])
+    # others, before and after it in the order in which they are read, go on working
+    for name in ("triangular", "one", "other"):
+        (scene / "sound.yaml").write_text(CHAIN + SHOCK.replace("PROFILE", name))
+        assert main(["predict", "sound.yaml"]) == 0
+        assert capsys.readouterr().err == ""
+
+
+@pytest.mark.usefixtures("scene")
+def test_output_of_a_plugin_is_not_part_of_a_result(install: Install, capsys: pytest.CaptureFixture[str]) -> None:
+    returned = "return [Entry('faulty-pulse', 'test_pulses_pulse:Pulse', 'a pulse')]"
+    hooks = "print('noise 1')\n" + HOOK.format(arguments="", body=f"print('noise 2'); {returned}")
+    install("test-pulses", hooks=hooks, pulse="print('noise 3')\nfrom shockwave import Triangular as Pulse\n")
+    assert main(["predict", "foreign.yaml", "--json"]) == 0
+    out, report = capsys.readouterr()
+    assert json.loads(out)["scenario"] == "foreign"
+    assert report.split("\n") == ["noise 1", "noise 2", "noise 3", ""]
+
+
+@pytest.mark.usefixtures("scene")
+def test_a_name_of_two_plugins_stops_only_scenes_with_it(install: Install, capsys: pytest.CaptureFixture[str]) -> None:
+    install("test-first", name="faulty-pulse")
+    install("test-second", name="faulty-pulse")
+    assert main(["predict", "foreign.yaml"]) == 4
+    assert "'faulty-pulse' is registered twice, by test-first and test-second" in capsys.readouterr().err
+    assert main(["predict", "own.yaml"]) == 0
+
+
+def test_a_typing_error_is_reported_beside_a_faulty_plugin(
+    install: Install, scene: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    install_faulty(install, "hooks module raises")
+    (scene / "x.yaml").write_text(CHAIN + SHOCK.replace("PROFILE", "trianguler"))
+    assert main(["predict", "x.yaml"]) == 3
+    assert "did you mean 'triangular'?" in capsys.readouterr().err
+
+
+METHOD = """
+from attrs import define
+from shockwave.engine.one_step import Attempt, OneStep
+
+@define
+class Method(OneStep):
+    name = "test-method"
+    order = 1
+    adaptive = False
+
+    def attempt(self, acceleration, time, size, x, v, a):
+        {body}
+"""
+METHOD_HOOK = (
+    "from shockwave.hooks import Entry, hookimpl\n@hookimpl\ndef shockwave_integrators():\n"
+    "    return [Entry('{{name}}', '{{module}}_pulse:Method', 'a method', takes='{takes}')]\n"
+)
+
+
+@pytest.mark.parametrize("takes", ["", "rtol"])
+def test_an_integrator_must_state_its_setting(install: Install, takes: str) -> None:
+    install("test-methods", hooks=METHOD_HOOK.format(takes=takes), pulse=METHOD.format(body="pass"))
+    with pytest.raises(PluginError, match="must be registered with takes='step'"):
+        registry.load("integrators", "test-methods")
+
+
+@pytest.mark.parametrize("body", ["raise KeyError('oops')", "return x, v, a, 0.0", "raise SystemExit(0)"])
+def test_an_integrator_that_fails_is_an_error_of_its_plugin(
+    install: Install, scene: Path, capsys: pytest.CaptureFixture[str], body: str
+) -> None:
+    # what was once settled for a name is kept as long as the process
+    name = f"method-{zlib.crc32(body.encode())}"
+    install("test-methods", name=name, hooks=METHOD_HOOK.format(takes="step"), pulse=METHOD.format(body=body))
+    shock = SHOCK.replace("PROFILE", "triangular")
+    for file, block in (("good", "{rtol: 1e-3}"), ("bad", f"{{integrator: {name}}}")):
+        (scene / f"{file}.yaml").write_text(f"{CHAIN}{shock}simulate: {block}\n")
+    assert main(["simulate", "--primary", "bad.yaml", "good.yaml"]) == 4
+    out, report = capsys.readouterr()
+    assert "good" in out
+    assert f"bad.yaml: integrator {name!r} of test-methods: must not raise (got " in report
+
+
+DERIVED = """
+from attrs import define
+from shockwave.engine.nystroem_integrators import Rkn86
+from shockwave.engine.scipy_integrators import Dop853
+
+@define
+class Method({base}):
+    name = "derived"
+    chains = "any"
+    {body}
+"""
+WALL = CHAIN.replace("}", ", granules: 8, end: {wall: same}}")
+
+
+@pytest.mark.parametrize("base", ["Rkn86", "Dop853"])
+@pytest.mark.parametrize("damping", ["", ", damping: {model: dashpot, coefficient: 1}"])
+def test_no_other_method_runs_under_the_name_of_a_plugin(
+    install: Install, scene: Path, capsys: pytest.CaptureFixture[str], base: str, damping: str
+) -> None:
+    name = f"derived-{base.lower()}-{len(damping)}"
+    install("test-derived", name=name, hooks=METHOD_HOOK.format(takes="rtol"), pulse=DERIVED.format(base=base, body=""))
+    chain = WALL.replace("}}", f"}}{damping}}}")
+    shock = SHOCK.replace("PROFILE", "triangular")
+    (scene / "walled.yaml").write_text(f"{chain}{shock}simulate: {{integrator: {name}}}\n")
+    assert main(["simulate", "walled.yaml"]) == 3
+    assert f"simulate.integrator: must be {'dop853' if damping else 'rkn64'}" in (report := capsys.readouterr().err)
+    assert "got 'derived'; a method of a plugin steps chains of equal granules only" in report
+
+
+def test_a_plugin_derived_from_a_built_in_method_takes_its_own_steps(
+    install: Install, scene: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    body = "def attempt(self, *arguments):\n        raise RuntimeError('its own step')"
+    pulse = DERIVED.format(base="Rkn86", body=body)
+    install("test-derived", name="derived-own", hooks=METHOD_HOOK.format(takes="rtol"), pulse=pulse)
+    (scene / "x.yaml").write_text(
+        f"{CHAIN}{SHOCK.replace('PROFILE', 'triangular')}simulate: {{integrator: derived-own}}\n"
+    )
+    assert main(["simulate", "--primary", "x.yaml"]) == 4
+    assert "its own step" in capsys.readouterr().err
+
+
+# ---------------------------------------------------------------- commands
+
+COMMAND_HOOK = """
+from shockwave.hooks import Entry, hookimpl
+
+@hookimpl
+def shockwave_commands():
+    return [Entry("{name}", "{module}_pulse:run", "a command")]
+"""
+RUN = "from shockwave import UsageError\ndef run(arguments):\n    {body}\n"
+
+
+@pytest.mark.parametrize(
+    ("body", "status", "text"),
+    [
+        ("print(arguments)", 0, "['--depth', '3', 'x.yaml']"),
+        ("return len(arguments)", 3, ""),
+        ("raise UsageError('--depth: must be left out')", 2, "--depth: must be left out"),
+        ("raise OSError('oops')", 4, "command 'dig' of test-dig: must not raise (got OSError: oops)"),
+        ("return 'done'", 4, "command 'dig' of test-dig: must not raise (got ValueError: "),
+    ],
+    ids=["prints", "status", "error", "fails", "no status"],
+)
+def test_a_command_of_a_plugin_gets_its_arguments(
+    body: str, status: int, text: str, install: Install, capsys: pytest.CaptureFixture[str]
+) -> None:
+    install("test-dig", hooks=COMMAND_HOOK, pulse=RUN.format(body=body), name="dig")
+    assert main(["dig", "--depth", "3", "x.yaml"]) == status
+    assert text in "".join(capsys.readouterr())
+
+
+def test_a_command_may_exit(install: Install) -> None:
+    install("test-dig", hooks=COMMAND_HOOK, pulse=RUN.format(body="raise SystemExit(2)"), name="dig")
+    with pytest.raises(SystemExit, match="2"):
+        main(["dig"])
+
+
+@pytest.mark.parametrize("pulse", ["1 / 0", "run = 5"], ids=["import", "no function"])
+def test_a_faulty_command_is_an_error_of_its_plugin(
+    pulse: str, install: Install, capsys: pytest.CaptureFixture[str]
+) -> None:
+    install("test-dig", hooks=COMMAND_HOOK, pulse=pulse, name="dig")
+    assert main(["dig"]) == 4
+    assert "plugin test-dig is faulty: command 'dig': test_dig_pulse:run: " in capsys.readouterr().err
+
+
+def test_known_commands_and_help_load_no_plugin(install: Install, capsys: pytest.CaptureFixture[str]) -> None:
+    install("test-dig", hooks="raise SystemExit(9)")
+    for arguments in (["--help"], ["new", "--help"]):
+        with pytest.raises(SystemExit, match="0"):
+            main(arguments)
+    assert main(["new"]) == 0
+    assert "test_dig" not in sys.modules
+    capsys.readouterr()
+    assert main(["tunnel"]) == 4
+    assert "unknown command (got 'tunnel'; plugin test-dig is faulty: SystemExit: 9)" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("before", [[], ["--no-plugins"]], ids=["unknown", "disabled"])
+def test_an_unknown_command_is_an_error_of_usage(
+    before: list[str], install: Install, capsys: pytest.CaptureFixture[str]
+) -> None:
+    install("test-dig", hooks=COMMAND_HOOK, pulse=RUN.format(body="return 0"), name="dig" if before else "delve")
+    with pytest.raises(SystemExit, match="2"):
+        main([*before, "dig"])
+    assert "invalid choice: 'dig'" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("patch")
+@pytest.mark.parametrize("before", [[], ["--no-plugins"]], ids=["missing", "disabled"])
+def test_explore_names_what_to_install(before: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([*before, "explore", "--port", "0"]) == 2
+    report = capsys.readouterr().err
+    assert report.startswith("explore: shockwave-explore must be installed")
+    (folder,) = re.findall(r"python -m pip install (\S+?)\)", report)
+    assert (ROOT / folder / "pyproject.toml").is_file()
+
+
+# ---------------------------------------------------------------- leaving plugins out
+
+
+@pytest.mark.usefixtures("scene")
+@pytest.mark.parametrize("place", [0, 2], ids=["before", "after"])
+def test_no_plugins_leaves_all_of_them_out(install: Install, capsys: pytest.CaptureFixture[str], place: int) -> None:
+    install("test-pulses", name="faulty-pulse")
+    arguments = ["predict", "foreign.yaml"]
+    arguments.insert(place, "--no-plugins")
+    assert main(arguments) == 3
+    assert "disabled plugins: " in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("names", ["test-pulses", "other, Test.Pulses", "*"])
+def test_disabled_plugins_are_not_imported(
+    install: Install, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], names: str
+) -> None:
+    install("test-pulses", hooks="1 / 0")
+    monkeypatch.setenv("SHOCKWAVE_DISABLE_PLUGINS", names)
+    row = rows(capsys)["test-pulses"]
+    assert (row["disabled"], row["problem"]) == (True, None)
+
+
+# ---------------------------------------------------------------- list plugins --check
+
+#: Code at the head of a module, and the problem that the check reports, if any.
+CHECKED = {
+    "sound": ("", ""),
+    "prints": ("import os; print('noise'); os.write(1, b'noise')", ""),
+    "raises": ("raise RuntimeError('out of order')", "RuntimeError: out of order"),
+    "exits": ("import sys; sys.exit(3)", "SystemExit: 3"),
+}
+
+
+@pytest.mark.parametrize("place", ["hooks", "pulse"])
+def test_the_check_imports_everything_that_plugins_register(
+    place: str, install: Install, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sound = {"hooks": SOUND_HOOKS, "pulse": PULSE}
+    for name, (code, _) in CHECKED.items():
+        install(f"x-{name}", **{place: f"{code}\n{sound[place]}"})
+    assert main(["list", "plugins", "--check", "--json"]) == 4
+    found = {row["name"].removeprefix("x-"): row for row in json.loads(capsys.readouterr().out)}
+    for name, (_, problem) in CHECKED.items():
+        assert problem in (found[name]["problem"] or "")
+        assert bool(found[name]["problem"]) == bool(problem)
+    assert found["sound"]["entries"] == [{"kind": "profiles", "name": "x-sound"}]

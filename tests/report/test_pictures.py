@@ -1,0 +1,353 @@
+"""Pictures: drawn values agree with the data, axes have units, and files are reproducible."""
+
+from functools import cache
+from pathlib import Path
+from types import SimpleNamespace as Run
+from typing import Any
+
+import matplotlib
+import numpy as np
+import pytest
+from attrs import evolve
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+import shockwave as sw
+from shockwave import pictures
+from shockwave.studies.amplification_curve import UniversalCurve
+from support.figures import inside, key_of
+from support.scenes import CHAIN, FORCE, UNITS, power, triangle
+from support.selection import keeping
+
+ROOT = Path(__file__).parents[2]
+HAMMER = sw.load_scenario(ROOT / "profiles" / "examples" / "hammer.yaml").shock.profile
+#: An ejection, a train, a record, and a shock that ends before the first granule moves.
+SHOCKS = {
+    "ejection": power(0.5),
+    "train": triangle(9.0),
+    "record": sw.Shock(profile=HAMMER, peak_force=FORCE, rise_time=3 * UNITS.time),
+    "tiny": sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=1e-9, rise_time=1e-12),
+}
+RUNS = (
+    Run(method="rk4", error=1e-3, seconds=0.01, problem=""),
+    Run(method="formula", error=0.02, seconds=1e-5, problem=""),
+    Run(method="rk4", error=0.0, seconds=1.0, problem=""),
+    Run(method="formula", error=None, seconds=2e-5, problem="no wave"),
+    Run(method="other", error=None, seconds=None, problem="not installed"),
+)
+
+
+@cache
+def compared(name: str) -> sw.Comparison:
+    return sw.compare(SHOCKS[name], CHAIN)
+
+
+def section4(name: str) -> Any:
+    return compared(name).predicted.section4
+
+
+@cache
+def recorded(name: str, *record: Any) -> Any:
+    contacts = range(45) if "forces" in record else [8]
+    return sw.simulate(SHOCKS[name], CHAIN, contacts=contacts, record=record)
+
+
+@cache
+def in_finite_chain(kind: str) -> sw.ChainResult:
+    """A result of ten granules before a wall that a shock or a striker hits."""
+    excitation = SHOCKS["train"] if kind == "shock" else sw.Impact(velocity=0.5)
+    chain = evolve(CHAIN, granules=10, end=sw.Wall(material="same"))
+    return sw.simulate(excitation, chain, record=["forces", "energies", "field"])
+
+
+#: Functions that draw each picture for a shock.
+PICTURES: dict[str, Any] = {
+    "pulse": lambda ax, name: pictures.pulse(ax, SHOCKS[name]),
+    "contact_forces": lambda ax, name: pictures.contact_forces(ax, recorded(name, "forces")),
+    "space_time": lambda ax, name: pictures.space_time(ax, recorded(name, "forces")),
+    "train": lambda ax, name: pictures.train(ax, compared(name)),
+    "approach": lambda ax, name: pictures.approach(ax, compared(name).simulated),
+    "energy": lambda ax, name: pictures.balance(ax, recorded(name, "energies")),
+    "amplification": lambda ax, name: pictures.universal_curves(ax, {name: curve(name)}, mark=1.0),
+    "correction": lambda ax, _: pictures.correction_area(ax, SHOCKS["ejection"], section4("ejection")),
+    "work_precision": lambda ax, _: pictures.work_precision(ax, RUNS),
+}
+#: Axis labels with units for the ejection.
+LABELS = {
+    "pulse": ("time (µs)", "force (N)"),
+    "energy": ("time (µs)", "energy (µJ)"),
+}
+
+
+@cache
+def curve(name: str) -> UniversalCurve:
+    return UniversalCurve(SHOCKS[name].profile, rtol=1e-2)
+
+
+@pytest.fixture
+def ax() -> Axes:
+    return pictures.figure()[1][0]
+
+
+def line(ax: Axes, label: str) -> tuple[np.ndarray, np.ndarray]:
+    """Abscissae and ordinates of the line with this label."""
+    (found,) = (one for one in ax.get_lines() if one.get_label() == label)
+    x, y = found.get_xydata().T  # type: ignore[union-attr]
+    return x, y
+
+
+@pytest.mark.parametrize("name", keeping(list(SHOCKS)[:3], "ejection"))
+@pytest.mark.parametrize("picture", PICTURES)
+def test_pictures_fit_the_figure(picture: str, name: str) -> None:
+    figure, (ax,) = pictures.figure()
+    assert PICTURES[picture](ax, name) is ax
+    if name == "ejection" and picture in LABELS:
+        assert (ax.get_xlabel(), ax.get_ylabel()) == LABELS[picture]
+    assert inside(figure)
+    # the axes take at least a third of the figure
+    assert ax.get_window_extent().width > figure.bbox.width / 3
+    assert ax.get_window_extent().height > figure.bbox.height / 3
+
+
+@pytest.mark.parametrize(("kind", "head"), [("svg", b"<?xml"), ("png", b"\x89PNG"), ("pdf", b"%PDF")])
+def test_files_have_the_requested_format_and_are_reproducible(tmp_path: Path, kind: str, head: bytes) -> None:
+    for name in ("one", "two"):
+        figure, (left, right) = pictures.figure(1, 2)
+        pictures.train(left, compared("train"))
+        pictures.space_time(right, recorded("train", "forces"))
+        pictures.save(figure, tmp_path / f"{name}.{kind}")
+    first, second = ((tmp_path / f"{name}.{kind}").read_bytes() for name in ("one", "two"))
+    assert first.startswith(head)
+    assert first == second
+    # files written in the same second would agree even with dates
+    assert b"CreationDate" not in first
+    assert b"dc:date" not in first
+
+
+def test_the_settings_of_a_user_do_not_change_a_figure() -> None:
+    def drawn() -> str:
+        figure, (left, right, bottom, _) = pictures.figure(2, 2)
+        pictures.train(left, compared("train"))
+        pictures.space_time(right, recorded("train", "forces"))
+        pictures.pulse(bottom, SHOCKS["ejection"])
+        return pictures.svg(figure)
+
+    expected = drawn()
+    settings = {"figure.facecolor": "black", "savefig.facecolor": "black", "axes.facecolor": "black"}
+    settings |= {"text.usetex": True, "text.color": "white", "lines.linewidth": 9, "font.family": "monospace"}
+    settings |= {"font.size": 30, "savefig.bbox": "tight", "axes.labelcolor": "white", "legend.frameon": True}
+    with matplotlib.rc_context(settings):
+        assert drawn() == expected
+        assert matplotlib.rcParams["text.usetex"]
+        # the axes of a figure of the user have the settings of the user
+        other = Figure().subplots()
+        pictures.pulse(other, SHOCKS["ejection"])
+        assert other.title.get_color() == "white"
+
+
+def test_a_long_record_is_drawn_with_few_points_and_keeps_its_peaks(ax: Axes) -> None:
+    forces = np.full(100_001, 0.5)
+    forces[[0, -1]] = 0
+    forces[30_000] = 1
+    forces[70_001] = 0.9
+    record = sw.Tabulated(times=np.linspace(0, 2, len(forces)), forces=forces)
+    pictures.pulse(ax, sw.Shock(profile=record, peak_force=FORCE, rise_time=1e-5))
+    drawn = ax.lines[0].get_ydata()
+    assert len(drawn) < 1000
+    assert {FORCE, 0.9 * FORCE} <= set(drawn)
+    areas = [float(area.get_paths()[0].vertices[:, 1].max()) for area in ax.collections]
+    assert areas == pytest.approx([FORCE, FORCE])
+
+
+def test_a_pulse_has_the_force_and_areas_of_the_shock(ax: Axes) -> None:
+    shock = SHOCKS["ejection"]
+    pictures.pulse(ax, shock)
+    x, y = ax.get_lines()[0].get_xydata().T  # type: ignore[union-attr]
+    # multiplication and division by the rise time round
+    force = FORCE * shock.profile.force(np.clip(x / shock.rise_time, 0, 3))
+    assert y == pytest.approx(force, abs=1e-12 * FORCE)
+    assert y.max() == FORCE
+    # ticks are in the unit of the label
+    assert ax.xaxis.get_major_formatter()(1.5e-5, 0) == "15"
+    # a1 = 1/(1 + eta1), a2 = (n - 1)/(1 + eta2)
+    assert key_of(ax) == ["rise, a₁ = 0.6667 F₀ t₀", "decay, a₂ = 1 F₀ t₀"]
+
+
+def test_the_added_area_is_half_of_the_added_momentum(ax: Axes) -> None:
+    outcome = section4("ejection")
+    pictures.correction_area(ax, SHOCKS["ejection"], outcome)
+    x, y = np.asarray(ax.collections[0].get_paths()[0].vertices).T
+    # the shoelace formula; the decay is a straight line, so that the area is exact except for rounding
+    drawn = abs(x @ np.roll(y, 1) - y @ np.roll(x, 1)) / 2
+    assert 2 * drawn == pytest.approx(outcome.added_momentum, rel=1e-9)
+
+
+def test_contact_forces_are_those_recorded(ax: Axes) -> None:
+    result = recorded("ejection", "forces")
+    pictures.contact_forces(ax, result)
+    # six of 45
+    assert key_of(ax) == ["shock", *(f"contact {contact}" for contact in (0, 9, 18, 26, 35, 44))]
+    x, y = line(ax, "contact 18")
+    assert np.array_equal(x, result.recording.times)
+    assert np.array_equal(y, result.recording.forces[:, 18])
+    x, y = line(ax, "shock")
+    assert (x[-1], y.max()) == (SHOCKS["ejection"].duration, FORCE)
+
+
+@pytest.mark.parametrize("kind", ["shock", "striker"])
+def test_forces_and_energies_of_a_finite_chain_are_those_recorded(ax: Axes, kind: str) -> None:
+    result = in_finite_chain(kind)
+    kept = result.recording
+    assert kept is not None
+    assert kept.forces is not None
+    pictures.contact_forces(ax, result, contacts=[0, 5, 9])
+    assert key_of(ax) == [*["shock"] * (kind == "shock"), "contact 0", "contact 5", "contact 9"]
+    assert np.array_equal(line(ax, "contact 9")[1], kept.forces[:, 9])
+    other = pictures.figure()[1][0]
+    pictures.balance(other, result)
+    label = "work of the shock" if kind == "shock" else "energy of the striker"
+    x, y = line(other, label)
+    assert (x[0] > 0) == (kind == "shock")
+    assert y == pytest.approx(line(other, "total")[1][[-1, -1]], rel=1e-6)
+
+
+def test_long_histories_keep_their_peaks_in_a_map(ax: Axes) -> None:
+    interval = UNITS.time / 200
+    result: Any = sw.simulate(SHOCKS["ejection"], CHAIN, contacts=range(5), record=["forces"], interval=interval)
+    pictures.space_time(ax, result)
+    drawn = np.asarray(ax.collections[0].get_array())
+    assert drawn.shape[1] < 500 < len(result.recording.times)
+    assert np.array_equal(drawn.max(axis=1), result.recording.forces.max(axis=0))
+
+
+@cache
+def at_few_contacts() -> sw.ChainResult:
+    """A result of 60 granules before a wall that a striker hits, at three contacts, the last one with the wall."""
+    chain = evolve(CHAIN, granules=60, end=sw.Wall(material="same"))
+    return sw.simulate(sw.Impact(velocity=0.5), chain, contacts=[5, 30, 60], record=["forces"])
+
+
+def test_a_map_of_few_contacts_shows_no_force_between_them(ax: Axes) -> None:
+    result = at_few_contacts()
+    pictures.chain_map(ax, result)
+    (mesh,) = ax.collections
+    edges, rows = mesh.get_coordinates()[:, 0, 1], np.ma.getmaskarray(mesh.get_array()).all(axis=1)  # type: ignore[attr-defined]
+    known = [(low, high) for low, high, empty in zip(edges, edges[1:], rows, strict=False) if not empty]
+    assert [(low < contact < high) for (low, high), contact in zip(known, (5, 30, 60), strict=True)] == [True] * 3
+    # a fortieth of the drawn part of the chain
+    assert max(high - low for low, high in known) <= 55 / 40 + 1e-12
+    assert edges[-1] == 60.5
+
+
+def test_peaks_at_few_contacts_are_not_connected_and_are_those_of_the_document(ax: Axes) -> None:
+    result = at_few_contacts()
+    pictures.peak_forces(ax, result)
+    drawn = ax.get_lines()[0]
+    document = result.to_dict()
+    expected = [(peak["contact"], peak["peak_force"]) for peak in document["contacts"]]
+    assert list(zip(*drawn.get_data(), strict=True)) == expected
+    assert (drawn.get_linestyle(), drawn.get_marker()) == ("None", "o")
+    wall = document["transmitted"]
+    assert np.transpose(line(ax, "wall")).tolist() == [[wall["contact"], wall["peak_force"]]]
+
+
+def test_equal_granules_have_a_picture_of_their_peaks_if_their_number_is_given(ax: Axes) -> None:
+    result = sw.simulate(SHOCKS["train"], evolve(CHAIN, granules=20))
+    pictures.peak_forces(ax, result)
+    assert ax.get_lines()[0].get_xdata().tolist() == list(range(19))  # type: ignore[union-attr]
+    with pytest.raises(sw.InvalidValueError, match=r"^chain\.granules: must be given \(got an endless chain"):
+        pictures.peak_forces(ax, sw.simulate(SHOCKS["train"], CHAIN))
+
+
+@pytest.mark.parametrize("kind", ["shock", "striker"])
+def test_borders_are_at_the_contacts_of_different_materials(ax: Axes, kind: str) -> None:
+    segments = (sw.Segment(count=4), sw.Segment(count=3, material=sw.material("ptfe")))
+    excitation = SHOCKS["train"] if kind == "shock" else sw.Impact(velocity=0.5)
+    pictures.peak_forces(ax, sw.simulate(excitation, evolve(CHAIN, granules=segments)))
+    (border,) = (float(each.get_xdata()[0]) for each in ax.get_lines() if each.get_linestyle() == "--")  # type: ignore[index,arg-type]
+    # between granules 3 and 4 of the chain, which a striker shifts by one
+    assert border == (3 if kind == "shock" else 4)
+
+
+def test_fronts_pass_through_the_measured_positions(ax: Axes) -> None:
+    result = recorded("train", "forces")
+    pictures.space_time(ax, result)
+    wave = result.waves[1]
+    (x0, x1), (y0, y1) = line(ax, "front 2")
+    assert (y1 - y0) / (x1 - x0) * 2 * CHAIN.radius == pytest.approx(wave.speed)
+    assert x0 + (wave.contact - y0) * (x1 - x0) / (y1 - y0) == pytest.approx(wave.arrival_time)
+
+
+def test_trains_have_the_forces_of_section_4_and_simulated_ones(ax: Axes) -> None:
+    comparison = compared("train")
+    waves = comparison.simulated.waves
+    pictures.train(ax, comparison)
+    assert line(ax, "section 4")[1].tolist() == [wave.peak_force for wave in section4("train").waves]
+    settled = [wave.peak_force for wave in waves if wave.error_estimate is not None]
+    assert line(ax, "simulated")[1].tolist() == settled
+    assert set(line(ax, "shock")[1]) == {FORCE}
+
+
+def test_the_approach_follows_the_passages_up_to_the_measurement(ax: Axes) -> None:
+    result = sw.simulate(SHOCKS["ejection"], evolve(CHAIN, granules=12))
+    pictures.approach(ax, result)
+    contacts, distances = line(ax, "simulation")
+    assert contacts.tolist() == list(range(result.primary.contact))
+    assert distances[2] == pytest.approx(abs(result.passage(2).peak_force / result.peak_force - 1))
+
+
+@pytest.mark.parametrize("name", ["ejection", "train", "record", "tiny"])
+def test_the_work_of_the_shock_is_the_energy_of_the_chain(ax: Axes, name: str) -> None:
+    result = recorded(name, "energies")
+    pictures.balance(ax, result)
+    energy = line(ax, "total")[1]
+    assert np.array_equal(energy, result.recording.kinetic_energy + result.recording.contact_energy)
+    # the energy error of a simulation with the default tolerance of 1e-6
+    assert line(ax, "work of the shock")[1] == pytest.approx(energy[[-1, -1]], rel=1e-5)
+
+
+def test_curves_have_the_values_of_simulation_and_section_4(ax: Axes) -> None:
+    found = curve("train")
+    pictures.universal_curves(ax, {"simulated": found})
+    x, y = line(ax, "simulated")
+    assert y == pytest.approx(found.amplification(x), rel=1e-12)
+    expected = [point.section4_amplification for point in found.points]
+    assert line(ax, "section 4")[1].tolist() == expected
+
+
+def test_runs_are_connected_by_method_and_failed_runs_are_counted(ax: Axes) -> None:
+    pictures.work_precision(ax, RUNS)
+    assert key_of(ax) == ["rk4", "formula (1 failed)", "other (1 failed)"]
+    # an error of zero is drawn at the rounding error
+    assert np.transpose(line(ax, "rk4")).tolist() == [[0.01, 1e-3], [1.0, 1e-16]]
+
+
+REFUSED: dict[str, Any] = {
+    "size: must be column, page or": lambda _: pictures.figure(size="huge"),
+    r"file: must end in \.svg, \.png, \.pdf": lambda ax: pictures.save(ax.figure, "a.gif"),
+    "nowhere/a.svg: cannot be written": lambda ax: pictures.save(ax.figure, "nowhere/a.svg"),
+    r"record: must have energies \(got field; simulate with record=\['energies'\]": lambda ax: pictures.balance(
+        ax, recorded("ejection", "field")
+    ),
+    r"contacts: must be recorded contacts, 0, 1, .*got 99": lambda ax: pictures.contact_forces(
+        ax, recorded("ejection", "forces"), contacts=[99]
+    ),
+    r"result: must be a simulation of equal spheres \(got a ChainResult; pictures\.peak_forces": lambda ax: (
+        pictures.approach(ax, in_finite_chain("striker"))  # type: ignore[arg-type]
+    ),
+}
+
+
+@pytest.mark.parametrize("message", REFUSED, ids=lambda message: message[:24])
+def test_invalid_sizes_files_and_data_are_refused(ax: Axes, message: str) -> None:
+    with pytest.raises(sw.ShockwaveError, match=f"^{message}"):
+        REFUSED[message](ax)
+
+
+def test_a_figure_gives_the_same_element_until_it_is_changed() -> None:
+    figure, (ax,) = pictures.figure()
+    ax.plot([0, 1])
+    first, again = pictures.svg(figure), pictures.svg(figure)
+    ax.set_title("two\nlines")
+    assert first == again
+    assert pictures.svg(figure) != again

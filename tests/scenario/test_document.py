@@ -1,0 +1,191 @@
+"""The document reader and the units: text to plain data and SI numbers, with places and limits."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import pint
+import pytest
+
+from shockwave.base import units
+from shockwave.base.errors import Fault, ScenarioError
+from shockwave.base.units import to_si
+from shockwave.scenario.yaml_document import parse_document, read_document
+
+NESTED = """\
+# a comment
+first: 1
+block:
+  inner: [10, {deep: yes}]
+  "quoted key": text
+list:
+  - a
+  - b
+"""
+
+
+def _faults(text: str) -> list[str]:
+    try:
+        faults: Sequence[Fault] = parse_document(text, "f").faults
+    except ScenarioError as error:
+        faults = error.faults
+    return [str(fault) for fault in faults]
+
+
+# ---------------------------------------------------------------- documents
+
+
+SCALARS = [
+    ("1", 1), ("-12", -12), ("+3", 3), ("010", 10), ("1e-5", 1e-5), ("1E3", 1000.0), (".5", 0.5), ("2.", 2.0),
+    ("null", None), ("~", None), ("", None), ("true", True), ("False", False), ("yes", "yes"), ("off", "off"),
+    ("2001-01-01", "2001-01-01"), ("1:30", "1:30"), ("1_000", "1_000"), ("0x1F", "0x1F"), (".inf", ".inf"),
+    ("1 N", "1 N"), ('"1"', "1"), ("'true'", "true"), (r'"a\u00b5"', "aµ"), ("=", "="), ("1e999", float("inf")),
+    ("9" * 5000, float("inf")),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "value"), SCALARS, ids=[text[:20] for text, _ in SCALARS])
+def test_scalars_are_text_decimal_numbers_truth_values_and_null(text: str, value: object) -> None:
+    found = parse_document(f"key: {text}\n", "f").data["key"]
+    assert found == value
+    assert type(found) is type(value)
+
+
+@pytest.mark.parametrize(
+    ("path", "key", "place"),
+    [
+        ((), False, "f:2:1"),
+        (("first",), False, "f:2:8"),
+        (("block", "inner", 1, "deep"), False, "f:4:22"),
+        (("block", "inner", 1, "deep"), True, "f:4:16"),
+        (("block", "quoted key"), True, "f:5:3"),
+        (("list", 1), False, "f:8:5"),
+        (("list", 7), False, "f:7:3"),
+        (("block", "missing", "deeper"), True, "f:3:1"),
+    ],
+)
+def test_faults_have_the_place_of_the_value_or_of_the_nearest_above(
+    path: tuple[str | int, ...], key: bool, place: str
+) -> None:
+    assert parse_document(NESTED, "f").fault(path, "", key).location == place
+
+
+def test_carriage_returns_and_a_byte_order_mark_do_not_shift_places() -> None:
+    document = parse_document("\ufeffa: 1\r\nb:\r\n  c: 2\r\n", "f")
+    assert document.data == {"a": 1, "b": {"c": 2}}
+    assert document.fault(("b", "c"), "").location == "f:3:6"
+
+
+REFUSED = {
+    "duplicate": ("a: 1\na: 2", ["f:2:1: a: must be given once"]),
+    "anchor": ("a: &x 1\nb: *x", ["f:1:4: must be YAML (got: an anchor, an alias or a tag"]),
+    "tag": ("a: !!python/name:os.system x", ["f:1:4: must be YAML (got: an anchor, an alias"]),
+    "billion-laughs": ("a: &a [x, x]\nb: &b [*a, *a]\nc: [*b, *b]", ["f:1:4: must be YAML (got: an anchor, an alias"]),
+    "several": ("a: 1\na: 2\n1: x\n~: z", ["f:2:1", "f:3:1: must have names as keys (got '1'", "f:4:1"]),
+    "collections-as-keys": ("? [a, b]\n: 1\n? {c: d}\n: 2", ["f:1:3: ", "f:3:3: "]),
+    "two-documents": ("a: 1\n---\nb: 2", ["f:2:1: must be YAML (got: found another document; put each scenario"]),
+    "list": ("- 1", ["f:1:1: must be a mapping"]),
+    "nothing": ("# nothing\n", ["f:1:1: must be a mapping"]),
+    "colon": ("a: b: c", ["f:1:5: must be YAML (got: mapping values are not allowed here; indent"]),
+    "at-sign": ("a: @home", ["f:1:4: must be YAML (got: found character '@' that cannot start any"]),
+    "tab": ("a:\n\tb: 1\n", ["f:2:1: must be YAML (got: found character '\\t' that cannot start any token; use"]),
+    "open-quote": ("a: 1\nb: 'open", ["f:2:9: must be YAML"]),
+    "control": ("a: 1\nb: \x07", ["f:2:4: must be printable text (got the character U+0007"]),
+    "escaped-control": (r'a: "\u001b[31m"', ["f:1:4: a: must be printable text"]),
+    "surrogate": (r'a: "\ud800"', ["f:1:4: a: must be printable text"]),
+    "escape-beyond-unicode": (r'a: "\Uffffffff"', ["f:1:7: must be YAML"]),
+    "line-separator": ("a: 1\u2028b: 2", ["f:1:5: must be printable"]),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_other_text_is_a_fault_in_its_place(name: str) -> None:
+    text, faults = REFUSED[name]
+    for fault, beginning in zip(_faults(text), faults, strict=True):
+        assert fault.startswith(beginning)
+
+
+@pytest.mark.parametrize(
+    ("text", "part"),
+    [
+        ("[" * 10_000, "nest fewer levels"),
+        ("a: " + "[" * 200 + "]" * 200, "must have at most 50 nested levels"),
+        ("a: " + "{b: " * 200 + "}" * 200, "must have at most 50 nested levels"),
+        ("? " + "{b: " * 200 + "}" * 200 + "\n: 1", "must have names as keys (got a list or a mapping; "),
+        ("a: [" + "1," * 100_001 + "]", "more than 100000 values"),
+    ],
+)
+def test_hostile_documents_end_in_a_fault(text: str, part: str) -> None:
+    (fault,) = _faults(text)
+    assert part in fault
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (b"a: 1\nb: \xb5\n", r"any.yaml:2:4: must be UTF-8 text \(got the byte 0xb5; save the file as UTF-8\)"),
+        (b"a: 1\n" * 420_000, r"any.yaml:1:1: must be at most 1 MiB \(got more; put a long record into a CSV file"),
+    ],
+    ids=["latin", "two-mebibytes"],
+)
+def test_files_without_a_scenario_are_refused(tmp_path: Path, data: bytes, message: str) -> None:
+    (tmp_path / "any.yaml").write_bytes(data)
+    with pytest.raises(ScenarioError, match=message):
+        read_document(tmp_path / "any.yaml")
+
+
+# ---------------------------------------------------------------- units
+
+
+QUANTITIES = [
+    (15, "s", 15.0), (1.5e-5, "s", 1.5e-5), ("15", "s", 15.0), ("1.5e-5", "s", 1.5e-5), ("15us", "s", 15e-6),
+    ("  15   µs ", "s", 15e-6), ("15 microsecond", "s", 15e-6), (".5 ms", "s", 0.5e-3), ("2 min", "s", 120.0),
+    ("9.5 mm", "m", 9.5e-3), ("1 in", "m", 0.0254), ("193 GPa", "Pa", 193e9), ("2 N/mm^2", "Pa", 2e6),
+    ("2 kg/(m*s**2)", "Pa", 2.0), ("7.958 g/cm^3", "kg/m**3", 7958.0), ("7958 kg m^-3", "kg/m**3", 7958.0),
+    ("7958 kg·m⁻³", "kg/m**3", 7958.0), ("-3 kN", "N", -3000.0), ("5%", "", 0.05), ("3.0 %", "", 0.03),
+    ("2 /s", "1/s", 2.0), ("2 1/ms", "1/s", 2000.0),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("value", "unit", "si"), QUANTITIES, ids=[str(row[0]) for row in QUANTITIES])
+def test_quantities_become_the_nearest_si_float(value: float | str, unit: str, si: float) -> None:
+    assert to_si(value, unit) == si
+
+
+WRONG = [
+    ("15 kg", "s", r"must be a time, such as '15 us' \(got '15 kg'\)"), ("15 uss", "s", "unknown unit"),
+    ("us", "s", "must be a time"), ("abc", "N", "must be a force"), ("10 degC", "K", "must be a quantity in K"),
+    ("1e999", "s", "must be finite"), ("inf", "s", "must be a time"), (float("nan"), "s", "must be finite"),
+    (10**400, "s", "must be finite"), (True, "s", "must be a time"), (None, "s", r"\(got nothing\)"),
+    ([1], "s", "must be a time"), ("9**9**9**9 s", "s", "must be a time"),
+    ("1 (((s**99)**99)**99)**99", "s", "must be a time"), ("1 " + "s*" * 60 + "s", "s", "must be a time"),
+    ("3 __import__('os')", "s", "must be a time"), ("3 N", "furlong", "must be a quantity in furlong"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("value", "unit", "message"), WRONG, ids=[str(row[0])[:30] for row in WRONG])
+def test_other_values_are_refused(value: object, unit: str, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        to_si(value, unit)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("unit", "usual", "factor"), [(u, k, f) for u, of in units._USUAL.items() for k, f in of.items()]
+)
+def test_the_usual_units_are_those_of_pint(unit: str, usual: str, factor: str) -> None:
+    # Relative: with floats pint loses a few units in the last place.
+    registry = pint.application_registry
+    assert registry.Quantity(1.0, usual).to(unit or "dimensionless").magnitude == pytest.approx(
+        float(factor), rel=1e-14
+    )
+
+
+def test_pint_is_imported_for_an_unusual_unit_only() -> None:
+    code = (
+        "import sys; from shockwave.base.units import to_si; to_si('15 us', 's'); to_si('3', 'm');"
+        "assert 'pint' not in sys.modules; to_si('1 lbf', 'N'); assert 'pint' in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

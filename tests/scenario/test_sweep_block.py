@@ -1,0 +1,315 @@
+"""The ``sweep`` block: which scenes it stands for, and every fault of it at its place."""
+
+from __future__ import annotations
+
+import time
+import tracemalloc
+from pathlib import Path
+from typing import Any
+
+import attrs
+import numpy as np
+import pytest
+from jsonschema import Draft7Validator
+
+import shockwave as sw
+from shockwave.base.errors import InvalidValueError, ScenarioError
+from shockwave.registry.registry import load
+from shockwave.scenario.dotted_names import variable
+from shockwave.scenario.schema import schema
+from shockwave.scenario.sweep_block import SWEEP, Sweep
+from shockwave.scenario.variations import Family
+from shockwave.scenario.yaml_document import parse_document
+from support.pages import table
+
+HEAD = """\
+chain: {material: copper, radius: 1 mm}
+shock: {profile: power-law, peak_force: 1 N, rise_time: 1 us, duration_ratio: 2, parameters: {rise_exponent: 1, decay_exponent: 1}}
+"""  # noqa: E501
+
+
+def written(folder: Path, block: str, head: str = HEAD) -> Path:
+    file = folder / "family.yaml"
+    file.write_text(f"{head}sweep: {block}\n", encoding="utf-8")
+    return file
+
+
+def swept(folder: Path, block: str, head: str = HEAD) -> Sweep:
+    found = sw.load_scenario(written(folder, block, head)).sweep
+    assert found is not None
+    return found
+
+
+def scenes(folder: Path, block: str, head: str = HEAD) -> list[sw.Scenario]:
+    """The scenes of all points."""
+    scenario = sw.load_scenario(written(folder, block, head))
+    assert scenario.sweep is not None
+    return [Family(scenario).scenario(scenario.sweep.point(index)) for index in range(len(scenario.sweep))]
+
+
+# ---------------------------------------------------------------- which scenes
+
+
+def test_the_last_axis_of_a_grid_varies_fastest(tmp_path: Path) -> None:
+    found = swept(tmp_path, "{grid: {shock.duration_ratio: [2, 4], shock.rise_time: [1 us, 5 us, 2 us]}}")
+    assert found.shape == (2, 3)
+    points = [tuple(found.point(index).values()) for index in range(len(found))]
+    assert points == [(2, 1e-6), (2, 5e-6), (2, 2e-6), (4, 1e-6), (4, 5e-6), (4, 2e-6)]
+    assert list(found.point(0)) == ["shock.duration_ratio", "shock.rise_time"]
+
+
+def test_parts_make_a_product_in_the_order_of_the_file(tmp_path: Path) -> None:
+    block = """
+  zip: {shock.rise_time: [1 us, 2 us], shock.peak_force: [1, 2]}
+  grid: {chain.material: [copper, lead], shock.duration_ratio: [2, 3, 4]}
+  points: [{predict.alpha: literal, chain.granules: 50}, {chain.granules: 60, predict.alpha: constant}]"""
+    found = swept(tmp_path, block)
+    assert found.shape == (2, 2, 3, 2)
+    assert found.point(23) == {
+        "shock.rise_time": 2e-6,
+        "shock.peak_force": 2.0,
+        "chain.material": "lead",
+        "shock.duration_ratio": 4.0,
+        "predict.alpha": "constant",
+        "chain.granules": 60,
+    }
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "expected"),
+    [
+        ("shock.rise_time", "{linspace: [5 us, 50 us, 10]}", np.linspace(5e-6, 50e-6, 10).tolist()),
+        ("shock.rise_time", "{logspace: [1 us, 0.1 ms, 5]}", np.geomspace(1e-6, 1e-4, 5).tolist()),
+        ("shock.rise_time", "{linspace: [9 us, 1 us, 3]}", [9e-6, 5e-6, 1e-6]),
+        ("shock.rise_time", "{linspace: [9 us, 9 us, 1]}", [9e-6]),
+        ("chain.granules", "{linspace: [10, 30, 3]}", [10, 20, 30]),
+        ("chain.material", "[lead, copper]", ["lead", "copper"]),
+        ("simulate.contacts", "[[1, 2], [3]]", [(1, 2), (3,)]),
+    ],
+    ids=["linear", "logarithmic", "downwards", "one", "whole", "names", "lists"],
+)
+def test_values_are_lists_or_ranges_with_units_and_both_ends(
+    tmp_path: Path, name: str, values: str, expected: list[Any]
+) -> None:
+    found = [value for (value,) in swept(tmp_path, f"{{grid: {{{name}: {values}}}}}").axes[0].values]
+    assert found == expected
+    assert [type(value) for value in found] == [type(value) for value in expected]
+
+
+@pytest.mark.parametrize("part", ["{grid: {chain.material: [lead, %s]}}", "{points: [{chain.material: %s}]}"])
+def test_materials_are_swept_by_name_or_as_mappings(tmp_path: Path, part: str) -> None:
+    own = "{youngs_modulus: 1 GPa, poisson_ratio: 0.3, density: 1 g/cm**3, name: foam}"
+    scene = scenes(tmp_path, part % own)[-1]
+    assert scene.chain.material == sw.Material(youngs_modulus=1e9, poisson_ratio=0.3, density=1000.0, name="foam")
+    with pytest.raises(ScenarioError, match=r"sweep\..*'chain\.material'.*\.density: must be >= 1e-30"):
+        scenes(tmp_path, part % own.replace("1 g", "-1 g"))
+
+
+def test_profiles_are_swept_with_the_parameters_of_all(tmp_path: Path) -> None:
+    head = HEAD.replace("power-law", "triangular").replace(", parameters: {rise_exponent: 1, decay_exponent: 1}", "")
+    block = "{zip: {shock.profile: [exponential], shock.parameters.rise_rate: [1], shock.parameters.decay_rate: [2]}}"
+    (scene,) = scenes(tmp_path, block, head)
+    assert scene.shock.profile == sw.Exponential(rise_rate=1, decay_rate=2, duration_ratio=2)
+    # an exponential needs rates, which this family does not have: the point fails, the file is sound
+    with pytest.raises(ScenarioError, match="rise_rate"):
+        scenes(tmp_path, "{grid: {shock.profile: [triangular, exponential]}}", head)
+
+
+def test_the_first_point_is_the_scenario_and_adds_missing_values(tmp_path: Path) -> None:
+    head = HEAD.replace("rise_time: 1 us, ", "").replace(", radius: 1 mm", "")
+    block = "{zip: {shock.rise_time: [3 us, 4 us], chain.diameter: [4 mm, 6 mm]}}"
+    scenario = sw.load_scenario(written(tmp_path, block, head))
+    assert (scenario.shock.rise_time, scenario.chain.radius) == (3e-6, 2e-3)
+    assert [scene.chain.radius for scene in scenes(tmp_path, block, head)] == [2e-3, 3e-3]
+
+
+@pytest.mark.parametrize("blocks", ["", "predict: {}", "simulate: {}", "predict: {}\nsimulate: {}"])
+def test_the_command_follows_from_the_blocks(tmp_path: Path, blocks: str) -> None:
+    run = {"predict: {}": "predict", "simulate: {}": "simulate"}.get(blocks, "compare")
+    assert swept(tmp_path, "{grid: {shock.rise_time: [1 us]}}", f"{blocks}\n{HEAD}").run == run
+    assert swept(tmp_path, "{run: predict, grid: {shock.rise_time: [1 us]}}", f"{blocks}\n{HEAD}").run == "predict"
+
+
+# ---------------------------------------------------------------- faults
+
+# block with a mark before the fault, its path below sweep, a part of its problem
+TIME, EQUAL = "grid.'shock.rise_time'", "grid.'predict.equal_tolerance'"
+_FIVE = ("peak_force", "rise_time", "duration_ratio", "parameters.rise_exponent", "parameters.decay_exponent")
+MANY = ", ".join(f"shock.{name}: {{linspace: [2, 3, 41]}}" for name in _FIVE)
+FAULTS = {
+    "unknown-name": ("{grid: {|shock.duration_rati: [2, 4]}}", "grid.'shock.duration_rati'", "did you mean"),
+    "range": ("{grid: {shock.rise_time: [1 us, |-2 us]}}", f"{TIME}[1]", "must be > 0 s"),
+    "no-values": ("{grid: {shock.rise_time: |[]}}", TIME, "must be a list of 1 to"),
+    "too-many": ("{grid: {shock.rise_time: {linspace: [1, 2, |10000001]}}}", f"{TIME}.linspace[2]", "<= 1e+06"),
+    "spacing": ("{grid: {shock.rise_time: |{geomspace: [1, 2, 3]}}}", TIME, "{linspace:"),
+    "through-zero": ("{grid: {predict.equal_tolerance: {logspace: |[0, 0.5, 3]}}}", f"{EQUAL}.logspace", "same sign"),
+    "range-of-names": (
+        "{grid: {chain.material: |{linspace: [lead, copper, 3]}}}",
+        "grid.'chain.material'",
+        "for numbers",
+    ),
+    "material": ("{grid: {chain.material: [copper, |leed]}}", "grid.'chain.material'[1]", "did you mean 'lead'"),
+    "twice": ("{grid: {shock.rise_time: [1]}, zip: {|shock.rise_time: [2]}}", "zip.'shock.rise_time'", "varied once"),
+    "lengths": ("{zip: |{shock.rise_time: [1, 2], shock.peak_force: [1]}}", "zip", "2 of shock.rise_time, 1 of"),
+    "run": ("{run: |guess, grid: {shock.rise_time: [1]}}", "run", "'predict', 'simulate' or 'compare'"),
+    "list": ("|[1]", "", "must be a mapping of run, grid, zip, points"),
+    "other-point": ("{points: [{shock.rise_time: 1}, |{shock.peak_force: 1}]}", "points[1]", "as the first point"),
+    "value-of-a-point": (
+        "{points: [{shock.rise_time: 1}, {shock.rise_time: |-1}]}",
+        "points[1].'shock.rise_time'",
+        "must be > 0 s",
+    ),
+    "no-points": ("{points: |[]}", "points", "must be a list of mappings"),
+    "1e7-points": (f"|{{grid: {{{MANY}}}}}", "", "got 115856201"),
+    "1e15-points": (f"|{{grid: {{{MANY.replace('41', '9999')}}}}}", "", "1 to 1e+07 cases in all (got more than 1e15)"),
+}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_faults_are_reported_at_their_place(tmp_path: Path, name: str) -> None:
+    marked, path, part = FAULTS[name]
+    with pytest.raises(ScenarioError) as caught:
+        sw.load_scenario(written(tmp_path, marked.replace("|", "")))
+    fault = caught.value.faults[0]
+    assert fault.location.endswith(f"family.yaml:3:{len('sweep: ') + marked.index('|') + 1}")
+    assert fault.path == ".".join(step for step in ("sweep", path) if step)
+    assert part in fault.problem
+
+
+def test_all_faults_are_reported_together(tmp_path: Path) -> None:
+    block = "{grid: {shock.rise_time: [1 m, 2 m], chain.radus: [1]}, zip: {predict.alpha: [wrong]}}"
+    with pytest.raises(ScenarioError) as caught:
+        sw.load_scenario(written(tmp_path, block, HEAD.replace("1 N", "-1 N")))
+    assert [fault.path.partition(".")[0] for fault in caught.value.faults] == ["shock", *["sweep"] * 4]
+
+
+@pytest.mark.parametrize("block", ["{run: guess}", "[1]", "{grid: {rise_time: [1]}}", "{points: []}"])
+def test_the_schema_rejects_wrong_keys(block: str) -> None:
+    form = Draft7Validator(schema()["properties"]["sweep"])
+    assert not form.is_valid(parse_document(f"sweep: {block}\n", "x").data["sweep"])
+
+
+# ---------------------------------------------------------------- families and variables
+
+CHANGES: dict[str, dict[str, Any]] = {
+    "rise-time": {"shock.rise_time": 7e-6},
+    "duration": {"shock.duration": 8e-6},
+    "force-and-radius": {"shock.peak_force": 30.0, "chain.radius": 2e-3},
+    "diameter": {"chain.diameter": 5e-3},
+    "granules": {"chain.granules": 40},
+    "ratio": {"shock.duration_ratio": 5.0},
+    "shape-and-time": {"shock.parameters.decay_exponent": 3.0, "shock.rise_time": 2e-6},
+    "material": {"chain.material": "lead"},
+    "settings": {"predict.alpha": "literal", "simulate.rtol": 1e-3, "predict.momentum_coefficient": "paper"},
+}
+
+
+def by_file(folder: Path, changes: dict[str, Any]) -> sw.Scenario:
+    """The scene as the document of a sweep of one point has it."""
+    head = HEAD
+    for name, other in (("shock.duration", "rise_time: 1 us, "), ("chain.diameter", ", radius: 1 mm")):
+        head = head.replace(other, "") if name in changes else head
+    values = ", ".join(f"{name}: [{value}]" for name, value in changes.items())
+    return sw.load_scenario(written(folder, f"{{zip: {{{values}}}}}" if changes else "", head))
+
+
+def parts(scene: sw.Scenario) -> tuple[object, ...]:
+    return scene.shock, scene.chain, scene.predictor, scene.simulate
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_a_scene_of_a_family_is_that_of_a_file_of_its_own(tmp_path: Path, name: str) -> None:
+    base, alone = by_file(tmp_path, {}), by_file(tmp_path, CHANGES[name])
+    found = Family(base).scenario(CHANGES[name])
+    assert parts(found) == parts(alone) != parts(base)
+
+
+def test_values_of_a_material_of_the_library_make_one_without_a_name(tmp_path: Path) -> None:
+    found = Family(by_file(tmp_path, {})).scenario({"chain.material.density": 5000.0}).chain.material
+    assert (found.density, found.name, found.source) == (5000.0, "", "")
+    copper = by_file(tmp_path, {}).chain.material
+    assert (found.youngs_modulus, found.poisson_ratio) == (copper.youngs_modulus, copper.poisson_ratio)
+
+
+@pytest.mark.parametrize("name", ["rise-time", "shape-and-time", "material", "settings"])
+def test_a_scene_made_in_python_has_a_family(tmp_path: Path, name: str) -> None:
+    read = by_file(tmp_path, {})
+    made = attrs.evolve(read, path=None, document=None)
+    changes = {key: value for key, value in CHANGES[name].items() if key != "predict.momentum_coefficient"}
+    assert parts(Family(made).scenario(changes)) == parts(Family(read).scenario(changes))
+    with pytest.raises(InvalidValueError, match="load a scenario from a file"):
+        Family(made).scenario({"shock.profile": "triangular"})
+
+
+@pytest.mark.parametrize("name", ["shock.rise_time", "shock.parameters.rise_exponent", "chain.radius"])
+def test_values_out_of_range_are_refused_by_their_names(tmp_path: Path, name: str) -> None:
+    with pytest.raises((InvalidValueError, ScenarioError)) as caught:
+        Family(by_file(tmp_path, {})).scenario({name: -1.0})
+    assert [fault.path for fault in caught.value.faults] == [name]
+
+
+def test_a_variable_has_unit_and_range(tmp_path: Path) -> None:
+    document = by_file(tmp_path, {}).document
+    assert document is not None
+    diameter = variable("chain.diameter", document.data)
+    assert (diameter.unit, diameter.converted("5 mm")) == ("m", 0.005)
+    assert variable("chain.material", document.data).unit is None
+    with pytest.raises(ValueError, match=r"must be > 0 m"):
+        diameter.converted(0)
+    with pytest.raises(InvalidValueError, match=r"must be the dotted name of a key .* did you mean"):
+        variable("chain.diametre", document.data)
+
+
+def test_the_page_has_every_key_of_the_block() -> None:
+    assert [row[0] for row in table("docs/scenarios.md", "sweep")] == [f"`{key.name}`" for key in SWEEP]
+
+
+@pytest.mark.parametrize("order", [1, -1], ids=["before", "behind"])
+def test_constants_of_a_material_may_be_varied_before_or_after_it(tmp_path: Path, order: int) -> None:
+    names = ["chain.material: [lead, copper]", "chain.material.density: [5000, 6000]"][::order]
+    head, block = HEAD.replace("material: copper, ", ""), f"{{grid: {{{', '.join(names)}}}}}"
+    assert sw.load_scenario(written(tmp_path, block, head)).chain.material.density == 5000
+    materials = [scene.chain.material for scene in scenes(tmp_path, block, head)]
+    found = {(material.density, material.youngs_modulus) for material in materials}
+    moduli = [load("materials", name).youngs_modulus for name in ("lead", "copper")]
+    assert found == {(density, modulus) for density in (5000, 6000) for modulus in moduli}
+
+
+def test_a_sweep_does_not_hide_errors_of_the_block_that_it_varies(tmp_path: Path) -> None:
+    file = written(tmp_path, "{grid: {simulate.rtol: [1e-3]}}", f"{HEAD}simulate: fast\n")
+    with pytest.raises(ScenarioError, match="simulate: must be a mapping"):
+        sw.load_scenario(file)
+
+
+@pytest.mark.parametrize("part", ["grid", "zip"])
+def test_too_many_values_are_refused_before_they_are_made(tmp_path: Path, part: str) -> None:
+    names = [f"'chain.granules[{index}].diameter': {{linspace: [1 mm, 2 mm, 1000000]}}" for index in range(13)]
+    granules = f"granules: [{', '.join(['{diameter: 1 mm}'] * 13)}]"
+    file = written(tmp_path, f"{{{part}: {{{', '.join(names)}}}}}", HEAD.replace("radius: 1 mm", granules))
+    tracemalloc.start()
+    try:
+        with pytest.raises(ScenarioError, match=r"sweep: must have at most 1000000 values in all \(got 13000000\)"):
+            sw.load_scenario(file)
+        assert tracemalloc.get_traced_memory()[1] < 20e6  # bytes; one of the variables alone has 8 MB
+    finally:
+        tracemalloc.stop()
+
+
+#: Errors of which each takes long to describe, in a file of 24 to 48 kB.
+MANY_ERRORS = {
+    "distributions": "requires: [" + ", ".join(f"no-such-distribution-{i}" for i in range(2500)) + "]",
+    "spreads": "uncertainty: {" + ", ".join(f"chain.diamete{i}: {{sd: 1 um}}" for i in range(800)) + "}",
+    "keys": "\n".join(f"unknown_{i}: 1" for i in range(3000)),
+    "contacts": "simulate: {contacts: [" + ", ".join(str(i) for i in range(8000)) + "]}",
+}
+
+
+@pytest.mark.parametrize("text", MANY_ERRORS.values(), ids=MANY_ERRORS)
+def test_many_errors_are_not_searched_again_at_every_point(tmp_path: Path, text: str) -> None:
+    head = HEAD.replace("radius: 1 mm", "radius: 1 mm, granules: 9") + text + "\n"
+    file = written(tmp_path, "{grid: {shock.rise_time: {linspace: [1 us, 2 us, 200]}}}", head)
+    begin = time.process_time()
+    with pytest.raises(ScenarioError, match="more errors"):
+        sw.load_scenario(file)
+    # several times what it takes; with a search at each of a hundred points it is at least 10 s
+    assert time.process_time() - begin < 5

@@ -1,0 +1,96 @@
+"""The chain: its contact law and A of eq. (4c), the checks on a material, and the scales of eq. (1)."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import attrs
+import pytest
+
+from shockwave.base.errors import InvalidValueError
+from shockwave.scene.chain import Chain, Scales
+from shockwave.scene.material import Material
+
+STEEL = Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0)
+AUXETIC = Material(youngs_modulus=5e7, poisson_ratio=-0.7, density=120.0)
+#: The beads of the paper's tables: 9.5 mm across.
+BEADS = Chain(material=STEEL, radius=4.75e-3)
+CHAINS = pytest.mark.parametrize("chain", [BEADS, Chain(material=AUXETIC, radius=0.3)], ids=["paper", "auxetic"])
+
+
+@CHAINS
+def test_mass_and_contact_stiffness_are_those_of_spheres(chain: Chain) -> None:
+    # Products of a handful of numbers and one root: a few roundings each.
+    volume = math.pi * (2 * chain.radius) ** 3 / 6
+    assert chain.granule_mass == pytest.approx(volume * chain.material.density, rel=1e-15)
+    # Hertz for any two spheres: 4/3 E* sqrt(R*), with 1/E* and 1/R* sums over both.
+    joint_modulus = chain.material.youngs_modulus / (2 * (1 - chain.material.poisson_ratio**2))
+    assert chain.contact_stiffness == pytest.approx(4 / 3 * joint_modulus * math.sqrt(chain.radius / 2), rel=1e-15)
+
+
+@CHAINS
+def test_the_momentum_parameter_is_that_of_eq_4c(chain: Chain) -> None:
+    material = chain.material
+    group = (1 - material.poisson_ratio**2) * material.density**1.5 * chain.radius**4
+    # Roots and powers: a few roundings.
+    expected = 13 / 3 * (group / material.youngs_modulus) ** (1 / 3)
+    assert chain.momentum_parameter(13 / 3) == pytest.approx(expected, rel=2e-15)
+
+
+@CHAINS
+def test_scaled_equation_of_motion_has_unit_coefficients(chain: Chain) -> None:
+    # m x'' = k d^(3/2): a granule under the unit force moves the unit overlap in the unit time.
+    scales = Scales.of(chain, 70.0)
+    overlap = (scales.force / chain.contact_stiffness) ** (2 / 3)
+    # A few roundings each, here and below.
+    assert scales.mass * overlap / scales.time**2 == pytest.approx(scales.force, rel=3e-15)
+    assert scales.momentum == pytest.approx(scales.mass * scales.velocity, rel=1e-15)
+    assert scales.energy == pytest.approx(scales.mass * scales.velocity**2, rel=1e-15)
+    assert scales.wave_speed == pytest.approx(2 * chain.radius / scales.time, rel=1e-15)
+
+
+def test_beads_of_the_paper_have_its_times() -> None:
+    # A F0^(-1/6) = 24.024 us at 100 N with the paper's 13/3, and T0, to the digits given.
+    assert BEADS.momentum_parameter(13 / 3) * 100 ** (-1 / 6) == pytest.approx(24.024e-6, abs=0.5e-9)
+    assert Scales.of(BEADS, 100.0).time == pytest.approx(14.58e-6, abs=0.5e-8)
+
+
+@pytest.mark.parametrize("lam", [1e-6, 0.3, 1e6], ids=str)
+@pytest.mark.parametrize(
+    ("attribute", "power"),
+    [("time", -1 / 4), ("velocity", 5 / 4), ("momentum", 5 / 4), ("energy", 5 / 2), ("wave_speed", 1 / 4)],
+)
+def test_scales_follow_the_symmetry_of_eq_1(lam: float, attribute: str, power: float) -> None:
+    # x -> lam x, t -> lam^(-1/4) t, F -> lam^(3/2) F leaves eq. (1) unchanged.
+    before, after = Scales.of(BEADS, 7.0), Scales.of(BEADS, lam**1.5 * 7.0)
+    # Powers of numbers up to 1e15.
+    assert getattr(after, attribute) == pytest.approx(lam**power * getattr(before, attribute), rel=1e-13)
+
+
+@pytest.mark.parametrize("radius", [1e-150, 1e103], ids=str)
+def test_a_size_beyond_floating_point_numbers_is_refused(radius: float) -> None:
+    with pytest.raises(InvalidValueError, match=r"^radius: must give granules a mass"):
+        Chain(material=STEEL, radius=radius)
+
+
+@pytest.mark.parametrize(
+    ("scene", "name", "value", "rule"),
+    [
+        *(
+            (STEEL, "youngs_modulus", value, ">= 1e-30 and <= 1e+30 Pa")
+            for value in (0, -193e9, math.nan, math.inf, True)
+        ),
+        *((STEEL, "poisson_ratio", value, "> -1 and < 0.5") for value in (-1, 0.5)),
+        (STEEL, "density", [0.3], ">= 1e-30 and <= 1e+30 kg/m**3"),
+        *((BEADS, "radius", value, "> 0 m") for value in (0, -4.75e-3)),
+        *((BEADS, "granules", value, "a whole number >= 1") for value in (0, 2.5)),
+        (BEADS, "material", 302, "a Material"),
+    ],
+    ids=lambda value: "" if isinstance(value, Material | Chain) else repr(value),
+)
+def test_a_wrong_value_is_refused_with_its_rule(scene: Any, name: str, value: object, rule: str) -> None:
+    with pytest.raises(InvalidValueError) as caught:
+        attrs.evolve(scene, **{name: value})
+    assert str(caught.value).startswith(f"{name}: must be {rule}")
+    assert f"(got {value!r}" in str(caught.value)

@@ -1,0 +1,275 @@
+"""Every contact law, built in or of a plugin, in chains with every end, under shocks and strikers."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import attrs
+import numpy as np
+import pytest
+
+import shockwave as sw
+from conftest import Install
+from shockwave.cli import main
+from shockwave.engine.nystroem_tableaux import scaled_error
+from shockwave.scene.contact_law import Pairs
+from support.pages import DOCS, blocks_of, execute
+from support.scenes import CHAIN, FORCE, UNITS, triangle
+
+MASS = CHAIN.granule_mass
+#: Coefficient of a dashpot that damps a contact weakly within a characteristic time [N s/m].
+DASHPOT = 0.2 * MASS / UNITS.time
+VISCOUS_TIME = 0.1 * UNITS.time
+EXCITATIONS: dict[str, sw.Shock | sw.Impact] = {"shock": triangle(2.0), "striker": sw.Impact(velocity=UNITS.velocity)}
+ENDS = {
+    "free": None,
+    "fixed": sw.Wall(),
+    "movable": sw.Wall(mass=2 * MASS, stiffness=MASS / UNITS.time**2, damping=DASHPOT),
+}
+
+
+@attrs.frozen
+class Hertz(sw.ContactLaw):
+    """The built-in force, as a plugin states it."""
+
+    def force(self, overlap: Any, closing_velocity: Any, state: Any, pairs: Pairs) -> Any:
+        return pairs.stiffnesses * overlap.clip(0) ** 1.5
+
+
+@attrs.frozen
+class Viscoelastic(sw.ContactLaw):
+    """Kuwabara and Kono's force, as a plugin states it."""
+
+    def force(self, overlap: Any, closing_velocity: Any, state: Any, pairs: Pairs) -> Any:
+        root = np.sqrt(overlap.clip(0))
+        return pairs.stiffnesses * root * (overlap + 1.5 * VISCOUS_TIME * closing_velocity)
+
+
+@attrs.frozen
+class Greatest(Hertz):
+    """Hertz's force with a state that does not change it."""
+
+    states = 2
+
+    def update(self, overlap: Any, closing_velocity: Any, state: Any, pairs: Pairs) -> Any:
+        return np.maximum(state, (overlap, closing_velocity))
+
+
+def of_the_docs() -> sw.ContactLaw:
+    """The example of the page on plugins."""
+    names: dict[str, Any] = {"__name__": __name__}
+    (block,) = (each for each in blocks_of(DOCS / "plugins.md") if "sw.ContactLaw" in each.text)
+    execute(block, names)
+    law: sw.ContactLaw = names["Viscous"](coefficient=DASHPOT)
+    return law
+
+
+LAWS: dict[str, dict[str, Any]] = {
+    "hertz": {},
+    "power-law": {"contact": sw.PowerContact(exponent=2.5, stiffness=CHAIN.contact_stiffness * 1e3)},
+    "kuwabara-kono": {"damping": sw.KuwabaraKono(time=VISCOUS_TIME)},
+    "dashpot": {"damping": sw.Dashpot(coefficient=DASHPOT)},
+    "tsuji": {"damping": sw.Tsuji(restitution=0.8)},
+    "docs": {"contact": of_the_docs()},
+}
+
+
+def chain(granules: int, end: str, **laws: Any) -> sw.Chain:
+    return attrs.evolve(CHAIN, granules=[sw.Segment(count=granules)], end=ENDS[end], **laws)
+
+
+@pytest.mark.parametrize("excitation", EXCITATIONS)
+@pytest.mark.parametrize("end", ENDS)
+@pytest.mark.parametrize("granules", [1, 2, 5, 40])
+@pytest.mark.parametrize("law", LAWS)
+def test_momentum_and_energy_are_balanced(law: str, granules: int, end: str, excitation: str) -> None:
+    if (granules, end, excitation) == (1, "free", "shock"):
+        pytest.skip("a single granule has no contact")
+    # the NumPy code, which runs the laws of plugins, is slow: the wave passes some contacts of a long chain
+    until = 10 * UNITS.time if granules == 40 else None
+    laws = LAWS[law] or {"damping": sw.Dashpot(coefficient=0.0)}
+    result: Any = sw.simulate(EXCITATIONS[excitation], chain(granules, end, **laws), rtol=1e-3, until=until)
+    json.dumps(result.to_dict(), allow_nan=False)
+    assert not any("tolerance" in warning for warning in result.warnings)
+    assert result.greatest_force.peak_force > 0.1 * FORCE
+    # rounding errors of sums over a thousand steps
+    assert result.momentum_defect < 1e-13
+    # a step is accurate to a hundredth of rtol, and some hundred steps add up to a tenth of it at most
+    assert result.energy_defect < 1e-4
+
+
+@pytest.mark.parametrize(
+    ("law", "granules", "until"),
+    [(Hertz(), 5, None), (Greatest(), 5, None), (Hertz(), 40, 55.0)],
+    ids=["stateless-5", "stateful-5", "stateless-40"],
+)
+def test_hertz_as_a_plugin_is_the_built_in_law(law: sw.ContactLaw, granules: int, until: float | None) -> None:
+    options: dict[str, Any] = {"rtol": 1e-8, "until": until and until * UNITS.time}
+    built_in = chain(granules, "fixed", damping=sw.Dashpot(coefficient=0.0))
+    assert forces(chain(granules, "fixed", contact=law), **options) == pytest.approx(
+        # both are a hundred times as accurate as rtol, until late collisions amplify the errors
+        forces(built_in, **options),
+        rel=2e-9,
+        abs=1e-9 * FORCE,
+    )
+
+
+def test_greatest_force_of_a_viscous_plugin_is_before_the_greatest_overlap() -> None:
+    built_in = chain(5, "movable", damping=sw.KuwabaraKono(time=VISCOUS_TIME))
+    # at the greatest overlap the force is a percent below its maximum
+    assert forces(chain(5, "movable", contact=Viscoelastic()), rtol=1e-8) == pytest.approx(
+        forces(built_in, rtol=1e-8), rel=1e-9
+    )
+
+
+def forces(scene: sw.Chain, **options: Any) -> list[float]:
+    """Greatest force at every contact."""
+    contacts = range(0 if scene.count is None else scene.count)  # of a chain with a wall
+    result: Any = sw.simulate(EXCITATIONS["shock"], scene, contacts=contacts, **options)
+    return [peak.peak_force for peak in result.contacts]
+
+
+def test_compiled_code_is_refused_for_a_law_that_it_does_not_have() -> None:
+    with pytest.raises(sw.InvalidValueError, match="backend: must be auto or numpy for the contact law Hertz"):
+        forces(chain(3, "fixed", contact=Hertz()), backend="compiled")
+
+
+@pytest.mark.parametrize("end", ENDS)
+def test_histories_and_gaps_of_a_chain_with_a_plugin(end: str) -> None:
+    apart = attrs.evolve(chain(5, end), granules=[sw.Segment(count=5, gap=1e-6)], contact=Greatest())
+    result: Any = sw.simulate(EXCITATIONS["striker"], apart, rtol=1e-3, record=("forces", "field", "energies"))
+    recorded = result.recording
+    assert recorded.forces.max() == pytest.approx(result.greatest_force.peak_force, rel=0.05)  # time between samples
+    assert np.isfinite(recorded.kinetic_energy).all()
+    assert result.momentum_defect < 1e-13
+
+
+def test_error_of_a_step_too_short_to_have_one_is_a_number() -> None:
+    # their squares underflow
+    assert scaled_error(1e-170, 1e-170) == 1e-170
+
+
+# ---------------------------------------------------------------- faults of plugins
+
+HOOKS = """
+from shockwave.hooks import Entry, hookimpl
+
+@hookimpl
+def shockwave_contacts():
+    return [Entry("{name}", "{module}_pulse:Law", "a law")]
+"""
+#: Hertz's law, which does something else from a certain overlap on.
+LAW = """
+import numpy as np
+from attrs import frozen
+import shockwave as sw
+
+@frozen
+class Law(sw.ContactLaw):
+    onset: float = sw.quantity("m", "overlap", above=0)
+
+    states = 1
+
+    def force(self, overlap, closing_velocity, state, pairs):
+        if overlap.max() > self.onset:
+            {force}
+        return pairs.stiffnesses * overlap.clip(0) ** 1.5
+
+    def update(self, overlap, closing_velocity, state, pairs):
+        if overlap.max() > self.onset:
+            {update}
+        return state
+"""
+RAISE = "raise RuntimeError('out of order')"
+#: What the law does, and what is reported of it.
+FAULTS = {
+    "force raises": ({"force": RAISE, "update": "pass"}, "RuntimeError: out of order"),
+    "update raises": ({"force": "pass", "update": RAISE}, "RuntimeError: out of order"),
+    "force is not a number": (
+        {"force": "return overlap * np.nan", "update": "pass"},
+        "force must return finite numbers",
+    ),
+    "force is infinite": (
+        {"force": "return np.full_like(overlap, np.inf)", "update": "pass"},
+        "force must return finite numbers",
+    ),
+    "force has another shape": (
+        {"force": "return np.zeros(7)", "update": "pass"},
+        "force must return finite numbers of shape (2,) (got shape (7,))",
+    ),
+    "update returns nothing": ({"force": "pass", "update": "return None"}, "update must return finite numbers"),
+    "state is not a number": (
+        {"force": "pass", "update": "return state + np.nan"},
+        "update must return finite numbers of shape (1, 2) (got",
+    ),
+}
+EVERY_FAULT = pytest.mark.parametrize("fault", FAULTS)
+
+
+def install_law(install: Install, fault: str = "force raises") -> None:
+    install("faulty-laws", hooks=HOOKS, pulse=LAW.format(**FAULTS[fault][0]), name="test-law")
+
+
+def written(folder: Path, parameters: str, name: str = "scene") -> str:
+    """A scenario of a chain with the law of the plugin."""
+    file = folder / f"{name}.yaml"
+    file.write_text(
+        "chain: {material: paper-steel, diameter: 9.5 mm, granules: 2, end: {wall: same},\n"
+        f" contact: {{model: test-law, {parameters}}}}}\n"
+        "shock: {profile: triangular, peak_force: 100 N, rise_time: 10 us, duration_ratio: 3}\n"
+        "simulate: {until: 50 us, rtol: 1e-3}\n"
+    )
+    return str(file)
+
+
+@pytest.mark.parametrize("command", ["predict", "simulate", "compare"])
+@EVERY_FAULT
+def test_a_fault_of_a_law_ends_with_4_and_names_its_plugin(
+    fault: str, command: str, install: Install, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    install_law(install, fault)
+    file = written(tmp_path, "onset: 1 um")
+    assert main([command, file]) == 4
+    out, err = capsys.readouterr()
+    assert out == ""
+    (line,) = err.splitlines()  # no traceback
+    assert line.startswith(f"{file}: contact 'test-law' of faulty-laws: ")
+    assert FAULTS[fault][1] in line
+
+
+@EVERY_FAULT
+def test_a_fault_of_a_law_spoils_no_other_scene(fault: str, install: Install, tmp_path: Path) -> None:
+    install_law(install, fault)
+    sound, faulty = (
+        sw.load_scenario(written(tmp_path, f"onset: {onset}", name))
+        for onset, name in (("1 m", "sound"), ("1 um", "faulty"))
+    )
+    chains = [sound.chain, faulty.chain, sound.chain]
+    before, error, after = sw.simulate_many([sound.shock] * 3, chains, until=50e-6, rtol=1e-3)
+    assert isinstance(error, sw.PluginError)
+    assert "'test-law' of faulty-laws" in str(error)
+    alone = sw.simulate(sound)
+    assert before.greatest_force == after.greatest_force == alone.greatest_force
+    outcomes = sw.Predictor().predict_many([sound.shock] * 3, chains, sound.simulate)
+    assert [outcomes[index].greatest_force for index in (0, 2)] == [alone.greatest_force] * 2
+    with pytest.raises(sw.PluginError, match="'test-law' of faulty-laws"):
+        _ = outcomes[1].greatest_force
+
+
+@pytest.mark.parametrize(
+    ("parameters", "column", "problem"),
+    [
+        ("onset: 1 um, onst: 1", 42, "chain.contact.onst: unknown key (got 'onst'; did you mean 'onset'?"),
+        ("onset: -1 um", 36, "chain.contact.onset: must be > 0"),
+    ],
+    ids=["unknown", "out of range"],
+)
+def test_a_wrong_parameter_of_a_law_is_an_error_of_the_scenario_in_its_place(
+    parameters: str, column: int, problem: str, install: Install, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    install_law(install)
+    file = written(tmp_path, parameters)
+    assert main(["predict", file]) == 3
+    assert capsys.readouterr().err.startswith(f"{file}:2:{column}: {problem}")

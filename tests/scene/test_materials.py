@@ -1,0 +1,57 @@
+"""The library of materials."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+import shockwave as sw
+from shockwave.registry import built_ins
+from shockwave.registry.registry import load
+from shockwave.scene import material_library as library
+from shockwave.scene.material import Material
+
+ENTRIES = {entry.name: entry for entry in built_ins.ENTRIES["materials"]}
+MATERIALS: dict[str, Material] = {name: load("materials", name) for name in ENTRIES}
+# Materials whose modulus depends on strain rate: the source must say so.
+POLYMERS = ("ptfe", "nylon-66", "delrin", "pmma", "polycarbonate", "homalite-100")
+
+
+def test_beads_of_the_paper() -> None:
+    beads = library.PAPER_STEEL
+    assert (beads.youngs_modulus, beads.poisson_ratio, beads.density) == (193e9, 0.3, 7958.0)
+    assert ENTRIES["paper-steel"].summary == "E 193 GPa, nu 0.30, 7958 kg/m^3"
+    assert MATERIALS["paper-steel"] is beads
+
+
+@pytest.mark.parametrize("name", ENTRIES)
+def test_values_are_plausible_and_have_a_source(name: str) -> None:
+    material = MATERIALS[name]
+    assert material.name == name
+    assert 0.1e9 <= material.youngs_modulus <= 800e9
+    assert 0 < material.poisson_ratio < 0.5
+    assert 800 <= material.density <= 20000
+    # A thin rod carries sound at 0.5 to 15 km/s: a slip of a power of ten in E or in the density shows here.
+    assert 500 <= (material.youngs_modulus / material.density) ** 0.5 <= 15000
+    assert len(material.source.strip()) >= 15
+    assert name not in POLYMERS or re.search("strain rate|dynamic", material.source)
+
+
+NAMED: dict[str, Callable[[Any], Any]] = {
+    "chain": lambda given: sw.Chain(material=given, radius=1e-3),
+    "segment": lambda given: sw.Segment(material=given),
+    "striker": lambda given: sw.Impact(velocity=1.0, material=given),
+    "wall": lambda given: sw.Wall(material=given),
+}
+
+
+@pytest.mark.parametrize("make", NAMED.values(), ids=NAMED)
+def test_a_name_stands_for_its_material(make: Callable[[Any], Any]) -> None:
+    assert make("PTFE") == make(sw.material("ptfe"))
+    with pytest.raises(sw.UnknownNameError, match="did you mean 'ptfe'"):
+        make("ptfee")
+    with pytest.raises(sw.InvalidValueError, match=r"material: must be .*the name of one \(got 3\)"):
+        make(3)

@@ -1,0 +1,689 @@
+"""Results of chains beyond equal spheres: reference results, errors, balances, texts, documents and histories."""
+
+from __future__ import annotations
+
+import json
+import math
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import attrs
+import numpy as np
+import pytest
+from scipy.integrate import trapezoid
+
+import shockwave as sw
+from shockwave.cli import main
+from shockwave.engine import backend
+from shockwave.engine import mixed_chain_problem as assembly
+from shockwave.engine.mixed_chain_arrays import Forecast
+from shockwave.scene.chain_end import Wall
+from shockwave.scene.contact_law import PowerContact
+from shockwave.scene.damping import Dashpot, KuwabaraKono, Tsuji
+from shockwave.scene.impact import Impact
+from shockwave.scene.segments import Segment
+from shockwave.simulation.contact_result import ChainResult
+from shockwave.simulation.recording import Recording
+from support.chain_reference import Reference
+from support.scenes import CHAIN, power, triangle
+
+CASES: dict[str, dict[str, Any]] = json.loads((Path(__file__).parents[1] / "data" / "chains.json").read_text())
+# Wall forces of the reference are accurate to this, relative to the force.
+WALL_TRUST = 1e-6
+# Times of the reference are interpolated between its steps [s].
+TIME_TRUST = 5e-12
+NAMES = sorted(CASES)
+#: Chains beyond equal granules.
+FEATURED = [name for name in NAMES if name != "free end, short"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("chains")
+
+
+def file_of(name: str, folder: Path) -> Path:
+    file = folder / f"{NAMES.index(name)}.yaml"
+    file.write_text(CASES[name]["scenario"])
+    return file
+
+
+@cache
+def _simulated(name: str, rtol: float, folder: Path) -> Any:
+    scenario = sw.load_scenario(file_of(name, folder))
+    options = attrs.evolve(scenario.simulate, rtol=rtol)
+    return sw.simulate(scenario.excitation, scenario.chain, rtol=rtol, until=options.until, contacts=options.contacts)
+
+
+# ---------------------------------------------------------------- reference results
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
+@pytest.mark.parametrize("name", NAMES)
+def test_a_reference_result_is_met_within_the_tolerance(name: str, rtol: float, folder: Path) -> None:
+    case, result = CASES[name], _simulated(name, rtol, folder)
+    document = json.loads(json.dumps(result.to_dict(), allow_nan=False))
+    found = {peak["contact"]: peak for peak in document["contacts"]}
+    assert list(found) == [peak["contact"] for peak in case["contacts"]]
+    for peak in case["contacts"]:
+        own = found[peak["contact"]]
+        dynamic = peak["peak_force"] - own["static_force"]
+        error = abs(own["peak_force"] - peak["peak_force"]) / dynamic
+        assert error < max(rtol, case["trust"])
+        assert error < own["error_estimate"] + case["trust"] * peak["peak_force"] / dynamic
+        scale = getattr(result, "characteristic_time", None) or result.scales.time
+        assert abs(own["time"] - peak["time"]) < 10 * rtol * scale + TIME_TRUST
+    if "transmitted" not in case:
+        assert document["transmitted"] is None
+        return
+    wall = case["transmitted"]
+    assert document["transmitted"]["peak_force"] == pytest.approx(wall["peak_force"], rel=max(rtol, WALL_TRUST))
+    assert document["transmitted"]["impulse"] == pytest.approx(wall["impulse"], rel=max(10 * rtol, WALL_TRUST))
+    # the final state is not controlled; collisions amplify its errors
+    velocities, expected = document["velocities"][: len(case["velocities"])], case["velocities"]
+    assert velocities == pytest.approx(expected, abs=100 * max(rtol, 1e-7) * max(map(abs, expected)))
+
+
+@pytest.mark.parametrize("name", FEATURED)
+def test_momentum_and_energy_are_balanced(name: str, folder: Path) -> None:
+    result = _simulated(name, 1e-6, folder)
+    # rounding; the error of the integration
+    assert result.momentum_defect < 1e-13
+    assert result.energy_defect < 3e-6
+    stored = math.fsum(segment.energy for segment in result.segments)
+    defect = result.energy_defect + 1e-12
+    assert stored + result.dissipated_energy == pytest.approx(result.applied_energy, rel=defect)
+
+
+@pytest.mark.parametrize("name", FEATURED)
+def test_the_text_begins_with_the_greatest_force_and_fits_80_columns(name: str, folder: Path) -> None:
+    text = str(attrs.evolve(_simulated(name, 1e-6, folder), scenario=name))
+    assert text.startswith(f"{name}: greatest force ")
+    assert max(map(len, text.splitlines())) <= 80
+    assert ("wall force" in text) == ("transmitted" in CASES[name])
+
+
+def test_the_compiled_code_and_numpy_agree(folder: Path) -> None:
+    scenario = sw.load_scenario(file_of("all at once", folder))
+    compiled = sw.simulate(scenario.excitation, scenario.chain, until=5e-4)
+    numpy = sw.simulate(scenario.excitation, scenario.chain, until=5e-4, backend="numpy")
+    assert numpy.backend == "numpy"
+    for here, there in zip(compiled.contacts, numpy.contacts, strict=True):
+        assert here.peak_force == pytest.approx(there.peak_force, rel=1e-10)
+
+
+# ---------------------------------------------------------------- results as objects and documents
+
+
+WALLED = sw.Chain(material=CHAIN.material, radius=CHAIN.radius, granules=6, end=Wall())
+SHOCK = triangle(1.0)
+
+
+@cache
+def walled(**options: Any) -> ChainResult:
+    result = sw.simulate(SHOCK, WALLED, **options)
+    assert isinstance(result, ChainResult)
+    return result
+
+
+def test_results_are_frozen_and_equal_by_value() -> None:
+    again = sw.simulate(SHOCK, WALLED)
+    assert again == walled()
+    assert hash(again) == hash(walled())
+    assert sw.simulate(SHOCK, WALLED, rtol=1e-5) != walled()
+    with pytest.raises(attrs.exceptions.FrozenInstanceError):
+        again.end = 0.0
+
+
+def test_the_impulse_on_the_wall_of_a_long_chain_has_an_estimate_of_its_own() -> None:
+    cell = [sw.Segment(), sw.Segment(material=sw.material("ptfe"))]
+    granules = [sw.Cell(repeat=35, cell=cell)]
+    chain = sw.Chain(material=sw.material("stainless-steel-302"), diameter=9e-3, granules=granules, end=Wall())
+    rough = sw.simulate(sw.Impact(velocity=0.5), chain, rtol=1e-4)
+    fine = sw.simulate(sw.Impact(velocity=0.5), chain, rtol=1e-7, until=rough.end)
+    error = abs(rough.transmitted.impulse / fine.transmitted.impulse - 1)
+    # the late collisions of a chain of two materials amplify the errors of the impulse, not those of the force
+    assert rough.transmitted.error_estimate < error <= rough.transmitted.impulse_error
+
+
+def test_a_single_granule_on_a_wall_turns_its_energy_into_force() -> None:
+    chain = attrs.evolve(CHAIN, granules=1, end=Wall())
+    # the shock is so short against the collision that it gives a velocity
+    shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=1e4, rise_time=1e-8)
+    stiffness = math.sqrt(2) * chain.contact_stiffness
+    momentum = shock.peak_force * shock.duration / 2
+    overlap = (5 / 4 * momentum**2 / (chain.granule_mass * stiffness)) ** 0.4
+    result = sw.simulate(shock, chain)
+    # the duration of the shock is a thousandth of that of the collision
+    assert result.transmitted.peak_force == pytest.approx(stiffness * overlap**1.5, rel=1e-3)
+    assert result.transmitted.impulse == pytest.approx(2 * momentum, rel=1e-6)
+
+
+def test_results_that_may_change_later_have_warnings() -> None:
+    early = sw.simulate(SHOCK, WALLED, until=walled().arrival_time)
+    assert any("acts on the wall at the end of the simulated time" in warning for warning in early.warnings)
+    assert walled().warnings == ()
+    # the striker rebounds slowly, and the wave that the wall reflects will follow it
+    followed = sw.simulate(Impact(velocity=0.5), WALLED, until=1e-4)
+    assert any("its restitution is provisional" in warning for warning in followed.warnings)
+    free = sw.simulate(Impact(velocity=0.5, radius=CHAIN.radius / 2), attrs.evolve(WALLED, end=None))
+    assert free.restitution is not None
+    assert free.warnings == ()
+
+
+def test_a_granule_that_follows_the_striker_makes_its_restitution_provisional() -> None:
+    # the second granule crosses a gap, rebounds from a heavy one, and is faster than the striker
+    segments = [Segment(), Segment(gap=1e-5), Segment(diameter=40e-3)]
+    chain = sw.Chain(material="stainless-steel-302", diameter=9.5e-3, granules=segments)
+    early, late = (sw.simulate(Impact(velocity=0.5), chain, until=until) for until in (1e-4, 3e-4))
+    assert any("its restitution is provisional" in warning for warning in early.warnings)
+    assert late.restitution > 2 * early.restitution
+    assert late.warnings == ()
+
+
+def test_a_striker_that_goes_on_has_no_restitution() -> None:
+    # it is heavier than the granule in front of it, which crosses a gap until then
+    chain = attrs.evolve(WALLED, granules=[Segment(gap=1e-4), Segment()])
+    result = sw.simulate(Impact(velocity=0.5, radius=1.5 * CHAIN.radius), chain, until=8e-5)
+    assert 0 < result.velocities[0] < 0.5 < result.velocities[1]
+    assert result.restitution is None
+
+
+@pytest.mark.parametrize(("velocity", "doubtful"), [(1.0, False), (50.0, False), (60.0, True)])
+def test_overlaps_beyond_a_tenth_of_the_radius_have_a_warning(velocity: float, doubtful: bool) -> None:
+    result = sw.simulate(Impact(velocity=velocity), attrs.evolve(CHAIN, granules=2))
+    assert any("Hertz's law holds for small overlaps only" in warning for warning in result.warnings) == doubtful
+
+
+def test_a_simulated_time_much_shorter_than_the_rise_is_refused() -> None:
+    with pytest.raises(sw.InvalidValueError, match=r"^until: must be at least .* a hundredth of the rise time"):
+        sw.simulate(SHOCK, WALLED, until=1e-15)
+    early = sw.simulate(SHOCK, WALLED, until=0.02 * SHOCK.rise_time)
+    assert early.greatest_force.contact == 0
+
+
+def test_a_chain_without_limits_has_the_keys_of_a_chain_with_limits() -> None:
+    document = walled().to_dict()
+    equal = sw.simulate(SHOCK, attrs.evolve(CHAIN, granules=6)).to_dict()
+    assert set(document) == set(equal)
+    assert document["peak_force"] is None
+    assert document["amplification"] is None
+    assert document["waves"] == []
+    assert document["error_estimate"] == max(peak["error_estimate"] for peak in document["contacts"])
+
+
+def test_new_keys_of_an_endless_chain_are_null_or_empty() -> None:
+    document = sw.simulate(SHOCK, CHAIN).to_dict()
+    new = ("transmitted", "end", "arrival_time", "applied_energy", "velocities", "restitution", "segments", "yield")
+    assert [document[name] for name in (*new, "end_energy", "dissipated_energy")] == [None] * 10
+    assert document["contacts"] == []
+
+
+def test_all_contacts_are_reported_unless_some_are_requested() -> None:
+    assert [peak.contact for peak in walled().contacts] == [0, 1, 2, 3, 4, 5]
+    assert [peak.contact for peak in walled(contacts=(4, 1)).contacts] == [1, 4]
+    assert walled(contacts=(1,)).greatest_force == walled().greatest_force
+
+
+def test_a_thousand_contacts_of_a_longer_chain_are_reported() -> None:
+    chain = attrs.evolve(WALLED, granules=1500)
+    contacts = [peak.contact for peak in sw.simulate(SHOCK, chain, until=1e-4).contacts]
+    assert len(contacts) == 1000
+    assert (contacts[0], contacts[-1]) == (0, 1499)
+    assert set(np.diff(contacts)) == {1, 2}
+
+
+def test_a_contact_that_the_chain_does_not_have_is_refused() -> None:
+    with pytest.raises(sw.InvalidValueError, match=r"contacts: must be at most 5, the last contact .*\(got 9\)"):
+        sw.simulate(SHOCK, WALLED, contacts=[0, 9])
+
+
+def test_contacts_that_stay_open_have_no_force() -> None:
+    result = sw.simulate(SHOCK, attrs.evolve(WALLED, granules=60), until=1e-4)
+    assert result.arrival_time is None
+    last = result.contacts[-1]
+    assert (last.peak_force, last.time, last.error_estimate) == (0.0, 0.0, 0.0)
+    assert result.transmitted.peak_force == 0.0
+    assert "no force" in str(result)
+
+
+@pytest.mark.parametrize("backend", ["auto", "numpy"])
+def test_the_simulated_time_is_that_of_the_shock_and_three_arrivals(backend: str) -> None:
+    arrival = walled(backend=backend).arrival_time
+    assert arrival is not None
+    assert walled(backend=backend).end == pytest.approx(SHOCK.duration + 3 * arrival, rel=1e-6)
+    assert walled(backend=backend, until=1e-4).end == pytest.approx(1e-4, rel=1e-12)
+
+
+def test_a_method_with_a_fixed_step_is_refused() -> None:
+    with pytest.raises(sw.InvalidValueError, match="integrator: must be"):
+        sw.simulate(SHOCK, WALLED, integrator="verlet")
+
+
+@pytest.mark.parametrize("holds", [{"stiffness": 1e18}, {"damping": 1e15}], ids=["spring", "dashpot"])
+def test_a_wall_that_hardly_moves_is_fixed(holds: dict[str, float]) -> None:
+    fixed, held = (
+        sw.simulate(SHOCK, attrs.evolve(WALLED, end=sw.Wall(material="rigid", **wall)))
+        for wall in ({}, {"mass": 1e-3, **holds})
+    )
+    assert held.transmitted == fixed.transmitted
+    assert any("integrated as a fixed one" in warning for warning in held.warnings)
+    assert not any("integrated as a fixed one" in warning for warning in fixed.warnings)
+
+
+@pytest.mark.parametrize("stiffness", [1e10, 1e12, 1e13])
+@pytest.mark.parametrize("static", [{}, {"precompression": 1.0}, {"gravity": 9.81}], ids=["none", "pressed", "weight"])
+@pytest.mark.parametrize("mass", [1e-6, 1e-3])
+def test_a_wall_that_oscillates_ahead_of_the_wave_does_not_end_the_simulated_time(
+    stiffness: float, static: dict[str, float], mass: float
+) -> None:
+    chain = attrs.evolve(WALLED, end=sw.Wall(material="rigid", mass=mass, stiffness=stiffness), **static)
+    rigid = sw.simulate(SHOCK, attrs.evolve(WALLED, end=sw.Wall(material="rigid"), **static))
+    # the wall gives way by a part in a thousand of the overlap at most
+    assert sw.simulate(SHOCK, chain, rtol=1e-4).end == pytest.approx(rigid.end, rel=1e-3)
+
+
+def test_a_wall_counts_as_fixed_only_if_its_motion_changes_no_force_by_more_than_the_tolerance() -> None:
+    walls = [sw.Wall(material="rigid", mass=1e-3, stiffness=stiffness) for stiffness in (1e13, 1e14, 1e15)]
+    forces = [sw.simulate(SHOCK, attrs.evolve(WALLED, end=wall), rtol=1e-4).transmitted.peak_force for wall in walls]
+    exact = sw.simulate(SHOCK, attrs.evolve(WALLED, end=sw.Wall(material="rigid"))).transmitted.peak_force
+    assert forces == pytest.approx([exact] * 3, rel=1e-4)
+
+
+def test_a_wall_that_a_heavy_striker_moves_is_not_fixed() -> None:
+    contact, wall = PowerContact(exponent=10, stiffness=1e36), sw.Wall(mass=10.0, stiffness=1e10)
+    chain = attrs.evolve(CHAIN, radius=1e-3, granules=4, contact=contact, end=wall)
+    impact = sw.Impact(velocity=1.0, radius=0.5)
+    loose, exact = (sw.simulate(impact, chain, rtol=rtol).transmitted.peak_force for rtol in (1e-4, 1e-7))
+    assert loose == pytest.approx(exact, rel=1e-4)
+
+
+HOPELESS: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
+    "dashpot of a light wall": ({"end": sw.Wall(mass=1e-3, damping=1e10)}, {}, "chain.end.damping"),
+    "dashpots": ({"damping": sw.Dashpot(coefficient=1e12)}, {}, "chain.damping"),
+    "viscous contacts": ({"damping": KuwabaraKono(time=1e6)}, {}, "chain.damping"),
+    "simulated time": ({"precompression": 2.0}, {"until": 1e4}, "simulate.until"),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("features", "options", "key"), HOPELESS.values(), ids=HOPELESS)
+def test_an_integration_that_would_take_minutes_is_refused_at_once(
+    features: dict[str, Any], options: dict[str, Any], key: str
+) -> None:
+    with pytest.raises(sw.NumericalError, match=rf"would take about .* steps because of {key}.*set a timeout"):
+        sw.simulate(SHOCK, attrs.evolve(WALLED, **features), **options)
+
+
+def test_the_work_of_a_run_is_estimated_from_its_second_half() -> None:
+    forecast = Forecast(until=1000.0, most_work=100.0, cause=lambda: "the scene")
+    forecast.check(time=1.0, work=9.0, steps=9)  # too early
+    with pytest.raises(sw.NumericalError, match="steps because of the scene"):
+        forecast.check(time=1.2, work=20.0, steps=20)
+    # short steps at the beginning do not count
+    forecast = Forecast(until=100.0, most_work=100.0, cause=lambda: "the scene")
+    forecast.check(time=1e-6, work=9.0, steps=9)
+    forecast.check(time=50.0, work=20.0, steps=20)
+
+
+@pytest.mark.skipif(backend.compiled is None, reason=backend.lack())
+def test_short_steps_of_a_collision_do_not_count_for_the_free_flight_after_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    # the collision takes about half of the work that is allowed here
+    monkeypatch.setattr(assembly, "_WORK", 2e8)
+    monkeypatch.setattr(assembly, "_WORK_PER_BODY", 0.0)
+    chain = attrs.evolve(CHAIN, radius=2e-4, granules=3, end=sw.Wall())
+    result = sw.simulate(sw.Impact(velocity=0.1, radius=0.05), chain, until=10.0)
+    # nothing is dissipated, and the beads are light
+    assert result.restitution == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.parametrize("timeout", [0.01, 0.03, 0.05, 0.07])
+def test_the_time_limit_ends_a_simulation(timeout: float) -> None:
+    # also within one of the parts in which a long chain is integrated
+    with pytest.raises(sw.NumericalError, match="time limit"):
+        sw.simulate(SHOCK, attrs.evolve(WALLED, granules=2000), rtol=1e-10, timeout=timeout)
+
+
+# ---------------------------------------------------------------- chains of equal granules
+
+
+def test_contacts_of_equal_granules_with_free_ends() -> None:
+    shock = power(0.5)
+    result = sw.simulate(shock, attrs.evolve(CHAIN, granules=9))
+    assert isinstance(result, sw.SimulationResult)
+    assert [peak.contact for peak in result.contacts] == list(range(8))
+    top = max(result.contacts, key=lambda peak: peak.peak_force)
+    assert result.greatest_force is not None
+    # the tolerance
+    assert top.peak_force == pytest.approx(result.greatest_force.peak_force, rel=1e-6)
+    assert top.contact == result.greatest_force.contact
+
+
+@pytest.mark.parametrize("method", [{"integrator": "dop853"}, {"integrator": "verlet", "step": 0.01}])
+def test_another_integrator_of_the_contacts_than_that_of_the_waves_is_stated(method: dict[str, Any]) -> None:
+    chain, shock = attrs.evolve(CHAIN, granules=9), power(0.5)
+    result = sw.simulate(shock, chain, rtol=None, **method)
+    stated = (
+        "rkn86 integrates the greatest forces at the contacts; verlet only the waves." in result.to_dict()["warnings"]
+    )
+    assert stated == (result.contacts == sw.simulate(shock, chain).contacts) == (method["integrator"] == "verlet")
+
+
+def test_segments_of_equal_granules_are_a_chain_of_equal_granules() -> None:
+    segments = [Segment(count=4), Segment(count=5, radius=CHAIN.radius)]
+    result = sw.simulate(power(0.5), attrs.evolve(CHAIN, granules=segments))
+    assert result == sw.simulate(power(0.5), attrs.evolve(CHAIN, granules=9))
+
+
+def test_forces_at_the_contacts_of_a_very_long_chain_need_an_end_of_the_simulated_time() -> None:
+    chain = attrs.evolve(CHAIN, granules=10**6)
+    result = sw.simulate(power(0.5), chain, waves="primary")
+    assert result.contacts == ()
+    assert "set until or a timeout" in result.to_dict()["warnings"][-1]
+
+
+# ---------------------------------------------------------------- strikers, ends and materials
+
+
+def test_a_collision_of_two_equal_spheres() -> None:
+    chain = attrs.evolve(WALLED, granules=[Segment()], end=None)
+    result = sw.simulate(Impact(velocity=0.5), chain, rtol=1e-8)
+    # Two equal masses: the greatest overlap stores half the kinetic energy, 2/5 k d^(5/2) = m v^2/4.
+    overlap = (5 / 8 * chain.granule_mass * 0.5**2 / chain.contact_stiffness) ** 0.4
+    assert result.greatest_force.peak_force == pytest.approx(chain.contact_stiffness * overlap**1.5, rel=1e-8)
+    assert result.restitution == pytest.approx(1.0, rel=1e-8)
+    assert result.spall_velocities == pytest.approx([0.5], rel=1e-8)
+
+
+@pytest.mark.parametrize(("velocity", "restitution"), [(0.1, 0.8116), (3.0, 0.6732)])
+def test_restitution_of_a_viscoelastic_collision(velocity: float, restitution: float) -> None:
+    material = sw.Material(youngs_modulus=1e8, poisson_ratio=0.3, density=2500.0)
+    chain = sw.Chain(material=material, radius=0.01, granules=[Segment()], damping=KuwabaraKono(time=5e-5))
+    result = sw.simulate(Impact(velocity=velocity), chain)
+    # by an independent integration of the relative motion, to the digits given
+    assert result.restitution == pytest.approx(restitution, abs=6e-5)
+    lost = 0.25 * chain.granule_mass * velocity**2 * (1 - restitution**2)
+    assert result.dissipated_energy == pytest.approx(lost, rel=1e-3)
+
+
+def test_a_striker_rebounds_with_the_restitution_of_tsuji() -> None:
+    chain = attrs.evolve(WALLED, granules=[Segment()], end=None, damping=Tsuji(restitution=0.6))
+    # the tolerance
+    assert sw.simulate(Impact(velocity=0.3), chain).restitution == pytest.approx(0.6, rel=1e-6)
+
+
+def test_the_wave_force_on_a_wall() -> None:
+    chain = attrs.evolve(WALLED, granules=60)
+    shock = triangle(0.5)
+    wave = sw.simulate(shock, CHAIN).peak_force
+    assert sw.simulate(shock, chain).transmitted.peak_force / wave == pytest.approx(1.9439025, rel=2e-6)
+    rigid = attrs.evolve(chain, end=Wall(material="rigid"))
+    assert sw.simulate(shock, rigid).transmitted.peak_force / wave == pytest.approx(2.2383756, rel=2e-6)
+
+
+def test_a_movable_wall_keeps_its_share_of_the_energy() -> None:
+    result = sw.simulate(SHOCK, attrs.evolve(WALLED, end=Wall(mass=5e-3, stiffness=1e5)))
+    assert result.end_energy is not None
+    stored = math.fsum([*(segment.energy for segment in result.segments), result.end_energy])
+    assert stored == pytest.approx(result.applied_energy, rel=1e-6)
+    assert result.momentum_defect < 1e-13
+    damped = sw.simulate(SHOCK, attrs.evolve(WALLED, end=Wall(mass=5e-3, damping=50.0)))
+    assert damped.dissipated_energy > 0
+    assert damped.energy_defect < 1e-6
+
+
+def test_static_forces_are_part_of_the_forces() -> None:
+    chain = attrs.evolve(WALLED, precompression=2.0, gravity=9.81)
+    result = sw.simulate(SHOCK, chain)
+    static = [2.0 + 9.81 * chain.granule_mass * (contact + 1) for contact in range(6)]
+    assert [peak.static_force for peak in result.contacts] == pytest.approx(static, rel=1e-12)
+    assert all(peak.peak_force > peak.static_force for peak in result.contacts)
+    assert result.spall_velocities is None
+    assert result.recoil_momentum is None
+
+
+DROP = """
+chain:
+  material: bearing-steel-52100
+  diameter: 20 mm
+  gravity: 9.81 m/s**2
+  granules:
+    - {count: 1, diameter: 60 mm, material: {youngs_modulus: 10 MPa, poisson_ratio: 0.49, density: 1100 kg/m**3}}
+    - {count: 6}
+  end: {wall: carbon-steel-1020, mass: 2 kg, stiffness: 5e7 N/m, damping: 500 N*s/m}
+impact: {velocity: 2.426 m/s, diameter: 106.7 mm, material: carbon-steel-1020}
+simulate: {until: 30 ms}
+"""
+
+
+def test_a_drop_weight_on_a_pad_agrees_with_scipy(tmp_path: Path) -> None:
+    file = tmp_path / "drop.yaml"
+    file.write_text(DROP, encoding="utf-8")
+    scene = sw.load_scenario(file)
+    result = sw.simulate(scene, contacts=[0])
+    dynamic, _times = Reference(scene.excitation, scene.chain, result.characteristic_time).greatest(result.end, 1e3)
+    assert result.transmitted.peak_force - result.transmitted.static_force == pytest.approx(dynamic[-1], rel=1e-6)
+    assert result.contacts[0].peak_force == pytest.approx(dynamic[0], rel=1e-6)
+    assert result.transmitted.peak_force == pytest.approx(2167, abs=1)  # 2085 if the drop weight did not fall
+    # the impulse of the drop weight, and of its weight until it leaves
+    mass, gravity = 4 / 3 * math.pi * 0.05335**3 * scene.excitation.material.density, 9.81
+    assert result.applied_momentum == pytest.approx(mass * (2.426 + gravity * 0.03), rel=1e-9)
+    assert result.momentum_defect < 1e-9
+    assert result.energy_defect < 1e-6
+    assert result.restitution == pytest.approx(0.9923, abs=1e-3)
+
+
+def test_a_drop_weight_that_comes_to_rest_leaves_a_complete_impulse() -> None:
+    chain = sw.Chain(
+        material="ptfe",
+        diameter=0.02,
+        granules=1,
+        end=sw.Wall(material="rigid"),
+        gravity=9.81,
+        damping=sw.Dashpot(coefficient=3000.0),
+    )
+    result = sw.simulate(sw.Impact(velocity=0.05, diameter=0.1, material="carbon-steel-1020"), chain, until=0.05)
+    assert not any("impulse is incomplete" in warning for warning in result.warnings)
+
+
+def test_first_yield_is_that_of_the_softest_contact() -> None:
+    steel = attrs.evolve(CHAIN.material, yield_strength=6e8)
+    soft = attrs.evolve(CHAIN.material, yield_strength=3e8)
+    chain = attrs.evolve(WALLED, material=steel, granules=[Segment(count=3), Segment(count=2, material=soft)])
+    result = sw.simulate(SHOCK, chain)
+    modulus = chain.plane_strain_modulus / 2
+    first = math.pi**3 * (chain.radius / 2) ** 2 * (1.6 * 3e8) ** 3 / (6 * modulus**2)
+    assert result.yielding is not None
+    assert result.yielding.first_yield_force == pytest.approx(first, rel=1e-12)
+    forces = [peak.peak_force for peak in result.contacts]
+    # the last contact is with a flat, where R* is twice as large
+    ratios = [forces[0] / 8, forces[1] / 8, forces[2], forces[3], forces[4] / 4]
+    assert result.yielding.peak_ratio == pytest.approx(max(ratios) / first, rel=1e-12)
+    endless = sw.simulate(SHOCK, attrs.evolve(CHAIN, material=soft)).yielding
+    assert endless is not None
+    assert endless.first_yield_force == pytest.approx(first, rel=1e-12)
+
+
+def test_another_exponent_scales_the_forces_of_a_collision() -> None:
+    law = PowerContact(exponent=2.0, stiffness=1e10)
+    chain = attrs.evolve(WALLED, granules=[Segment()], end=None, contact=law)
+    result = sw.simulate(Impact(velocity=0.5), chain, rtol=1e-8)
+    # k d^3/3 = m v^2/4
+    overlap = (0.75 * chain.granule_mass * 0.5**2 / 1e10) ** (1 / 3)
+    assert result.greatest_force.peak_force == pytest.approx(1e10 * overlap**2, rel=1e-8)
+
+
+# ---------------------------------------------------------------- histories
+
+
+@cache
+def recorded() -> tuple[ChainResult, Recording]:
+    chain = attrs.evolve(WALLED, precompression=1.0)
+    result = sw.simulate(
+        SHOCK, chain, rtol=1e-8, contacts=[0, 3], record=["forces", "field", "energies"], interval=2e-7, until=2e-4
+    )
+    assert result.recording is not None
+    return result, result.recording
+
+
+def test_histories_contain_the_greatest_forces_and_the_impulse() -> None:
+    result, kept = recorded()
+    assert kept.forces is not None
+    assert kept.wall_force is not None
+    assert kept.forces.shape == (1001, 2)
+    greatest = [peak.peak_force for peak in result.contacts]
+    # samples every 2e-7 s miss a maximum by less than this
+    assert kept.forces.max(axis=0) == pytest.approx(greatest, rel=1e-4)
+    assert (kept.forces.max(axis=0) <= np.array(greatest) * (1 + 1e-9)).all()
+    wall = result.transmitted
+    assert wall is not None
+    assert kept.wall_force[0] == pytest.approx(1.0, rel=1e-12)
+    assert float(trapezoid(kept.wall_force - 1.0, kept.times)) == pytest.approx(wall.impulse, rel=1e-4)
+
+
+def test_histories_contain_all_contacts_by_default() -> None:
+    for chain, count in ((WALLED, len(walled().contacts)), (attrs.evolve(CHAIN, granules=12), 11)):
+        result = sw.simulate(SHOCK, chain, record=["forces"], until=1e-4)
+        kept = result.recording
+        assert kept.contacts == tuple(range(count))
+        assert kept.forces.shape == (len(kept.times), count)
+        assert len(repr(kept)) < 200
+
+
+def test_histories_balance_energy_and_momentum() -> None:
+    result, kept = recorded()
+    assert kept.velocities is not None
+    assert kept.velocities[-1] == pytest.approx(list(result.velocities), rel=1e-6, abs=1e-9)
+    energy = np.add(kept.kinetic_energy, kept.contact_energy)
+    after = kept.times > SHOCK.duration
+    # the tolerance
+    assert energy[after] == pytest.approx(np.full(after.sum(), result.applied_energy), rel=1e-6)
+
+
+# ---------------------------------------------------------------- comparison, many chains, commands, pages
+
+
+def test_a_comparison_without_a_prediction_shows_the_simulation() -> None:
+    both = sw.compare(SHOCK, attrs.evolve(WALLED, precompression=1.0))
+    document = both.to_dict()
+    assert document["predicted"] is None
+    assert document["errors"] is None
+    assert document["simulated"]["transmitted"]["peak_force"] > 1.0
+    assert document["reason"].split("\n")[1].startswith("chain.precompression: must be left out for section 4")
+    assert str(both).startswith("greatest force")
+    features = " ".join(str(both).partition("section 4 does not apply: ")[2].split())
+    assert features.startswith("chain.end (a wall), chain.precompression (a static force) wall force")
+
+
+def test_chains_of_all_kinds_are_simulated_together() -> None:
+    chains = [CHAIN, WALLED, attrs.evolve(WALLED, granules=[Segment(count=3, gap=1e-6), Segment()])]
+    plain, wall, gap = sw.simulate_many([SHOCK] * 3, chains)
+    assert plain == sw.simulate(SHOCK, CHAIN)
+    assert wall == walled()
+    assert gap == sw.simulate(SHOCK, chains[2])
+
+
+@pytest.mark.parametrize("command", ["simulate", "compare"])
+def test_a_table_of_several_files_shows_both_kinds(
+    command: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files = [str(file_of(name, folder)) for name in ("free end, short", "striker, heavy", "light inclusion")]
+    assert main([command, *files]) == 0
+    printed = capsys.readouterr().out
+    assert "257.3181" in printed
+    assert "112.4905" in printed
+    assert max(map(len, printed.splitlines())) <= 80
+
+
+def test_options_of_the_command_line_apply(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = str(file_of("taper", folder))
+    assert main(["simulate", "--json", "--contacts", "0,3", "--rtol", "1e-4", file]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert [peak["contact"] for peak in document["contacts"]] == [0, 3]
+    assert document["rtol"] == 1e-4
+    assert document["transmitted"]["peak_force"] == pytest.approx(128.0734, rel=1e-4)
+
+
+def test_a_page_shows_the_forces_and_their_pictures(folder: Path) -> None:
+    pytest.importorskip("matplotlib")
+    from shockwave.report import findings, written
+
+    scenario = sw.load_scenario(file_of("striker, heavy", folder))
+    text = written(findings(scenario))
+    assert "greatest force 257.3181" in text
+    for title in ("Greatest forces", "Space-time diagram", "Force on the wall"):
+        assert f"<h3>{title}</h3>" in text
+    assert "Conditions (3)" not in text
+    assert written(findings(scenario)) == text
+
+
+def test_a_page_states_why_a_simulation_failed(folder: Path) -> None:
+    pytest.importorskip("matplotlib")
+    from shockwave.report import findings, written
+
+    scenario = sw.load_scenario(file_of("striker, heavy", folder))
+    options = attrs.evolve(scenario.simulate, timeout=1e-9)
+    text = written(findings(attrs.evolve(scenario, simulate=options)))
+    assert "The simulation failed: the time limit was reached" in text
+    assert "radius 8 mm" in text
+
+
+def test_a_page_of_segments_of_equal_granules_is_that_of_a_chain_of_them(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    from shockwave.report import findings
+
+    file = tmp_path / "segments.yaml"
+    file.write_text(CASES["free end, short"]["scenario"].replace("diameter: 9.5e-3", "diameter: 2e-3", 1))
+    found = findings(sw.load_scenario(file))
+    assert not found.is_beyond
+    assert found.scenario.chain == attrs.evolve(CHAIN, granules=5)
+    assert found.predicted is not None
+
+
+@pytest.mark.parametrize("backend", ["compiled", "numpy"])
+def test_the_last_sample_is_at_the_end_of_the_simulated_time(backend: str) -> None:
+    shock = sw.Shock(profile=sw.Triangular(duration_ratio=3.0), peak_force=50.0, rise_time=20e-6)
+    chain = attrs.evolve(CHAIN, granules=5, end=Wall(material="same"))
+    for until in (0.1e-3, 0.3e-3, 0.7e-3, 0.9e-3):  # some multiples of the interval are rounded upwards
+        result = sw.simulate(shock, chain, until=until, record=["field", "energies"], interval=1e-6, backend=backend)
+        kept = result.recording
+        assert kept.times[-1] == pytest.approx(until, rel=1e-12)
+        assert np.allclose(kept.velocities[-1], result.velocities, rtol=1e-5, atol=1e-9)
+        assert kept.kinetic_energy[-1] > 0
+
+
+@pytest.mark.parametrize("excitation", [None, CHAIN], ids=["nothing", "chain"])
+def test_anything_but_a_shock_or_a_striker_is_refused(excitation: Any) -> None:
+    chain = attrs.evolve(CHAIN, granules=5, end=Wall(material="same"))
+    with pytest.raises(sw.InvalidValueError, match=r"shock: must be a Shock, and the chain a Chain \(got"):
+        sw.simulate(excitation, chain)
+
+
+def test_results_of_all_chains_have_the_same_attributes() -> None:
+    equal, walled = (attrs.evolve(CHAIN, granules=8, end=end) for end in (None, Wall(material="same")))
+    results = [sw.simulate(triangle(3.0), chain) for chain in (equal, walled)]
+    for name in set(results[0].to_dict()) & set(results[1].to_dict()) - {"version", "yield", "wave_threshold", "step"}:
+        assert all(hasattr(result, name) for result in results), name
+
+
+def test_the_energy_of_the_spring_behind_a_wall_may_exert_a_later_force() -> None:
+    # the wall has the mass of a granule and nearly all energy; after a quarter of its period, 1 ms, it is in the spring
+    wall = Wall(material="same", mass=4e-3, stiffness=1e4)
+    chain = sw.Chain(material="stainless-steel-302", diameter=9.5e-3, granules=1, end=wall)
+    early, late = (sw.simulate(Impact(velocity=0.3), chain, until=until) for until in (1e-3, 4e-3))
+    assert early.transmitted is not None
+    assert late.transmitted is not None
+    assert late.transmitted.time > 1e-3
+    assert early.transmitted.peak_force < late.transmitted.peak_force < early.later_force
+
+
+def test_the_dashpot_of_a_contact_may_exert_a_later_force() -> None:
+    # it acts at once as the granule meets the wall, with more than the elastic force that takes all its energy
+    damping = Dashpot(coefficient=1000.0)
+    chain = attrs.evolve(CHAIN, granules=[Segment(gap=1e-3)], end=Wall(), damping=damping)
+    early, late = (sw.simulate(Impact(velocity=0.3), chain, until=until) for until in (1e-3, 10e-3))
+    assert early.transmitted is not None
+    assert late.transmitted is not None
+    assert early.transmitted.peak_force == 0
+    assert damping.coefficient * early.velocities[-1] < 1.01 * late.transmitted.peak_force < early.later_force

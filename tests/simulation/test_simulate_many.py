@@ -1,0 +1,155 @@
+"""Many shocks at once: order, failures, progress, and agreement with single simulations."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import ClassVar
+
+import attrs
+import pytest
+
+import shockwave as sw
+from shockwave.base.numerics import FloatArray
+from shockwave.base.progress import progress_shown
+from support.scenes import CHAIN, power, random_pulses
+
+pytestmark = pytest.mark.compiled
+
+# More than share a vector, and enough for two threads.
+PULSES = random_pulses(seed=5, count=40)
+FEW = PULSES[:5]
+
+
+@cache
+def singles() -> list[sw.SimulationResult]:
+    return [sw.simulate(pulse, CHAIN) for pulse in PULSES]
+
+
+def test_many_are_equal_to_single_runs() -> None:
+    assert sw.simulate_many(iter(PULSES), CHAIN) == singles()
+
+
+@pytest.mark.parametrize("integrator", ["rkn64", "rkn1210"])
+def test_many_by_another_pair_are_equal_to_single_runs(integrator: str) -> None:
+    many = sw.simulate_many(PULSES[:20], CHAIN, integrator=integrator)
+    assert many == [sw.simulate(pulse, CHAIN, integrator=integrator) for pulse in PULSES[:20]]
+
+
+@pytest.mark.parametrize("threads", [1, 4])
+def test_the_number_of_threads_does_not_change_results(threads: int | None) -> None:
+    assert sw.simulate_many(PULSES, CHAIN, threads=threads) == singles()
+
+
+def test_many_in_numpy_are_equal_to_single_runs_in_numpy() -> None:
+    many = sw.simulate_many(FEW, CHAIN, rtol=1e-4, backend="numpy")
+    single = [sw.simulate(pulse, CHAIN, rtol=1e-4, backend="numpy") for pulse in FEW]
+    # sums over a column of many lanes, and over one alone, are rounded in another order
+    assert [result.peak_force for result in many] == pytest.approx([result.peak_force for result in single], rel=1e-12)
+
+
+BAD = {
+    "weightless": (attrs.evolve(power(1.0), peak_force=1e-300), sw.InvalidValueError, "peak_force: must give waves"),
+    "endless": (attrs.evolve(power(1.0), rise_time=1e3), sw.NumericalError, "the shock lasts"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+@pytest.mark.parametrize("integrator", [None, "verlet"], ids=["search", "march"])
+def test_a_failed_shock_has_its_error_in_its_place(name: str, integrator: str | None) -> None:
+    shock, kind, message = BAD[name]
+    before, error, after = sw.simulate_many([PULSES[0], shock, PULSES[4]], CHAIN, integrator=integrator)
+    assert isinstance(error, kind)
+    assert message in str(error)
+    assert (before.shock, after.shock) == (PULSES[0], PULSES[4])
+
+
+@attrs.frozen
+class Failing(sw.ShockProfile):
+    """A profile whose table can no longer be computed when it is ``broken``."""
+
+    duration_ratio: float = 2.0
+    broken: ClassVar[bool] = False
+
+    def rise(self, s: FloatArray) -> FloatArray:
+        return s
+
+    def decay(self, s: FloatArray) -> FloatArray:
+        return 2.0 - s
+
+    def closed_free_path(self) -> None:
+        if self.broken:
+            raise sw.NumericalError("no table")
+
+
+def test_a_profile_that_fails_spoils_no_other_shock(monkeypatch: pytest.MonkeyPatch) -> None:
+    failing = attrs.evolve(FEW[0], profile=Failing())
+    monkeypatch.setattr(Failing, "broken", True)
+    before, error, after = sw.simulate_many([FEW[0], failing, FEW[1]], CHAIN)
+    assert isinstance(error, sw.NumericalError)
+    assert [before, after] == singles()[:2]
+
+
+def test_many_shocks_on_chains_of_different_contacts_are_equal_to_single_runs() -> None:
+    laws = [sw.PowerContact(exponent=exponent, stiffness=1e9) for exponent in (1.3, 2.0)]
+    chains = [attrs.evolve(CHAIN, contact=contact) for contact in (None, *laws, *laws[::-1])]
+    many = sw.simulate_many(FEW, chains, rtol=1e-5)
+    assert many == [sw.simulate(pulse, chain, rtol=1e-5) for pulse, chain in zip(FEW, chains, strict=True)]
+
+
+def test_many_and_single_runs_have_the_same_warnings() -> None:
+    shocks = [
+        attrs.evolve(FEW[0], rise_time=2.0 * FEW[0].rise_time),
+        FEW[2],
+        attrs.evolve(power(1.0), peak_force=1e-12),
+    ]
+    many = sw.simulate_many(shocks, CHAIN)
+    assert [result.warnings for result in many] == [sw.simulate(shock, CHAIN).warnings for shock in shocks]
+    assert any("shock.peak_force is 1 pN" in warning for warning in many[2].warnings)
+
+
+@pytest.mark.parametrize("backend", ["auto", "numpy"])
+def test_no_shock_gives_no_result(backend: str) -> None:
+    assert sw.simulate_many([], CHAIN, backend=backend) == []  # type: ignore[arg-type]
+
+
+def test_each_shock_can_have_its_own_chain() -> None:
+    chains = [attrs.evolve(CHAIN, granules=granules) for granules in (None, 5, 20, 100, 300)]
+    many = sw.simulate_many(FEW, chains)
+    assert many == [sw.simulate(pulse, chain) for pulse, chain in zip(FEW, chains, strict=True)]
+
+
+def test_a_wrong_number_of_chains_is_refused() -> None:
+    for number in (2, len(FEW) + 1):
+        with pytest.raises(sw.InvalidValueError, match=rf"chain: must be one, or one for each shock \(got {number}\)"):
+            sw.simulate_many(FEW, [CHAIN] * number)
+    with pytest.raises(sw.InvalidValueError, match=r"chain: must be a Chain, or one for each shock \(got 'steel'\)"):
+        sw.simulate_many(FEW, "steel")  # type: ignore[arg-type]
+
+
+def test_a_single_shock_and_no_thread_are_refused() -> None:
+    with pytest.raises(sw.InvalidValueError, match=r"shocks: must be a list of shocks \(got Shock; or use simulate\)"):
+        sw.simulate_many(FEW[0], CHAIN)  # type: ignore[arg-type]
+    with pytest.raises(sw.InvalidValueError, match=r"shocks: must be a list of shocks \(got Shock; or use predict\)"):
+        sw.Predictor().predict_many(FEW[0], CHAIN)  # type: ignore[arg-type]
+    with pytest.raises(sw.InvalidValueError, match=r"threads: must be a whole number >= 1 \(got 0\)"):
+        sw.simulate_many(FEW, CHAIN, threads=0)
+
+
+@pytest.mark.parametrize("backend", ["auto", "numpy"])
+def test_progress_of_many_is_reported_with_the_total(backend: str) -> None:
+    reports = []
+    with progress_shown(lambda *report: reports.append(report)):
+        sw.simulate_many(PULSES, CHAIN, rtol=1e-3, backend=backend, waves="primary")  # type: ignore[arg-type]
+    counts = [done for work, done, total in reports if work == "simulations" and total == len(PULSES)]
+    assert counts == sorted(counts)
+    assert (counts[0], counts[-1]) == (0, len(PULSES))
+
+
+def test_progress_of_a_wave_train_is_reported_with_the_total_in_the_second_run() -> None:
+    reports = []
+    with progress_shown(lambda *report: reports.append(report)):
+        _ = sw.simulate(FEW[0], CHAIN).train
+    works, done, totals = zip(*reports, strict=True)
+    assert list(dict.fromkeys(works)) == ["wave train, run 1 of 2", "wave train, run 2 of 2"]
+    assert totals[0] is None
+    assert totals[-2] == done[-1]

@@ -1,0 +1,727 @@
+"""Sweeps: every point once, with the result of its own scene; resumption, refusal and repair."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+from attrs import evolve
+
+import shockwave as sw
+from conftest import Install
+from shockwave.cli import main
+from shockwave.scenario.loader import load_scenario
+from shockwave.scenario.variations import Family
+from shockwave.simulation import simulate
+from shockwave.sweep import definition, point_evaluation
+from shockwave.sweep.dry_run import dry_run
+from shockwave.sweep.journal import line_of
+from shockwave.sweep.progress_text import SweepInterrupt, SweepReport
+from shockwave.sweep.runner import points_of, run_sweep
+
+CHAIN = "chain: {material: paper-steel, diameter: 9.5 mm}\n"
+SHOCK = (
+    "shock: {profile: power-law, peak_force: 100 N, rise_time: 5 us, duration_ratio: 3,"
+    " parameters: {rise_exponent: 1, decay_exponent: 1}}\n"
+)
+GRID = "sweep: {grid: {shock.duration_ratio: [2, 4], shock.rise_time: {linspace: [2 us, 6 us, 20]}}}\n"
+SIMULATE = "simulate: {rtol: 1e-4}\n"
+# With the second value, the mass of a granule exceeds the range of a float.
+BROKEN = "sweep: {grid: {chain.diameter: [1 mm, 1e200]}}\n"
+MATERIALS = (
+    "sweep: {run: predict, grid: "
+    "{chain.material: [ptfe, {youngs_modulus: 203 GPa, poisson_ratio: 0.3, density: 7810}]}}\n"
+)
+
+
+@pytest.fixture
+def scenario(tmp_path: Path) -> Path:
+    return written(tmp_path, SIMULATE + GRID)
+
+
+def written(folder: Path, text: str, name: str = "scene.yaml") -> Path:
+    file = folder / name
+    file.write_text(CHAIN + SHOCK + text)
+    return file
+
+
+def swept(file: Path, folder: Path, **settings: Any) -> SweepReport:
+    """Run in this process, without workers."""
+    with ThreadPoolExecutor(1) as executor:
+        return run_sweep(file, folder, executor, **settings)
+
+
+def journal(folder: Path) -> list[dict[str, Any]]:
+    file = folder / "journal.jsonl"
+    return [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
+
+
+def rows(folder: Path) -> dict[int, dict[str, Any]]:
+    """Values by name for each point."""
+    names = [column["name"] for column in json.loads((folder / "sweep.json").read_text())["columns"]]
+    return {line["index"]: dict(zip(names, line["values"], strict=True)) for line in journal(folder)}
+
+
+def scene_of(file: Path, point: dict[str, Any]) -> sw.Scenario:
+    """The scenario of a point."""
+    return evolve(Family(load_scenario(file)).scenario(point), sweep=None)
+
+
+def tables(folder: Path) -> dict[str, bytes]:
+    return {file.name: file.read_bytes() for file in folder.glob("results.*")}
+
+
+# ---------------------------------------------------------------- points
+
+
+def test_every_point_has_one_line_with_the_result_of_its_own_scene(scenario: Path, tmp_path: Path) -> None:
+    report = swept(scenario, tmp_path / "out")
+    assert (report.points, report.done, report.exit_code) == (40, 40, 0)
+    assert sorted(line["index"] for line in journal(tmp_path / "out")) == list(range(40))
+    found = rows(tmp_path / "out")[27]  # second duration ratio, eighth rise time
+    shock = sw.Shock(
+        profile=sw.PowerLaw(rise_exponent=1, decay_exponent=1, duration_ratio=4),
+        peak_force=100.0,
+        rise_time=load_scenario(scenario).sweep.point(27)["shock.rise_time"],  # type: ignore[union-attr]
+    )
+    alone = sw.simulate(shock, load_scenario(scenario).chain, rtol=1e-4, waves="primary")
+    # equal to the last bit: results do not depend on the other shocks of the batch
+    assert found["peak_force"] == alone.peak_force
+    assert found["error_estimate"] == alone.error_estimate
+    assert (found["momentum"], found["speed"]) == (alone.primary.momentum, alone.primary.speed)
+
+
+SECTION4 = ["section4_regime", "section4_relation", "section4_peak_force", "section4_amplification", "section4_waves"]
+SCALED = ["scaled_rise_time", "scaled_duration", "notes"]
+SIMULATED = ["peak_force", "amplification", "error_estimate"]
+ANSWER = ["relation", "peak_force", "low", "high", "amplification"]
+#: Columns of each kind of sweep, which are part of the public interface.
+COLUMNS = {
+    "predict": [*ANSWER, *SECTION4, "section4_error", "applied_momentum", "virtual_rise_time", "added_momentum"],
+    "simulate": [*SIMULATED, "momentum", "speed", "width", "foot"],
+    "compare": [*SIMULATED, "relation", *SECTION4, "error"],
+}
+#: The same in a chain before a wall, which section 4 does not cover.
+WALLED = ["greatest_force", "greatest_contact", "greatest_time", "transmitted_force", "transmitted_impulse"]
+WALLED += ["error_estimate", "dissipated_energy", "notes"]
+WALL = CHAIN.replace("}", ", granules: 6, end: {wall: same}}")
+
+
+@pytest.mark.parametrize("run", COLUMNS)
+def test_columns_of_each_kind_of_sweep(tmp_path: Path, run: str) -> None:
+    sweep = f"sweep: {{run: {run}, grid: {{shock.rise_time: [4 us, 20 us]}}}}\n"
+    file = written(tmp_path, sweep)
+    assert [column.name for column in points_of(file).definition.columns] == COLUMNS[run] + SCALED
+    (tmp_path / "wall.yaml").write_text(WALL + SHOCK + sweep)
+    assert [column.name for column in points_of(tmp_path / "wall.yaml").definition.columns] == WALLED
+
+
+@pytest.mark.parametrize("model", ["best", "section-4"])
+def test_a_prediction_has_the_values_of_its_document(tmp_path: Path, model: str) -> None:
+    settings = f"predict: {{model: {model}}}\n{SIMULATE}"
+    file = written(tmp_path, settings + "sweep: {run: predict, grid: {shock.rise_time: [4 us, 1 ms]}}\n")
+    swept(file, tmp_path / "out")
+    found = rows(tmp_path / "out")
+    regimes = []
+    for index, rise_time in enumerate((4e-6, 1e-3)):
+        scene = scene_of(file, {"shock.rise_time": rise_time})
+        document, row = sw.predict(scene, waves="primary").to_dict(), found[index]
+        paper, ejection = document["section4"], document["ejection"] or {}
+        expected = {name: document[name] for name in (*ANSWER, "applied_momentum")}
+        expected |= {f"section4_{name}": paper[name] for name in ("relation", "peak_force", "amplification", "error")}
+        expected |= {"section4_regime": document["regime"], "section4_waves": len(paper["waves"])}
+        expected |= {name: ejection.get(name) for name in ("virtual_rise_time", "added_momentum")}
+        assert {name: row[name] for name in expected} == expected
+        assert row.keys() - expected.keys() == set(SCALED)
+        assert (row["low"] is None, row["section4_error"] is None) == (model == "section-4",) * 2
+        regimes.append(row["section4_regime"])
+    assert regimes == ["ejection", "train"]
+
+
+def test_a_prediction_for_a_wall_has_the_values_of_its_simulation(tmp_path: Path) -> None:
+    for run in ("predict", "simulate"):
+        file = tmp_path / f"{run}.yaml"
+        file.write_text(WALL + SHOCK + f"sweep: {{run: {run}, grid: {{shock.rise_time: [4 us, 20 us]}}}}\n")
+        swept(file, tmp_path / run)
+    assert rows(tmp_path / "predict") == rows(tmp_path / "simulate")
+    assert rows(tmp_path / "predict")[0]["transmitted_force"] > 0
+
+
+@pytest.mark.parametrize("chain", [CHAIN, WALL], ids=["endless", "wall"])
+def test_a_point_without_an_answer_is_done_and_its_reason_is_in_the_notes(tmp_path: Path, chain: str) -> None:
+    file = tmp_path / "scene.yaml"
+    sweep = "simulate: {timeout: 1e-6}\nsweep: {run: predict, grid: {shock.rise_time: [4 us, 20 us]}}\n"
+    file.write_text(chain + SHOCK + sweep)
+    report = swept(file, tmp_path / "out")
+    assert (report.done, report.failed, report.exit_code) == (2, 0, 0)
+    for row in rows(tmp_path / "out").values():
+        assert re.search(r"^No answer: the time limit was reached.*\.$", row["notes"])
+        known = {name for name, value in row.items() if value is not None}
+        by_section4 = (
+            {"applied_momentum", "scaled_rise_time", "scaled_duration", *SECTION4} if chain == CHAIN else set()
+        )
+        assert known - {"virtual_rise_time", "added_momentum"} == {"notes"} | by_section4
+
+
+def test_a_comparison_has_the_values_of_section_4_and_of_the_simulation(tmp_path: Path) -> None:
+    file = written(tmp_path, "sweep: {zip: {shock.rise_time: [4 us, 20 us], chain.diameter: [8 mm, 10 mm]}}\n")
+    swept(file, tmp_path / "out")
+    alone = sw.compare(scene_of(file, {"shock.rise_time": 2e-5, "chain.diameter": 1e-2}))
+    found = rows(tmp_path / "out")[1]
+    assert found["section4_peak_force"] == alone.predicted.section4.peak_force  # type: ignore[union-attr]
+    assert found["peak_force"] == alone.simulated.peak_force
+    assert (found["error"], found["relation"]) == (alone.errors.peak_force, alone.relation)
+
+
+def test_a_comparison_simulates_each_point_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = written(tmp_path, "limit: {force: 60 N}\nsweep: {run: compare, grid: {shock.rise_time: [4 us, 20 us]}}\n")
+    run, counts = simulate.run_jobs, []
+    monkeypatch.setattr(simulate, "run_jobs", lambda jobs, *rest: counts.append(len(jobs)) or run(jobs, *rest))
+    assert swept(file, tmp_path / "out").done == 2
+    assert sum(counts) == 2
+
+
+def test_mappings_and_lists_are_values_of_the_tables(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("xarray")  # which needs pandas
+    (tmp_path / "blow.csv").write_text("time [ms],force [N]\n0,0\n0.5,40\n1,20\n1.5,5\n1.6,0\n")
+    crops = tmp_path / "crops.yaml"
+    crops.write_text(
+        f"{CHAIN}shock: {{profile: tabulated, parameters: {{file: blow.csv}}}}\n"
+        "sweep: {run: predict, grid: {shock.parameters.crop: [[0, 1.5 ms], [0, 1.6 ms]]}}\n"
+    )
+    assert main(["sweep", str(crops), "--out", str(tmp_path / "crops"), "--workers", "1"]) == 0
+    assert "2 of 2 points done" in capsys.readouterr().out
+    swept(written(tmp_path, MATERIALS), tmp_path / "materials")
+    steel = {"youngs_modulus": 203e9, "poisson_ratio": 0.3, "density": 7810.0}
+    cases: tuple[tuple[str, str, list[Any]], ...] = (
+        ("crops", "shock.parameters.crop", [[0.0, 0.0015], [0.0, 0.0016]]),
+        ("materials", "chain.material", ["ptfe", steel]),
+    )
+    for folder, name, values in cases:
+        lines = (tmp_path / folder / "results.jsonl").read_text().splitlines()
+        assert [json.loads(line)[name] for line in lines] == values
+        found = sw.load_sweep(tmp_path / folder)
+        texts = [value if isinstance(value, str) else json.dumps(value) for value in values]
+        assert found.coordinate(name).tolist() == texts
+        assert [value for (value,) in found.to_dict()["axes"][0]["values"]] == values
+        assert found.to_pandas().index.tolist() == texts
+        assert found.to_xarray()[name.rpartition(".")[2]].values.tolist() == texts
+
+
+@pytest.mark.parametrize("run", COLUMNS)
+def test_warnings_of_a_point_are_in_its_notes(tmp_path: Path, run: str) -> None:
+    file = written(tmp_path, f"sweep: {{run: {run}, grid: {{chain.granules: [3, 100]}}}}\n")
+    swept(file, tmp_path / "out")
+    notes = [json.loads(line)["notes"] for line in (tmp_path / "out" / "results.jsonl").read_text().splitlines()]
+    assert notes[0].count("A longer chain shows the settled waves") == 1
+    assert notes[1] is None
+
+
+@pytest.mark.parametrize(("waves", "measured"), [("", False), (", waves: train", True)], ids=["default", "train"])
+def test_the_train_is_measured_if_the_scenario_requests_it(tmp_path: Path, waves: str, measured: bool) -> None:
+    block = f"simulate: {{rtol: 1e-3{waves}}}\nsweep: {{grid: {{shock.rise_time: [10 us]}}}}\n"
+    swept(written(tmp_path, block), tmp_path / "out")
+    found = rows(tmp_path / "out")[0]
+    assert ("recoil_momentum" in found) == measured
+    assert found.get("recoil_momentum", -1.0) < 0
+    # the momentum of the leading wave as a single run measures it
+    profile = sw.PowerLaw(rise_exponent=1, decay_exponent=1, duration_ratio=3)
+    shock = sw.Shock(profile=profile, peak_force=100.0, rise_time=1e-5)
+    chain = sw.Chain(material="paper-steel", diameter=9.5e-3)
+    leading = sw.simulate(shock, chain, rtol=1e-3, waves="train" if measured else "primary").waves[0]
+    assert (found["momentum"], found["foot"]) == (leading.momentum, leading.foot)
+
+
+def test_a_train_that_is_not_integrated_has_no_values(tmp_path: Path) -> None:
+    block = "simulate: {rtol: 1e-3, waves: train}\nsweep: {grid: {shock.rise_time: [4 ms]}}\n"
+    swept(written(tmp_path, block), tmp_path / "out")
+    found = rows(tmp_path / "out")[0]
+    assert found["peak_force"] > 0
+    assert [found[name] for name in ("waves", "recoil_momentum", "recoil_error", "ejected_granules")] == [None] * 4
+
+
+# ---------------------------------------------------------------- workers and resumption
+
+
+def test_one_executor_runs_several_sweeps(tmp_path: Path) -> None:
+    with ThreadPoolExecutor(1) as executor:
+        for size in (8, 10):
+            sweep = f"sweep: {{run: simulate, grid: {{chain.diameter: [{size} mm, 12 mm]}}}}\n"
+            file, folder = written(tmp_path, SIMULATE + sweep), tmp_path / str(size)
+            run_sweep(file, folder, executor)
+            alone = sw.simulate(scene_of(file, {"chain.diameter": size / 1000}), waves="primary")
+            assert rows(folder)[0]["peak_force"] == alone.peak_force
+
+
+def test_results_do_not_depend_on_workers_or_interrupts(scenario: Path, tmp_path: Path) -> None:
+    swept(scenario, tmp_path / "one")
+    run_sweep(scenario, tmp_path / "two", workers=2)
+    assert tables(tmp_path / "one") == tables(tmp_path / "two")
+    # cut off within a line, and resumed
+    swept(scenario, tmp_path / "three")
+    file = tmp_path / "three" / "journal.jsonl"
+    file.write_bytes(file.read_bytes()[:3000])
+    report = swept(scenario, tmp_path / "three")
+    assert 0 < report.before < 40
+    assert any("is incomplete" in note for note in report.notes)
+    assert tables(tmp_path / "one") == tables(tmp_path / "three")
+
+
+def test_a_finished_sweep_has_nothing_to_do(scenario: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    swept(scenario, tmp_path / "out")
+    before = tables(tmp_path / "out")
+    assert main(["sweep", str(scenario), "--out", str(tmp_path / "out"), "--resume"]) == 0
+    assert "nothing to do" in capsys.readouterr().out
+    assert tables(tmp_path / "out") == before
+
+
+def test_units_and_names_do_not_change_the_sweep(scenario: Path, tmp_path: Path) -> None:
+    swept(scenario, tmp_path / "out")
+    text = scenario.read_text().replace("9.5 mm", "0.95 cm").replace("[2 us, 6 us", "[2000 ns, 6e-6")
+    scenario.write_text(f"name: another name\n{text}")
+    assert swept(scenario, tmp_path / "out").before == 40
+
+
+def test_records_are_found_from_any_folder_and_changed_records_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, last in (("a", 20), ("b", 30)):
+        (tmp_path / f"{name}.csv").write_text(f"time [us],force [N]\n0,0\n10,100\n{last},0\n")
+    file = tmp_path / "scene.yaml"
+    file.write_text(
+        f"{CHAIN}{SIMULATE}shock: {{profile: tabulated, parameters: {{file: a.csv}}}}\n"
+        "sweep: {grid: {shock.parameters.file: [a.csv, b.csv]}}\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    # the workers may run in another folder
+    assert run_sweep(file.name, "out", workers=1).done == 2
+    assert rows(tmp_path / "out")[1]["peak_force"] > rows(tmp_path / "out")[0]["peak_force"]
+    content = point_evaluation.content_of(points_of(file.name))
+    (tmp_path / "b.csv").write_text("time [us],force [N]\n0,0\n10,100\n40,0\n")
+    # as on a worker with its own disk
+    with pytest.raises(sw.UsageError, match=r"got a worker with named\.file b\.csv '\w+.*, now '\w+.*; install"):
+        point_evaluation.run_batch(content, [0, 1])
+    with pytest.raises(sw.InvalidValueError, match=r"got named\.file b\.csv"):
+        swept(file, tmp_path / "out")
+
+
+# ---------------------------------------------------------------- refusals
+
+
+def test_another_scenario_is_refused_and_the_differences_are_listed(scenario: Path, tmp_path: Path) -> None:
+    swept(scenario, tmp_path / "out")
+    scenario.write_text(scenario.read_text().replace("1e-4", "1e-5"))
+    with pytest.raises(sw.InvalidValueError, match=r"scenario\.simulate\.rtol 0\.0001, now 1e-05"):
+        swept(scenario, tmp_path / "out")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    {
+        "value": (
+            ("7810", "7900"),
+            r"got axes\.chain\.material\.value\.2\.density 7810\.0, now 7900\.0; choose",
+        ),
+        "number": (("[ptfe, ", "[ptfe, lead, "), r"got axes\.chain\.material\.number of values 2, now 3; axes"),
+        "name": (
+            ("chain.material: ", "shock.peak_force: [1 N], chain.material: "),
+            r"got axes\.shock\.peak_force None, now \{.*; order of axes 'chain\.material', now 'shock\.peak_force; ",
+        ),
+    }.values(),
+    ids=["value", "number", "name"],
+)
+def test_another_axis_is_refused_and_what_differs_is_named(
+    tmp_path: Path, change: tuple[str, str], message: str
+) -> None:
+    swept(written(tmp_path, MATERIALS), tmp_path / "out")
+    with pytest.raises(sw.InvalidValueError, match=message):
+        swept(written(tmp_path, MATERIALS.replace(*change)), tmp_path / "out")
+
+
+def test_columns_in_another_order_are_another_sweep(scenario: Path, tmp_path: Path) -> None:
+    swept(scenario, tmp_path / "out")
+    file = tmp_path / "out" / "sweep.json"
+    document = json.loads(file.read_text())
+    document["columns"].reverse()
+    file.write_text(json.dumps(document))
+    with pytest.raises(sw.InvalidValueError, match="order of columns"):
+        swept(scenario, tmp_path / "out")
+
+
+@pytest.mark.parametrize("part", ["grid", "zip"])
+def test_the_definition_of_as_many_values_as_a_sweep_may_have_can_be_read(tmp_path: Path, part: str) -> None:
+    count, most = 5000, 10**6
+    spacing = f"{{linspace: [1.2345e-105 s, 1e-104 s, {count}]}}"  # of 24 characters each
+    file = written(tmp_path, f"sweep: {{run: predict, {part}: {{shock.rise_time: {spacing}}}}}\n")
+    points_of(file).definition.write(tmp_path)
+    assert (tmp_path / "sweep.json").stat().st_size * most / count < definition._MOST_BYTES
+    assert definition.SweepDefinition.read(tmp_path).points == count
+
+
+def test_another_version_must_be_accepted(scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    swept(scenario, tmp_path / "out")
+    file = tmp_path / "out" / "journal.jsonl"
+    file.write_text("".join(file.read_text().splitlines(keepends=True)[:30]))
+    monkeypatch.setattr(sw, "__version__", "99.0")
+    with pytest.raises(sw.InvalidValueError, match=r"versions\.shockwave '0.*', now '99\.0'; use --accept-versions"):
+        swept(scenario, tmp_path / "out")
+    report = swept(scenario, tmp_path / "out", accept_versions=True)
+    assert (report.before, report.done) == (30, 40)
+    assert any("other versions" in note for note in report.notes)
+    # accepted from then on
+    assert swept(scenario, tmp_path / "out").before == 40
+    monkeypatch.setattr(sw, "__version__", "100.0")
+    swept(scenario, tmp_path / "out", accept_versions=True)
+    earlier = definition.SweepDefinition.read(tmp_path / "out").earlier_versions
+    assert [versions["shockwave"] for versions in earlier[1:]] == ["99.0"]
+
+
+def test_a_point_whose_line_is_damaged_is_run_again(scenario: Path, tmp_path: Path) -> None:
+    swept(scenario, tmp_path / "out")
+    whole = (tmp_path / "out" / "results.csv").read_bytes()
+    file = tmp_path / "out" / "journal.jsonl"
+    file.write_text(file.read_text().replace(", ", " ", 60))
+    report = swept(scenario, tmp_path / "out")
+    assert (report.done, 0 < report.before < 40) == (40, True)
+    assert any("are damaged" in note for note in report.notes)
+    assert (tmp_path / "out" / "results.csv").read_bytes() == whole
+
+
+def test_a_sweep_depends_only_on_the_plugins_of_its_points(tmp_path: Path, install: Install) -> None:
+    file = tmp_path / "scene.yaml"
+    triangle = CHAIN + "shock: {profile: triangular, peak_force: 100 N, rise_time: 5 us, duration_ratio: 3}\n" + GRID
+    for name in ("mine", "other"):
+        install(name)
+    found = []
+    swept_profile = triangle.replace("grid: {", "grid: {shock.profile: [other, triangular], ")
+    for text in (triangle, triangle.replace("triangular", "mine"), swept_profile):
+        file.write_text(text)
+        found.append(points_of(file).definition.versions.keys() & {"mine", "other"})
+    assert found == [set(), {"mine"}, {"other"}]
+
+
+def test_the_lock_of_a_killed_client_is_released(scenario: Path, tmp_path: Path) -> None:
+    program = (
+        "import sys, time; from pathlib import Path; from shockwave.sweep.journal import Journal\n"
+        "with Journal(Path(sys.argv[1]), 1).locked(): print('held', flush=True); time.sleep(60)"
+    )
+    (tmp_path / "out").mkdir()
+    with subprocess.Popen(
+        [sys.executable, "-c", program, str(tmp_path / "out")], stdout=subprocess.PIPE, text=True
+    ) as other:
+        assert other.stdout is not None
+        other.stdout.readline()
+        with pytest.raises(sw.FileAccessError, match="used by one client at a time"):
+            swept(scenario, tmp_path / "out")
+        other.send_signal(signal.SIGKILL)
+    assert swept(scenario, tmp_path / "out").done == 40
+
+
+def test_a_folder_with_other_files_is_refused(scenario: Path, tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "thesis.tex").touch()
+    with pytest.raises(sw.FileAccessError, match=r"must be a new folder or hold a sweep \(got a folder with thesis"):
+        swept(scenario, tmp_path / "out")
+
+
+@pytest.mark.parametrize("name", ["sweep.lock", "scenario.yaml", "sweep.json", "journal.jsonl", "results.csv"])
+def test_links_in_a_folder_lead_to_no_other_file(scenario: Path, tmp_path: Path, name: str) -> None:
+    swept(scenario, tmp_path / "out")
+    place = tmp_path / "out" / name
+    for target, content in ((tmp_path / "dangling", None), (tmp_path / "other", place.read_bytes())):
+        if content is not None:
+            target.write_bytes(content)
+        place.unlink()
+        place.symlink_to(target)
+        refused = pytest.raises(sw.FileAccessError, match=rf"{name}: is not a file \(got a link; delete it\)")
+        with refused if name == "sweep.lock" else suppress(sw.FileAccessError):
+            swept(scenario, tmp_path / "out", retry_failed=True)
+        assert (target.read_bytes() if target.exists() else None) == content
+
+
+def test_a_picture_replaces_no_file_that_a_link_in_the_folder_names(scenario: Path, tmp_path: Path) -> None:
+    swept(scenario, tmp_path / "out")
+    (tmp_path / "out" / "amplification.svg").symlink_to(tmp_path / "other")
+    assert main(["plot", str(tmp_path / "out")]) == 5
+    assert not (tmp_path / "other").exists()
+
+
+def removed_and_begun_again(folder: Path) -> None:
+    shutil.rmtree(folder)
+    folder.mkdir()
+    (folder / "journal.jsonl").write_text("of another sweep\n")
+
+
+def replaced(folder: Path) -> None:
+    shutil.copy(folder / "journal.jsonl", folder / "copy")
+    (folder / "copy").replace(folder / "journal.jsonl")
+
+
+def deleted(folder: Path) -> None:
+    (folder / "journal.jsonl").unlink()
+
+
+#: What may happen to the folder of a sweep, after how many points, and how many points are kept at least.
+CHANGES: dict[str, tuple[Callable[[Path], object], int, int]] = {
+    "deleted": (deleted, 15, 15),
+    "deleted at the end": (deleted, 40, 40),
+    "replaced by a copy": (replaced, 15, 15),
+    "cut": (lambda folder: os.truncate(folder / "journal.jsonl", 500), 15, 3),
+    "emptied": (lambda folder: os.truncate(folder / "journal.jsonl", 0), 15, 1),
+    "folder deleted": (shutil.rmtree, 15, 0),
+    "begun again": (removed_and_begun_again, 15, 0),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_journal_that_others_change_ends_the_sweep_and_keeps_what_is_left(
+    scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, change: str
+) -> None:
+    monkeypatch.setattr(point_evaluation, "SLICE", 1e-9)  # one point in a batch
+    out, (strike, after, kept) = tmp_path / "out", CHANGES[change]
+    with pytest.raises(sw.FileAccessError, match=r"journal\.jsonl: must not be changed by others"):
+        swept(scenario, out, progress=lambda report: strike(out) if report.done == after else None)
+    if change == "begun again":
+        assert (out / "journal.jsonl").read_text() == "of another sweep\n"
+        shutil.rmtree(out)
+    monkeypatch.undo()
+    report = swept(scenario, out)
+    assert (report.before >= kept, report.done) == (True, 40)
+    swept(scenario, tmp_path / "undisturbed")
+    assert tables(out) == tables(tmp_path / "undisturbed")
+
+
+@pytest.mark.parametrize("file", ["sweep.json", "scenario.yaml"])
+def test_a_file_that_others_delete_meanwhile_is_written_again(scenario: Path, tmp_path: Path, file: str) -> None:
+    out = tmp_path / "out"
+    swept(scenario, out, progress=lambda _: (out / file).unlink(missing_ok=True))
+    assert (out / file).exists()
+    assert sw.load_sweep(out) is not None
+
+
+USAGE = {
+    "no sweep": (SIMULATE, [], 3, "sweep: must be given"),
+    "nothing to resume": (GRID, ["--resume"], 2, "must hold a sweep to resume"),
+    "long name": (GRID, ["--out", "long" * 100], 5, ": cannot be written (File name too long)"),
+    "long name to resume": (GRID, ["--out", "long" * 100, "--resume"], 2, "must hold a sweep to resume"),
+    "folder is a file": (GRID, ["--out", "scene.yaml"], 5, "scene.yaml: cannot be"),
+}
+
+
+@pytest.mark.parametrize("case", USAGE)
+def test_a_wrong_call_gives_a_short_error_message(
+    case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text, options, status, part = USAGE[case]
+    monkeypatch.chdir(tmp_path)
+    assert main(["sweep", written(tmp_path, text).name, *options]) == status
+    shown = capsys.readouterr().err
+    assert part in shown
+    assert "Traceback" not in shown
+    assert not (tmp_path / "scene-sweep").exists()
+
+
+@pytest.mark.parametrize("wrong", [{"executor": 3}, {"workers": "2"}], ids=str)
+def test_a_wrong_executor_is_refused_before_anything_is_written(
+    scenario: Path, tmp_path: Path, wrong: dict[str, Any]
+) -> None:
+    with pytest.raises(sw.UsageError, match=f"^{list(wrong)[-1]}: must be"):
+        run_sweep(scenario, tmp_path / "out", **wrong)
+    assert not (tmp_path / "out").exists()
+
+
+# ---------------------------------------------------------------- points that fail
+
+
+def test_a_failed_point_does_not_stop_the_others(tmp_path: Path) -> None:
+    file = written(tmp_path, SIMULATE + BROKEN.replace("[1 mm, 1e200]", "[1 mm, 1e200, 2 mm]"))
+    report = swept(file, tmp_path / "out")
+    assert (report.done, report.failed, report.exit_code) == (2, 1, 1)
+    failed = next(line for line in journal(tmp_path / "out") if line["index"] == 1)
+    assert "must give granules a mass that a floating-point number can hold" in failed["error"]
+
+
+def test_a_sweep_without_a_valid_point_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(sw.ScenarioError, match=r"chain\.diameter: must give granules a mass"):
+        swept(written(tmp_path, SIMULATE + BROKEN.replace("[1 mm, 1e200]", "[1e200, 2e200]")), tmp_path / "none")
+
+
+def test_fail_fast_stops_at_the_first_failure(tmp_path: Path) -> None:
+    sizes = ", ".join(["1 mm", "1e200", *(f"{size} mm" for size in range(1, 80))])
+    file = written(tmp_path, SIMULATE + f"sweep: {{zip: {{chain.diameter: [{sizes}]}}}}\n")
+    report = swept(file, tmp_path / "out", fail_fast=True, workers=1)
+    assert report.failed == 1
+    assert report.left > 0
+
+
+def test_failed_points_run_again_on_request(scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(*_: Any, **__: Any) -> None:
+        raise SystemExit(3)  # a plugin may do that
+
+    with monkeypatch.context() as broken:
+        broken.setattr(point_evaluation, "simulate_many", fails)
+        report = swept(scenario, tmp_path / "out")
+    assert (report.done, report.failed) == (0, 40)
+    assert journal(tmp_path / "out")[0]["error"] == "SystemExit: 3"
+    assert swept(scenario, tmp_path / "out").failed == 40
+    report = swept(scenario, tmp_path / "out", retry_failed=True)
+    assert (report.before, report.done, report.failed) == (0, 40, 0)
+    assert swept(scenario, tmp_path / "out").done == 40
+
+
+def test_crashed_points_run_again_on_request(scenario: Path, tmp_path: Path) -> None:
+    swept(scenario, tmp_path / "out")
+    whole = tables(tmp_path / "out")
+    first, *others = journal(tmp_path / "out")
+    crashed = line_of(first["index"], "crashed", error="its process terminated")
+    (tmp_path / "out" / "journal.jsonl").write_text(crashed + "".join(f"{json.dumps(each)}\n" for each in others))
+    report = swept(scenario, tmp_path / "out")
+    assert (report.before, report.done, report.crashed) == (40, 39, 1)
+    report = swept(scenario, tmp_path / "out", retry_failed=True)
+    assert (report.before, report.done, report.crashed) == (39, 40, 0)
+    assert tables(tmp_path / "out") == whole
+
+
+def test_only_the_point_that_raises_fails(scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    many = point_evaluation.simulate_many
+
+    def picky(shocks: list[sw.Shock], *rest: Any, **settings: Any) -> Any:
+        if any(abs(shock.rise_time - 4.105e-6) < 1e-8 and shock.profile.duration_ratio == 2 for shock in shocks):
+            raise RuntimeError("not this one")
+        return many(shocks, *rest, **settings)
+
+    monkeypatch.setattr(point_evaluation, "simulate_many", picky)
+    report = swept(scenario, tmp_path / "out")
+    assert (report.done, report.failed) == (39, 1)
+
+
+def test_the_rest_of_a_batch_is_sent_again_after_the_time_slice(
+    scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    swept(scenario, tmp_path / "whole")
+    monkeypatch.setattr(point_evaluation, "SLICE", 1e-9)
+    reports: list[SweepReport] = []
+    assert swept(scenario, tmp_path / "out", progress=reports.append).done == 40
+    assert [report.done for report in reports] == list(range(1, 41))
+    assert tables(tmp_path / "out") == tables(tmp_path / "whole")
+
+
+# ---------------------------------------------------------------- interrupts and disks
+
+
+class Interrupted(Executor):
+    """Runs batches immediately, and is interrupted at the third one."""
+
+    def __init__(self) -> None:
+        self.batches = 0
+
+    def submit(self, function: Any, /, *arguments: Any, **named: Any) -> Future[Any]:
+        self.batches += 1
+        if self.batches == 3:
+            raise KeyboardInterrupt
+        future: Future[Any] = Future()
+        future.set_result(function(*arguments, **named))
+        return future
+
+
+def test_an_interrupt_keeps_finished_points(scenario: Path, tmp_path: Path) -> None:
+    with pytest.raises(SweepInterrupt) as interrupt:
+        run_sweep(scenario, tmp_path / "out", Interrupted(), workers=1)
+    finished = interrupt.value.report.done
+    assert 0 < finished == len(journal(tmp_path / "out"))
+    assert swept(scenario, tmp_path / "out").before == finished
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no limit on the size of files")
+def test_a_full_disk_is_reported_and_finished_points_are_kept(scenario: Path, tmp_path: Path) -> None:
+    # a limit on the file size acts like a full disk: only part of a line is written
+    program = (
+        "import resource, sys; from concurrent.futures import ThreadPoolExecutor\n"
+        "from shockwave.sweep.runner import run_sweep; from shockwave import FileAccessError\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (4100, 4100))\n"
+        "try: run_sweep(sys.argv[1], sys.argv[2], ThreadPoolExecutor(1))\n"
+        "except FileAccessError as error: print(error)"
+    )
+    command = [sys.executable, "-c", program, str(scenario), str(tmp_path / "out")]
+    printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    assert "journal.jsonl: cannot be written (File too large)" in printed
+    kept = journal(tmp_path / "out")
+    assert 0 < len(kept) < 40
+    assert swept(scenario, tmp_path / "out").before == len(kept)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGHUP")
+def test_a_sweep_inside_a_program_leaves_its_signals_alone(scenario: Path) -> None:
+    numbers = signal.SIGTERM, signal.SIGHUP
+    before = [signal.signal(number, signal.SIG_DFL) for number in numbers]
+    try:
+        assert main(["sweep", str(scenario), "--dry-run"]) == 0
+        assert [signal.getsignal(number) for number in numbers] == [signal.SIG_DFL] * 2
+    finally:
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, handler)
+
+
+# ---------------------------------------------------------------- dry runs
+
+
+def test_a_dry_run_writes_nothing_and_reports_the_work(
+    scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["sweep", scenario.name, "--dry-run", "--workers", "2"]) == 0
+    lead, *_ = capsys.readouterr().out.splitlines()
+    assert re.fullmatch(r"40 of 40 points to run, about 0:00:\d\d on 2 workers", lead)
+    assert [file.name for file in tmp_path.iterdir()] == ["scene.yaml"]
+
+
+def test_a_dry_run_reports_finished_and_failed_points(tmp_path: Path) -> None:
+    file = written(tmp_path, SIMULATE + BROKEN)
+    swept(file, tmp_path / "out")
+    assert dry_run(file, tmp_path / "out").startswith("0 of 2 points to run\n")
+    again = dry_run(file, tmp_path / "out", workers=1, retry_failed=True)
+    assert again.startswith("1 of 2 points to run, about ")
+    assert "a measured point failed: chain.radius: must give granules a mass" in " ".join(again.split())
+    with pytest.raises(sw.InvalidValueError, match=r"scenario\.simulate\.rtol 0\.0001, now 1e-05"):
+        dry_run(written(tmp_path, SIMULATE.replace("-4", "-5") + BROKEN), tmp_path / "out")
+
+
+THREADS = """
+import os
+from concurrent.futures import ProcessPoolExecutor
+from shockwave.sweep.fork_server import start_server
+
+before = dict(os.environ)
+with ProcessPoolExecutor(1, mp_context=start_server()) as executor:
+    print(executor.submit(os.getenv, "OMP_NUM_THREADS").result(), os.environ == before)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no server")
+def test_workers_have_one_thread_and_the_environment_of_the_client_is_unchanged() -> None:
+    environment = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
+    run = subprocess.run([sys.executable, "-c", THREADS], env=environment, capture_output=True, text=True)
+    assert run.stdout == "1 True\n", run.stderr
+
+
+def test_a_sweep_logs_its_begin_and_end_and_batches_only_in_detail(
+    scenario: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level("DEBUG", "shockwave")
+    swept(scenario, tmp_path / "out")
+    told = [record.getMessage() for record in caplog.records if record.levelname == "INFO"]
+    assert len(told) == 2
+    assert "40 of 40 points to run" in told[0]
+    assert "40 of 40 points done, 0 failed" in told[1]
+    assert {record.levelname for record in caplog.records if "recorded" in record.message} == {"DEBUG"}

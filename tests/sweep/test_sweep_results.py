@@ -1,0 +1,422 @@
+"""Results of sweeps: tables and arrays agree with the journal."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from shockwave.base.errors import FileAccessError, InvalidValueError, UnknownNameError, UsageError
+from shockwave.sweep.columns import Read, row
+from shockwave.sweep.definition import Column, SweepDefinition
+from shockwave.sweep.journal import Journal
+from shockwave.sweep.results import load_sweep
+from shockwave.sweep.table_files import write_tables
+
+COLUMNS = [
+    {"name": "regime", "unit": None, "kind": "text", "meaning": "predicted"},
+    {"name": "peak_force", "unit": "N", "kind": "number", "meaning": "of the primary"},
+    {"name": "amplification", "unit": "", "kind": "number", "meaning": "over the shock's"},
+    {"name": "waves", "unit": "", "kind": "whole", "meaning": "how many"},
+]
+N, TIME, FORCE = ("shock.duration_ratio", ""), ("shock.rise_time", "s"), ("shock.peak_force", "N")
+MATERIAL = ("chain.material", None)
+#: Two by three points; one failed and one crashed.
+AXES = [([N], [[2.0], [4.0]]), ([TIME], [[1e-6], [0.1 + 0.2], [3e-5]])]
+PROBLEM = 'no "root",\nhere'
+
+
+def line(index: int, *values: Any, status: str = "done", error: str = "") -> str:
+    rest = {"values": list(values)} if status == "done" else {"error": error}
+    return json.dumps({"index": index, "status": status, **rest}) + "\n"
+
+
+LINES = [
+    line(0, "train", 1 / 3, 0.1, 2),
+    line(1, "single", 2.5e-300, None, None),
+    line(2, status="failed", error=PROBLEM),
+    line(3, "train", 1e16, -0.0, 12),
+    line(4, status="crashed", error="ended its process"),
+    line(5, None, 7.0, 0.7, 1),
+]
+
+
+def folder_of(folder: Path, axes: Any = AXES, lines: Any = LINES, columns: Any = COLUMNS, run: str = "predict") -> Path:
+    folder.mkdir(exist_ok=True)
+    parts = [
+        {"names": [name for name, _ in variables], "units": [unit for _, unit in variables], "values": values}
+        for variables, values in axes
+    ]
+    definition = {"format": 3, "name": "a test", "run": run, "axes": parts, "columns": columns}
+    definition |= {"scenario": {"chain": {"radius": 1}}, "named": {}, "versions": {"shockwave": "0.1", "python": "3"}}
+    (folder / "sweep.json").write_text(json.dumps(definition), encoding="utf-8")
+    (folder / "journal.jsonl").write_text("".join(lines), encoding="utf-8")
+    return folder
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return folder_of(tmp_path / "out")
+
+
+def written(folder: Path) -> Path:
+    """The folder, after its tables have been written."""
+    definition = SweepDefinition.read(folder)
+    journal = Journal(folder, definition.points)
+    journal.read(definition.columns)
+    write_tables(definition, journal)
+    return folder
+
+
+def rows(folder: Path) -> list[dict[str, str]]:
+    with (folder / "results.csv").open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_csv_has_a_row_for_each_point_with_units_and_all_digits(folder: Path) -> None:
+    found = rows(written(folder))
+    head = (folder / "results.csv").read_text(encoding="utf-8").splitlines()[0]
+    names = "shock.duration_ratio,shock.rise_time [s],regime,peak_force [N],amplification,waves,status,problem"
+    assert head == names
+    assert [row["shock.duration_ratio"] for row in found] == ["2.0"] * 3 + ["4.0"] * 3
+    assert [row["status"] for row in found] == ["done", "done", "failed", "done", "crashed", "done"]
+    assert float(found[1]["shock.rise_time [s]"]) == 0.1 + 0.2
+    assert [found[i]["peak_force [N]"] for i in (0, 1, 2, 3)] == [repr(1 / 3), "2.5e-300", "", "1e+16"]
+    assert (found[1]["amplification"], found[3]["waves"], found[5]["regime"]) == ("", "12", "")
+    assert (found[2]["problem"], found[0]["problem"]) == (PROBLEM, "")
+
+
+def test_json_lines_have_the_same_values(folder: Path) -> None:
+    text = (written(folder) / "results.jsonl").read_text(encoding="utf-8")
+    found = [json.loads(one) for one in text.splitlines()]
+    assert [row["index"] for row in found] == list(range(6))
+    assert found[0] == {
+        "index": 0,
+        "shock.duration_ratio": 2.0,
+        "shock.rise_time": 1e-6,
+        "regime": "train",
+        "peak_force": 1 / 3,
+        "amplification": 0.1,
+        "waves": 2,
+        "status": "done",
+        "problem": None,
+    }
+    assert (found[2]["peak_force"], found[2]["problem"]) == (None, PROBLEM)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_a_number_that_is_not_finite_is_no_value(value: float) -> None:
+    column = Read(Column("low", "N", "number", "a force"), lambda _: value)
+    assert row((column,), SimpleNamespace()) == [None]
+
+
+def test_tables_do_not_depend_on_the_order_of_the_journal(tmp_path: Path) -> None:
+    mixed = [line(2, "train", 8.0, 0.8, 3), *reversed(LINES)]
+    one, other = written(folder_of(tmp_path / "one")), written(folder_of(tmp_path / "other", lines=mixed))
+    for file in ("results.csv", "results.jsonl"):
+        assert (one / file).read_bytes() == (other / file).read_bytes()
+
+
+FORMULAS = {
+    "=1+1": "'=1+1",
+    "+x": "'+x",
+    "@SUM(A1)": "'@SUM(A1)",
+    "\t=1": "'\t=1",
+    "\r=1": "'\n=1",
+    "-x": "'-x",
+    "\x1b[1m": "\ufffd[1m",
+}
+
+
+@pytest.mark.parametrize("text", FORMULAS, ids=repr)
+def test_text_that_a_spreadsheet_would_run_begins_with_an_apostrophe(tmp_path: Path, text: str) -> None:
+    axes = [([MATERIAL], [[text], ["-1.5e3"]])]
+    lines = [line(0, text, -1.5, 0.1, -2), line(1, status="failed", error=text)]
+    place = written(folder_of(tmp_path / "out", axes, lines))
+    first, second = rows(place)
+    assert first["chain.material"] == first["regime"] == second["problem"] == FORMULAS[text]
+    assert (second["chain.material"], first["peak_force [N]"], first["waves"]) == ("-1.5e3", "-1.5", "-2")
+    objects = [json.loads(one) for one in (place / "results.jsonl").read_text(encoding="utf-8").splitlines()]
+    assert objects[0]["regime"] == objects[1]["problem"] == text
+
+
+# A limit on the file size acts like a full disk.
+SMALL_DISK = """
+import resource, sys
+from pathlib import Path
+from shockwave.base.errors import FileAccessError
+from shockwave.sweep.definition import SweepDefinition
+from shockwave.sweep.journal import Journal
+from shockwave.sweep.table_files import write_tables
+
+folder = Path(sys.argv[1])
+definition = SweepDefinition.read(folder)
+journal = Journal(folder, definition.points)
+journal.read(definition.columns)
+resource.setrlimit(resource.RLIMIT_FSIZE, (200, 200))
+try:
+    write_tables(definition, journal)
+except FileAccessError as error:
+    print(error)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no limit on the size of files")
+def test_a_full_disk_leaves_the_old_table_unchanged(tmp_path: Path) -> None:
+    place = folder_of(tmp_path / "out", lines=LINES[:1])
+    (place / "results.csv").write_text("old", encoding="utf-8")
+    command = [sys.executable, "-c", SMALL_DISK, str(place)]
+    printed = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout
+    assert re.search(r"results\.\w+: cannot be written \(File too large", printed)
+    assert (place / "results.csv").read_text(encoding="utf-8") == "old"
+    assert [file.name for file in place.iterdir() if file.suffix == ".part"] == []
+
+
+CLASHES = {
+    "zip": ([([N, TIME], [[2.0, 1e-6], [4.0, 2e-6]])], {"duration_ratio": "point", "rise_time": "point"}),
+    "words": ([([MATERIAL], [["lead"], ["brass-260"]])], {"material": "material"}),
+    "column": ([([FORCE], [[1.0], [2.0]])], {"shock_peak_force": "shock_peak_force"}),
+    "two-zips": (
+        [([N, FORCE], [[2.0, 1.0]]), ([TIME, MATERIAL], [[1e-6, "lead"], [2e-6, {"density": 1}]])],
+        {"duration_ratio": "point", "shock_peak_force": "point", "rise_time": "point_2", "material": "point_2"},
+    ),
+    "nothing": ([([("chain.granules", "")], [[None], [50]])], {"granules": "granules"}),
+}
+
+
+@pytest.mark.parametrize("name", CLASHES)
+def test_axes_of_every_kind_become_dimensions_of_xarray(tmp_path: Path, name: str) -> None:
+    xarray = pytest.importorskip("xarray")
+    axes, coordinates = CLASHES[name]
+    found = load_sweep(folder_of(tmp_path / "out", axes, LINES[:2])).to_xarray()
+    assert {one: found[one].dims[0] for one in coordinates} == coordinates
+    assert found.peak_force.values.ravel().tolist() == [1 / 3, 2.5e-300]
+    # also in a file
+    found.to_netcdf(tmp_path / "results.nc", engine="scipy")
+    with xarray.open_dataset(tmp_path / "results.nc", engine="scipy") as again:
+        assert {one: again[one].dims[0] for one in coordinates} == coordinates
+
+
+def test_xarray_has_named_axes_units_and_provenance(folder: Path) -> None:
+    pytest.importorskip("xarray")
+    found = load_sweep(folder).to_xarray()
+    assert found.sizes == {"duration_ratio": 2, "rise_time": 3}
+    assert (found.peak_force.units, found.rise_time.units, found.duration_ratio.units) == ("N", "s", "1")
+    assert (found.rise_time.long_name, found.peak_force.long_name) == ("shock.rise_time", "of the primary")
+    assert float(found.peak_force.sel(duration_ratio=4, rise_time=1e-6)) == 1e16
+    assert found.regime.values.tolist() == [["train", "single", ""], ["train", "", ""]]
+    assert found.title == "a test"
+    assert found.source == "shockwave 0.1, python 3"
+    assert json.loads(found.scenario) == {"chain": {"radius": 1}}
+
+
+def test_the_document_has_the_values_in_the_shape_of_the_sweep(folder: Path) -> None:
+    found = load_sweep(folder).to_dict()
+    assert json.loads(json.dumps(found, allow_nan=False)) == found
+    assert found["values"]["amplification"] == [[0.1, None, None], [-0.0, None, 0.7]]
+    assert found["values"]["regime"] == [["train", "single", None], ["train", None, None]]
+    assert found["values"]["status"][0] == ["done", "done", "failed"]
+    assert found["axes"][1] == {"names": ["shock.rise_time"], "units": ["s"], "values": [[1e-6], [0.1 + 0.2], [3e-5]]}
+    assert (found["columns"], found["failed"][0]["problem"]) == (COLUMNS, PROBLEM)
+
+
+def test_values_have_an_axis_for_each_axis_of_the_sweep(folder: Path) -> None:
+    found = load_sweep(folder)
+    assert (found.shape, found.complete, found.warnings) == ((2, 3), True, ())
+    np.testing.assert_array_equal(found.values("amplification"), [[0.1, np.nan, np.nan], [0.0, np.nan, 0.7]])
+    assert found.values("regime").tolist() == [["train", "single", ""], ["train", "", ""]]
+    assert found.values("shock.rise_time")[1].tolist() == [1e-6, 0.1 + 0.2, 3e-5]
+    assert found.coordinate("shock.duration_ratio").tolist() == [2.0, 4.0]
+    assert found.units["peak_force"] == "N"
+    assert (found.units["regime"], found.units["shock.rise_time"]) == (None, "s")
+
+
+def test_failed_points_are_listed_with_their_values(folder: Path) -> None:
+    first, second = load_sweep(folder).failed
+    assert (first.index, first.status, first.problem) == (2, "failed", PROBLEM)
+    assert second.point == {"shock.duration_ratio": 4.0, "shock.rise_time": 0.1 + 0.2}
+    assert second.status == "crashed"
+
+
+def test_results_are_frozen_and_equal_by_value(folder: Path) -> None:
+    found = load_sweep(folder)
+    assert found == load_sweep(folder)
+    with pytest.raises(ValueError, match="read-only"):
+        found.values("peak_force")[0, 0] = 1.0
+
+
+def test_results_print_ranges_counts_and_failures(folder: Path) -> None:
+    text = str(load_sweep(folder))
+    assert text.startswith("4 of 6 points done; amplification 0 to 0.7\n")
+    assert max(map(len, text.splitlines())) <= 80
+    assert re.search(r"shock.rise_time +1 us +300 ms +3", text)
+    assert re.search(r"regime +2 train, 1 single", text)
+    assert "! shock.duration_ratio 2, shock.rise_time 3e-05: no" in text
+
+
+UNFINISHED = {
+    "torn": (["".join(LINES)[:-9]], "the last line of journal.jsonl is incomplete"),
+    "unfinished": (LINES[:4], "2 of 6 points have not been run"),
+    "garbage": (
+        [*LINES[:5], "{}\n", line(6, None, 7.0, 0.7, 1), LINES[5].replace('"done"', '"lost"'), LINES[5]],
+        "ignored lines of journal.jsonl that are damaged or belong to no point: 3",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", UNFINISHED)
+def test_an_incomplete_journal_is_read_as_far_as_possible(tmp_path: Path, name: str) -> None:
+    lines, warning = UNFINISHED[name]
+    found = load_sweep(folder_of(tmp_path / "out", lines=lines))
+    assert warning in "; ".join(found.warnings)
+    assert found.values("peak_force")[0, 0] == 1 / 3
+    assert found.complete is (name == "garbage")
+    assert (found.values("status")[1, 2] == "not run") is (name != "garbage")
+
+
+DAMAGED = {
+    "unreadable": LINES[5].replace("7.0,", "7.0"),
+    "text-for-number": line(5, "train", "7", 0.7, 1),
+    "a-column-too-many": line(5, "train", 7, 0.7, 1, 1),
+    "nan": line(5, "train", float("nan"), 0.7, 1),
+    "infinity": line(5, "train", 7.0, -float("inf"), 1),
+    "beyond-a-float": LINES[5].replace("7.0", "1e999"),
+    "long-whole-number": line(5, "train", 7.0, 0.7, 10**400),
+    "truth": line(5, "train", True, 0.7, 1),
+    "two-points": LINES[5].replace("}", ', "index": 4}'),
+    "no-point": LINES[5].replace('"index": 5', '"index": 6'),
+}
+
+
+@pytest.mark.parametrize("damaged", DAMAGED.values(), ids=DAMAGED)
+def test_a_damaged_line_is_ignored(tmp_path: Path, damaged: str) -> None:
+    found = load_sweep(folder_of(tmp_path / "out", lines=[damaged, *LINES[:5]]))
+    assert "ignored lines of journal.jsonl that are damaged or belong to no point: 1" in found.warnings
+    assert (found.values("status") == "not run").sum() == 1
+
+
+def test_a_journal_that_is_cut_while_it_is_read_is_an_error(folder: Path) -> None:
+    definition = SweepDefinition.read(folder)
+    journal = Journal(folder, definition.points)
+    journal.read(definition.columns)
+    for content in ("".join(LINES[:3]), "".join(reversed(LINES)), None):
+        (folder / "journal.jsonl").unlink()
+        if content is not None:
+            (folder / "journal.jsonl").write_text(content, encoding="utf-8")
+        with pytest.raises(FileAccessError, match=r"journal\.jsonl: must not be changed by others .*of point \d"):
+            list(journal.rows(definition))
+
+
+def test_points_that_are_added_to_a_journal_that_was_cut_are_kept(tmp_path: Path) -> None:
+    place = folder_of(tmp_path / "out", lines=[])
+    definition = SweepDefinition.read(place)
+    journal, again = (Journal(place, definition.points) for _ in range(2))
+    with journal.locked():
+        journal.add(LINES[0])
+        journal.add(LINES[1])
+        os.truncate(place / "journal.jsonl", len(LINES[0]) + 5)
+        with pytest.raises(
+            FileAccessError, match=r"must not be changed by others during a sweep \(got \d+ of \d+ bytes"
+        ):
+            journal.add(LINES[2])
+        journal.add(LINES[3])
+    assert again.read(definition.columns)[0].endswith("damaged or belong to no point: 1")
+    assert again.open_points() == [1, 4, 5]
+
+
+WRONG_DEFINITIONS: dict[str, tuple[str, Any]] = {
+    "text-for-axes": ("axes", "abc"),
+    "no-axes": ("axes", []),
+    "many-points": ("axes", [{"names": [], "units": [], "values": [[]] * 1000}] * 3),
+    "words-for-numbers": ("axes", [{"names": ["a"], "units": ["s"], "values": [["two"]]}]),
+    "a-value-too-many": ("axes", [{"names": ["a"], "units": ["s"], "values": [[1.0, 2.0]]}]),
+    "versions": ("versions", [1]),
+    "not-a-number": ("scenario", float("nan")),
+    "later-format": ("format", 4),
+}
+
+
+@pytest.mark.parametrize("name", WRONG_DEFINITIONS)
+def test_an_invalid_definition_is_refused(folder: Path, name: str) -> None:
+    key, value = WRONG_DEFINITIONS[name]
+    document = json.loads((folder / "sweep.json").read_text())
+    (folder / "sweep.json").write_text(json.dumps(document | {key: value}))
+    with pytest.raises(InvalidValueError, match=r"sweep\.json: must be"):
+        load_sweep(folder)
+
+
+@pytest.mark.parametrize("earlier", [1, 2])
+def test_a_sweep_of_an_earlier_format_is_refused_by_name(folder: Path, earlier: int) -> None:
+    document = json.loads((folder / "sweep.json").read_text())
+    (folder / "sweep.json").write_text(json.dumps(document | {"format": earlier}))
+    got = rf"got format {earlier} of an earlier version; run the sweep again in a new folder"
+    with pytest.raises(InvalidValueError, match=rf"sweep\.json: must be of format 3 \({got}\)$"):
+        load_sweep(folder)
+
+
+@pytest.mark.parametrize("name", ["sweep.json", "journal.jsonl"])
+@pytest.mark.parametrize("kind", [os.mkfifo, Path.mkdir, lambda file: file.symlink_to("/dev/zero")])
+def test_only_regular_files_are_read(folder: Path, name: str, kind: Any) -> None:
+    (folder / name).unlink()
+    kind(folder / name)
+    with pytest.raises(FileAccessError, match=f"{name}: is not a file"):
+        load_sweep(folder)
+
+
+def test_a_sweep_that_has_just_begun_is_empty(folder: Path) -> None:
+    (folder / "journal.jsonl").unlink()
+    found = load_sweep(folder)
+    assert (found.complete, bool(np.isnan(found.values("peak_force")).all())) == (False, True)
+    assert "6 of 6 points have not been run" in str(found)
+
+
+@pytest.mark.parametrize("name", ["peak_forc", "shock.rise_tim"])
+def test_an_unknown_quantity_is_refused_with_a_suggestion(folder: Path, name: str) -> None:
+    with pytest.raises(UnknownNameError, match="did you mean"):
+        load_sweep(folder).values(name)
+    with pytest.raises(UnknownNameError, match="unknown variable of the sweep"):
+        load_sweep(folder).coordinate("peak_force")
+
+
+def test_a_folder_without_a_sweep_is_refused_with_a_hint(tmp_path: Path) -> None:
+    with pytest.raises(FileAccessError, match=r"sweep\.json: cannot be read .*; choose a folder that `shockwave sweep"):
+        load_sweep(tmp_path)
+
+
+def test_the_folder_must_be_a_path() -> None:
+    with pytest.raises(InvalidValueError, match=r"^folder: must be the path of a folder, such as 'results' \(got None"):
+        load_sweep(None)  # type: ignore[arg-type]
+
+
+def test_earlier_versions_are_reported(folder: Path) -> None:
+    header = json.loads((folder / "sweep.json").read_text(encoding="utf-8"))
+    header["earlier_versions"] = [{"shockwave": "0.0.9", "numpy": "1.26"}]
+    (folder / "sweep.json").write_text(json.dumps(header), encoding="utf-8")
+    warning = "points may have been run with other versions (shockwave 0.0.9, numpy 1.26)"
+    assert load_sweep(folder).warnings == (warning,)
+
+
+def test_a_data_frame_is_indexed_by_the_variables(folder: Path) -> None:
+    pytest.importorskip("pandas")
+    found = load_sweep(folder).to_pandas()
+    assert found.loc[(4.0, 1e-6), "peak_force"] == 1e16
+    assert (found.attrs["units"]["peak_force"], found.attrs["units"]["shock.rise_time"]) == ("N", "s")
+
+
+@pytest.mark.parametrize("library", ["pandas", "xarray"])
+def test_a_missing_library_is_named(folder: Path, library: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, library, None)
+    with pytest.raises(
+        UsageError, match=rf"{library} must be installed .*pip install 'granular-shockwave\[notebook\]'"
+    ):
+        getattr(load_sweep(folder), f"to_{library}")()
