@@ -25,7 +25,7 @@ from attrs import fields, frozen
 import shockwave as sw
 from shockwave.scene.chain import Scales
 from shockwave.scene.simulate_options import SimulateOptions
-from shockwave.simulation import wave_train_run as chain_run
+from shockwave.simulation import wave_train_run
 from shockwave.simulation.wave_setup import scaled, setup_of
 
 sys.path.append(str(Path(__file__).parents[2] / "tests"))
@@ -79,16 +79,16 @@ def shock_of(kind: str, number: int) -> sw.Shock:
     return lasting(KINDS[kind](draw), float(np.exp(draw.uniform(np.log(SHORTEST), np.log(LONGEST)))))
 
 
-def reference(shock: sw.Shock) -> tuple[chain_run.ChainRun, Scales]:
+def reference(shock: sw.Shock) -> tuple[wave_train_run.ChainRun, Scales]:
     """The chain, integrated more finely and further, in scaled units."""
     problem, scales = scaled(shock, CHAIN)
-    usual = chain_run._BUDGET, chain_run._BUDGET_RATE
-    chain_run._BUDGET, chain_run._BUDGET_RATE = WAY, WAY_RATE
+    usual = wave_train_run._BUDGET, wave_train_run._BUDGET_RATE
+    wave_train_run._BUDGET, wave_train_run._BUDGET_RATE = WAY, WAY_RATE
     try:
         integrator = setup_of(SimulateOptions(rtol=FINE)).integrator()
-        return chain_run.ChainRun(problem, integrator, THRESHOLD, FIRST, LATER, FARTHEST).finished(), scales
+        return wave_train_run.ChainRun(problem, integrator, THRESHOLD, FIRST, LATER, FARTHEST).finished(), scales
     finally:
-        chain_run._BUDGET, chain_run._BUDGET_RATE = usual
+        wave_train_run._BUDGET, wave_train_run._BUDGET_RATE = usual
 
 
 def check(task: tuple[str, int]) -> Check:

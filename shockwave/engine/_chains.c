@@ -1,4 +1,4 @@
-/* Integration of chains of mixed granules: the algorithm of chain_march.py in C, operation by operation.
+/* Integration of chains of mixed granules: the algorithm of mixed_chain_run.py in C, operation by operation.
 
    Body j is at x[j], v[j]; element j + 1 of an array of forces belongs to the contact between bodies j and j + 1, so that
    the neighbours of body j are elements j and j + 1; element 0 is the weight of a striker. The function takes buffers of
@@ -24,7 +24,7 @@ typedef long long __attribute__((may_alias)) Bits;
 
 enum { RUNNING, DONE, TOO_LONG, FAILED };
 
-/* Settings, constants and results of a run, in the order of chain_march.py, which explains them. */
+/* Settings, constants and results of a run, in the order of mixed_chain_run.py, which explains them. */
 typedef struct {
     double p, q, tolerance, until, duration, rise_time, peak_force, first, longest, contacts, end_stiffness, end_damping,
         most_work, damped, weight;
@@ -33,7 +33,7 @@ typedef struct {
     double status, time, arrival, work, steps, evaluations, rebound, size;
 } Run;
 
-/* State at one end of a step; see End in chain_contacts.py. */
+/* State at one end of a step; see End in mixed_chain_forces.py. */
 typedef struct { double *x, *v, *d, *w, *f, *raw, *power, *slope; } End;
 
 typedef struct {
@@ -392,7 +392,7 @@ static void begin(March *m, long n)
     }
 }
 
-/* Adds the work of the force, integrated by parts; see chain_march.py. */
+/* Adds the work of the force, integrated by parts; see mixed_chain_run.py. */
 static void add_work(March *m, double h, double end)
 {
     const double inverse = m->inverse[0], impulse = m->impulses[m->stages], *weights = m->weights;
@@ -569,7 +569,7 @@ static int set_up(March *m, const Buffers *all)
 }
 
 PyDoc_STRVAR(run_doc, "run(method, rows, coefficients, stops, times, settings, table, samples, expired)\n--\n\n"
-             "Integrates a chain of mixed granules, in place. See chain_march.py.");
+             "Integrates a chain of mixed granules, in place. See mixed_chain_run.py.");
 
 static PyObject *run(PyObject *self, PyObject *args)
 {

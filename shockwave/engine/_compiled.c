@@ -1,4 +1,4 @@
-/* Search for the leading wave of several shocks, one per lane: the algorithm of numpy_backend.py in C.
+/* Search for the leading wave of several shocks, one per lane: the algorithm of wave_search_numpy.py in C.
 
    Scaled units: mass and contact stiffness 1. The contact force is d^p of the overlap d, with Hertz's p = 3/2 unless the
    method is followed by another exponent. Row j of an array contains granule j of all lanes, so that the element
@@ -240,7 +240,7 @@ static void attempt(const Method *m, Window *w, long n, const double *h, const d
 
 /* ---------------------------------------------------------------- a lane: one shock */
 
-/* Columns of a job and of its result; see primary_search.py. */
+/* Columns of a job and of its result; see wave_search.py. */
 enum { RISE_TIME, FORCE, DURATION, GRANULES, TOLERANCE, DOUBT, MAX_CONTACTS, MAX_WORK, REAR, EARLIEST_TIME,
        GROWING, ABOVE, FIRST_PIECE = ABOVE + 10, PIECES,
        FIRST_COEFFICIENT, FIRST_STOP, FIRST_WANTED, WANTED, JOB };
@@ -249,7 +249,7 @@ enum { STATUS, PEAK, LAST, CONTACT, TIME, DOUBT_LEFT, SPEED, MOMENTUM, ENERGY, F
        IMPULSE, FREE_PATH, STEPS, EVALUATIONS, FOUND };
 enum { RUNNING, KNOWN, TOO_LONG, AT_END, FAILED };   /* STATUS */
 
-/* See peak_limit.py and numpy_backend.py for the meaning of the constants of the same names. */
+/* See peak_limit.py and wave_search_numpy.py for the meaning of the constants of the same names. */
 #define MAX_COUNT ((double)(LONG_MAX / 8)) /* largest valid count or index */
 #define STRIDE 4       /* contacts between the peaks that are used for the limit */
 #define KEPT 5         /* number of these peaks */
@@ -1004,7 +1004,7 @@ static int run(const Method *m, Batch *batch, long width)
 
 /* ---------------------------------------------------------------- the whole chain */
 
-/* The state of an integration of the whole chain, which `march` continues; see measurement/course.py. FLYING is the
+/* The state of an integration of the whole chain, which `march` continues; see simulation/integration_stretches.py. FLYING is the
    number of granules in free flight at the loaded end, whose positions are those at the time FLOWN. */
 enum { NOW, STEP_SIZE, UNTIL, STOP, GRANULE_COUNT, FLYING, FLOWN, AGE, TAKEN, KEPT_STEPS, EVALUATED, PEAKS, STRONGEST, ENDED,
        TARGET, RISE, PEAK_FORCE, LENGTH, CHAIN_GRANULES, ALLOWED, KEPT_SINCE, STATE };
@@ -1346,7 +1346,7 @@ static int march_on(March *r)
 
 /* ---------------------------------------------------------------- a wave at a contact */
 
-/* Columns of the data of a wave; see wave_reading.py. */
+/* Columns of the data of a wave; see wave_properties.py. */
 enum { AFTER, BEFORE, ARRIVAL, HEIGHT, WAVE_MOMENTUM, WAVE_ENERGY, WAVE_WIDTH, FASTEST, WAVE_FOOT, WAVE };
 
 #define NODES 8        /* Gauss nodes of a step */
@@ -1503,7 +1503,7 @@ static int jobs_fit(const Buffers *all)
 
 PyDoc_STRVAR(primary_doc, "primary(method, jobs, rows, coefficients, stops, wanted, found, lanes, expired)\n--\n\n"
              "Runs every job (a row of `jobs`) until the leading wave is known; fills `wanted` and `found`.\n"
-             "Jobs that have not ended when `expired()` is true are left as they are. See primary_search.py.");
+             "Jobs that have not ended when `expired()` is true are left as they are. See wave_search.py.");
 
 static PyObject *primary(PyObject *self, PyObject *args)
 {
@@ -1556,7 +1556,7 @@ static int march_fits(const Buffers *all, const March *r)
 
 PyDoc_STRVAR(march_doc, "march(method, rows, coefficients, stops, state, chain, times, x, v, peaks, last, expired)\n--\n\n"
              "Continues the integration of a whole chain to a target time, or until a buffer is full. Keeps the states at the\n"
-             "ends of the steps if `times` is not empty, and logs the maxima of the contact forces. See course.py.");
+             "ends of the steps if `times` is not empty, and logs the maxima of the contact forces. See integration_stretches.py.");
 
 static PyObject *march(PyObject *self, PyObject *args)
 {
@@ -1616,7 +1616,7 @@ static PyObject *march(PyObject *self, PyObject *args)
 }
 
 PyDoc_STRVAR(read_doc, "read(times, states, wave)\n--\n\n"
-             "Measures a wave from positions and velocities of four granules at these times. See wave_reading.py.");
+             "Measures a wave from positions and velocities of four granules at these times. See wave_properties.py.");
 
 static PyObject *read_one(PyObject *self, PyObject *args)
 {

@@ -3,7 +3,7 @@
 A step of a whole chain is limited by every contact that opens or closes anywhere. A disturbance takes time to pass from
 granule to granule, so for a short span of time each part of the chain moves independently of what happens farther away:
 the force where it is cut out of the chain can be kept constant. Granules that fly freely or are at rest need no
-integration. `chain_march` integrates the parts.
+integration. `mixed_chain_run` integrates the parts.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Search for the leading wave: the front is followed until the limit of its peak force is known.
 
-The compiled code, which runs several shocks at a time, and `numpy_backend` implement the same algorithm.
+The compiled code, which runs several shocks at a time, and `wave_search_numpy` implement the same algorithm.
 """
 
 from __future__ import annotations

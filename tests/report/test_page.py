@@ -18,8 +18,8 @@ import shockwave as sw
 from shockwave import cli
 from shockwave.registry.registry import load
 from shockwave.report import findings, page, written
-from shockwave.report.number_text import formula, percent, quantity
 from shockwave.report.html_page import _parameters, parts_in_use
+from shockwave.report.number_text import formula, percent, quantity
 from shockwave.report.page_pictures import drawings
 from shockwave.scenario.scene_hash import normalised, scene_hash
 from shockwave.scene.simulate_options import SimulateOptions

@@ -15,10 +15,9 @@ from shockwave.base.numerics import FloatArray
 from shockwave.engine.scaled_problem import Primary, Status
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation import convergence_runs as repeated_runs
-from shockwave.simulation import leading_wave
+from shockwave.simulation import leading_wave, wave_train_run
 from shockwave.simulation import parts_on_demand as histories
 from shockwave.simulation import wave_train as train
-from shockwave.simulation import wave_train_run as chain_run
 from shockwave.simulation.measured_wave import MeasuredWave, Passage
 from shockwave.simulation.peak_log import Peak
 from shockwave.simulation.wave_setup import scaled, setup_of
@@ -154,7 +153,7 @@ def test_the_error_of_the_recoil_contains_each_part(
 ) -> None:
     shock = sw.Shock(profile=profile, peak_force=100.0, rise_time=rise_time)
     before = sw.simulate(shock, CHAIN, rtol=1e-6).recoil_error
-    monkeypatch.setattr(chain_run, share, 1e6)
+    monkeypatch.setattr(wave_train_run, share, 1e6)
     assert sw.simulate(shock, CHAIN, rtol=1e-6).recoil_error > 100 * before
 
 
