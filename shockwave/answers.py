@@ -9,22 +9,22 @@ import attrs
 from attrs import evolve
 
 from shockwave.base.errors import InvalidValueError
+from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions, options_of, refuse_unknown
 
 if TYPE_CHECKING:
     from shockwave.prediction.outcome import Outcome
     from shockwave.prediction.predictor import Predictor
     from shockwave.scenario.scenario import Scenario
-    from shockwave.scenario.scene_argument import Scene
+    from shockwave.scenario.scene_argument import SceneArgument
     from shockwave.scene.chain import Chain
     from shockwave.scene.force_limit import Limit
-    from shockwave.scene.impact import Impact
     from shockwave.scene.shock import Shock
     from shockwave.studies.comparison import Comparison
 
 
 def predict(
-    scene: Scene, chain: Chain | None = None, *, limit: Limit | float | str | None = None, **settings: Any
+    scene: SceneArgument, chain: Chain | None = None, *, limit: Limit | float | str | None = None, **settings: Any
 ) -> Outcome:
     """Predict the waves that a shock or a striker generates: simulated values, with those of section 4.
 
@@ -49,19 +49,14 @@ def predict(
     ShockwaveError
         As `Predictor.predict` and `load_scenario`.
     """
-    scenario = _scenario(scene, chain)
+    case, scenario = _case(scene, chain, limit)
     predictor, options = settings_of(scenario, settings)
-    if scenario is None:
-        outcome = predictor.predict(cast("Shock | Impact", scene), cast("Chain", chain), options)
-        return cast("Outcome", _limited(outcome, limit))
-    with scenario.locating():
-        outcome = predictor.predict(scenario.excitation, scenario.chain, options)
-    outcome = evolve(outcome, scenario=scenario.name, limit=scenario.limit, place=scenario.place)
-    return cast("Outcome", _limited(outcome, limit))
+    with case.locating():
+        return predictor.predict_scene(case, options)
 
 
 def simulate(
-    scene: Scene,
+    scene: SceneArgument,
     chain: Chain | None = None,
     rtol: float | None = None,
     *,
@@ -102,19 +97,16 @@ def simulate(
     ShockwaveError
         As `load_scenario`.
     """
-    from shockwave.simulation.simulate import simulate_with
+    from shockwave.simulation.simulate import simulate_scene
 
     options |= {} if rtol is None else {"rtol": rtol}
-    scenario = _scenario(scene, chain)
-    if scenario is None:
-        return _limited(simulate_with(options_of(options), cast("Shock", scene), cast("Chain", chain)), limit)
-    with scenario.locating():
-        result = simulate_with(_options(scenario, options), scenario.excitation, scenario.chain)
-    return _limited(evolve(result, scenario=scenario.name, limit=scenario.limit), limit)
+    case, scenario = _case(scene, chain, limit)
+    with case.locating():
+        return simulate_scene(case, options_of(options) if scenario is None else _options(scenario, options))
 
 
 def compare(
-    scene: Scene, chain: Chain | None = None, *, limit: Limit | float | str | None = None, **settings: Any
+    scene: SceneArgument, chain: Chain | None = None, *, limit: Limit | float | str | None = None, **settings: Any
 ) -> Comparison:
     """Simulate a shock on a chain, and compare section 4 of the paper with the result.
 
@@ -133,35 +125,20 @@ def compare(
     if settings.get("model", "section-4") != "section-4":
         rule = "must be left out or section-4, the model that is compared with the simulation"
         raise InvalidValueError.of("model", f"{rule} (got {settings['model']!r})")
-    scenario = _scenario(scene, chain)
+    case, scenario = _case(scene, chain, limit)
     predictor, options = settings_of(scenario, {**settings, "model": "section-4"})
-    if scenario is None:
-        compared = comparison.compare(cast("Shock", scene), cast("Chain", chain), predictor, options)
-        return evolve(compared, simulated=_limited(compared.simulated, limit))
-    with scenario.locating():
-        compared = comparison.compare(scenario.excitation, scenario.chain, predictor, options, scenario.place)
-    about: dict[str, Any] = {"scenario": scenario.name, "limit": scenario.limit}
-    predicted = compared.predicted and evolve(compared.predicted, **about)
-    simulated = _limited(evolve(compared.simulated, **about), limit)
-    return evolve(compared, predicted=predicted, simulated=simulated, published=scenario.published)
+    with case.locating():
+        return comparison.compare(case, predictor, options, None if scenario is None else scenario.published)
 
 
-def _limited(result: Any, limit: Limit | float | str | None) -> Any:
-    """The result with this limit, if one is given."""
-    if limit is None:
-        return result
-    from shockwave.scene.force_limit import limit_of
-
-    return evolve(result, limit=limit_of(limit))
-
-
-def _scenario(scene: object, chain: object) -> Scenario | None:
-    """The scenario, loaded if ``scene`` is a path; None for an excitation with a chain."""
+def _case(scene: object, chain: object, limit: Limit | float | str | None) -> tuple[Scene, Scenario | None]:
+    """The scene with this limit, if one is given; and its scenario, loaded if ``scene`` is a path."""
     if chain is not None and not isinstance(scene, str | os.PathLike):
-        return None
+        return Scene(excitation=cast("Shock", scene), chain=cast("Chain", chain), limit=limit), None
     from shockwave.scenario.scene_argument import scenario_alone  # an excitation on a chain does not need it
 
-    return scenario_alone(scene, chain)
+    scenario = scenario_alone(scene, chain)
+    return (scenario.scene if limit is None else evolve(scenario.scene, limit=limit)), scenario
 
 
 def settings_of(scenario: Scenario | None, given: dict[str, Any]) -> tuple[Predictor, SimulateOptions]:

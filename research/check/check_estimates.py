@@ -24,6 +24,7 @@ from attrs import fields, frozen
 
 import shockwave as sw
 from shockwave.scene.chain import Scales
+from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation import wave_train_run
 from shockwave.simulation.wave_setup import scaled, setup_of
@@ -81,7 +82,7 @@ def shock_of(kind: str, number: int) -> sw.Shock:
 
 def reference(shock: sw.Shock) -> tuple[wave_train_run.ChainRun, Scales]:
     """The chain, integrated more finely and further, in scaled units."""
-    problem, scales = scaled(shock, CHAIN)
+    problem, scales = scaled(Scene(excitation=shock, chain=CHAIN))
     usual = wave_train_run._BUDGET, wave_train_run._BUDGET_RATE
     wave_train_run._BUDGET, wave_train_run._BUDGET_RATE = WAY, WAY_RATE
     try:

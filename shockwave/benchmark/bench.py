@@ -35,8 +35,8 @@ from shockwave.profiles.tabulated import Tabulated
 from shockwave.profiles.triangular import Triangular
 from shockwave.registry.registry import entries, load, plugins
 from shockwave.scenario.scenario import Scenario
-from shockwave.scene.coverage_rules import covered
-from shockwave.simulation.simulate import simulate
+from shockwave.scene.simulate_options import SimulateOptions
+from shockwave.simulation.simulate import simulate_scene
 from shockwave.simulation.wave_setup import scaled
 from shockwave.sweep.point_evaluation import software
 
@@ -101,8 +101,8 @@ def named(family: str, quick: bool) -> Iterator[Callable[[], Experiment]]:
 
 
 def _of_scenario(family: str, scenario: Scenario) -> Experiment:
-    with scenario.locating():
-        covered(scenario.chain, scenario.excitation, "bench", laws=True)
+    with scenario.scene.locating():
+        scenario.scene.covered("bench")
     if family == "quadratures":
         profile = scenario.shock.profile
         return quadratures(scenario.name, type(profile).__name__, areas_of(profile))
@@ -204,17 +204,17 @@ def quadratures(name: str, description: str, areas: Areas) -> Experiment:
 
 def predictors(case: Case) -> Experiment:
     """Section 4 and simulation, by their errors in the peak force of the leading wave far along the chain."""
-    best = simulate(case.shock, case.chain, rtol=1e-12, integrator="rkn1210", waves="primary")
-    other = simulate(case.shock, case.chain, rtol=1e-11, integrator="rkn86", waves="primary")
+    best = simulate_scene(case.scene, SimulateOptions(rtol=1e-12, integrator="rkn1210", waves="primary"))
+    other = simulate_scene(case.scene, SimulateOptions(rtol=1e-11, integrator="rkn86", waves="primary"))
     source = "simulation by rkn1210 at rtol 1e-12, checked by rkn86 at 1e-11"
     error = max(best.error_estimate, abs(other.peak_force / best.peak_force - 1))
 
     def predicted(reading: dict[str, Any], _: None, __: Clock) -> Answer:
-        outcome: Any = Predictor(model="section-4", **reading).predict(case.shock, case.chain)
+        outcome: Any = Predictor(model="section-4", **reading).predict_scene(case.scene)
         return Answer({"peak force": abs(outcome.peak_force / best.peak_force - 1)})
 
     def simulated(rtol: float, _: Clock) -> Answer:
-        result = simulate(case.shock, case.chain, rtol=rtol, waves="primary")
+        result = simulate_scene(case.scene, SimulateOptions(rtol=rtol, waves="primary"))
         difference = abs(result.peak_force / best.peak_force - 1)
         return Answer({"peak force": difference}, result.cost.force_evaluations, result.cost.steps)
 
@@ -233,10 +233,10 @@ def predictors(case: Case) -> Experiment:
 def integrators(case: Case) -> Experiment:
     """The function simulate, and every registered integrator on a window that grows with the front."""
     best = reference(case)
-    _, scales = scaled(case.shock, case.chain)
+    _, scales = scaled(case.scene)
 
     def simulated(rtol: float, _: Clock) -> Answer:
-        result = simulate(case.shock, case.chain, rtol=rtol, waves="primary", contacts=(case.contact,))
+        result = simulate_scene(case.scene, SimulateOptions(rtol=rtol, waves="primary", contacts=(case.contact,)))
         passage = result.passage(case.contact)
         errors = best.errors(passage.peak_force / scales.force, passage.arrival_time / scales.time)
         errors["energy"] = result.energy_defect

@@ -16,10 +16,11 @@ from shockwave.engine.integrator import Integrator
 from shockwave.engine.nystroem_integrators import Nystroem, Rkn86, Rkn1210
 from shockwave.engine.scaled_problem import chain_energy
 from shockwave.scenario.scenario import Scenario
-from shockwave.scene.chain import HERTZ, Chain
-from shockwave.scene.shock import Shock
+from shockwave.scene.chain import HERTZ
+from shockwave.scene.scene import Scene
+from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.peak_log import located_peak
-from shockwave.simulation.simulate import simulate
+from shockwave.simulation.simulate import simulate_scene
 from shockwave.simulation.wave_setup import scaled
 
 # Smallest maximum of a contact force that counts as that of the front, in units of the peak force of the shock.
@@ -70,8 +71,7 @@ class Case:
 
     name: str
     description: str
-    shock: Shock
-    chain: Chain
+    scene: Scene
     contact: int
     known: tuple[float, float] | None = None
 
@@ -92,7 +92,8 @@ def _named(name: str) -> Case:
     rise, decay, ratio, rise_time, contact, remark = _POWER_LAWS[name]
     shock, chain = power(rise, decay, ratio, rise_time)
     description = f"power law, t0 = {rise_time:g} T0, n = {ratio:g}, eta {rise:g} and {decay:g} ({remark})"
-    return Case(name, description, shock, chain, contact, _KNOWN.get(name))
+    scene = Scene(excitation=shock, chain=chain)
+    return Case(name, description, scene, contact, _KNOWN.get(name))
 
 
 #: The named problems.
@@ -107,11 +108,11 @@ def case_of(scenario: Scenario) -> Case:
     ShockwaveError
         If it cannot be simulated.
     """
-    shock, chain = scenario.shock, scenario.chain
-    contact = min(int(simulate(shock, chain, waves="primary").found.contact), _FARTHEST)
-    if chain.count is not None:
-        contact = max(min(contact, chain.count - 2 - _BEFORE_END), 0)
-    return Case(scenario.name, type(shock.profile).__name__, shock, chain, contact)
+    scene, count = scenario.scene, scenario.chain.count
+    contact = min(int(simulate_scene(scene, SimulateOptions(waves="primary")).found.contact), _FARTHEST)
+    if count is not None:
+        contact = max(min(contact, count - 2 - _BEFORE_END), 0)
+    return Case(scenario.name, type(scenario.shock.profile).__name__, scene, contact)
 
 
 def reference(case: Case) -> Reference:
@@ -145,7 +146,7 @@ def read_front(case: Case, integrator: Integrator, clock: Clock) -> Reading:
     NumericalError
         If the integrator fails or takes too long, or the front has no peak at the contact.
     """
-    problem, _ = scaled(case.shock, case.chain)
+    problem, _ = scaled(case.scene)
     initial = None
     for steps, span in enumerate(march(problem, integrator, problem.duration + _LONGEST), start=1):
         clock.check()

@@ -10,7 +10,6 @@ from shockwave.base.text import limits, si, strong
 from shockwave.cli.output import check_output, json_text, written
 from shockwave.cli.scenario_commands import loaded
 from shockwave.scene.chain import Scales
-from shockwave.scene.coverage_rules import covered
 from shockwave.studies.amplification_curve import UniversalCurve
 
 
@@ -18,8 +17,8 @@ def curve(options: Namespace) -> int:
     """Print or write the universal curve for the shape of a scenario's shock."""
     check_output(options.output, ".json", ".svg", ".png", ".pdf")
     (scenario,) = loaded([options.file], output=options.output)
-    with scenario.locating():
-        chain = covered(scenario.chain, scenario.excitation, "the universal curve")
+    with scenario.scene.locating():
+        chain = scenario.scene.covered("the universal curve")
     shock = scenario.shock
     ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
     universal = UniversalCurve(shock.profile, rtol=options.rtol, longest=options.longest)

@@ -83,7 +83,7 @@ def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any]
             if documents[-1].get("method") == "simulation" and result.reason:  # of a prediction, which is shown as well
                 status = max(status, NumericalError.exit_code)
         except Exception as error:
-            text, code = failure(scenario.located(error))
+            text, code = failure(scenario.scene.located(error))
             located = text.startswith(f"{scenario.path}:")
             problems.append(text if located else f"{scenario.path}: {text}")
             warnings = getattr(error, "__notes__", [])
@@ -153,8 +153,8 @@ def validate(options: Namespace) -> int:
         faults: Sequence[Fault] = ()
         warnings: list[str] = []
         try:
-            scenario = load_scenario(file)
-            warnings = [str(scenario.place(fault)) for fault in unusual(scenario.excitation, scenario.chain)]
+            scene = load_scenario(file).scene
+            warnings = [str(scene.placed(fault)) for fault in unusual(scene.excitation, scene.chain)]
         except ShockwaveError as error:
             faults = getattr(error, "faults", ()) or [Fault("", str(error))]
             status = max(status, error.exit_code)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import TYPE_CHECKING, Any, Protocol
 
 from attrs import asdict, evolve, field, frozen
 
@@ -18,9 +18,9 @@ from shockwave.profiles.area_conditions import Condition
 from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import LAST, WALL, WAVE, LeavingForce, Limit, Verdict, plain_verdict, verdict
 from shockwave.scene.plausibility import unusual_warnings
+from shockwave.scene.scene import Scene
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
-from shockwave.scene.summary import ChainScene, Scene, equal_granules
 from shockwave.scene.yielding import Yielding, yielding_of
 
 if TYPE_CHECKING:  # a result that is only printed does not need them
@@ -45,7 +45,7 @@ class Relations(Protocol):
     def equal_tolerance(self) -> float:
         """Relative difference called equal."""
 
-    def section4(self, shock: Shock, chain: Chain, simulated_force: Any = ...) -> Section4Outcome:
+    def relations(self, scene: Scene, simulated_force: Any = ...) -> Section4Outcome:
         """Prediction of section 4."""
 
 
@@ -59,30 +59,40 @@ class Outcome(Result):
 
     Attributes
     ----------
-    scenario : str or None
-        Name of the scenario, if there is one.
-    excitation, chain : Shock or Impact, Chain
-        The scene.
+    scene : Scene
+        Shock or impact, and chain.
     predictor : Predictor
         Settings of the prediction.
     options : SimulateOptions
         Options of the simulation.
-    limit : Limit or None
-        Limit on the transmitted force.
     simulation : callable or None
         Function that returns the result of the simulation or its error; None if the model is ``section-4``.
-    place : callable
-        Function that adds the place in a file to a fault.
     """
 
-    scenario: str | None = None
-    excitation: Shock | Impact
-    chain: Chain
+    scene: Scene
     predictor: Relations
     options: SimulateOptions
-    limit: Limit | None = None
     simulation: Callable[[], Any] | None = field(eq=False, repr=False)
-    place: Callable[[Fault], Fault] | None = field(default=None, eq=False, repr=False)
+
+    @property
+    def scenario(self) -> str | None:
+        """Name of the scenario, if there is one."""
+        return self.scene.name
+
+    @property
+    def excitation(self) -> Shock | Impact:
+        """The shock or the striker."""
+        return self.scene.excitation
+
+    @property
+    def chain(self) -> Chain:
+        """The chain; equal granules are given by their number."""
+        return self.scene.line
+
+    @property
+    def limit(self) -> Limit | None:
+        """Limit on the transmitted force."""
+        return self.scene.limit
 
     # ---------------------------------------------------------------- the simulation
 
@@ -95,10 +105,7 @@ class Outcome(Result):
     def simulated(self) -> Any:
         """Result of the simulation, as `shockwave.simulate` returns it; None where there is none."""
         result = None if self.simulation is None else self.simulation()
-        if result is None or isinstance(result, ShockwaveError):
-            return None
-        about = {"scenario": self.scenario, "limit": self.limit}
-        return evolve(result, **about) if any(about.values()) else result
+        return None if isinstance(result, ShockwaveError) else result
 
     @property
     def reason(self) -> str | None:
@@ -179,15 +186,18 @@ class Outcome(Result):
         return force
 
     @property
-    def verdict(self) -> Verdict | None:
-        """Verdict on the limit; None without a limit."""
-        if self.limit is None:
-            return None
+    def leaving(self) -> LeavingForce:
+        """The transmitted force, on the wall, at the last contact, or of the wave in an endless chain."""
         finite, walled = self.chain.count is not None, self.chain.end is not None
         unknown = LeavingForce(name=WALL if walled else LAST if finite else WAVE, remedy="simulate")
         if self.simulation is not None:
             unknown = evolve(unknown, remedy="simulate with a longer timeout or a larger rtol")
-        return verdict(self.limit, self._read("leaving") or unknown)
+        return self._read("leaving") or unknown
+
+    @property
+    def verdict(self) -> Verdict | None:
+        """Verdict on the limit; None without a limit."""
+        return None if self.limit is None else verdict(self.limit, self.leaving)
 
     @property
     def yielding(self) -> Yielding | None:
@@ -214,7 +224,7 @@ class Outcome(Result):
         try:
             # a method of this object would be a reference to itself
             force = partial(_peak_force, self.simulation)
-            return self.predictor.section4(cast(Shock, self.excitation), self.chain, force)
+            return self.predictor.relations(self.scene, force)
         except (InvalidValueError, NumericalError) as error:
             return detached(error)
 
@@ -239,7 +249,7 @@ class Outcome(Result):
         if not isinstance(error, ShockwaveError):
             return ()
         faults: tuple[Fault, ...] = getattr(error, "faults", ()) or (Fault("", str(error)),)
-        return faults if self.place is None else tuple(map(self.place, faults))
+        return tuple(map(self.scene.placed, faults))
 
     @property
     def section4_reason(self) -> str | None:
@@ -271,7 +281,7 @@ class Outcome(Result):
     @property
     def notes(self) -> tuple[str, ...]:
         """Changes that were made to a record."""
-        return tuple(self.excitation.profile.notes) if isinstance(self.excitation, Shock) else ()
+        return self.scene.notes
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -287,14 +297,6 @@ class Outcome(Result):
             return usual
         fails = () if self._paper.holds else (_FAILS,)
         return (*usual, *fails, *self._paper.warnings, *beyond)
-
-    @property
-    def scene(self) -> Scene | ChainScene:
-        """Summary of excitation and chain."""
-        shock = self.excitation
-        if isinstance(shock, Shock) and equal_granules(shock, self.chain) is not None:
-            return Scene.of(shock, self.chain)
-        return ChainScene.of(shock, self.chain)
 
     _brief = ("scenario", "model", "limit.force")
     _tables = (("waves", "wave"), ("conditions", "condition"), ("contacts", "contact"))
@@ -318,7 +320,7 @@ class Outcome(Result):
             "section4": self.section4 and self.section4.to_dict(),
             "section4_reason": self.section4_reason,
             "applied_momentum": self.applied_momentum,
-            "scene": self.scene.to_dict(),
+            "scene": self.scene.summary().to_dict(),
         }
         return document | {"warnings": list(self.warnings), "notes": list(self.notes)}
 

@@ -183,7 +183,7 @@ def _details(outcome: Outcome) -> list[str]:
             pairs.append(("scales as", exponents_text(powers)))
     if outcome.yielding is not None:
         pairs += outcome.yielding.facts()
-    return [*lines, *facts([*pairs, *outcome.scene.facts()])]
+    return [*lines, *facts([*pairs, *outcome.scene.summary().facts()])]
 
 
 def exponents_text(powers: Any) -> str:

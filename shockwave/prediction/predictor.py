@@ -19,10 +19,10 @@ from shockwave.prediction.section4_outcome import Exponents, Section4Outcome, ou
 from shockwave.profiles.area_conditions import conditions
 from shockwave.registry.registry import find
 from shockwave.scene.chain import Chain, Scales
+from shockwave.scene.scene import Scene, scenes_of
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.solitary_wave import EXACT_COEFFICIENT, SolitaryWave, coefficient_of, wave_law
-from shockwave.scene.summary import equal_granules, scenes_of
 from shockwave.scene.yielding import beyond_elastic
 
 if TYPE_CHECKING:  # a shock on equal granules does not need it
@@ -98,7 +98,11 @@ class Predictor:
         PluginError
             If a profile or another plugin is faulty.
         """
-        (outcome,) = self.predict_many([shock], [chain], options)
+        return self.predict_scene(Scene(excitation=shock, chain=chain), options)
+
+    def predict_scene(self, scene: Scene, options: SimulateOptions | None = None) -> Outcome:
+        """Predict the outcome of a scene; see `predict`."""
+        (outcome,) = self.predict_scenes([scene], options)
         if isinstance(outcome, ShockwaveError):
             raise outcome
         return outcome
@@ -133,15 +137,27 @@ class Predictor:
         InvalidValueError
             If the number of chains differs from that of the shocks, or an argument is of the wrong type.
         """
-        scenes = scenes_of(shocks, chain, "predict", threads)
+        return self.predict_scenes(scenes_of(shocks, chain, "predict", threads), options, threads)
+
+    def predict_scenes(
+        self,
+        scenes: Iterable[Scene | ShockwaveError],
+        options: SimulateOptions | None = None,
+        threads: int | None = None,
+    ) -> list[Outcome | ShockwaveError]:
+        """Predict many scenes; see `predict_many`. Errors among the scenes are passed on."""
         options = SimulateOptions() if options is None else options
         if not isinstance(options, SimulateOptions):
             raise InvalidValueError.of("options", f"must be SimulateOptions (got {text_of(options)})")
         engine = _Engine([], options, threads)
-        outcomes = [self._attempt(engine, *scene) for scene in scenes]
+        outcomes = [self._attempt(engine, scene) for scene in scenes]
         return [self._elastic(outcome) for outcome in outcomes]
 
-    def section4(self, shock: Shock, chain: Chain, simulated_force: Any = lambda: None) -> Section4Outcome:
+    def section4(self, shock: Shock, chain: Chain) -> Section4Outcome:
+        """Prediction of section 4 for a shock on a chain; see `relations` for the errors."""
+        return self.relations(Scene(excitation=shock, chain=chain))
+
+    def relations(self, scene: Scene, simulated_force: Any = lambda: None) -> Section4Outcome:
         """Prediction of section 4; ``simulated_force`` is the function that returns the simulated peak force.
 
         Raises
@@ -151,7 +167,8 @@ class Predictor:
         NumericalError
             If a root of the relations for trains is not found, or the peak force is too small.
         """
-        chain = _covered(shock, chain)
+        chain = scene.covered("section 4", packings=True)
+        shock = cast(Shock, scene.shock)
         scales = Scales.of(chain, shock.peak_force)
         coefficient = coefficient_of(self.momentum_coefficient)
         areas = shock.profile.areas(self.quadrature)
@@ -181,19 +198,13 @@ class Predictor:
         }
         return outcome_of(answer, common, scales, force)
 
-    def _attempt(self, engine: _Engine, shock: Shock | Impact, chain: Chain) -> Outcome | ShockwaveError:
+    def _attempt(self, engine: _Engine, scene: Scene | ShockwaveError) -> Outcome | ShockwaveError:
+        if isinstance(scene, ShockwaveError):
+            return scene
         try:
             alone = self.model == "section-4"
-            if alone:
-                chain = _covered(cast(Shock, shock), chain)
-            simulation = None if alone else engine.add(shock, chain)
-            outcome = Outcome(
-                excitation=shock,
-                chain=equal_granules(shock, chain) or chain,
-                predictor=self,
-                options=engine.options,
-                simulation=simulation,
-            )
+            simulation = None if alone else engine.add(scene)
+            outcome = Outcome(scene=scene, predictor=self, options=engine.options, simulation=simulation)
             _ = outcome.section4 if alone else None
             return outcome
         except ShockwaveError as error:
@@ -212,16 +223,6 @@ class Predictor:
         return result if isinstance(result, InvalidValueError) else outcome
 
 
-def _covered(shock: Shock, chain: Chain) -> Chain:
-    """The chain as equal granules, which section 4 covers; raises NotCoveredError for further features."""
-    if isinstance(shock, Shock) and isinstance(chain, Chain) and chain.is_uniform and not shock.profile.pulls:
-        return chain
-    from shockwave.scene.coverage_rules import predictable  # equal granules do not need it
-
-    equal_granules(shock, chain)  # raises for other types
-    return predictable(chain, shock)
-
-
 def _measurement() -> ModuleType:
     """The module that simulates, which section 4 alone does not need."""
     from shockwave.simulation import simulate
@@ -237,9 +238,9 @@ class _Engine:
         self.results: list[Any] | None = None
         self._lock = Lock()
 
-    def add(self, excitation: Shock | Impact, chain: Chain) -> Simulation:
+    def add(self, scene: Scene) -> Simulation:
         """Add a scene; see `shockwave.simulation.simulate.job_of` for the errors."""
-        self.jobs.append(_measurement().job_of(self.options, excitation, chain))
+        self.jobs.append(_measurement().job_of(self.options, scene))
         return Simulation(self, len(self.jobs) - 1)
 
     def result(self, index: int) -> Any:
@@ -278,11 +279,11 @@ class Simulation:
         result = None if results is None else results[self._index]
         if isinstance(result, ShockwaveError):
             result = None  # it is found again
-        return _restored, (self._engine.options, job.excitation, job.chain, result)
+        return _restored, (self._engine.options, job.scene, result)
 
 
-def _restored(options: SimulateOptions, excitation: Shock | Impact, chain: Chain, result: Any) -> Simulation:
+def _restored(options: SimulateOptions, scene: Scene, result: Any) -> Simulation:
     engine = _Engine([], options)
-    simulation = engine.add(excitation, chain)
+    simulation = engine.add(scene)
     engine.results = None if result is None else [result]
     return simulation

@@ -25,7 +25,6 @@ from shockwave.report.page_results import Findings, findings
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_hash import parameters, scene_hash
 from shockwave.scene.chain import Scales
-from shockwave.scene.summary import ChainScene, Scene
 from shockwave.simulation.wave_text import greatest_text
 
 
@@ -63,7 +62,7 @@ def written(found: Findings) -> str:
         from shockwave.simulation.contact_text import chain_answer, chain_balances, chain_lead, chosen, span
 
         filters = (*filters, chain_answer, chain_balances, chain_lead, chosen, span)
-        scene = ChainScene.of(found.scenario.excitation, found.scenario.chain)
+        scene = found.scenario.scene.summary()
         about: dict[str, Any] = {"conditions": (), "scene": scene}
     else:
         about = _of_shock(found.scenario)
@@ -89,8 +88,8 @@ def _of_shock(scenario: Scenario) -> dict[str, Any]:
         "profile": profile.name if profile else type(shock.profile).__name__,
         "parameters": _parameters(shock.profile),
         "areas": areas,
-        "contact": dict(Scene.of(shock, scenario.chain).facts()).get("contact"),
-        "characteristic_time": Scales.of(scenario.chain, shock.peak_force).time,
+        "contact": dict(scenario.scene.summary().facts()).get("contact"),
+        "characteristic_time": Scales.of(scenario.scene.line, shock.peak_force).time,
         "conditions": conditions(areas, float(shock.profile.duration_ratio)),
     }
 

@@ -12,9 +12,8 @@ from shockwave.base.quantity_fields import listed
 from shockwave.prediction.outcome import Outcome
 from shockwave.scenario.scenario import Scenario
 from shockwave.scene.plausibility import unusual_warnings
-from shockwave.scene.summary import equal_granules
 from shockwave.simulation.measured_wave import Passage
-from shockwave.simulation.simulate import simulate_with
+from shockwave.simulation.simulate import simulate_scene
 from shockwave.simulation.wave_result import SimulationResult
 from shockwave.simulation.wave_setup import immeasurable, scaled
 from shockwave.studies.comparison import Comparison
@@ -73,7 +72,7 @@ class Findings:
     @property
     def is_beyond(self) -> bool:
         """Whether the scene has features beyond a shock on equal granules with free ends."""
-        return equal_granules(self.scenario.excitation, self.scenario.chain) is None
+        return self.scenario.scene.uniform is None
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -82,27 +81,24 @@ class Findings:
             return tuple(dict.fromkeys(self.simulated.wave_warnings))
         if self.predicted is not None:
             return self.predicted.warnings
-        return unusual_warnings(self.scenario.excitation, self.scenario.chain)
+        return unusual_warnings(self.scenario.scene.excitation, self.scenario.chain)
 
 
 def findings(scenario: Scenario) -> Findings:
     """Predict and simulate ``scenario``; if one fails, the other is still computed."""
     failures: dict[str, int] = {}  # with their exit statuses
     tolerance = scenario.predictor.equal_tolerance
-    equal = equal_granules(scenario.excitation, scenario.chain)
-    if equal is not None:
-        scenario = evolve(scenario, chain=equal)
+    scenario = evolve(scenario, chain=scenario.scene.line)
+    scene = scenario.scene
     predicted, reason = None, ""
     try:
-        predicted = evolve(scenario.predictor, model="section-4").predict(scenario.excitation, scenario.chain)
-        predicted = evolve(predicted, limit=scenario.limit)
+        predicted = evolve(scenario.predictor, model="section-4").predict_scene(scene)
     except NotCoveredError as error:
         reason = f"it does not cover {listed([fault.path for fault in error.faults], 'and')}"
     except ShockwaveError as error:
-        failures[f"The prediction failed: {scenario.located(error)}."] = error.exit_code
-    simulate = _simulate_chain if equal is None else _simulate
+        failures[f"The prediction failed: {scene.located(error)}."] = error.exit_code
+    simulate = _simulate_chain if scene.uniform is None else _simulate
     simulated = _attempt(failures, "The simulation failed", simulate, scenario)
-    simulated = simulated and evolve(simulated, limit=scenario.limit)
     passages = []
     if simulated is not None and simulated.waves:
         failure = "The waves behind the leading wave could not be measured"
@@ -117,7 +113,7 @@ def findings(scenario: Scenario) -> Findings:
         predicted=predicted,
         simulated=simulated,
         comparison=Comparison(predicted=predicted, simulated=simulated, equal_tolerance=tolerance)
-        if predicted and simulated and equal
+        if predicted and simulated and scene.uniform
         else None,
         passages=tuple(filter(None, passages)),
         failures=tuple(failures),
@@ -131,20 +127,20 @@ def _attempt(failures: dict[str, int], failure: str, compute: Callable[..., _T],
     try:
         return compute(*arguments)
     except ShockwaveError as error:
-        located = arguments[0].located(error) if isinstance(arguments[0], Scenario) else error
+        located = arguments[0].scene.located(error) if isinstance(arguments[0], Scenario) else error
         failures[f"{failure}: {located}."] = error.exit_code
         return None
 
 
 def _simulate(scenario: Scenario) -> SimulationResult | Any:
     """Simulate as requested, with the histories that are drawn."""
-    shock, chain = scenario.shock, scenario.chain
-    problem, scales = scaled(shock, chain)
+    problem, scales = scaled(scenario.scene)
     if immeasurable(problem):
         primary = evolve(scenario.simulate, waves="primary", record=(), interval=None, until=None)
-        return simulate_with(primary, shock, chain)
+        return simulate_scene(scenario.scene, primary)
     until = max(_BEYOND * problem.duration, _PASSED)
-    reached = int(_RATE * until) if chain.count is None else min(int(_RATE * until), chain.count - 1)
+    reached, count = int(_RATE * until), scenario.chain.count
+    reached = reached if count is None else min(reached, count - 1)
     options = evolve(
         scenario.simulate,
         contacts=range(0, reached, -(-reached // _CONTACTS)),
@@ -152,13 +148,13 @@ def _simulate(scenario: Scenario) -> SimulationResult | Any:
         interval=None,
         until=until * scales.time,
     )
-    return simulate_with(options, shock, chain)
+    return simulate_scene(scenario.scene, options)
 
 
 def _simulate_chain(scenario: Scenario) -> Any:
     """Simulate a chain beyond equal spheres, with the forces that are drawn."""
     plain = evolve(scenario.simulate, contacts=(), record=(), interval=None)
-    result: Any = simulate_with(plain, scenario.excitation, scenario.chain)
+    result: Any = simulate_scene(scenario.scene, plain)
     contacts = result.contact_count or len(result.velocities)
     options = evolve(
         result.options,

@@ -37,6 +37,7 @@ from shockwave.scenario.yaml_document import Document, Steps, read_document, ste
 from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import Limit
 from shockwave.scene.material import Material
+from shockwave.scene.scene import faults_of, uniform_of
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
 
@@ -290,18 +291,11 @@ class _Loading:
         if not isinstance(chain, Chain):
             return
         options = simulate or SimulateOptions()
-        faults: list[Fault] = []
-        known = True
-        if impact is not None or not chain.is_uniform:
-            from shockwave.scene.coverage_rules import scene_faults
-
-            faults = scene_faults(chain, impact)
-            known = not faults
-            # the waves of an endless chain without precompression are those of equal granules
-            mixed = chain.count is not None or chain.precompression > 0
-            if options.integrator is not None and mixed and not faults:
-                reason = load("integrators", options.integrator).refusal(chain.is_damped)
-                faults = [Fault("simulate.integrator", reason)] if reason else []
+        faults = faults_of(chain, impact)
+        known = not faults
+        if options.integrator is not None and known and (impact is not None or uniform_of(chain) is None):
+            reason = load("integrators", options.integrator).refusal(chain.is_damped)
+            faults = [Fault("simulate.integrator", reason)] if reason else []
         if chain.count is not None and known:
             last = chain.count + (impact is not None) + (chain.end is not None) - 2
             for index, contact in enumerate(self.document.data["simulate"]["contacts"] if options.contacts else ()):

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from attrs import field, frozen
 
-from shockwave.base.errors import Fault, InvalidValueError
+from shockwave.base.errors import Fault
 from shockwave.base.quantity_fields import plain_text, quantity
 from shockwave.prediction.predictor import Predictor
 from shockwave.scenario.block_keys import RECORD
@@ -18,6 +17,7 @@ from shockwave.scenario.uncertainty_block import Spread
 from shockwave.scenario.yaml_document import Document, steps_of
 from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import Limit
+from shockwave.scene.scene import Scene
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
 
@@ -47,7 +47,7 @@ class Published:
     error: float | None = quantity("", "relative error of the peak force", optional=True, default=None)
 
 
-@frozen(kw_only=True)
+@frozen(kw_only=True, slots=False)
 class Scenario:
     """One scene, with the settings of prediction and simulation.
 
@@ -97,30 +97,12 @@ class Scenario:
         """The shock, or the impact in its place."""
         return self.shock if self.impact is None else self.impact
 
-    def located(self, error: Exception) -> Exception:
-        """``error``, with the places of its faults in the document where they concern a key there."""
-        if self.document is None or not isinstance(error, InvalidValueError):
-            return error
-        return type(error)(map(self.place, error.faults))
-
-    @contextmanager
-    def locating(self) -> Iterator[None]:
-        """Report an invalid value with its place in the document."""
-        try:
-            yield
-        except InvalidValueError as error:
-            raise self.located(error) from None
-
-    def place(self, fault: Fault) -> Fault:
-        """``fault`` with its place in the document, if its path, alone or below ``shock``, begins with a key there."""
-        own, document = steps_of(fault.path), self.document
-        block, _, name = fault.path.partition(".")
-        if block == "uncertainty" and name:  # the keys of this block contain dots
-            own = (block, name.strip("'"))
-        for steps in (own, ("shock", *own)):
-            if document is not None and steps[:2] in document.keys:
-                return document.fault(steps, fault.problem, at_key=True)
-        return fault
+    @cached_property
+    def scene(self) -> Scene:
+        """The shock or the impact on the chain, with name and limit."""
+        # a method of this object would be a reference to itself
+        place = None if self.document is None else partial(_placed, self.document)
+        return Scene(excitation=self.excitation, chain=self.chain, name=self.name, limit=self.limit, place=place)
 
     @property
     def files(self) -> tuple[Path, ...]:
@@ -130,3 +112,15 @@ class Scenario:
         shock = self.document.data.get("shock") or {}
         record = (shock.get("parameters") or {}).get("file") if str(shock.get("profile")).lower() == RECORD else None
         return (self.path, self.path.parent / record) if record else (self.path,)
+
+
+def _placed(document: Document, fault: Fault) -> Fault:
+    """``fault`` with its place in the document, if its path, alone or below ``shock``, begins with a key there."""
+    own = steps_of(fault.path)
+    block, _, name = fault.path.partition(".")
+    if block == "uncertainty" and name:  # the keys of this block contain dots
+        own = (block, name.strip("'"))
+    for steps in (own, ("shock", *own)):
+        if steps[:2] in document.keys:
+            return document.fault(steps, fault.problem, at_key=True)
+    return fault

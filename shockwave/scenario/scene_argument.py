@@ -15,7 +15,7 @@ if TYPE_CHECKING:  # a scenario with a shock does not need it
     from shockwave.scene.impact import Impact
 
 #: A scenario, its file, or an excitation whose chain is given beside it.
-Scene: TypeAlias = "Scenario | str | os.PathLike[str] | Shock | Impact"
+SceneArgument: TypeAlias = "Scenario | str | os.PathLike[str] | Shock | Impact"
 
 
 def scenario_alone(scene: object, chain: object) -> Scenario:

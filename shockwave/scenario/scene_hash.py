@@ -14,6 +14,7 @@ from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.scenario.block_keys import keys_of
 from shockwave.scenario.scenario import Scenario
 from shockwave.scene.chain import Chain
+from shockwave.scene.scene import uniform_of
 from shockwave.scene.solitary_wave import coefficient_of
 
 # Significant digits; the last digits of a float depend on the units in which a value was written.
@@ -55,14 +56,12 @@ def normalised(scenario: Scenario) -> str:
 
 
 def _chain(chain: Chain) -> dict[str, Any]:
-    if not chain.is_uniform:
-        from shockwave.scene.coverage_rules import reduced  # not needed for equal granules
-        from shockwave.scene.description import plain
+    equal = uniform_of(chain)
+    if equal is None or equal.contact is not None:
+        from shockwave.scene.description import plain  # not needed for equal granules
 
-        equal = reduced(chain)
-        if equal is None or equal.contact is not None:
-            return dict(plain(chain, names=False))
-        chain = equal
+        return dict(plain(chain, names=False))
+    chain = equal
     constants = ("youngs_modulus", "poisson_ratio", "density")
     material = {name: getattr(chain.material, name) for name in constants}
     if chain.material.yield_strength is not None:

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import attrs
 from attrs import define, evolve, field
 
 from shockwave.base.errors import Fault, InvalidValueError
-from shockwave.prediction.predictor import Predictor
 from shockwave.registry.registry import load
 from shockwave.scenario.block_keys import BLOCKS
 from shockwave.scenario.loader import scenario_of
@@ -20,7 +19,6 @@ from shockwave.scenario.sweep_block import varied
 from shockwave.scene.chain import Chain
 from shockwave.scene.material import Material
 from shockwave.scene.shock import Shock
-from shockwave.scene.simulate_options import SimulateOptions
 
 if TYPE_CHECKING:
     from shockwave.scene.impact import Impact
@@ -33,26 +31,6 @@ _RESHAPING = ("shock.profile", "shock.duration_ratio")
 # Block of a striker, and the numbers there.
 _IMPACT = "impact"
 _STRIKER = ("impact.velocity", "impact.diameter", "impact.radius")
-
-
-class FamilyScene(NamedTuple):
-    """The parts of a scenario that differ within a family."""
-
-    shock: Shock
-    impact: Impact | None
-    chain: Chain
-    predictor: Predictor
-    simulate: SimulateOptions
-
-    @classmethod
-    def of(cls, scenario: Scenario) -> FamilyScene:
-        """The parts of a whole scenario."""
-        return cls(*(getattr(scenario, name) for name in cls._fields))
-
-    @property
-    def excitation(self) -> Shock | Impact:
-        """The shock or the impact."""
-        return self.shock if self.impact is None else self.impact
 
 
 @define(eq=False)
@@ -84,10 +62,6 @@ class Family:
         PluginError
             When a plugin is faulty.
         """
-        return evolve(self.base, **self.scene(values)._asdict())
-
-    def scene(self, values: Mapping[str, Any]) -> FamilyScene:
-        """The parts of the scenario that depend on ``values``; see `scenario`."""
         parts: defaultdict[str, dict[str, Any]] = defaultdict(dict)
         for name, value in values.items():
             block, key = self._places.get(name) or self._place(name)
@@ -99,7 +73,8 @@ class Family:
             parts["chain"]["material"] = Material(**material)
         shock = self._reshaped(parts[_SHAPE]) if _SHAPE in parts else self.base.shock
         chain, constants = tuple(parts["chain"].items()), tuple(parts["chain.material"].items())
-        return FamilyScene(
+        return evolve(
+            self.base,
             shock=_shock(shock, parts["shock"]),
             impact=_impact(self.base.impact, parts[_IMPACT]),
             chain=_chain(self.base.chain, chain, constants) if chain or constants else self.base.chain,
@@ -120,11 +95,11 @@ class Family:
         self._places[name] = (block if directly else "", last)
         return self._places[name]
 
-    def _loaded(self, values: Mapping[str, Any]) -> FamilyScene:
-        """The scene of the document with other values, some of them below the blocks of the chain."""
+    def _loaded(self, values: Mapping[str, Any]) -> Scenario:
+        """The scenario of the document with other values, some of them below the blocks of the chain."""
         if self.base.document is None:
             raise _of_file(values)
-        return FamilyScene.of(scenario_of(varied(self.base.document, values), self.base.path))
+        return scenario_of(varied(self.base.document, values), self.base.path)
 
     def _reshaped(self, values: Mapping[str, Any]) -> Shock:
         """The shock with another profile; kept, because a grid uses it repeatedly."""

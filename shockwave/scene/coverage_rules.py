@@ -1,4 +1,4 @@
-"""Rules on chain and excitation, and features that methods for equal granules do not cover."""
+"""Rules on chain and excitation, and features that methods for equal granules do not cover; `Scene` asks them."""
 
 from __future__ import annotations
 
@@ -29,53 +29,41 @@ def scene_faults(chain: Chain, excitation: object) -> list[Fault]:
     return []
 
 
-def reduced(chain: Chain, laws: bool = True) -> Chain | None:
+def reduced(chain: Chain) -> Chain | None:
     """The chain as equal granules with free ends, given by their number, or a packing; None for further features.
 
-    An endless chain keeps its contact law, or has none with ``laws`` false.
+    An endless chain keeps its contact law.
     """
     if chain.is_uniform or chain.packing is not None:
         return chain
-    if chain.count is None:
-        return None if next(_further(chain, laws), None) else chain
     # a single granule is not a chain
     if chain.count == 1 or next(_further(chain), None) is not None:
         return None
+    if chain.count is None:
+        return chain
     assert isinstance(chain.granules, Sequence)
     first = next(segment for _, segment in each_segment(chain.granules))
     radius = _kind(chain, first)[0]
     return evolve(chain, material=first.material or chain.material, radius=radius, granules=chain.count)
 
 
-def predictable(chain: Chain, excitation: object) -> Chain:
-    """The chain as equal granules, or in a packing, for section 4; see `covered`.
-
-    Raises
-    ------
-    NotCoveredError
-        If the scene has further features; it lists all of them.
-    """
-    line = chain if chain.packing is None else evolve(chain, packing=None)
-    equal = covered(line, excitation, "section 4", laws=True)
-    return equal if chain.packing is None else evolve(equal, packing=chain.packing)
-
-
-def covered(chain: Chain, excitation: object, method: str, laws: bool = False) -> Chain:
+def covered(chain: Chain, excitation: object, method: str, packings: bool = False) -> Chain:
     """The chain as one of equal granules, given by their number, for a ``method`` that covers no others.
 
-    ``laws`` states whether it covers other contact laws than Hertz's in endless chains.
+    It covers other contact laws than Hertz's in endless chains, and ``packings`` if stated.
 
     Raises
     ------
     NotCoveredError
         If the scene has further features; it lists all of them.
     """
-    equal = reduced(chain, laws)
+    equal = reduced(chain)
     pulls = getattr(getattr(excitation, "profile", None), "pulls", False)
-    plain = equal is not None and equal.packing is None
-    if equal is not None and plain and not isinstance(excitation, Impact) and not pulls:
+    packed = chain.packing is not None and not packings
+    if equal is not None and not packed and not isinstance(excitation, Impact) and not pulls:
         return equal
-    features = [] if chain.is_uniform else [(f"chain.{path}", reason) for path, reason in _further(chain, laws)]
+    line = evolve(chain, packing=None) if packings else chain
+    features = [] if line.is_uniform else [(f"chain.{path}", reason) for path, reason in _further(line)]
     if isinstance(excitation, Impact):
         features.append(("impact", "a striker"))
     if pulls:
@@ -88,7 +76,7 @@ def covered(chain: Chain, excitation: object, method: str, laws: bool = False) -
     )
 
 
-def _further(chain: Chain, laws: bool = False) -> Iterator[tuple[str, str]]:
+def _further(chain: Chain) -> Iterator[tuple[str, str]]:
     """Path below ``chain`` and description of every feature beyond equal granules with free ends."""
     segments = [*each_segment(chain.granules)] if isinstance(chain.granules, Sequence) else []
     for place, segment in segments:
@@ -102,8 +90,8 @@ def _further(chain: Chain, laws: bool = False) -> Iterator[tuple[str, str]]:
             break
     names = {"end": "a wall", "precompression": "a static force", "gravity": "gravity", "damping": "damping"}
     names["packing"] = "a packing"
-    if chain.count is not None or not laws:
-        names["contact"] = f"another contact law{'; without granules it is covered' if laws else ''}"
+    if chain.count is not None:
+        names["contact"] = "another contact law; without granules it is covered"
     for name, text in names.items():
         if getattr(chain, name):
             yield name, text

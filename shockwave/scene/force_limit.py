@@ -45,11 +45,10 @@ class Limit:
         InvalidValueError
             If it is neither.
         """
-        if not (hasattr(result, "verdict") and "limit" in attrs.fields_dict(type(result))):
+        if not isinstance(force := getattr(result, "leaving", None), LeavingForce):
             problem = f"must be the result of a prediction or a simulation (got {text_of(result)})"
             raise InvalidValueError.of("result", problem)
-        found: Verdict = evolve(result, limit=self).verdict
-        return found
+        return verdict(self, force)
 
 
 def limit_of(given: Limit | float | str | None) -> Limit | None:

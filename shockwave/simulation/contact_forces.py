@@ -20,11 +20,9 @@ from shockwave.engine.mixed_chain_problem import Motion
 from shockwave.engine.nystroem_integrators import Rkn86
 from shockwave.engine.time_limit import time_limit
 from shockwave.registry.registry import load
-from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import LAST, LeavingForce
-from shockwave.scene.impact import Impact
 from shockwave.scene.plausibility import unusual_warnings
-from shockwave.scene.shock import Shock
+from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.yielding import UNJUDGED, Yielding, beyond_elastic, first_yield_force, strength_of
 from shockwave.simulation.contact_peaks import ContactPeak, last_force
@@ -65,9 +63,7 @@ NO_LIMIT = (
 )
 
 
-def simulate_chain(
-    options: SimulateOptions, excitation: Shock | Impact, chain: Chain, case: ChainSetup | None = None
-) -> ChainResult:
+def simulate_chain(options: SimulateOptions, scene: Scene, case: ChainSetup | None = None) -> ChainResult:
     """Simulate a finite or precompressed chain with an excitation, and estimate the errors of the forces.
 
     ``case`` is its setup, if it is known.
@@ -80,7 +76,7 @@ def simulate_chain(
         If the integrator fails, or the time limit is reached.
     """
     begin = time.perf_counter()
-    runs = runs_of(case or ChainSetup.of(options, excitation, chain))
+    runs = runs_of(case or ChainSetup.of(options, scene))
     case, motion, scales = runs.case, runs.motion, runs.case.scales
     if options.record:
         sample_times(options, scales, motion.end, case.granules)
@@ -97,15 +93,14 @@ def simulate_chain(
     loaded = bool(case.layout.static_forces.any())
     rebounding = None if loaded else _flying(-velocities, apart)
     spalls = None if loaded or case.has_wall else _flying(velocities[::-1], apart[::-1])
-    notes = (excitation.profile.notes if isinstance(excitation, Shock) else ()) + unusual_warnings(excitation, chain)
+    chain, notes = scene.chain, scene.notes + unusual_warnings(scene.excitation, scene.chain)
     yielding = _yielding(case, motion)
     if error := beyond_elastic(chain, lambda: yielding):
         raise error
     endless, later = chain.count is None, _later_force(case, motion)
     reached = _reached(motion.v) if endless else count
     return ChainResult(
-        excitation=excitation,
-        chain=chain,
+        scene=scene,
         options=case.options,
         integrator=motion.integrator,
         backend="numpy" if case.compiled is None else "compiled",
@@ -166,14 +161,14 @@ def contact_peaks(
     options = evolve(options, step=None, integrator=None if warnings else integrator, backend=options.wanted_backend)
     code = "numpy" if chosen(options.backend) is None else "compiled"
     if options.timeout is None and options.until is None:
-        duration = max(scaled(result.shock, result.chain)[0].duration, _SINGLE)
+        duration = max(scaled(result.scene)[0].duration, _SINGLE)
         pairs = granules * granules * max(min(duration, _MANY) - _SINGLE, _FREE)
         pairs += (_ROW * granules + _STEP_PAIRS[code]) * duration
         seconds = _PAIR_SECONDS * (_NUMPY if code == "numpy" else 1) * pairs
         if seconds > _MOST_SECONDS:
             took = f"the integration of {granules} granules would take about {seconds:.0f} s or more"
             raise NumericalError(f"{took} (set until or a timeout to integrate all the same)")
-    runs = runs_of(ChainSetup.of(options, result.shock, result.chain))
+    runs = runs_of(ChainSetup.of(options, result.scene))
     leaving = last_force(LAST, runs.peak(-1), runs.motion.arrival is not None, _later_force(runs.case, runs.motion))
     return runs.reported, runs.greatest, leaving, tuple(warnings)
 
@@ -183,7 +178,7 @@ def contact_peaks(
 
 def _fixed(case: ChainSetup) -> Iterator[str]:
     """Note on a movable wall that is integrated as a fixed one."""
-    if case.chain.end is not None and case.chain.end.mass is not None and case.assembly.fixed_wall:
+    if case.scene.chain.end is not None and case.scene.chain.end.mass is not None and case.assembly.fixed_wall:
         yield "The wall is integrated as a fixed one: its spring or dashpot holds it to rtol/100 of the overlap."
 
 
@@ -199,7 +194,7 @@ def _missed(runs: Runs) -> list[str]:
 
 def _unphysical(case: ChainSetup, motion: Motion) -> Iterator[str]:
     """Warning of overlaps for which Hertz's law does not hold."""
-    if case.chain.contact is None:
+    if case.scene.chain.contact is None:
         pairs = case.layout.pairs
         ratios = (motion.forces * case.scales.force / pairs.stiffnesses) ** (1 / pairs.exponent) / pairs.radii
         worst = int(np.argmax(ratios))
@@ -210,7 +205,7 @@ def _unphysical(case: ChainSetup, motion: Motion) -> Iterator[str]:
 
 def _unfinished(case: ChainSetup, motion: Motion, velocities: FloatArray, apart: _Flags) -> Iterator[str]:
     """Warnings of results that may change after the end of the simulated time."""
-    if motion.arrival is None and case.chain.count is not None:
+    if motion.arrival is None and case.scene.chain.count is not None:
         last = "wall" if case.has_wall else "last contact"
         yield f"The leading wave has not reached the {last} by the end of the simulated time (extend until)."
     if case.has_wall and case.layout.law is None:
@@ -325,7 +320,7 @@ def _flying(outwards: FloatArray, apart: _Flags) -> FloatArray:
 def _restitution(case: ChainSetup, motion: Motion, velocities: FloatArray, apart: _Flags) -> float | None:
     if case.layout.weight:  # it falls back
         return motion.rebound and motion.rebound / case.assembly.velocity
-    if not (isinstance(case.excitation, Impact) and apart[0]):
+    if not (case.scene.shock is None and apart[0]):
         return None
     masses = case.layout.masses[1:]
     centre = 0.0 if case.has_wall else math.fsum(masses * velocities[1:]) / math.fsum(masses)
@@ -352,7 +347,7 @@ def _yielding(case: ChainSetup, motion: Motion) -> Yielding | None:
     """First yield in the weaker material of each contact, where both yield strengths are known."""
     layout, softer = case.layout, _strengths(case)
     at = np.flatnonzero(np.isfinite(softer))
-    every = case.chain.elastic_only and at.size < softer.size
+    every = case.scene.chain.elastic_only and at.size < softer.size
     if not at.size or every or layout.law is not None:
         return None
     radii, moduli = layout.pairs.radii[at], layout.pairs.moduli[at]
@@ -373,7 +368,7 @@ def _record(_part: str, result: ChainResult) -> Recording:
         If the histories have too many values.
     """
     options = result.options
-    case = ChainSetup.of(options, result.excitation, result.chain)
+    case = ChainSetup.of(options, result.scene)
     scales, count = case.scales, case.granules
     times = sample_times(options, scales, result.end / scales.time, count)
     with time_limit(None if options.timeout is None else options.timeout - result.cost.seconds):

@@ -9,10 +9,9 @@ from attrs import field, frozen
 
 from shockwave.base.result import VERSION
 from shockwave.base.text import printed
-from shockwave.scene.chain import Chain
-from shockwave.scene.force_limit import LAST, WALL, WAVE, LeavingForce, Limit, Verdict, plain_verdict, verdict
+from shockwave.scene.force_limit import LAST, WALL, WAVE, LeavingForce, plain_verdict
+from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
-from shockwave.scene.summary import ChainScene
 from shockwave.scene.yielding import Yielding
 from shockwave.simulation.contact_peaks import ContactPeak, last_force
 from shockwave.simulation.recording import Recorded, plain
@@ -74,7 +73,7 @@ class ChainResult(Recorded):
 
     Attributes
     ----------
-    excitation, chain, options : Shock or Impact, Chain, SimulateOptions
+    scene, options : Scene, SimulateOptions
         Scene and settings.
     integrator, backend : str
         Name of the integrator; ``compiled`` or ``numpy``, the code that integrated the chain.
@@ -137,14 +136,9 @@ class ChainResult(Recorded):
         Sentences on the limits of the result.
     on_demand : callable
         Function that computes the ``recording`` when it is accessed, from this name and the result.
-    scenario : str or None
-        Name of the scenario, if there is one.
-    limit : Limit or None
-        Limit on the transmitted force.
     """
 
-    excitation: Any
-    chain: Chain
+    scene: Scene
     options: SimulateOptions
     integrator: str
     backend: str
@@ -173,17 +167,10 @@ class ChainResult(Recorded):
     cost: Cost
     warnings: tuple[str, ...]
     on_demand: Callable[..., Any] = field(eq=False, repr=False)
-    scenario: str | None = None
-    limit: Limit | None = None
 
     #: The limit of the leading wave in an endless chain of equal granules, which does not exist here.
     peak_force = amplification = recoil_error = None
     waves = passages = ()
-
-    @property
-    def scene(self) -> ChainScene:
-        """Summary of excitation and chain."""
-        return ChainScene.of(self.excitation, self.chain)
 
     @property
     def error_estimate(self) -> float:
@@ -204,11 +191,6 @@ class ChainResult(Recorded):
         return last_force(name, self.last_contact, self.arrival_time is not None, self.later_force)
 
     @property
-    def verdict(self) -> Verdict | None:
-        """Verdict on the limit; None without a limit."""
-        return None if self.limit is None else verdict(self.limit, self.leaving)
-
-    @property
     def wave_warnings(self) -> tuple[str, ...]:
         """Warnings of the forces."""
         return (*self.warnings, *(self.yielding.warnings if self.yielding else ()))
@@ -225,7 +207,7 @@ class ChainResult(Recorded):
         """Document printed by ``simulate --json``: SI floats, no NaN."""
         document = {name: plain(getattr(self, name)) for name in _KEYS}
         own = {name: plain(getattr(self.options, name)) for name in ("wave_threshold", "rtol", "step")}
-        others = {"yield": plain(self.yielding), "scene": self.scene.to_dict()}
+        others = {"yield": plain(self.yielding), "scene": self.scene.summary().to_dict()}
         others["verdict"] = plain_verdict(self)
         return {**VERSION, **document, **own, **others, "warnings": list(self.all_warnings)}
 

@@ -20,9 +20,9 @@ from shockwave.registry.registry import load
 from shockwave.scene.chain import Chain, Scales
 from shockwave.scene.chain_end import Wall
 from shockwave.scene.contact_law import BoundLaw
-from shockwave.scene.coverage_rules import scene_faults
 from shockwave.scene.impact import Impact
 from shockwave.scene.layout import Layout
+from shockwave.scene.scene import Scene, faults_of
 from shockwave.scene.segments import MOST_GRANULES
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
@@ -54,8 +54,8 @@ class ChainSetup:
 
     Attributes
     ----------
-    excitation, chain : Shock or Impact, Chain
-        The scene.
+    scene : Scene
+        Excitation and chain.
     layout : Layout
         Masses, stiffnesses and static forces in SI units.
     scales : Scales
@@ -74,8 +74,7 @@ class ChainSetup:
         End of the simulated time, scaled, if the options do not state it; None for the default of a finite chain.
     """
 
-    excitation: Shock | Impact
-    chain: Chain
+    scene: Scene
     layout: Layout
     scales: Scales
     assembly: Assembly
@@ -86,7 +85,7 @@ class ChainSetup:
     end: float | None = None
 
     @classmethod
-    def of(cls, options: SimulateOptions, excitation: Shock | Impact, chain: Chain) -> ChainSetup:
+    def of(cls, options: SimulateOptions, scene: Scene) -> ChainSetup:
         """Lay out and scale a chain; of an endless one, as many granules as its waves reach.
 
         Raises
@@ -96,10 +95,10 @@ class ChainSetup:
         NumericalError
             If the time at which the leading wave arrives at the last reported contact of an endless chain is not found.
         """
-        if chain.count is None and isinstance(excitation, Shock):
-            return _endless(options, excitation, chain)
-        layout = Layout.of(chain, excitation)
-        scales = _scales(layout, excitation, chain)
+        if scene.chain.count is None and scene.shock is not None:
+            return _endless(options, scene)
+        layout, excitation = scene.layout, scene.excitation
+        scales = _scales(layout, excitation, scene.chain)
         assembly = _assembly(layout, scales, excitation, options.rtol or RTOL, options.until)
         method = None if options.integrator is None else load("integrators", options.integrator)
         if layout.law and options.backend == "compiled":
@@ -111,7 +110,7 @@ class ChainSetup:
         check_end(options, excitation)
         if options.record and options.until is not None:
             sample_times(options, scales, options.until / scales.time, len(layout.masses))
-        return cls(excitation, chain, layout, scales, assembly, filled, method, compiled, reported)
+        return cls(scene, layout, scales, assembly, filled, method, compiled, reported)
 
     @property
     def granules(self) -> int:
@@ -140,7 +139,7 @@ class ChainSetup:
         return np.unique(np.concatenate((self.reported, [np.argmax(forces)], wall)).astype(np.intp))
 
 
-def checked_setup(options: SimulateOptions, excitation: Shock | Impact, chain: Chain) -> ChainSetup | None:
+def checked_setup(options: SimulateOptions, scene: Scene) -> ChainSetup | None:
     """Setup of a finite chain, None for an endless one, whose length is found by integration; nothing is integrated.
 
     Raises
@@ -148,25 +147,25 @@ def checked_setup(options: SimulateOptions, excitation: Shock | Impact, chain: C
     InvalidValueError
         If a value is out of range, a contact of the options is not one of the chain, or waves reach too many granules.
     """
-    faults = scene_faults(chain, excitation)
+    chain, faults = scene.chain, faults_of(scene.chain, scene.impact)
     if options.integrator is not None and not faults:
         reason = load("integrators", options.integrator).refusal(chain.is_damped)
         faults = [Fault("integrator", reason)] if reason else []
     if faults:
         raise InvalidValueError(faults)
     if chain.count is None:
-        part = _part(options, excitation, chain)
+        part = _part(options, scene)
         if part.until is not None:
             granules = _granules_within(part, part.until)
             if options.record:
                 sample_times(options, part.scales, part.until, granules)
         return None
-    return ChainSetup.of(options, excitation, chain)
+    return ChainSetup.of(options, scene)
 
 
-def _endless(options: SimulateOptions, shock: Shock, chain: Chain) -> ChainSetup:
+def _endless(options: SimulateOptions, scene: Scene) -> ChainSetup:
     """The part of an endless chain that the waves reach within the simulated time."""
-    part = _part(options, shock, chain)
+    part = _part(options, scene)
     end = part.until
     if end is None:
         motion = integrate(part.assembly, _TOLERANCE, compiled=part.compiled, integrator=part.method)
@@ -174,26 +173,31 @@ def _endless(options: SimulateOptions, shock: Shock, chain: Chain) -> ChainSetup
         end = motion.end if motion.arrival is None else duration + _ARRIVALS * motion.arrival
         # rounded, so that it does not depend on the code that integrated the part
         end = float(f"{end:.{_DIGITS}g}")
-    whole = ChainSetup.of(part.options, shock, evolve(chain, granules=_granules_within(part, end)))
+    whole = ChainSetup.of(part.options, _of_length(scene, _granules_within(part, end)))
     filled = evolve(whole.options, contacts=options.contacts, record=options.record, interval=options.interval)
-    return evolve(whole, chain=chain, options=filled, reported=np.array(options.contacts or _ENDLESS), end=end)
+    return evolve(whole, scene=scene, options=filled, reported=np.array(options.contacts or _ENDLESS), end=end)
 
 
-def _part(options: SimulateOptions, excitation: Shock | Impact, chain: Chain) -> ChainSetup:
+def _part(options: SimulateOptions, scene: Scene) -> ChainSetup:
     """The part of an endless chain up to the last reported contact."""
     granules = (options.contacts or _ENDLESS)[-1] + 2
     if granules > MOST_GRANULES:
         problem = f"must be at most {MOST_GRANULES - 2} (got {granules - 2})"
         raise InvalidValueError.of("contacts", problem)
     others = evolve(options, contacts=(), record=(), interval=None)
-    return ChainSetup.of(others, excitation, evolve(chain, granules=granules))
+    return ChainSetup.of(others, _of_length(scene, granules))
+
+
+def _of_length(scene: Scene, granules: int) -> Scene:
+    """The scene of an endless chain on so many of its granules."""
+    return Scene(excitation=scene.excitation, chain=evolve(scene.chain, granules=granules))
 
 
 def _granules_within(part: ChainSetup, end: float) -> int:
     """Number of granules of an endless chain that waves reach by the scaled time ``end``."""
-    last, until, forces = part.granules - 2, part.options.until, float(part.chain.precompression)
-    if isinstance(part.excitation, Shock):
-        forces += _GREATEST * part.excitation.peak_force
+    last, until, forces = part.granules - 2, part.options.until, float(part.scene.chain.precompression)
+    if part.scene.shock is not None:
+        forces += _GREATEST * part.scene.shock.peak_force
     p = part.layout.pairs.exponent
     reached = max(last, end * math.sqrt(p) * (forces / part.scales.force) ** ((p - 1) / (2 * p)))
     granules: int = math.ceil(reached + _AHEAD + _AHEAD_RATE * math.cbrt(reached))

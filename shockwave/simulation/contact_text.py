@@ -39,7 +39,7 @@ def chain_lines(result: ChainResult) -> list[str]:
         lines += ["", *contacts.split("\n")]
     if detail() is Detail.VERBOSE:
         lines += [*_energies(result), ""]
-        lines += facts([*chain_balances(result), *work_details(result), *result.scene.facts()])
+        lines += facts([*chain_balances(result), *work_details(result), *result.scene.summary().facts()])
         lines += notes(result.scene.notes)
     return lines
 

@@ -77,7 +77,7 @@ def _integrate(
     The errors follow from the differences of two runs, there and at neighbouring contacts, since they may vanish by
     chance at one of them.
     """
-    problem, setup = scaled(result.shock, result.chain)[0], setup_of(result.options)
+    problem, setup = scaled(result.scene)[0], setup_of(result.options)
     missed, coarse = contacts, _peaks(problem, setup, contacts, search, 0)[0]
     for decades in range(1, _RUNS if setup.method.adaptive else 2):
         fine, tolerance = _peaks(problem, setup, missed, search, decades)
@@ -135,7 +135,7 @@ def record(result: SimulationResult) -> Recording:
     options, scales = result.options, result.scales
     until = _end(result) / scales.time
     times = sample_times(options, scales, until, result.primary.contact + until)
-    spans = march(scaled(result.shock, result.chain)[0], setup_of(options).integrator())
+    spans = march(scaled(result.scene)[0], setup_of(options).integrator())
     x, v = _states(spans, times.tolist())
     kept: dict[str, FloatArray] = {}
     contacts = options.contacts if result.chain.count is None else reported_contacts(options, result.chain.count - 1)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from threading import Event
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from shockwave.base.errors import NumericalError, ShockwaveError, detached
 from shockwave.base.progress import progressed
@@ -17,9 +17,9 @@ from shockwave.engine.time_limit import expired, time_limit
 from shockwave.profiles.power_law import Powers
 from shockwave.scene.chain import Chain, Scales
 from shockwave.scene.plausibility import unusual_warnings
+from shockwave.scene.scene import Scene, scenes_of
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions, options_of
-from shockwave.scene.summary import equal_granules, scenes_of
 from shockwave.scene.yielding import beyond_elastic
 from shockwave.simulation.leading_wave import LONGEST_MEASURED, Answer, search
 from shockwave.simulation.recording import check_requests
@@ -46,12 +46,12 @@ _Outcome: TypeAlias = _Result | ShockwaveError
 
 
 def simulate(shock: Shock | Impact, chain: Chain, rtol: float | None = None, **options: Any) -> _Result:
-    """Simulate with ``rtol`` and other `SimulateOptions`; see `simulate_with`."""
-    return simulate_with(SimulateOptions(rtol=rtol, **options), shock, chain)
+    """Simulate a shock or a striker on a chain with ``rtol`` and other `SimulateOptions`; see `simulate_scene`."""
+    return simulate_scene(Scene(excitation=shock, chain=chain), SimulateOptions(rtol=rtol, **options))
 
 
-def simulate_with(options: SimulateOptions, shock: Shock | Impact, chain: Chain) -> _Result:
-    """Simulate with the options in one object, such as that of a scenario.
+def simulate_scene(scene: Scene, options: SimulateOptions) -> _Result:
+    """Simulate a scene.
 
     Returns
     -------
@@ -66,9 +66,9 @@ def simulate_with(options: SimulateOptions, shock: Shock | Impact, chain: Chain)
         If the integrator fails, no wave forms, the shock is too long, or the time limit is reached. Warnings
         of unusual values, a possible cause, are notes of this error.
     """
-    (result,) = run_jobs([job_of(options, shock, chain)], options)
+    (result,) = run_jobs([job_of(options, scene)], options)
     if isinstance(result, NumericalError):
-        for warning in unusual_warnings(shock, chain):
+        for warning in unusual_warnings(scene.excitation, scene.line):
             result.add_note(warning)
     if isinstance(result, ShockwaveError):
         raise result
@@ -110,11 +110,17 @@ def simulate_many(
     """
     options = options_of({"rtol": rtol, **given})
     setup_of(options)
-    scenes: Sequence[tuple[Shock | Impact, Chain]] = scenes_of(shocks, chain, "simulate", threads)
+    return simulate_scenes(scenes_of(shocks, chain, "simulate", threads), options, threads)
+
+
+def simulate_scenes(
+    scenes: Iterable[Scene | ShockwaveError], options: SimulateOptions, threads: int | None = None
+) -> list[_Outcome]:
+    """Simulate many scenes in parallel; see `simulate_many`. Errors among the scenes are passed on."""
     jobs: list[Job | ShockwaveError] = []
     for scene in scenes:
         try:
-            jobs.append(job_of(options, *scene))
+            jobs.append(job_of(options, scene) if isinstance(scene, Scene) else scene)
         except ShockwaveError as error:
             jobs.append(detached(error))
     return run_jobs(jobs, options, threads)
@@ -128,8 +134,8 @@ class Job(NamedTuple):
 
     Attributes
     ----------
-    excitation, chain : Shock or Impact, Chain
-        The scene; equal granules are given by their number.
+    scene : Scene
+        Shock or impact, and chain.
     problem, scales : ChainProblem, Scales or None
         The scaled problem of a shock on equal granules.
     case : ChainSetup or None
@@ -138,15 +144,14 @@ class Job(NamedTuple):
         Reason why the scene cannot be simulated.
     """
 
-    excitation: Shock | Impact
-    chain: Chain
+    scene: Scene
     problem: ChainProblem | None = None
     scales: Scales | None = None
     case: ChainSetup | None = None
     refusal: NumericalError | None = None
 
 
-def job_of(options: SimulateOptions, excitation: Shock | Impact, chain: Chain) -> Job:
+def job_of(options: SimulateOptions, scene: Scene) -> Job:
     """Check a scene and options, and scale the problem; nothing is integrated.
 
     Raises
@@ -156,19 +161,18 @@ def job_of(options: SimulateOptions, excitation: Shock | Impact, chain: Chain) -
     PluginError
         If the profile violates its contract.
     """
-    equal = equal_granules(excitation, chain)
-    if equal is None:
+    if scene.shock is None or scene.uniform is None:
         from shockwave.simulation.contact_setup import checked_setup  # a shock on equal granules does not need it
 
-        return Job(excitation, chain, case=checked_setup(options, excitation, chain))
+        return Job(scene, case=checked_setup(options, scene))
     try:
-        problem, scales = scaled(cast(Shock, excitation), equal)
+        problem, scales = scaled(scene)
     except NumericalError as error:
-        return Job(excitation, equal, refusal=detached(error))
-    check_requests(options, cast(Shock, excitation), equal, scales)
+        return Job(scene, refusal=detached(error))
+    check_requests(options, scene.shock, scene.uniform, scales)
     if not isinstance(problem.profile, Powers):  # those of power laws are computed together
         _ = problem.path
-    return Job(excitation, equal, problem, scales)
+    return Job(scene, problem, scales)
 
 
 def run_jobs(
@@ -185,7 +189,7 @@ def run_jobs(
     if threads is None:
         threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     threads = 1 if len(jobs) < 2 * _FEWEST or setup.compiled is None else threads
-    small = threads == 1 and not any(isinstance(job, Job) and _is_record(job.excitation) for job in jobs)
+    small = threads == 1 and not any(isinstance(job, Job) and _is_record(job.scene.shock) for job in jobs)
     size = max(_FEWEST, min(_SHARE_ALONE if small else _SHARE, -(-len(jobs) // threads)))
     if setup.compiled is None:
         size = 1
@@ -210,8 +214,8 @@ def run_jobs(
     return results
 
 
-def _is_record(shock: object) -> bool:
-    return isinstance(shock, Shock) and shock.profile.recorded_peak_force is not None
+def _is_record(shock: Shock | None) -> bool:
+    return shock is not None and shock.profile.recorded_peak_force is not None
 
 
 def _pool(threads: int) -> AbstractContextManager[Executor | None]:
@@ -261,11 +265,10 @@ def _result(job: Job, setup: Setup, answer: Answer | None, begin: float, limit: 
     if job.problem is None or job.scales is None:
         from shockwave.simulation.contact_forces import simulate_chain  # equal granules do not need it
 
-        return simulate_chain(setup.given, job.excitation, job.chain, job.case)
+        return simulate_chain(setup.given, job.scene, job.case)
     answer = answer or _measured(job.problem, job.scales, setup)
     result = SimulationResult(
-        shock=cast(Shock, job.excitation),
-        chain=job.chain,
+        scene=job.scene,
         options=setup.options,
         scales=job.scales,
         found=answer.primary,
@@ -275,7 +278,7 @@ def _result(job: Job, setup: Setup, answer: Answer | None, begin: float, limit: 
         on_demand=partial(_on_demand, limit),
         measured=answer.train,
     )
-    if error := beyond_elastic(job.chain, partial(getattr, result, "yielding")):
+    if error := beyond_elastic(job.scene.chain, partial(getattr, result, "yielding")):
         raise error
     return result
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 from attrs import field, frozen
 
@@ -11,13 +11,13 @@ from shockwave.base.errors import NumericalError
 from shockwave.base.result import VERSION, cached_property
 from shockwave.base.text import printed
 from shockwave.engine.scaled_problem import Primary
-from shockwave.scene.chain import Chain, Scales
-from shockwave.scene.force_limit import LAST, WAVE, LeavingForce, Limit, Verdict, plain_verdict, verdict
+from shockwave.scene.chain import Scales
+from shockwave.scene.force_limit import LAST, WAVE, LeavingForce, plain_verdict
 from shockwave.scene.plausibility import unusual_warnings
+from shockwave.scene.scene import Scene
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.solitary_wave import SolitaryWave
-from shockwave.scene.summary import Scene
 from shockwave.scene.yielding import Yielding, yielding_of
 from shockwave.simulation.contact_peaks import ContactPeak, last_force
 from shockwave.simulation.measured_wave import MeasuredWave, Passage
@@ -98,7 +98,7 @@ class SimulationResult(Recorded):
 
     Attributes
     ----------
-    shock, chain, options : Shock, Chain, SimulateOptions
+    scene, options : Scene, SimulateOptions
         Scene and settings; ``options`` contains the integrator and the backend that were used.
     scales : Scales
         Units of ``found``.
@@ -113,16 +113,11 @@ class SimulationResult(Recorded):
         Warnings of the search for the leading wave.
     on_demand : callable
         Function that computes the ``train``, ``passages`` or the ``recording`` when it is accessed.
-    scenario : str or None
-        Name of the scenario, if there is one.
-    limit : Limit or None
-        Limit on the transmitted force.
     measured : Train or None
         The train, if the leading wave was measured on the whole chain instead of by the search for it.
     """
 
-    shock: Shock
-    chain: Chain
+    scene: Scene
     options: SimulateOptions
     scales: Scales
     found: Primary
@@ -130,8 +125,6 @@ class SimulationResult(Recorded):
     search_warnings: tuple[str, ...]
     seconds: float = field(eq=False, repr=False)
     on_demand: Callable[..., Any] = field(eq=False, repr=False)
-    scenario: str | None = None
-    limit: Limit | None = None
     measured: Train | None = field(default=None, eq=False, repr=False)
 
     # attributes of `ChainResult` that do not apply to equal spheres
@@ -174,9 +167,9 @@ class SimulationResult(Recorded):
         return self.options.backend
 
     @property
-    def scene(self) -> Scene:
-        """Summary of shock and chain."""
-        return Scene.of(self.shock, self.chain)
+    def shock(self) -> Shock:
+        """The shock."""
+        return cast(Shock, self.scene.shock)
 
     @cached_property
     def primary(self) -> MeasuredWave:
@@ -280,11 +273,6 @@ class SimulationResult(Recorded):
         return self._contacts[2]
 
     @property
-    def verdict(self) -> Verdict | None:
-        """Verdict on the limit; None without a limit."""
-        return None if self.limit is None else verdict(self.limit, self.leaving)
-
-    @property
     def yielding(self) -> Yielding | None:
         """First yield of the contacts; None if the yield strength is not known.
 
@@ -365,7 +353,7 @@ class SimulationResult(Recorded):
         known = train and self.recoil_error < self.applied_momentum
         ends = {name: plain(getattr(self, name)) if known else None for name in _ENDS}
         options = {"wave_threshold": self.options.wave_threshold, "step": self.options.step}
-        others = {"yield": plain(self.yielding), "scene": self.scene.to_dict()}
+        others = {"yield": plain(self.yielding), "scene": self.scene.summary().to_dict()}
         others["verdict"] = plain_verdict(self)
         document = VERSION | {name: plain(getattr(self, name)) for name in _KEYS}
         return {**document, **ends, **options, **others, "warnings": [*self.all_warnings, *self._contacts[3]]}

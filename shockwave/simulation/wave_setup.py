@@ -14,11 +14,10 @@ from shockwave.engine.integrator import Integrator
 from shockwave.engine.nystroem_integrators import Nystroem
 from shockwave.engine.scaled_problem import ChainProblem, Request
 from shockwave.registry.registry import find, load
-from shockwave.scene.chain import HERTZ, Chain, Scales
-from shockwave.scene.shock import Shock
+from shockwave.scene.chain import HERTZ, Scales
+from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.solitary_wave import wave_law
-from shockwave.scene.summary import check_scene
 
 #: Default relative error of an adaptive method.
 RTOL = 1e-6
@@ -161,17 +160,17 @@ def setup_of(options: SimulateOptions) -> Setup:
     return Setup(filled, method, search, compiled, options)
 
 
-def scaled(shock: Shock, chain: Chain) -> tuple[ChainProblem, Scales]:
-    """Scale the problem by F0 or, for a short shock, by the smaller peak force of its wave.
+def scaled(scene: Scene) -> tuple[ChainProblem, Scales]:
+    """Scale the problem of a shock on equal granules by F0, or by the smaller peak force of its wave.
 
     Raises
     ------
-    InvalidValueError
-        If ``shock`` is not a Shock or ``chain`` not a Chain.
     NumericalError
         If the shock is too long.
     """
-    check_scene(shock, chain)
+    shock, chain = scene.shock, scene.uniform
+    assert shock is not None
+    assert chain is not None
     own = Scales.of(chain, shock.peak_force)
     # The scaled rise time determines the result. Its last digits depend on the units in use; they are rounded off, so
     # that the same scene in other units, or scaled to another chain, is the same problem to the last bit.

@@ -41,7 +41,7 @@ def result_lines(result: SimulationResult) -> list[str]:
     if detail() >= Detail.EXPLAIN:
         lines += ["", wave_tables(result)]
     if detail() is Detail.VERBOSE:
-        lines += ["", *facts([*result_details(result), *result.scene.facts()]), *notes(result.scene.notes)]
+        lines += ["", *facts([*result_details(result), *result.scene.summary().facts()]), *notes(result.scene.notes)]
     elif detail() is Detail.SHORT and result.passages:
         lines += ["", *passage_table(result).split("\n")]
     return lines

@@ -44,7 +44,7 @@ _MOST_RATE = 10
 
 def train_of(result: SimulationResult) -> Train:
     """Integrate and measure the train of a result whose leading wave is known."""
-    problem, scales = scaled(result.shock, result.chain)
+    problem, scales = scaled(result.scene)
     if result.options.timeout is None and (reason := immeasurable(problem)):
         return _primary_alone(result, f"The train is not integrated, because {reason}.")
     try:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
@@ -19,15 +18,13 @@ from shockwave.prediction.scaled_shock import Regime, Relation
 from shockwave.prediction.section4 import relation_of
 from shockwave.prediction.section4_outcome import EjectionOutcome, Exponents, Section4Outcome
 from shockwave.scenario.scenario import Published
-from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import Limit, Verdict, plain_verdict
+from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.solitary_wave import SolitaryWave
-from shockwave.simulation.simulate import simulate_many, simulate_with
+from shockwave.simulation.simulate import simulate_many, simulate_scene
 
 if TYPE_CHECKING:
-    from shockwave.scene.impact import Impact
-    from shockwave.scene.shock import Shock
     from shockwave.simulation.measured_wave import MeasuredWave
 
 # Relative change of t0/T0 for the simulated exponents, and largest tolerance of these simulations.
@@ -252,26 +249,23 @@ class Comparison(Result):
 
 
 def compare(
-    shock: Shock | Impact,
-    chain: Chain,
-    predictor: Predictor,
-    options: SimulateOptions,
-    place: Callable[[Fault], Fault] = lambda fault: fault,
+    scene: Scene, predictor: Predictor, options: SimulateOptions, published: Published | None = None
 ) -> Comparison:
-    """Simulate ``shock`` on ``chain``, with the prediction of section 4 where it covers the scene.
+    """Simulate a scene, with the prediction of section 4 where it covers the scene.
 
     Parameters
     ----------
-    shock, chain : Shock or Impact, Chain
-        The scene.
+    scene : Scene
+        Shock or impact, and chain.
     predictor, options : Predictor, SimulateOptions
         Settings; the model is ``section-4``.
-    place : callable
-        Function that adds the place in a file to a fault.
+    published : Published, optional
+        Figures printed in a source for the same scene.
     """
-    simulated = simulate_with(options, shock, chain)
+    simulated = simulate_scene(scene, options)
     # the simulation has judged a chain that must be elastic
-    (outcome,) = predictor.predict_many([shock], evolve(chain, elastic_only=False))
+    elastic = scene if not scene.chain.elastic_only else evolve(scene, chain=evolve(scene.chain, elastic_only=False))
+    (outcome,) = predictor.predict_scenes([elastic])
     faults = outcome.faults if isinstance(outcome, NotCoveredError) else ()
     if isinstance(outcome, ShockwaveError) and not faults:
         raise outcome
@@ -279,5 +273,6 @@ def compare(
         predicted=None if isinstance(outcome, ShockwaveError) else outcome,
         simulated=simulated,
         equal_tolerance=predictor.equal_tolerance,
-        faults=tuple(map(place, faults)),
+        published=published,
+        faults=tuple(map(scene.placed, faults)),
     )

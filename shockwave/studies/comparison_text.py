@@ -33,7 +33,7 @@ def comparison_text(both: Comparison) -> str:
         lines += ["", *decision_lines(paper)]
     if detail() is Detail.VERBOSE:
         lines += ["", "  waves by section 4", wave_table(paper), "", "  simulated", wave_tables(both.simulated), ""]
-        lines += [*facts([*result_details(both.simulated), *both.simulated.scene.facts()])]
+        lines += [*facts([*result_details(both.simulated), *both.simulated.scene.summary().facts()])]
         lines += notes(both.simulated.scene.notes)
     answer = [strong(f"{name}simulated {lead_text(both.simulated)}"), *facts(verdict_facts(both))]
     return brief(answer, both.warnings, lines)

@@ -112,5 +112,5 @@ class DesignScenes:
             errors={name: error for name, (_, error) in figures.items()},
             violation=max(each.violation(*figures[each.quantity.name], margin) for each in self.requirements),
             verified=verified,
-            warnings=varied_scenes.warnings_of(scene, result) if verified and result is not None else (),
+            warnings=varied_scenes.warnings_of(result) if verified and result is not None else (),
         )

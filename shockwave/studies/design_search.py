@@ -11,7 +11,7 @@ from shockwave.base.quantity_fields import Quantity as Number
 from shockwave.base.quantity_fields import text_of
 from shockwave.scenario.block_keys import MATERIALS
 from shockwave.scenario.scenario import Scenario
-from shockwave.scenario.scene_argument import Scene
+from shockwave.scenario.scene_argument import SceneArgument
 from shockwave.scenario.variations import Family
 from shockwave.scene.chain import Chain
 from shockwave.studies import varied_scenes
@@ -24,7 +24,7 @@ _POINTS = Number("", "number of rows", at_least=2, at_most=1000, whole=True)
 
 
 def design(
-    scene: Scene,
+    scene: SceneArgument,
     chain: Chain | None = None,
     *,
     vary: str | Mapping[str, Sequence[Any] | str | None],

@@ -17,14 +17,13 @@ from shockwave.base.quantity_fields import Quantity as Number
 from shockwave.base.quantity_fields import listed
 from shockwave.base.text import si
 from shockwave.scenario.scenario import Scenario
-from shockwave.scenario.scene_argument import Scene
+from shockwave.scenario.scene_argument import SceneArgument
 from shockwave.scenario.uncertainty_block import Spread, read
 from shockwave.scenario.value_conversion import WrongsError
 from shockwave.scenario.variations import Family
 from shockwave.scenario.yaml_document import dotted
 from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import LeavingForce, Limit, limit_of, verdict
-from shockwave.scene.summary import equal_granules
 from shockwave.studies import quasi_monte_carlo as sampling
 from shockwave.studies import varied_scenes
 from shockwave.studies.quantities import Quantity, quantities_of
@@ -50,7 +49,7 @@ _LEAVING = Quantity("leaving.value", "N", "")
 
 
 def uncertainty(
-    scene: Scene,
+    scene: SceneArgument,
     chain: Chain | None = None,
     spreads: Mapping[str, Any] | None = None,
     *,
@@ -94,7 +93,7 @@ def uncertainty(
     """
     scenario = varied_scenes.scenario_of(scene, chain)
     scenario = evolve(scenario, limit=limit_of(limit) or scenario.limit)
-    equal = equal_granules(scenario.excitation, scenario.chain) is not None
+    equal = scenario.scene.uniform is not None
     draws = _DRAWS.checked("draws", (_EQUAL_DRAWS if equal else _CHAIN_DRAWS) if draws is None else draws)
     seed, rtol = varied_scenes.SEED.checked("seed", seed), varied_scenes.RTOL.checked("rtol", rtol)
     if draws.bit_count() > 1:
@@ -147,8 +146,8 @@ class UncertainScenes:
         rows = zip(*(column.tolist() for column in values.values()), strict=True)
         scenes = [self.family.scenario(dict(zip(values, row, strict=True))) for row in rows]
         results = varied_scenes.simulations(scenes, rtol, _LONGEST)
-        for scene, result in zip(scenes, results, strict=True):
-            for warning in varied_scenes.warnings_of(scene, result):
+        for result in results:
+            for warning in varied_scenes.warnings_of(result):
                 kind = varied_scenes.kind_of(warning)
                 first, count = self.warnings.get(kind, (warning, 0))
                 self.warnings[kind] = first, count + 1
@@ -188,7 +187,7 @@ class UncertainScenes:
 
     def all_warnings(self, count: int) -> list[str]:
         """Warnings of the nominal scene, and those of other kinds of the ``count`` drawn scenes."""
-        warnings = varied_scenes.warnings_of(self.scenario, self.nominal)
+        warnings = varied_scenes.warnings_of(self.nominal)
         kinds = {varied_scenes.kind_of(warning) for warning in warnings}
         others = [each for kind, each in self.warnings.items() if kind not in kinds]
         return [*warnings, *(f"In {share} of {count} scenes: {first}" for first, share in others)]

@@ -15,15 +15,14 @@ from shockwave.registry.registry import entries, entry_of, find
 from shockwave.scenario.block_keys import WALLS
 from shockwave.scenario.dotted_names import Variable, variable
 from shockwave.scenario.scenario import Scenario
-from shockwave.scenario.scene_argument import Scene, scenario_alone
+from shockwave.scenario.scene_argument import SceneArgument, scenario_alone
 from shockwave.scenario.uncertainty_block import ends_of
 from shockwave.scenario.yaml_document import dotted, steps_of
 from shockwave.scene.chain import Chain, Scales
 from shockwave.scene.impact import Impact
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
-from shockwave.scene.summary import equal_granules
-from shockwave.simulation.simulate import simulate_many
+from shockwave.simulation.simulate import simulate_scenes
 
 # Longest duration of a shock on equal granules [characteristic times]: a longer one takes more than a second.
 _LONGEST = 1000.0
@@ -43,7 +42,7 @@ SEED = Quantity("", "seed", at_least=0, at_most=2**63 - 1, whole=True)
 RTOL = Quantity("", "relative error allowed", at_least=1e-7, at_most=1e-2)
 
 
-def scenario_of(scene: Scene, chain: Chain | None) -> Scenario:
+def scenario_of(scene: SceneArgument, chain: Chain | None) -> Scenario:
     """The given scenario, or one of a shock or an impact on a chain; equal granules are given by their number.
 
     Raises
@@ -58,7 +57,7 @@ def scenario_of(scene: Scene, chain: Chain | None) -> Scenario:
         scenario = Scenario(name="", path=None, predictor=Predictor(), simulate=SimulateOptions(), **parts)
     else:
         scenario = scenario_alone(scene, chain)
-    return evolve(scenario, chain=equal_granules(scenario.excitation, scenario.chain) or scenario.chain)
+    return evolve(scenario, chain=scenario.scene.line)
 
 
 def data_of(scenario: Scenario) -> Mapping[str, Any]:
@@ -194,22 +193,15 @@ def simulated(scenes: Sequence[Scenario], rtol: float, longest: float = _LONGEST
     """
     options, errors = scenes[0].simulate, [_too_long(scene, longest) for scene in scenes]
     possible = [scene for scene, error in zip(scenes, errors, strict=True) if error is None]
-    results = simulate_many(
-        [scene.excitation for scene in possible],
-        [scene.chain for scene in possible],
-        rtol,
-        waves="primary",
-        backend=options.backend,
-        contacts=options.contacts,
-        until=options.until,
-    )
-    remaining = iter(results)
+    parts = {name: getattr(options, name) for name in ("backend", "contacts", "until")}
+    settings = SimulateOptions(rtol=rtol, waves="primary", **parts)
+    remaining = iter(simulate_scenes([scenario.scene for scenario in possible], settings))
     return [next(remaining) if error is None else error for error in errors]
 
 
 def _too_long(scene: Scenario, longest: float) -> InvalidValueError | None:
     """The error of a shock on equal granules that lasts too long."""
-    if equal_granules(scene.excitation, scene.chain) is None:
+    if scene.scene.uniform is None:
         return None
     duration = rise_time_of(scene) * float(scene.shock.profile.duration_ratio)
     if duration <= longest:
@@ -219,10 +211,9 @@ def _too_long(scene: Scenario, longest: float) -> InvalidValueError | None:
     return InvalidValueError.of("shock", problem)
 
 
-def warnings_of(scene: Scenario, result: Any) -> tuple[str, ...]:
+def warnings_of(result: Any) -> tuple[str, ...]:
     """Warnings of a simulation, without the notes of what was done with a record."""
-    notes = () if scene.impact is not None else scene.shock.profile.notes
-    return tuple(warning for warning in result.wave_warnings if warning not in notes)
+    return tuple(warning for warning in result.wave_warnings if warning not in result.scene.notes)
 
 
 def kind_of(warning: str) -> str:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, Union
 
 import numpy as np
-from attrs import asdict, evolve
+from attrs import evolve
 
 import shockwave
 from shockwave.base.errors import Fault, NotCoveredError, UsageError, message_of
@@ -26,12 +26,10 @@ from shockwave.scenario.block_keys import BLOCKS, MATERIALS, WALLS
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_hash import normalised
 from shockwave.scenario.sweep_block import Sweep
-from shockwave.scenario.variations import Family, FamilyScene
-from shockwave.scene.chain import Chain, Scales
-from shockwave.scene.coverage_rules import predictable
+from shockwave.scenario.variations import Family
+from shockwave.scene.chain import Scales
 from shockwave.scene.simulate_options import SimulateOptions
-from shockwave.scene.summary import equal_granules
-from shockwave.simulation.simulate import simulate_many
+from shockwave.simulation.simulate import simulate_scenes
 from shockwave.simulation.wave_result import SimulationResult
 from shockwave.sweep.columns import VERDICT, Answer, chain_reads, reads, row
 from shockwave.sweep.definition import SweepDefinition
@@ -43,7 +41,7 @@ if TYPE_CHECKING:
 _T = TypeVar("_T")
 _Found = Union["SimulationResult", "ChainResult", BaseException]
 _Results = dict[int, _Found]
-_Scenes = Mapping[int, FamilyScene]
+_Scenes = Mapping[int, Scenario]
 _Predicted = Outcome | Exception | None
 # Largest record that is hashed [bytes]; the reader of records has its own limit.
 _MOST_RECORD = 2**28
@@ -101,11 +99,11 @@ class Points:
 
     def lines(self, indices: Sequence[int]) -> str:
         """Evaluate some points, and return their lines of the journal."""
-        scenes: dict[int, FamilyScene] = {}
+        scenes: dict[int, Scenario] = {}
         found: dict[int, _Found] = {}
         for index in indices:
             try:
-                scenes[index] = self._family.scene(self.sweep.point(index))
+                scenes[index] = self._family.scenario(self.sweep.point(index))
             except _POINT_ERRORS as error:
                 found[index] = error
         predicted: dict[int, _Predicted] = {}
@@ -119,14 +117,11 @@ class Points:
             self._line(index, scenes.get(index), found.get(index), predicted.get(index)) for index in indices
         )
 
-    def _line(self, index: int, scene: FamilyScene | None, found: _Found | None, predicted: _Predicted) -> str:
+    def _line(self, index: int, scene: Scenario | None, found: _Found | None, predicted: _Predicted) -> str:
         """Line of a point; ``found`` and ``predicted`` are its results, if any, or their errors."""
         try:
             simulated, outcome = _valid(found), _valid(predicted)
             assert scene is not None
-            if self.scenario.limit is not None:
-                simulated = simulated and evolve(simulated, limit=self.scenario.limit)
-                outcome = outcome and evolve(outcome, limit=self.scenario.limit)
             return line_of(index, "done", values=row(self._columns, _answer(scene, outcome, simulated)))
         except _POINT_ERRORS as error:
             return line_of(index, "failed", error=message_of(error))
@@ -135,8 +130,8 @@ class Points:
         """Outcomes by point number; scenes with the same settings are simulated in one call."""
         outcomes: dict[int, _Predicted] = {}
         for (predictor, options), indices in _groups(scenes, lambda scene: (scene.predictor, scene.simulate)).items():
-            shocks, chains = _excitations_and_chains(indices, scenes)
-            results = predictor.predict_many(shocks, chains, evolve(options, waves="primary"), threads=1)
+            cases = [scenes[index].scene for index in indices]
+            results = predictor.predict_scenes(cases, evolve(options, waves="primary"), threads=1)
             outcomes |= dict(zip(indices, results, strict=True))
         return outcomes
 
@@ -145,8 +140,8 @@ class Points:
         outcomes: dict[int, _Predicted] = {}
         for index, scene in scenes.items():
             # the simulation judges a chain that must be elastic
-            section4, chain = evolve(scene.predictor, model="section-4"), evolve(scene.chain, elastic_only=False)
-            (outcome,) = section4.predict_many([scene.excitation], [chain])
+            section4, elastic = evolve(scene.predictor, model="section-4"), evolve(scene.chain, elastic_only=False)
+            (outcome,) = section4.predict_scenes([evolve(scene, chain=elastic).scene])
             outcomes[index] = None if isinstance(outcome, NotCoveredError) else outcome
         return outcomes
 
@@ -159,10 +154,9 @@ class Points:
 
     def _together(self, options: SimulateOptions, indices: list[int], scenes: _Scenes) -> _Results:
         try:
-            shocks, chains = _excitations_and_chains(indices, scenes)
             waves = options.waves if self.train or self.chains else "primary"
-            settings: dict[str, Any] = asdict(evolve(options, waves=waves, record=(), interval=None))
-            found = simulate_many(shocks, chains, **settings, threads=1)
+            settings = evolve(options, waves=waves, record=(), interval=None)
+            found = simulate_scenes([scenes[index].scene for index in indices], settings, threads=1)
         except _POINT_ERRORS as error:
             if len(indices) == 1:
                 return {indices[0]: error}
@@ -171,16 +165,12 @@ class Points:
         return dict(zip(indices, found, strict=True))
 
 
-def _groups(scenes: _Scenes, part: Callable[[FamilyScene], Any]) -> dict[Any, list[int]]:
+def _groups(scenes: _Scenes, part: Callable[[Scenario], Any]) -> dict[Any, list[int]]:
     """Point numbers by a part of their scenes."""
     groups: dict[Any, list[int]] = {}
     for index, scene in scenes.items():
         groups.setdefault(part(scene), []).append(index)
     return groups
-
-
-def _excitations_and_chains(indices: Sequence[int], scenes: _Scenes) -> tuple[list[Any], list[Chain]]:
-    return [scenes[index].excitation for index in indices], [scenes[index].chain for index in indices]
 
 
 def _valid(result: _T | BaseException) -> _T:
@@ -189,13 +179,11 @@ def _valid(result: _T | BaseException) -> _T:
     return result
 
 
-def _has_features(scene: Scenario | FamilyScene, finite: bool) -> bool:
+def _has_features(scenario: Scenario, finite: bool) -> bool:
     """Whether a scene, or one with a number of granules if some are ``finite``, is beyond a shock on equal granules."""
-    if scene.impact is not None:
-        return True
-    # an endless chain keeps its contact law
-    equal = not finite and scene.shock is not None and equal_granules(scene.shock, scene.chain) is not None
-    return not (scene.chain.is_uniform or scene.chain.packing or equal)
+    equal = scenario.scene.uniform
+    # only an endless chain keeps its contact law
+    return equal is None or (finite and equal.contact is not None)
 
 
 def _is_feature(name: str, finite: bool) -> bool:
@@ -211,14 +199,14 @@ def _refused(scenario: Scenario, sweep: Sweep) -> list[Fault]:
     """Features for which the prediction refuses all points: those of the first scene that do not vary."""
     names = [name for axis in sweep.axes for name in axis.names]
     try:
-        predictable(scenario.chain, scenario.excitation)
+        scenario.scene.covered("section 4", packings=True)
     except NotCoveredError as error:
-        faults: Sequence[Fault] = getattr(scenario.located(error), "faults", ())
+        faults: Sequence[Fault] = getattr(scenario.scene.located(error), "faults", ())
         return [fault for fault in faults if not any(name.startswith(fault.path) for name in names)]
     return []
 
 
-def _answer(scene: FamilyScene, predicted: Outcome | None, simulated: SimulationResult | ChainResult | None) -> Answer:
+def _answer(scene: Scenario, predicted: Outcome | None, simulated: SimulationResult | ChainResult | None) -> Answer:
     if simulated is None and predicted is not None:
         simulated = predicted.simulated
     if _has_features(scene, scene.chain.granules is not None):
@@ -267,9 +255,8 @@ def _used(scenario: Scenario, sweep: Sweep) -> set[tuple[str, Any]]:
         used.add(("profiles", f"{cls.__module__}:{cls.__qualname__}"))
         if scenario.document is not None:
             used.add(("profiles", scenario.document.data["shock"]["profile"]))
-    if not scenario.chain.is_uniform:
-        laws = scenario.chain.damping, scenario.chain.contact
-        used |= {("contacts", f"{type(law).__module__}:{type(law).__qualname__}") for law in laws}
+    laws = scenario.chain.damping, scenario.chain.contact
+    used |= {("contacts", f"{type(law).__module__}:{type(law).__qualname__}") for law in laws}
     texts = {(name, value) for name, value in sweep.pairs() if isinstance(value, str)}
     used |= {(_KINDS[name], value) for name, value in texts if name in _KINDS}
     return used | {("materials", value) for name, value in texts if name.endswith(MATERIALS)}

@@ -387,7 +387,7 @@ def test_a_scene_beyond_floating_point_numbers_fails_alone(
 
 def strike(monkeypatch: pytest.MonkeyPatch, call: int, error: BaseException) -> list[object]:
     """Let one call of a simulation raise an error; gives the calls."""
-    real, calls = simulate.simulate_with, []
+    real, calls = simulate.simulate_scene, []
 
     def struck(*arguments: object) -> object:
         calls.append(arguments)
@@ -395,7 +395,7 @@ def strike(monkeypatch: pytest.MonkeyPatch, call: int, error: BaseException) -> 
             raise error
         return real(*arguments)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(simulate, "simulate_with", struck)
+    monkeypatch.setattr(simulate, "simulate_scene", struck)
     return calls
 
 
@@ -417,7 +417,7 @@ def test_runs_that_fail_end_with_the_greatest_of_their_statuses(
     failures = iter(
         [sw.InvalidValueError.of("rtol", "must be larger"), sw.NumericalError("the step size has vanished")]
     )
-    monkeypatch.setattr(simulate, "simulate_with", lambda *_: raised(next(failures)))
+    monkeypatch.setattr(simulate, "simulate_scene", lambda *_: raised(next(failures)))
     assert main(["simulate", SCENE, SCENE]) == 3
     err = capsys.readouterr().err
     assert err.index("must be larger") < err.index("the step size has vanished")
@@ -462,7 +462,7 @@ def test_a_result_that_fails_when_it_is_printed_fails_alone(
 def test_an_internal_error_is_one_line_without_a_traceback(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(sw.Predictor, "predict", lambda *_: 1 / 0)
+    monkeypatch.setattr(sw.Predictor, "predict_scene", lambda *_: 1 / 0)
     assert main(["predict", SCENE]) == 1
     assert "internal error: ZeroDivisionError" in capsys.readouterr().err
 

@@ -19,6 +19,7 @@ from shockwave.engine.nystroem_integrators import Rkn86
 from shockwave.engine.scaled_problem import ChainProblem, Status
 from shockwave.engine.scaled_problem import Request as SearchRequest
 from shockwave.engine.wave_search import find_primaries
+from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.integration_stretches import Course
 from shockwave.simulation.wave_setup import scaled, setup_of
@@ -100,7 +101,10 @@ def test_backends_agree_on_passages(scene: str) -> None:
 @compiled_alone
 def test_backends_agree_on_whether_the_free_end_affects_the_wave() -> None:
     setup = setup_of(SimulateOptions())
-    problems = [scaled(power(0.5), attrs.evolve(CHAIN, granules=granules))[0] for granules in range(28, 34)]
+    problems = [
+        scaled(Scene(excitation=power(0.5), chain=attrs.evolve(CHAIN, granules=granules)))[0]
+        for granules in range(28, 34)
+    ]
     one, other = (
         find_primaries([setup.request(each) for each in problems], Rkn86, code) for code in (backend.compiled, None)
     )

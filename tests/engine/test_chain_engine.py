@@ -71,7 +71,7 @@ def scaled(tmp_path: Path) -> Callable[[str], tuple[Assembly, float]]:
         file = tmp_path / "scene.yaml"
         file.write_text(REFERENCES[name]["scenario"], encoding="utf-8")
         scenario = sw.load_scenario(file)
-        case = ChainSetup.of(scenario.simulate, scenario.excitation, scenario.chain)
+        case = ChainSetup.of(scenario.simulate, scenario.scene)
         assert case.until is not None
         return case.assembly, case.until
 

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import shockwave as sw
+from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import Backend
 from shockwave.simulation import simulate
 from support.scenes import CHAIN, FORCE, UNITS
@@ -83,8 +84,8 @@ def test_a_train_that_takes_too_long_leaves_the_leading_wave() -> None:
 def test_the_train_of_a_flat_top_is_not_integrated_and_its_cost_is_stated() -> None:
     from shockwave.simulation.wave_setup import immeasurable, scaled
 
-    assert "about 10 s or more" in immeasurable(scaled(FLAT, CHAIN)[0])
-    assert immeasurable(scaled(record([0, 100, 300], [0, 1, 0]), CHAIN)[0]) == ""
+    assert "about 10 s or more" in immeasurable(scaled(Scene(excitation=FLAT, chain=CHAIN))[0])
+    assert immeasurable(scaled(Scene(excitation=record([0, 100, 300], [0, 1, 0]), chain=CHAIN))[0]) == ""
 
 
 INTERRUPTED: dict[str, Callable[[], object]] = {

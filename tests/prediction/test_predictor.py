@@ -186,7 +186,7 @@ def test_section_4_alone_states_its_own_numbers(name: str) -> None:
     assert (outcome.peak_force, outcome.waves) == (outcome.section4.peak_force, outcome.section4.waves)
     assert (outcome.low, outcome.high, outcome.transmitted, outcome.greatest_force) == (None,) * 4
     assert (outcome.method, outcome.section4.error) == ("section-4", None)
-    judged = attrs.evolve(outcome, limit=sw.Limit(force=1e6)).verdict
+    judged = sw.Limit(force=1e6).verdict(outcome)
     assert (judged.decision, judged.remedy) == ("undecided", "simulate")
 
 
@@ -398,7 +398,7 @@ def test_an_outcome_can_be_pickled_with_its_numbers(monkeypatch: pytest.MonkeyPa
     assert before.peak_force == peak
     monkeypatch.setattr(simulate, "run_jobs", lambda *_: pytest.fail("the engine ran again"))
     assert after.peak_force == peak
-    assert attrs.evolve(second, limit=sw.Limit(force=1.0)).verdict.decision == "above"
+    assert sw.Limit(force=1.0).verdict(second).decision == "above"
 
 
 def test_notes_on_a_record_are_no_warnings() -> None:
@@ -423,7 +423,7 @@ def test_section_4_loads_no_engine_and_a_simulation_no_section_4() -> None:
 
 
 def test_a_shock_and_a_chain_in_the_wrong_order_are_refused() -> None:
-    rule = r"^shock: must be a Shock, and the chain a Chain \(got Chain and Shock\)$"
+    rule = r"^shock: must be a Shock or an Impact, and the chain a Chain \(got Chain and Shock\)$"
     with pytest.raises(sw.InvalidValueError, match=rule):
         sw.Predictor().predict(CHAIN, SHOCKS["train"])  # type: ignore[arg-type]
     (error,) = sw.Predictor().predict_many([CHAIN], [SHOCKS["train"]])  # type: ignore[list-item]

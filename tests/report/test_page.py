@@ -205,7 +205,7 @@ def test_a_failed_prediction_is_reported(monkeypatch: pytest.MonkeyPatch) -> Non
     def fail(*_: object) -> None:
         raise sw.NumericalError("no <root> was found")
 
-    monkeypatch.setattr(sw.Predictor, "predict", fail)
+    monkeypatch.setattr(sw.Predictor, "predict_scene", fail)
     found = findings(SCENES["ejection"])
     assert found.failures == ("The prediction failed: no <root> was found.",)
     assert found.predicted is found.comparison is None

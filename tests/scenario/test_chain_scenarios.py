@@ -24,10 +24,8 @@ from shockwave.scenario.scene_hash import scene_hash
 from shockwave.scenario.schema import schema
 from shockwave.scenario.variations import Family
 from shockwave.scenario.yaml_document import Document, parse_document
-from shockwave.scene.coverage_rules import covered
 from shockwave.scene.description import plain
 from shockwave.scene.layout import Layout
-from shockwave.scene.summary import ChainScene
 from support.pages import ROOT
 
 TRUTH: dict[str, dict[str, Any]] = json.loads((ROOT / "tests" / "data" / "chains.json").read_text())
@@ -515,7 +513,7 @@ def test_the_hash_is_that_of_the_scene(scene: Scene) -> None:
 
 def test_the_summary_lists_every_feature(scene: Scene) -> None:
     found = scene(WHOLE)
-    summary = ChainScene.of(found.excitation, found.chain)
+    summary = found.scene.summary()
     assert summary.to_dict()["chain"] == plain(found.chain)
     assert summary.granules == 20 + 10 + 5 + 9 + 3
     facts = dict(summary.facts())
@@ -568,8 +566,8 @@ def test_predict_answers_for_chains_that_section_4_does_not_cover(
 def test_a_refusal_names_all_features(scene: Scene) -> None:
     scenario = scene(WHOLE)
     with pytest.raises(NotCoveredError) as caught:
-        covered(scenario.chain, scenario.excitation, "a test")
-    faults = map(scenario.place, caught.value.faults)
+        scenario.scene.covered("a test")
+    faults = map(scenario.scene.placed, caught.value.faults)
     assert [(fault.path, fault.location.rpartition("scene.yaml")[2]) for fault in faults] == [
         ("chain.granules[1]", ":6:7"),
         ("chain.end", ":10:3"),

@@ -14,9 +14,10 @@ from scipy.integrate import solve_ivp
 import shockwave as sw
 from shockwave.base.errors import InvalidValueError, NotCoveredError
 from shockwave.scene.contact_law import BoundLaw, ContactLaw, Hertz, Pairs
-from shockwave.scene.coverage_rules import covered, reduced
+from shockwave.scene.coverage_rules import reduced
 from shockwave.scene.damping import tsuji_ratio
 from shockwave.scene.layout import Layout
+from shockwave.scene.scene import Scene
 from support.scenes import CHAIN, STEEL, triangle
 
 PTFE = sw.Material(youngs_modulus=1.46e9, poisson_ratio=0.46, density=2178.0)
@@ -251,7 +252,7 @@ def test_methods_for_equal_granules_refuse_every_further_feature(path: str) -> N
     assert reduced(made) is None
     message = r"must be left out for a test, which covers only shocks on chains of equal granules with free ends \(got "
     with pytest.raises(NotCoveredError, match=message) as caught:
-        covered(made, SHOCK, "a test")
+        Scene(excitation=SHOCK, chain=made).covered("a test")
     assert [fault.path for fault in caught.value.faults] == [f"chain.{path}"]
     predictor = sw.Predictor(model="section-4")
     with pytest.raises(NotCoveredError, match="must be left out for section 4"):
@@ -266,7 +267,7 @@ def test_methods_for_equal_granules_refuse_every_further_feature(path: str) -> N
 
 def test_an_impact_is_refused_by_methods_for_shocks() -> None:
     with pytest.raises(NotCoveredError, match=r"^impact: must be left out"):
-        covered(attrs.evolve(CHAIN, granules=4), sw.Impact(velocity=1.0), "a test")
+        Scene(excitation=sw.Impact(velocity=1.0), chain=attrs.evolve(CHAIN, granules=4)).covered("a test")
 
 
 def test_segments_of_equal_granules_are_predicted_like_their_number() -> None:

@@ -98,7 +98,8 @@ def test_momentum_and_energy_are_balanced(name: str, folder: Path) -> None:
 
 @pytest.mark.parametrize("name", FEATURED)
 def test_the_text_begins_with_the_greatest_force_and_fits_80_columns(name: str, folder: Path) -> None:
-    text = str(attrs.evolve(_simulated(name, 1e-6, folder), scenario=name))
+    result = _simulated(name, 1e-6, folder)
+    text = str(attrs.evolve(result, scene=attrs.evolve(result.scene, name=name)))
     assert text.startswith(f"{name}: greatest force ")
     assert max(map(len, text.splitlines())) <= 80
     assert ("wall force" in text) == ("transmitted" in CASES[name])
@@ -656,7 +657,7 @@ def test_the_last_sample_is_at_the_end_of_the_simulated_time(backend: str) -> No
 @pytest.mark.parametrize("excitation", [None, CHAIN], ids=["nothing", "chain"])
 def test_anything_but_a_shock_or_a_striker_is_refused(excitation: Any) -> None:
     chain = attrs.evolve(CHAIN, granules=5, end=Wall(material="same"))
-    with pytest.raises(sw.InvalidValueError, match=r"shock: must be a Shock, and the chain a Chain \(got"):
+    with pytest.raises(sw.InvalidValueError, match=r"shock: must be a Shock or an Impact, and the chain a Chain \(got"):
         sw.simulate(excitation, chain)
 
 

@@ -13,6 +13,7 @@ import pytest
 import shockwave as sw
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.scaled_problem import Primary, Status
+from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation import convergence_runs as repeated_runs
 from shockwave.simulation import leading_wave, wave_train_run
@@ -191,7 +192,7 @@ def test_a_strongest_wave_other_than_the_leading_one_has_a_warning(
 @pytest.mark.parametrize("rtol", [1e-2, 1e-4])
 def test_waves_are_separated_from_noise_however_loose_the_tolerance(rtol: float) -> None:
     setup = setup_of(SimulateOptions(rtol=rtol))
-    step, doubt = setup.accuracy(scaled(CASE_A, CHAIN)[0])
+    step, doubt = setup.accuracy(scaled(Scene(excitation=CASE_A, chain=CHAIN))[0])
     assert step <= 2e-4
     assert doubt <= 3e-5
 
@@ -232,7 +233,7 @@ def test_a_search_that_another_wave_may_still_exceed_is_repeated(monkeypatch: py
     answers = iter([primary(status=Status.TOO_LONG, peak=1.0, doubt=5e-3), primary(peak=1.1, doubt=1e-9)])
     monkeypatch.setattr(leading_wave, "find_primaries", lambda requests, *others: [next(answers)])
     setup = setup_of(SimulateOptions(rtol=1e-2))
-    found = leading_wave.search({0: scaled(CASE_A, CHAIN)[0]}, setup)
+    found = leading_wave.search({0: scaled(Scene(excitation=CASE_A, chain=CHAIN))[0]}, setup)
     assert found[0].primary.peak == 1.1
 
 

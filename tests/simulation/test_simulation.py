@@ -145,7 +145,8 @@ def test_a_result_is_frozen() -> None:
 
 
 def test_a_result_that_is_renamed_or_from_another_process_keeps_its_values() -> None:
-    named = pickle.loads(pickle.dumps(attrs.evolve(train(), scenario="mine")))
+    scene = attrs.evolve(train().scene, name="mine")
+    named = pickle.loads(pickle.dumps(attrs.evolve(train(), scene=scene)))
     assert named.waves == train().waves
     assert named.to_dict()["scenario"] == "mine"
 

@@ -23,6 +23,7 @@ from conftest import Install
 from shockwave.cli import main
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.variations import Family
+from shockwave.scene.scene import Scene
 from shockwave.simulation import simulate
 from shockwave.sweep import definition, point_evaluation
 from shockwave.sweep.dry_run import dry_run
@@ -570,7 +571,7 @@ def test_failed_points_run_again_on_request(scenario: Path, tmp_path: Path, monk
         raise SystemExit(3)  # a plugin may do that
 
     with monkeypatch.context() as broken:
-        broken.setattr(point_evaluation, "simulate_many", fails)
+        broken.setattr(point_evaluation, "simulate_scenes", fails)
         report = swept(scenario, tmp_path / "out")
     assert (report.done, report.failed) == (0, 40)
     assert journal(tmp_path / "out")[0]["error"] == "SystemExit: 3"
@@ -594,14 +595,15 @@ def test_crashed_points_run_again_on_request(scenario: Path, tmp_path: Path) -> 
 
 
 def test_only_the_point_that_raises_fails(scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    many = point_evaluation.simulate_many
+    many = point_evaluation.simulate_scenes
 
-    def picky(shocks: list[sw.Shock], *rest: Any, **settings: Any) -> Any:
+    def picky(scenes: list[Scene], *rest: Any, **settings: Any) -> Any:
+        shocks = [scene.shock for scene in scenes if scene.shock is not None]
         if any(abs(shock.rise_time - 4.105e-6) < 1e-8 and shock.profile.duration_ratio == 2 for shock in shocks):
             raise RuntimeError("not this one")
-        return many(shocks, *rest, **settings)
+        return many(scenes, *rest, **settings)
 
-    monkeypatch.setattr(point_evaluation, "simulate_many", picky)
+    monkeypatch.setattr(point_evaluation, "simulate_scenes", picky)
     report = swept(scenario, tmp_path / "out")
     assert (report.done, report.failed) == (39, 1)
 
