@@ -95,8 +95,7 @@ WRITERS = {
     "report": "report scene.yaml -o old.html",
     "schema": "schema -o old.json",
     "curve": "curve scene.yaml --rtol 1e-2 --longest 1 -o old.json",
-    "design": "design scene.yaml --vary chain.radius --target amplification=0.5 --rtol 1e-2 --between 1mm 3mm --points 3"
-    " -o old.pdf",
+    "design": "design scene.yaml --vary chain.radius --between 1mm 3mm --target amplification=0.5 -o old.pdf",
     "bench": "bench scene.yaml --quick --family quadratures --longest 1e-3 -o old.html",
 }
 
@@ -157,27 +156,20 @@ def test_a_place_that_cannot_be_written_is_a_file_access_error(folder: Path, pla
 # ---------------------------------------------------------------- inputs
 
 
-OUTPUTS = {
-    "report": [".html"],
-    "curve": [".json"],
-    "design": [*[".svg", "--vary", "chain.radius", "--target", "amplification=1", "--between", "1mm", "2mm"]],
-    "bench": [".html"],
-}
-
-
-@pytest.mark.parametrize("command", OUTPUTS)
+@pytest.mark.parametrize("command", ["report", "curve", "design", "bench"])
 @pytest.mark.parametrize("taken", ["scenario", "link", "record"])
 def test_an_input_file_is_not_overwritten(
     command: str, taken: str, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene, target = ("record.yaml", "pulse.json") if taken == "record" else ("scene.yaml", "scene.yaml")
-    ending, *options = OUTPUTS[command]
+    ending = {"curve": ".json", "design": ".svg"}.get(command, ".html")
+    design = ["--vary", "chain.radius", "--target", "amplification=1", "--between", "1mm", "2mm"]
     if taken == "link":
         (folder / f"out{ending}").symlink_to(target)
     else:  # a name that the command takes for an output
         (folder / f"out{ending}").hardlink_to(target)
     monkeypatch.setattr("shockwave.UniversalCurve.__init__", None)  # nothing is computed
-    answer = shockwave(command, scene, "-o", f"out{ending}", *options)
+    answer = shockwave(command, scene, "-o", f"out{ending}", *(design if command == "design" else []))
     assert answer.status == 2
     for part in ("--output: must not be an input file", f"got out{ending}, which is ", target):
         assert part in answer.err
