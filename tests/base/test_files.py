@@ -14,7 +14,7 @@ import pytest
 import shockwave as sw
 from shockwave.base.errors import FileAccessError, InvalidValueError
 from shockwave.base.files import open_regular, parse_json, read_bytes, read_text, replacing, write_file
-from shockwave.cli import main
+from support.command_line import shockwave
 from support.texts import CHAIN, SHOCK, TABULATED
 
 SCENE = CHAIN + SHOCK.replace("1 us", "10 us")
@@ -39,8 +39,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_a_larger_file_than_the_limit_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a").write_bytes(b"12345")
-    assert read_text(tmp_path / "a", 5) == "12345"
-    assert read_bytes(tmp_path / "a", 5) == b"12345"
+    assert (read_text(tmp_path / "a", 5), read_bytes(tmp_path / "a", 5)) == ("12345", b"12345")
     with pytest.raises(FileAccessError, match=r"a: must be at most 4 bytes \(got more; cut it\)"):
         read_bytes(tmp_path / "a", 4, "cut it")
 
@@ -93,35 +92,35 @@ def full(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 WRITERS = {
-    "report": ["report", "scene.yaml", "-o", "old.html"],
-    "schema": ["schema", "-o", "old.json"],
-    "curve": ["curve", "scene.yaml", "--rtol", "1e-2", "--longest", "1", "-o", "old.json"],
-    "design": [
-        *("design", "scene.yaml", "--vary", "chain.radius", "--target", "amplification=0.5", "--rtol", "1e-2"),
-        *("--between", "1 mm", "3 mm", "--points", "3", "-o", "old.pdf"),
-    ],
-    "bench": ["bench", "scene.yaml", "--quick", "--family", "quadratures", "--longest", "1e-3", "-o", "old.html"],
+    "report": "report scene.yaml -o old.html",
+    "schema": "schema -o old.json",
+    "curve": "curve scene.yaml --rtol 1e-2 --longest 1 -o old.json",
+    "design": "design scene.yaml --vary chain.radius --between 1mm 3mm --target amplification=0.5 -o old.pdf",
+    "bench": "bench scene.yaml --quick --family quadratures --longest 1e-3 -o old.html",
 }
 
 
 @pytest.mark.parametrize("name", WRITERS)
 def test_every_command_leaves_the_old_file_on_a_full_disk(
-    name: str, folder: Path, full: None, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    name: str, folder: Path, full: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("shockwave.report.page_pictures.drawings", lambda _: {})  # pages without pictures
-    old = folder / WRITERS[name][-1]
+    arguments = WRITERS[name].split()
+    old = folder / arguments[-1]
     old.write_text("old")
     before = sorted(folder.iterdir())
-    assert main(WRITERS[name]) == 5
-    assert f"{old.name}: cannot be written (No space left on device)" in capsys.readouterr().err
+    answer = shockwave(*arguments)
+    assert answer.status == 5
+    assert f"{old.name}: cannot be written (No space left on device)" in answer.err
     assert old.read_text() == "old"
     assert sorted(folder.iterdir()) == before
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
-def test_a_device_is_written_to_directly_and_may_be_full(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["schema", "-o", "/dev/full"]) == 5
-    assert "/dev/full: cannot be written (No space left on device)" in capsys.readouterr().err
+def test_a_device_is_written_to_directly_and_may_be_full() -> None:
+    answer = shockwave("schema", "-o", "/dev/full")
+    assert answer.status == 5
+    assert "/dev/full: cannot be written (No space left on device)" in answer.err
     assert stat.S_ISCHR(Path("/dev/full").stat().st_mode)
 
 
@@ -160,21 +159,20 @@ def test_a_place_that_cannot_be_written_is_a_file_access_error(folder: Path, pla
 @pytest.mark.parametrize("command", ["report", "curve", "design", "bench"])
 @pytest.mark.parametrize("taken", ["scenario", "link", "record"])
 def test_an_input_file_is_not_overwritten(
-    command: str, taken: str, folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    command: str, taken: str, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene, target = ("record.yaml", "pulse.json") if taken == "record" else ("scene.yaml", "scene.yaml")
-    ending = {"report": ".html", "curve": ".json", "design": ".svg", "bench": ".html"}[command]
+    ending = {"curve": ".json", "design": ".svg"}.get(command, ".html")
+    design = ["--vary", "chain.radius", "--target", "amplification=1", "--between", "1mm", "2mm"]
     if taken == "link":
         (folder / f"out{ending}").symlink_to(target)
     else:  # a name that the command takes for an output
         (folder / f"out{ending}").hardlink_to(target)
     monkeypatch.setattr("shockwave.UniversalCurve.__init__", None)  # nothing is computed
-    design = ["--vary", "chain.radius", "--target", "amplification=1", "--between", "1mm", "2mm"]
-    assert main([command, scene, "-o", f"out{ending}", *(design if command == "design" else [])]) == 2
-    error = capsys.readouterr().err
-    assert "--output: must not be an input file" in error
-    assert f"got out{ending}, which is " in error
-    assert target in error
+    answer = shockwave(command, scene, "-o", f"out{ending}", *(design if command == "design" else []))
+    assert answer.status == 2
+    for part in ("--output: must not be an input file", f"got out{ending}, which is ", target):
+        assert part in answer.err
     assert ((folder / "scene.yaml").read_text(), (folder / "pulse.json").read_text()) == (SCENE, PULSE)
 
 

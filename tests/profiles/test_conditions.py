@@ -1,15 +1,13 @@
-"""The conditions (3) with their margins, and the shock that a profile makes."""
+"""The conditions (3) with their margins."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 
-from shockwave.base.errors import InvalidValueError
 from shockwave.base.numerics import FloatArray
 from shockwave.profiles.area_conditions import conditions
 from shockwave.profiles.exponential import Exponential
@@ -18,7 +16,6 @@ from shockwave.profiles.quadrature import Integral
 from shockwave.profiles.shock_profile import Areas, ShockProfile
 from shockwave.profiles.tabulated import Tabulated
 from shockwave.profiles.triangular import Triangular
-from shockwave.scene.shock import Shock
 
 NAMES = ("decay-outweighs-rise", "steep-rise", "slow-decay")
 
@@ -50,8 +47,8 @@ def _checked(profile: ShockProfile, quadrature: str | None = None) -> tuple[Any,
 
 
 def test_each_condition_states_its_inequality() -> None:
-    found = [(condition.name, condition.statement) for condition in _checked(Triangular(duration_ratio=2))]
-    assert found == list(zip(NAMES, ["a2 >= a1", "a1 >= 1/2", "a2 <= (n-1)/2"], strict=True))
+    statements = [(condition.name, condition.statement) for condition in _checked(Triangular(duration_ratio=2))]
+    assert statements == list(zip(NAMES, ["a2 >= a1", "a1 >= 1/2", "a2 <= (n-1)/2"], strict=True))
 
 
 def test_an_inequality_holds_within_the_error_of_the_areas() -> None:
@@ -70,16 +67,13 @@ def test_equality_is_inclusive(index: int, quadrature: str | None) -> None:
     assert condition.holds
 
 
-#: Rows of Tables 1 and 2: n and exponents; margins of those of Table 2.
+#: Rows of Tables 1 and 2: n and exponents, with the margins of some.
 ROWS: dict[tuple[float, float, float], tuple[float, ...] | None] = {
     (10, 1, 5): None,
     (6, 0.5, 6): None,
     (4, 0.25, 1): None,
     (3, 0.5, 1): (1 - 2 / 3, 1 / 6, 0),
-    (2, 1, 1): (0, 0, 0),
     (4, 1e-5, 1): (1.5 - 1 / 1.00001, 1 / 1.00001 - 0.5, 0),
-    (6, 0.9, 1): (2.5 - 1 / 1.9, 1 / 1.9 - 0.5, 0),
-    (5, 0.25, 1): (2 - 0.8, 0.3, 0),
 }
 
 
@@ -111,7 +105,7 @@ def test_conditions_that_a_pulse_violates(profile: ShockProfile, broken: set[str
     assert {condition.name for condition in _checked(profile) if not condition.holds} == broken
 
 
-def test_a_violated_condition_has_a_negative_margin_in_rise_times() -> None:
+def test_margins_are_in_rise_times() -> None:
     # A half-sine has 2/pi under its decay where (3) allows 1/2.
     assert _checked(Bump(1))[2].margin == pytest.approx(0.5 - 2 / math.pi, rel=1e-12)
 
@@ -122,53 +116,3 @@ def test_the_tolerance_is_1e_minus_9_of_the_duration(n: float, below: float, hol
     exact = Integral(0.5 - below * n, 0.0, 0, "closed form")
     areas = Areas(rise=exact, decay=Integral(n / 2, 0.0, 0, "closed form"))
     assert conditions(areas, n)[1].holds is holds
-
-
-# ---------------------------------------------------------------- the shock
-
-
-@pytest.mark.parametrize("value", [0, -1.0, math.nan, math.inf, True, [1.0]], ids=str)
-@pytest.mark.parametrize(("name", "unit"), [("peak_force", "N"), ("rise_time", "s")])
-def test_a_wrong_value_is_refused_with_its_rule(name: str, unit: str, value: object) -> None:
-    given = {"peak_force": 1.0, "rise_time": 1.0, name: value}
-    with pytest.raises(InvalidValueError) as caught:
-        Shock(profile=Triangular(duration_ratio=2), **given)
-    assert str(caught.value) == f"{name}: must be > 0 {unit} (got {value!r})"
-
-
-@pytest.mark.parametrize("name", ["peak_force", "rise_time"])
-def test_a_shape_that_is_not_a_record_needs_peak_force_and_rise_time(name: str) -> None:
-    given = {"peak_force": 1.0, "rise_time": 1.0, name: None}
-    with pytest.raises(InvalidValueError, match=rf"^{name}: must be given"):
-        Shock(profile=Triangular(duration_ratio=2), **given)
-
-
-@pytest.mark.parametrize(
-    ("given", "expected"),
-    [({}, (80.0, 2e-6)), ({"peak_force": 7.0}, (7.0, 2e-6)), ({"rise_time": 3e-6}, (80.0, 3e-6))],
-    ids=["own", "peak-force", "rise-time"],
-)
-def test_a_record_supplies_missing_values(given: dict[str, float], expected: tuple[float, float]) -> None:
-    shock = Shock(profile=Tabulated([0.0, 2e-6, 5e-6], [0.0, 80.0, 0.0]), **given)
-    assert (shock.peak_force, shock.rise_time) == expected
-
-
-@pytest.mark.parametrize("profile", ["power-law", PowerLaw], ids=["name", "class"])
-def test_an_object_that_is_not_a_profile_is_refused(profile: Any) -> None:
-    with pytest.raises(InvalidValueError, match="profile"):
-        Shock(profile=profile, peak_force=1.0, rise_time=1.0)
-
-
-@pytest.mark.parametrize(
-    ("make", "name"),
-    [
-        (lambda: _power(2, -1, 1), "rise_exponent"),
-        (lambda: _power(2, 1, math.nan), "decay_exponent"),
-        (lambda: Exponential(rise_rate="much", decay_rate=1, duration_ratio=2), "rise_rate"),
-        (lambda: Triangular(duration_ratio=0.5), "duration_ratio"),
-    ],
-    ids=["exponent", "nan", "text", "ratio"],
-)
-def test_a_wrong_parameter_of_a_profile_is_named(make: Callable[[], ShockProfile], name: str) -> None:
-    with pytest.raises(InvalidValueError, match=rf"^{name}: must be "):
-        make()

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import attrs
 import mpmath
 import numpy as np
 import pytest
 from attrs import frozen
 
+from shockwave.base.errors import InvalidValueError
 from shockwave.base.numerics import FloatArray
 from shockwave.base.quantity_fields import quantity
 from shockwave.profiles.exponential import Exponential
@@ -67,14 +69,15 @@ ONE_OF_EACH = [pytest.param(profile, id=type(profile).__name__) for profile in S
 # ---------------------------------------------------------------- force
 
 
+STEP = PowerLaw(rise_exponent=0, decay_exponent=0, duration_ratio=3)
+POWERS = PowerLaw(rise_exponent=2, decay_exponent=3, duration_ratio=3)
 FORCES = {
     "triangle-rise": (Triangular(duration_ratio=3), 0.25, 0.25),
     "triangle-decay": (Triangular(duration_ratio=3), 1.5, 0.75),
-    "power-rise": (PowerLaw(rise_exponent=2, decay_exponent=3, duration_ratio=3), 0.5, 0.25),
-    "power-decay": (PowerLaw(rise_exponent=2, decay_exponent=3, duration_ratio=3), 2, 0.125),
-    "step-rise": (PowerLaw(rise_exponent=0, decay_exponent=0, duration_ratio=3), 0.5, 1.0),
-    "step-decay": (PowerLaw(rise_exponent=0, decay_exponent=0, duration_ratio=3), 2.5, 1.0),
-    "step-end": (PowerLaw(rise_exponent=0, decay_exponent=0, duration_ratio=3), 3.0, 1.0),
+    "power-rise": (POWERS, 0.5, 0.25),
+    "power-decay": (POWERS, 2, 0.125),
+    "step-rise": (STEP, 0.5, 1.0),
+    "step-end": (STEP, 3.0, 1.0),
     "exponential-rise": (Exponential(rise_rate=2, decay_rate=1, duration_ratio=3), 0.5, 1 / (1 + math.exp(-1))),
     "exponential-decay": (Exponential(rise_rate=1, decay_rate=2, duration_ratio=3), 2, 1 / (1 + math.exp(1))),
     "exponential-slow-rise": (Exponential(rise_rate=-2, decay_rate=1, duration_ratio=3), 0.5, 1 / (1 + math.exp(1))),
@@ -95,12 +98,8 @@ def test_force_stays_between_zero_and_one(profile: ShockProfile) -> None:
     assert np.all((force >= 0) & (force <= 1 + 4 * np.finfo(float).eps))
 
 
-@pytest.mark.parametrize("s", [-math.inf, -1.0, -1e-300, 3.0 + 1e-15, 4.0, math.inf])
-@pytest.mark.parametrize(
-    "profile",
-    [PowerLaw(rise_exponent=0, decay_exponent=0, duration_ratio=3), HalfSine(duration_ratio=3)],
-    ids=["step", "half-sine"],
-)
+@pytest.mark.parametrize("s", [-math.inf, -1e-300, 3.0 + 1e-15, math.inf])
+@pytest.mark.parametrize("profile", [STEP, HalfSine(duration_ratio=3)], ids=["step", "half-sine"])
 def test_force_is_zero_outside_the_shock(profile: ShockProfile, s: float) -> None:
     assert float(profile.force(s)) == 0.0
 
@@ -241,3 +240,18 @@ def test_areas_are_within_their_errors(profile: ShockProfile) -> None:
         areas = profile.areas()
         assert abs(areas.rise.value - rise) <= areas.rise.error
         assert abs(areas.decay.value - decay) <= areas.decay.error
+
+
+@pytest.mark.parametrize(
+    ("profile", "name", "value"),
+    [
+        (PowerLaw, "rise_exponent", -1),
+        (PowerLaw, "decay_exponent", math.nan),
+        (Exponential, "rise_rate", "much"),
+        (Triangular, "duration_ratio", 0.5),
+    ],
+)
+def test_a_wrong_parameter_is_named(profile: Any, name: str, value: Any) -> None:
+    sound = {field.name: 2.0 for field in attrs.fields(profile)}
+    with pytest.raises(InvalidValueError, match=rf"^{name}: must be "):
+        profile(**{**sound, name: value})

@@ -108,11 +108,11 @@ LAYOUTS = {
     "comments": f"# hammer\n# time [ms], force [kN]\n{HEADER}{COMMA}",
     "swapped": f"force [N],time [s]\n{SWAPPED}",
     "many": f"no,Time [s],T [K],Load cell [N]\n{MANY}",
-    "names": f"A [s],B [N]\n{COMMA}",
     "quotes": '"time [s]","force [N]",\n"0","0",\n"0.5","2",\n"1","1.25",\n"2.5","0",\n',
     "empty-last-cells": "time [s]\tforce [N]\tComment\n" + rows("\t").replace("\n", "\t\n"),
     "one-separator-at-an-end": HEADER + COMMA.replace("1.25", "1.25,"),
     "no-break-space": "time [s],force\xa0[N]\n" + COMMA,
+    "minus-sign": HEADER + COMMA.replace("1.0,", "10e\N{MINUS SIGN}1,"),
 }
 
 
@@ -137,29 +137,26 @@ def test_an_error_shows_the_columns_that_can_be_chosen_with_their_names(read):
 
 
 @pytest.mark.parametrize(
-    ("text", "keys"),
+    ("text", "keys", "columns"),
     [
-        ("ch1 [N],ch2 [N]\n", {"interval": 1.0}),
-        ("ch1 [N],ch2\n", {"interval": 1.0}),
-        ("ch1,ch2\n", {"interval": 1.0, "unit": "N"}),
-        ("", {"interval": 1.0, "unit": "N"}),
-        ("time [us],preload [N],force\n", {}),
-        ("time [us],force,preload [N]\n", {}),
+        ("ch1 [N],ch2 [N]\n0,0\n", {"interval": 1.0}, "[2]"),
+        ("ch1 [N],ch2\n0,0\n", {"interval": 1.0}, "[2]"),
+        ("0,0\n", {"interval": 1.0, "unit": "N"}, "[2]"),
+        ("time [us],preload [N],force\n0,0,0\n", {}, "[1, 3]"),
+        ("time [us],force,preload [N]\n0,0,0\n", {}, "[1, 3]"),
     ],
-    ids=["units", "one-unit", "names", "no-header", "plain-last", "plain-before"],
+    ids=["units", "one-unit", "no-header", "plain-last", "plain-before"],
 )
-def test_one_of_several_columns_of_values_is_never_chosen_silently(read, text, keys):
-    width = text.count(",") + 1 if text else 2
-    (fault,) = faults_of(read, text + ",".join("0" * width) + "\n", **keys)
+def test_one_of_several_columns_of_values_is_never_chosen_silently(read, text, keys, columns):
+    (fault,) = faults_of(read, text, **keys)
     assert "columns: must be the columns" in fault
-    assert f"columns: {[1, width][-2 + ('interval' in keys) :]}" in fault
+    assert f"columns: {columns}" in fault
 
 
-#: Labels of the force column, its unit and what one unit of it is.
+#: Labels of the force column, and what one unit of it is.
 LABELS = {
     "F [N] (filtered)": 1.0,
     "F (filtered) [kN]": 1e3,
-    "F(t) [kN]": 1e3,
     "F [N] @ 10 mV/N": 1.0,
     "F (10 mV/N) [N]": 1.0,
     "(kN)": 1e3,
@@ -181,21 +178,18 @@ def test_a_label_without_one_unit_states_none(read, label):
 
 
 #: Labels whose units are not known, or those of a mass, and the key that replaces them.
-REPLACED = {
-    "F[KN]": ("kN", 1e3),
-    "F [kp]": ("kgf", 9.80665),
-    "F [lbs]": ("lbf", 4.4482216152605),
-    "Load [g]": ("gf", 9.80665e-3),
-}
+REPLACED = {"F[KN]": ("kN", 1e3), "F [kp]": ("kgf", 9.80665), "Load [g]": ("gf", 9.80665e-3)}
 
 
 @pytest.mark.parametrize("label", REPLACED)
 def test_a_unit_replaces_one_that_is_not_known(read, label):
     unit, newtons = REPLACED[label]
     assert_pulse(read(f"t [s];{label}\n{rows(';')}", unit=unit), 1.0, newtons)
+    notes = read(f"t [us];F [kN]\n{rows(';')}", time_unit="ms", unit=unit).notes
+    assert [note.startswith("The file states the unit ") for note in notes] == [True] * len(notes)
 
 
-@pytest.mark.parametrize("label", ["T [Nm]", "k [N/m]", "e [um/m]", "I [mA]", "F [%]", "F [kg]", "q (pC)", "U [mV]"])
+@pytest.mark.parametrize("label", ["T [Nm]", "e [um/m]", "F [%]", "F [kg]", "q (pC)"])
 def test_a_unit_of_another_dimension_needs_a_scale_per_that_unit(read, label):
     text, of = f"t [s];{label}\n{rows(';')}", re.split(r"[\[(\])]", label)[1]
     assert f"set unit: N, and scale to the N per {of})" in faults_of(read, text, unit="N")[0]
@@ -204,9 +198,7 @@ def test_a_unit_of_another_dimension_needs_a_scale_per_that_unit(read, label):
     assert f"scale, 0.1 N per {of}." in record.notes[-1]
 
 
-def test_a_unit_in_place_of_that_of_the_header_is_a_note(read):
-    notes = read(f"time [us],F [kN]\n{COMMA}", time_unit="ms", unit="N").notes
-    assert [note.startswith("The file states the unit ") for note in notes] == [True, True]
+PROPOSED = ["time_unit: ms makes the record 2.5 ms long", "unit: N"]
 
 
 def test_an_acceleration_can_be_in_thousandths_of_gravity(read):
@@ -215,10 +207,10 @@ def test_an_acceleration_can_be_in_thousandths_of_gravity(read):
 
 #: Files whose units are not stated, and the keys that the errors propose.
 UNSTATED = {
-    "no-header": (COMMA, ["time_unit: ms makes the record 2.5 ms long", "unit: N"]),
-    "names-alone": (f"time,force\n{COMMA}", ["time_unit: ms makes the record 2.5 ms long", "unit: N"]),
-    "comment": (f"# time [ms], force [kN]\n{COMMA}", ["time_unit: ms makes the record 2.5 ms long", "unit: N"]),
-    "unit-of-a-range": (f"range,kN\n{COMMA}", ["time_unit: ms makes the record 2.5 ms long", "unit: N"]),
+    "no-header": (COMMA, PROPOSED),
+    "names-alone": (f"time,force\n{COMMA}", PROPOSED),
+    "comment": (f"# time [ms], force [kN]\n{COMMA}", PROPOSED),
+    "unit-of-a-range": (f"range,kN\n{COMMA}", PROPOSED),
     "one-unit": (f"time [s],CH1\n{COMMA}", ["unit: N makes the greatest value 2 N"]),
     "microseconds": ("t,F [N]\n0,0\n300,2\n700,0\n", ["time_unit: us makes the record 700 us long"]),
 }
@@ -234,14 +226,11 @@ def test_a_unit_that_the_header_does_not_state_is_asked_for_with_a_proposal(read
 #: Headers of columns that are not known to be seconds and newtons, and the key that the error names.
 DOUBTFUL = {
     "time_ms,overpressure_kPa": "set area",
-    "time [s],p [bar]": "set area",
     "time [s],Überdruck": "unit: N",
     "time [ms],a [m/s²]": "set mass",
     "t_ms,acc_g": "set mass",
     "time [s],CH1 [V]": "set unit: N, and scale to the N per V",
     "time [s],load_tonnes": "unit: N makes",
-    "time [s],force [kg]": "set unit: N, and scale",
-    "time_usec,force [N]": "time_unit: ms",
     "displacement_mm,force_kN": "time_unit: ms",
     "time [mS],force_kN": "time_unit: ms",
 }
@@ -260,10 +249,8 @@ def test_a_column_of_another_quantity_is_never_read_as_seconds_or_newtons(read, 
         ("time [s],p [kPa]", {"mass": 2.0}, "delete mass"),
         ("time [s],force [N]", {"area": 1e-3}, "delete area"),
         ("time [s],a [g]", {"unit": "N"}, "set mass"),
-        ("time [s],p [kPa]", {"unit": "N"}, "set area"),
         ("time [s],force [N]", {"unit": "kPa"}, "set area"),
         ("force [N],time", {"time_unit": "s"}, "must be a unit of time (got 'force [N]' and 's'"),
-        ("time [s],CH1 [V]", {"unit": "N"}, "set unit: N, and scale"),
         ("time [s],CH1 [V]", {"scale": 2.0}, "set unit: N, and scale"),
     ],
     ids=lambda value: value if isinstance(value, str) else "-".join(value),
@@ -273,7 +260,7 @@ def test_a_key_that_contradicts_the_header_is_refused(read, header, keys, remedy
     assert remedy in faults_of(read, f"{header}\n{COMMA}", **keys, **columns)[0]
 
 
-@pytest.mark.parametrize("header", ["us;V", "t (us);CH1 (mV)", "us;Volt", "(us);(mV)"])
+@pytest.mark.parametrize("header", ["us;V", "t (us);CH1 (mV)", "us;Volt"])
 def test_a_scale_is_per_unit_of_the_header(read, header):
     record = read(f"{header}\n{rows(';')}", unit="N", scale=450)
     np.testing.assert_allclose(record.forces, np.multiply(FORCES, 450), rtol=1e-15)
@@ -308,7 +295,7 @@ def test_three_digits_behind_every_point_or_comma_may_be_thousands(read, text):
         assert read(text.replace("1.250", "1.25")).forces.max() == 1.25
 
 
-@pytest.mark.parametrize("time", ["00:00:01.0001", "2024-06-10 06:13:20.1", "10.6.2024 6:13:20"])
+@pytest.mark.parametrize("time", ["00:00:01.0001", "10.6.2024 6:13:20"])
 def test_dates_are_replaced_by_an_interval(read, time):
     text = "time;F [N]\n" + "".join(f"{time};{force}\n" for force in FORCES)
     (fault,) = faults_of(read, text)
@@ -347,11 +334,6 @@ def test_a_sampling_interval_replaces_the_times(read):
     assert "set interval" in faults_of(read, "F [N]\n0\n1\n0\n")[0]
 
 
-def test_a_sign_of_minus_is_a_minus(read):
-    text = f"{HEADER}0,0\n0.5,-2\n1e-0,0\n"
-    assert read(text.replace("-", "\N{MINUS SIGN}")).forces.tolist() == read(text).forces.tolist()
-
-
 @pytest.mark.parametrize(
     ("settings", "sentence"),
     [
@@ -374,22 +356,16 @@ REFUSED: dict[str, tuple[str, str, str]] = {
     "names-and-numbers": (f"time,5\n{COMMA}", ":1: skip_rows: must leave one line", "skip_rows: 1 skips it"),
     "preamble": (f"by A. Smith\ntime,force\n{COMMA}", ":1: skip_rows: must leave one line", "skip_rows: 1 skips"),
     "settings": (f"Model,X\nPoints,4\nt [s],F [N]\n{COMMA}", ":1: skip_rows: must leave one line", "skip_rows: 2"),
-    "settings-alone": (f"Model,X\nrange,5 kN\n{COMMA}", ":1: skip_rows: must leave one line", "skip_rows: 2"),
     "setting-like-a-header": (f"full scale,5 kN\n{COMMA}", ":1: skip_rows: must leave one line", "skip_rows: 1"),
     "few-names": (f"time [s]\n{rows(';')}", ":1: skip_rows: must leave one line", "name all columns in line 1"),
     "few-names-and-commas": (f"time [s]\n{COMMA}", ":2: decimal: must not be a comma", "with semicolons"),
     "commas-twice": ("t,F\n-0,100,0,000\n", ":2: decimal: must not be a comma", "with semicolons"),
-    "commas-twice-alone": ("-100,0,000\n", ":1: decimal: must not be a comma", "with semicolons"),
     "two-times": (f"t [s],T [ms],x,y\n{MANY}", ":2: columns: must be the columns", "columns: [1, 3] x or"),
     "no-header": ("0,1,2\n1,2,3\n", ":1: columns: must be the columns", "columns: [1, 2]"),
     "decimal-comma": ("0,5 1,5\n", ":1: decimal: must not be a comma", "set decimal: ','"),
     "decimal-commas": (f"{HEADER.replace(',', ';')}0,5;1,5\n", f":2: {NUMBERS} '0,5;1,5'", "set decimal: ','"),
     "thousands": (f"{HEADER.replace(',', ';')}0;0\n0.5;1.250,5\n", f":3: {NUMBERS} '0.5;1.250,5'", "remove thousands"),
-    "thousands-blanks": (
-        f"{HEADER.replace(',', ';')}0;0\n0.5;1 250\n",
-        f":3: {NUMBERS} '0.5;1 250'",
-        "remove thousands",
-    ),
+    "thousands-blanks": ("t [s];F [N]\n0;0\n0.5;1 250\n", f":3: {NUMBERS} '0.5;1 250'", "remove thousands"),
     "long-line": (f"{HEADER}0,0\n" + "1," * 20_000, ": must have lines of at most 10000 characters", ""),
     "empty": ("", ": columns: must be a time and a force in each row", ""),
     "word": (f"# c\n\n{HEADER}0,0\n1,x\n", f":5: {NUMBERS} '1,x', one of 1;", "correct or delete"),
@@ -398,10 +374,8 @@ REFUSED: dict[str, tuple[str, str, str]] = {
     "nan": (f"{HEADER}0,0\nnan,1\n", f":3: {NUMBERS} 'nan,1'", "correct or delete"),
     "nan-first": (f"{HEADER}nan,1\nnan,1\n0,0\n", f":2: {NUMBERS} 'nan,1', one of 2;", "delete lines 2 to 3"),
     "nan-first-alone": ("nan,1\nnan,1\n0,0\n", f":1: {NUMBERS} 'nan,1', one of 2;", "skip_rows: 2 skips"),
-    "nan-alone": (f"{HEADER}nan,1\n", f":2: {NUMBERS} 'nan,1', one of 1;", "correct or delete"),
     "overflow": (f"{HEADER}0,0\n1,1e999\n", f":3: {NUMBERS} '1,1e999'", "correct or delete"),
     "underscore": (f"{HEADER}0,0\n1_0,1\n", f":3: {NUMBERS} '1_0,1'", "correct or delete"),
-    "every-kind": (f"{HEADER}0,0\nx,1\n2\n3,y\n4,0\n", f":3: {NUMBERS} 'x,1', one of 3;", ""),
 }
 
 
@@ -415,10 +389,10 @@ def test_one_error_names_the_first_wrong_line_and_a_remedy(read, text, error, re
 
 def test_many_wrong_rows_are_one_error_in_seconds(read):
     start = time.process_time()
-    (fault,) = faults_of(read, HEADER + "0,0\n" + "x,y\n" * 100_000)
-    assert "one of 100000;" in fault
-    # 0.5 s; with an error for each row six
-    assert time.process_time() - start < 3
+    (fault,) = faults_of(read, HEADER + "0,0\n" + "x,y\n" * 30_000)
+    assert "one of 30000;" in fault
+    # 0.2 s; with an error for each row two
+    assert time.process_time() - start < 1
 
 
 def test_long_comments_and_labels_take_no_time(read):
@@ -433,7 +407,7 @@ def test_long_comments_and_labels_take_no_time(read):
 
 def test_blank_lines_take_no_memory(read):
     tracemalloc.start()
-    faults_of(read, "\n" * 2**21)
+    faults_of(read, "\n" * 2**19)
     # the buffer of the largest file, 128 MiB; a list of all lines would take 100 bytes for each
     assert tracemalloc.get_traced_memory()[1] < 160 * 2**20
     tracemalloc.stop()

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import json
 import re
 import sys
 import zlib
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from conftest import HOOKS as SOUND_HOOKS
 from conftest import PULSE, ROOT, Install
 from shockwave.base.errors import PluginError, UnknownNameError
-from shockwave.cli import main
 from shockwave.hooks import Entry
 from shockwave.registry import built_ins, registry
+from support.command_line import scenario, shockwave
 
 BUILT_IN = {
     "profiles": "power-law",
@@ -25,8 +25,8 @@ BUILT_IN = {
 }
 EVERY_KIND = pytest.mark.parametrize("kind", BUILT_IN)
 
-CHAIN = "chain: {material: paper-steel, diameter: 9.5 mm}\n"
-SHOCK = "shock: {profile: PROFILE, peak_force: 100 N, rise_time: 5 us, duration_ratio: 3}\n"
+CHAIN = "chain: {material: paper-steel, diameter: 9.5 mm}"
+SHOCK = "shock: {profile: PROFILE, peak_force: 100 N, rise_time: 5 us, duration_ratio: 3}"
 
 
 # ---------------------------------------------------------------- names
@@ -52,14 +52,10 @@ def test_the_error_for_an_unknown_name_states_known_names_and_the_nearest(kind: 
     assert message.endswith(f"; `shockwave list {kind}` shows all)") == shortened
 
 
-@EVERY_KIND
-def test_case_does_not_matter_in_a_name(kind: str) -> None:
-    assert registry.find(kind, BUILT_IN[kind].upper()) == registry.find(kind, BUILT_IN[kind])
-
-
-def test_case_does_not_matter_in_a_name_of_a_plugin(install: Install) -> None:
+def test_case_does_not_matter_in_a_name(install: Install) -> None:
     install("test-pulses", name="Test-Pulse")
     assert registry.find("profiles", "test-pulse").name == "Test-Pulse"
+    assert registry.find("materials", "PAPER-steel").name == "paper-steel"
 
 
 def test_a_plugin_is_found_as_installed(install: Install) -> None:
@@ -80,9 +76,7 @@ UNREADABLE = {
 
 
 @pytest.mark.parametrize("name", UNREADABLE)
-def test_unreadable_metadata_are_a_fault_of_one_plugin(
-    name: str, install: Install, site: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_unreadable_metadata_are_a_fault_of_one_plugin(name: str, install: Install, site: Path) -> None:
     file, content, cause = UNREADABLE[name]
     install("a-pulses")
     install("test-pulses")
@@ -91,10 +85,9 @@ def test_unreadable_metadata_are_a_fault_of_one_plugin(
     assert registry.find("profiles", "test-pulses").distribution == "test-pulses"
     with pytest.raises(PluginError, match="plugin a_pulses is faulty: its metadata cannot be read"):
         registry.find("profiles", "gaussian")
-    assert main(["list", "plugins", "--json"]) == 0
-    problems = {row["name"]: row["problem"] for row in json.loads(capsys.readouterr().out)}
-    assert cause in problems["a_pulses"]
-    assert problems["test-pulses"] is None
+    rows = listed()
+    assert cause in rows["a_pulses"]["problem"]
+    assert rows["test-pulses"]["problem"] is None
 
 
 # ---------------------------------------------------------------- faults
@@ -140,12 +133,16 @@ IN_HOOKS = {f"hooks module {name}": (code, "", cause) for name, (code, cause) in
 IN_PULSE = {f"profile's module {name}": ("", code, cause) for name, (code, cause) in (ON_IMPORT | PULSES).items()}
 
 
-@pytest.fixture
-def scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    for name, profile in (("own", "triangular"), ("foreign", "faulty-pulse")):
-        (tmp_path / f"{name}.yaml").write_text(CHAIN + SHOCK.replace("PROFILE", profile))
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The current folder."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+def scene(profile: str = "faulty-pulse", *more: str, chain: str = CHAIN, name: str = "scene") -> Path:
+    """A scenario of a shock with this profile."""
+    return scenario(Path(), chain, SHOCK.replace("PROFILE", profile), *more, name=name)
 
 
 def install_faulty(install: Install, fault: str) -> str:
@@ -156,62 +153,55 @@ def install_faulty(install: Install, fault: str) -> str:
     return cause
 
 
-def rows(capsys: pytest.CaptureFixture[str]) -> dict[str, dict[str, object]]:
+def listed() -> dict[str, dict[str, Any]]:
     """The answer of `list plugins` on each plugin."""
-    assert main(["list", "plugins", "--json"]) == 0
-    return {row["name"]: row for row in json.loads(capsys.readouterr().out)}
+    answer = shockwave("list", "plugins", "--json")
+    assert answer.status == 0
+    return {row["name"]: row for row in answer.document}
 
 
 @pytest.mark.parametrize("fault", [*IN_HOOKS, *IN_PULSE])
-def test_a_fault_stops_the_scene_that_needs_it_with_4(
-    install: Install, scene: Path, capsys: pytest.CaptureFixture[str], fault: str
-) -> None:
+def test_a_fault_stops_the_scene_that_needs_it_with_4(install: Install, fault: str) -> None:
     cause = install_faulty(install, fault)
     install("a-sound", name="one")
     install("z-sound", name="other")
-    assert main(["predict", "foreign.yaml"]) == 4
-    out, report = capsys.readouterr()
-    assert out == ""
-    assert report.startswith("foreign.yaml:2:18: shock.profile: ")
-    assert "test-faulty" in report
-    assert cause in report
+    answer = shockwave("predict", scene())
+    assert (answer.status, answer.out) == (4, "")
+    assert answer.err.startswith("scene.yaml:2:18: shock.profile: ")
+    assert "test-faulty" in answer.err
+    assert cause in answer.err
     # listing imports the hooks, but no class
-    row = rows(capsys)["test-faulty"]
+    row = listed()["test-faulty"]
     assert (cause in str(row["problem"])) == (fault in IN_HOOKS) == (row["entries"] == [])
     # others, before and after it in the order in which they are read, go on working
     for name in ("triangular", "one", "other"):
-        (scene / "sound.yaml").write_text(CHAIN + SHOCK.replace("PROFILE", name))
-        assert main(["predict", "sound.yaml"]) == 0
-        assert capsys.readouterr().err == ""
+        answer = shockwave("predict", scene(name))
+        assert (answer.status, answer.err) == (0, "")
 
 
-@pytest.mark.usefixtures("scene")
-def test_output_of_a_plugin_is_not_part_of_a_result(install: Install, capsys: pytest.CaptureFixture[str]) -> None:
+def test_output_of_a_plugin_is_not_part_of_a_result(install: Install) -> None:
     returned = "return [Entry('faulty-pulse', 'test_pulses_pulse:Pulse', 'a pulse')]"
     hooks = "print('noise 1')\n" + HOOK.format(arguments="", body=f"print('noise 2'); {returned}")
     install("test-pulses", hooks=hooks, pulse="print('noise 3')\nfrom shockwave import Triangular as Pulse\n")
-    assert main(["predict", "foreign.yaml", "--json"]) == 0
-    out, report = capsys.readouterr()
-    assert json.loads(out)["scenario"] == "foreign"
-    assert report.split("\n") == ["noise 1", "noise 2", "noise 3", ""]
+    answer = shockwave("predict", scene(), "--json")
+    assert answer.document["scenario"] == "scene"
+    assert answer.err.split("\n") == ["noise 1", "noise 2", "noise 3", ""]
 
 
-@pytest.mark.usefixtures("scene")
-def test_a_name_of_two_plugins_stops_only_scenes_with_it(install: Install, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_name_of_two_plugins_stops_only_scenes_with_it(install: Install) -> None:
     install("test-first", name="faulty-pulse")
     install("test-second", name="faulty-pulse")
-    assert main(["predict", "foreign.yaml"]) == 4
-    assert "'faulty-pulse' is registered twice, by test-first and test-second" in capsys.readouterr().err
-    assert main(["predict", "own.yaml"]) == 0
+    answer = shockwave("predict", scene())
+    assert answer.status == 4
+    assert "'faulty-pulse' is registered twice, by test-first and test-second" in answer.err
+    assert shockwave("predict", scene("triangular")).status == 0
 
 
-def test_a_typing_error_is_reported_beside_a_faulty_plugin(
-    install: Install, scene: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_typing_error_is_reported_beside_a_faulty_plugin(install: Install) -> None:
     install_faulty(install, "hooks module raises")
-    (scene / "x.yaml").write_text(CHAIN + SHOCK.replace("PROFILE", "trianguler"))
-    assert main(["predict", "x.yaml"]) == 3
-    assert "did you mean 'triangular'?" in capsys.readouterr().err
+    answer = shockwave("predict", scene("trianguler"))
+    assert answer.status == 3
+    assert "did you mean 'triangular'?" in answer.err
 
 
 METHOD = """
@@ -241,19 +231,16 @@ def test_an_integrator_must_state_its_setting(install: Install, takes: str) -> N
 
 
 @pytest.mark.parametrize("body", ["raise KeyError('oops')", "return x, v, a, 0.0", "raise SystemExit(0)"])
-def test_an_integrator_that_fails_is_an_error_of_its_plugin(
-    install: Install, scene: Path, capsys: pytest.CaptureFixture[str], body: str
-) -> None:
+def test_an_integrator_that_fails_is_an_error_of_its_plugin(install: Install, body: str) -> None:
     # what was once settled for a name is kept as long as the process
     name = f"method-{zlib.crc32(body.encode())}"
     install("test-methods", name=name, hooks=METHOD_HOOK.format(takes="step"), pulse=METHOD.format(body=body))
-    shock = SHOCK.replace("PROFILE", "triangular")
-    for file, block in (("good", "{rtol: 1e-3}"), ("bad", f"{{integrator: {name}}}")):
-        (scene / f"{file}.yaml").write_text(f"{CHAIN}{shock}simulate: {block}\n")
-    assert main(["simulate", "--primary", "bad.yaml", "good.yaml"]) == 4
-    out, report = capsys.readouterr()
-    assert "good" in out
-    assert f"bad.yaml: integrator {name!r} of test-methods: must not raise (got " in report
+    good = scene("triangular", "simulate: {rtol: 1e-3}", name="good")
+    bad = scene("triangular", f"simulate: {{integrator: {name}}}", name="bad")
+    answer = shockwave("simulate", "--primary", bad, good)
+    assert answer.status == 4
+    assert "good" in answer.out
+    assert f"bad.yaml: integrator {name!r} of test-methods: must not raise (got " in answer.err
 
 
 DERIVED = """
@@ -267,35 +254,27 @@ class Method({base}):
     chains = "any"
     {body}
 """
-WALL = CHAIN.replace("}", ", granules: 8, end: {wall: same}}")
 
 
 @pytest.mark.parametrize("base", ["Rkn86", "Dop853"])
 @pytest.mark.parametrize("damping", ["", ", damping: {model: dashpot, coefficient: 1}"])
-def test_no_other_method_runs_under_the_name_of_a_plugin(
-    install: Install, scene: Path, capsys: pytest.CaptureFixture[str], base: str, damping: str
-) -> None:
+def test_no_other_method_runs_under_the_name_of_a_plugin(install: Install, base: str, damping: str) -> None:
     name = f"derived-{base.lower()}-{len(damping)}"
     install("test-derived", name=name, hooks=METHOD_HOOK.format(takes="rtol"), pulse=DERIVED.format(base=base, body=""))
-    chain = WALL.replace("}}", f"}}{damping}}}")
-    shock = SHOCK.replace("PROFILE", "triangular")
-    (scene / "walled.yaml").write_text(f"{chain}{shock}simulate: {{integrator: {name}}}\n")
-    assert main(["simulate", "walled.yaml"]) == 3
-    assert f"simulate.integrator: must be {'dop853' if damping else 'rkn64'}" in (report := capsys.readouterr().err)
-    assert "got 'derived'; a method of a plugin steps chains of equal granules only" in report
+    chain = CHAIN.replace("}", f", granules: 8, end: {{wall: same}}{damping}}}")
+    answer = shockwave("simulate", scene("triangular", f"simulate: {{integrator: {name}}}", chain=chain))
+    assert answer.status == 3
+    assert f"simulate.integrator: must be {'dop853' if damping else 'rkn64'}" in answer.err
+    assert "got 'derived'; a method of a plugin steps chains of equal granules only" in answer.err
 
 
-def test_a_plugin_derived_from_a_built_in_method_takes_its_own_steps(
-    install: Install, scene: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_plugin_derived_from_a_built_in_method_takes_its_own_steps(install: Install) -> None:
     body = "def attempt(self, *arguments):\n        raise RuntimeError('its own step')"
     pulse = DERIVED.format(base="Rkn86", body=body)
     install("test-derived", name="derived-own", hooks=METHOD_HOOK.format(takes="rtol"), pulse=pulse)
-    (scene / "x.yaml").write_text(
-        f"{CHAIN}{SHOCK.replace('PROFILE', 'triangular')}simulate: {{integrator: derived-own}}\n"
-    )
-    assert main(["simulate", "--primary", "x.yaml"]) == 4
-    assert "its own step" in capsys.readouterr().err
+    answer = shockwave("simulate", "--primary", scene("triangular", "simulate: {integrator: derived-own}"))
+    assert answer.status == 4
+    assert "its own step" in answer.err
 
 
 # ---------------------------------------------------------------- commands
@@ -315,87 +294,73 @@ RUN = "from shockwave import UsageError\ndef run(arguments):\n    {body}\n"
     [
         ("print(arguments)", 0, "['--depth', '3', 'x.yaml']"),
         ("return len(arguments)", 3, ""),
+        ("raise SystemExit(2)", 2, ""),
         ("raise UsageError('--depth: must be left out')", 2, "--depth: must be left out"),
         ("raise OSError('oops')", 4, "command 'dig' of test-dig: must not raise (got OSError: oops)"),
         ("return 'done'", 4, "command 'dig' of test-dig: must not raise (got ValueError: "),
     ],
-    ids=["prints", "status", "error", "fails", "no status"],
+    ids=["prints", "status", "exit", "error", "fails", "no status"],
 )
-def test_a_command_of_a_plugin_gets_its_arguments(
-    body: str, status: int, text: str, install: Install, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_command_of_a_plugin_gets_its_arguments(body: str, status: int, text: str, install: Install) -> None:
     install("test-dig", hooks=COMMAND_HOOK, pulse=RUN.format(body=body), name="dig")
-    assert main(["dig", "--depth", "3", "x.yaml"]) == status
-    assert text in "".join(capsys.readouterr())
-
-
-def test_a_command_may_exit(install: Install) -> None:
-    install("test-dig", hooks=COMMAND_HOOK, pulse=RUN.format(body="raise SystemExit(2)"), name="dig")
-    with pytest.raises(SystemExit, match="2"):
-        main(["dig"])
+    answer = shockwave("dig", "--depth", "3", "x.yaml")
+    assert answer.status == status
+    assert text in answer.out + answer.err
 
 
 @pytest.mark.parametrize("pulse", ["1 / 0", "run = 5"], ids=["import", "no function"])
-def test_a_faulty_command_is_an_error_of_its_plugin(
-    pulse: str, install: Install, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_faulty_command_is_an_error_of_its_plugin(pulse: str, install: Install) -> None:
     install("test-dig", hooks=COMMAND_HOOK, pulse=pulse, name="dig")
-    assert main(["dig"]) == 4
-    assert "plugin test-dig is faulty: command 'dig': test_dig_pulse:run: " in capsys.readouterr().err
+    answer = shockwave("dig")
+    assert answer.status == 4
+    assert "plugin test-dig is faulty: command 'dig': test_dig_pulse:run: " in answer.err
 
 
-def test_known_commands_and_help_load_no_plugin(install: Install, capsys: pytest.CaptureFixture[str]) -> None:
+def test_known_commands_and_help_load_no_plugin(install: Install) -> None:
     install("test-dig", hooks="raise SystemExit(9)")
-    for arguments in (["--help"], ["new", "--help"]):
-        with pytest.raises(SystemExit, match="0"):
-            main(arguments)
-    assert main(["new"]) == 0
+    assert [shockwave(*arguments).status for arguments in (["--help"], ["new", "--help"], ["new"])] == [0, 0, 0]
     assert "test_dig" not in sys.modules
-    capsys.readouterr()
-    assert main(["tunnel"]) == 4
-    assert "unknown command (got 'tunnel'; plugin test-dig is faulty: SystemExit: 9)" in capsys.readouterr().err
+    answer = shockwave("tunnel")
+    assert answer.status == 4
+    assert "unknown command (got 'tunnel'; plugin test-dig is faulty: SystemExit: 9)" in answer.err
 
 
 @pytest.mark.parametrize("before", [[], ["--no-plugins"]], ids=["unknown", "disabled"])
-def test_an_unknown_command_is_an_error_of_usage(
-    before: list[str], install: Install, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_unknown_command_is_an_error_of_usage(before: list[str], install: Install) -> None:
     install("test-dig", hooks=COMMAND_HOOK, pulse=RUN.format(body="return 0"), name="dig" if before else "delve")
-    with pytest.raises(SystemExit, match="2"):
-        main([*before, "dig"])
-    assert "invalid choice: 'dig'" in capsys.readouterr().err
+    answer = shockwave(*before, "dig")
+    assert answer.status == 2
+    assert "invalid choice: 'dig'" in answer.err
 
 
 @pytest.mark.usefixtures("patch")
 @pytest.mark.parametrize("before", [[], ["--no-plugins"]], ids=["missing", "disabled"])
-def test_explore_names_what_to_install(before: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([*before, "explore", "--port", "0"]) == 2
-    report = capsys.readouterr().err
-    assert report.startswith("explore: shockwave-explore must be installed")
-    (folder,) = re.findall(r"python -m pip install (\S+?)\)", report)
-    assert (ROOT / folder / "pyproject.toml").is_file()
+def test_explore_names_what_to_install(before: list[str]) -> None:
+    answer = shockwave(*before, "explore", "--port", "0")
+    assert answer.status == 2
+    assert answer.err.startswith("explore: shockwave-explore must be installed")
+    (place,) = re.findall(r"python -m pip install (\S+?)\)", answer.err)
+    assert (ROOT / place / "pyproject.toml").is_file()
 
 
 # ---------------------------------------------------------------- leaving plugins out
 
 
-@pytest.mark.usefixtures("scene")
 @pytest.mark.parametrize("place", [0, 2], ids=["before", "after"])
-def test_no_plugins_leaves_all_of_them_out(install: Install, capsys: pytest.CaptureFixture[str], place: int) -> None:
+def test_no_plugins_leaves_all_of_them_out(install: Install, place: int) -> None:
     install("test-pulses", name="faulty-pulse")
-    arguments = ["predict", "foreign.yaml"]
+    arguments: list[object] = ["predict", scene()]
     arguments.insert(place, "--no-plugins")
-    assert main(arguments) == 3
-    assert "disabled plugins: " in capsys.readouterr().err
+    answer = shockwave(*arguments)
+    assert answer.status == 3
+    assert "disabled plugins: " in answer.err
 
 
 @pytest.mark.parametrize("names", ["test-pulses", "other, Test.Pulses", "*"])
-def test_disabled_plugins_are_not_imported(
-    install: Install, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], names: str
-) -> None:
+def test_disabled_plugins_are_not_imported(install: Install, monkeypatch: pytest.MonkeyPatch, names: str) -> None:
     install("test-pulses", hooks="1 / 0")
     monkeypatch.setenv("SHOCKWAVE_DISABLE_PLUGINS", names)
-    row = rows(capsys)["test-pulses"]
+    row = listed()["test-pulses"]
     assert (row["disabled"], row["problem"]) == (True, None)
 
 
@@ -411,15 +376,14 @@ CHECKED = {
 
 
 @pytest.mark.parametrize("place", ["hooks", "pulse"])
-def test_the_check_imports_everything_that_plugins_register(
-    place: str, install: Install, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_check_imports_everything_that_plugins_register(place: str, install: Install) -> None:
     sound = {"hooks": SOUND_HOOKS, "pulse": PULSE}
     for name, (code, _) in CHECKED.items():
         install(f"x-{name}", **{place: f"{code}\n{sound[place]}"})
-    assert main(["list", "plugins", "--check", "--json"]) == 4
-    found = {row["name"].removeprefix("x-"): row for row in json.loads(capsys.readouterr().out)}
+    answer = shockwave("list", "plugins", "--check", "--json")
+    assert answer.status == 4
+    rows = {row["name"].removeprefix("x-"): row for row in answer.document}
     for name, (_, problem) in CHECKED.items():
-        assert problem in (found[name]["problem"] or "")
-        assert bool(found[name]["problem"]) == bool(problem)
-    assert found["sound"]["entries"] == [{"kind": "profiles", "name": "x-sound"}]
+        assert problem in (rows[name]["problem"] or "")
+        assert bool(rows[name]["problem"]) == bool(problem)
+    assert rows["sound"]["entries"] == [{"kind": "profiles", "name": "x-sound"}]

@@ -20,22 +20,16 @@ CHAINS = pytest.mark.parametrize("chain", [BEADS, Chain(material=AUXETIC, radius
 
 
 @CHAINS
-def test_mass_and_contact_stiffness_are_those_of_spheres(chain: Chain) -> None:
+def test_mass_contact_stiffness_and_momentum_parameter_are_those_of_spheres(chain: Chain) -> None:
     # Products of a handful of numbers and one root: a few roundings each.
     volume = math.pi * (2 * chain.radius) ** 3 / 6
     assert chain.granule_mass == pytest.approx(volume * chain.material.density, rel=1e-15)
     # Hertz for any two spheres: 4/3 E* sqrt(R*), with 1/E* and 1/R* sums over both.
     joint_modulus = chain.material.youngs_modulus / (2 * (1 - chain.material.poisson_ratio**2))
     assert chain.contact_stiffness == pytest.approx(4 / 3 * joint_modulus * math.sqrt(chain.radius / 2), rel=1e-15)
-
-
-@CHAINS
-def test_the_momentum_parameter_is_that_of_eq_4c(chain: Chain) -> None:
-    material = chain.material
-    group = (1 - material.poisson_ratio**2) * material.density**1.5 * chain.radius**4
-    # Roots and powers: a few roundings.
-    expected = 13 / 3 * (group / material.youngs_modulus) ** (1 / 3)
-    assert chain.momentum_parameter(13 / 3) == pytest.approx(expected, rel=2e-15)
+    # A of eq. (4c)
+    group = chain.material.density**1.5 * chain.radius**4 / (2 * joint_modulus)
+    assert chain.momentum_parameter(13 / 3) == pytest.approx(13 / 3 * group ** (1 / 3), rel=2e-15)
 
 
 @CHAINS
@@ -51,7 +45,7 @@ def test_scaled_equation_of_motion_has_unit_coefficients(chain: Chain) -> None:
 
 
 def test_beads_of_the_paper_have_its_times() -> None:
-    # A F0^(-1/6) = 24.024 us at 100 N with the paper's 13/3, and T0, to the digits given.
+    # to the digits given: A F0^(-1/6) at 100 N with the paper's 13/3, and T0
     assert BEADS.momentum_parameter(13 / 3) * 100 ** (-1 / 6) == pytest.approx(24.024e-6, abs=0.5e-9)
     assert Scales.of(BEADS, 100.0).time == pytest.approx(14.58e-6, abs=0.5e-8)
 
@@ -77,13 +71,10 @@ def test_a_size_beyond_floating_point_numbers_is_refused(radius: float) -> None:
 @pytest.mark.parametrize(
     ("scene", "name", "value", "rule"),
     [
-        *(
-            (STEEL, "youngs_modulus", value, ">= 1e-30 and <= 1e+30 Pa")
-            for value in (0, -193e9, math.nan, math.inf, True)
-        ),
+        *((STEEL, "youngs_modulus", value, ">= 1e-30 and <= 1e+30 Pa") for value in (0, math.nan, math.inf, True)),
         *((STEEL, "poisson_ratio", value, "> -1 and < 0.5") for value in (-1, 0.5)),
         (STEEL, "density", [0.3], ">= 1e-30 and <= 1e+30 kg/m**3"),
-        *((BEADS, "radius", value, "> 0 m") for value in (0, -4.75e-3)),
+        (BEADS, "radius", 0, "> 0 m"),
         *((BEADS, "granules", value, "a whole number >= 1") for value in (0, 2.5)),
         (BEADS, "material", 302, "a Material"),
     ],

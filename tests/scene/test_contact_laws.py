@@ -12,9 +12,9 @@ import pytest
 
 import shockwave as sw
 from conftest import Install
-from shockwave.cli import main
 from shockwave.engine.nystroem_tableaux import scaled_error
 from shockwave.scene.contact_law import Pairs
+from support.command_line import scenario, shockwave
 from support.pages import DOCS, blocks_of, execute
 from support.scenes import CHAIN, FORCE, UNITS, triangle
 
@@ -107,21 +107,17 @@ def test_momentum_and_energy_are_balanced(law: str, granules: int, end: str, exc
 )
 def test_hertz_as_a_plugin_is_the_built_in_law(law: sw.ContactLaw, granules: int, until: float | None) -> None:
     options: dict[str, Any] = {"rtol": 1e-8, "until": until and until * UNITS.time}
-    built_in = chain(granules, "fixed", damping=sw.Dashpot(coefficient=0.0))
-    assert forces(chain(granules, "fixed", contact=law), **options) == pytest.approx(
-        # both are a hundred times as accurate as rtol, until late collisions amplify the errors
-        forces(built_in, **options),
-        rel=2e-9,
-        abs=1e-9 * FORCE,
-    )
+    built_in = forces(chain(granules, "fixed", damping=sw.Dashpot(coefficient=0.0)), **options)
+    # both are a hundred times as accurate as rtol, until late collisions amplify the errors
+    plugin = forces(chain(granules, "fixed", contact=law), **options)
+    assert plugin == pytest.approx(built_in, rel=2e-9, abs=1e-9 * FORCE)
 
 
 def test_greatest_force_of_a_viscous_plugin_is_before_the_greatest_overlap() -> None:
-    built_in = chain(5, "movable", damping=sw.KuwabaraKono(time=VISCOUS_TIME))
+    laws: list[dict[str, Any]] = [{"contact": Viscoelastic()}, {"damping": sw.KuwabaraKono(time=VISCOUS_TIME)}]
+    plugin, built_in = (forces(chain(5, "movable", **law), rtol=1e-8) for law in laws)
     # at the greatest overlap the force is a percent below its maximum
-    assert forces(chain(5, "movable", contact=Viscoelastic()), rtol=1e-8) == pytest.approx(
-        forces(built_in, rtol=1e-8), rel=1e-9
-    )
+    assert plugin == pytest.approx(built_in, rel=1e-9)
 
 
 def forces(scene: sw.Chain, **options: Any) -> list[float]:
@@ -183,63 +179,49 @@ class Law(sw.ContactLaw):
         return state
 """
 RAISE = "raise RuntimeError('out of order')"
-#: What the law does, and what is reported of it.
+#: Method, what it does, and what is reported of it.
 FAULTS = {
-    "force raises": ({"force": RAISE, "update": "pass"}, "RuntimeError: out of order"),
-    "update raises": ({"force": "pass", "update": RAISE}, "RuntimeError: out of order"),
-    "force is not a number": (
-        {"force": "return overlap * np.nan", "update": "pass"},
-        "force must return finite numbers",
-    ),
-    "force is infinite": (
-        {"force": "return np.full_like(overlap, np.inf)", "update": "pass"},
-        "force must return finite numbers",
-    ),
-    "force has another shape": (
-        {"force": "return np.zeros(7)", "update": "pass"},
-        "force must return finite numbers of shape (2,) (got shape (7,))",
-    ),
-    "update returns nothing": ({"force": "pass", "update": "return None"}, "update must return finite numbers"),
-    "state is not a number": (
-        {"force": "pass", "update": "return state + np.nan"},
-        "update must return finite numbers of shape (1, 2) (got",
-    ),
+    "force raises": ("force", RAISE, "RuntimeError: out of order"),
+    "update raises": ("update", RAISE, "RuntimeError: out of order"),
+    "force is not finite": ("force", "return overlap * np.nan", "force must return finite numbers"),
+    "force has another shape": ("force", "return np.zeros(7)", "numbers of shape (2,) (got shape (7,))"),
+    "update returns nothing": ("update", "return None", "update must return finite numbers of shape (1, 2) (got"),
 }
-EVERY_FAULT = pytest.mark.parametrize("fault", FAULTS)
 
 
 def install_law(install: Install, fault: str = "force raises") -> None:
-    install("faulty-laws", hooks=HOOKS, pulse=LAW.format(**FAULTS[fault][0]), name="test-law")
-
-
-def written(folder: Path, parameters: str, name: str = "scene") -> str:
-    """A scenario of a chain with the law of the plugin."""
-    file = folder / f"{name}.yaml"
-    file.write_text(
-        "chain: {material: paper-steel, diameter: 9.5 mm, granules: 2, end: {wall: same},\n"
-        f" contact: {{model: test-law, {parameters}}}}}\n"
-        "shock: {profile: triangular, peak_force: 100 N, rise_time: 10 us, duration_ratio: 3}\n"
-        "simulate: {until: 50 us, rtol: 1e-3}\n"
+    method, code, _ = FAULTS[fault]
+    install(
+        "faulty-laws",
+        hooks=HOOKS,
+        pulse=LAW.format(**{"force": "pass", "update": "pass", method: code}),
+        name="test-law",
     )
-    return str(file)
+
+
+def written(folder: Path, parameters: str, name: str = "scene") -> Path:
+    """A scenario of a chain with the law of the plugin."""
+    chain = "chain: {material: paper-steel, diameter: 9.5 mm, granules: 2, end: {wall: same},"
+    shock = "shock: {profile: triangular, peak_force: 100 N, rise_time: 10 us, duration_ratio: 3}"
+    contact, simulate = f" contact: {{model: test-law, {parameters}}}}}", "simulate: {until: 50 us, rtol: 1e-3}"
+    return scenario(folder, chain, contact, shock, simulate, name=name)
 
 
 @pytest.mark.parametrize("command", ["predict", "simulate", "compare"])
-@EVERY_FAULT
+@pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_of_a_law_ends_with_4_and_names_its_plugin(
-    fault: str, command: str, install: Install, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    fault: str, command: str, install: Install, tmp_path: Path
 ) -> None:
     install_law(install, fault)
     file = written(tmp_path, "onset: 1 um")
-    assert main([command, file]) == 4
-    out, err = capsys.readouterr()
-    assert out == ""
-    (line,) = err.splitlines()  # no traceback
+    answer = shockwave(command, file)
+    assert (answer.status, answer.out) == (4, "")
+    (line,) = answer.err.splitlines()  # no traceback
     assert line.startswith(f"{file}: contact 'test-law' of faulty-laws: ")
-    assert FAULTS[fault][1] in line
+    assert FAULTS[fault][2] in line
 
 
-@EVERY_FAULT
+@pytest.mark.parametrize("fault", ["force raises", "update returns nothing"])
 def test_a_fault_of_a_law_spoils_no_other_scene(fault: str, install: Install, tmp_path: Path) -> None:
     install_law(install, fault)
     sound, faulty = (
@@ -267,9 +249,10 @@ def test_a_fault_of_a_law_spoils_no_other_scene(fault: str, install: Install, tm
     ids=["unknown", "out of range"],
 )
 def test_a_wrong_parameter_of_a_law_is_an_error_of_the_scenario_in_its_place(
-    parameters: str, column: int, problem: str, install: Install, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    parameters: str, column: int, problem: str, install: Install, tmp_path: Path
 ) -> None:
     install_law(install)
     file = written(tmp_path, parameters)
-    assert main(["predict", file]) == 3
-    assert capsys.readouterr().err.startswith(f"{file}:2:{column}: {problem}")
+    answer = shockwave("predict", file)
+    assert answer.status == 3
+    assert answer.err.startswith(f"{file}:2:{column}: {problem}")

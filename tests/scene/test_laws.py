@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import shockwave as sw
+from shockwave.base.numerics import FloatArray
 from shockwave.scene import closed_form_laws as laws
 from shockwave.scene.chain import Scales
 from shockwave.scene.closed_form_laws import (
@@ -32,10 +33,6 @@ from support.scenes import CHAIN, lasting
 VELOCITY = 0.5
 FORCE = (CHAIN.granule_mass**3 * CHAIN.contact_stiffness**2 * VELOCITY**6) ** 0.2
 TIME = CHAIN.granule_mass * VELOCITY / FORCE
-
-
-def test_three_laws_are_public() -> None:
-    assert (sw.wall_factor, sw.striker_waves, sw.damped_decay) == (wall_factor, striker_waves, damped_decay)
 
 
 # ---------------------------------------------------------------- impulses and short shocks
@@ -84,26 +81,16 @@ def test_short_shocks_are_within_the_stated_errors(band: int, duration_ratio: fl
     assert law == pytest.approx(simulated, rel=table["largest_errors"][band])
 
 
-def test_short_shocks_fall_short_of_the_impulse_limit_as_the_power_five_halves() -> None:
-    spreads, deviations = (0.02, 0.04), []
-    for spread in spreads:
-        shock, strength, _ = triangle_of(2.0, spread)
-        amplification = sw.simulate(shock, CHAIN, rtol=1e-10, waves="primary").amplification
-        deviations.append(-math.log(amplification / float(impulse_peak(strength))))
-    # the next term of the series is larger by less than the spread
-    assert deviations[1] / deviations[0] == pytest.approx(2**2.5, rel=0.03)
-    law = -np.log(short_peak(1.0, spreads) / short_peak(1.0, 0.0))
-    # a fit to all shapes, which differ by some per cent
-    assert law == pytest.approx(deviations, rel=0.05)
-
-
-def test_a_shock_without_spread_is_an_impulse() -> None:
-    assert short_peak(2.0, 0.0) == pytest.approx(IMPULSE_LIMIT * 2**1.2, rel=1e-7)
-
-
-def test_the_peak_force_decreases_with_the_spread() -> None:
-    for skewness in (-1.0, 0.0, 1.0):
-        assert (np.diff(short_peak(1.0, np.linspace(0, 0.7, 200), skewness)) < 0).all()
+@pytest.mark.parametrize(
+    "values",
+    [
+        *(-short_peak(1.0, np.linspace(0, 0.7, 200), skew) for skew in (-1, 0, 1)),
+        wall_factor(np.linspace(0, RIGID, 5000)),
+    ],
+    ids=["short-early", "short", "short-late", "wall"],
+)
+def test_short_shocks_decrease_with_their_spread_and_wall_forces_increase_with_stiffness(values: FloatArray) -> None:
+    assert (np.diff(values) > 0).all()
 
 
 def test_the_law_of_short_shocks_is_the_formula_of_the_page() -> None:
@@ -117,14 +104,7 @@ def test_the_law_of_short_shocks_is_the_formula_of_the_page() -> None:
 
 @pytest.mark.parametrize(
     ("ratio", "factor"),
-    [
-        (0.25, 1.0143524),
-        (0.5, 1.3449538),
-        (1.0, 1.7504034),
-        (math.sqrt(2), 1.9439025),
-        (2.0, 2.1110769),
-        (RIGID, 2.2383756),
-    ],
+    [(0.25, 1.0143524), (0.5, 1.3449538), (1.0, 1.7504034), (2.0, 2.1110769), (RIGID, 2.2383756)],
 )
 def test_the_wall_factor_meets_the_reference_to_all_its_digits(ratio: float, factor: float) -> None:
     assert wall_factor(ratio) == pytest.approx(factor, abs=6e-8)
@@ -144,10 +124,6 @@ def test_the_stiffness_ratio_of_a_wall_is_that_of_its_contact(material: str) -> 
     assert chain.end.stiffness_ratio(chain.material) == pytest.approx(at_wall / between, rel=1e-14)
 
 
-def test_the_wall_factor_increases_with_the_stiffness() -> None:
-    assert (np.diff(wall_factor(np.linspace(0, RIGID, 5000))) > 0).all()
-
-
 @pytest.mark.parametrize("share", [0.03, 0.17, 0.183, 0.31, 0.77])
 def test_the_wall_factor_is_that_of_simulations(share: float) -> None:
     soft = attrs.evolve(CHAIN.material, youngs_modulus=CHAIN.material.youngs_modulus * share / (1 - share))
@@ -164,10 +140,8 @@ def test_the_wall_factor_is_that_of_simulations(share: float) -> None:
 @pytest.mark.parametrize(
     ("ratio", "peaks"),
     [
-        (0.5, [0.38824]),
         (1.0, [0.6395542]),
         (2.0, [0.95026, 0.13456, 0.02112, 0.00393]),
-        (5.0, [1.37709, 0.63372, 0.31242, 0.15896, 0.08273, 0.04400]),
         (10.0, [1.65379, 1.06960, 0.72754, 0.50687, 0.35814, 0.25546]),
     ],
 )
@@ -221,10 +195,6 @@ def test_waves_in_damped_chains_decay_by_the_law(damping: float, accuracy: float
     assert [force / first for force in later] == pytest.approx(law.tolist(), rel=accuracy)
 
 
-def test_without_damping_a_wave_keeps_its_force() -> None:
-    assert damped_decay([0, 1000], 0.0).tolist() == [1.0, 1.0]
-
-
 def test_the_law_of_damping_is_the_formula_of_the_page() -> None:
     n, time, damping = 60.0, 1.3, 0.05
     later = time + 0.11347 * damping * n - 4.881 * damping * math.log(1 + 0.11347 * damping * n / time)
@@ -238,9 +208,7 @@ def test_the_law_of_damping_is_the_formula_of_the_page() -> None:
     ("law", "values", "message"),
     [
         (wall_factor, ([1.0, -0.1],), r"stiffness_ratio: must be from 0 to 2 sqrt\(2\) \(got -0.1\)"),
-        (wall_factor, (2.83,), r"stiffness_ratio: must be from 0 to 2 sqrt\(2\)"),
         (wall_factor, (math.nan,), r"stiffness_ratio: must be from 0 to 2 sqrt\(2\) \(got nan\)"),
-        (striker_waves, (0.0,), r"mass_ratio: must be above 0, at most 1000 \(got 0\)"),
         (striker_velocity, ([1.0, 2e3],), r"mass_ratio: must be above 0, at most 1000 \(got 2000\)"),
         (damped_decay, (1, 0.2), r"damping_ratio: must be from 0 to 0.05 \(got 0.2\)"),
         (damped_decay, (-1, 0.02), r"contacts: must be at least 0 \(got -1\)"),

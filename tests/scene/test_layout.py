@@ -60,15 +60,8 @@ def test_a_wall_is_flat_and_the_last_contact(material: Any, expected: float) -> 
     assert len(layout.pairs.stiffnesses) == len(layout.masses) == 3
     assert layout.pairs.stiffnesses[-1] == pytest.approx(expected, rel=ROUNDINGS)
     assert layout.pairs.masses[-1] == pytest.approx(layout.masses[-1], rel=ROUNDINGS)
-
-
-def test_the_mass_of_a_movable_wall_enters_its_reduced_mass() -> None:
-    layout = Layout.of(chain(end=sw.Wall(mass=layout_mass())), SHOCK)
-    assert layout.pairs.masses[-1] == pytest.approx(layout_mass() / 2, rel=ROUNDINGS)
-
-
-def layout_mass() -> float:
-    return CHAIN.granule_mass
+    movable = Layout.of(chain(end=sw.Wall(material=material, mass=CHAIN.granule_mass)), SHOCK)
+    assert movable.pairs.masses[-1] == pytest.approx(CHAIN.granule_mass / 2, rel=ROUNDINGS)
 
 
 def test_equal_granules_have_the_mass_and_stiffness_of_their_chain() -> None:
@@ -79,16 +72,14 @@ def test_equal_granules_have_the_mass_and_stiffness_of_their_chain() -> None:
 
 def test_granules_are_numbered_from_the_struck_end() -> None:
     cell = sw.Cell(repeat=2, cell=[sw.Segment(radius=1e-3), sw.Segment(count=2, radius=2e-3)])
-    layout = Layout.of(chain(sw.Segment(count=2), cell, sw.Segment(radius=3e-3)), sw.Impact(velocity=1.0, radius=4e-3))
-    assert layout.radii.tolist() == [4e-3, RADIUS, RADIUS, 1e-3, 2e-3, 2e-3, 1e-3, 2e-3, 2e-3, 3e-3]
-    assert layout.segments == (-1, 0, 0, 1, 1, 1, 1, 1, 1, 2)
+    layout = Layout.of(chain(sw.Segment(material=PTFE), cell, sw.Segment(radius=3e-3)), sw.Impact(velocity=1.0))
+    # a striker takes size and material of the chain
+    assert layout.radii.tolist() == [RADIUS, RADIUS, 1e-3, 2e-3, 2e-3, 1e-3, 2e-3, 2e-3, 3e-3]
+    assert layout.materials == (STEEL, PTFE, *[STEEL] * 7)
+    assert layout.segments == (-1, 0, 1, 1, 1, 1, 1, 1, 2)
     assert layout.velocity == 1.0
-
-
-def test_a_striker_takes_size_and_material_of_the_chain() -> None:
-    layout = Layout.of(chain(sw.Segment(material=PTFE, radius=1e-3)), sw.Impact(velocity=1.0))
-    assert layout.radii.tolist() == [RADIUS, 1e-3]
-    assert layout.materials == (STEEL, PTFE)
+    assert Layout.of(chain(), sw.Impact(velocity=1.0, radius=4e-3)).radii[0] == 4e-3
+    assert Layout.of(chain(), sw.Impact(velocity=1.0, radius=4e-3)).radii[0] == 4e-3
 
 
 def test_tapers_have_equal_differences_or_equal_ratios() -> None:
@@ -98,8 +89,7 @@ def test_tapers_have_equal_differences_or_equal_ratios() -> None:
     )
     assert linear == pytest.approx([4e-3, 3.25e-3, 2.5e-3, 1.75e-3, 1e-3], rel=ROUNDINGS)
     assert geometric == pytest.approx([4e-3 * 4 ** (-index / 4) for index in range(5)], rel=ROUNDINGS)
-    assert {linear[0], geometric[0]} == {4e-3}
-    assert {linear[-1], geometric[-1]} == {1e-3}
+    assert (linear[0], geometric[0], linear[-1], geometric[-1]) == (4e-3, 4e-3, 1e-3, 1e-3)
 
 
 # ---------------------------------------------------------------- static loads and gaps
@@ -121,9 +111,6 @@ def test_a_striker_neither_carries_nor_weighs() -> None:
     static = Layout.of(made, sw.Impact(velocity=1.0, radius=2 * RADIUS)).static_forces
     weight = 10 * CHAIN.granule_mass
     assert static == pytest.approx([0.0, 2 + weight, 2 + 2 * weight], rel=ROUNDINGS)
-
-
-def test_precompression_of_a_free_chain_is_the_same_at_all_contacts() -> None:
     assert Layout.of(chain(precompression=5.0), SHOCK).static_forces.tolist() == [5.0] * 3
 
 
@@ -147,6 +134,11 @@ def test_dampings_have_their_coefficients_and_powers() -> None:
     other = Layout.of(chain(damping=sw.KuwabaraKono(time=2e-6), contact=contact), SHOCK)
     assert other.damping_power == 1.5
     assert other.damping_coefficients == pytest.approx([2.5 * 2e-6 * 1e9] * 3, rel=ROUNDINGS)
+    uneven = chain(sw.Segment(), sw.Segment(radius=1e-3), end=sw.Wall(), damping=sw.Tsuji(restitution=0.5))
+    tsuji = Layout.of(uneven, SHOCK)
+    expected = math.sqrt(5) * tsuji_ratio(0.5) * np.sqrt(tsuji.pairs.masses * tsuji.pairs.stiffnesses)
+    assert tsuji.damping_power == 0.25
+    assert tsuji.damping_coefficients == pytest.approx(expected.tolist(), rel=ROUNDINGS)
 
 
 @pytest.mark.parametrize("restitution", [0.99, 0.9, 0.5, 0.136, 0.13, 0.01])
@@ -177,16 +169,6 @@ def test_tsuji_s_ratio_is_that_of_the_linear_oscillator() -> None:
     ratio = tsuji_ratio(0.8)
     angle = math.asin(ratio)
     assert math.exp(-(math.pi - 2 * angle) * math.tan(angle)) == pytest.approx(0.8, rel=ROUNDINGS)
-
-
-def test_tsuji_uses_the_reduced_mass_of_each_contact() -> None:
-    layout = Layout.of(
-        chain(sw.Segment(), sw.Segment(radius=1e-3), end=sw.Wall(), damping=sw.Tsuji(restitution=0.5)), SHOCK
-    )
-    expected = math.sqrt(5) * tsuji_ratio(0.5) * np.sqrt(layout.pairs.masses * layout.pairs.stiffnesses)
-    assert layout.damping_power == 0.25
-    assert layout.damping_coefficients == pytest.approx(expected.tolist(), rel=ROUNDINGS)
-    assert layout.pairs.masses[1] == pytest.approx(layout.masses[1], rel=ROUNDINGS)
 
 
 # ---------------------------------------------------------------- laws of plugins
@@ -254,28 +236,23 @@ def test_methods_for_equal_granules_refuse_every_further_feature(path: str) -> N
     with pytest.raises(NotCoveredError, match=message) as caught:
         Scene(excitation=SHOCK, chain=made).covered("a test")
     assert [fault.path for fault in caught.value.faults] == [f"chain.{path}"]
+    with pytest.raises(NotCoveredError, match=r"^impact: must be left out"):
+        Scene(excitation=sw.Impact(velocity=1.0), chain=attrs.evolve(CHAIN, granules=4)).covered("a test")
     predictor = sw.Predictor(model="section-4")
     with pytest.raises(NotCoveredError, match="must be left out for section 4"):
         predictor.predict(SHOCK, made)
     (refused,) = predictor.predict_many([SHOCK], made)
-    assert isinstance(refused, NotCoveredError)
     assert [fault.path for fault in refused.faults] == [f"chain.{path}"]
     outcome = sw.Predictor().predict(SHOCK, made)
     assert [fault.path for fault in outcome.section4_faults] == [f"chain.{path}"]
     assert outcome.greatest_force == sw.simulate(SHOCK, made).greatest_force
-
-
-def test_an_impact_is_refused_by_methods_for_shocks() -> None:
-    with pytest.raises(NotCoveredError, match=r"^impact: must be left out"):
-        Scene(excitation=sw.Impact(velocity=1.0), chain=attrs.evolve(CHAIN, granules=4)).covered("a test")
+    assert sw.compare(SHOCK, made).predicted is None
 
 
 def test_segments_of_equal_granules_are_predicted_like_their_number() -> None:
-    both = [sw.Predictor().predict(SHOCK, one) for one in (chain(), attrs.evolve(CHAIN, granules=4))]
-    assert both[0].to_dict() == both[1].to_dict()
-    (many,) = sw.Predictor().predict_many([SHOCK], chain())
-    assert many == both[1]
-    assert many.to_dict() == both[1].to_dict()
+    one, other = (sw.predict(SHOCK, each) for each in (chain(), attrs.evolve(CHAIN, granules=4)))
+    assert one.to_dict() == other.to_dict()
+    assert sw.Predictor().predict_many([SHOCK], chain()) == [other]
 
 
 # ---------------------------------------------------------------- wrong chains
@@ -302,7 +279,6 @@ WRONG: dict[str, tuple[dict[str, Any], str, str]] = {
     "law-under-precompression": ({"contact": Worn(), "precompression": 1.0}, "precompression", "Worn"),
     "too-many-granules": ({"granules": 2_000_000, "end": sw.Wall()}, "granules", "must be <= 1000000"),
     "too-many-in-segments": ({"granules": [sw.Segment(count=10**6)] * 2}, "granules", "at most 1000000 granules"),
-    "no-segment": ({"granules": []}, "granules", "one or more segments"),
     "no-segments": ({"granules": [sw.Segment(), 3]}, "granules[1]", "must be a Segment or a Cell (got 3)"),
     "no-wall": ({"end": "rigid"}, "end", "must be a Wall (got 'rigid')"),
     "no-damping": ({"damping": 0.9}, "damping", "must be a KuwabaraKono"),
@@ -327,14 +303,10 @@ def test_all_errors_of_a_chain_are_reported_together() -> None:
 
 PARTS: dict[str, tuple[Any, str]] = {
     "stiff-fixed-wall": (lambda: sw.Wall(stiffness=1e6), "stiffness: must be left out for a fixed wall (got 1e+06"),
-    "wall-of-a-number": (lambda: sw.Wall(material=302), "material: must be 'same', 'rigid', a Material or the name"),
     "taper-of-one": (lambda: sw.Segment(radius=sw.Taper(first=1, last=2)), "count: must be >= 2 for a taper (got 1)"),
-    "no-granule": (lambda: sw.Segment(count=0), "count: must be a whole number >= 1"),
     "empty-cell": (lambda: sw.Cell(repeat=2, cell=[]), "cell: must be a list of one or more Segment objects"),
     "unknown-spacing": (lambda: sw.Taper(first=1, last=2, spacing="even"), "spacing: must be linear or geometric"),
-    "resting-striker": (lambda: sw.Impact(velocity=0.0), "velocity: must be >= 1e-20 and <= 2.99792e+08 m/s"),
     "no-restitution": (lambda: sw.Tsuji(restitution=0), "restitution: must be > 0 and <= 1"),
-    "flat-exponent": (lambda: sw.PowerContact(exponent=0.5, stiffness=1), "exponent: must be >= 1 and <= 10"),
 }
 
 

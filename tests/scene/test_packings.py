@@ -7,20 +7,14 @@ from pathlib import Path
 from typing import Any
 
 import attrs
+import numpy as np
 import pytest
 
 import shockwave as sw
-from shockwave import cli
+from support.command_line import scenario
 from support.scenes import CHAIN, triangle
 
 SHOCK = triangle(1.0)
-
-
-def written(folder: Path, chain: str, more: str = "") -> str:
-    file = folder / "scene.yaml"
-    shock = "shock: {profile: triangular, peak_force: 10 N, rise_time: 20 us, duration_ratio: 3}"
-    file.write_text(f"chain: {{material: ptfe, radius: 5 mm, {chain}}}\n{shock}\n{more}\n")
-    return str(file)
 
 
 def equivalent(packing: str, **given: Any) -> tuple[sw.Chain, sw.Chain, float]:
@@ -48,10 +42,9 @@ def test_a_packing_is_a_chain_with_the_force_shared_by_its_contacts(packing: str
 
 def test_contacts_of_a_finite_packing_carry_their_share() -> None:
     packed, plain, share = equivalent("hexagonal", granules=20)
-    one, other = (sw.simulate(SHOCK, chain, contacts=[0, 5]) for chain in (packed, plain))
-    assert [peak.peak_force for peak in one.contacts] == pytest.approx(
-        [share * peak.peak_force for peak in other.contacts], rel=1e-9
-    )
+    runs = [sw.simulate(SHOCK, chain, contacts=[0, 5]) for chain in (packed, plain)]
+    one, other = (np.array([peak.peak_force for peak in run.contacts]) for run in runs)
+    assert one == pytest.approx(share * other, rel=1e-9)
 
 
 def test_packings_take_no_further_features() -> None:
@@ -65,19 +58,17 @@ def test_packings_take_no_further_features() -> None:
             run(sw.Impact(velocity=1.0), packed)
 
 
-@pytest.mark.parametrize("command", ["predict", "simulate", "compare"])
-def test_commands_take_a_packing(command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    file = written(tmp_path, "packing: fcc-111")
-    assert cli.main([command, file, "--json"]) == 0
-    capsys.readouterr()
-    assert cli.main([command, file, "--verbose"]) == 0
-    assert "packing fcc-111" in capsys.readouterr().out
-
-
-def test_a_sweep_of_packings_is_that_of_chains(tmp_path: Path) -> None:
-    sweep = "sweep: {run: simulate, grid: {chain.radius: [4 mm, 5 mm]}}"
-    sw.run_sweep(sw.load_scenario(written(tmp_path, "packing: hexagonal", sweep)), tmp_path / "out", workers=1)
-    shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=10.0, rise_time=20e-6)
-    last = sw.simulate(shock, sw.Chain(material=sw.material("ptfe"), radius=5e-3, packing="hexagonal"))
+def test_studies_of_packings_are_those_of_their_contacts(tmp_path: Path) -> None:
+    blocks = [
+        "chain: {material: ptfe, radius: 5 mm, packing: hexagonal}",
+        "shock: {profile: triangular, peak_force: 10 N, rise_time: 20 us, duration_ratio: 3}",
+        "uncertainty: {shock.peak_force: 5 %}",
+    ]
+    file = scenario(tmp_path, *blocks)
+    expected = sw.simulate(file)
+    assert "packing hexagonal" in expected.text("verbose")
+    assert sw.uncertainty(file, draws=256).peak_force.nominal == pytest.approx(expected.peak_force, rel=1e-4)
+    swept = scenario(tmp_path, *blocks, "sweep: {run: simulate, grid: {chain.radius: [4 mm, 5 mm]}}")
+    sw.run_sweep(swept, tmp_path / "out", workers=1)
     # both within the default tolerance
-    assert sw.load_sweep(tmp_path / "out").values("peak_force")[-1] == pytest.approx(last.peak_force, rel=2e-6)
+    assert sw.load_sweep(tmp_path / "out").values("peak_force")[-1] == pytest.approx(expected.peak_force, rel=2e-6)

@@ -12,6 +12,9 @@ from attrs import field, frozen
 PEAK, RISE, DURATION = 100.0, 100e-6, 200e-6
 # Sample times [us], 50 of them before the blow.
 _TIMES = np.arange(-50, 400)
+#: Times [s] and forces [N] of a blow of 100 N on a baseline of 5 N, with 20 quiet samples on either side.
+MICROSECONDS = 1e-6 * np.arange(81)
+BLOW = 5 + 100 * np.sin(np.pi / 40 * np.clip(np.arange(81) - 20, 0, 40))
 
 
 @frozen

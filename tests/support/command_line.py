@@ -1,0 +1,44 @@
+"""Commands that run in the process of the test, and the scenarios that they read."""
+
+from __future__ import annotations
+
+import io
+import json
+from contextlib import redirect_stderr, redirect_stdout
+from pathlib import Path
+from typing import Any
+
+from attrs import frozen
+
+from shockwave import cli
+
+
+@frozen
+class Answer:
+    """Exit status and output of a command."""
+
+    status: int
+    out: str
+    err: str
+
+    @property
+    def document(self) -> Any:
+        """The JSON document on standard output."""
+        return json.loads(self.out)
+
+
+def shockwave(*arguments: object) -> Answer:
+    """Run ``shockwave`` with arguments, and catch the end of its process."""
+    with redirect_stdout(io.StringIO()) as out, redirect_stderr(io.StringIO()) as err:
+        try:
+            status = cli.main([str(argument) for argument in arguments])
+        except SystemExit as end:
+            status = int(end.code or 0)
+    return Answer(status, out.getvalue(), err.getvalue())
+
+
+def scenario(folder: Path, *blocks: str, name: str = "scene") -> Path:
+    """A scenario file of these blocks."""
+    file = folder / f"{name}.yaml"
+    file.write_text("\n".join([*blocks, ""]), encoding="utf-8")
+    return file
