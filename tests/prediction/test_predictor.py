@@ -54,10 +54,10 @@ EVERY_NAME = pytest.mark.parametrize("name", SHOCKS)
 # ---------------------------------------------------------------- how the answer depends on the granules
 
 
-def _changed(quantity: str, factor: float) -> sw.Chain:
+def _changed(chain: sw.Chain, quantity: str, factor: float) -> sw.Chain:
     if quantity == "radius":
-        return attrs.evolve(CHAIN, radius=CHAIN.radius * factor)
-    return attrs.evolve(CHAIN, material=attrs.evolve(STEEL, **{quantity: getattr(STEEL, quantity) * factor}))
+        return attrs.evolve(chain, radius=chain.radius * factor)
+    return attrs.evolve(chain, material=attrs.evolve(STEEL, **{quantity: getattr(STEEL, quantity) * factor}))
 
 
 #: Shocks of which every branch of the answer is taken.
@@ -67,6 +67,7 @@ BRANCHES = {
     "train-exponential": _shock(sw.Exponential(rise_rate=3, decay_rate=4, duration_ratio=20), 0.5),
     "literal-root": _shock(_power(4, 0.25, 1), 1.0),
     "literal-whole-impulse": _shock(_power(5, 2, 7), 3.0),
+    "contact-of-another-exponent": _shock(_power(3, 1, 1), 3.0),
 }
 
 
@@ -75,11 +76,15 @@ BRANCHES = {
 def test_exponents_are_the_slopes_of_the_prediction(branch: str, quantity: str) -> None:
     shock, step = BRANCHES[branch], 1e-4
     predictor = sw.Predictor(model="section-4", alpha="literal" if branch.startswith("literal") else "constant")
-    exponents = predictor.section4(shock, CHAIN).exponents
+    contact = sw.PowerContact(exponent=2.5, stiffness=1e10) if branch.startswith("contact") else None
+    chain = attrs.evolve(CHAIN, contact=contact)
+    exponents = predictor.section4(shock, chain).exponents
     less, more = (
-        math.log(predictor.predict(shock, _changed(quantity, math.exp(sign * step))).peak_force) for sign in (-1, 1)
+        math.log(predictor.predict(shock, _changed(chain, quantity, math.exp(sign * step))).peak_force)
+        for sign in (-1, 1)
     )
-    # Central difference: step^2 of a third derivative, and rounding over the step.
+    # Central difference: step^2 of a third derivative, and rounding over the step. Young's modulus does not change a
+    # contact of a stiffness of its own.
     assert getattr(exponents, quantity) == pytest.approx((more - less) / (2 * step), rel=1e-5)
 
 

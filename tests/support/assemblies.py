@@ -1,0 +1,36 @@
+"""Chains in scaled units, for the engine of mixed granules."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from attrs import evolve
+
+import shockwave as sw
+from shockwave.engine.mixed_chain_problem import Assembly
+from shockwave.engine.scaled_problem import ChainProblem
+
+#: A triangular pulse of unit force and rise time.
+PULSE = ChainProblem(sw.PowerLaw(rise_exponent=1, decay_exponent=1, duration_ratio=3), 1.0, 1.0)
+
+
+def uniform(granules: int, **changes: Any) -> Assembly:
+    """Equal granules before a wall, under a triangular pulse."""
+    assembly = Assembly(
+        inverse_masses=np.ones(granules),
+        stiffnesses=np.ones(granules),
+        overlaps=np.zeros(granules),
+        exponent=1.5,
+        fixed_wall=True,
+        damping=np.zeros(granules),
+        damping_power=0.0,
+        force=PULSE,
+    )
+    return evolve(assembly, **changes)
+
+
+def mixed(granules: int, **changes: Any) -> Assembly:
+    """A chain whose first granules are the same for every length."""
+    masses = np.random.default_rng(1).uniform(0.5, 2.0, 1000)[:granules]
+    return uniform(granules, inverse_masses=1 / masses, **changes)
