@@ -43,12 +43,8 @@ class Pulse(Triangular):
     pass
 """
 
-#: Test files of texts, commands, files and processes. All others are marked `numerical`.
-NOT_NUMERICAL = (
-    "architecture", "bad_scenarios", "cli", "document", "files", "fuzz", "materials", "notebook", "notebooks",
-    "packaging", "page", "pictures", "plugin_pages", "plugins", "processors", "schema", "schema_plugins", "screen",
-    "sweep", "sweep_block", "sweep_crashes", "sweep_pictures", "sweep_results", "time_limit",
-)  # fmt: skip
+#: Folders with tests of texts, commands, files and processes; the numbers in all others depend on the processor.
+NOT_NUMERICAL = {"cli", "project", "registry", "report", "scenario", "sweep"}
 
 Install = Callable[..., str]
 
@@ -56,7 +52,7 @@ Install = Callable[..., str]
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
-        if item.path.stem.removeprefix("test_") not in NOT_NUMERICAL:
+        if item.path.parent.name not in NOT_NUMERICAL:
             item.add_marker(pytest.mark.numerical)
 
 

@@ -17,6 +17,7 @@ from typing import Any
 
 import pytest
 import yaml
+from jsonschema import Draft7Validator
 
 import shockwave as sw
 from shockwave import cli, pictures
@@ -26,6 +27,7 @@ from shockwave.registry import built_ins, registry
 from shockwave.scenario import block_keys as keys
 from shockwave.scenario import chain_blocks
 from shockwave.scenario.scenario import Published
+from shockwave.scenario.schema import schema
 from shockwave.scene.force_limit import Limit
 from shockwave.scene.simulate_options import SimulateOptions
 from support import pages
@@ -33,6 +35,7 @@ from support.distributions import install
 from support.pages import DOCS, PAGES, ROOT, Block, blocks_of, code_in, table
 from support.programs import commands
 from support.selection import keeping
+from support.texts import schema_faults
 
 #: Pages of which commands and code take seconds.
 LONG = [DOCS / f"{name}.md" for name in ("report", "pictures", "stress", "benchmarks")]
@@ -82,6 +85,7 @@ def test_scenarios_load_or_fail_as_stated(block: Block, tmp_path: Path, patch: p
     file.write_text(text, encoding="utf-8")
     if "faulty" not in block.directives:
         assert sw.load_scenario(file).excitation is not None
+        assert schema_faults(text, Draft7Validator(schema())) == []  # with the plugins of the page
         return
     with pytest.raises(sw.ScenarioError) as caught:
         sw.load_scenario(file)

@@ -269,7 +269,10 @@ def test_a_result_without_tables_says_so() -> None:
 
 
 @pytest.mark.parametrize("library", ["pandas", "xarray"])
-def test_a_missing_library_is_named_with_its_installation(library: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_library_is_named_with_its_installation(
+    library: str, sweep: sw.SweepResults, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setitem(sys.modules, library, None)
-    with pytest.raises(UsageError, match=rf"{library} must be installed .*'granular-shockwave\[notebook\]'"):
-        getattr(result_of("chain"), f"to_{library}")()
+    for result in (result_of("chain"), sweep):
+        with pytest.raises(UsageError, match=rf"{library} must be installed .*'granular-shockwave\[notebook\]'"):
+            getattr(result, f"to_{library}")()

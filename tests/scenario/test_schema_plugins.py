@@ -11,14 +11,11 @@ import pytest
 from jsonschema import Draft7Validator
 
 from shockwave.base.errors import PluginError, ScenarioError
-from shockwave.scenario.loader import scenario_of
-from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.schema import schema
 from shockwave.scenario.template import template
-from shockwave.scenario.yaml_document import parse_document
 from support.distributions import install
 from support.pages import workplace
-from support.texts import CHAIN
+from support.texts import CHAIN, load, schema_faults
 
 HOOKS = """
 from shockwave.hooks import Entry, hookimpl
@@ -81,24 +78,17 @@ def _plug(folder: Path, patch: pytest.MonkeyPatch, pulses: str = PULSES) -> Draf
     project.write_text(PROJECT.format(name=name, module=module))
     install(folder, project, patch)
     patch.syspath_prepend(folder)
-    made = schema()
-    Draft7Validator.check_schema(made)
-    return Draft7Validator(made)
-
-
-def _faults(text: str, validator: Draft7Validator) -> list[str]:
-    """Where the schema finds a scenario wrong, read as the loader reads it."""
-    data = parse_document(text, "scenario.yaml").data
-    return [str(fault.json_path) for fault in validator.iter_errors(data)]
-
-
-def _load(folder: Path, text: str) -> Scenario:
-    return scenario_of(parse_document(text, "x"), folder / "x")
+    Draft7Validator.check_schema(schema())
+    return Draft7Validator(schema())
 
 
 def _pulse(profile: str, parameters: str, more: str = "") -> str:
     head = f"shock: {{profile: {profile}, peak_force: 1 N, rise_time: 1 s{more}"
     return f"{CHAIN}{head}, parameters: {{{parameters}}}}}\n"
+
+
+def _undeclared(parameters: str) -> str:
+    return _pulse("undeclared", parameters, ", duration_ratio: 2")
 
 
 def _parameters_of(validator: Draft7Validator, profile: str) -> Any:
@@ -115,61 +105,60 @@ def validator(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Draft7Valida
         yield _plug(folder, patch)
 
 
+#: Scenarios, and values of their profiles.
+ADMITTED: dict[str, tuple[str, dict[str, Any]]] = {
+    "units": (
+        _pulse("declared", "delay: 2 ms, step: null, knots: [1, 20 ms]"),
+        {"delay": 2e-3, "step": None, "knots": (1.0, 0.02), "duration_ratio": 30.0},
+    ),
+    "bare": (_pulse("declared", "delay: 0.002, step: -3", ", duration_ratio: 25"), {"step": -3, "duration_ratio": 25}),
+    "kinds": (
+        _undeclared("count: '3', kind: even, weights: [1, 50 %], flag: null, limit: 2"),
+        {"count": 3, "kind": "even", "weights": (1.0, 0.5), "flag": None, "limit": 2.0},
+    ),
+    "anything": (_undeclared("count: 3, shape: anything, flag: true"), {"shape": "anything", "flag": True}),
+    "plain": (_pulse("plain", "power: 2"), {"duration_ratio": 1.5}),
+}
+#: Scenarios, the places of their errors below the shock, and whether the schema sees them.
+REJECTED = {
+    "missing": (_pulse("declared", ""), "parameters", False),
+    "range": (_pulse("declared", "delay: 0.001"), "parameters.delay", True),
+    "sample": (_pulse("declared", "delay: 2 ms, knots: [1, -2 s]"), "parameters.knots[1]", False),
+    "unknown": (_pulse("declared", "delay: 2 ms, dealy: 2"), "parameters", True),
+    "constructor": (_pulse("declared", "delay: 2 ms, step: 11"), "parameters.step", False),
+    "ratio": (_pulse("declared", "delay: 2 ms", ", duration_ratio: 20"), "duration_ratio", True),
+    "half": (_undeclared("count: 1.5"), "parameters.count", True),
+    "name": (_undeclared("count: 1, kind: none"), "parameters.kind", True),
+    "list": (_undeclared("count: 1, weights: [1, x]"), "parameters.weights[1]", True),
+    "number": (_pulse("plain", "power: strong"), "parameters.power", True),
+    "key of others": (_pulse("plain", "", ", duration_ratio: 3"), "duration_ratio", True),
+}
+
+
 @pytest.mark.usefixtures("validator")
 class TestPlugin:
-    @pytest.mark.parametrize(
-        ("profile", "parameters", "more"),
-        [
-            ("declared", "delay: 2 ms, step: null, knots: [1, 2 s]", ""),
-            ("declared", "delay: 0.002, step: -3", ", duration_ratio: 25"),
-            ("undeclared", "count: '3', kind: even, weights: [1, 50 %], flag: null, limit: 2", ", duration_ratio: 2"),
-            ("undeclared", "count: 3, shape: anything, flag: true", ", duration_ratio: 2"),
-            ("plain", "power: 2", ""),
-        ],
-    )
-    def test_its_parameters_are_admitted(
-        self, tmp_path: Path, validator: Draft7Validator, profile: str, parameters: str, more: str
+    @pytest.mark.parametrize("name", ADMITTED)
+    def test_its_parameters_are_admitted_and_converted(
+        self, tmp_path: Path, validator: Draft7Validator, name: str
     ) -> None:
-        text = _pulse(profile, parameters, more)
-        assert _faults(text, validator) == []
-        assert _load(tmp_path, text).shock.peak_force == 1.0
+        text, values = ADMITTED[name]
+        assert schema_faults(text, validator) == []
+        pulse = load(tmp_path, text).shock.profile
+        assert {each: getattr(pulse, each) for each in values} == values
 
-    @pytest.mark.parametrize(
-        "case",
-        [
-            ("declared", "", "", "parameters", False),
-            ("declared", "delay: 0.001", "", "parameters.delay", True),
-            ("declared", "delay: 2 ms, knots: [1, -2 s]", "", "parameters.knots[1]", False),
-            ("declared", "delay: 2 ms, dealy: 2", "", "parameters", True),
-            ("declared", "delay: 2 ms, step: 11", "", "parameters.step", False),
-            ("declared", "delay: 2 ms", ", duration_ratio: 20", "duration_ratio", True),
-            ("undeclared", "count: 1.5", ", duration_ratio: 2", "parameters.count", True),
-            ("undeclared", "count: 1, kind: none", ", duration_ratio: 2", "parameters.kind", True),
-            ("undeclared", "count: 1, weights: [1, x]", ", duration_ratio: 2", "parameters.weights[1]", True),
-            ("plain", "power: strong", "", "parameters.power", True),
-            ("plain", "", ", duration_ratio: 3", "duration_ratio", True),
-        ],
-    )
+    @pytest.mark.parametrize("name", REJECTED)
     def test_its_bad_parameters_are_rejected_in_their_place(
-        self, tmp_path: Path, validator: Draft7Validator, case: tuple[str, str, str, str, bool]
+        self, tmp_path: Path, validator: Draft7Validator, name: str
     ) -> None:
-        profile, parameters, more, place, seen = case
-        text = _pulse(profile, parameters, more)
-        assert _faults(text, validator) == ([f"$.shock.{place}"] if seen else [])
+        text, place, seen = REJECTED[name]
+        assert schema_faults(text, validator) == ([f"$.shock.{place}"] if seen else [])
         with pytest.raises(ScenarioError) as caught:
-            _load(tmp_path, text)
+            load(tmp_path, text)
         assert caught.value.faults[0].path.startswith(f"shock.{place}")
-
-    def test_units_and_kinds_are_converted(self, tmp_path: Path) -> None:
-        profile: Any = _load(tmp_path, _pulse("declared", "delay: 2 ms, knots: [1, 20 ms]")).shock.profile
-        assert (profile.delay, profile.knots, profile.duration_ratio) == (2e-3, (1.0, 0.02), 30.0)
-        text = "count: '3', kind: even, weights: [1, 50 %]"
-        profile = _load(tmp_path, _pulse("undeclared", text, ", duration_ratio: 2")).shock.profile
-        assert (profile.count, profile.kind, profile.weights) == (3, "even", (1.0, 0.5))
 
     def test_other_errors_of_the_constructor_are_errors_of_the_plugin(self, tmp_path: Path) -> None:
         with pytest.raises(PluginError, match=r"profile 'plain' of fake-pulses: .*ZeroDivisionError"):
-            _load(tmp_path, _pulse("plain", "power: 0"))
+            load(tmp_path, _pulse("plain", "power: 0"))
 
     def test_its_parameters_have_meaning_and_default(self, validator: Draft7Validator) -> None:
         forms = _parameters_of(validator, "declared")["properties"]
@@ -193,11 +182,11 @@ class TestPlugin:
     ) -> None:
         text = template(profile)
         assert line in text.splitlines()
-        assert _faults(text, validator) == []
-        assert _load(tmp_path, text).shock.peak_force == 100.0
+        assert schema_faults(text, validator) == []
+        assert load(tmp_path, text).shock.peak_force == 100.0
 
 
 def test_a_profile_that_cannot_be_imported_may_have_any_parameters(tmp_path: Path, patch: pytest.MonkeyPatch) -> None:
     validator = _plug(tmp_path, patch, pulses="raise RuntimeError('out of order')")
-    assert _faults(_pulse("declared", "delay: x, more: 1", ", duration_ratio: 2"), validator) == []
+    assert schema_faults(_pulse("declared", "delay: x, more: 1", ", duration_ratio: 2"), validator) == []
     assert "out of order" in _parameters_of(validator, "declared")["description"]

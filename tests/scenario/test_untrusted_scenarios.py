@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -120,67 +121,62 @@ def test_only_names_and_remarks_of_own_blocks_take_text() -> None:
     assert set(free(keys)) <= PLAIN | INNER
 
 
-def opening_keys() -> Iterator[tuple[str, str]]:
-    """Block and name of every parameter of a registered class that takes text."""
+OPENING = "shock: {profile: opening, peak_force: 1 N, rise_time: 1 us, duration_ratio: 2"
+LAW = f"{COPPER.rstrip()[:-1]}, granules: 5, contact: {{model: opening-law%s}}}}\n{TRIANGULAR}"
+#: Texts as values, bare and inside of others.
+VALUES = (SECRET, f"[{SECRET}]", f"[[1, {SECRET}]]", f"{{{SECRET}: 1}}", f"{{a: {SECRET}}}")
+
+
+def parameters(text: str) -> str:
+    """A scenario with these parameters of a profile."""
+    return f"{COPPER}{OPENING}{text and f', parameters: {{{text}}}'}}}\n"
+
+
+def opening_keys() -> Iterator[tuple[Callable[[str], str], str]]:
+    """A scenario as a function of a parameter, for every parameter of a registered class that takes text."""
     for entry in registry.entries("profiles"):
         for name in free(parameters_of(entry.name, registry.load("profiles", entry.name))):
             yield (
-                f"shock: {{profile: {entry.name}, peak_force: 1 N, rise_time: 1 us, duration_ratio: 2",
+                lambda text, profile=entry.name: parameters(text).replace("opening", profile),
                 f"shock.parameters.{name}",
             )
     for entry in registry.entries("contacts"):
         for name in free(keys_of(registry.load("contacts", entry.name))):
-            yield f"contact: {{model: {entry.name}", f"chain.contact.{name}"
-
-
-VALUES = (SECRET, f"[{SECRET}]", f"[[1, {SECRET}]]", f"{{{SECRET}: 1}}", f"{{a: {SECRET}}}")
-
-
-def scenario_text(block: str, value: str = "") -> str:
-    if block.startswith("contact"):
-        return f"{COPPER.rstrip()[:-1]}, granules: 5, {block}{value}}}}}\n{TRIANGULAR}"
-    return f"{COPPER}{block}{value and f', parameters: {{{value[2:]}}}'}}}\n"
+            yield lambda text: LAW % (text and f", {text}"), f"chain.contact.{name}"
 
 
 def test_every_key_that_opens_a_file_is_refused_in_every_block() -> None:
     cases = list(opening_keys())
     assert {name for _, name in cases} >= {"shock.parameters.file", "shock.parameters.mapping", "chain.contact.text"}
-    for block, name in cases:
-        for value in VALUES:
-            texts = [scenario_text(block, f", {name.rpartition('.')[2]}: {value}")]
-            base = scenario_text(block)
-            for sweep in (
-                f"grid: {{{name}: [{value}]}}",
-                f"zip: {{{name}: [{value}]}}",
-                f"points: [{{{name}: {value}}}]",
-            ):
-                texts.append(f"{base}sweep: {{{sweep}}}\n")
-            texts.append(f"{base}uncertainty: {{{name}: {value}}}\n")
-            for text in texts:
-                with pytest.raises(ScenarioError) as refused:
-                    untrusted(text)
-                assert "hunter2" not in str(refused.value)
+    for (scenario, name), value in product(cases, VALUES):
+        blocks = (
+            f"sweep: {{grid: {{{name}: [{value}]}}}}",
+            f"sweep: {{zip: {{{name}: [{value}]}}}}",
+            f"sweep: {{points: [{{{name}: {value}}}]}}",
+            f"uncertainty: {{{name}: {value}}}",
+        )
+        alone = scenario(f"{name.rpartition('.')[2]}: {value}")
+        for text in (alone, *(f"{scenario('')}{block}\n" for block in blocks)):
+            with pytest.raises(ScenarioError) as refused:
+                untrusted(text)
+            assert "hunter2" not in str(refused.value)
     assert opened == []
 
 
 def test_the_message_states_the_place_and_the_remedy() -> None:
     with pytest.raises(ScenarioError, match=r"link:2:.*shock.parameters.file: must not be text here.*of your own"):
-        untrusted(f"{COPPER}shock: {{profile: tabulated, parameters: {{file: {SECRET}}}}}")
+        untrusted(parameters(f"file: {SECRET}").replace("opening", "tabulated"))
 
 
 def test_values_from_a_program_do_not_make_it_read_a_file_either() -> None:
-    base = untrusted(f"{COPPER}shock: {{profile: opening, peak_force: 1 N, rise_time: 1 us, duration_ratio: 2}}")
     with pytest.raises(ScenarioError, match="must not be text here"):
-        Family(base).scenario({"shock.parameters.text": SECRET})
+        Family(untrusted(parameters(""))).scenario({"shock.parameters.text": SECRET})
     assert opened == []
 
 
 def test_the_plugin_opens_a_file_for_a_scenario_of_the_user() -> None:
-    text = scenario_text(
-        "shock: {profile: opening, peak_force: 1 N, rise_time: 1 us, duration_ratio: 2", f", text: {SECRET}"
-    )
     with pytest.raises(Exception, match="hunter2"):
-        scenario_of(parse_document(text, "own"), None)
+        scenario_of(parse_document(parameters(f"text: {SECRET}"), "own"), None)
     assert opened.pop() == "open"
 
 

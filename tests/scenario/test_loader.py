@@ -18,15 +18,14 @@ from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.tabulated import Tabulated
 from shockwave.registry import built_ins
-from shockwave.registry.registry import load
-from shockwave.scenario.block_keys import CHAIN, SCENARIO, Key, keys_of, parameters_of, shock_keys
+from shockwave.registry.registry import load as registered
+from shockwave.scenario import block_keys as keys
 from shockwave.scenario.chain_blocks import CELL, END, IMPACT, SEGMENT, TAPER
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scenario import Published, Scenario
 from shockwave.scenario.sweep_block import SWEEP
 from shockwave.scenario.template import template
 from shockwave.scenario.value_conversion import converted
-from shockwave.scenario.variations import Family
 from shockwave.scene.chain import Chain
 from shockwave.scene.impact import Impact
 from shockwave.scene.material import Material
@@ -34,6 +33,7 @@ from shockwave.scene.material_library import PAPER_STEEL
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
 from support.pages import ROOT
+from support.texts import SHOCK, load, schema_faults
 
 CONTRACT = """\
 name: table 1, first row
@@ -57,20 +57,13 @@ simulate:
   rtol: 1e-6
 """
 CHAIN_LINE = "chain: {material: paper-steel, radius: 4.75 mm}\n"
-SHOCK_LINE = "shock: {profile: triangular, peak_force: 100, rise_time: 15e-6, duration_ratio: 10}\n"
 RECORD = "shock: {profile: tabulated, parameters: {times: [0, 15 us, 0.15 ms], forces: [0, 0.1 kN, 0]}}\n"
-
-
-def _load(folder: Path, text: str, name: str = "scene.yaml") -> Scenario:
-    path = folder / name
-    path.write_text(text, encoding="utf-8")
-    return load_scenario(path)
 
 
 def test_the_scenario_of_the_contract(tmp_path: Path) -> None:
     profile = PowerLaw(rise_exponent=1, decay_exponent=5, duration_ratio=10)
     steel = Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0)
-    assert _load(tmp_path, CONTRACT) == Scenario(
+    assert load(tmp_path, CONTRACT) == Scenario(
         name="table 1, first row",
         path=tmp_path / "scene.yaml",
         shock=Shock(profile=profile, peak_force=100.0, rise_time=15e-6),
@@ -81,8 +74,8 @@ def test_the_scenario_of_the_contract(tmp_path: Path) -> None:
 
 
 def test_optional_blocks_may_be_left_out_or_empty(tmp_path: Path) -> None:
-    bare = _load(tmp_path, CHAIN_LINE + SHOCK_LINE)
-    empty = _load(tmp_path, CHAIN_LINE + SHOCK_LINE + "predict:\nsimulate:\nrequires:\npublished:\n")
+    bare = load(tmp_path, CHAIN_LINE + SHOCK)
+    empty = load(tmp_path, CHAIN_LINE + SHOCK + "predict:\nsimulate:\nrequires:\npublished:\n")
     assert bare == empty
     assert (bare.name, bare.predictor, bare.simulate) == ("scene", Predictor(), SimulateOptions())
     assert bare.chain == Chain(material=PAPER_STEEL, radius=4.75e-3)
@@ -100,25 +93,24 @@ def test_optional_blocks_may_be_left_out_or_empty(tmp_path: Path) -> None:
     ],
 )
 def test_predict_block_gives_the_predictor(tmp_path: Path, text: str, expected: Predictor) -> None:
-    assert _load(tmp_path, f"{CHAIN_LINE}{SHOCK_LINE}predict: {{{text}}}").predictor == expected
+    assert load(tmp_path, f"{CHAIN_LINE}{SHOCK}predict: {{{text}}}").predictor == expected
 
 
 def test_published_figures_and_requirements(tmp_path: Path) -> None:
     text = "published: {source: Table 2, relation: less, virtual_rise_time: 28 us, error: 3.0 %}\n"
-    expected = Published(source="Table 2", relation="less", virtual_rise_time=28e-6, error=0.03)
-    found = _load(tmp_path, f"{CHAIN_LINE}{SHOCK_LINE}{text}requires: [numpy, attrs]\n")
-    assert found.published == expected
+    scenario = load(tmp_path, f"{CHAIN_LINE}{SHOCK}{text}requires: [numpy, attrs]\n")
+    assert scenario.published == Published(source="Table 2", relation="less", virtual_rise_time=28e-6, error=0.03)
 
 
 def test_a_record_defines_peak_force_rise_time_and_ratio(tmp_path: Path) -> None:
-    shock = _load(tmp_path, CHAIN_LINE + RECORD).shock
+    shock = load(tmp_path, CHAIN_LINE + RECORD).shock
     assert shock.profile == Tabulated(times=[0, 15e-6, 0.15e-3], forces=[0, 100, 0])
     assert (shock.peak_force, shock.rise_time) == (100.0, 15e-6)
 
 
 def test_a_record_is_scaled_to_what_is_given(tmp_path: Path) -> None:
     given = "{profile: tabulated, peak_force: 50 N, rise_time: 5 us, duration_ratio: 4,"
-    shock = _load(tmp_path, CHAIN_LINE + RECORD.replace("{profile: tabulated,", given)).shock
+    shock = load(tmp_path, CHAIN_LINE + RECORD.replace("{profile: tabulated,", given)).shock
     assert (shock.peak_force, shock.rise_time, shock.profile.duration_ratio) == (50.0, 5e-6, 4.0)
 
 
@@ -134,9 +126,9 @@ def test_a_record_file_is_searched_beside_the_scenario(tmp_path: Path, monkeypat
 def test_a_missing_record_is_located_and_if_it_is_the_only_error_a_file_access_error(tmp_path: Path) -> None:
     record = "shock: {profile: tabulated, parameters: {file: no.csv}}"
     with pytest.raises(FileAccessError, match=r"\.yaml:2:48: shock\.parameters\.file: .*no\.csv: cannot be read"):
-        _load(tmp_path, CHAIN_LINE + record)
+        load(tmp_path, CHAIN_LINE + record)
     with pytest.raises(ScenarioError) as caught:
-        _load(tmp_path, "chain: {material: cheese, radius: 1}\n" + record)
+        load(tmp_path, "chain: {material: cheese, radius: 1}\n" + record)
     assert [fault.path for fault in caught.value.faults] == ["chain.material", "shock.parameters.file"]
 
 
@@ -150,48 +142,43 @@ def test_a_record_that_is_a_link_to_itself_cannot_be_read(tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("profile", [entry.name for entry in built_ins.ENTRIES["profiles"]])
 def test_templates_load_and_have_every_key(tmp_path: Path, profile: str) -> None:
-    text = template(profile)
-    scenario = _load(tmp_path, text)
-    assert type(scenario.shock.profile) is load("profiles", profile)
+    text, cls = template(profile), registered("profiles", profile)
+    scenario = load(tmp_path, text)
+    assert type(scenario.shock.profile) is cls
     assert (scenario.predictor, scenario.simulate) == (Predictor(), SimulateOptions())
-    parameters = parameters_of(profile, load("profiles", profile))
-    blocks = [SCENARIO, SWEEP, CHAIN, parameters, shock_keys(load("profiles", profile))[: None if parameters else -1]]
-    blocks += [keys_of(cls) for cls in (Material, Predictor, SimulateOptions, Published)]
+    assert schema_faults(text) == []
+    parameters = keys.parameters_of(profile, cls)
+    blocks = [keys.SCENARIO, SWEEP, keys.CHAIN, parameters, keys.shock_keys(cls)[: None if parameters else -1]]
+    blocks += [keys.keys_of(part) for part in (Material, Predictor, SimulateOptions, Published)]
     blocks += [SEGMENT, CELL, TAPER, END, IMPACT]
     assert {key.name for block in blocks for key in block if f" {key.name}:" not in text.replace("\n", " ")} == set()
 
 
-def _without_features(text: str) -> str:
-    """A template without the keys of chains beyond equal granules."""
-    features = re.search(r"\n  # further features of finite chains.*?\n\n", text, re.DOTALL)
-    impact = re.search(r"\n# impact:.*?\n\n", text, re.DOTALL)
-    assert features
-    assert impact
-    return text.replace(features[0], "\n").replace(impact[0], "\n")
+#: Commented parts of a template: the further features of a chain, and the impact that replaces the shock.
+FEATURES = re.compile(r"  # further features of finite chains.*?\n(.*?)\n\n", re.DOTALL)
+STRIKER = re.compile(r"# impact:.*?\n\n", re.DOTALL)
 
 
 def test_commented_features_of_a_template_are_valid(tmp_path: Path) -> None:
-    head, _, features = template().partition("  # further features of finite chains")
-    features, rest = features.split("\n\n", 1)
-    features = features.split("\n", 1)[1].replace("\n  # ", "\n  ").replace("  # granules", "  granules", 1)
-    shock, _, impact = rest.partition("# impact:")
-    impact = "impact:" + impact.split("\n\n")[0].replace("\n#", "\n")
-    with_shock = _load(tmp_path, f"{head}{features}\n{shock}")
-    assert with_shock.chain.count == 20 + 10 + 15 * 3
-    assert with_shock.chain.end is not None
-    with_impact = _load(tmp_path, f"{head}{features}\n{impact}\n")
-    assert with_impact.chain == with_shock.chain
-    assert with_impact.excitation == Impact(velocity=0.5, diameter=16e-3, material=load("materials", "paper-steel"))
+    text = FEATURES.sub(lambda found: re.sub(r"^  # ", "  ", found[1], flags=re.MULTILINE) + "\n\n", template())
+    assert "# impact:" in text
+    scenario = load(tmp_path, STRIKER.sub("", text))
+    assert scenario.chain.count == 20 + 10 + 15 * 3
+    assert scenario.chain.end is not None
+    struck = STRIKER.sub(lambda found: found[0].replace("# ", "", 1).replace("\n# ", "\n"), text)
+    struck = re.sub(r"\nshock:.*?\n\n", "\n", struck, flags=re.DOTALL)
+    impact = load(tmp_path, struck)
+    assert impact.chain == scenario.chain
+    assert impact.excitation == Impact(velocity=0.5, diameter=16e-3, material=PAPER_STEEL)
 
 
 def test_commented_lines_of_a_template_are_valid(tmp_path: Path) -> None:
-    text = (
-        _without_features(template()).replace("material: paper-steel", "").replace("\n  # material:", "\n  material:")
-    )
+    text = STRIKER.sub("", FEATURES.sub("", template()))
+    text = text.replace("material: paper-steel", "").replace("\n  # material:", "\n  material:")
     text = text.replace("\n  #   ", "\n    ").replace("\n#   ", "\n  ")
-    for key in ("limit", "published", "sweep", "uncertainty", "  granules", "  quadrature"):
-        text = text.replace(f"\n{key.replace('  ', '  # ') if key[0] == ' ' else f'# {key}'}", f"\n{key}")
-    scenario = _load(tmp_path, text)
+    for key in ("# limit", "# published", "# sweep", "# uncertainty", "  # granules", "  # quadrature"):
+        text = text.replace(f"\n{key}", f"\n{key.replace('# ', '')}")
+    scenario = load(tmp_path, text)
     assert (scenario.chain.granules, scenario.predictor.quadrature) == (200, "tanh-sinh")
     assert scenario.limit == sw.Limit(force=60.0)
     assert scenario.published is not None
@@ -219,33 +206,19 @@ def test_loading_makes_few_calls(file: str) -> None:
     assert 0 < calls.total() <= 430, calls.most_common(10)
 
 
-TIMES = {
-    "rise-duration": ("rise_time: 2 us, duration: 5 us", 2e-6, 2.5),
-    "rise-ratio": ("rise_time: 2 us, duration_ratio: 2.5", 2e-6, 2.5),
-    "duration-ratio": ("duration: 5 us, duration_ratio: 2.5", 2e-6, 2.5),
-}
-
-
-@pytest.mark.parametrize(("times", "rise_time", "ratio"), TIMES.values(), ids=TIMES)
+@pytest.mark.parametrize(
+    "times",
+    ["rise_time: 2 us, duration: 5 us", "rise_time: 2 us, duration_ratio: 2.5", "duration: 5 us, duration_ratio: 2.5"],
+)
 @pytest.mark.parametrize("profile", ["triangular", "tabulated"])
-def test_any_two_times_describe_a_shock(tmp_path, profile, times, rise_time, ratio):
-    own = ", parameters: {times: [0, 1, 3], forces: [0, 1, 0]}" if profile == "tabulated" else ""
-    path = tmp_path / "s.yaml"
-    path.write_text(
-        f"chain: {{material: copper, radius: 5 mm}}\nshock: {{profile: {profile}, peak_force: 1, {times}{own}}}"
-    )
-    shock = load_scenario(path).shock
-    assert (shock.rise_time, shock.profile.duration_ratio) == pytest.approx((rise_time, ratio), rel=1e-15)
-
-
-def test_with_both_times_a_sweep_of_one_changes_the_ratio(tmp_path):
-    path = tmp_path / "s.yaml"
-    shock = "{profile: triangular, peak_force: 1, rise_time: 2 us, duration: 5 us}"
-    path.write_text(f"chain: {{material: copper, radius: 5 mm}}\nshock: {shock}")
-    found = Family(load_scenario(path)).scenario({"shock.rise_time": 1e-6}).shock
-    assert (found.rise_time, found.profile.duration_ratio) == pytest.approx((1e-6, 5.0), rel=1e-15)
+def test_any_two_times_describe_a_shock(tmp_path: Path, profile: str, times: str) -> None:
+    parameters = ", parameters: {times: [0, 1, 3], forces: [0, 1, 0]}" if profile == "tabulated" else ""
+    text = f"{CHAIN_LINE}shock: {{profile: {profile}, peak_force: 1, {times}{parameters}}}"
+    shock = load(tmp_path, text).shock
+    assert (shock.rise_time, shock.profile.duration_ratio) == pytest.approx((2e-6, 2.5), rel=1e-15)
+    assert schema_faults(text) == []
 
 
 def test_a_large_whole_number_keeps_all_its_digits() -> None:
-    key = Key("seed", spec=Quantity("", "a seed", whole=True))
+    key = keys.Key("seed", spec=Quantity("", "a seed", whole=True))
     assert converted(key, 2**53 + 1) == 2**53 + 1

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_sweep_results import FORCE, MATERIAL, TIME, folder_of, line
+from test_results import FORCE, MATERIAL, TIME, folder_of, line
 
 from shockwave import cli
 from shockwave.base.errors import UsageError

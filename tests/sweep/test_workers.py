@@ -17,7 +17,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from test_sweep import journal, swept, tables
+from test_runner import journal, swept, tables
 
 import shockwave as sw
 from shockwave.sweep.progress_text import SweepReport
@@ -304,18 +304,25 @@ def test_fail_fast_does_not_wait_for_other_batches(tmp_path: Path, install: Inst
 # ---------------------------------------------------------------- executors
 
 
-@pytest.mark.parametrize("timeout", [0, -1.0, float("nan"), "0 s", "5 kg"])
-def test_a_time_limit_must_be_positive(scenario: Path, tmp_path: Path, timeout: float | str) -> None:
-    with pytest.raises(sw.InvalidValueError, match=r"timeout: must be (> 0 s|a time, such as '15 us') \(got"):
-        run_sweep(scenario, tmp_path / "out", timeout=timeout)
+PROCESSES = r"^executor: must be a concurrent\.futures\.Executor \(got "
+REFUSED: dict[str, tuple[dict[str, Any], str]] = {
+    "number": ({"executor": 3}, PROCESSES),
+    "name": ({"executor": "processes"}, PROCESSES + "'processes'"),
+    "client": ({"executor": SimpleNamespace(get_executor=None)}, rf"{PROCESSES}.*; its get_executor\(\) is one\)"),
+    "workers": ({"workers": "2"}, "^workers: must be"),
+    "no time": ({"timeout": 0}, r"timeout: must be > 0 s \(got"),
+    "not a number": ({"timeout": float("nan")}, r"timeout: must be > 0 s \(got"),
+    "mass": ({"timeout": "5 kg"}, r"timeout: must be a time, such as '15 us' \(got"),
+    "threads": ({"executor": ThreadPoolExecutor(1), "timeout": 1.0}, "timeout: must be omitted with an executor"),
+}
 
 
-def test_a_time_limit_needs_processes_that_can_be_stopped(scenario: Path, tmp_path: Path) -> None:
-    with (
-        ThreadPoolExecutor(1) as executor,
-        pytest.raises(sw.UsageError, match="timeout: must be omitted with an executor"),
-    ):
-        run_sweep(scenario, tmp_path / "out", executor, timeout=1.0)
+@pytest.mark.parametrize("case", REFUSED)
+def test_a_wrong_setting_is_refused_before_anything_is_written(scenario: Path, tmp_path: Path, case: str) -> None:
+    settings, message = REFUSED[case]
+    with pytest.raises((sw.UsageError, sw.InvalidValueError), match=message):
+        run_sweep(scenario, tmp_path / "out", **settings)
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_broken_executor_of_the_caller_is_reported(scenario: Path, tmp_path: Path) -> None:
@@ -340,16 +347,6 @@ def test_a_program_without_a_main_guard_is_refused_with_a_hint(scenario: Path, t
     run = subprocess.run([sys.executable, program], capture_output=True, text=True)
     assert "LostError: worker processes must start" in run.stderr
     assert "if __name__ == '__main__':" in run.stderr
-
-
-@pytest.mark.parametrize(
-    ("executor", "got"),
-    [("processes", "got 'processes'"), (SimpleNamespace(get_executor=None), r"got .*; its get_executor\(\) is one\)")],
-    ids=["name", "client"],
-)
-def test_what_is_no_executor_is_refused(scenario: Path, tmp_path: Path, executor: Any, got: str) -> None:
-    with pytest.raises(sw.UsageError, match=rf"^executor: must be a concurrent\.futures\.Executor \({got}"):
-        run_sweep(scenario, tmp_path / "out", executor)
 
 
 class Elsewhere(ThreadPoolExecutor):
