@@ -48,9 +48,8 @@ if TYPE_CHECKING:  # mypy resolves cycles of imports only here
     from shockwave.scene.segments import Taper as Taper
     from shockwave.scene.shock import Shock as Shock
     from shockwave.scene.solitary_wave import SolitaryWave as SolitaryWave
-    from shockwave.simulation.contact_result import ChainResult as ChainResult
     from shockwave.simulation.simulate import simulate_many as simulate_many
-    from shockwave.simulation.wave_result import SimulationResult as SimulationResult
+    from shockwave.simulation.simulation_result import Simulation as Simulation
     from shockwave.studies.amplification_curve import UniversalCurve as UniversalCurve
     from shockwave.studies.comparison import Comparison as Comparison
     from shockwave.studies.design_result import Design as Design

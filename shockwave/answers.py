@@ -84,8 +84,8 @@ def simulate(
 
     Returns
     -------
-    SimulationResult or ChainResult
-        Result in SI units; a `ChainResult` for a chain with features beyond equal spheres and free ends.
+    Simulation
+        Result in SI units; a `Simulation` for a chain with features beyond equal spheres and free ends.
 
     Raises
     ------

@@ -22,7 +22,6 @@ from pathlib import Path
 import numpy as np
 
 import shockwave as sw
-from shockwave.simulation.contact_result import ChainResult
 
 sys.path.append(str(Path(__file__).parents[2] / "tests"))
 from support.chain_reference import Reference
@@ -52,7 +51,7 @@ def checked(number: int) -> list[tuple[float, ...]]:
     known, end, repeated = None, None, False
     for rtol in sorted(TOLERANCES):
         result = sw.simulate(excitation, chain, rtol=rtol, until=end)
-        if not isinstance(result, ChainResult):
+        if result.wave is not None:
             return []  # equal granules with free ends
         if known is None:
             end = result.end

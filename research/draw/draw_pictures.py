@@ -52,7 +52,7 @@ RECORD = "examples/hammer"
 
 
 @cache
-def recorded(name: str, record: tuple[str, ...], contacts: tuple[int, ...]) -> sw.SimulationResult:
+def recorded(name: str, record: tuple[str, ...], contacts: tuple[int, ...]) -> sw.Simulation:
     """A simulation with histories."""
     return sw.simulate(scene(name).shock, scene(name).chain, contacts=contacts, record=record)  # type: ignore[arg-type]
 

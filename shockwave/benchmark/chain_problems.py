@@ -109,7 +109,7 @@ def case_of(scenario: Scenario) -> Case:
         If it cannot be simulated.
     """
     scene, count = scenario.scene, scenario.chain.count
-    contact = min(int(simulate_scene(scene, SimulateOptions(waves="primary")).found.contact), _FARTHEST)
+    contact = min(int(simulate_scene(scene, SimulateOptions(waves="primary")).wave.scaled.contact), _FARTHEST)
     if count is not None:
         contact = max(min(contact, count - 2 - _BEFORE_END), 0)
     return Case(scenario.name, type(scenario.shock.profile).__name__, scene, contact)

@@ -21,7 +21,7 @@ from shockwave.engine.backend import Backend
 from shockwave.prediction.predictor import Predictor
 from shockwave.scene.solitary_wave import IMPULSE_LIMIT, MOMENTUM
 from shockwave.simulation.simulate import simulate
-from shockwave.simulation.wave_result import SimulationResult
+from shockwave.simulation.simulation_result import Simulation
 
 # Largest permitted momentum defect: a hundred times the observed rounding error.
 _MOMENTUM = 1e-12
@@ -137,7 +137,7 @@ class Finding:
     momentum_defect: float | None = field(default=None, converter=_finite)
 
 
-def _unsound(result: SimulationResult) -> list[str]:
+def _unsound(result: Simulation) -> list[str]:
     """Faults of any result: values that are not finite, lost momentum, missed tolerance."""
     faults = [warning for warning in result.warnings if "tolerance was not met" in warning]
     try:
@@ -150,7 +150,7 @@ def _unsound(result: SimulationResult) -> list[str]:
 
 
 def _judged(
-    case: Case, result: SimulationResult, outcome: str, found: float, reference: float, more: Iterable[str] = ()
+    case: Case, result: Simulation, outcome: str, found: float, reference: float, more: Iterable[str] = ()
 ) -> Finding:
     """The finding on a result with a value that must equal the reference; ``more`` are other faults."""
     error = abs(found / reference - 1)
@@ -160,18 +160,16 @@ def _judged(
     return Finding(outcome, (*faults, *more), error, case.bound, result.momentum_defect)
 
 
-def _compared(
-    case: Case, result: SimulationResult, reference: float, note: str = "", more: Iterable[str] = ()
-) -> Finding:
+def _compared(case: Case, result: Simulation, reference: float, note: str = "", more: Iterable[str] = ()) -> Finding:
     """The finding on a result with an amplification that must equal the reference."""
     return _judged(case, result, _summary(result) + note, result.amplification, reference, more)
 
 
-def _summary(result: SimulationResult) -> str:
+def _summary(result: Simulation) -> str:
     return f"{result.amplification:.8g} F0 by {result.integrator}, {result.cost.force_evaluations} evaluations"
 
 
-def _simulated(case: Case, backend: Backend, **options: Any) -> SimulationResult:
+def _simulated(case: Case, backend: Backend, **options: Any) -> Simulation:
     return simulate(*made(case.scene), **{"backend": backend, **case.options, **options})
 
 

@@ -26,8 +26,7 @@ from shockwave.scene.plausibility import unusual
 if TYPE_CHECKING:
     from shockwave.prediction.outcome import Outcome
     from shockwave.prediction.section4_outcome import Section4Outcome
-    from shockwave.simulation.contact_result import ChainResult
-    from shockwave.simulation.wave_result import SimulationResult
+    from shockwave.simulation.simulation_result import Simulation
     from shockwave.studies.comparison import Comparison
 
 # Names of columns and their cells.
@@ -263,7 +262,7 @@ def _error_cells(name: str, force: float, error: float) -> _Row:
     return {name: si(force, "N", error=error), "error": f"{error:.0e}" if force and error < 1 else "not known"}
 
 
-def _simulation_row(result: SimulationResult | ChainResult) -> _Row:
+def _simulation_row(result: Simulation) -> _Row:
     if result.peak_force is None:
         return _chain_row(result)
     error = result.error_estimate
@@ -278,7 +277,7 @@ def _simulation_row(result: SimulationResult | ChainResult) -> _Row:
     }
 
 
-def _chain_row(result: ChainResult) -> _Row:
+def _chain_row(result: Simulation) -> _Row:
     """Cells of a chain beyond equal spheres."""
     top, wall = result.greatest_force, result.transmitted
     row = {
@@ -287,7 +286,7 @@ def _chain_row(result: ChainResult) -> _Row:
         **_error_cells("greatest force", top.peak_force, top.error_estimate),
     }
     if wall is not None:
-        from shockwave.simulation.contact_text import impulse_text  # for such chains only
+        from shockwave.simulation.simulation_text import impulse_text  # for such chains only
 
         row |= {
             "force on wall": si(wall.peak_force, "N", error=wall.error_estimate),
@@ -325,9 +324,9 @@ def _comparison_row(both: Comparison) -> _Row:
     return row
 
 
-def _greatest_cell(result: SimulationResult) -> _Row:
+def _greatest_cell(result: Simulation) -> _Row:
     """The greatest contact force of a finite chain if it exceeds the leading wave."""
-    from shockwave.simulation.wave_text import greatest_text
+    from shockwave.simulation.simulation_text import greatest_text
 
     text = greatest_text(result)
     return {"greatest force": text.partition(" at ")[0]} if text else {}
@@ -339,7 +338,7 @@ def _verdict_cell(result: Any) -> _Row:
     return {} if found is None else {"verdict": found.decision if found.decision == "below" else alarm(found.decision)}
 
 
-def _wave_count(result: SimulationResult) -> str:
+def _wave_count(result: Simulation) -> str:
     """The number of settled waves; a plus stands for more that had not settled."""
     settled = sum(wave.error_estimate is not None for wave in result.waves)
     return f"{settled}{'+' if settled < len(result.waves) else ''}"

@@ -13,12 +13,12 @@ from shockwave.base.errors import NotCoveredError, NumericalError
 from shockwave.pictures.figure_files import picture
 from shockwave.pictures.picture_elements import BLACK, BLUE, GREY, MINUS, ORANGE, SKY, area, finish, literal, style
 from shockwave.pictures.waves import recorded, shock_of
-from shockwave.simulation.wave_result import SimulationResult
+from shockwave.simulation.simulation_result import Simulation
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from shockwave.simulation.contact_result import ChainResult
+    from shockwave.simulation.simulation_result import Simulation
 
 
 # Most contacts of an approach; each one costs up to as much as the simulation.
@@ -30,7 +30,7 @@ _ROUNDING = 1e-16
 
 
 @picture
-def approach(ax: Axes, result: SimulationResult) -> Axes:
+def approach(ax: Axes, result: Simulation) -> Axes:
     """Draw the relative distance of the peak force of the leading wave from its limit, contact by contact.
 
     Distances below the error estimate of the limit, which is shaded, carry no information. Contacts at which the front
@@ -40,7 +40,7 @@ def approach(ax: Axes, result: SimulationResult) -> Axes:
     ----------
     ax : Axes
         Axes to draw on.
-    result : SimulationResult
+    result : Simulation
         Result of any simulation of equal spheres. At most fifteen contacts are computed by simulating again.
 
     Raises
@@ -48,9 +48,9 @@ def approach(ax: Axes, result: SimulationResult) -> Axes:
     NotCoveredError
         If the result is of a chain beyond equal spheres.
     """
-    if not isinstance(result, SimulationResult):
-        got = f"got a {type(result).__name__}; pictures.peak_forces and pictures.chain_map draw its forces"
-        raise NotCoveredError.of("result", f"must be a simulation of equal spheres ({got})")
+    if result.wave is None:
+        got = "got forces at contacts alone; pictures.peak_forces and pictures.chain_map draw its forces"
+        raise NotCoveredError.of("result", f"must have a leading wave with a limit ({got})")
     last = result.primary.contact
     floor = result.error_estimate
     distances = {}
@@ -69,7 +69,7 @@ def approach(ax: Axes, result: SimulationResult) -> Axes:
 
 
 @picture
-def balance(ax: Axes, result: SimulationResult | ChainResult) -> Axes:
+def balance(ax: Axes, result: Simulation) -> Axes:
     """Draw the energy of the chain against time, with the input of the shock.
 
     The energy is stacked, contact energy on kinetic energy, with the work of the shock from its end on; in chains
@@ -80,7 +80,7 @@ def balance(ax: Axes, result: SimulationResult | ChainResult) -> Axes:
     ----------
     ax : Axes
         Axes to draw on.
-    result : SimulationResult or ChainResult
+    result : Simulation
         Result with ``energies`` recorded; time in s, energy in J.
 
     Raises
@@ -95,10 +95,7 @@ def balance(ax: Axes, result: SimulationResult | ChainResult) -> Axes:
     area(ax, times, 0.0, kinetic, SKY, "", "kinetic energy")
     area(ax, times, kinetic, total, ORANGE, "////", "contact energy")
     ax.plot(times, total, color=BLUE, linewidth=1.2, label="total")
-    if isinstance(result, SimulationResult):
-        work = float(result.found.work * result.scales.energy)
-    else:
-        work = result.applied_energy
+    work = result.applied_energy if result.wave is None else result.wave.applied_energy
     begin, name, shock = 0.0, "energy of the striker", shock_of(result)
     if shock is not None:
         begin, name = min(shock.duration, times[-1]), "work of the shock"

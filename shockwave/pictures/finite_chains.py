@@ -12,8 +12,7 @@ from shockwave.pictures.colour_maps import reach_of
 from shockwave.pictures.figure_files import SMALL, picture
 from shockwave.pictures.picture_elements import BLUE, GREY, VERMILION, add_legend, finish, halo, label_axis
 from shockwave.pictures.waves import field_of_forces, recorded
-from shockwave.scene.layout import Layout
-from shockwave.simulation.contact_result import ChainResult
+from shockwave.simulation.simulation_result import Simulation
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,14 +22,14 @@ _MOST_BORDERS = 12
 
 
 @picture
-def peak_forces(ax: Axes, result: ChainResult) -> Axes:
+def peak_forces(ax: Axes, result: Simulation) -> Axes:
     """Draw the greatest force at the reported contacts along the chain, with the borders of materials.
 
     Parameters
     ----------
     ax : Axes
         Axes to draw on.
-    result : ChainResult
+    result : Simulation
         Result of a simulation; force in N. A static force is a dotted line, the force on a wall a square. Contacts that
         are far apart are not connected.
 
@@ -61,14 +60,14 @@ def peak_forces(ax: Axes, result: ChainResult) -> Axes:
 
 
 @picture
-def chain_map(ax: Axes, result: ChainResult) -> Axes:
+def chain_map(ax: Axes, result: Simulation) -> Axes:
     """Draw a space-time diagram: contact force over contacts and time, with the borders of materials.
 
     Parameters
     ----------
     ax : Axes
         Axes to draw on; a colour bar is added beside it.
-    result : ChainResult
+    result : Simulation
         Result with ``forces`` recorded at many contacts; time in s, force in N. Contacts without a force are grey.
 
     Raises
@@ -82,14 +81,14 @@ def chain_map(ax: Axes, result: ChainResult) -> Axes:
 
 
 @picture
-def wall_force(ax: Axes, result: ChainResult) -> Axes:
+def wall_force(ax: Axes, result: Simulation) -> Axes:
     """Draw the force on the wall against time and, on a second axis, its impulse.
 
     Parameters
     ----------
     ax : Axes
         Axes to draw on; an axis of the impulse is added at the right.
-    result : ChainResult
+    result : Simulation
         Result of a chain with a wall, with ``forces`` recorded; force in N, impulse in N s.
 
     Raises
@@ -121,11 +120,11 @@ def wall_force(ax: Axes, result: ChainResult) -> Axes:
     return ax
 
 
-def _borders(ax: Axes, result: ChainResult, vertical: bool) -> None:
+def _borders(ax: Axes, result: Simulation, vertical: bool) -> None:
     """Lines at the contacts between granules of different materials."""
     if result.chain.count is None:
         return
-    materials = Layout.of(result.chain, getattr(result, "excitation", None)).materials
+    materials = result.scene.layout.materials
     borders = [contact for contact, (one, other) in enumerate(pairwise(materials)) if one != other]
     if len(borders) > _MOST_BORDERS:
         return

@@ -14,12 +14,12 @@ from shockwave.pictures.figure_files import picture
 from shockwave.pictures.picture_elements import BLUE, FIELD, GREY, VERMILION, colour_scale, finish, halo, style
 from shockwave.scene.shock import Shock
 from shockwave.simulation.recording import Recording
-from shockwave.simulation.wave_result import SimulationResult
+from shockwave.simulation.simulation_result import Simulation
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from shockwave.simulation.contact_result import ChainResult
+    from shockwave.simulation.simulation_result import Simulation
 
 
 # Most lines of contact forces.
@@ -30,7 +30,7 @@ _MOST_CELLS = 480
 _HIGHEST = 3.0
 
 
-def recorded(result: SimulationResult | ChainResult, kind: str) -> Recording:
+def recorded(result: Simulation, kind: str) -> Recording:
     """Return the histories of a result.
 
     Raises
@@ -44,21 +44,20 @@ def recorded(result: SimulationResult | ChainResult, kind: str) -> Recording:
     return result.recording
 
 
-def shock_of(result: SimulationResult | ChainResult) -> Shock | None:
+def shock_of(result: Simulation) -> Shock | None:
     """Return the shock of a simulation; None if a striker hits the chain."""
-    given = result.shock if isinstance(result, SimulationResult) else result.excitation
-    return given if isinstance(given, Shock) else None
+    return result.scene.shock
 
 
 @picture
-def contact_forces(ax: Axes, result: SimulationResult | ChainResult, contacts: Iterable[int] | None = None) -> Axes:
+def contact_forces(ax: Axes, result: Simulation, contacts: Iterable[int] | None = None) -> Axes:
     """Draw the contact force against time, with a line for each contact, and the shock, if there is one, in grey.
 
     Parameters
     ----------
     ax : Axes
         Axes to draw on.
-    result : SimulationResult or ChainResult
+    result : Simulation
         Result with ``forces`` recorded; time in s, force in N.
     contacts : iterable of int, optional
         Recorded contacts to draw; default: all, or six at equal distances if there are more.
@@ -91,7 +90,7 @@ def contact_forces(ax: Axes, result: SimulationResult | ChainResult, contacts: I
 
 
 @picture
-def space_time(ax: Axes, result: SimulationResult) -> Axes:
+def space_time(ax: Axes, result: Simulation) -> Axes:
     """Draw a space-time diagram: contact force over contacts and time, with the fronts of the measured waves.
 
     A front is the straight line with the speed of the steady wave through the contact and the time of its measurement.
@@ -102,7 +101,7 @@ def space_time(ax: Axes, result: SimulationResult) -> Axes:
     ----------
     ax : Axes
         Axes to draw on; a colour bar is added beside it.
-    result : SimulationResult
+    result : Simulation
         Result with ``forces`` recorded at many contacts; time in s, force in N.
 
     Raises

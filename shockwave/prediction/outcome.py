@@ -25,8 +25,7 @@ from shockwave.scene.yielding import Yielding, yielding_of
 
 if TYPE_CHECKING:  # a result that is only printed does not need them
     from shockwave.scene.impact import Impact
-    from shockwave.simulation.contact_peaks import ContactPeak
-    from shockwave.simulation.contact_result import Transmitted
+    from shockwave.simulation.result_parts import ContactPeak, Transmitted
 
 _FAILS = (
     "The shock fails conditions (3), for which section 4 was derived: its error is not known here. Simulate to obtain"

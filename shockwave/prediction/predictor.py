@@ -238,10 +238,10 @@ class _Engine:
         self.results: list[Any] | None = None
         self._lock = Lock()
 
-    def add(self, scene: Scene) -> Simulation:
+    def add(self, scene: Scene) -> PendingSimulation:
         """Add a scene; see `shockwave.simulation.simulate.job_of` for the errors."""
         self.jobs.append(_measurement().job_of(self.options, scene))
-        return Simulation(self, len(self.jobs) - 1)
+        return PendingSimulation(self, len(self.jobs) - 1)
 
     def result(self, index: int) -> Any:
         """Result of a scene, or its error."""
@@ -252,7 +252,7 @@ class _Engine:
         return self.results[index]
 
 
-class Simulation:
+class PendingSimulation:
     """The result of one scene of an engine.
 
     When pickled, it takes only this scene and its result along: a copy that has no result yet runs alone.
@@ -282,7 +282,7 @@ class Simulation:
         return _restored, (self._engine.options, job.scene, result)
 
 
-def _restored(options: SimulateOptions, scene: Scene, result: Any) -> Simulation:
+def _restored(options: SimulateOptions, scene: Scene, result: Any) -> PendingSimulation:
     engine = _Engine([], options)
     simulation = engine.add(scene)
     engine.results = None if result is None else [result]

@@ -25,7 +25,7 @@ from shockwave.report.page_results import Findings, findings
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_hash import parameters, scene_hash
 from shockwave.scene.chain import Scales
-from shockwave.simulation.wave_text import greatest_text
+from shockwave.simulation.simulation_text import answer, balances, chosen, greatest_text, lead_text, span
 
 
 def page(scenario: Scenario) -> str:
@@ -57,11 +57,9 @@ def written(found: Findings) -> str:
         If matplotlib is not installed.
     """
     shown = drawn(found)
-    filters: tuple[Callable[..., object], ...] = (formula, greatest_text, percent, quantity, small)
+    simulated = (answer, balances, chosen, greatest_text, lead_text, span)
+    filters: tuple[Callable[..., object], ...] = (formula, percent, quantity, small, *simulated)
     if found.is_beyond:
-        from shockwave.simulation.contact_text import chain_answer, chain_balances, chain_lead, chosen, span
-
-        filters = (*filters, chain_answer, chain_balances, chain_lead, chosen, span)
         scene = found.scenario.scene.summary()
         about: dict[str, Any] = {"conditions": (), "scene": scene}
     else:

@@ -14,7 +14,7 @@ from shockwave.scenario.scenario import Scenario
 from shockwave.scene.plausibility import unusual_warnings
 from shockwave.simulation.measured_wave import Passage
 from shockwave.simulation.simulate import simulate_scene
-from shockwave.simulation.wave_result import SimulationResult
+from shockwave.simulation.simulation_result import Simulation
 from shockwave.simulation.wave_setup import immeasurable, scaled
 from shockwave.studies.comparison import Comparison
 
@@ -43,7 +43,7 @@ class Findings:
         The scenario.
     predicted : Outcome or None
         The prediction by section 4; None if it failed or does not cover the scene.
-    simulated : SimulationResult, ChainResult or None
+    simulated : Simulation, Simulation or None
         The simulation, with histories unless the shock is too long; None if it failed.
     comparison : Comparison or None
         The comparison; None if either failed, or for a chain beyond equal spheres.
@@ -61,7 +61,7 @@ class Findings:
 
     scenario: Scenario
     predicted: Outcome | None
-    simulated: SimulationResult | Any | None
+    simulated: Simulation | Any | None
     comparison: Comparison | None
     passages: tuple[Passage, ...]
     failures: tuple[str, ...]
@@ -132,7 +132,7 @@ def _attempt(failures: dict[str, int], failure: str, compute: Callable[..., _T],
         return None
 
 
-def _simulate(scenario: Scenario) -> SimulationResult | Any:
+def _simulate(scenario: Scenario) -> Simulation | Any:
     """Simulate as requested, with the histories that are drawn."""
     problem, scales = scaled(scenario.scene)
     if immeasurable(problem):
@@ -155,7 +155,7 @@ def _simulate_chain(scenario: Scenario) -> Any:
     """Simulate a chain beyond equal spheres, with the forces that are drawn."""
     plain = evolve(scenario.simulate, contacts=(), record=(), interval=None)
     result: Any = simulate_scene(scenario.scene, plain)
-    contacts = result.contact_count or len(result.velocities)
+    contacts = result.scene.contact_count or len(result.velocities)
     options = evolve(
         result.options,
         contacts=range(0, contacts, -(-contacts // _CONTACTS)),

@@ -102,6 +102,12 @@ class Scene:
 
         return covered(self.chain, self.excitation, method, packings)
 
+    @property
+    def contact_count(self) -> int | None:
+        """Number of contacts, including that with a wall, which is the last one; None for an endless chain."""
+        count = self.chain.count
+        return None if count is None else count - 1 + (self.shock is None) + (self.chain.end is not None)
+
     @cached_property
     def layout(self) -> Layout:
         """Granules and contacts of a finite chain, one by one.

@@ -18,19 +18,16 @@ from shockwave.base.text import rounded, si
 from shockwave.engine.backend import chosen
 from shockwave.engine.mixed_chain_problem import Motion
 from shockwave.engine.nystroem_integrators import Rkn86
-from shockwave.engine.time_limit import time_limit
 from shockwave.registry.registry import load
-from shockwave.scene.force_limit import LAST, LeavingForce
-from shockwave.scene.plausibility import unusual_warnings
+from shockwave.scene.force_limit import LAST, WALL, WAVE, LeavingForce
 from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.yielding import UNJUDGED, Yielding, beyond_elastic, first_yield_force, strength_of
-from shockwave.simulation.contact_peaks import ContactPeak, last_force
-from shockwave.simulation.contact_result import ChainResult, SegmentEnergy, Transmitted
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.convergence_runs import Runs, run, runs_of, tolerances_for
 from shockwave.simulation.recording import Recording, sample_times
-from shockwave.simulation.wave_result import Cost, SimulationResult
+from shockwave.simulation.result_parts import ContactForces, Cost, SegmentEnergy, Train, Transmitted, last_force
+from shockwave.simulation.simulation_result import Computation, Simulation
 from shockwave.simulation.wave_setup import scaled
 
 _Flags: TypeAlias = npt.NDArray[np.bool_]
@@ -63,10 +60,12 @@ NO_LIMIT = (
 )
 
 
-def simulate_chain(options: SimulateOptions, scene: Scene, case: ChainSetup | None = None) -> ChainResult:
+def simulate_chain(
+    options: SimulateOptions, scene: Scene, computation: Computation, case: ChainSetup | None = None
+) -> Simulation:
     """Simulate a finite or precompressed chain with an excitation, and estimate the errors of the forces.
 
-    ``case`` is its setup, if it is known.
+    ``computation`` computes the histories; ``case`` is the setup, if it is known.
 
     Raises
     ------
@@ -93,42 +92,45 @@ def simulate_chain(options: SimulateOptions, scene: Scene, case: ChainSetup | No
     loaded = bool(case.layout.static_forces.any())
     rebounding = None if loaded else _flying(-velocities, apart)
     spalls = None if loaded or case.has_wall else _flying(velocities[::-1], apart[::-1])
-    chain, notes = scene.chain, scene.notes + unusual_warnings(scene.excitation, scene.chain)
+    chain = scene.chain
     yielding = _yielding(case, motion)
     if error := beyond_elastic(chain, lambda: yielding):
         raise error
     endless, later = chain.count is None, _later_force(case, motion)
     reached = _reached(motion.v) if endless else count
-    return ChainResult(
+    name, arrived = WALL if case.has_wall else LAST, motion.arrival is not None
+    leaving = last_force(name, runs.peak(-1), arrived, later)
+    if endless:
+        leaving = LeavingForce(name=WAVE, remedy="simulate a finite chain")
+    recoil = None if rebounding is None else 0.0 - math.fsum(masses[: len(rebounding)] * rebounding)
+    return Simulation(
         scene=scene,
         options=case.options,
         integrator=motion.integrator,
         backend="numpy" if case.compiled is None else "compiled",
-        contact_count=None if endless else len(motion.forces),
-        contacts=runs.reported,
-        greatest_force=runs.greatest,
-        last_contact=None if endless else runs.peak(-1),
+        wave=None,
+        forces=ContactForces(contacts=runs.reported, greatest=runs.greatest, leaving=leaving),
         transmitted=on_wall,
         end=motion.end * scales.time,
-        later_force=0.0 if endless else later,
         arrival_time=None if endless or motion.arrival is None else motion.arrival * scales.time,
         velocities=tuple(velocities[:reached].tolist()),
-        recoil_velocities=None if rebounding is None else tuple((-rebounding).tolist()),
-        recoil_momentum=None if rebounding is None else 0.0 - math.fsum(masses[: len(rebounding)] * rebounding),
-        spall_velocities=None if spalls is None else tuple(spalls.tolist()),
+        measured=Train(
+            recoil_momentum=recoil,
+            recoil_velocities=None if rebounding is None else tuple((-rebounding).tolist()),
+            spall_velocities=None if spalls is None else tuple(spalls.tolist()),
+        ),
         restitution=_restitution(case, motion, velocities, apart),
         applied_momentum=momentum * scales.momentum,
         applied_energy=energy * scales.energy,
         dissipated_energy=motion.dissipated * scales.energy,
         segments=tuple(_segments(case, motion, reached)),
         end_energy=(float(motion.kinetic[-1]) + motion.end_energy) * scales.energy if movable else None,
-        yielding=yielding,
+        first_yield=yielding,
         momentum_defect=abs(carried + impulse - momentum) / momentum,
         energy_defect=abs(motion.energy_balance) / energy,
         characteristic_time=scales.time,
-        cost=Cost(steps=runs.steps, force_evaluations=runs.evaluations, seconds=time.perf_counter() - begin),
-        warnings=(
-            *notes,
+        run_cost=Cost(steps=runs.steps, force_evaluations=runs.evaluations, seconds=time.perf_counter() - begin),
+        run_warnings=(
             *_fixed(case),
             *_missed(runs),
             *_unphysical(case, motion),
@@ -137,16 +139,14 @@ def simulate_chain(options: SimulateOptions, scene: Scene, case: ChainSetup | No
             *_unjudged(case, yielding),
             *[NO_LIMIT] * endless,
         ),
-        on_demand=_record,
+        computation=computation,
     )
 
 
-def contact_peaks(
-    result: SimulationResult,
-) -> tuple[tuple[ContactPeak, ...], ContactPeak, LeavingForce, tuple[str, ...]]:
+def forces_of(result: Simulation) -> ContactForces:
     """Greatest forces at the reported contacts of a finite chain of equal granules, at all contacts, and at the last.
 
-    The last element is a warning if the integrator of the waves cannot step this chain.
+    There is a warning if the integrator of the waves cannot step this chain.
 
     Raises
     ------
@@ -170,7 +170,7 @@ def contact_peaks(
             raise NumericalError(f"{took} (set until or a timeout to integrate all the same)")
     runs = runs_of(ChainSetup.of(options, result.scene))
     leaving = last_force(LAST, runs.peak(-1), runs.motion.arrival is not None, _later_force(runs.case, runs.motion))
-    return runs.reported, runs.greatest, leaving, tuple(warnings)
+    return ContactForces(contacts=runs.reported, greatest=runs.greatest, leaving=leaving, warnings=tuple(warnings))
 
 
 # ---------------------------------------------------------------- parts of the result
@@ -359,7 +359,7 @@ def _yielding(case: ChainSetup, motion: Motion) -> Yielding | None:
 # ---------------------------------------------------------------- histories
 
 
-def _record(_part: str, result: ChainResult) -> Recording:
+def record_chain(result: Simulation) -> Recording:
     """Histories that the options of ``result`` request, by another integration of the chain.
 
     Raises
@@ -367,12 +367,11 @@ def _record(_part: str, result: ChainResult) -> Recording:
     InvalidValueError
         If the histories have too many values.
     """
-    options = result.options
+    options, end = result.options, cast(float, result.end)
     case = ChainSetup.of(options, result.scene)
     scales, count = case.scales, case.granules
-    times = sample_times(options, scales, result.end / scales.time, count)
-    with time_limit(None if options.timeout is None else options.timeout - result.cost.seconds):
-        motion = run(case, tolerances_for(case.rtol)[0], result.end / scales.time, times)
+    times = sample_times(options, scales, end / scales.time, count)
+    motion = run(case, tolerances_for(case.rtol)[0], end / scales.time, times)
     if result.chain.count is None:
         count = _reached(motion.v)
     recorded: dict[str, FloatArray] = {}

@@ -10,8 +10,8 @@ import numpy.typing as npt
 from shockwave.base.errors import NumericalError
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.mixed_chain_problem import Motion, integrate
-from shockwave.simulation.contact_peaks import ContactPeak
 from shockwave.simulation.contact_setup import ChainSetup
+from shockwave.simulation.result_parts import ContactPeak
 
 # Tolerances of a step of two runs whose difference gives the error of the first, over the requested relative error, the
 # least tolerances, and the factor of the difference: the error is below the estimate in 97 % of random chains.

@@ -9,7 +9,7 @@ import numpy as np
 from shockwave.engine.scaled_problem import ChainProblem, Primary, Status
 from shockwave.engine.time_limit import expired
 from shockwave.engine.wave_search import find_primaries, find_short
-from shockwave.simulation.wave_result import Train
+from shockwave.simulation.result_parts import Train
 from shockwave.simulation.wave_setup import Setup
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ from shockwave.scene.solitary_wave import wave_law
 from shockwave.simulation.integration_stretches import Course
 from shockwave.simulation.measured_wave import Passage
 from shockwave.simulation.recording import AFTER, Recording, checked_contact, reported_contacts, sample_times
-from shockwave.simulation.wave_result import SimulationResult
+from shockwave.simulation.simulation_result import Simulation
 from shockwave.simulation.wave_setup import Setup, scaled, setup_of
 
 # Slowest decrease, from contact to contact, of the deviation of a peak from its limit.
@@ -38,10 +38,10 @@ _ROUNDING = 2e-13
 # ---------------------------------------------------------------- passages of the leading wave
 
 
-def passages_at(result: SimulationResult, contacts: Iterable[int]) -> list[Passage | NumericalError]:
-    """Compute `SimulationResult.passage` at several contacts; the error where there is none."""
+def passages_at(result: Simulation, contacts: Iterable[int]) -> list[Passage | NumericalError]:
+    """Compute `Simulation.passage` at several contacts; the error where there is none."""
     numbers = [checked_contact(result.chain, contact) for contact in contacts]
-    found, granules, setup = result.found, result.chain.count, setup_of(result.options)
+    found, granules, setup = result.wave.scaled, result.chain.count, setup_of(result.options)
     # contacts that the free end does not affect before the front arrives
     last = math.inf if granules is None else -1 if result.measured is not None else granules - 2 - _REACH
     wave = wave_law(result.chain.exponent)
@@ -62,7 +62,7 @@ def passages_at(result: SimulationResult, contacts: Iterable[int]) -> list[Passa
         _integrate(result, passages, missed)
     reason = "the time limit was reached" if expired() else "the force still rises there (request a later contact)"
     return [
-        passages[each].in_si(result.scales)
+        passages[each].in_si(result.wave.scales)
         if each in passages
         else NumericalError(f"the leading wave has no peak at contact {each}: {reason}")
         for each in numbers
@@ -70,7 +70,7 @@ def passages_at(result: SimulationResult, contacts: Iterable[int]) -> list[Passa
 
 
 def _integrate(
-    result: SimulationResult, passages: dict[int, Passage], contacts: list[int], search: type[Nystroem] | None = None
+    result: Simulation, passages: dict[int, Passage], contacts: list[int], search: type[Nystroem] | None = None
 ) -> None:
     """Add passages from integrations of the chain up to the last contact, with smaller and smaller tolerances.
 
@@ -124,7 +124,7 @@ def _peaks(
 # ---------------------------------------------------------------- histories
 
 
-def record(result: SimulationResult) -> Recording:
+def record(result: Simulation) -> Recording:
     """Compute the histories that ``result.options`` request, by another integration of the chain.
 
     Raises
@@ -132,7 +132,7 @@ def record(result: SimulationResult) -> Recording:
     InvalidValueError
         If the histories have too many values.
     """
-    options, scales = result.options, result.scales
+    options, scales = result.options, result.wave.scales
     until = _end(result) / scales.time
     times = sample_times(options, scales, until, result.primary.contact + until)
     spans = march(scaled(result.scene)[0], setup_of(options).integrator())
@@ -153,13 +153,13 @@ def record(result: SimulationResult) -> Recording:
     return Recording(times=np.asarray(times * scales.time), contacts=contacts, **kept)
 
 
-def _end(result: SimulationResult) -> float:
+def _end(result: Simulation) -> float:
     """End of the histories [s]."""
     options = result.options
     if options.until is not None:
         return options.until
     last = result.passage(max(options.contacts)) if options.contacts else result.primary
-    return last.arrival_time + AFTER * result.scales.time
+    return last.arrival_time + AFTER * result.characteristic_time
 
 
 def _states(spans: Iterator[Span], times: list[float]) -> tuple[FloatArray, FloatArray]:

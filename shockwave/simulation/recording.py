@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from attrs import asdict, frozen, has
 
-from shockwave.base.errors import InvalidValueError, NumericalError
+from shockwave.base.errors import InvalidValueError
 from shockwave.base.numerics import FloatArray
-from shockwave.base.result import Result, cached_property
+from shockwave.base.result import Result
 from shockwave.scene.chain import Chain, Scales
-from shockwave.scene.force_limit import LeavingForce, Limit, Verdict, verdict
-from shockwave.scene.scene import Scene
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
 
-if TYPE_CHECKING:  # a result that is only printed does not need them
+if TYPE_CHECKING:  # a result that is only printed does not need it
     from shockwave.base.result_tables import Table
-    from shockwave.scene.impact import Impact
 
 #: Largest number of contacts that are reported unless they are requested.
 MOST_REPORTED = 1000
@@ -99,72 +95,6 @@ class Recording(Result):
         """Attributes by name, with arrays as lists of SI floats."""
         document: dict[str, Any] = plain(self)
         return document
-
-
-class Recorded(Result):
-    """Base of the results of simulations: scene, tolerance, and the histories.
-
-    Attributes
-    ----------
-    scene : Scene
-        Shock or impact, and chain.
-    options : SimulateOptions
-        Settings.
-    on_demand : callable
-        Function that computes a part of the result from its name and the result.
-    """
-
-    scene: Scene
-    options: SimulateOptions
-    on_demand: Callable[..., Any]
-
-    @property
-    def scenario(self) -> str | None:
-        """Name of the scenario, if there is one."""
-        return self.scene.name
-
-    @property
-    def excitation(self) -> Shock | Impact:
-        """The shock or the striker."""
-        return self.scene.excitation
-
-    @property
-    def chain(self) -> Chain:
-        """The chain; equal granules are given by their number."""
-        return self.scene.line
-
-    @property
-    def limit(self) -> Limit | None:
-        """Limit on the transmitted force."""
-        return self.scene.limit
-
-    @property
-    def leaving(self) -> LeavingForce:
-        """The transmitted force, on the wall, at the last contact, or of the wave in an endless chain."""
-        raise NotImplementedError
-
-    @property
-    def verdict(self) -> Verdict | None:
-        """Verdict on the limit; None without a limit."""
-        return None if self.limit is None else verdict(self.limit, self.leaving)
-
-    @property
-    def rtol(self) -> float | None:
-        """Requested relative error; None for a fixed-step method."""
-        return self.options.rtol
-
-    @property
-    def recording(self) -> Recording | None:
-        """Requested histories, integrated at the first access; None if they could not be computed."""
-        return self._recording[0]
-
-    @cached_property
-    def _recording(self) -> tuple[Recording | None, tuple[str, ...]]:
-        """Histories, and a warning if they could not be computed."""
-        try:
-            return (self.on_demand("recording", self) if self.options.record else None), ()
-        except NumericalError as error:
-            return None, (f"No histories: {error}.",)
 
 
 def check_requests(options: SimulateOptions, shock: Shock, chain: Chain, scales: Scales) -> None:

@@ -10,6 +10,8 @@ from functools import partial
 from threading import Event
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
+from attrs import frozen
+
 from shockwave.base.errors import NumericalError, ShockwaveError, detached
 from shockwave.base.progress import progressed
 from shockwave.engine.scaled_problem import ChainProblem, prepare
@@ -22,8 +24,10 @@ from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions, options_of
 from shockwave.scene.yielding import beyond_elastic
 from shockwave.simulation.leading_wave import LONGEST_MEASURED, Answer, search
-from shockwave.simulation.recording import check_requests
-from shockwave.simulation.wave_result import SimulationResult
+from shockwave.simulation.measured_wave import Passage
+from shockwave.simulation.recording import Recording, check_requests
+from shockwave.simulation.result_parts import ContactForces, Cost, LeadingWave, Train
+from shockwave.simulation.simulation_result import Simulation
 from shockwave.simulation.wave_setup import Setup, immeasurable, scaled, setup_of
 
 if TYPE_CHECKING:
@@ -40,23 +44,21 @@ _SHARE_ALONE = 512
 _FEWEST = 16
 # Largest relative error estimate that is meaningful.
 _UNSETTLED = 0.1
-# A `ChainResult` for a chain beyond equal spheres; typed so that other callers need not distinguish the two.
-_Result: TypeAlias = SimulationResult | Any
-_Outcome: TypeAlias = _Result | ShockwaveError
+_Outcome: TypeAlias = Simulation | ShockwaveError
 
 
-def simulate(shock: Shock | Impact, chain: Chain, rtol: float | None = None, **options: Any) -> _Result:
+def simulate(shock: Shock | Impact, chain: Chain, rtol: float | None = None, **options: Any) -> Simulation:
     """Simulate a shock or a striker on a chain with ``rtol`` and other `SimulateOptions`; see `simulate_scene`."""
     return simulate_scene(Scene(excitation=shock, chain=chain), SimulateOptions(rtol=rtol, **options))
 
 
-def simulate_scene(scene: Scene, options: SimulateOptions) -> _Result:
+def simulate_scene(scene: Scene, options: SimulateOptions) -> Simulation:
     """Simulate a scene.
 
     Returns
     -------
-    SimulationResult or ChainResult
-        Result in SI units; a `ChainResult` for a chain with features beyond equal spheres and free ends.
+    Simulation
+        Result in SI units.
 
     Raises
     ------
@@ -100,7 +102,7 @@ def simulate_many(
 
     Returns
     -------
-    list of SimulationResult, ChainResult or ShockwaveError
+    list of Simulation or ShockwaveError
         Results in the order of the shocks; the error for a shock whose simulation failed.
 
     Raises
@@ -258,24 +260,31 @@ def _run(
     return results
 
 
-def _result(job: Job, setup: Setup, answer: Answer | None, begin: float, limit: float | None) -> _Result:
+def _result(job: Job, setup: Setup, answer: Answer | None, begin: float, limit: float | None) -> Simulation:
     """Result of a job that began at this time, from the ``answer`` of the search, if it has found one."""
     if job.refusal is not None:
         raise job.refusal
+    computation = Computation(limit)
     if job.problem is None or job.scales is None:
         from shockwave.simulation.contact_forces import simulate_chain  # equal granules do not need it
 
-        return simulate_chain(setup.given, job.scene, job.case)
+        return simulate_chain(setup.given, job.scene, computation, job.case)
     answer = answer or _measured(job.problem, job.scales, setup)
-    result = SimulationResult(
+    wave, scales = answer.primary, job.scales
+    spent = time.perf_counter() - begin
+    result = Simulation(
         scene=job.scene,
         options=setup.options,
-        scales=job.scales,
-        found=answer.primary,
-        error_estimate=answer.error_estimate,
-        search_warnings=answer.warnings + _missed(setup.options, answer),
-        seconds=time.perf_counter() - begin,
-        on_demand=partial(_on_demand, limit),
+        integrator=str(setup.options.integrator),
+        backend=setup.options.backend,
+        wave=LeadingWave(scaled=wave, scales=scales, error_estimate=answer.error_estimate),
+        applied_momentum=wave.impulse * scales.momentum,
+        momentum_defect=wave.momentum_defect,
+        energy_defect=wave.energy_defect,
+        characteristic_time=scales.time,
+        run_cost=Cost(steps=int(wave.steps), force_evaluations=int(wave.evaluations), seconds=spent),
+        run_warnings=answer.warnings + _missed(setup.options, answer),
+        computation=computation,
         measured=answer.train,
     )
     if error := beyond_elastic(job.scene.chain, partial(getattr, result, "yielding")):
@@ -317,15 +326,45 @@ def _measured(problem: ChainProblem, scales: Scales, setup: Setup) -> Answer:
     return Answer(*measure_primary(problem, scales, setup))
 
 
-def _on_demand(limit: float | None, part: str, result: SimulationResult, *arguments: Any) -> Any:
-    """Compute a part of a result that is rarely needed within the limit of its scene [s], by modules imported then."""
-    from shockwave.simulation.parts_on_demand import passages_at, record
-    from shockwave.simulation.wave_train import train_of
+@frozen
+class Computation:
+    """Computes the parts of results that are rarely needed, by modules that are imported then; see `Simulation`.
 
-    functions: dict[str, Callable[..., Any]] = {"train": train_of, "passages": passages_at, "recording": record}
-    if part == "contacts":
-        from shockwave.simulation.contact_forces import contact_peaks
+    ``limit`` is the time limit of the whole scene [s].
+    """
 
-        functions[part] = contact_peaks
-    with time_limit(None if limit is None else limit - result.seconds):
-        return functions[part](result, *arguments)
+    limit: float | None
+
+    def train(self, result: Simulation) -> Train:
+        """All waves and the rebounding granules."""
+        from shockwave.simulation.wave_train import train_of
+
+        with self._allowed(result):
+            return train_of(result)
+
+    def passages(self, result: Simulation, contacts: Sequence[int]) -> list[Passage | NumericalError]:
+        """The leading wave at these contacts; the error where it has no peak."""
+        from shockwave.simulation.parts_on_demand import passages_at
+
+        with self._allowed(result):
+            return passages_at(result, contacts)
+
+    def forces(self, result: Simulation) -> ContactForces:
+        """Greatest forces at the contacts of a finite chain of equal granules."""
+        from shockwave.simulation.contact_forces import forces_of
+
+        with self._allowed(result):
+            return forces_of(result)
+
+    def recording(self, result: Simulation) -> Recording:
+        """Histories that the options request."""
+        if result.wave is None:
+            from shockwave.simulation.contact_forces import record_chain as record
+        else:
+            from shockwave.simulation.parts_on_demand import record
+
+        with self._allowed(result):
+            return record(result)
+
+    def _allowed(self, result: Simulation) -> AbstractContextManager[None]:
+        return time_limit(None if self.limit is None else self.limit - result.run_cost.seconds)

@@ -12,12 +12,12 @@ from shockwave.base.text import si
 from shockwave.engine.integrator import LONGEST_STEP
 from shockwave.engine.scaled_problem import ChainProblem, Primary, Status
 from shockwave.scene.chain import Scales
-from shockwave.simulation.contact_peaks import ContactPeak
 from shockwave.simulation.integration_stretches import Course
 from shockwave.simulation.measured_wave import MeasuredWave
 from shockwave.simulation.peak_log import Peak, PeakLog
 from shockwave.simulation.rebounding_granules import EJECTED, rebounding
-from shockwave.simulation.wave_result import Cost, SimulationResult, Train
+from shockwave.simulation.result_parts import ContactPeak, Cost, Train
+from shockwave.simulation.simulation_result import Simulation
 from shockwave.simulation.wave_setup import Setup, immeasurable, scaled, setup_of
 from shockwave.simulation.wave_train_run import ChainRun
 
@@ -42,14 +42,14 @@ _MOST_CONTACTS = 1000
 _MOST_RATE = 10
 
 
-def train_of(result: SimulationResult) -> Train:
+def train_of(result: Simulation) -> Train:
     """Integrate and measure the train of a result whose leading wave is known."""
     problem, scales = scaled(result.scene)
     if result.options.timeout is None and (reason := immeasurable(problem)):
         return _primary_alone(result, f"The train is not integrated, because {reason}.")
     try:
         # the search for the leading wave is more accurate than the runs for all waves
-        train, _ = _train(problem, scales, setup_of(result.options), _LATER_DOUBT, result.found)
+        train, _ = _train(problem, scales, setup_of(result.options), _LATER_DOUBT, result.wave.scaled)
     except NumericalError as error:
         return _primary_alone(result, f"The train could not be measured: {error}.")
     strongest, *others = train.waves
@@ -64,7 +64,7 @@ def train_of(result: SimulationResult) -> Train:
     return evolve(train, waves=(primary, *others))
 
 
-def _primary_alone(result: SimulationResult, reason: str) -> Train:
+def _primary_alone(result: Simulation, reason: str) -> Train:
     """Train with only the leading wave, where the others are not known."""
     return Train(
         waves=(result.primary,),

@@ -70,7 +70,7 @@ class Comparison(Result):
     ----------
     predicted : Outcome or None
         The prediction by section 4 alone; None where it does not cover the scene.
-    simulated : SimulationResult or ChainResult
+    simulated : Simulation
         The simulation.
     equal_tolerance : float
         Relative difference up to which peak forces are called equal.

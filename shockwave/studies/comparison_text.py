@@ -10,8 +10,7 @@ from shockwave.prediction.outcome_text import SHOWN_ERROR, decision_lines, expon
 from shockwave.prediction.section4_outcome import EjectionOutcome, Section4Outcome
 from shockwave.scenario.scenario import Published
 from shockwave.scene.force_limit import verdict_facts
-from shockwave.simulation.contact_text import chain_head, chain_lines
-from shockwave.simulation.wave_text import lead_text, result_details, result_head, result_lines, wave_tables
+from shockwave.simulation import simulation_text
 from shockwave.studies.comparison import Comparison
 
 # Waves of a train whose momenta are listed in the short text.
@@ -32,19 +31,26 @@ def comparison_text(both: Comparison) -> str:
     if detail() >= Detail.EXPLAIN:
         lines += ["", *decision_lines(paper)]
     if detail() is Detail.VERBOSE:
-        lines += ["", "  waves by section 4", wave_table(paper), "", "  simulated", wave_tables(both.simulated), ""]
-        lines += [*facts([*result_details(both.simulated), *both.simulated.scene.summary().facts()])]
+        lines += [
+            "",
+            "  waves by section 4",
+            wave_table(paper),
+            "",
+            "  simulated",
+            simulation_text.wave_tables(both.simulated),
+            "",
+        ]
+        lines += [*facts([*simulation_text.details(both.simulated), *both.simulated.scene.summary().facts()])]
         lines += notes(both.simulated.scene.notes)
-    answer = [strong(f"{name}simulated {lead_text(both.simulated)}"), *facts(verdict_facts(both))]
+    answer = [strong(f"{name}simulated {simulation_text.lead_text(both.simulated)}"), *facts(verdict_facts(both))]
     return brief(answer, both.warnings, lines)
 
 
 def _simulated(both: Comparison) -> str:
     """The simulation alone, with the features that section 4 does not cover."""
     result: Any = both.simulated
-    head, lines = (chain_head, chain_lines) if result.peak_force is None else (result_head, result_lines)
     features = paragraph("  section 4 does not apply: ", features_text(both.faults), 4)
-    return brief(head(result), both.warnings, [*features, *lines(result)])
+    return brief(simulation_text.head(result), both.warnings, [*features, *simulation_text.lines(result)])
 
 
 def _errors(both: Comparison, paper: Section4Outcome) -> Iterator[tuple[str, str, str, str]]:

@@ -14,11 +14,11 @@ from shockwave.prediction.section4_outcome import Section4Outcome
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.sweep_block import Run
 from shockwave.scene.force_limit import Verdict
-from shockwave.simulation.wave_result import SimulationResult
+from shockwave.simulation.simulation_result import Simulation
 from shockwave.sweep.definition import NOTES, Column
 
 if TYPE_CHECKING:
-    from shockwave.simulation.contact_result import ChainResult
+    from shockwave.simulation.simulation_result import Simulation
 
 
 class Answer(NamedTuple):
@@ -30,7 +30,7 @@ class Answer(NamedTuple):
     rise_time: float | None = None
     duration: float | None = None
     predicted: Outcome | None = None
-    simulated: SimulationResult | ChainResult | None = None
+    simulated: Simulation | None = None
 
     @property
     def section4(self) -> Section4Outcome | None:
@@ -170,7 +170,7 @@ _LAST = (
 
 def _forces_error(answer: Answer) -> float | None:
     """Error estimate of the contact forces; that of equal granules is of the leading wave."""
-    equal = isinstance(answer.simulated, SimulationResult)
+    equal = isinstance(answer.simulated, Simulation)
     error: float | None = _at(f"simulated.{'greatest_force.' if equal else ''}error_estimate")(answer)
     return error
 

@@ -30,16 +30,16 @@ from shockwave.scenario.variations import Family
 from shockwave.scene.chain import Scales
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.simulate import simulate_scenes
-from shockwave.simulation.wave_result import SimulationResult
+from shockwave.simulation.simulation_result import Simulation
 from shockwave.sweep.columns import VERDICT, Answer, chain_reads, reads, row
 from shockwave.sweep.definition import SweepDefinition
 from shockwave.sweep.journal import line_of
 
 if TYPE_CHECKING:
-    from shockwave.simulation.contact_result import ChainResult
+    from shockwave.simulation.simulation_result import Simulation
 
 _T = TypeVar("_T")
-_Found = Union["SimulationResult", "ChainResult", BaseException]
+_Found = Union["Simulation", "Simulation", BaseException]
 _Results = dict[int, _Found]
 _Scenes = Mapping[int, Scenario]
 _Predicted = Outcome | Exception | None
@@ -206,7 +206,7 @@ def _refused(scenario: Scenario, sweep: Sweep) -> list[Fault]:
     return []
 
 
-def _answer(scene: Scenario, predicted: Outcome | None, simulated: SimulationResult | ChainResult | None) -> Answer:
+def _answer(scene: Scenario, predicted: Outcome | None, simulated: Simulation | None) -> Answer:
     if simulated is None and predicted is not None:
         simulated = predicted.simulated
     if _has_features(scene, scene.chain.granules is not None):

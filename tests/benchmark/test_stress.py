@@ -78,8 +78,10 @@ def test_unsound_result_is_a_fault(
     changes: dict[str, float], rtol: float, fault: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     result = sw.simulate(power(0.5), CHAIN, waves="primary", rtol=rtol)
-    changed = {name: getattr(result.found, name) * factor for name, factor in changes.items()}
-    broken = attrs.evolve(result, found=result.found._replace(**changed))
+    changed = {name: getattr(result.wave.scaled, name) * factor for name, factor in changes.items()}
+    scaled = result.wave.scaled._replace(**changed)
+    wave = attrs.evolve(result.wave, scaled=scaled)
+    broken = attrs.evolve(result, wave=wave, momentum_defect=scaled.momentum_defect)
     monkeypatch.setattr(extreme_cases, "simulate", lambda *_, **__: broken)
     (found,) = checked(case("number", reference=result.amplification), "numpy").faults
     assert found.startswith(fault)
@@ -147,7 +149,7 @@ def test_both_backends_are_run_where_the_result_depends_on_them() -> None:
 each_backend = pytest.mark.parametrize("backend", ["numpy", *([] if compiled is None else ["compiled"])])
 
 
-def primary(shock: sw.Shock, **options: Any) -> sw.SimulationResult:
+def primary(shock: sw.Shock, **options: Any) -> sw.Simulation:
     return sw.simulate(shock, CHAIN, waves="primary", **options)
 
 
@@ -190,7 +192,7 @@ def test_noise_does_not_increase_the_energy_defect(count: int, backend: str) -> 
 @each_backend
 def test_finer_samples_of_a_smooth_pulse_take_no_more_steps(backend: str) -> None:
     coarse, fine = (primary(sampled(count)[0], backend=backend) for count in (10_001, 100_001))
-    assert fine.found.steps < 1.5 * coarse.found.steps
+    assert fine.cost.steps < 1.5 * coarse.cost.steps
     # the two pulses differ by 1e-8, a hundredth of the permitted error of a step
     assert fine.peak_force == pytest.approx(coarse.peak_force, rel=1e-7)
 

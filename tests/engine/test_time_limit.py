@@ -55,7 +55,7 @@ def test_a_time_limit_is_that_of_each_of_many(monkeypatch: pytest.MonkeyPatch) -
     assert sw.simulate_many(shocks, CHAIN, timeout=0.5) == [
         attrs.evolve(result, options=attrs.evolve(result.options, timeout=0.5))
         for result in expected
-        if isinstance(result, sw.SimulationResult)
+        if isinstance(result, sw.Simulation)
     ]
 
 

@@ -23,7 +23,7 @@ from shockwave.report.number_text import formula, percent, quantity
 from shockwave.report.page_pictures import drawings
 from shockwave.scenario.scene_hash import normalised, scene_hash
 from shockwave.scene.simulate_options import SimulateOptions
-from shockwave.simulation.wave_result import Train
+from shockwave.simulation.result_parts import Train
 from support.scenes import CHAIN, power, triangle
 from support.selection import keeping
 

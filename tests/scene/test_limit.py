@@ -152,12 +152,12 @@ def test_a_later_collision_that_may_reach_the_limit_leaves_the_verdict_open() ->
     early, late = (sw.simulate(*scene, until=until) for until in (None, 20e-3))
     first, last = early.transmitted.peak_force, late.transmitted.peak_force
     limit = sw.Limit(force=100.0)
-    assert first < limit.force < last < early.later_force
+    assert first < limit.force < last < early.leaving.later
     assert any("A later collision may exert a greater force on the wall" in each for each in early.warnings)
     found = limit.verdict(early)
-    assert (found.decision, found.high, found.remedy) == ("undecided", early.later_force, "simulate to a later end")
+    assert (found.decision, found.high, found.remedy) == ("undecided", early.leaving.later, "simulate to a later end")
     assert limit.verdict(late).decision == "above"
-    assert sw.Limit(force=2 * early.later_force).verdict(early).decision == "below"
+    assert sw.Limit(force=2 * early.leaving.later).verdict(early).decision == "below"
     assert sw.Limit(force=0.9 * first).verdict(early).decision == "above"
     uncertain = sw.uncertainty(*scene, spreads={"impact.velocity": "3 %"}, draws=256, limit=limit)
     assert uncertain.exceedance.undecided == uncertain.exceedance.draws == 256
@@ -181,12 +181,12 @@ def test_a_static_load_leaves_the_verdict_open_where_a_later_force_may_exceed_th
     chain = sw.Chain(material="stainless-steel-302", diameter=20e-3, granules=3, **load)
     impact = sw.Impact(velocity=0.3, diameter=100e-3)
     early, late = (sw.simulate(impact, chain, until=until) for until in (None, 30e-3))
-    assert early.transmitted.peak_force < late.transmitted.peak_force <= early.later_force
-    assert (early.later_force < math.inf) == bounded
+    assert early.transmitted.peak_force < late.transmitted.peak_force <= early.leaving.later
+    assert (early.leaving.later < math.inf) == bounded
     between = sw.Limit(force=(early.transmitted.peak_force + late.transmitted.peak_force) / 2)
     assert between.verdict(early).decision == "undecided"
     if bounded:  # the bound is not needlessly large
-        assert early.later_force < 5 * late.transmitted.peak_force
+        assert early.leaving.later < 5 * late.transmitted.peak_force
 
 
 @pytest.mark.parametrize(

@@ -23,8 +23,8 @@ from shockwave.scene.contact_law import PowerContact
 from shockwave.scene.damping import Dashpot, KuwabaraKono, Tsuji
 from shockwave.scene.impact import Impact
 from shockwave.scene.segments import Segment
-from shockwave.simulation.contact_result import ChainResult
 from shockwave.simulation.recording import Recording
+from shockwave.simulation.simulation_result import Simulation
 from support.chain_reference import Reference
 from support.scenes import CHAIN, power, triangle
 
@@ -72,7 +72,7 @@ def test_a_reference_result_is_met_within_the_tolerance(name: str, rtol: float, 
         error = abs(own["peak_force"] - peak["peak_force"]) / dynamic
         assert error < max(rtol, case["trust"])
         assert error < own["error_estimate"] + case["trust"] * peak["peak_force"] / dynamic
-        scale = getattr(result, "characteristic_time", None) or result.scales.time
+        scale = result.characteristic_time
         assert abs(own["time"] - peak["time"]) < 10 * rtol * scale + TIME_TRUST
     if "transmitted" not in case:
         assert document["transmitted"] is None
@@ -113,10 +113,8 @@ SHOCK = triangle(1.0)
 
 
 @cache
-def walled(**options: Any) -> ChainResult:
-    result = sw.simulate(SHOCK, WALLED, **options)
-    assert isinstance(result, ChainResult)
-    return result
+def walled(**options: Any) -> Simulation:
+    return sw.simulate(SHOCK, WALLED, **options)
 
 
 def test_the_impulse_on_the_wall_of_a_long_chain_has_an_estimate_of_its_own() -> None:
@@ -162,7 +160,7 @@ def test_a_granule_that_follows_the_striker_makes_its_restitution_provisional() 
     early, late = (sw.simulate(Impact(velocity=0.5), chain, until=until) for until in (1e-4, 3e-4))
     assert any("its restitution is provisional" in warning for warning in early.warnings)
     assert late.restitution > 2 * early.restitution
-    assert late.warnings == ()
+    assert not any("provisional" in warning for warning in late.warnings)
 
 
 def test_a_striker_that_goes_on_has_no_restitution() -> None:
@@ -318,7 +316,6 @@ def test_the_time_limit_ends_a_simulation(timeout: float, backend: Any) -> None:
 def test_contacts_of_equal_granules_with_free_ends() -> None:
     shock = power(0.5)
     result = sw.simulate(shock, attrs.evolve(CHAIN, granules=9))
-    assert isinstance(result, sw.SimulationResult)
     assert [peak.contact for peak in result.contacts] == list(range(8))
     top = max(result.contacts, key=lambda peak: peak.peak_force)
     assert result.greatest_force is not None
@@ -458,7 +455,7 @@ def test_first_yield_is_that_of_the_softest_contact() -> None:
 
 
 @cache
-def recorded() -> tuple[ChainResult, Recording]:
+def recorded() -> tuple[Simulation, Recording]:
     chain = attrs.evolve(WALLED, precompression=1.0)
     result = sw.simulate(
         SHOCK, chain, rtol=1e-8, contacts=[0, 3], record=["forces", "field", "energies"], interval=2e-7, until=2e-4
@@ -557,7 +554,7 @@ def test_the_energy_of_the_spring_behind_a_wall_may_exert_a_later_force() -> Non
     assert early.transmitted is not None
     assert late.transmitted is not None
     assert late.transmitted.time > 1e-3
-    assert early.transmitted.peak_force < late.transmitted.peak_force < early.later_force
+    assert early.transmitted.peak_force < late.transmitted.peak_force < early.leaving.later
 
 
 def test_the_dashpot_of_a_contact_may_exert_a_later_force() -> None:
@@ -568,4 +565,4 @@ def test_the_dashpot_of_a_contact_may_exert_a_later_force() -> None:
     assert early.transmitted is not None
     assert late.transmitted is not None
     assert early.transmitted.peak_force == 0
-    assert damping.coefficient * early.velocities[-1] < 1.01 * late.transmitted.peak_force < early.later_force
+    assert damping.coefficient * early.velocities[-1] < 1.01 * late.transmitted.peak_force < early.leaving.later

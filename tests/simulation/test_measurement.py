@@ -123,7 +123,7 @@ def test_distance_from_the_limit_covers_the_approach(forces: np.ndarray, distanc
     assert distance <= distance_from_limit(peak, log) <= most * distance
 
 
-def record(times: list[float], forces: list[float]) -> sw.SimulationResult:
+def record(times: list[float], forces: list[float]) -> sw.Simulation:
     profile = sw.Tabulated(times=[t * UNITS.time for t in times], forces=[f * FORCE for f in forces])
     return sw.simulate(sw.Shock(profile=profile), CHAIN)
 

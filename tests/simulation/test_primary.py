@@ -41,11 +41,11 @@ each_reference = pytest.mark.parametrize(("case", "contact"), PLACES, ids=[f"{ca
 
 
 @cache
-def reference_run(case: str, rtol: float) -> sw.SimulationResult:
+def reference_run(case: str, rtol: float) -> sw.Simulation:
     return sw.simulate({"A": CASE_A, "B": CASE_B}[case], CHAIN, rtol=rtol)
 
 
-def off_reference(result: sw.SimulationResult, case: str, contact: int) -> float:
+def off_reference(result: sw.Simulation, case: str, contact: int) -> float:
     """The larger of the relative errors of peak force and time at a contact."""
     force, time = REFERENCES[case][contact]
     found = result.passage(contact)
@@ -125,7 +125,7 @@ def test_far_passages_follow_the_exact_wave_without_further_steps() -> None:
     cost = result.cost
     speed = SPEED * (result.peak_force / FORCE) ** (1 / 6) * UNITS.wave_speed
     near, far = result.passage(1000), result.passage(100_000)
-    read = int(result.found.contact)
+    read = int(result.wave.scaled.contact)
     assert [result.passage(contact).exact for contact in (read - 1, 1000, 100_000)] == [False, True, True]
     assert far.peak_force == result.peak_force
     # rounding

@@ -21,7 +21,7 @@ FEW = PULSES[:5]
 
 
 @cache
-def singles() -> list[sw.SimulationResult]:
+def singles() -> list[sw.Simulation]:
     return [sw.simulate(pulse, CHAIN) for pulse in PULSES]
 
 

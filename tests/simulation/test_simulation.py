@@ -25,7 +25,7 @@ def shock(profile: sw.ShockProfile, rise_time: float) -> sw.Shock:
 
 
 @cache
-def train() -> sw.SimulationResult:
+def train() -> sw.Simulation:
     return sw.simulate(CASE_A, CHAIN, rtol=1e-8)
 
 
@@ -229,7 +229,7 @@ def test_impulse_and_recoil_are_those_of_the_reference(index: int) -> None:
 
 
 @cache
-def impact() -> tuple[sw.SimulationResult, float]:
+def impact() -> tuple[sw.Simulation, float]:
     """The result of a shock of a millionth of the time unit, whose spread acts at its square; the impact's speed."""
     result = sw.simulate(triangle(3e-6), CHAIN, rtol=1e-8)
     return result, result.applied_momentum / CHAIN.granule_mass

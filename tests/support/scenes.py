@@ -94,6 +94,6 @@ def shock_of(case: dict[str, Any]) -> sw.Shock:
 
 
 @cache
-def simulated(index: int, rtol: float) -> sw.SimulationResult:
+def simulated(index: int, rtol: float) -> sw.Simulation:
     """Simulation of case ``index`` of direct.json, once for all tests."""
     return sw.simulate(shock_of(TRUTH[index]), CHAIN, rtol=rtol)

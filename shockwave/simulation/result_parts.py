@@ -1,0 +1,204 @@
+"""Parts of the result of a simulation: leading wave, train, contact forces, segments, cost."""
+
+from __future__ import annotations
+
+from attrs import evolve, field, frozen
+
+from shockwave.engine.scaled_problem import Primary
+from shockwave.scene.chain import Scales
+from shockwave.scene.force_limit import LATER, LeavingForce
+from shockwave.simulation.measured_wave import MeasuredWave
+
+
+@frozen(kw_only=True)
+class Cost:
+    """Cost of a result; ``seconds`` [s] vary from run to run and are ignored in comparisons."""
+
+    steps: int
+    force_evaluations: int
+    seconds: float = field(eq=False)
+
+    def __add__(self, other: Cost) -> Cost:
+        evaluations = self.force_evaluations + other.force_evaluations
+        seconds = self.seconds + other.seconds
+        return Cost(steps=self.steps + other.steps, force_evaluations=evaluations, seconds=seconds)
+
+
+@frozen(kw_only=True)
+class LeadingWave:
+    """The leading wave far along the chain, as the search found it.
+
+    Attributes
+    ----------
+    scaled : Primary
+        The wave in scaled units, with the balances of momentum and energy.
+    scales : Scales
+        Units of ``scaled``.
+    error_estimate : float
+        Relative error estimate of ``peak_force``, from step control, the approach to the limit, and the table of the
+        force.
+    """
+
+    scaled: Primary
+    scales: Scales
+    error_estimate: float
+
+    @property
+    def peak_force(self) -> float:
+        """Peak force [N]."""
+        return self.scaled.peak * self.scales.contact_force
+
+    @property
+    def applied_energy(self) -> float:
+        """Work of the shock [J]."""
+        return float(self.scaled.work * self.scales.energy)
+
+
+@frozen(kw_only=True)
+class ContactPeak:
+    """Greatest force at a contact.
+
+    Attributes
+    ----------
+    contact : int
+        The contact, counted from 0.
+    peak_force : float
+        Greatest total contact force [N].
+    time : float
+        Time of this force [s].
+    error_estimate : float
+        Estimated error of the force, relative to its dynamic part ``peak_force - static_force``.
+    static_force : float
+        Force at the contact before the shock arrives [N].
+    """
+
+    contact: int
+    peak_force: float
+    time: float
+    error_estimate: float
+    static_force: float = 0.0
+
+    @property
+    def low(self) -> float:
+        """The force less its error estimate [N]."""
+        return self.peak_force - self.error_estimate * (self.peak_force - self.static_force)
+
+    @property
+    def high(self) -> float:
+        """The force plus its error estimate [N]."""
+        return 2 * self.peak_force - self.low
+
+
+def last_force(name: str, peak: ContactPeak | None, arrived: bool = True, later: float = 0.0) -> LeavingForce:
+    """The force that a chain transmits, from its last contact; ``peak`` is None if it is not known.
+
+    Before the leading wave has ``arrived`` there is no upper end. After the end of the simulated time the force is
+    less than ``later`` [N].
+    """
+    if peak is None:
+        return LeavingForce(name=name, remedy="simulate with a longer timeout")
+    error = peak.error_estimate * (peak.peak_force - peak.static_force)
+    found = LeavingForce.measured(name, peak.peak_force, error)
+    return evolve(found, later=later) if arrived else evolve(found, later=later, high=None, remedy=LATER)
+
+
+@frozen(kw_only=True)
+class Transmitted(ContactPeak):
+    """Force on the wall at the end of the chain.
+
+    Attributes
+    ----------
+    impulse : float
+        Integral of the total force minus the static force, from 0 to the end of the simulated time [N s].
+    impulse_error : float
+        Estimated relative error of the impulse. Late collisions in a long chain amplify errors, and the impulse depends
+        on them, unlike the greatest force.
+    """
+
+    impulse: float
+    impulse_error: float
+
+
+@frozen(kw_only=True)
+class ContactForces:
+    """Greatest forces at the contacts within the simulated time.
+
+    Attributes
+    ----------
+    contacts : tuple of ContactPeak
+        Greatest total force at each reported contact, in the order of the contacts; force and time are 0 at a contact
+        that never closes.
+    greatest : ContactPeak or None
+        Greatest force at any contact; None if it is not known.
+    leaving : LeavingForce
+        The transmitted force, on the wall or at the last contact.
+    warnings : tuple of str
+        Reason why forces are not known, or are those of another integrator.
+    """
+
+    contacts: tuple[ContactPeak, ...] = ()
+    greatest: ContactPeak | None = None
+    leaving: LeavingForce
+    warnings: tuple[str, ...] = ()
+
+
+@frozen(kw_only=True)
+class SegmentEnergy:
+    """Energy in a segment of the chain at the end of the simulated time.
+
+    Attributes
+    ----------
+    first, last : int
+        Numbers of its first and its last granule.
+    energy : float
+        Kinetic energy of its granules and elastic energy of their contacts [J], relative to the static state. Half of
+        the energy of a contact between two segments is assigned to each; that of the contact with the wall is assigned
+        to the last segment.
+    """
+
+    first: int
+    last: int
+    energy: float
+
+
+@frozen(kw_only=True)
+class Train:
+    """All waves of a train, and the granules that leave the ends of the chain.
+
+    Attributes
+    ----------
+    waves : tuple of MeasuredWave
+        Waves, strongest first, down to ``wave_threshold`` times the peak force of the leading wave; empty in chains
+        without a steady leading wave.
+    recoil_momentum, recoil_error : float or None
+        Momentum of the rebounding granules [N s], zero or negative; estimate of its error [N s], which includes the
+        momentum of granules that had not separated for good. None under precompression or gravity; the error also in
+        chains without a steady leading wave.
+    recoil_velocities : tuple of float or None
+        Velocities of the ejected granules [m/s], first granule first. Ejected granules rebound faster than a
+        thousandth of the peak velocity of the granules in the leading wave; without a steady leading wave, of the
+        fastest granule.
+    spall_velocities : tuple of float or None
+        Velocities of the granules that leave the free end [m/s], last granule first; None if the chain is endless
+        or the waves were not followed to its end.
+    greatest_force : ContactPeak or None
+        Greatest contact force; None on an endless chain unless it exceeds that of the leading wave by 1 %.
+    cost : Cost
+        Cost of the two runs.
+    warnings : tuple of str
+        Sentences on the limits of the result.
+    """
+
+    waves: tuple[MeasuredWave, ...] = ()
+    recoil_momentum: float | None = 0.0
+    recoil_error: float | None = None
+    recoil_velocities: tuple[float, ...] | None = ()
+    spall_velocities: tuple[float, ...] | None = None
+    greatest_force: ContactPeak | None = None
+    cost: Cost = Cost(steps=0, force_evaluations=0, seconds=0.0)
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def is_integrated(self) -> bool:
+        """Whether the waves were measured; otherwise only the leading wave is known."""
+        return self.cost.steps > 0

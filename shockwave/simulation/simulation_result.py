@@ -1,0 +1,430 @@
+"""The result of a simulation: waves, contact forces, histories and cost, of every chain."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+from attrs import field, frozen
+
+from shockwave.base.errors import NumericalError
+from shockwave.base.result import VERSION, Result, cached_property
+from shockwave.base.text import printed
+from shockwave.scene.chain import Chain
+from shockwave.scene.force_limit import LAST, WAVE, LeavingForce, Limit, Verdict, plain_verdict, verdict
+from shockwave.scene.plausibility import unusual_warnings
+from shockwave.scene.scene import Scene
+from shockwave.scene.shock import Shock
+from shockwave.scene.simulate_options import SimulateOptions
+from shockwave.scene.solitary_wave import SolitaryWave
+from shockwave.scene.yielding import Yielding, yielding_of
+from shockwave.simulation.measured_wave import MeasuredWave, Passage
+from shockwave.simulation.recording import Recording, plain
+from shockwave.simulation.result_parts import (
+    ContactForces,
+    ContactPeak,
+    Cost,
+    LeadingWave,
+    SegmentEnergy,
+    Train,
+    Transmitted,
+    last_force,
+)
+
+# Attributes that the document contains under their names.
+_KEYS = (
+    *("scenario", "peak_force", "amplification", "error_estimate", "waves", "passages", "contacts", "greatest_force"),
+    *("transmitted", "end", "arrival_time", "applied_momentum", "applied_energy", "dissipated_energy"),
+    *("velocities", "restitution", "segments", "end_energy", "momentum_defect", "energy_defect"),
+    *("recording", "integrator", "backend", "rtol", "cost"),
+)
+# JSON keys for the granules that leave the ends of the chain.
+_ENDS = ("recoil_momentum", "recoil_error", "recoil_velocities", "ejected_granules", "spall_velocities")
+
+
+class Computation(Protocol):
+    """Computes the parts of a result that are integrated when they are first read."""
+
+    def train(self, result: Simulation) -> Train:
+        """All waves and the rebounding granules."""
+
+    def passages(self, result: Simulation, contacts: Sequence[int]) -> list[Passage | NumericalError]:
+        """The leading wave at these contacts; the error where it has no peak."""
+
+    def forces(self, result: Simulation) -> ContactForces:
+        """Greatest forces at the contacts of a finite chain of equal granules."""
+
+    def recording(self, result: Simulation) -> Recording:
+        """Histories that the options request."""
+
+
+@frozen(kw_only=True, slots=False, repr=False)
+class Simulation(Result):
+    """Result of a simulation of eq. (1).
+
+    On a uniform chain the leading wave has a limit (``wave``), which is computed at once. The rest of the train is
+    integrated when one of its parts is first accessed (``train``, ``waves``, ``recoil_momentum``, ``print``,
+    ``to_dict``), and then kept; likewise the forces at the contacts and the histories (``recording``). On other chains
+    the forces at the contacts (``forces``) are the result, and ``wave`` is None. Whatever a chain does not have is
+    None or empty; it is typed ``| Any``, so that a program that knows its chain needs no check. Two results are equal
+    if scene, settings and computed values are equal.
+
+    Attributes
+    ----------
+    scene, options : Scene, SimulateOptions
+        Scene and settings, with all defaults filled in.
+    integrator, backend : str
+        Name of the integrator; ``compiled`` or ``numpy``, the code that integrated the chain.
+    wave : LeadingWave or None
+        The leading wave far along the chain.
+    applied_momentum, applied_energy : float, float or None
+        Impulse and work of the shock, or momentum and energy of the striker, and impulse and work of its weight within
+        the simulated time [N s, J]; the energy is None on uniform chains.
+    momentum_defect : float
+        Difference between the momentum of the granules and the applied momentum minus the impulse on the wall,
+        relative to the applied momentum.
+    energy_defect : float
+        Difference between the sum of chain energy and dissipated energy and the applied energy, relative to the applied
+        energy.
+    characteristic_time : float
+        Unit of time of the computation [s].
+    run_cost : Cost
+        Cost of the runs that were made at once.
+    run_warnings : tuple of str
+        Sentences on the limits of these runs.
+    computation : Computation
+        Functions that compute the other parts.
+    measured : Train or None
+        Waves and rebounding granules, if they were measured at once.
+    forces : ContactForces or None
+        Greatest forces at the contacts, if they were computed at once.
+    transmitted : Transmitted or None
+        Force on the wall; None if the end is free.
+    end : float or None
+        End of the simulated time [s].
+    arrival_time : float or None
+        Time at which the leading wave reaches the last contact [s]; None if it does not.
+    velocities : tuple of float or None
+        Velocities of all granules at the end of the simulated time [m/s], the striker first; in an endless chain, of
+        those that the waves have reached.
+    restitution : float or None
+        Coefficient of restitution of a striker that has rebounded: its velocity away from the chain's centre of mass
+        or, with a wall, away from the wall, divided by its velocity before the impact. None without a striker, or if
+        the striker still touches the first granule. Under gravity, when the striker falls back, it is that of its first
+        separation.
+    segments : tuple of SegmentEnergy or None
+        Energy in each segment at the end of the simulated time; a striker is a segment of its own.
+    dissipated_energy : float or None
+        Energy dissipated by the damping of contacts and of the wall [J]. With the contact law of a plugin, whose stored
+        energy is not known, it includes that of the contacts that are closed at the end.
+    end_energy : float or None
+        Kinetic and elastic energy of a movable wall and its spring [J]; None without one.
+    first_yield : Yielding or None
+        First yield of the contacts, if it was judged at once.
+    """
+
+    scene: Scene
+    options: SimulateOptions
+    integrator: str
+    backend: str
+    wave: LeadingWave | Any
+    applied_momentum: float
+    momentum_defect: float
+    energy_defect: float
+    characteristic_time: float
+    run_cost: Cost
+    run_warnings: tuple[str, ...]
+    computation: Computation = field(eq=False)
+    measured: Train | None = field(default=None, eq=False)
+    forces: ContactForces | None = None
+    transmitted: Transmitted | Any = None
+    end: float | Any = None
+    arrival_time: float | Any = None
+    velocities: tuple[float, ...] | Any = None
+    restitution: float | Any = None
+    segments: tuple[SegmentEnergy, ...] | Any = None
+    applied_energy: float | Any = None
+    dissipated_energy: float | Any = None
+    end_energy: float | Any = None
+    first_yield: Yielding | None = None
+
+    # ---------------------------------------------------------------- scene and settings
+
+    @property
+    def scenario(self) -> str | None:
+        """Name of the scenario, if there is one."""
+        return self.scene.name
+
+    @property
+    def shock(self) -> Shock | Any:
+        """The shock; None under an impact."""
+        return self.scene.shock
+
+    @property
+    def chain(self) -> Chain:
+        """The chain; equal granules are given by their number."""
+        return self.scene.line
+
+    @property
+    def limit(self) -> Limit | None:
+        """Limit on the transmitted force."""
+        return self.scene.limit
+
+    @property
+    def rtol(self) -> float | None:
+        """Requested relative error; None for a fixed-step method."""
+        return self.options.rtol
+
+    # ---------------------------------------------------------------- the leading wave
+
+    @property
+    def peak_force(self) -> float | Any:
+        """Peak force of the leading wave far along the chain [N]; None where it has no limit."""
+        return None if self.wave is None else self.wave.peak_force
+
+    @property
+    def amplification(self) -> float | Any:
+        """Peak force of the leading wave over that of the shock."""
+        if self.wave is None or self.shock is None:
+            return None
+        return self.wave.peak_force / (self.shock.peak_force * self.chain.contact_share)
+
+    @property
+    def error_estimate(self) -> float:
+        """Relative error estimate of ``peak_force``; without one, the largest of the reported contacts."""
+        if self.wave is None:
+            return max(peak.error_estimate for peak in self.contacts)
+        return self.wave.error_estimate
+
+    @cached_property
+    def primary(self) -> MeasuredWave | Any:
+        """Leading wave at the contact where it was measured."""
+        if self.wave is None:
+            return None
+        if self.measured is not None:
+            return self.measured.waves[0]
+        found, scales = self.wave.scaled, self.wave.scales
+        exact = SolitaryWave.of(self.wave.peak_force, self.chain)
+        return MeasuredWave(
+            peak_force=self.wave.peak_force,
+            momentum=found.momentum * scales.momentum,
+            energy=found.energy * scales.energy,
+            speed=found.speed * scales.wave_speed,
+            width=exact.width,
+            granule_velocity=exact.granule_velocity,
+            contact=int(found.contact),
+            arrival_time=found.time * scales.time,
+            error_estimate=self.wave.error_estimate,
+            foot=found.foot / found.peak,
+        )
+
+    def passage(self, contact: int) -> Passage:
+        """Compute the leading wave at ``contact``, counted from 0.
+
+        Beyond the contact where the wave was measured, the result follows from the exact wave at no cost. For earlier
+        contacts the chain is integrated again up to there.
+
+        Raises
+        ------
+        InvalidValueError
+            If the chain has no such contact.
+        NumericalError
+            If the leading wave has no peak at this contact, because the force still rises there, or no limit.
+        """
+        if self.wave is None:
+            raise NumericalError("the leading wave has no limit along this chain (read contacts instead)")
+        passage = self.computation.passages(self, (contact,))[0]
+        if isinstance(passage, NumericalError):
+            raise passage
+        return passage
+
+    @property
+    def passages(self) -> tuple[Passage, ...]:
+        """Leading wave at the requested contacts, without those at which it has no peak."""
+        return self._passages[0]
+
+    # ---------------------------------------------------------------- train and ends
+
+    @cached_property
+    def train(self) -> Train:
+        """All waves and the rebounding granules, integrated at the first access."""
+        return self.measured or self.computation.train(self)
+
+    @property
+    def waves(self) -> tuple[MeasuredWave, ...]:
+        """Waves, strongest first; only the leading wave if the option ``waves`` is ``primary``."""
+        if self.options.waves == "train":
+            return self.train.waves
+        return () if self.primary is None else (self.primary,)
+
+    @property
+    def recoil_momentum(self) -> float | Any:
+        """Momentum of the rebounding granules [N s]; None under precompression or gravity."""
+        return self.train.recoil_momentum
+
+    @property
+    def recoil_error(self) -> float | Any:
+        """Estimate of the error of ``recoil_momentum`` [N s]."""
+        return self.train.recoil_error
+
+    @property
+    def recoil_velocities(self) -> tuple[float, ...] | Any:
+        """Velocities of the ejected granules [m/s], first granule first."""
+        return self.train.recoil_velocities
+
+    @property
+    def ejected_granules(self) -> int | Any:
+        """Number of granules that rebound faster than a thousandth of the granule velocity of the leading wave."""
+        return None if self.recoil_velocities is None else len(self.recoil_velocities)
+
+    @property
+    def spall_velocities(self) -> tuple[float, ...] | Any:
+        """Velocities of the granules that leave the free end [m/s], last granule first."""
+        return self.train.spall_velocities
+
+    # ---------------------------------------------------------------- forces at the contacts
+
+    @property
+    def contacts(self) -> tuple[ContactPeak, ...]:
+        """Greatest force at each reported contact of a finite chain within the simulated time; else empty."""
+        return self._forces.contacts
+
+    @property
+    def greatest_force(self) -> ContactPeak | Any:
+        """Greatest contact force; None on an endless chain unless it exceeds that of the leading wave by 1 %.
+
+        On a uniform chain with the option ``until``, or if ``waves`` is ``primary``, it is the greatest one within the
+        simulated time of `contacts`.
+        """
+        ends = self.chain.count is not None and self.options.until is not None
+        if self.wave is None or self.options.waves == "primary" or ends:
+            return self._forces.greatest
+        return self.train.greatest_force
+
+    @property
+    def leaving(self) -> LeavingForce:
+        """The transmitted force, on the wall, at the last contact, or of the leading wave in an endless chain."""
+        if self.wave is None or self.chain.count is not None:
+            return self._forces.leaving
+        return LeavingForce.measured(WAVE, self.wave.peak_force, self.wave.error_estimate * self.wave.peak_force)
+
+    @property
+    def verdict(self) -> Verdict | None:
+        """Verdict on the limit; None without a limit."""
+        return None if self.limit is None else verdict(self.limit, self.leaving)
+
+    @property
+    def yielding(self) -> Yielding | None:
+        """First yield of the contacts; None if the yield strength is not known.
+
+        On a uniform chain the peak force is that of the leading wave or, if the option ``waves`` is ``train``, a
+        greater contact force.
+        """
+        if self.wave is None or self.chain.material.yield_strength is None:
+            return self.first_yield
+        top = self.greatest_force if self.options.waves == "train" else None
+        return yielding_of(self.chain, max(self.wave.peak_force, 0.0 if top is None else top.peak_force))
+
+    # ---------------------------------------------------------------- histories, cost and warnings
+
+    @property
+    def recording(self) -> Recording | None:
+        """Requested histories, integrated at the first access; None if they could not be computed."""
+        return self._recording[0]
+
+    @property
+    def cost(self) -> Cost:
+        """Cost of the runs that were made at once, and of the train once it has been integrated."""
+        later = "train" in self.__dict__ and self.measured is None
+        return self.run_cost + self.train.cost if later else self.run_cost
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Warnings of changes to a record, unusual values, the accuracy of the first numbers, and their first yield.
+
+        `all_warnings` has also those of the train, the passages and the histories.
+        """
+        beyond = self.first_yield if self.wave is None else yielding_of(self.chain, self.wave.peak_force)
+        return (*self._run_warnings, *(beyond.warnings if beyond else ()))
+
+    @property
+    def wave_warnings(self) -> tuple[str, ...]:
+        """Warnings of the first numbers and of forces beyond first yield, and of the train if it was requested."""
+        train = self.train.warnings if self.options.waves == "train" else ()
+        return (*self._run_warnings, *train, *(self.yielding.warnings if self.yielding else ()))
+
+    @property
+    def all_warnings(self) -> tuple[str, ...]:
+        """Warnings of the waves, the passages and the histories."""
+        return (*self.wave_warnings, *self._passages[1], *self._recording[1])
+
+    @property
+    def _run_warnings(self) -> tuple[str, ...]:
+        return (*self.scene.notes, *unusual_warnings(self.scene.excitation, self.chain), *self.run_warnings)
+
+    @cached_property
+    def _passages(self) -> tuple[tuple[Passage, ...], tuple[str, ...]]:
+        """Passages at the requested contacts, and a warning for each that could not be computed."""
+        contacts = () if self.wave is None else self.options.contacts
+        try:
+            answers = self.computation.passages(self, contacts) if contacts else []
+        except NumericalError as error:
+            answers = [error] * len(contacts)
+        passages, warnings = [], []
+        for contact, passage in zip(contacts, answers, strict=True):
+            if isinstance(passage, NumericalError):
+                warnings.append(f"No passage at contact {contact}: {passage}.")
+                continue
+            passages.append(passage)
+            if self.rtol is not None and passage.error_estimate > self.rtol:
+                missed = f"the error of the passage at contact {contact} is {passage.error_estimate:.1e}"
+                warnings.append(f"The tolerance was not met: {missed}, not {self.rtol:.1e}.")
+        return tuple(passages), tuple(warnings)
+
+    @cached_property
+    def _forces(self) -> ContactForces:
+        """Greatest forces at the contacts; of equal granules, integrated at the first access."""
+        if self.forces is not None:
+            return self.forces
+        unknown = last_force(LAST, None)
+        if self.chain.count is None:
+            return ContactForces(leaving=unknown)
+        try:
+            return self.computation.forces(self)
+        except NumericalError as error:
+            return ContactForces(leaving=unknown, warnings=(f"No forces at the contacts: {error}.",))
+
+    @cached_property
+    def _recording(self) -> tuple[Recording | None, tuple[str, ...]]:
+        """Histories, and a warning if they could not be computed."""
+        try:
+            return (self.computation.recording(self) if self.options.record else None), ()
+        except NumericalError as error:
+            return None, (f"No histories: {error}.",)
+
+    # ---------------------------------------------------------------- text and documents
+
+    _brief = (
+        *("scenario", "peak_force", "amplification", "forces.greatest.peak_force", "transmitted.peak_force"),
+        *("error_estimate", "forces.contacts", "integrator", "backend", "end"),
+    )
+    _tables = (
+        *(("waves", "wave"), ("contacts", "contact"), ("passages", "contact"), ("segments", "segment")),
+        ("recording", "time"),
+    )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Document printed by ``simulate --json``: SI floats, no NaN."""
+        # the rebounding granules of a train that is not known
+        unknown = self.wave is not None and (
+            self.options.waves != "train" or (self.recoil_error or 0.0) >= self.applied_momentum
+        )
+        ends = {name: None if unknown else plain(getattr(self, name)) for name in _ENDS}
+        options = {"wave_threshold": self.options.wave_threshold, "step": self.options.step}
+        others = {"yield": plain(self.yielding), "scene": self.scene.summary().to_dict()}
+        others["verdict"] = plain_verdict(self)
+        document = VERSION | {name: plain(getattr(self, name)) for name in _KEYS}
+        return {**document, **ends, **options, **others, "warnings": [*self.all_warnings, *self._forces.warnings]}
+
+    def __str__(self) -> str:
+        return printed(self, "shockwave.simulation.simulation_text:simulation_text")
