@@ -8,8 +8,6 @@ from collections.abc import Iterable
 import numpy as np
 import pytest
 from attrs import evolve
-from numpy.polynomial.chebyshev import chebval
-from test_profiles import _exact
 
 from shockwave.base.numerics import FloatArray
 from shockwave.profiles.exponential import Exponential
@@ -19,6 +17,7 @@ from shockwave.profiles.quadrature import Integrand
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.profiles.tabulated import Tabulated
 from shockwave.profiles.triangular import Triangular
+from support.exact_profiles import exact_integral
 from support.programs import SCENE, command, loaded
 
 #: Accuracy of a table, of impulse and path at the end of the shock.
@@ -98,7 +97,7 @@ def errors(table: FreePath, s: list[float], path: FloatArray, impulse: FloatArra
 
 def digits_lost(profile: ShockProfile, table: FreePath) -> float:
     s = places(profile.duration_ratio)
-    path, impulse = (np.array([_exact(profile, integrals, each) for each in s]) for integrals in (2, 1))
+    path, impulse = (np.array([exact_integral(profile, integrals, each) for each in s]) for integrals in (2, 1))
     return errors(table, s, path, impulse)
 
 
@@ -153,14 +152,6 @@ def test_the_error_contains_that_of_every_piece(part: str) -> None:
     assert _assembled([evolve(piece, scale=1.0, **{part: 1e-9}) for piece in pieces]).error >= 1e-9
 
 
-def test_a_sine_is_accurate_to_fourteen_digits() -> None:
-    s = np.linspace(0, 2, 501)
-    table = sine().free_path()
-    impulse = 4 / math.pi * np.sin(math.pi / 4 * s) ** 2
-    path = 2 / math.pi * (s - 2 / math.pi * np.sin(math.pi / 2 * s))
-    assert errors(table, s.tolist(), path, impulse) <= table.error <= TOLERANCE
-
-
 def test_declared_jumps_cost_no_accuracy() -> None:
     jumpy = Given(lambda s: np.where(s < 0.5, 0.25, 1.0), lambda s: np.where(s <= 3, 0.5, 0.125), 5.0, (0.5, 3.0))
     table = jumpy.free_path()
@@ -188,30 +179,6 @@ def test_the_arrays_have_the_layout_that_the_compiled_code_reads(profile: ShockP
     assert offset.tolist() == [0, *np.cumsum(count)[:-1].tolist()]
     assert offset[-1] + count[-1] == len(table.coefficients)
     assert ((amplitude == 0) | (anchor <= begin) | (anchor >= end)).all()
-
-
-@each_kind
-def test_values_at_one_s_follow_the_formula(profile: ShockProfile) -> None:
-    table = profile.free_path()
-    last = table.at(profile.duration_ratio)
-    for begin, end, offset, count, amplitude, exponent, anchor, scale in table.rows.tolist():
-        s = np.linspace(begin, end, 9)[:-1]
-        z, u = (2 * s - begin - end) / (end - begin), np.abs(s - anchor) / scale
-        used = table.coefficients[int(offset) : int(offset + count)]
-        polynomials = chebval(z, used) if count else np.zeros((2, 8))
-        sign = math.copysign(1.0, begin - anchor)
-        powers = [u**exponent, sign * exponent / scale * u ** (exponent - 1)] if amplitude else [0 * u, 0 * u]
-        found = np.array([table.at(each) for each in s.tolist()])
-        expected = polynomials + amplitude * np.array(powers)
-        # z and sums are rounded: some units in the last place of the greatest value.
-        np.testing.assert_allclose(found / last, expected.T / last, rtol=0, atol=4e-15)
-
-
-@pytest.mark.parametrize("s", [1e-12, 1e-6, 1e-3], ids=str)
-def test_a_power_keeps_its_digits_at_short_times(s: float) -> None:
-    profile = PowerLaw(rise_exponent=0.5, decay_exponent=2, duration_ratio=2)
-    # Relative, however small: one power and a few products.
-    assert profile.free_path().at(s) == pytest.approx((_exact(profile, 2, s), _exact(profile, 1, s)), rel=1e-15, abs=0)
 
 
 # ---------------------------------------------------------------- rough forces
