@@ -287,9 +287,18 @@ def test_all_errors_of_a_chain_are_reported_together() -> None:
     assert [fault.path for fault in caught.value.faults] == ["gravity", "granules[0].gap", "granules[1].gap"]
 
 
-def test_a_taper_has_a_spacing() -> None:
-    with pytest.raises(InvalidValueError, match=r"^spacing: must be linear or geometric"):
-        sw.Taper(first=1, last=2, spacing="even")
+@pytest.mark.parametrize(
+    ("part", "values", "message"),
+    [
+        (sw.Taper, {"first": 1, "last": 2, "spacing": "even"}, "spacing: must be linear or geometric"),
+        (sw.Tsuji, {"restitution": 0}, "restitution: must be > 0 and <= 1"),
+        (sw.PowerContact, {"exponent": 0.5, "stiffness": 1}, "exponent: must be >= 1 and <= 10"),
+    ],
+    ids=["taper", "damping", "contact"],
+)
+def test_a_wrong_part_is_refused_with_its_rule(part: Any, values: dict[str, Any], message: str) -> None:
+    with pytest.raises(InvalidValueError, match=f"^{message}"):
+        part(**values)
 
 
 def test_chains_with_features_are_values() -> None:
