@@ -23,6 +23,7 @@ from support.scenes import CHAIN, STEEL, triangle
 PTFE = sw.Material(youngs_modulus=1.46e9, poisson_ratio=0.46, density=2178.0)
 SHOCK = triangle(3.0)
 RADIUS = CHAIN.radius
+SQUARE = sw.PowerContact(exponent=2, stiffness=1e7)
 #: A few products, quotients and roots: each rounds once.
 ROUNDINGS = 1e-14
 
@@ -224,7 +225,7 @@ FURTHER: dict[str, dict[str, Any]] = {
     "end": {"end": sw.Wall()},
     "precompression": {"precompression": 1.0},
     "damping": {"damping": sw.Dashpot(coefficient=1.0)},
-    "contact": {"contact": sw.PowerContact(exponent=2, stiffness=1e7)},
+    "contact": {"contact": SQUARE},
 }
 
 
@@ -258,6 +259,13 @@ def test_segments_of_equal_granules_are_predicted_like_their_number() -> None:
 # ---------------------------------------------------------------- wrong chains
 
 WRONG: dict[str, tuple[dict[str, Any], str, str]] = {
+    "wall-of-an-endless-chain": ({"granules": None, "end": sw.Wall()}, "end", "must be left out for an endless"),
+    "gravity-without-a-wall": ({"gravity": 9.81}, "gravity", "must be 0 for a chain with a free end"),
+    "tsuji-without-hertz": (
+        {"damping": sw.Tsuji(restitution=0.9), "contact": SQUARE}, "damping.model", "(got tsuji, exponent 2)"
+    ),
+    "too-many-granules": ({"granules": 2_000_000, "end": sw.Wall()}, "granules", "must be <= 1000000"),
+    "both-sizes": ({"diameter": 1e-3}, "diameter", "must be left out if radius is given"),
     "gap-under-gravity": (
         {"granules": [sw.Cell(repeat=2, cell=[sw.Segment(gap=1e-6)])], "gravity": 1.0, "end": sw.Wall()},
         "granules[0].cell[0].gap",
@@ -291,14 +299,24 @@ def test_all_errors_of_a_chain_are_reported_together() -> None:
     ("part", "values", "message"),
     [
         (sw.Taper, {"first": 1, "last": 2, "spacing": "even"}, "spacing: must be linear or geometric"),
+        (sw.Segment, {"radius": sw.Taper(first=1, last=2)}, r"count: must be >= 2 for a taper \(got 1\)"),
+        (sw.Cell, {"repeat": 2, "cell": []}, "cell: must be a list of one or more Segment objects"),
+        (sw.Wall, {"stiffness": 1e6}, "stiffness: must be left out for a fixed wall"),
         (sw.Tsuji, {"restitution": 0}, "restitution: must be > 0 and <= 1"),
         (sw.PowerContact, {"exponent": 0.5, "stiffness": 1}, "exponent: must be >= 1 and <= 10"),
     ],
-    ids=["taper", "damping", "contact"],
+    ids=["taper", "segment", "cell", "wall", "damping", "contact"],
 )
 def test_a_wrong_part_is_refused_with_its_rule(part: Any, values: dict[str, Any], message: str) -> None:
     with pytest.raises(InvalidValueError, match=f"^{message}"):
         part(**values)
+
+
+def test_a_scene_without_a_contact_is_refused() -> None:
+    with pytest.raises(InvalidValueError, match=r"^chain.granules: must be given, because a striker needs a finite"):
+        Layout.of(CHAIN, sw.Impact(velocity=1.0))
+    with pytest.raises(InvalidValueError, match=r"^chain.granules: must give a contact \(got 1 granule"):
+        Layout.of(chain(sw.Segment()), SHOCK)
 
 
 def test_chains_with_features_are_values() -> None:

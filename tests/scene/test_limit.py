@@ -121,6 +121,7 @@ def test_before_the_wave_arrives_no_force_is_below_the_limit() -> None:
     result = sw.simulate(SHOCK, chain(**WALLED), until=50e-6)
     found = sw.Limit(force=1000.0).verdict(result)
     assert (found.decision, found.high) == ("undecided", None)
+    assert "force on the wall has not acted yet" in str(found)
     wall = sw.predict(SHOCK, chain(**WALLED), until=50e-6).to_dict()["transmitted"]
     assert (wall["peak_force"], wall["low"], wall["high"], wall["error_estimate"]) == (0.0, 0.0, None, None)
 
