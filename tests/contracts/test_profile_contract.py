@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -102,7 +101,6 @@ AT_ONCE: dict[str, tuple[Any, str, str]] = {
     "ratio": (broken(duration_ratio=0.5), "1", "duration_ratio must be > 1 (got 0.5)"),
     "hidden": (Hiding(), "2", "decay must be a method (got a field of this name; rename the field)"),
     "if": (broken(rise=for_one_number), "2", "rise(s) must accept an array of any shape without raising (got"),
-    "math": (broken(decay=lambda _, s: math.cos(s - 1)), "2", "decay(s) must accept an array of any shape without"),
     "constant": (broken(decay=lambda *_: 0.5), "2", "must return floats of the shape of s (got float64 of shape ()"),
     "above-1": (broken(rise=lambda _, s: s + np.sin(np.pi * s) / 2), "3", "rise(s) must be at least 0 and at most 1"),
     "not-finite": (NotANumber(), "3", "decay(s) must be finite (got nan) at s = 2.5"),

@@ -130,7 +130,7 @@ def around(forces, rest=5.0):
     return 1e-6 * np.arange(281), np.concatenate((np.full(100, rest), forces, np.full(100, rest)))
 
 
-@pytest.mark.parametrize(("edge", "distorted"), [(10e3, True), (30e3, False)])
+@pytest.mark.parametrize(("edge", "distorted"), [(10e3, True), (15e3, True), (30e3, False)])
 def test_a_low_pass_filter_that_distorts_the_pulse_is_a_warning(edge, distorted):
     profile = Tabulated(*around(BLOW), low_pass=edge, baseline=(0, 100e-6), negative="zero")
     assert any("filter distorts the pulse" in alarm for alarm in profile.alarms) == distorted
