@@ -54,10 +54,6 @@ def open_form(profile: ShockProfile) -> Given:
     return Given(profile.rise, profile.decay, profile.duration_ratio, profile.breakpoints)
 
 
-def sine() -> Given:
-    return Given(lambda s: np.sin(math.pi / 2 * s), lambda s: np.sin(math.pi / 2 * s))
-
-
 def record(size: int) -> Tabulated:
     times = np.linspace(0, 3, size)
     forces = np.sin(np.pi * times / 3) ** 2 * (1 + 0.3 * np.sin(40 * times))
@@ -73,16 +69,6 @@ def named(profile: ShockProfile) -> object:
 TRIANGLES = [Triangular(duration_ratio=n) for n in RATIOS]
 POWERS = [PowerLaw(rise_exponent=a, decay_exponent=b, duration_ratio=n) for a, b in EXPONENTS for n in RATIOS]
 EXPONENTIALS = [Exponential(rise_rate=a, decay_rate=b, duration_ratio=n) for a, b in RATES for n in RATIOS]
-ONE_OF_EACH: dict[str, ShockProfile] = {
-    "power": PowerLaw(rise_exponent=0.5, decay_exponent=2.5, duration_ratio=10),
-    "polynomial-and-power": PowerLaw(rise_exponent=2, decay_exponent=0.5, duration_ratio=10),
-    "power-and-polynomial": PowerLaw(rise_exponent=0.5, decay_exponent=4, duration_ratio=10),
-    "exponential": Exponential(rise_rate=2, decay_rate=-1, duration_ratio=4),
-    "sine": sine(),
-    "record": record(50),
-    "infinite-slopes": open_form(PowerLaw(rise_exponent=0.5, decay_exponent=0.25, duration_ratio=3)),
-}
-each_kind = pytest.mark.parametrize("profile", ONE_OF_EACH.values(), ids=ONE_OF_EACH)
 
 
 def places(n: float) -> list[float]:
@@ -160,25 +146,6 @@ def test_declared_jumps_cost_no_accuracy() -> None:
     impulse = np.array([0.0625, 0.125, 0.625, 1.125, 1.625, 1.75, 1.875])
     path = np.array([0.0078125, 0.03125, 0.21875, 1.09375, 2.46875, 4.15625, 5.96875])
     assert errors(table, s.tolist(), path, impulse) <= table.error <= TOLERANCE
-
-
-# ---------------------------------------------------------------- the table
-
-
-@each_kind
-def test_the_arrays_have_the_layout_that_the_compiled_code_reads(profile: ShockProfile) -> None:
-    table = profile.free_path()
-    begin, end, offset, count, amplitude, _, anchor, _ = table.rows.T
-    for array in (table.rows, table.coefficients):
-        assert array.dtype == np.float64
-        assert array.flags.c_contiguous
-        assert np.isfinite(array).all()
-    assert (begin[0], end[-1]) == (0.0, profile.duration_ratio)
-    assert begin[1:].tolist() == end[:-1].tolist()
-    assert (end > begin).all()
-    assert offset.tolist() == [0, *np.cumsum(count)[:-1].tolist()]
-    assert offset[-1] + count[-1] == len(table.coefficients)
-    assert ((amplitude == 0) | (anchor <= begin) | (anchor >= end)).all()
 
 
 # ---------------------------------------------------------------- rough forces
