@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 import shockwave as sw
 from shockwave.base.errors import InvalidValueError
 from shockwave.scene.damping import tsuji_ratio
-from shockwave.scene.layout import Layout
+from shockwave.scene.layout import Layout, mass_and_length
 from support.scenes import CHAIN, STEEL, triangle
 
 PTFE = sw.Material(youngs_modulus=1.46e9, poisson_ratio=0.46, density=2178.0)
@@ -116,6 +116,7 @@ def test_a_gap_follows_each_granule_of_its_segment() -> None:
     assert Layout.of(made, SHOCK).overlaps.tolist() == [0, -1e-5, -1e-5, -3e-5]
     free = attrs.evolve(made, end=None)
     assert Layout.of(free, SHOCK).overlaps.tolist() == [0, -1e-5, -1e-5]
+    assert mass_and_length(made) == pytest.approx((4 * CHAIN.granule_mass, 8 * RADIUS + 5e-5), rel=ROUNDINGS)
 
 
 # ---------------------------------------------------------------- damping
