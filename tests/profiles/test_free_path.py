@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 
 import numpy as np
 import pytest
@@ -13,11 +12,10 @@ from shockwave.base.numerics import FloatArray
 from shockwave.profiles.exponential import Exponential
 from shockwave.profiles.free_path import FreePath, _assembled, _sampled
 from shockwave.profiles.power_law import PowerLaw
-from shockwave.profiles.quadrature import Integrand
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.profiles.tabulated import Tabulated
 from shockwave.profiles.triangular import Triangular
-from support.exact_profiles import exact_integral
+from support.profile_references import Formula, exact_integral
 from support.programs import SCENE, command, loaded
 
 #: Accuracy of a table, of impulse and path at the end of the shock.
@@ -29,29 +27,9 @@ RATES = ((1.0, 2.0), (1e-9, -1.0), (-1.0, 1e-9), (-20.0, 20.0), (20.0, -20.0), (
 SHARES = (0.0, 1e-9, 1e-5, 1e-3, 0.1, 0.3, 0.5, 0.77, 0.97, 1 - 1e-4, 1 - 1e-9, 1.0)
 
 
-class Given(ShockProfile):
-    """A minimal profile: rise and decay, without closed forms."""
-
-    def __init__(self, rise: Integrand, decay: Integrand, n: float = 2.0, jumps: Iterable[float] = ()) -> None:
-        self._rise, self._decay, self.duration_ratio, self.jumps = rise, decay, n, tuple(jumps)
-        self.points = 0
-
-    def rise(self, s: FloatArray) -> FloatArray:
-        self.points += s.size
-        return self._rise(s)
-
-    def decay(self, s: FloatArray) -> FloatArray:
-        self.points += s.size
-        return self._decay(s)
-
-    @property
-    def breakpoints(self) -> tuple[float, ...]:
-        return tuple(sorted({0.0, 1.0, self.duration_ratio, *self.jumps}))
-
-
-def open_form(profile: ShockProfile) -> Given:
+def open_form(profile: ShockProfile) -> Formula:
     """The force of a profile without its closed forms."""
-    return Given(profile.rise, profile.decay, profile.duration_ratio, profile.breakpoints)
+    return Formula(profile.rise, profile.decay, profile.duration_ratio, profile.breakpoints)
 
 
 def record(size: int) -> Tabulated:
@@ -139,7 +117,7 @@ def test_the_error_contains_that_of_every_piece(part: str) -> None:
 
 
 def test_declared_jumps_cost_no_accuracy() -> None:
-    jumpy = Given(lambda s: np.where(s < 0.5, 0.25, 1.0), lambda s: np.where(s <= 3, 0.5, 0.125), 5.0, (0.5, 3.0))
+    jumpy = Formula(lambda s: np.where(s < 0.5, 0.25, 1.0), lambda s: np.where(s <= 3, 0.5, 0.125), 5.0, (0.5, 3.0))
     table = jumpy.free_path()
     assert table.rows[:, 0].tolist() == [0.0, 0.5, 1.0, 3.0]
     s = np.array([0.25, 0.5, 1.0, 2.0, 3.0, 4.0, 5.0])
@@ -151,7 +129,7 @@ def test_declared_jumps_cost_no_accuracy() -> None:
 # ---------------------------------------------------------------- rough forces
 
 
-def square_wave(rate: float) -> tuple[Given, float, float]:
+def square_wave(rate: float) -> tuple[Formula, float, float]:
     """A force that jumps between 0 and 1 where sin(rate s) changes sign, undeclared; impulse and path at n = 2."""
 
     def force(s: FloatArray) -> FloatArray:
@@ -159,7 +137,7 @@ def square_wave(rate: float) -> tuple[Given, float, float]:
 
     start = np.arange(0, 2, 2 * math.pi / rate)
     stop = np.minimum(start + math.pi / rate, 2)
-    return Given(force, force), math.fsum(stop - start), math.fsum((stop - start) * (2 - (start + stop) / 2))
+    return Formula(force, force), math.fsum(stop - start), math.fsum((stop - start) * (2 - (start + stop) / 2))
 
 
 @pytest.mark.parametrize("rate", [3.0, 50.0, 1000.0, 1e6])

@@ -8,33 +8,17 @@ from typing import Any
 import attrs
 import numpy as np
 import pytest
-from attrs import frozen
 
 from shockwave.base.errors import InvalidValueError
-from shockwave.base.numerics import FloatArray
-from shockwave.base.quantity_fields import quantity
 from shockwave.profiles.exponential import Exponential
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.profiles.steep_edges import edges
 from shockwave.profiles.tabulated import Tabulated
 from shockwave.profiles.triangular import Triangular
-from support.exact_profiles import exact_areas, exact_integral
+from support.profile_references import exact_areas, exact_integral, sine
 
 QUADRATURES = ("gauss-legendre", "tanh-sinh", "quadpack")
-
-
-@frozen(kw_only=True)
-class HalfSine(ShockProfile):
-    """A minimal profile without closed forms: sin(pi s / 2) for n = 2."""
-
-    duration_ratio: float = quantity("", "n", above=1, default=2.0)
-
-    def rise(self, s: FloatArray) -> FloatArray:
-        return np.asarray(np.sin(math.pi / 2 * s))
-
-    def decay(self, s: FloatArray) -> FloatArray:
-        return np.asarray(np.cos(math.pi / 2 * (s - 1) / (self.duration_ratio - 1)))
 
 
 EXACT_CASES: dict[str, ShockProfile] = {
@@ -57,7 +41,7 @@ SMOOTH = [
     Triangular(duration_ratio=3),
     PowerLaw(rise_exponent=0.5, decay_exponent=5, duration_ratio=10),
     Exponential(rise_rate=2, decay_rate=-1, duration_ratio=4),
-    HalfSine(),
+    sine(),
     Tabulated([0.0, 1.0, 2.0, 5.0], [0.0, 1.0, 2.0, 0.0]),
 ]
 ONE_OF_EACH = [pytest.param(profile, id=type(profile).__name__) for profile in SMOOTH]
@@ -89,7 +73,7 @@ def test_force_is_that_of_the_formula(profile: ShockProfile, s: float, force: fl
 
 
 @pytest.mark.parametrize("s", [-math.inf, -1e-300, 3.0 + 1e-15, math.inf])
-@pytest.mark.parametrize("profile", [STEP, HalfSine(duration_ratio=3)], ids=["step", "half-sine"])
+@pytest.mark.parametrize("profile", [STEP, sine()], ids=["step", "half-sine"])
 def test_force_is_zero_outside_the_shock(profile: ShockProfile, s: float) -> None:
     assert float(profile.force(s)) == 0.0
 
@@ -136,17 +120,17 @@ def test_exponential_without_rates_is_the_triangle(method: str) -> None:
 
 @pytest.mark.parametrize("quadrature", QUADRATURES)
 def test_integrals_of_a_profile_without_closed_forms(quadrature: str) -> None:
-    areas = HalfSine().areas(quadrature)
+    areas = sine().areas(quadrature)
     assert abs(areas.rise.value - 2 / math.pi) <= areas.rise.error <= 1e-12
     assert min(areas.rise.evaluations, areas.decay.evaluations) > 0
     assert {areas.rise.method, areas.decay.method} == {quadrature}
     s = np.array([0.0, 1e-6, 0.5, 1.0, 1.5, 2.0])
     impulse = 4 / math.pi * np.sin(math.pi * s / 4) ** 2
-    np.testing.assert_allclose(HalfSine().running_impulse(s, quadrature), impulse, rtol=1e-12)
+    np.testing.assert_allclose(sine().running_impulse(s, quadrature), impulse, rtol=1e-12)
     s = np.array([0.0, 0.5, 1.0, 1.5, 2.0, 3.0])
     path = 2 / math.pi * (s - 2 / math.pi * np.sin(math.pi / 2 * s))
     path[-1] = 2 / math.pi * 2 + 4 / math.pi
-    np.testing.assert_allclose(HalfSine().double_integral(s, quadrature), path, rtol=1e-12)
+    np.testing.assert_allclose(sine().double_integral(s, quadrature), path, rtol=1e-12)
 
 
 # ---------------------------------------------------------------- against 40 digits
