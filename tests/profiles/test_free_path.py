@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 
 import numpy as np
 import pytest
 from attrs import evolve
-from numpy.polynomial.chebyshev import chebval
-from test_profiles import _exact
 
 from shockwave.base.numerics import FloatArray
 from shockwave.profiles.exponential import Exponential
 from shockwave.profiles.free_path import FreePath, _assembled, _sampled
 from shockwave.profiles.power_law import PowerLaw
-from shockwave.profiles.quadrature import Integrand
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.profiles.tabulated import Tabulated
 from shockwave.profiles.triangular import Triangular
+from support.profile_references import Formula, exact_integral
 from support.programs import SCENE, command, loaded
 
 #: Accuracy of a table, of impulse and path at the end of the shock.
@@ -30,33 +27,9 @@ RATES = ((1.0, 2.0), (1e-9, -1.0), (-1.0, 1e-9), (-20.0, 20.0), (20.0, -20.0), (
 SHARES = (0.0, 1e-9, 1e-5, 1e-3, 0.1, 0.3, 0.5, 0.77, 0.97, 1 - 1e-4, 1 - 1e-9, 1.0)
 
 
-class Given(ShockProfile):
-    """A minimal profile: rise and decay, without closed forms."""
-
-    def __init__(self, rise: Integrand, decay: Integrand, n: float = 2.0, jumps: Iterable[float] = ()) -> None:
-        self._rise, self._decay, self.duration_ratio, self.jumps = rise, decay, n, tuple(jumps)
-        self.points = 0
-
-    def rise(self, s: FloatArray) -> FloatArray:
-        self.points += s.size
-        return self._rise(s)
-
-    def decay(self, s: FloatArray) -> FloatArray:
-        self.points += s.size
-        return self._decay(s)
-
-    @property
-    def breakpoints(self) -> tuple[float, ...]:
-        return tuple(sorted({0.0, 1.0, self.duration_ratio, *self.jumps}))
-
-
-def open_form(profile: ShockProfile) -> Given:
+def open_form(profile: ShockProfile) -> Formula:
     """The force of a profile without its closed forms."""
-    return Given(profile.rise, profile.decay, profile.duration_ratio, profile.breakpoints)
-
-
-def sine() -> Given:
-    return Given(lambda s: np.sin(math.pi / 2 * s), lambda s: np.sin(math.pi / 2 * s))
+    return Formula(profile.rise, profile.decay, profile.duration_ratio, profile.breakpoints)
 
 
 def record(size: int) -> Tabulated:
@@ -74,16 +47,6 @@ def named(profile: ShockProfile) -> object:
 TRIANGLES = [Triangular(duration_ratio=n) for n in RATIOS]
 POWERS = [PowerLaw(rise_exponent=a, decay_exponent=b, duration_ratio=n) for a, b in EXPONENTS for n in RATIOS]
 EXPONENTIALS = [Exponential(rise_rate=a, decay_rate=b, duration_ratio=n) for a, b in RATES for n in RATIOS]
-ONE_OF_EACH: dict[str, ShockProfile] = {
-    "power": PowerLaw(rise_exponent=0.5, decay_exponent=2.5, duration_ratio=10),
-    "polynomial-and-power": PowerLaw(rise_exponent=2, decay_exponent=0.5, duration_ratio=10),
-    "power-and-polynomial": PowerLaw(rise_exponent=0.5, decay_exponent=4, duration_ratio=10),
-    "exponential": Exponential(rise_rate=2, decay_rate=-1, duration_ratio=4),
-    "sine": sine(),
-    "record": record(50),
-    "infinite-slopes": open_form(PowerLaw(rise_exponent=0.5, decay_exponent=0.25, duration_ratio=3)),
-}
-each_kind = pytest.mark.parametrize("profile", ONE_OF_EACH.values(), ids=ONE_OF_EACH)
 
 
 def places(n: float) -> list[float]:
@@ -98,7 +61,7 @@ def errors(table: FreePath, s: list[float], path: FloatArray, impulse: FloatArra
 
 def digits_lost(profile: ShockProfile, table: FreePath) -> float:
     s = places(profile.duration_ratio)
-    path, impulse = (np.array([_exact(profile, integrals, each) for each in s]) for integrals in (2, 1))
+    path, impulse = (np.array([exact_integral(profile, integrals, each) for each in s]) for integrals in (2, 1))
     return errors(table, s, path, impulse)
 
 
@@ -153,16 +116,8 @@ def test_the_error_contains_that_of_every_piece(part: str) -> None:
     assert _assembled([evolve(piece, scale=1.0, **{part: 1e-9}) for piece in pieces]).error >= 1e-9
 
 
-def test_a_sine_is_accurate_to_fourteen_digits() -> None:
-    s = np.linspace(0, 2, 501)
-    table = sine().free_path()
-    impulse = 4 / math.pi * np.sin(math.pi / 4 * s) ** 2
-    path = 2 / math.pi * (s - 2 / math.pi * np.sin(math.pi / 2 * s))
-    assert errors(table, s.tolist(), path, impulse) <= table.error <= TOLERANCE
-
-
 def test_declared_jumps_cost_no_accuracy() -> None:
-    jumpy = Given(lambda s: np.where(s < 0.5, 0.25, 1.0), lambda s: np.where(s <= 3, 0.5, 0.125), 5.0, (0.5, 3.0))
+    jumpy = Formula(lambda s: np.where(s < 0.5, 0.25, 1.0), lambda s: np.where(s <= 3, 0.5, 0.125), 5.0, (0.5, 3.0))
     table = jumpy.free_path()
     assert table.rows[:, 0].tolist() == [0.0, 0.5, 1.0, 3.0]
     s = np.array([0.25, 0.5, 1.0, 2.0, 3.0, 4.0, 5.0])
@@ -171,53 +126,10 @@ def test_declared_jumps_cost_no_accuracy() -> None:
     assert errors(table, s.tolist(), path, impulse) <= table.error <= TOLERANCE
 
 
-# ---------------------------------------------------------------- the table
-
-
-@each_kind
-def test_the_arrays_have_the_layout_that_the_compiled_code_reads(profile: ShockProfile) -> None:
-    table = profile.free_path()
-    begin, end, offset, count, amplitude, _, anchor, _ = table.rows.T
-    for array in (table.rows, table.coefficients):
-        assert array.dtype == np.float64
-        assert array.flags.c_contiguous
-        assert np.isfinite(array).all()
-    assert (begin[0], end[-1]) == (0.0, profile.duration_ratio)
-    assert begin[1:].tolist() == end[:-1].tolist()
-    assert (end > begin).all()
-    assert offset.tolist() == [0, *np.cumsum(count)[:-1].tolist()]
-    assert offset[-1] + count[-1] == len(table.coefficients)
-    assert ((amplitude == 0) | (anchor <= begin) | (anchor >= end)).all()
-
-
-@each_kind
-def test_values_at_one_s_follow_the_formula(profile: ShockProfile) -> None:
-    table = profile.free_path()
-    last = table.at(profile.duration_ratio)
-    for begin, end, offset, count, amplitude, exponent, anchor, scale in table.rows.tolist():
-        s = np.linspace(begin, end, 9)[:-1]
-        z, u = (2 * s - begin - end) / (end - begin), np.abs(s - anchor) / scale
-        used = table.coefficients[int(offset) : int(offset + count)]
-        polynomials = chebval(z, used) if count else np.zeros((2, 8))
-        sign = math.copysign(1.0, begin - anchor)
-        powers = [u**exponent, sign * exponent / scale * u ** (exponent - 1)] if amplitude else [0 * u, 0 * u]
-        found = np.array([table.at(each) for each in s.tolist()])
-        expected = polynomials + amplitude * np.array(powers)
-        # z and sums are rounded: some units in the last place of the greatest value.
-        np.testing.assert_allclose(found / last, expected.T / last, rtol=0, atol=4e-15)
-
-
-@pytest.mark.parametrize("s", [1e-12, 1e-6, 1e-3], ids=str)
-def test_a_power_keeps_its_digits_at_short_times(s: float) -> None:
-    profile = PowerLaw(rise_exponent=0.5, decay_exponent=2, duration_ratio=2)
-    # Relative, however small: one power and a few products.
-    assert profile.free_path().at(s) == pytest.approx((_exact(profile, 2, s), _exact(profile, 1, s)), rel=1e-15, abs=0)
-
-
 # ---------------------------------------------------------------- rough forces
 
 
-def square_wave(rate: float) -> tuple[Given, float, float]:
+def square_wave(rate: float) -> tuple[Formula, float, float]:
     """A force that jumps between 0 and 1 where sin(rate s) changes sign, undeclared; impulse and path at n = 2."""
 
     def force(s: FloatArray) -> FloatArray:
@@ -225,7 +137,7 @@ def square_wave(rate: float) -> tuple[Given, float, float]:
 
     start = np.arange(0, 2, 2 * math.pi / rate)
     stop = np.minimum(start + math.pi / rate, 2)
-    return Given(force, force), math.fsum(stop - start), math.fsum((stop - start) * (2 - (start + stop) / 2))
+    return Formula(force, force), math.fsum(stop - start), math.fsum((stop - start) * (2 - (start + stop) / 2))
 
 
 @pytest.mark.parametrize("rate", [3.0, 50.0, 1000.0, 1e6])

@@ -9,12 +9,12 @@ import attrs
 import numpy as np
 import pint
 import pytest
-from scipy.integrate import solve_ivp
 
 import shockwave as sw
 from shockwave.base.errors import InvalidValueError
 from shockwave.profiles.tabulated import Tabulated
 from shockwave.studies.amplification_curve import UniversalCurve
+from support.chain_reference import Reference
 from support.pages import ROOT
 from support.scenes import CHAIN
 
@@ -131,10 +131,10 @@ def test_the_table_of_a_long_record_has_no_seams():
 def test_pulling_forces_are_simulated_and_refused_by_formulas():
     profile = Tabulated([0, 1, 2, 3, 4, 5], [0, 8, 4, 0, -3, 0], negative="keep")
     shock = sw.Shock(profile=profile, peak_force=100.0, rise_time=1e-5)
-    short = attrs.evolve(CHAIN, granules=3)
-    result = sw.simulate(shock, attrs.evolve(short, granules=[sw.Segment(count=3)]), rtol=1e-8)
-    peaks = [peak.peak_force for peak in result.contacts]
-    assert peaks == pytest.approx(reference(shock, short), rel=1e-5)  # that of its samples
+    short = attrs.evolve(CHAIN, granules=[sw.Segment(count=3)])
+    result = sw.simulate(shock, short, rtol=1e-8)
+    peaks, _ = Reference(shock, short, 1e-5).greatest(2e-4)
+    assert [peak.peak_force for peak in result.contacts] == pytest.approx(peaks, rel=1e-8)
     assert result.recoil_momentum < 0
     outcome = sw.predict(shock, CHAIN)
     assert outcome.peak_force == sw.simulate(shock, CHAIN).peak_force > 0
@@ -143,18 +143,3 @@ def test_pulling_forces_are_simulated_and_refused_by_formulas():
     for refused in (lambda: sw.predict(shock, CHAIN, model="section-4"), lambda: UniversalCurve(profile)):
         with pytest.raises(InvalidValueError, match=r"covers? no negative forces"):
             refused()
-
-
-def reference(shock, chain):
-    """Greatest contact forces by an integration of the equations of motion that shares nothing with the package."""
-    stiffness, mass = chain.contact_stiffness, chain.granule_mass
-
-    def slope(time, state):
-        x, v = np.split(state, 2)
-        forces = stiffness * np.maximum(x[:-1] - x[1:], 0) ** 1.5
-        outer = shock.peak_force * float(shock.profile.force(time / shock.rise_time))
-        return np.concatenate((v, (np.append(outer, forces) - np.append(forces, 0)) / mass))
-
-    times = np.linspace(0, 2e-4, 8001)
-    x = solve_ivp(slope, (0, 2e-4), np.zeros(6), "DOP853", times, rtol=1e-9, atol=1e-14, max_step=2e-6).y[:3]
-    return (stiffness * np.maximum(x[:-1] - x[1:], 0) ** 1.5).max(axis=1).tolist()

@@ -13,7 +13,6 @@ from shockwave.profiles.tabulated import Tabulated
 from support.record_styles import BLOW, MICROSECONDS
 
 PUSH_AND_PULL = ([0, 1, 2, 3, 4, 5], [0, 8, 4, 0, -3, 0])
-HEADER = "time [s], force [N]\n"
 
 
 def test_a_clean_record_is_not_changed():
@@ -49,32 +48,11 @@ def test_samples_that_are_not_a_pulse_are_refused(times, forces, message):
         Tabulated(times=times, forces=forces)
 
 
-#: Rows of a file, and the error.
-FILES = {
-    "negative": ("0,0\n1,-1\n2,0\n", "if compression is negative, set sign: -1"),
-    "backwards": ("0,0\n# c\n2,1\n1,0\n", r"pulse.csv:5: times\[2\]: must be greater than the one before \(got 1, one"),
-    "repeated": ("0,0\n1,1\n1,1\n2,0.5\n3,0\n", r"csv:4: times\[2\]: .*one of 1; delete it, or sort"),
-}
-
-
-@pytest.mark.parametrize(("rows", "message"), FILES.values(), ids=FILES)
-def test_errors_in_a_file_state_their_line_and_its_keys(tmp_path, rows, message):
-    (tmp_path / "pulse.csv").write_text(HEADER + rows)
+def test_errors_in_a_file_state_their_line(tmp_path):
+    (tmp_path / "pulse.csv").write_text("time [s], force [N]\n0,0\n# c\n2,1\n1,0\n")
+    message = r"pulse.csv:5: times\[2\]: must be greater than the one before \(got 1, one of 1;"
     with pytest.raises(InvalidValueError, match=message):
         Tabulated.from_file(tmp_path / "pulse.csv")
-
-
-@pytest.mark.parametrize("digits", [2, 5], ids=["one-time", "forty-times"])
-def test_rounded_times_are_one_error_that_asks_for_the_interval(tmp_path, digits):
-    times, forces = 1e-6 * np.arange(400), np.sin(np.pi * np.arange(400) / 399)
-    rows = "".join(f"{time:.{digits}f},{force:.4f}\n" for time, force in zip(times, forces, strict=True))
-    (tmp_path / "pulse.csv").write_text(HEADER + rows)
-    message = r"csv:3: times\[1\]: .*set interval to the sampling interval of"
-    with pytest.raises(InvalidValueError, match=message) as caught:
-        Tabulated.from_file(tmp_path / "pulse.csv")
-    assert len(caught.value.faults) == 1
-    record = Tabulated.from_file(tmp_path / "pulse.csv", interval=1e-6, negative="zero")
-    assert record.recorded_rise_time == pytest.approx(200e-6, rel=0.01)  # rounding of the forces at the top
 
 
 UNEVEN = np.append(MICROSECONDS[:-1], 1e-3)
@@ -152,7 +130,7 @@ def around(forces, rest=5.0):
     return 1e-6 * np.arange(281), np.concatenate((np.full(100, rest), forces, np.full(100, rest)))
 
 
-@pytest.mark.parametrize(("edge", "distorted"), [(10e3, True), (30e3, False)])
+@pytest.mark.parametrize(("edge", "distorted"), [(10e3, True), (15e3, True), (30e3, False)])
 def test_a_low_pass_filter_that_distorts_the_pulse_is_a_warning(edge, distorted):
     profile = Tabulated(*around(BLOW), low_pass=edge, baseline=(0, 100e-6), negative="zero")
     assert any("filter distorts the pulse" in alarm for alarm in profile.alarms) == distorted
@@ -206,10 +184,3 @@ def test_an_offset_below_zero_stays_a_warning_when_negative_samples_are_set_to_z
     assert any("of that of the others: set baseline" in alarm for alarm in profile.alarms)
     # the impulse changes its sign
     assert re.search(r"set to zero: \d+ of 1000 \(impulse \+", profile.notes[0])
-
-
-def test_the_error_of_negative_noise_proposes_all_keys():
-    forces = BLOW - 5 + np.random.default_rng(1).normal(0, 0.1, BLOW.size)
-    with pytest.raises(InvalidValueError, match=r"^negative: .*; crop: \[20 us, 60 us\] would change rise"):
-        Tabulated(MICROSECONDS, forces)
-    assert Tabulated(MICROSECONDS, forces, crop=(20e-6, 60e-6)).alarms == ()

@@ -101,35 +101,32 @@ ON_IMPORT = {
     "lacks a module": ("import a_module_that_is_nowhere", "ModuleNotFoundError"),
     "exits": ("import sys; sys.exit(3)", "SystemExit: 3"),
 }
-#: Hooks that are wrong in other ways.
+#: Hooks that are wrong in other ways: their arguments and body, and what is reported of them.
 HOOKS = {
-    "misspelt": (HOOK.replace("_profiles", "_profile").format(arguments="", body="return []"), "'shockwave_profile'"),
-    "takes an argument": (HOOK.format(arguments="scene", body="return []"), "scene"),
-    "returns None": (HOOK.format(arguments="", body="return None"), "registers nothing"),
-    "returns a text": (HOOK.format(arguments="", body="return 'pulse'"), "must return a list of entries"),
-    "raises in the hook": (HOOK.format(arguments="", body="return 1 / 0"), "ZeroDivisionError"),
-    "takes a name": (
-        HOOK.format(arguments="", body="return [Entry('triangular', 'a:B', 'c')]"),
-        "profile 'triangular' is a built-in name",
-    ),
+    "takes an argument": ("scene", "return []", "scene"),
+    "returns None": ("", "return None", "registers nothing"),
+    "returns a text": ("", "return 'pulse'", "must return a list of entries"),
+    "raises in the hook": ("", "return 1 / 0", "ZeroDivisionError"),
+    "takes a name": ("", "return [Entry('triangular', 'a:B', 'c')]", "profile 'triangular' is a built-in name"),
 }
-DECLARED = (
-    "from attrs import frozen\nfrom shockwave import ShockProfile, quantity\n"
-    "class Base(ShockProfile):\n    def rise(self, s): return s\n    def decay(self, s): return 2 - s\n"
-)
-WIDTH = "class Pulse(Base):\n    width: float = quantity('{unit}', 'w', above=0{default})\n"
+MISSPELT = HOOK.replace("_profiles", "_profile").format(arguments="", body="return []")
 #: Classes that are wrong.
 PULSES = {
     "is missing": ("x = 1", "AttributeError"),
     "is no profile": ("class Pulse:\n    pass", "must be a subclass of ShockProfile"),
     "is an instance": ("Pulse = 3.0", "must be a subclass of ShockProfile"),
-    "is abstract": (
-        "from shockwave import ShockProfile\nclass Pulse(ShockProfile):\n    def rise(self, s): return s",
-        "must also define decay",
+    "is abstract": ("from shockwave import ShockProfile\nclass Pulse(ShockProfile): pass", "must also define decay"),
+    "is undecorated": (
+        "from shockwave import Triangular, quantity\nclass Pulse(Triangular):\n    width: float = quantity('s', 'w')",
+        "decorated with attrs.frozen",
     ),
-    "is undecorated": (DECLARED + WIDTH.format(unit="s", default=""), "decorated with attrs.frozen"),
 }
-IN_HOOKS = {f"hooks module {name}": (code, "", cause) for name, (code, cause) in (ON_IMPORT | HOOKS).items()}
+IN_HOOKS = {f"hooks module {name}": (code, "", cause) for name, (code, cause) in ON_IMPORT.items()}
+IN_HOOKS |= {
+    f"hooks module {name}": (HOOK.format(arguments=arguments, body=body), "", cause)
+    for name, (arguments, body, cause) in HOOKS.items()
+}
+IN_HOOKS["hooks module is misspelt"] = (MISSPELT, "", "'shockwave_profile'")
 IN_PULSE = {f"profile's module {name}": ("", code, cause) for name, (code, cause) in (ON_IMPORT | PULSES).items()}
 
 

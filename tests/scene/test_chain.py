@@ -1,4 +1,4 @@
-"""The chain: its contact law and A of eq. (4c), the checks on a material, and the scales of eq. (1)."""
+"""The chain: its contact law and A of eq. (4c), the scales of eq. (1), and wrong values, parts and features."""
 
 from __future__ import annotations
 
@@ -8,14 +8,15 @@ from typing import Any
 import attrs
 import pytest
 
+import shockwave as sw
 from shockwave.base.errors import InvalidValueError
 from shockwave.scene.chain import Chain, Scales
 from shockwave.scene.material import Material
+from support.scenes import CHAIN as BEADS
+from support.scenes import STEEL
 
-STEEL = Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0)
+SQUARE = sw.PowerContact(exponent=2, stiffness=1e7)
 AUXETIC = Material(youngs_modulus=5e7, poisson_ratio=-0.7, density=120.0)
-#: The beads of the paper's tables: 9.5 mm across.
-BEADS = Chain(material=STEEL, radius=4.75e-3)
 CHAINS = pytest.mark.parametrize("chain", [BEADS, Chain(material=AUXETIC, radius=0.3)], ids=["paper", "auxetic"])
 
 
@@ -85,3 +86,75 @@ def test_a_wrong_value_is_refused_with_its_rule(scene: Any, name: str, value: ob
         attrs.evolve(scene, **{name: value})
     assert str(caught.value).startswith(f"{name}: must be {rule}")
     assert f"(got {value!r}" in str(caught.value)
+
+
+@attrs.frozen
+class Law(sw.ContactLaw):
+    """A law of a plugin."""
+
+    def force(self, *_: Any) -> Any:
+        return 0.0
+
+
+WRONG: dict[str, tuple[dict[str, Any], str, str]] = {
+    "wall-of-an-endless-chain": ({"granules": None, "end": sw.Wall()}, "end", "must be left out for an endless"),
+    "gravity-without-a-wall": ({"gravity": 9.81}, "gravity", "must be 0 for a chain with a free end"),
+    "tsuji-without-hertz": (
+        {"damping": sw.Tsuji(restitution=0.9), "contact": SQUARE}, "damping.model", "(got tsuji, exponent 2)"
+    ),
+    "too-many-granules": ({"granules": 2_000_000, "end": sw.Wall()}, "granules", "must be <= 1000000"),
+    "both-sizes": ({"diameter": 1e-3}, "diameter", "must be left out if radius is given"),
+    "gap-under-gravity": (
+        {"granules": [sw.Cell(repeat=2, cell=[sw.Segment(gap=1e-6)])], "gravity": 1.0, "end": sw.Wall()},
+        "granules[0].cell[0].gap",
+        "must be 0 under gravity",
+    ),
+    "law-with-damping": ({"contact": Law(), "damping": sw.Dashpot(coefficient=1.0)}, "damping", "Law"),
+    "law-under-precompression": ({"contact": Law(), "precompression": 1.0}, "precompression", "Law"),
+    "too-many-in-segments": ({"granules": [sw.Segment(count=10**6)] * 2}, "granules", "at most 1000000 granules"),
+    "no-segments": ({"granules": [sw.Segment(), 3]}, "granules[1]", "must be a Segment or a Cell (got 3)"),
+    "no-wall": ({"end": "rigid"}, "end", "must be a Wall (got 'rigid')"),
+    "no-damping": ({"damping": 0.9}, "damping", "must be a KuwabaraKono"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_a_wrong_chain_is_refused_with_the_place(name: str) -> None:
+    features, path, part = WRONG[name]
+    with pytest.raises(InvalidValueError) as caught:
+        sw.Chain(**{"material": STEEL, "radius": BEADS.radius, "granules": 4, **features})
+    assert str(caught.value).startswith(f"{path}: ")
+    assert part in str(caught.value)
+
+
+def test_all_errors_of_a_chain_are_reported_together() -> None:
+    with pytest.raises(InvalidValueError) as caught:
+        attrs.evolve(BEADS, granules=[sw.Segment(gap=1e-6), sw.Segment(gap=1e-6)], gravity=1.0)
+    assert [fault.path for fault in caught.value.faults] == ["gravity", "granules[0].gap", "granules[1].gap"]
+
+
+@pytest.mark.parametrize(
+    ("part", "values", "message"),
+    [
+        (sw.Taper, {"first": 1, "last": 2, "spacing": "even"}, "spacing: must be linear or geometric"),
+        (sw.Segment, {"radius": sw.Taper(first=1, last=2)}, r"count: must be >= 2 for a taper \(got 1\)"),
+        (sw.Cell, {"repeat": 2, "cell": []}, "cell: must be a list of one or more Segment objects"),
+        (sw.Wall, {"stiffness": 1e6}, "stiffness: must be left out for a fixed wall"),
+        (sw.Tsuji, {"restitution": 0}, "restitution: must be > 0 and <= 1"),
+        (sw.PowerContact, {"exponent": 0.5, "stiffness": 1}, "exponent: must be >= 1 and <= 10"),
+    ],
+    ids=["taper", "segment", "cell", "wall", "damping", "contact"],
+)
+def test_a_wrong_part_is_refused_with_its_rule(part: Any, values: dict[str, Any], message: str) -> None:
+    with pytest.raises(InvalidValueError, match=f"^{message}"):
+        part(**values)
+
+
+def test_chains_with_features_are_values() -> None:
+    one, other = (
+        attrs.evolve(BEADS, granules=[sw.Segment(count=2, diameter=1e-3)], end=sw.Wall(mass=1.0)) for _ in range(2)
+    )
+    assert one == other
+    assert hash(one) == hash(other)
+    assert attrs.evolve(one, precompression=1.0) != one
+    assert sw.Chain(material=STEEL, diameter=2 * BEADS.radius) == BEADS

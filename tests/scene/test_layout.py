@@ -12,12 +12,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import shockwave as sw
-from shockwave.base.errors import InvalidValueError, NotCoveredError
-from shockwave.scene.contact_law import BoundLaw, ContactLaw, Hertz, Pairs
-from shockwave.scene.coverage_rules import reduced
+from shockwave.base.errors import InvalidValueError
 from shockwave.scene.damping import tsuji_ratio
-from shockwave.scene.layout import Layout
-from shockwave.scene.scene import Scene
+from shockwave.scene.layout import Layout, mass_and_length
 from support.scenes import CHAIN, STEEL, triangle
 
 PTFE = sw.Material(youngs_modulus=1.46e9, poisson_ratio=0.46, density=2178.0)
@@ -119,6 +116,7 @@ def test_a_gap_follows_each_granule_of_its_segment() -> None:
     assert Layout.of(made, SHOCK).overlaps.tolist() == [0, -1e-5, -1e-5, -3e-5]
     free = attrs.evolve(made, end=None)
     assert Layout.of(free, SHOCK).overlaps.tolist() == [0, -1e-5, -1e-5]
+    assert mass_and_length(made) == pytest.approx((4 * CHAIN.granule_mass, 8 * RADIUS + 5e-5), rel=ROUNDINGS)
 
 
 # ---------------------------------------------------------------- damping
@@ -171,170 +169,8 @@ def test_tsuji_s_ratio_is_that_of_the_linear_oscillator() -> None:
     assert math.exp(-(math.pi - 2 * angle) * math.tan(angle)) == pytest.approx(0.8, rel=ROUNDINGS)
 
 
-# ---------------------------------------------------------------- laws of plugins
-
-
-@attrs.frozen(kw_only=True)
-class Worn(ContactLaw):
-    """A law that softens with the greatest overlap."""
-
-    states = 1
-
-    def force(self, overlap: Any, closing_velocity: Any, state: Any, pairs: Pairs) -> Any:
-        return pairs.stiffnesses * overlap * (1 - state[0]) - 0.5 * closing_velocity
-
-    def update(self, overlap: Any, closing_velocity: Any, state: Any, pairs: Pairs) -> Any:
-        return np.maximum(state, overlap)
-
-
-def test_a_law_is_evaluated_in_scaled_units() -> None:
-    layout = Layout.of(chain(contact=Worn()), SHOCK)
-    assert layout.law == Worn()
-    law = BoundLaw(layout.law, layout.pairs, length=1.0, velocity=1.0, unit_force=1.0)
-    assert law.initial_state().shape == (1, 3)
-    overlap, velocity, state = np.array([1e-6, -1e-6, 1e-6]), np.array([0.1, 0.0, 1e6]), np.array([[0.5, 0.0, 0.0]])
-    forces = law.force(overlap, velocity, state)
-    # neither an open contact nor an attraction has a force
-    assert forces.tolist() == [pytest.approx(0.5e-6 * CHAIN.contact_stiffness - 0.05, rel=ROUNDINGS), 0.0, 0.0]
-    scaled = attrs.evolve(law, length=1e-6, velocity=0.1, unit_force=2.0)
-    assert scaled.force(overlap / 1e-6, velocity / 0.1, state) == pytest.approx(forces / 2, rel=ROUNDINGS)
-    assert scaled.update(overlap / 1e-6, velocity / 0.1, np.zeros((1, 3))) == pytest.approx(
-        np.array([[1e-6, 0, 1e-6]]), rel=ROUNDINGS
-    )
-
-
-# ---------------------------------------------------------------- equal granules among other chains
-
-
-def test_segments_of_equal_granules_are_a_number_of_granules() -> None:
-    made = chain(sw.Segment(count=3), sw.Cell(repeat=2, cell=[sw.Segment(radius=RADIUS), sw.Segment(material=STEEL)]))
-    assert not made.is_uniform
-    assert made.count == 7
-    assert reduced(made) == attrs.evolve(CHAIN, granules=7)
-    smaller = chain(sw.Segment(count=5, radius=1e-3))
-    assert reduced(smaller) == sw.Chain(material=STEEL, radius=1e-3, granules=5)
-    assert chain(contact=Hertz()) == chain()
-
-
-FURTHER: dict[str, dict[str, Any]] = {
-    "granules[1]": {"granules": [sw.Segment(), sw.Segment(radius=1e-3)]},
-    "granules[0]": {"granules": [sw.Segment(count=2, radius=sw.Taper(first=1e-3, last=2e-3))]},
-    "granules[0].cell[1]": {"granules": [sw.Cell(repeat=2, cell=[sw.Segment(), sw.Segment(material=PTFE)])]},
-    "granules[0].gap": {"granules": [sw.Segment(count=4, gap=1e-6)]},
-    "end": {"end": sw.Wall()},
-    "precompression": {"precompression": 1.0},
-    "damping": {"damping": sw.Dashpot(coefficient=1.0)},
-    "contact": {"contact": sw.PowerContact(exponent=2, stiffness=1e7)},
-}
-
-
-@pytest.mark.parametrize("path", FURTHER)
-def test_methods_for_equal_granules_refuse_every_further_feature(path: str) -> None:
-    made = sw.Chain(material=STEEL, radius=RADIUS, **{"granules": 4, **FURTHER[path]})
-    assert reduced(made) is None
-    message = r"must be left out for a test, which covers only shocks on chains of equal granules with free ends \(got "
-    with pytest.raises(NotCoveredError, match=message) as caught:
-        Scene(excitation=SHOCK, chain=made).covered("a test")
-    assert [fault.path for fault in caught.value.faults] == [f"chain.{path}"]
-    with pytest.raises(NotCoveredError, match=r"^impact: must be left out"):
-        Scene(excitation=sw.Impact(velocity=1.0), chain=attrs.evolve(CHAIN, granules=4)).covered("a test")
-    predictor = sw.Predictor(model="section-4")
-    with pytest.raises(NotCoveredError, match="must be left out for section 4"):
-        predictor.predict(SHOCK, made)
-    (refused,) = predictor.predict_many([SHOCK], made)
-    assert [fault.path for fault in refused.faults] == [f"chain.{path}"]
-    outcome = sw.Predictor().predict(SHOCK, made)
-    assert [fault.path for fault in outcome.section4_faults] == [f"chain.{path}"]
-    assert outcome.greatest_force == sw.simulate(SHOCK, made).greatest_force
-    assert sw.compare(SHOCK, made).predicted is None
-
-
-def test_segments_of_equal_granules_are_predicted_like_their_number() -> None:
-    one, other = (sw.predict(SHOCK, each) for each in (chain(), attrs.evolve(CHAIN, granules=4)))
-    assert one.to_dict() == other.to_dict()
-    assert sw.Predictor().predict_many([SHOCK], chain()) == [other]
-
-
-# ---------------------------------------------------------------- wrong chains
-
-WRONG: dict[str, tuple[dict[str, Any], str, str]] = {
-    "wall-of-an-endless-chain": ({"granules": None, "end": sw.Wall()}, "end", "must be left out for an endless"),
-    "gravity-without-a-wall": ({"gravity": 9.81}, "gravity", "must be 0 for a chain with a free end"),
-    "gap-under-precompression": (
-        {"granules": [sw.Segment(), sw.Segment(gap=1e-6)], "precompression": 1.0},
-        "granules[1].gap",
-        "must be 0 under precompression",
-    ),
-    "gap-under-gravity": (
-        {"granules": [sw.Cell(repeat=2, cell=[sw.Segment(gap=1e-6)])], "gravity": 1.0, "end": sw.Wall()},
-        "granules[0].cell[0].gap",
-        "must be 0 under gravity",
-    ),
-    "tsuji-without-hertz": (
-        {"damping": sw.Tsuji(restitution=0.9), "contact": sw.PowerContact(exponent=2, stiffness=1e7)},
-        "damping.model",
-        "for which the restitution depends on the velocity (got tsuji, exponent 2)",
-    ),
-    "law-with-damping": ({"contact": Worn(), "damping": sw.Dashpot(coefficient=1.0)}, "damping", "Worn"),
-    "law-under-precompression": ({"contact": Worn(), "precompression": 1.0}, "precompression", "Worn"),
-    "too-many-granules": ({"granules": 2_000_000, "end": sw.Wall()}, "granules", "must be <= 1000000"),
-    "too-many-in-segments": ({"granules": [sw.Segment(count=10**6)] * 2}, "granules", "at most 1000000 granules"),
-    "no-segments": ({"granules": [sw.Segment(), 3]}, "granules[1]", "must be a Segment or a Cell (got 3)"),
-    "no-wall": ({"end": "rigid"}, "end", "must be a Wall (got 'rigid')"),
-    "no-damping": ({"damping": 0.9}, "damping", "must be a KuwabaraKono"),
-    "both-sizes": ({"diameter": 1e-3}, "diameter", "must be left out if radius is given"),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", WRONG)
-def test_a_wrong_chain_is_refused_with_the_place(name: str) -> None:
-    features, path, part = WRONG[name]
-    with pytest.raises(InvalidValueError) as caught:
-        sw.Chain(**{"material": STEEL, "radius": RADIUS, "granules": 4, **features})
-    assert str(caught.value).startswith(f"{path}: ")
-    assert part in str(caught.value)
-
-
-def test_all_errors_of_a_chain_are_reported_together() -> None:
-    with pytest.raises(InvalidValueError) as caught:
-        chain(sw.Segment(gap=1e-6), sw.Segment(gap=1e-6), gravity=1.0)
-    assert [fault.path for fault in caught.value.faults] == ["gravity", "granules[0].gap", "granules[1].gap"]
-
-
-PARTS: dict[str, tuple[Any, str]] = {
-    "stiff-fixed-wall": (lambda: sw.Wall(stiffness=1e6), "stiffness: must be left out for a fixed wall (got 1e+06"),
-    "taper-of-one": (lambda: sw.Segment(radius=sw.Taper(first=1, last=2)), "count: must be >= 2 for a taper (got 1)"),
-    "empty-cell": (lambda: sw.Cell(repeat=2, cell=[]), "cell: must be a list of one or more Segment objects"),
-    "unknown-spacing": (lambda: sw.Taper(first=1, last=2, spacing="even"), "spacing: must be linear or geometric"),
-    "no-restitution": (lambda: sw.Tsuji(restitution=0), "restitution: must be > 0 and <= 1"),
-}
-
-
-@pytest.mark.parametrize("name", PARTS)
-def test_a_wrong_part_is_refused_with_its_rule(name: str) -> None:
-    make, message = PARTS[name]
-    with pytest.raises(InvalidValueError) as caught:
-        make()
-    assert str(caught.value).startswith(message)
-
-
-@pytest.mark.parametrize(
-    ("made", "impact", "part"),
-    [
-        (CHAIN, sw.Impact(velocity=1.0), "must be given, because a striker needs a finite chain"),
-        (chain(sw.Segment()), None, "must give a contact (got 1 granule"),
-    ],
-    ids=["endless", "single"],
-)
-def test_a_scene_without_a_contact_is_refused(made: sw.Chain, impact: sw.Impact | None, part: str) -> None:
-    with pytest.raises(InvalidValueError) as caught:
-        Layout.of(made, impact or SHOCK)
-    assert str(caught.value).startswith(f"chain.granules: {part}")
-
-
-def test_chains_with_features_are_values() -> None:
-    one, other = (chain(sw.Segment(count=2, diameter=1e-3), end=sw.Wall(mass=1.0)) for _ in range(2))
-    assert one == other
-    assert hash(one) == hash(other)
-    assert attrs.evolve(one, precompression=1.0) != one
-    assert sw.Chain(material=STEEL, diameter=2 * RADIUS) == CHAIN
+def test_a_scene_without_a_contact_is_refused() -> None:
+    with pytest.raises(InvalidValueError, match=r"^chain.granules: must be given, because a striker needs a finite"):
+        Layout.of(CHAIN, sw.Impact(velocity=1.0))
+    with pytest.raises(InvalidValueError, match=r"^chain.granules: must give a contact \(got 1 granule"):
+        Layout.of(chain(sw.Segment()), SHOCK)

@@ -34,6 +34,7 @@ def test_a_shape_that_is_not_a_record_needs_peak_force_and_rise_time(name: str) 
 def test_a_record_supplies_missing_values(values: dict[str, float], expected: tuple[float, float]) -> None:
     shock = sw.Shock(profile=sw.Tabulated([0.0, 2e-6, 5e-6], [0.0, 80.0, 0.0]), **values)
     assert (shock.peak_force, shock.rise_time) == expected
+    assert shock.duration == pytest.approx(2.5 * expected[1], rel=1e-15)
 
 
 @pytest.mark.parametrize("profile", ["power-law", sw.PowerLaw], ids=["name", "class"])

@@ -13,7 +13,8 @@ import pytest
 import shockwave as sw
 from conftest import Install
 from shockwave.engine.nystroem_tableaux import scaled_error
-from shockwave.scene.contact_law import Pairs
+from shockwave.scene.contact_law import BoundLaw, Pairs
+from shockwave.scene.layout import Layout
 from support.command_line import scenario, shockwave
 from support.pages import DOCS, blocks_of, execute
 from support.scenes import CHAIN, FORCE, UNITS, triangle
@@ -135,11 +136,45 @@ def test_compiled_code_is_refused_for_a_law_that_it_does_not_have() -> None:
 @pytest.mark.parametrize("end", ENDS)
 def test_histories_and_gaps_of_a_chain_with_a_plugin(end: str) -> None:
     apart = attrs.evolve(chain(5, end), granules=[sw.Segment(count=5, gap=1e-6)], contact=Greatest())
-    result: Any = sw.simulate(EXCITATIONS["striker"], apart, rtol=1e-3, record=("forces", "field", "energies"))
-    recorded = result.recording
-    assert recorded.forces.max() == pytest.approx(result.greatest_force.peak_force, rel=0.05)  # time between samples
-    assert np.isfinite(recorded.kinetic_energy).all()
+    options: dict[str, Any] = {"rtol": 1e-3, "until": 40 * UNITS.time, "record": ("forces", "field", "energies")}
+    result: Any = sw.simulate(EXCITATIONS["striker"], apart, **options)
+    greatest = result.greatest_force.peak_force
+    assert result.recording.forces.max() == pytest.approx(greatest, rel=0.05)  # time between samples
+    assert np.isfinite(result.recording.kinetic_energy).all()
     assert result.momentum_defect < 1e-13
+
+
+# A few products, quotients and roots: each rounds once.
+ROUNDINGS = 1e-14
+
+
+@attrs.frozen
+class Worn(sw.ContactLaw):
+    """A law that softens with the greatest overlap."""
+
+    states = 1
+
+    def force(self, overlap: Any, closing_velocity: Any, state: Any, pairs: Pairs) -> Any:
+        return pairs.stiffnesses * overlap * (1 - state[0]) - 0.5 * closing_velocity
+
+    def update(self, overlap: Any, closing_velocity: Any, state: Any, pairs: Pairs) -> Any:
+        return np.maximum(state, overlap)
+
+
+def test_a_law_is_evaluated_in_scaled_units() -> None:
+    layout = Layout.of(chain(4, "free", contact=Worn()), EXCITATIONS["shock"])
+    assert layout.law == Worn()
+    law = BoundLaw(layout.law, layout.pairs, length=1.0, velocity=1.0, unit_force=1.0)
+    assert law.initial_state().shape == (1, 3)
+    overlap, velocity, state = np.array([1e-6, -1e-6, 1e-6]), np.array([0.1, 0.0, 1e6]), np.array([[0.5, 0.0, 0.0]])
+    forces = law.force(overlap, velocity, state)
+    # neither an open contact nor an attraction has a force
+    assert forces.tolist() == [pytest.approx(0.5e-6 * CHAIN.contact_stiffness - 0.05, rel=ROUNDINGS), 0.0, 0.0]
+    scaled = attrs.evolve(law, length=1e-6, velocity=0.1, unit_force=2.0)
+    assert scaled.force(overlap / 1e-6, velocity / 0.1, state) == pytest.approx(forces / 2, rel=ROUNDINGS)
+    assert scaled.update(overlap / 1e-6, velocity / 0.1, np.zeros((1, 3))) == pytest.approx(
+        np.array([[1e-6, 0, 1e-6]]), rel=ROUNDINGS
+    )
 
 
 def test_error_of_a_step_too_short_to_have_one_is_a_number() -> None:

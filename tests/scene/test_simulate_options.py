@@ -68,14 +68,17 @@ def test_method_is_chosen_for_the_tolerance(rtol: float | None, name: str) -> No
     assert sw.simulate(CASE_A, CHAIN, rtol=rtol).integrator == name
 
 
-def test_result_states_the_settings_that_were_omitted() -> None:
+def test_result_states_its_settings() -> None:
     adaptive = sw.simulate(power(0.5), CHAIN)
     fixed = sw.simulate(power(0.5), CHAIN, integrator="verlet", waves="primary")
-    assert (adaptive.rtol, adaptive.options.step) == (1e-6, None)
-    assert (fixed.rtol, fixed.options.step) == (None, 0.02)
+    chosen = sw.simulate(power(0.5), attrs.evolve(CHAIN, granules=12), integrator="rk4", step=0.1, waves="primary")
+    assert [(each.rtol, each.options.step) for each in (adaptive, fixed, chosen)] == [
+        (1e-6, None),
+        (None, 0.02),
+        (None, 0.1),
+    ]
+    assert chosen.to_dict()["step"] == 0.1
 
-
-# ---------------------------------------------------------------- every method
 
 INTEGRATORS = [
     pytest.param(entry.name, marks=[pytest.mark.slow] * (entry.name in ("radau", "rk4", "verlet")))
@@ -92,17 +95,3 @@ def test_every_method_agrees_with_the_reference_to_its_estimate(name: str) -> No
     # contact 60 of this chain, known to 19 digits, is within 1e-11 of its limit
     assert abs(result.peak_force / FORCE / 1.505133369796510557 - 1) <= result.error_estimate
     assert result.rtol is None or result.error_estimate <= result.rtol
-
-
-def test_half_the_step_of_verlet_divides_the_error_by_four() -> None:
-    reference = sw.simulate(power(0.5), CHAIN, rtol=1e-10).peak_force
-    forces = [sw.simulate(power(0.5), CHAIN, integrator="verlet", step=step).peak_force for step in (0.08, 0.04)]
-    coarse, fine = (abs(force / reference - 1) for force in forces)
-    # the next order adds some hundredths at these steps
-    assert coarse / fine == pytest.approx(4, rel=0.05)
-
-
-def test_a_step_as_given_is_kept() -> None:
-    result = sw.simulate(power(0.5), attrs.evolve(CHAIN, granules=12), integrator="rk4", step=0.1, waves="primary")
-    assert result.options.step == 0.1
-    assert result.to_dict()["step"] == 0.1

@@ -102,14 +102,6 @@ def test_the_law_of_short_shocks_is_the_formula_of_the_page() -> None:
 # ---------------------------------------------------------------- walls
 
 
-@pytest.mark.parametrize(
-    ("ratio", "factor"),
-    [(0.25, 1.0143524), (0.5, 1.3449538), (1.0, 1.7504034), (2.0, 2.1110769), (RIGID, 2.2383756)],
-)
-def test_the_wall_factor_meets_the_reference_to_all_its_digits(ratio: float, factor: float) -> None:
-    assert wall_factor(ratio) == pytest.approx(factor, abs=6e-8)
-
-
 def test_soft_walls_approach_a_power_law_from_above() -> None:
     ratios = np.geomspace(1e-12, 1e-4, 9)
     # the deviation is linear in the ratio

@@ -34,12 +34,10 @@ from shockwave.testing.profile_contract import rough_place
 PACKAGE = Path(shockwave.__file__).parent
 
 
+#: Straight, infinitely steep, with jumps, nearly straight.
+EXPONENTS = [(1, 1), (0.5, 1), (0, 0), (0.95, 1.5)]
 PROFILES = [
-    # straight, infinitely steep, with jumps, nearly straight
-    *(
-        PowerLaw(rise_exponent=a, decay_exponent=b, duration_ratio=3)
-        for a, b in [(1, 1), (0.5, 1), (0, 0), (0.95, 1.5)]
-    ),
+    *(PowerLaw(rise_exponent=a, decay_exponent=b, duration_ratio=3) for a, b in EXPONENTS),
     *(Triangular(duration_ratio=n) for n in (1.0001, 1e9)),
     *(Exponential(rise_rate=a, decay_rate=b, duration_ratio=3) for a, b in [(1e-12, 1e-12), (1, -1)]),
     Tabulated([0.0, 1.0, 2.0, 5.0], [0.0, 1.0, 2.0, 0.0]),

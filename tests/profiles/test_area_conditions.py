@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
 import pytest
 
-from shockwave.base.numerics import FloatArray
 from shockwave.profiles.area_conditions import conditions
 from shockwave.profiles.exponential import Exponential
 from shockwave.profiles.power_law import PowerLaw
@@ -16,23 +14,9 @@ from shockwave.profiles.quadrature import Integral
 from shockwave.profiles.shock_profile import Areas, ShockProfile
 from shockwave.profiles.tabulated import Tabulated
 from shockwave.profiles.triangular import Triangular
+from support.profile_references import sine
 
 NAMES = ("decay-outweighs-rise", "steep-rise", "slow-decay")
-
-
-class Bump(ShockProfile):
-    """A symmetric pulse, a power of a sine, without closed forms."""
-
-    duration_ratio = 2.0
-
-    def __init__(self, power: float) -> None:
-        self.power = power
-
-    def rise(self, s: FloatArray) -> FloatArray:
-        return np.asarray(np.sin(math.pi / 2 * s) ** self.power)
-
-    def decay(self, s: FloatArray) -> FloatArray:
-        return self.rise(2.0 - s)
 
 
 def _power(n: float, rise: float, decay: float) -> PowerLaw:
@@ -89,8 +73,8 @@ def test_every_row_of_the_paper_satisfies_all_conditions(
 
 
 BROKEN = {
-    "haversine": (Bump(2), set()),
-    "half-sine": (Bump(1), {"slow-decay"}),
+    "haversine": (sine(2), set()),
+    "half-sine": (sine(1), {"slow-decay"}),
     "rectangular": (_power(2, 0, 0), {"slow-decay"}),
     "spike": (_power(10, 1, 200), {"decay-outweighs-rise"}),
     "parabolic-rise": (_power(3, 2, 1), {"steep-rise"}),
@@ -107,7 +91,7 @@ def test_conditions_that_a_pulse_violates(profile: ShockProfile, broken: set[str
 
 def test_margins_are_in_rise_times() -> None:
     # A half-sine has 2/pi under its decay where (3) allows 1/2.
-    assert _checked(Bump(1))[2].margin == pytest.approx(0.5 - 2 / math.pi, rel=1e-12)
+    assert _checked(sine(1))[2].margin == pytest.approx(0.5 - 2 / math.pi, rel=1e-12)
 
 
 @pytest.mark.parametrize(("below", "holds"), [(0.9e-9, True), (1.1e-9, False)], ids=["within", "beyond"])
