@@ -139,11 +139,6 @@ def test_results_are_equal_by_value_with_and_without_their_train() -> None:
     assert all(result != sw.simulate(power(0.5), CHAIN, **other) for other in others)
 
 
-def test_a_result_is_frozen() -> None:
-    with pytest.raises(attrs.exceptions.FrozenInstanceError):
-        train().error_estimate = 1.0  # type: ignore[misc]
-
-
 def test_a_result_that_is_renamed_or_from_another_process_keeps_its_values() -> None:
     scene = attrs.evolve(train().scene, name="mine")
     named = pickle.loads(pickle.dumps(attrs.evolve(train(), scene=scene)))

@@ -139,14 +139,6 @@ def test_waves_that_part_slowly_are_within_their_estimates() -> None:
     assert max(wave.error_estimate or 1.0 for wave in result.waves[:4]) < 1e-5
 
 
-def test_all_waves_have_the_properties_of_the_same_solitary_wave() -> None:
-    first, second = record([0, 2, 12], [0, 1, 0]).waves[:2]
-    ratio = second.peak_force / first.peak_force
-    # the powers of the peak force by which a solitary wave scales; the residual force between the waves is about 1e-5
-    for name, power in {"momentum": 5 / 6, "energy": 5 / 3, "width": -1 / 6, "granule_velocity": 5 / 6}.items():
-        assert getattr(second, name) / getattr(first, name) == pytest.approx(ratio**power, rel=1e-4), name
-
-
 def test_waves_that_have_settled_are_removed_without_an_effect_on_the_others() -> None:
     # a free end within reach keeps all waves in the chain
     endless, finite = (sw.simulate(CASE_A, attrs.evolve(CHAIN, granules=n)).waves for n in (None, 400))
