@@ -81,11 +81,8 @@ def test_a_collision_has_the_solution_of_the_closed_form() -> None:
     assert option.value == pytest.approx(0.5 * 2 ** (5 / 6), abs=2 * option.value_error)
 
 
-@pytest.mark.parametrize(
-    ("target", "wanted"),
-    [("momentum", 0.5), ("energy", 0.5), ("speed", 0.5), ("width", 0.5), ("granule_velocity", 0.5)],
-)
-def test_properties_of_the_leading_wave_are_those_of_the_simulation(target: str, wanted: float) -> None:
+@pytest.mark.parametrize("target", ["momentum", "energy", "speed", "width", "granule_velocity"])
+def test_properties_of_the_leading_wave_are_those_of_the_simulation(target: str) -> None:
     wave = sw.simulate(CASE_A, CHAIN, rtol=1e-8).waves[0]
     value = 1.1 * getattr(wave, target)
     (option,) = design({target: value}, "shock.peak_force", (1.0, 1e3)).solutions
@@ -184,20 +181,6 @@ def test_poissons_ratio_has_two_solutions_about_zero() -> None:
     assert result.lowest.value == pytest.approx(0, abs=4e-3)
 
 
-def test_a_response_with_a_maximum_gives_both_solutions(tmp_path: Path) -> None:
-    """Among triangles of one duration and impulse, the strongest is neither the steepest nor the symmetric one."""
-    path = tmp_path / "triangle.yaml"
-    shock = "{profile: triangular, peak_force: 100, duration: 60 us, duration_ratio: 2}"
-    path.write_text(f"chain: {{material: paper-steel, radius: 4.75 mm}}\nshock: {shock}\n")
-    scenario = sw.load_scenario(path)
-    result = sw.design(scenario, vary="shock.duration_ratio", target={"peak_force": 115.0}, between=(1.05, 60.0))
-    assert len(result.solutions) == 2
-    for option in result.solutions:
-        shock_of = Family(scenario).scenario({"shock.duration_ratio": option.value}).shock
-        force = sw.simulate(shock_of, scenario.chain, rtol=1e-9).peak_force
-        assert force == pytest.approx(115, rel=1e-6)
-
-
 def test_the_error_of_a_solution_is_that_of_the_target_over_the_slope() -> None:
     (option,) = design({"peak_force": 60.0}).solutions
     value = float(option.value)
@@ -258,11 +241,6 @@ def test_materials_meet_an_inequality(file: Path) -> None:
     names = ["brass-260", "ptfe", "nylon-66"]
     result = sw.design(FILE, vary="chain.material", among=names, target="peak_force <= 120 N")
     assert str(result).startswith("material nylon-66 or ptfe gives a peak force <= 120 N")
-
-
-def test_one_material_need_not_be_a_list() -> None:
-    result = design("peak_force <= 1 kN", "chain.material", None, among="ptfe")
-    assert [option.value for option in result.table] == ["ptfe"]
 
 
 def test_materials_of_a_chain_that_must_be_elastic_are_left_out_with_a_warning() -> None:
