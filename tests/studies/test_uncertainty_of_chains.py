@@ -1,4 +1,4 @@
-"""Studies of chains beyond equal spheres: uncertainty and sweeps, each by simulations."""
+"""Uncertainty of chains beyond equal spheres, and a collision with a closed form."""
 
 from __future__ import annotations
 
@@ -96,12 +96,3 @@ def test_the_command_prints_the_distributions_that_python_gives(
     assert [one["name"] for one in document["quantities"]] == [GREATEST, "restitution"]
     assert document["quantities"][0]["sensitivities"][0]["name"] == "impact.velocity"
     assert (collision.peak_force, collision.amplification) == (None, None)
-
-
-def test_a_prediction_that_may_cover_some_points_is_not_refused(file: Path) -> None:
-    text = "chain: {material: ptfe, diameter: 9.5 mm, granules: 5, precompression: 1 N}\n"
-    shock = "shock: {profile: triangular, peak_force: 100 N, rise_time: 10 us, duration_ratio: 3}\n"
-    model = "predict: {model: section-4}\n"
-    file.write_text(text + shock + model + "sweep: {run: predict, grid: {chain.precompression: [1 N, 0 N]}}\n")
-    report = sw.run_sweep(file, file.parent / "out", workers=1)
-    assert (report.done, report.failed) == (1, 1)
