@@ -25,7 +25,7 @@ from shockwave.scene.segments import Segment
 from shockwave.simulation.contact_result import ChainResult
 from shockwave.simulation.recording import Recording
 from support.chain_reference import Reference
-from support.reference_chains import CASES, scenario_of, simulated
+from support.reference_chains import CASES, simulated
 from support.scenes import CHAIN, power, triangle
 
 # Wall forces of the reference are accurate to this, relative to the force.
