@@ -12,7 +12,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import mpmath as mp
 import pytest
 from attrs import evolve
 
@@ -119,14 +118,11 @@ def test_energy_drift_scales_as_the_square_of_verlets_step() -> None:
     [
         # 20 digits are known; rounding of some hundred steps
         ("A", "rkn1210", 1e-13, 1e-12),
-        ("B", "rkn1210", 1e-13, 1e-12),
         # independent code: errors of a thousand steps of 1e-11
         ("slow", "dop853", 1e-11, 3e-9),
-        ("short", "dop853", 1e-11, 3e-9),
         # expected accuracy; the tolerance of radau applies to each of hundreds of steps
         ("A", "pefrl", 0.05, 1e-3),
         ("A", "radau", 1e-4, 1e-3),
-        ("A", "rkn64", 1e-6, 1e-3),
     ],
 )
 def test_front_is_measured_with_any_method(name: str, method: str, setting: float, bound: float) -> None:
@@ -143,15 +139,6 @@ def test_front_of_a_finite_chain_is_measured_before_the_end() -> None:
 
 
 # ---------------------------------------------------------------- quadratures
-
-
-def test_areas_of_the_smooth_profile_agree_with_mpmath() -> None:
-    with mp.workdps(30):
-        rise = mp.quad(lambda s: mp.expm1(-2 * s) / mp.expm1(-2), [0, 1])
-        decay = 3 * mp.quad(lambda u: (mp.exp(-3 * u) - mp.exp(-3)) / (1 - mp.exp(-3)), [0, 1])
-    (smooth,) = (profile for name, profile in bench.PROFILES.items() if name.startswith("smooth"))
-    # rounded to a double
-    assert bench.areas_of(smooth).values == pytest.approx((float(rise), float(decay)), rel=3e-16)
 
 
 def test_gauss_legendre_reaches_rounding_on_all_areas() -> None:
@@ -210,13 +197,6 @@ def test_section_4_has_a_row_for_each_variant_with_its_error() -> None:
     formula: Any = sw.Predictor(model="section-4").predict(scene.shock, scene.chain)
     # the tolerance of the simulation, times ten
     assert of_method("section-4, constant")[0].error == pytest.approx(abs(formula.peak_force / exact - 1), abs=1e-8)
-
-
-def test_simulations_from_1e_2_to_1e_9_stand_beside_section_4() -> None:
-    _, methods = bench.predictors(CASES["short"])
-    *formulas, simulation = methods
-    assert {method.name for method in formulas} == {"section-4, constant", "section-4, literal"}
-    assert simulation.values == pytest.approx([10.0**-power for power in range(2, 10)])
 
 
 def test_error_of_the_simulation_is_below_its_tolerance() -> None:

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,6 +23,7 @@ from shockwave.simulation.convergence_runs import tolerances_for
 from support.assemblies import PULSE, mixed, uniform
 from support.chain_reference import Reference
 from support.random_chains import scene as random_scene
+from support.reference_chains import CASES, scenario_of
 
 pytestmark = pytest.mark.compiled
 
@@ -34,9 +32,6 @@ try:
 except ImportError:
     compiled = None
 
-REFERENCES: dict[str, Any] = json.loads(
-    (Path(__file__).parents[1] / "data" / "chains.json").read_text(encoding="utf-8")
-)
 NUMBERS = [0, 1, 2, 3, 6]
 
 
@@ -46,26 +41,19 @@ def striker(granules: int) -> Assembly:
     return mixed(granules, force=None, velocity=0.5, weight=0.02, overlaps=overlaps)
 
 
+def scaled(name: str) -> tuple[Assembly, float]:
+    """The assembly of a reference chain, and the end of its simulated time."""
+    scenario = scenario_of(name)
+    case = ChainSetup.of(scenario.simulate, scenario.scene)
+    assert case.until is not None
+    return case.assembly, case.until
+
+
 def momentum_defect(assembly: Assembly, motion: Motion) -> float:
     masses = 1 / assembly.inverse_masses
     taken = motion.impulses[-1] if assembly.fixed_wall else 0.0
     given = motion.applied_impulse + assembly.velocity * masses[0]
     return float(abs(math.fsum((masses * motion.v).tolist()) + taken - given))
-
-
-@pytest.fixture
-def scaled(tmp_path: Path) -> Callable[[str], tuple[Assembly, float]]:
-    """The assembly of a reference chain, and the end of its simulated time."""
-
-    def made(name: str) -> tuple[Assembly, float]:
-        file = tmp_path / "scene.yaml"
-        file.write_text(REFERENCES[name]["scenario"], encoding="utf-8")
-        scenario = sw.load_scenario(file)
-        case = ChainSetup.of(scenario.simulate, scenario.scene)
-        assert case.until is not None
-        return case.assembly, case.until
-
-    return made
 
 
 MIXED = {
@@ -79,7 +67,7 @@ MIXED = {
 
 @pytest.mark.skipif(compiled is None, reason="not compiled")
 @pytest.mark.parametrize("name", [*MIXED, "free end, short", "precompressed", "dashpot", "all at once"])
-def test_both_codes_agree(name: str, scaled: Any) -> None:
+def test_both_codes_agree(name: str) -> None:
     chain, until = (MIXED[name], 40.0) if name in MIXED else scaled(name)
     times = np.linspace(0, until, 7)
     one, other = (integrate(chain, 1e-7, until=until, times=times, compiled=c) for c in (compiled, None))
@@ -93,8 +81,8 @@ def test_both_codes_agree(name: str, scaled: Any) -> None:
         assert one.rebound == pytest.approx(other.rebound, rel=1e-10)
 
 
-@pytest.mark.parametrize("name", REFERENCES)
-def test_momentum_and_energy_balance(name: str, scaled: Any) -> None:
+@pytest.mark.parametrize("name", CASES)
+def test_momentum_and_energy_balance(name: str) -> None:
     chain, until = scaled(name)
     motion = integrate(chain, 1e-8, until=until, compiled=compiled)
     # rounding of sums over a thousand steps; the energy is as accurate as the steps

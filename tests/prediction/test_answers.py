@@ -9,7 +9,6 @@ import pint
 import pytest
 
 import shockwave as sw
-from shockwave.scenario.scene_hash import scene_hash
 
 ROOT = Path(__file__).parents[2]
 FILE = ROOT / "profiles" / "paper" / "table1-row1.yaml"
@@ -79,11 +78,6 @@ def test_a_method_given_ignores_the_tolerance_of_the_scenario(tmp_path: Path) ->
     assert sw.simulate(file, integrator="verlet", step=0.02).rtol is None
 
 
-def test_a_shock_on_a_chain_is_answered_as_before() -> None:
-    assert sw.predict(SHOCK, CHAIN).peak_force == sw.Predictor().predict(SHOCK, CHAIN).peak_force
-    assert sw.simulate(SHOCK, CHAIN, 1e-4).rtol == 1e-4
-
-
 @pytest.mark.parametrize("scene", [(FILE,), (SHOCK, CHAIN)], ids=["file", "shock"])
 @pytest.mark.parametrize("answer", [sw.predict, sw.simulate, sw.compare], ids=["predict", "simulate", "compare"])
 def test_an_unknown_argument_is_refused_by_name(scene: Any, answer: Any) -> None:
@@ -125,23 +119,6 @@ def test_a_chain_that_must_be_elastic_is_refused_in_its_place(tmp_path: Path) ->
                 answer(file)
 
 
-def test_forces_of_section_4_alone_do_not_refuse_a_chain_that_must_be_elastic(tmp_path: Path) -> None:
-    scenario = sw.load_scenario(ROOT / "profiles" / "examples" / "exponential.yaml")
-    simulated = sw.simulate(scenario.shock, scenario.chain)
-    paper = sw.predict(scenario.shock, scenario.chain, model="section-4")
-    assert simulated.greatest_force.peak_force < 35.4 < paper.peak_force
-    steel = attrs.evolve(scenario.chain.material, yield_strength=1e9)
-    first = sw.simulate(scenario.shock, attrs.evolve(scenario.chain, material=steel)).yielding.first_yield_force
-    # the force of first yield is that of the third power of the strength
-    steel = attrs.evolve(steel, yield_strength=1e9 * (35.4 / first) ** (1 / 3))
-    chain = attrs.evolve(scenario.chain, material=steel, elastic_only=True)
-    assert sw.simulate(scenario.shock, chain).yielding.first_yield_force == pytest.approx(35.4, rel=1e-12)
-    assert sw.predict(scenario.shock, chain).peak_force == simulated.peak_force
-    assert sw.compare(scenario.shock, chain).errors.peak_force == paper.peak_force / simulated.peak_force - 1
-    with pytest.raises(sw.InvalidValueError, match="elastic_only: must be left out for forces beyond first yield"):
-        sw.predict(scenario.shock, chain, model="section-4")
-
-
 def test_case_does_not_matter_in_the_names_of_a_scenario(tmp_path: Path) -> None:
     text = """\
 chain: {material: %s, diameter: 9.5 mm}
@@ -159,33 +136,14 @@ simulate: {integrator: %s, rtol: 1e-4}
     assert scenarios[1].simulate.integrator == "rkn64"
 
 
-def test_a_scenario_may_state_its_version(tmp_path: Path) -> None:
-    file = tmp_path / "scene.yaml"
-    file.write_text("version: 1\n" + FILE.read_text(encoding="utf-8"), encoding="utf-8")
-    assert scene_hash(sw.load_scenario(file)) == scene_hash(sw.load_scenario(FILE))
-
-
 @pytest.mark.parametrize("answer", [sw.predict, sw.simulate, sw.compare])
 def test_documents_state_their_version(answer: Any) -> None:
     assert answer(SHOCK, CHAIN).to_dict()["version"] == 2
 
 
-def test_an_unknown_material_is_refused() -> None:
-    with pytest.raises(sw.UnknownNameError, match="did you mean 'copper'"):
-        sw.material("coper")
-
-
-@pytest.mark.parametrize("size", ["9.5 mm", "0.95 cm", Q(9.5, "mm"), 9.5e-3], ids=["mm", "cm", "pint", "float"])
+@pytest.mark.parametrize("size", ["9.5 mm", Q(9.5, "mm"), 9.5e-3], ids=["text", "pint", "float"])
 def test_constructors_take_quantities_with_units(size: Any) -> None:
     assert sw.Chain(material=CHAIN.material, diameter=size).radius == pytest.approx(4.75e-3, rel=1e-15)
-
-
-def test_all_parts_of_a_scene_take_quantities_with_units() -> None:
-    steel = sw.Material(youngs_modulus="193 GPa", poisson_ratio=0.3, density=Q(7.958, "g/cm**3"))
-    assert (steel.youngs_modulus, steel.density) == (193e9, pytest.approx(7958.0, rel=1e-15))
-    shock = sw.Shock(profile=SHOCK.profile, peak_force="0.1 kN", rise_time=Q(10, "us"))
-    assert (shock.peak_force, shock.rise_time) == (100.0, pytest.approx(10e-6, rel=1e-15))
-    assert sw.Shock.of_duration(profile=SHOCK.profile, duration="30 us", peak_force=1.0).rise_time == 30e-6 / 3
 
 
 @pytest.mark.parametrize("value", ["9.5 N", "9.5 parsnips", "much", Q(9.5, "N")], ids=str)
@@ -201,9 +159,3 @@ def test_a_comparison_does_not_advise_to_simulate() -> None:
     for answer in (sw.predict(shock, CHAIN), sw.compare(shock, CHAIN)):
         assert "FAILS" in answer.text("explain")  # a condition (3)
         assert "Simulate" not in answer.text("verbose")
-
-
-def test_quantities_of_pint_equal_the_same_text() -> None:
-    assert sw.Segment(count=1, gap=Q(10, "um")) == sw.Segment(count=1, gap="10 um")
-    wall = {"material": "same", "mass": 1.0}
-    assert sw.Wall(**wall, stiffness=Q(7, "kN/mm")) == sw.Wall(**wall, stiffness="7 kN/mm")

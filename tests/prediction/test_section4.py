@@ -180,18 +180,3 @@ def test_each_wave_of_a_long_train_takes_few_evaluations(monkeypatch: pytest.Mon
     assert len(waves) > 900
     # about four steps of Newton's method, and one evaluation at the end of the wave
     assert len(calls) < 6 * len(waves)
-
-
-def test_later_waves_meet_their_relation() -> None:
-    shock = _power((6, 1, 1), 4 * TIME)
-    outcome = PAPER.predict(shock, CHAIN)
-    profile, unit = shock.profile, TIME / shock.rise_time
-    # (5i) for a linear decay: alpha is (8 - sqrt 2)/4 without deviation
-    alpha = (8 - 2**0.5) / 4
-    end = 2 * unit * outcome.amplification ** (-1 / 6)
-    for wave in outcome.waves[1:-1]:
-        force = wave.peak_force / FORCE
-        begin, end = end, end + alpha * unit * force ** (-1 / 6)
-        gathered = float(profile.running_impulse(end) - profile.running_impulse(begin))
-        # times add up to about ten of the first, so digits are lost
-        assert gathered == pytest.approx(unit * force ** (5 / 6), rel=1e-12)

@@ -14,7 +14,6 @@ import pytest
 from scipy.integrate import trapezoid
 
 import shockwave as sw
-from shockwave.cli import main
 from shockwave.engine import backend
 from shockwave.engine import mixed_chain_problem as assembly
 from shockwave.engine.mixed_chain_arrays import Forecast
@@ -26,9 +25,9 @@ from shockwave.scene.segments import Segment
 from shockwave.simulation.recording import Recording
 from shockwave.simulation.simulation_result import Simulation
 from support.chain_reference import Reference
+from support.reference_chains import CASES, simulated
 from support.scenes import CHAIN, power, triangle
 
-CASES: dict[str, dict[str, Any]] = json.loads((Path(__file__).parents[1] / "data" / "chains.json").read_text())
 # Wall forces of the reference are accurate to this, relative to the force.
 WALL_TRUST = 1e-6
 # Times of the reference are interpolated between its steps [s].
@@ -38,31 +37,13 @@ NAMES = sorted(CASES)
 FEATURED = [name for name in NAMES if name != "free end, short"]
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("chains")
-
-
-def file_of(name: str, folder: Path) -> Path:
-    file = folder / f"{NAMES.index(name)}.yaml"
-    file.write_text(CASES[name]["scenario"])
-    return file
-
-
-@cache
-def _simulated(name: str, rtol: float, folder: Path) -> Any:
-    scenario = sw.load_scenario(file_of(name, folder))
-    options = attrs.evolve(scenario.simulate, rtol=rtol)
-    return sw.simulate(scenario.excitation, scenario.chain, rtol=rtol, until=options.until, contacts=options.contacts)
-
-
 # ---------------------------------------------------------------- reference results
 
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
 @pytest.mark.parametrize("name", NAMES)
-def test_a_reference_result_is_met_within_the_tolerance(name: str, rtol: float, folder: Path) -> None:
-    case, result = CASES[name], _simulated(name, rtol, folder)
+def test_a_reference_result_is_met_within_the_tolerance(name: str, rtol: float) -> None:
+    case, result = CASES[name], simulated(name, rtol)
     document = json.loads(json.dumps(result.to_dict(), allow_nan=False))
     found = {peak["contact"]: peak for peak in document["contacts"]}
     assert list(found) == [peak["contact"] for peak in case["contacts"]]
@@ -86,8 +67,8 @@ def test_a_reference_result_is_met_within_the_tolerance(name: str, rtol: float, 
 
 
 @pytest.mark.parametrize("name", FEATURED)
-def test_momentum_and_energy_are_balanced(name: str, folder: Path) -> None:
-    result = _simulated(name, 1e-6, folder)
+def test_momentum_and_energy_are_balanced(name: str) -> None:
+    result = simulated(name, 1e-6)
     # rounding; the error of the integration
     assert result.momentum_defect < 1e-13
     assert result.energy_defect < 3e-6
@@ -97,8 +78,8 @@ def test_momentum_and_energy_are_balanced(name: str, folder: Path) -> None:
 
 
 @pytest.mark.parametrize("name", FEATURED)
-def test_the_text_begins_with_the_greatest_force_and_fits_80_columns(name: str, folder: Path) -> None:
-    result = _simulated(name, 1e-6, folder)
+def test_the_text_begins_with_the_greatest_force_and_fits_80_columns(name: str) -> None:
+    result = simulated(name, 1e-6)
     text = str(attrs.evolve(result, scene=attrs.evolve(result.scene, name=name)))
     assert text.startswith(f"{name}: greatest force ")
     assert max(map(len, text.splitlines())) <= 80
@@ -126,19 +107,6 @@ def test_the_impulse_on_the_wall_of_a_long_chain_has_an_estimate_of_its_own() ->
     error = abs(rough.transmitted.impulse / fine.transmitted.impulse - 1)
     # the late collisions of a chain of two materials amplify the errors of the impulse, not those of the force
     assert rough.transmitted.error_estimate < error <= rough.transmitted.impulse_error
-
-
-def test_a_single_granule_on_a_wall_turns_its_energy_into_force() -> None:
-    chain = attrs.evolve(CHAIN, granules=1, end=Wall())
-    # the shock is so short against the collision that it gives a velocity
-    shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=1e4, rise_time=1e-8)
-    stiffness = math.sqrt(2) * chain.contact_stiffness
-    momentum = shock.peak_force * shock.duration / 2
-    overlap = (5 / 4 * momentum**2 / (chain.granule_mass * stiffness)) ** 0.4
-    result = sw.simulate(shock, chain)
-    # the duration of the shock is a thousandth of that of the collision
-    assert result.transmitted.peak_force == pytest.approx(stiffness * overlap**1.5, rel=1e-3)
-    assert result.transmitted.impulse == pytest.approx(2 * momentum, rel=1e-6)
 
 
 def test_results_that_may_change_later_have_warnings() -> None:
@@ -509,23 +477,13 @@ def test_chains_of_all_kinds_are_simulated_together() -> None:
     assert gap == sw.simulate(SHOCK, chains[2])
 
 
-@pytest.mark.parametrize("command", ["simulate", "compare"])
-def test_a_table_of_several_files_shows_both_kinds(
-    command: str, folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    files = [str(file_of(name, folder)) for name in ("free end, short", "striker, heavy", "light inclusion")]
-    assert main([command, *files]) == 0
-    printed = capsys.readouterr().out
-    assert "257.3181" in printed
-    assert "112.4905" in printed
-    assert max(map(len, printed.splitlines())) <= 80
-
-
-def test_a_page_shows_the_forces_and_their_pictures(folder: Path) -> None:
+def test_a_page_shows_the_forces_and_their_pictures(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     from shockwave.report import findings, written
 
-    scenario = sw.load_scenario(file_of("striker, heavy", folder))
+    file = tmp_path / "scene.yaml"
+    file.write_text(CASES["striker, heavy"]["scenario"])
+    scenario = sw.load_scenario(file)
     text = written(findings(scenario))
     assert "greatest force 257.3181" in text
     for title in ("Greatest forces", "Space-time diagram", "Force on the wall"):

@@ -57,7 +57,7 @@ def test_solitary_wave_of_hertz_is_the_known_one() -> None:
 
 
 @pytest.mark.parametrize("duration", [0.5, 12.0])
-@pytest.mark.parametrize("exponent", [1.05, 2.0, 6.0])
+@pytest.mark.parametrize("exponent", [1.05, 1.5, 6.0])
 def test_leading_wave_is_the_solitary_wave(exponent: float, duration: float) -> None:
     chain = chain_of(exponent)
     result = sw.simulate(shock_of(chain, duration), chain)

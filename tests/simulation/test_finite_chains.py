@@ -20,14 +20,14 @@ def finite(granules: int) -> sw.Simulation:
     return sw.simulate(power(0.5), attrs.evolve(CHAIN, granules=granules))
 
 
-@pytest.mark.parametrize("granules", [2, 3, 5, 9, 20, 50, 100, 200, 300])
+@pytest.mark.parametrize("granules", [2, 5, 20, 300])
 def test_a_finite_chain_conserves_momentum_and_energy(granules: int) -> None:
     # rounding, and rtol
     assert finite(granules).momentum_defect < 1e-13
     assert finite(granules).energy_defect < 1e-6
 
 
-@pytest.mark.parametrize("granules", [2, 3, 5, 9, 20])
+@pytest.mark.parametrize("granules", [2, 3, 20])
 def test_granules_of_a_short_chain_carry_all_momentum_away(granules: int) -> None:
     result = finite(granules)
     momentum = CHAIN.granule_mass * sum(result.spall_velocities or ())

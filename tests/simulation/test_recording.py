@@ -100,19 +100,6 @@ def test_only_requested_histories_are_kept(kept: str, shapes: dict[str, tuple[in
 
 
 @pytest.mark.parametrize(
-    ("settings", "message"),
-    [
-        ({"record": ["forces"], "contacts": [50]}, "at most 8, the last contact of this chain"),
-        ({"record": ["energies"], "interval": 1e-15}, "interval: must be longer, because the histories would have"),
-    ],
-    ids=["beyond-the-end", "samples"],
-)
-def test_histories_that_are_too_long_are_refused(settings: dict[str, object], message: str) -> None:
-    with pytest.raises(sw.InvalidValueError, match=message):
-        recorded(chain=attrs.evolve(CHAIN, granules=10), until=3 * UNITS.time, **settings)
-
-
-@pytest.mark.parametrize(
     "settings",
     [{"record": ["field"], "interval": 1e-15}, {"record": ["field"], "until": 10.0}, {"contacts": [9]}],
     ids=["interval", "until", "contact"],

@@ -539,6 +539,17 @@ def test_a_sweep_without_a_valid_point_is_refused(tmp_path: Path) -> None:
         swept(written(tmp_path, SIMULATE + BROKEN.replace("[1 mm, 1e200]", "[1e200, 2e200]")), tmp_path / "none")
 
 
+def test_a_sweep_of_which_section_4_covers_no_point_is_refused(tmp_path: Path) -> None:
+    model = "predict: {model: section-4}\nsweep: {run: predict, grid: {%s}}\n"
+    file = tmp_path / "scene.yaml"
+    file.write_text(WALL + SHOCK + model % "shock.rise_time: [4 us, 20 us]")
+    with pytest.raises(sw.NotCoveredError, match=r"chain\.end: must be left out for section 4"):
+        swept(file, tmp_path / "none")
+    # some points may be covered
+    report = swept(written(tmp_path, model % "chain.precompression: [1 N, 0 N]"), tmp_path / "some")
+    assert (report.done, report.failed) == (1, 1)
+
+
 @pytest.mark.parametrize("status", ["failed", "crashed"])
 def test_unfinished_points_run_again_on_request(scenario: Path, tmp_path: Path, status: str) -> None:
     swept(scenario, tmp_path / "out")

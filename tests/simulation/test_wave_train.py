@@ -19,7 +19,7 @@ from shockwave.simulation.peak_log import PeakLog, Trail
 from shockwave.simulation.rebounding_granules import rebounding
 from shockwave.simulation.travelling_waves import Outlook, _nothing_to_come, distance_from_limit
 from shockwave.simulation.wave_train_run import ChainRun
-from support.scenes import CASE_A, CHAIN, FORCE, UNITS, triangle
+from support.scenes import CHAIN, FORCE, UNITS, triangle
 
 # Case A of the references: power law, eta 1/2 and 1, n = 3, in scaled units.
 CASE = ChainProblem(sw.PowerLaw(rise_exponent=0.5, decay_exponent=1, duration_ratio=3), 2.0, 1.0)
@@ -137,22 +137,6 @@ def test_waves_that_part_slowly_are_within_their_estimates() -> None:
         assert wave.peak_force / FORCE == pytest.approx(limit, rel=wave.error_estimate)
     # not by stating that nothing is known: the first four are read to 8e-6
     assert max(wave.error_estimate or 1.0 for wave in result.waves[:4]) < 1e-5
-
-
-def test_all_waves_have_the_properties_of_the_same_solitary_wave() -> None:
-    first, second = record([0, 2, 12], [0, 1, 0]).waves[:2]
-    ratio = second.peak_force / first.peak_force
-    # the powers of the peak force by which a solitary wave scales; the residual force between the waves is about 1e-5
-    for name, power in {"momentum": 5 / 6, "energy": 5 / 3, "width": -1 / 6, "granule_velocity": 5 / 6}.items():
-        assert getattr(second, name) / getattr(first, name) == pytest.approx(ratio**power, rel=1e-4), name
-
-
-def test_waves_that_have_settled_are_removed_without_an_effect_on_the_others() -> None:
-    # a free end within reach keeps all waves in the chain
-    endless, finite = (sw.simulate(CASE_A, attrs.evolve(CHAIN, granules=n)).waves for n in (None, 400))
-    for one, other in zip(endless, finite, strict=True):
-        assert one.error_estimate is not None
-        assert one.peak_force == pytest.approx(other.peak_force, rel=one.error_estimate)
 
 
 def test_rebound_that_goes_on_when_it_is_read_is_within_its_estimate() -> None:

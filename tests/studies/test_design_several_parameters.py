@@ -229,16 +229,11 @@ def test_a_requirement_of_another_form_is_refused(text: str) -> None:
     ("settings", "message"),
     [
         ({"target": ["transmitted.force <= 1 N"]}, "target: must be a property of the result .*did you mean"),
-        ({"target": f"{FORCE} <= 1 mm"}, f"target.{FORCE}: must be a force"),
         ({"target": []}, "target: must be given"),
-        ({"least": "mass"}, "^least: must be a property of the result"),
         ({"least": ["chain.mass"]}, "^least: must be a property of the result"),
         ({"vary": {COUNT: (1, 2)}, "least": "amplification"}, "^least: must be a quantity that"),
         ({"vary": {COUNT: (1, 2)}, "budget": "amplification <= 2"}, "^budget: must be a quantity that"),
-        ({"vary": {MATERIAL: 5}}, "^among: must be names of"),
         ({"vary": {MATERIAL: [5]}}, "^among: must be names of"),
-        ({"vary": {SIZE: None}}, "^between: must be the lower and the upper end"),
-        ({"vary": {SIZE: (2, 1)}}, "^between: must ascend"),
         ({"vary": {"chain.end.wall": ["none"]}}, "unknown material"),
     ],
 )

@@ -81,11 +81,8 @@ def test_a_collision_has_the_solution_of_the_closed_form() -> None:
     assert option.value == pytest.approx(0.5 * 2 ** (5 / 6), abs=2 * option.value_error)
 
 
-@pytest.mark.parametrize(
-    ("target", "wanted"),
-    [("momentum", 0.5), ("energy", 0.5), ("speed", 0.5), ("width", 0.5), ("granule_velocity", 0.5)],
-)
-def test_properties_of_the_leading_wave_are_those_of_the_simulation(target: str, wanted: float) -> None:
+@pytest.mark.parametrize("target", ["momentum", "energy", "speed", "width", "granule_velocity"])
+def test_properties_of_the_leading_wave_are_those_of_the_simulation(target: str) -> None:
     wave = sw.simulate(CASE_A, CHAIN, rtol=1e-8).waves[0]
     value = 1.1 * getattr(wave, target)
     (option,) = design({target: value}, "shock.peak_force", (1.0, 1e3)).solutions
@@ -159,12 +156,12 @@ def test_a_jump_over_the_target_is_no_solution() -> None:
 
 
 @pytest.mark.parametrize(
-    ("sign", "intervals"),
-    [("<=", [(0, 0.2), (0.7, 1)]), (">=", [(0.2, 0.7)])],
-    ids=["below", "above"],
+    ("sign", "lift", "intervals"),
+    [("<=", 0, [(0, 0.2), (0.7, 1)]), (">=", 0, [(0.2, 0.7)]), (">=", 1, [(0, 1)]), ("<=", 1, [])],
+    ids=["below", "above", "everywhere", "nowhere"],
 )
-def test_an_inequality_holds_in_intervals(sign: Any, intervals: list[tuple[float, float]]) -> None:
-    curve = Curve(lambda x: 1 - (x - 0.2) * (x - 0.7), sign)
+def test_an_inequality_holds_in_intervals(sign: Any, lift: float, intervals: list[tuple[float, float]]) -> None:
+    curve = Curve(lambda x: 1 + lift - (x - 0.2) * (x - 0.7), sign)
     assert curve.answer["intervals"] == tuple(pytest.approx(each, abs=1e-5) for each in intervals)
 
 
@@ -182,20 +179,6 @@ def test_poissons_ratio_has_two_solutions_about_zero() -> None:
     assert [option.value for option in result.solutions] == pytest.approx([-0.25, 0.25], rel=1e-4)
     # the minimum is known within the root of a tenth of the tolerance
     assert result.lowest.value == pytest.approx(0, abs=4e-3)
-
-
-def test_a_response_with_a_maximum_gives_both_solutions(tmp_path: Path) -> None:
-    """Among triangles of one duration and impulse, the strongest is neither the steepest nor the symmetric one."""
-    path = tmp_path / "triangle.yaml"
-    shock = "{profile: triangular, peak_force: 100, duration: 60 us, duration_ratio: 2}"
-    path.write_text(f"chain: {{material: paper-steel, radius: 4.75 mm}}\nshock: {shock}\n")
-    scenario = sw.load_scenario(path)
-    result = sw.design(scenario, vary="shock.duration_ratio", target={"peak_force": 115.0}, between=(1.05, 60.0))
-    assert len(result.solutions) == 2
-    for option in result.solutions:
-        shock_of = Family(scenario).scenario({"shock.duration_ratio": option.value}).shock
-        force = sw.simulate(shock_of, scenario.chain, rtol=1e-9).peak_force
-        assert force == pytest.approx(115, rel=1e-6)
 
 
 def test_the_error_of_a_solution_is_that_of_the_target_over_the_slope() -> None:
@@ -224,14 +207,6 @@ def test_intervals_of_a_walled_chain_agree_with_a_scan(file: Path) -> None:
         assert inside is (reached <= force) or abs(reached / force - 1) < 1e-4
 
 
-@pytest.mark.parametrize(("sign", "intervals"), [("<=", 1), (">=", 0)])
-def test_an_inequality_that_holds_everywhere_or_nowhere(file: Path, sign: str, intervals: int) -> None:
-    target = f"{WALL_FORCE} {sign} 1 MN"
-    result = sw.design(file, vary=SIZE, target=target, between=("4 mm", "12 mm"), points=2)
-    assert result.intervals == ((4e-3, 12e-3),) * intervals
-    assert bool(result.why) is not bool(intervals)
-
-
 # ---------------------------------------------------------------- materials and whole numbers
 
 
@@ -252,17 +227,6 @@ def test_a_material_meets_an_equality_within_the_tolerance() -> None:
     missed = design({"peak_force": sum(forces) / 2}, **given)
     assert (missed.solutions, missed.nearest) == ((), missed.table[0])
     assert "no material gives" in missed.why
-
-
-def test_materials_meet_an_inequality(file: Path) -> None:
-    names = ["brass-260", "ptfe", "nylon-66"]
-    result = sw.design(FILE, vary="chain.material", among=names, target="peak_force <= 120 N")
-    assert str(result).startswith("material nylon-66 or ptfe gives a peak force <= 120 N")
-
-
-def test_one_material_need_not_be_a_list() -> None:
-    result = design("peak_force <= 1 kN", "chain.material", None, among="ptfe")
-    assert [option.value for option in result.table] == ["ptfe"]
 
 
 def test_materials_of_a_chain_that_must_be_elastic_are_left_out_with_a_warning() -> None:
@@ -329,7 +293,6 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "vary-known": ({"vary": "radius"}, r"vary: .*known: chain.material, chain.diameter, (?!.*predict)"),
     "vary-list": ({"vary": ["chain.radius"]}, "vary: must be a name, or a mapping of names"),
     "vary-setting": ({"vary": "simulate.rtol"}, "vary: must be a number or a material of the chain or the shock"),
-    "vary-nothing": ({"vary": {}, "between": None}, "vary: must be a name, or a mapping of names"),
     "vary-of-file": ({"vary": "chain.damping.time"}, r"vary: .*made in Python.* \(got chain\.damping\.time;"),
     "target-unknown": ({"target": {"peak_fource": 1}}, "target: .* did you mean 'peak_force'"),
     "target-unit": ({"target": {"peak_force": "3 mm"}}, "target.peak_force: must be a force"),
@@ -349,12 +312,10 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "among": ({"among": ["ptfe"]}, "among: must be omitted"),
     "among-empty": ({"vary": "chain.material", "between": None, "among": []}, r"among: must be names of .* \(got \["),
-    "among-number": ({"vary": "chain.material", "between": None, "among": 5}, r"among: must be names of .* \(got 5"),
     "points": ({"points": 1}, "points: must be a whole number >= 2"),
     "rtol": ({"rtol": 0.5}, "rtol: must be >= 1e-07 and <= 0.01"),
     "seed": ({"seed": -1}, "seed: must be a whole number >= 0"),
     "least": ({"least": "mass"}, "least: must be a property of the result"),
-    "chain": ({"chain": None}, "scene: must be a scenario or its file alone, or a shock"),
     "endless": ({"least": "chain.mass"}, "chain.granules: must be given for its mass .*--least"),
 }
 
@@ -362,9 +323,8 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
 @pytest.mark.parametrize(("other", "message"), REFUSED.values(), ids=REFUSED)
 def test_wrong_arguments_are_refused(other: dict[str, Any], message: str) -> None:
     given: dict[str, Any] = {"vary": "chain.radius", "target": {"peak_force": 60}, "between": (1e-3, 2e-2)}
-    call = {"chain": CHAIN, **given, **other}
     with pytest.raises(sw.InvalidValueError, match=f"^{message}"):
-        sw.design(CASE_A, call.pop("chain"), **call)
+        sw.design(CASE_A, CHAIN, **given | other)
 
 
 @pytest.mark.parametrize(
@@ -442,41 +402,28 @@ def test_a_picture_ranks_materials_from_the_top_and_marks_those_that_meet_the_ta
     assert {shown[int(place)] for place in met.get_ydata()} == {"ptfe"}
 
 
-@pytest.mark.parametrize(
-    ("arguments", "error"),
-    [
-        (["--between", "20 mm", "1 mm"], "--between"),
-        (["--vary", "chain.material", "--among", "ptef"], "--among"),
-        (["--target", "peak_force"], "--target"),
-        (["--target", "sped=9"], "--target"),
-        (["-o", "design.gif"], "--output: must end in"),
-    ],
-    ids=["order", "material", "form", "two", "ending"],
-)
-def test_a_wrong_argument_is_refused(arguments: list[str], error: str, capsys: pytest.CaptureFixture[str]) -> None:
-    given = ["--target", "peak_force=60 N"] + ([] if "--vary" in arguments else ["--vary", "chain.radius"])
-    between = [] if {"--vary", "--between"} & set(arguments) else ["--between", "1 mm", "2 mm"]
-    assert cli.main(["design", FILE, *given, *between, *arguments]) == 2
+VARIED = ["--vary", "chain.radius", "--between", "1 mm", "2 mm"]
+#: Arguments of a design for a peak force, and what the error message contains.
+WRONG = {
+    "order": (["--vary", "chain.radius", "--between", "20 mm", "1 mm"], "--between"),
+    "material": (["--vary", "chain.material", "--among", "ptef"], "--among"),
+    "form": ([*VARIED, "--target", "peak_force"], "--target"),
+    "unknown": ([*VARIED, "--target", "sped=9"], "--target"),
+    "ending": ([*VARIED, "-o", "design.gif"], "--output: must end in"),
+    "none": (["--vary", "chain.radius"], "--between must be given once for each number that varies (got 0 for"),
+    "one": ([*VARIED, "--vary", "shock.peak_force"], "(got 1 for"),
+    "twice": ([*VARIED, *VARIED], "--vary must name different parameters"),
+    "among": ([*VARIED, "--among", "ptfe"], "--among must be"),
+}
+
+
+@pytest.mark.parametrize(("arguments", "message"), WRONG.values(), ids=WRONG)
+def test_a_wrong_argument_is_refused(arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    target = [] if "--target" in arguments else ["--target", "peak_force=60 N"]
+    assert cli.main(["design", FILE, *target, *arguments]) == 2
     printed = capsys.readouterr()
-    assert printed.err.startswith(error)
+    assert message in printed.err
     assert printed.out == ""
-
-
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        (["--vary", SIZE], "--between must be given once for each number that varies (got 0 for"),
-        (["--vary", SIZE, "--between", "1 mm", "2 mm", "--vary", COUNT], "(got 1 for"),
-        (["--vary", SIZE, *["--between", "1 mm", "2 mm"] * 2, "--vary", SIZE], "--vary must name different parameters"),
-        (["--vary", SIZE, "--between", "1 mm", "2 mm", "--among", "ptfe"], "--among must be"),
-    ],
-    ids=["between", "one", "twice", "among"],
-)
-def test_options_that_do_not_fit_are_a_wrong_usage(
-    file: Path, given: list[str], message: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert cli.main(["design", str(file), *given, "--target", "chain.mass <= 1 g"]) == 2
-    assert message in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("miss", "error", "equal"), [(5e-5, 0.0, True), (2e-4, 0.0, False), (2e-4, 1.5e-4, True)])
