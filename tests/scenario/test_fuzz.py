@@ -29,6 +29,9 @@ import pytest
 import yaml
 from pebble import ProcessPool
 
+from shockwave.scenario.template import template
+from support.texts import EVERY_FEATURE
+
 ROOT = Path(__file__).parents[2]
 #: Processor time that a case may take [s].
 MOST_SECONDS = 10
@@ -47,41 +50,8 @@ shock:
   profile: tabulated
   parameters: {file: hammer.csv, baseline: [-60 us, -1 us], crop: [0 us, 160 us], negative: zero}
 """
-#: A scenario with all keys, from which others get single ones; they exclude each other.
-EVERY_KEY = b"""\
-version: 1
-name: all keys
-chain:
-  material: {youngs_modulus: 2 GPa, poisson_ratio: 0.3, density: 1e3, yield_strength: 10 MPa}
-  radius: 3 mm
-  granules: [{count: 3, gap: 1 um}, {repeat: 2, cell: [{material: ptfe}, {diameter: {from: 5 mm, to: 3 mm}, count: 2}]}]
-  end: {wall: rigid, mass: 2 kg, stiffness: 1e6 N/m, damping: 50 N*s/m}
-  precompression: 2 N
-  gravity: 9.81 m/s**2
-  damping: {model: tsuji, restitution: 0.9}
-  contact: {exponent: 2, stiffness: 1e9}
-  elastic_only: true
-  packing: hexagonal
-shock: {duration: 1 ms}
-impact: {velocity: 0.5 m/s, diameter: 16 mm, material: copper}
-predict: {model: section-4, momentum_coefficient: 4.2, alpha: literal, equal_tolerance: 0.1, quadrature: quadpack}
-simulate:
-  integrator: dop853
-  step: 0.1
-  waves: train
-  backend: numpy
-  contacts: [0, "3"]
-  record: [forces, field, energies]
-  interval: 1 us
-  until: 1 ms
-  timeout: 3
-  wave_threshold: 0.01
-limit: {force: 60 N}
-requires: [numpy]
-published: {source: nobody, error: 1 %, virtual_rise_time: 3 us, relation: less}
-sweep: {grid: {shock.peak_force: {linspace: [1 N, 2 N, 3]}}, zip: [{chain.radius: [1 mm, 2 mm]}]}
-uncertainty: {chain.radius: 5 %, shock.peak_force: {factor: 2}, chain.gravity: {between: [1, 2]}}
-"""
+#: Scenarios with many keys, from which others get single ones; they exclude each other.
+MANY_KEYS = [EVERY_FEATURE, template(), template("tabulated")]
 #: Values as they are typed.
 NUMBERS = "0 -0.0 -1 1 1e-5 0.5 1e12 1e-320 1e308 1e999 -1e999 .nan .inf nan 1e5000 0x1F 1_000 1,5 +7"
 #: Numbers that floating-point arithmetic does not take in all powers.
@@ -143,7 +113,7 @@ def paths(data: Any, above: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
 
 def graft(rng: random.Random, data: dict[str, Any]) -> None:
     """Give the scenario a value of another one, at the same path."""
-    other = yaml.safe_load(rng.choice((EVERY_KEY, EVERY_KEY, *SCENARIOS)))
+    other = yaml.safe_load(rng.choice((*MANY_KEYS, *MANY_KEYS, *SCENARIOS)))
     *above, last = rng.choice(list(paths(other)))
     for step in above:
         other = other[step]
