@@ -166,15 +166,6 @@ def build(source: Path, setuptools: Path, command: str, before: str = "", **vari
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not shutil.which("cc"), reason="there is no C compiler")
-def test_a_wheel_with_compiled_code_serves_all_pythons_of_one_platform(source: Path, setuptools: Path) -> None:
-    wheel = build(source, setuptools, "bdist_wheel")
-    assert "-cp311-abi3-" in wheel.name
-    built = {"shockwave/engine/_compiled.abi3.so", "shockwave/engine/_chains.abi3.so"}
-    assert built < set(zipfile.ZipFile(wheel).namelist())
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("before", "variables"),
     [("", {"CC": "false"}), (FREE_THREADED, {}), (WINDOWS, {})],
