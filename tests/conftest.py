@@ -1,7 +1,5 @@
 """Plugins that a test brings along, and what all tests share."""
 
-from __future__ import annotations
-
 import gc
 import importlib.util
 import os

@@ -1,7 +1,5 @@
 """Every result: a short repr, HTML for notebooks, and tables for pandas and xarray."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

@@ -1,7 +1,5 @@
 """Printed output fits the screen: 80 columns without a terminal, the columns of the terminal with one."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 import os

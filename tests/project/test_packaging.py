@@ -1,7 +1,5 @@
 """The distribution: its name, its declared dependencies, what the sdist holds and how wheels are tagged."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

@@ -7,8 +7,6 @@ seconds of processor time and 4 GiB of memory, must print JSON where it is asked
 was. A case follows from its seed and number alone.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import json

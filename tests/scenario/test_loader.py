@@ -1,7 +1,5 @@
 """Scenarios: what a valid file becomes, from built-in and third-party profiles, and the templates."""
 
-from __future__ import annotations
-
 import os
 import re
 import sys

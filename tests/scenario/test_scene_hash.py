@@ -1,7 +1,5 @@
 """Hash of a scenario: that of the scene, whatever its units and names."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The ``sweep`` block: which scenes it stands for, and every fault of it at its place."""
 
-from __future__ import annotations
-
 import time
 import tracemalloc
 from itertools import product

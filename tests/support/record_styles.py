@@ -1,7 +1,5 @@
 """Record files of known blows in the styles of instruments, spreadsheets and other sensors."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from typing import Any
 

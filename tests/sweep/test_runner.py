@@ -1,7 +1,5 @@
 """Sweeps: every point once, with the result of its own scene; resumption, refusal and repair."""
 
-from __future__ import annotations
-
 import json
 import os
 import re
