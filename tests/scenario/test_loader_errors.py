@@ -56,6 +56,7 @@ MARKED = {
         f"must be 1 for shockwave {__version__} (got 2; a newer shockwave may read it)",
     ),
     "version-true": (_with("version: |true"), "version", "must be 1 for"),
+    "version-float": (_with("version: |1.0"), "version", "must be 1 for"),
     "nothing-for-a-number": (_shock(" 1 N", "| "), "shock.peak_force", "(got nothing)"),
     # ranges
     "negative-force": (_shock("1 N", "|-1 kN"), "shock.peak_force", "> 0 N (got '-1 kN')"),
@@ -64,6 +65,9 @@ MARKED = {
         "chain.material.poisson_ratio", "must be > -1 and < 0.5 (got '50 %')",
     ),
     "diameter-beyond-mass": (_chain("material: copper, diameter: |1e-200"), "chain.diameter", "a mass that"),
+    "time-beyond-floats": (
+        finite(", damping: {model: kuwabara-kono, time: |1e300}"), "chain.damping.time", "<= 1e+30 s",
+    ),
     "mass-beyond-floats": (finite(", end: {wall: same, mass: |1.7e308}"), "chain.end.mass", "<= 1e+30 kg"),
     # names
     "unknown-material": (_chain("material: |coper, radius: 1"), "chain.material", "did you mean 'copper'?"),
@@ -198,23 +202,12 @@ MARKED = {
 }  # fmt: skip
 #: Errors that a schema sees: not those of missing keys, of values that exclude each other, or of files.
 SEEN = {
-    *("unknown-block", "unknown-key", "parameter-of-none", "material-is-a-number"),
-    *(
-        "name-is-a-number",
-        "decimal-comma-between-keys",
-        "newer-version",
-        "version-true",
-    ),
-    *("nothing-for-a-number", "mass-beyond-floats", "unknown-material", "unknown-profile", "rtol-of-a-prediction"),
-    *("unknown-quadrature", "times-in-newtons", "unknown-key-of-a-segment", "empty-cell"),
-    *(
-        "error-in-a-cell",
-        "no-segment",
-        "nothing-as-a-segment",
-        "end-of-text",
-        "unknown-wall",
-    ),
-    *("law-as-damping", "parameter-of-another-damping", "contact-as-text", "contact-without-name"),
+    *("unknown-block", "unknown-key", "parameter-of-none", "material-is-a-number", "name-is-a-number"),
+    *("decimal-comma-between-keys", "newer-version", "version-true", "nothing-for-a-number", "mass-beyond-floats"),
+    *("time-beyond-floats", "unknown-material", "unknown-profile", "rtol-of-a-prediction", "unknown-quadrature"),
+    *("times-in-newtons", "unknown-key-of-a-segment", "empty-cell", "error-in-a-cell", "no-segment"),
+    *("nothing-as-a-segment", "end-of-text", "unknown-wall", "law-as-damping", "parameter-of-another-damping"),
+    *("contact-as-text", "contact-without-name"),
 }
 
 
