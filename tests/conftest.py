@@ -1,7 +1,5 @@
 """Plugins that a test brings along, and what all tests share."""
 
-from __future__ import annotations
-
 import gc
 import importlib.util
 import os
@@ -44,7 +42,7 @@ class Pulse(Triangular):
 """
 
 #: Folders with tests of texts, commands, files and processes; the numbers in all others depend on the processor.
-NOT_NUMERICAL = {"cli", "project", "registry", "report", "scenario", "sweep"}
+NOT_NUMERICAL = {"cli", "pictures", "project", "registry", "report", "scenario", "sweep"}
 
 Install = Callable[..., str]
 

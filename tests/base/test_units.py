@@ -1,7 +1,5 @@
 """Units: numbers and text become SI numbers, by the usual units alone or by pint."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

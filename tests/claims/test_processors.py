@@ -3,8 +3,6 @@
 Run as a program, this file prints the results as JSON, for the processes that the tests start.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import platform

@@ -16,10 +16,11 @@ import pytest
 
 import shockwave as sw
 from shockwave.base.errors import Fault
-from shockwave.cli import main, scenario_commands
+from shockwave.cli import scenario_commands
 from shockwave.cli.output import of_arguments
 from shockwave.engine.backend import lack
 from shockwave.simulation import simulate
+from support.command_line import shockwave
 
 ROOT = Path(__file__).parents[2]
 PAPER = ROOT / "profiles" / "paper"
@@ -38,18 +39,19 @@ shock: {profile: triangular, peak_force: 10, rise_time: 1e-5, duration_ratio: 3}
 """
 
 
-def document(capsys: pytest.CaptureFixture[str], *arguments: str) -> Any:
-    assert main(list(arguments)) == 0
-    return json.loads(capsys.readouterr().out)
+@pytest.fixture
+def bad(tmp_path: Path) -> str:
+    """A file with two errors, of which the first is in line 2."""
+    file = tmp_path / "bad.yaml"
+    file.write_text(SOFT.replace("density: 1000", "density: 0").replace("rise_time: 1e-5", "rise_time: 3 kg"))
+    return str(file)
 
 
-def test_a_command_inside_a_program_leaves_its_garbage_collection_alone(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_command_inside_a_program_leaves_its_garbage_collection_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     registered: list[object] = []
     monkeypatch.setattr(atexit, "register", registered.append)
     before = gc.get_threshold()
-    document(capsys, "predict", "--json", SCENE)
+    assert shockwave("predict", SCENE).status == 0
     assert (registered, gc.get_threshold()) == ([], before)
 
 
@@ -60,17 +62,11 @@ def test_the_installed_command_is_that_of_the_module() -> None:
 
 
 @pytest.mark.parametrize("command", ["predict", "simulate", "compare", "validate"])
-def test_json_of_one_file_is_an_object_and_of_two_a_list(command: str, capsys: pytest.CaptureFixture[str]) -> None:
-    one = document(capsys, command, "--json", SCENE)
-    two = document(capsys, command, "--json", SCENE, SCENE)
+def test_json_of_one_file_is_an_object_and_of_two_a_list(command: str) -> None:
+    one = shockwave(command, "--json", SCENE).document
+    two = shockwave(command, "--json", SCENE, SCENE).document
     assert list(one) == list(two[0]) == list(two[1])
     assert one.get("scenario", "table 2 row 1") == "table 2 row 1"
-
-
-def test_predict_prints_what_python_returns(capsys: pytest.CaptureFixture[str]) -> None:
-    scenario = sw.load_scenario(SCENE)
-    outcome = scenario.predictor.predict(scenario.shock, scenario.chain, scenario.simulate)
-    assert document(capsys, "predict", "--json", SCENE) == {**outcome.to_dict(), "scenario": scenario.name}
 
 
 # ---------------------------------------------------------------- one scene on a few lines
@@ -79,36 +75,27 @@ def test_predict_prints_what_python_returns(capsys: pytest.CaptureFixture[str]) 
 @pytest.mark.parametrize("limit", [[], ["--limit", "60 N"]], ids=["", "limit"])
 @pytest.mark.parametrize("command", ["predict", "simulate", "compare"])
 @pytest.mark.parametrize("scene", ALL_SCENES, ids=lambda scene: f"{scene.parent.stem}-{scene.stem}")
-def test_one_scene_takes_few_lines(
-    scene: Path, command: str, limit: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main([command, *limit, str(scene)]) == 0
-    shown, err = capsys.readouterr()
-    lines = shown.splitlines()
+def test_one_scene_takes_few_lines(scene: Path, command: str, limit: list[str]) -> None:
+    answer = shockwave(command, *limit, scene)
+    assert (answer.status, answer.err) == (0, "")
+    lines = answer.out.splitlines()
     assert 1 < len(lines) <= MOST_LINES
     assert lines[0].startswith(f"{sw.load_scenario(scene).name}: ")
-    assert ("verdict  " in shown) == bool(limit)
-    assert err == ""
+    assert ("verdict  " in answer.out) == bool(limit)
 
 
 @pytest.mark.parametrize("command", ["predict", "simulate", "compare"])
 @pytest.mark.parametrize("scene", [SCENE, LAYERS], ids=["endless", "layers"])
-def test_verbose_shows_more_than_the_few_lines(scene: str, command: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([command, "--verbose", scene]) == 0
-    shown = capsys.readouterr().out
+def test_verbose_shows_more_than_the_few_lines(scene: str, command: str) -> None:
+    shown = shockwave(command, "--verbose", scene).out
     assert "--verbose" not in shown
     assert f"\n  {'impact' if scene == LAYERS else 'shock'}  " in shown  # the scene
     assert len(shown.splitlines()) > MOST_LINES
 
 
 @pytest.mark.parametrize("arguments", [["predict"], ["predict", "--model", "section-4"], ["compare"]], ids=" ".join)
-def test_the_decision_of_section_4_is_shown_on_request(
-    arguments: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
-    shown = []
-    for more in ([], ["--explain"], ["--verbose"]):
-        assert main([*arguments, "--wide", *more, SCENE]) == 0
-        shown.append(capsys.readouterr().out)
+def test_the_decision_of_section_4_is_shown_on_request(arguments: list[str]) -> None:
+    shown = [shockwave(*arguments, "--wide", *more, SCENE).out for more in ([], ["--explain"], ["--verbose"])]
     trace = sw.predict(SCENE).trace
     assert trace is not None
     decision = [*(inequality.statement for inequality in trace), "a2 >= a1", "alphaF0 A F0^(-1/6) its passage time"]
@@ -131,39 +118,34 @@ def slow(tmp_path: Path) -> str:
     return str(file)
 
 
-def test_a_prediction_without_an_answer_ends_with_1_and_prints_its_reason(
-    slow: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["predict", slow]) == 1
-    assert capsys.readouterr().out.startswith("slow: no answer: the shock lasts ")
-    assert main(["predict", "--json", slow]) == 1
-    found = json.loads(capsys.readouterr().out)
-    assert found["peak_force"] is None
-    assert found["reason"].startswith("the shock lasts ")
+def test_a_prediction_without_an_answer_ends_with_1_and_prints_its_reason(slow: str) -> None:
+    answer = shockwave("predict", slow)
+    assert answer.status == 1
+    assert answer.out.startswith("slow: no answer: the shock lasts ")
     # section 4 alone has an answer
-    assert main(["predict", "--model", "section-4", slow]) == 0
+    assert shockwave("predict", "--model", "section-4", slow).status == 0
 
 
-def test_a_prediction_without_an_answer_keeps_those_of_other_files(
-    slow: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["predict", "--json", slow, SCENE]) == 1
-    first, second = json.loads(capsys.readouterr().out)
+def test_a_prediction_without_an_answer_keeps_those_of_other_files(slow: str) -> None:
+    answer = shockwave("predict", "--json", slow, SCENE)
+    assert answer.status == 1
+    first, second = answer.document
     assert first["reason"].startswith("the shock lasts ")
     assert (second["reason"], second["peak_force"]) == (None, sw.predict(SCENE).peak_force)
-    assert main(["predict", slow, SCENE]) == 1
-    rows = table_of(capsys.readouterr().out)
+    assert first["peak_force"] is None
+    answer = shockwave("predict", slow, SCENE)
+    assert answer.status == 1
+    rows = table_of(answer.out)
     assert rows["slow"]["peak force"] == "no answer"
     assert rows["table 2 row 1"]["peak force"].endswith(" N")
 
 
-def test_a_table_of_predictions_has_the_forces_on_walls(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_table_of_predictions_has_the_forces_on_walls(tmp_path: Path) -> None:
     files = []
     for name, more in (("three", ", granules: 3, end: {wall: same}"), ("six", ", granules: 6, end: {wall: rigid}")):
         files.append(tmp_path / f"{name}.yaml")
         files[-1].write_text(f"name: {name}\n{SOFT.replace('radius: 1e-3', f'radius: 1e-3{more}')}")
-    assert main(["predict", *map(str, files), SCENE]) == 0
-    rows = table_of(capsys.readouterr().out)
+    rows = table_of(shockwave("predict", *files, SCENE).out)
     for file in files:
         force, unit = rows[file.stem]["force on wall"].split()
         # the digits that are printed
@@ -181,25 +163,24 @@ def table_of(text: str) -> dict[str, dict[str, str]]:
 # ---------------------------------------------------------------- settings of a prediction
 
 
-def test_section_4_alone_is_asked_for_by_name(capsys: pytest.CaptureFixture[str]) -> None:
+def test_section_4_alone_is_asked_for_by_name() -> None:
     paper = sw.predict(SCENE, model="section-4")
-    assert document(capsys, "predict", "--model", "section-4", "--json", SCENE) == paper.to_dict()
+    assert shockwave("predict", "--model", "section-4", "--json", SCENE).document == paper.to_dict()
     assert (paper.method, paper.low, paper.high) == ("section-4", None, None)
-    assert main(["predict", "--model", "section-4", "--limit", "60 N", SCENE]) == 0
-    shown = capsys.readouterr().out
+    shown = shockwave("predict", "--model", "section-4", "--limit", "60 N", SCENE).out
     assert shown.startswith("table 2 row 1: leading wave 52.5 N by section 4, error not known\n")
     assert "verdict           undecided for the limit of 60 N" in shown
 
 
-def test_section_4_is_refused_for_other_chains_in_their_place(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["predict", "--model", "section-4", "--json", LAYERS, SCENE]) == 3
-    out, err = capsys.readouterr()
-    refused, answered = json.loads(out)
+def test_section_4_is_refused_for_other_chains_in_their_place() -> None:
+    answer = shockwave("predict", "--model", "section-4", "--json", LAYERS, SCENE)
+    assert answer.status == 3
+    refused, answered = answer.document
     features = ("8:7: chain.granules[1]", "14:3: chain.end", "15:3: chain.damping", "16:1: impact")
-    assert [line.rpartition(": must be left out")[0] for line in err.splitlines()] == [
+    assert [line.rpartition(": must be left out")[0] for line in answer.err.splitlines()] == [
         f"{LAYERS}:{feature}" for feature in features
     ]
-    assert refused["error"] + "\n" == err
+    assert refused["error"] + "\n" == answer.err
     assert answered["method"] == "section-4"
 
 
@@ -219,86 +200,63 @@ SETTINGS: dict[str, tuple[list[str], dict[str, Any]]] = {
 
 @pytest.mark.parametrize("name", SETTINGS)
 def test_predict_takes_settings_of_the_prediction_and_options_of_the_simulation(
-    name: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     arguments, settings = SETTINGS[name]
     predicted, real = [], sw.predict
     monkeypatch.setattr(
         scenario_commands.answers, "predict", lambda *scene, **given: predicted.append(given) or real(*scene, **given)
     )
-    shown = document(capsys, "predict", "--json", *arguments, TRAIN)
+    shown = shockwave("predict", "--json", *arguments, TRAIN).document
     assert predicted == [settings]
     assert shown == real(TRAIN, **settings).to_dict()
     # forces at contacts are in the table of the result alone
     assert (shown == real(TRAIN).to_dict()) == (name == "contacts")
 
 
-def test_compare_shows_the_eight_rows_of_the_paper_with_published_figures(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["compare", "--wide", "--rtol", "1e-4", *map(str, sorted(PAPER.glob("*.yaml")))]) == 0
-    text = capsys.readouterr().out
+def test_compare_shows_the_eight_rows_of_the_paper_with_published_figures() -> None:
+    text = shockwave("compare", "--wide", "--rtol", "1e-4", *sorted(PAPER.glob("*.yaml"))).out
     rows = [line.split("  ")[0] for line in text.splitlines() if line.startswith("table ")]
     assert rows == [f"table {table} row {row}" for table, last in ((1, 3), (2, 5)) for row in range(1, last + 1)]
     assert all(figure in text for figure in ("+3.16%", "3.0%", "14.4 us", "+1.49%", "2.9%"))
-
-
-def test_compare_of_one_scene_shows_the_published_figures(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["compare", "--wide", "--rtol", "1e-4", SCENE]) == 0
-    text = capsys.readouterr().out
+    text = shockwave("compare", "--wide", "--rtol", "1e-4", SCENE).out
     assert re.search("published +error 3.0%, virtual rise time 14.4 us [(]Hasan & Nemat-Nasser,", text)
 
 
 @pytest.mark.parametrize("scene", ALL_SCENES, ids=lambda scene: scene.stem)
-def test_every_shipped_scene_is_compared(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    found = document(capsys, "compare", "--json", "--rtol", "1e-4", str(scene))
+def test_every_shipped_scene_is_compared(scene: Path) -> None:
+    found = shockwave("compare", "--json", "--rtol", "1e-4", scene).document
     assert found["simulated"]["error_estimate"] < 1e-4
     if scene.parent.name in ("chains", "validation"):  # beyond equal spheres, without a limit of the leading wave
         assert (found["predicted"], found["errors"], found["agrees"]) == (None, None, None)
         assert found["reason"].startswith(f"{scene}:")
         return
-    paper = document(capsys, "predict", "--json", "--model", "section-4", str(scene))
+    paper = shockwave("predict", "--json", "--model", "section-4", scene).document
     assert found["predicted"]["peak_force"] == paper["peak_force"]
     assert found["errors"]["peak_force"] == paper["peak_force"] / found["simulated"]["peak_force"] - 1
-    predicted = document(capsys, "predict", "--json", "--rtol", "1e-4", str(scene))
+    predicted = shockwave("predict", "--json", "--rtol", "1e-4", scene).document
     assert predicted["peak_force"] == found["simulated"]["peak_force"]
     assert predicted["section4"]["error"] == found["errors"]["peak_force"]
 
 
-def test_validate_reports_every_error_of_every_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    bad = tmp_path / "bad.yaml"
-    bad.write_text(SOFT.replace("radius: 1e-3", "radius: -1").replace("rise_time: 1e-5", "rise_time: 3 kg"))
-    assert main(["validate", str(bad), SCENE]) == 3
-    *lines, last = capsys.readouterr().out.splitlines()
-    assert [line.split(": ")[1] for line in lines] == ["chain.radius", "shock.rise_time"]
+def test_validate_reports_every_error_of_every_file_and_ends_with_the_greatest_status(bad: str) -> None:
+    answer = shockwave("validate", bad, SCENE)
+    assert answer.status == 3
+    *lines, last = answer.out.splitlines()
+    assert [line.split(": ")[1] for line in lines] == ["chain.material.density", "shock.rise_time"]
     assert last == f"{SCENE}: valid"
+    answer = shockwave("validate", "--json", "nowhere.yaml", bad, SCENE)
+    assert answer.status == 5
+    first, second, third = answer.document
+    assert (first["valid"], second["valid"], third["valid"]) == (False, False, True)
+    assert "nowhere.yaml" in first["faults"][0]["problem"]
 
 
-def test_validate_ends_with_the_greatest_status(tmp_path: Path) -> None:
-    bad = tmp_path / "bad.yaml"
-    bad.write_text(SOFT.replace("density: 1000", "density: 0"))
-    assert main(["validate", str(bad), SCENE]) == 3
-    assert main(["validate", "nowhere.yaml", str(bad), SCENE]) == 5
-
-
-def test_invalid_files_end_with_the_greatest_of_their_statuses(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    bad = tmp_path / "bad.yaml"
-    bad.write_text(SOFT.replace("density: 1000", "density: 0"))
-    assert main(["simulate", str(bad)]) == 3
-    capsys.readouterr()
-    assert main(["simulate", str(bad), "nowhere.yaml"]) == 5
-    err = capsys.readouterr().err
-    assert f"{bad}:2:" in err
-    assert "nowhere.yaml" in err
-
-
-def test_an_invalid_file_stops_the_others_before_they_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    bad = tmp_path / "bad.yaml"
-    bad.write_text(SOFT.replace("density: 1000", "density: 0"))
-    assert main(["predict", "--json", SCENE, str(bad)]) == 3
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert f"{bad}:2:" in err
+def test_invalid_files_stop_the_others_and_end_with_the_greatest_of_their_statuses(bad: str) -> None:
+    answer = shockwave("predict", "--json", SCENE, bad)
+    assert (answer.status, answer.out, f"{bad}:2:" in answer.err) == (3, "", True)
+    answer = shockwave("simulate", bad, "nowhere.yaml")
+    assert (answer.status, f"{bad}:2:" in answer.err, "nowhere.yaml" in answer.err) == (5, True, True)
 
 
 def test_an_error_of_an_argument_is_one_of_usage_and_an_error_of_the_scene_is_not() -> None:
@@ -314,165 +272,119 @@ def test_an_error_of_an_argument_is_one_of_usage_and_an_error_of_the_scene_is_no
 WRONG = {
     "no-command": ([], "required: COMMAND"),
     "word": (["simulate", "--rtol", "soon", SCENE], "--rtol: must be >= 1e-13 and <= 0.01 (got soon)"),
-    "word-for-contacts": (["simulate", "--contacts", "x", SCENE], "--contacts: must be whole numbers >= 0"),
-    "no-worker": (["sweep", SCENE, "--workers", "0"], "--workers: must be >= 1 and <= 10000 (got 0)"),
-    "integrator": (["simulate", SCENE, "--integrator", "nope"], "--integrator: unknown integrator (got 'nope'"),
-    "quadrature": (["predict", SCENE, "--quadrature", "nope"], "--quadrature: unknown quadrature (got 'nope'"),
-    "quadrature-of-a-comparison": (
-        ["compare", SCENE, "--quadrature", "tanh"],
-        "--quadrature: unknown quadrature (got 'tanh'; did you mean 'tanh-sinh'?",
-    ),
-    "integrator-of-a-prediction": (["predict", SCENE, "--integrator", "nope"], "--integrator: unknown integrator"),
-    "model": (["predict", SCENE, "--model", "moments"], "argument --model: invalid choice: 'moments'"),
-    "model-of-a-comparison": (["compare", SCENE, "--model", "best"], "unrecognized arguments: --model"),
-    "alpha": (["predict", SCENE, "--alpha", "none"], "argument --alpha: invalid choice: 'none'"),
-    "check-of-profiles": (["list", "profiles", "--check"], "--check: can be used only with plugins"),
-    "page-as-pdf": (
-        ["report", SCENE, "-o", "x.pdf"],
-        "--output: must end in .html or .htm (got x.pdf; print this page",
-    ),
     "range": (["simulate", "--rtol", "1e-20", SCENE], "--rtol: must be >= 1e-13 and <= 0.01 (got 1e-20)"),
     "contacts": (["simulate", "--contacts", "3,-1", SCENE], "--contacts: must be whole numbers >= 0"),
+    "no-worker": (["sweep", SCENE, "--workers", "0"], "--workers: must be >= 1 and <= 10000 (got 0)"),
+    "integrator": (["predict", SCENE, "--integrator", "nope"], "--integrator: unknown integrator (got 'nope'"),
+    "quadrature": (["compare", SCENE, "--quadrature", "tanh"], "(got 'tanh'; did you mean 'tanh-sinh'?"),
+    "model": (["predict", SCENE, "--model", "moments"], "argument --model: invalid choice: 'moments'"),
+    "model-of-a-comparison": (["compare", SCENE, "--model", "best"], "unrecognized arguments: --model"),
+    "tolerance": (["predict", "--equal-tolerance", "1", SCENE], "--equal-tolerance: must be "),
+    "coefficient": (["predict", "--momentum-coefficient", "0", SCENE], "--momentum-coefficient: must be "),
+    "check-of-profiles": (["list", "profiles", "--check"], "--check: can be used only with plugins"),
+    "page-as-pdf": (["report", SCENE, "-o", "x.pdf"], "--output: must end in .html or .htm (got x.pdf; print this"),
 }
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_a_wrong_call_is_a_usage_error(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_wrong_call_is_a_usage_error(name: str) -> None:
     arguments, problem = WRONG[name]
-    try:
-        status: object = main(arguments)
-    except SystemExit as error:
-        status = error.code
-    assert status == 2
-    assert problem in capsys.readouterr().err
+    answer = shockwave(*arguments)
+    assert answer.status == 2
+    assert problem in answer.err
 
 
-def test_the_version_states_the_back_end(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as ended:
-        main(["--version"])
-    assert ended.value.code == 0
+def test_the_version_states_the_back_end() -> None:
     state = re.escape(f"numpy; compiled code {lack()}" if lack() else "compiled")
-    assert re.fullmatch(rf"shockwave {re.escape(sw.__version__)} \(back end: {state}\)\n", capsys.readouterr().out)
+    assert re.fullmatch(rf"shockwave {re.escape(sw.__version__)} \(back end: {state}\)\n", shockwave("--version").out)
 
 
-def test_without_compiled_code_the_version_says_why(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_compiled_code_the_version_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("shockwave.engine.backend.compiled", None)
-    with pytest.raises(SystemExit):
-        main(["--version"])
-    assert "(back end: numpy; compiled code not built: needs a C compiler" in capsys.readouterr().out
-
-
-def test_validate_continues_after_a_missing_file(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["validate", "--json", "nowhere.yaml", SCENE]) == 5
-    first, second = json.loads(capsys.readouterr().out)
-    assert (first["valid"], second["valid"]) == (False, True)
-    assert "nowhere.yaml" in first["faults"][0]["problem"]
+    assert "(back end: numpy; compiled code not built: needs a C compiler" in shockwave("--version").out
 
 
 @pytest.mark.parametrize("command", ["predict", "simulate"])
 @pytest.mark.parametrize("new", ["peak_force: 1e-300", "peak_force: 1e300", "rise_time: 1e-300", "rise_time: 1e300"])
-def test_a_scene_beyond_floating_point_numbers_fails_alone(
-    command: str, new: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_scene_beyond_floating_point_numbers_fails_alone(command: str, new: str, tmp_path: Path) -> None:
     extreme = tmp_path / "extreme.yaml"
     name = new.partition(":")[0]
     extreme.write_text(re.sub(rf"{name}: [^,]+", new, SOFT))
-    assert main([command, "--json", str(extreme), SCENE]) == 3
-    first, second = json.loads(capsys.readouterr().out)
+    answer = shockwave(command, "--json", extreme, SCENE)
+    assert answer.status == 3
+    first, second = answer.document
     assert f"{name}: must" in first["error"]
     assert second["peak_force"] > 0
 
 
-def strike(monkeypatch: pytest.MonkeyPatch, call: int, error: BaseException) -> list[object]:
-    """Let one call of a simulation raise an error; gives the calls."""
+def strike(monkeypatch: pytest.MonkeyPatch, *errors: BaseException | None) -> list[object]:
+    """Let the first calls of a simulation raise these errors, if they are not None; gives the calls."""
     real, calls = simulate.simulate_scene, []
 
-    def struck(*arguments: object) -> object:
+    def struck(*arguments: Any) -> object:
         calls.append(arguments)
-        if len(calls) == call:
-            raise error
-        return real(*arguments)  # type: ignore[arg-type]
+        error = errors[len(calls) - 1] if len(calls) <= len(errors) else None
+        return real(*arguments) if error is None else raised(error)
 
     monkeypatch.setattr(simulate, "simulate_scene", struck)
     return calls
 
 
-def test_a_run_that_fails_ends_with_1_and_keeps_the_others(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+def test_runs_that_fail_keep_the_others_and_end_with_the_greatest_of_their_statuses(
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    strike(monkeypatch, 1, sw.NumericalError("the step size has vanished"))
-    assert main(["simulate", "--json", "--rtol", "1e-2", SCENE, SCENE]) == 1
-    out, err = capsys.readouterr()
-    first, second = json.loads(out)
-    assert first == {"version": 2, "scenario": "table 2 row 1", "error": "the step size has vanished"}
-    assert second["peak_force"] == pytest.approx(50.88311, rel=1e-2)
-    assert "the step size has vanished" in err
-
-
-def test_runs_that_fail_end_with_the_greatest_of_their_statuses(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    failures = iter(
-        [sw.InvalidValueError.of("rtol", "must be larger"), sw.NumericalError("the step size has vanished")]
-    )
-    monkeypatch.setattr(simulate, "simulate_scene", lambda *_: raised(next(failures)))
-    assert main(["simulate", SCENE, SCENE]) == 3
-    err = capsys.readouterr().err
-    assert err.index("must be larger") < err.index("the step size has vanished")
+    errors = sw.InvalidValueError.of("rtol", "must be larger"), sw.NumericalError("the step size vanished")
+    strike(monkeypatch, *errors)
+    answer = shockwave("simulate", "--json", "--rtol", "1e-2", SCENE, SCENE, SCENE)
+    assert answer.status == 3
+    _, second, third = answer.document
+    assert second == {"version": 2, "scenario": "table 2 row 1", "error": "the step size vanished"}
+    assert third["peak_force"] == pytest.approx(50.88311, rel=1e-2)
+    assert answer.err.index("must be larger") < answer.err.index("the step size vanished")
 
 
 def raised(error: BaseException) -> None:
     raise error
 
 
-def test_an_interrupt_of_any_command_ends_with_130(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_interrupt_of_any_command_ends_with_130(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(scenario_commands, "load_scenario", lambda _: raised(KeyboardInterrupt()))
-    assert main(["validate", SCENE]) == 130
-    assert capsys.readouterr().err == "interrupted\n"
+    answer = shockwave("validate", SCENE)
+    assert (answer.status, answer.err) == (130, "interrupted\n")
 
 
 @pytest.mark.parametrize("form", [["--json"], []], ids=["json", "text"])
-def test_an_interrupt_keeps_the_results_before_it(
-    form: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    calls = strike(monkeypatch, 2, KeyboardInterrupt())
-    assert main(["simulate", *form, "--rtol", "1e-2", SCENE, SCENE, SCENE]) == 130
-    out, err = capsys.readouterr()
-    assert out.count("table 2 row 1") == 1
-    assert ("ejected" in out, len(calls)) == (True, 2)
-    assert f"{SCENE}: interrupted" in err
+def test_an_interrupt_keeps_the_results_before_it(form: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    calls = strike(monkeypatch, None, KeyboardInterrupt())
+    answer = shockwave("simulate", *form, "--rtol", "1e-2", SCENE, SCENE, SCENE)
+    assert (answer.status, answer.out.count("table 2 row 1")) == (130, 1)
+    assert ("ejected" in answer.out, len(calls)) == (True, 2)
+    assert f"{SCENE}: interrupted" in answer.err
 
 
 @pytest.mark.parametrize("form", [["--json"], []], ids=["json", "text"])
-def test_a_result_that_fails_when_it_is_printed_fails_alone(
-    form: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_result_that_fails_when_it_is_printed_fails_alone(form: list[str], tmp_path: Path) -> None:
     scene = tmp_path / "short.yaml"
     scene.write_text(f"{SOFT.replace('radius: 1e-3', 'radius: 1e-3, granules: 100')}simulate: {{until: 1 ps}}\n")
-    assert main(["simulate", *form, str(scene), SCENE]) == 3
-    out, err = capsys.readouterr()
-    assert "table 2 row 1" in out
-    assert f"{scene}:" in err
+    answer = shockwave("simulate", *form, scene, SCENE)
+    assert answer.status == 3
+    assert "table 2 row 1" in answer.out
+    assert f"{scene}:" in answer.err
 
 
-def test_an_internal_error_is_one_line_without_a_traceback(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_internal_error_is_one_line_without_a_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sw.Predictor, "predict_scene", lambda *_: 1 / 0)
-    assert main(["predict", SCENE]) == 1
-    assert "internal error: ZeroDivisionError" in capsys.readouterr().err
+    answer = shockwave("predict", SCENE)
+    assert answer.status == 1
+    assert "internal error: ZeroDivisionError" in answer.err
 
 
 @pytest.mark.parametrize("profile", ["power-law", "triangular", "exponential", "tabulated"])
 def test_new_writes_a_scene_that_runs_and_is_not_overwritten(profile: str, tmp_path: Path) -> None:
     scene = str(tmp_path / "scene.yaml")
-    assert main(["new", "--profile", profile, "-o", scene]) == 0
-    assert main(["compare", "--rtol", "1e-2", scene]) == 0
-    assert main(["new", "-o", scene]) == 5
+    assert shockwave("new", "--profile", profile, "-o", scene).status == 0
+    assert shockwave("compare", "--rtol", "1e-2", scene).status == 0
+    assert shockwave("new", "-o", scene).status == 5
     assert sw.load_scenario(scene).name
 
 
@@ -489,26 +401,24 @@ def test_module_runs_as_a_program_and_a_closed_pipe_is_no_error() -> None:
     assert (err, closed.returncode) == (b"", 0)
 
 
-#: Redirections of a shell, and what is then written on stderr of a list, which goes to stdout.
+#: Redirections of a shell, a command, its status, and what is then written on stderr.
 STREAMS = {
-    ">&-": "the output cannot be written (Bad file descriptor)\n",
-    ">/dev/full": "the output cannot be written (No space left on device)\n",
-    "<&- >&- 2>&-": "",
-    "2>&-": None,
-    "2>/dev/full": None,
+    "closed": (">&-", "list backends", 5, "the output cannot be written (Bad file descriptor)\n"),
+    "full": (">/dev/full", "list backends", 5, "the output cannot be written (No space left on device)\n"),
+    "all closed": ("<&- >&- 2>&-", "list backends", 5, ""),
+    "no errors": ("2>&-", "list backends", 0, ""),
+    "errors closed": ("2>&-", "predict nowhere.yaml", 5, ""),
+    "errors on a full disk": ("2>/dev/full", "predict nowhere.yaml", 5, ""),
 }
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
-@pytest.mark.parametrize("redirection", STREAMS)
-def test_streams_that_cannot_be_written_end_with_a_documented_status(redirection: str) -> None:
-    lost = STREAMS[redirection]
-    for command, status in (("list backends", 0 if lost is None else 5), ("predict nowhere.yaml", 5)):
-        words = ["sh", "-c", f'"$0" -m shockwave {command} {redirection}', sys.executable]
-        run = subprocess.run(words, capture_output=True, text=True, cwd=ROOT)
-        assert run.returncode == status
-        if command == "list backends":
-            assert run.stderr == (lost or "")
+@pytest.mark.parametrize("case", STREAMS)
+def test_streams_that_cannot_be_written_end_with_a_documented_status(case: str) -> None:
+    redirection, command, status, lost = STREAMS[case]
+    words = ["sh", "-c", f'"$0" -m shockwave {command} {redirection}', sys.executable]
+    run = subprocess.run(words, capture_output=True, text=True, cwd=ROOT)
+    assert (run.returncode, run.stderr) == (status, lost)
 
 
 def test_workers_start_without_standard_streams(tmp_path: Path) -> None:
@@ -520,17 +430,10 @@ def test_workers_start_without_standard_streams(tmp_path: Path) -> None:
     assert (tmp_path / "results" / "results.csv").exists()
 
 
-def test_an_error_of_the_system_names_the_file_and_is_none_of_the_output(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_error_of_the_system_names_the_file_and_is_none_of_the_output(monkeypatch: pytest.MonkeyPatch) -> None:
     for error in (PermissionError(13, "Permission denied", "library.so"), BrokenPipeError(32, "Broken pipe")):
         monkeypatch.setattr(scenario_commands, "load_scenario", lambda _, error=error: raised(error))
-        assert main(["validate", SCENE]) == 5
+        answer = shockwave("validate", SCENE)
+        assert answer.status == 5
         file = f"{error.filename}: " if error.filename else ""
-        assert capsys.readouterr().err.startswith(f"{file}error of the operating system: {error.strerror} (")
-
-
-@pytest.mark.parametrize(("option", "value"), [("--equal-tolerance", "1"), ("--momentum-coefficient", "0")])
-def test_a_setting_out_of_range_is_wrong_usage(option: str, value: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["predict", option, value, SCENE]) == 2
-    assert capsys.readouterr().err.startswith(f"{option}: must be ")
+        assert answer.err.startswith(f"{file}error of the operating system: {error.strerror} (")

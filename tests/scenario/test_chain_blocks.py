@@ -1,7 +1,5 @@
 """Blocks of chains beyond equal spheres: keys, dotted names, and what commands for equal spheres refuse."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path

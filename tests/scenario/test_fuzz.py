@@ -7,10 +7,7 @@ seconds of processor time and 4 GiB of memory, must print JSON where it is asked
 was. A case follows from its seed and number alone.
 """
 
-from __future__ import annotations
-
 import contextlib
-import io
 import json
 import os
 import random
@@ -23,11 +20,15 @@ from functools import reduce
 from multiprocessing import get_context
 from operator import getitem
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import pytest
 import yaml
 from pebble import ProcessPool
+
+from shockwave.scenario.template import template
+from support.command_line import shockwave
+from support.texts import EVERY_FEATURE
 
 ROOT = Path(__file__).parents[2]
 #: Processor time that a case may take [s].
@@ -47,41 +48,8 @@ shock:
   profile: tabulated
   parameters: {file: hammer.csv, baseline: [-60 us, -1 us], crop: [0 us, 160 us], negative: zero}
 """
-#: A scenario with all keys, from which others get single ones; they exclude each other.
-EVERY_KEY = b"""\
-version: 1
-name: all keys
-chain:
-  material: {youngs_modulus: 2 GPa, poisson_ratio: 0.3, density: 1e3, yield_strength: 10 MPa}
-  radius: 3 mm
-  granules: [{count: 3, gap: 1 um}, {repeat: 2, cell: [{material: ptfe}, {diameter: {from: 5 mm, to: 3 mm}, count: 2}]}]
-  end: {wall: rigid, mass: 2 kg, stiffness: 1e6 N/m, damping: 50 N*s/m}
-  precompression: 2 N
-  gravity: 9.81 m/s**2
-  damping: {model: tsuji, restitution: 0.9}
-  contact: {exponent: 2, stiffness: 1e9}
-  elastic_only: true
-  packing: hexagonal
-shock: {duration: 1 ms}
-impact: {velocity: 0.5 m/s, diameter: 16 mm, material: copper}
-predict: {model: section-4, momentum_coefficient: 4.2, alpha: literal, equal_tolerance: 0.1, quadrature: quadpack}
-simulate:
-  integrator: dop853
-  step: 0.1
-  waves: train
-  backend: numpy
-  contacts: [0, "3"]
-  record: [forces, field, energies]
-  interval: 1 us
-  until: 1 ms
-  timeout: 3
-  wave_threshold: 0.01
-limit: {force: 60 N}
-requires: [numpy]
-published: {source: nobody, error: 1 %, virtual_rise_time: 3 us, relation: less}
-sweep: {grid: {shock.peak_force: {linspace: [1 N, 2 N, 3]}}, zip: [{chain.radius: [1 mm, 2 mm]}]}
-uncertainty: {chain.radius: 5 %, shock.peak_force: {factor: 2}, chain.gravity: {between: [1, 2]}}
-"""
+#: Scenarios with many keys, from which others get single ones; they exclude each other.
+MANY_KEYS = [EVERY_FEATURE, template(), template("tabulated")]
 #: Values as they are typed.
 NUMBERS = "0 -0.0 -1 1 1e-5 0.5 1e12 1e-320 1e308 1e999 -1e999 .nan .inf nan 1e5000 0x1F 1_000 1,5 +7"
 #: Numbers that floating-point arithmetic does not take in all powers.
@@ -95,35 +63,20 @@ TEXTS = (
     *("hammer.csv", "scene.yaml", "copper", "triangular", "tabulated", "section-4", "moments", "verlet", "5 %"),
     *("chain.radius", "chain.material", "shock.rise_time", "peak_force=60 N", "{linspace: [1, 2, 3]}"),
 )
-#: What keeps a command cheap; it comes last, and so counts.
-CHEAP = {
-    "simulate": "--primary --rtol 1e-2",
-    "compare": "--primary --rtol 1e-2",
-    "curve": "--rtol 1e-2 --longest 1",
-    "design": "--rtol 1e-2 --points 3",
-    "uncertainty": "--rtol 1e-2 --draws 64",
-    "bench": "--quick --longest 1e-3 --family quadratures",
-    "sweep": "--dry-run",
-}
-#: Commands on a scenario, by how often each is asked.
-ON_SCENE = {
-    16: ("validate", "predict", "simulate"),
-    8: ("predict --json", "simulate --json", "compare", "uncertainty", "sweep"),
-    3: (
-        "curve -o out.json",
-        "curve -o out.svg",
-        "design --vary chain.radius --target amplification=0.8 --between 1mm 5mm",
-        "design --vary chain.material --target peak_force=60N",
-    ),
-    1: ("bench",),
-}
+#: Commands on the file, as often as they are asked for.
+COMMANDS = (
+    *(4 * ["validate", "predict", "simulate --primary --rtol 1e-2"]),
+    *(2 * ["predict --json", "simulate --json --primary --rtol 1e-2", "compare --primary --rtol 1e-2"]),
+    *(2 * ["sweep --dry-run", "uncertainty --rtol 1e-2 --draws 64"]),
+    *("curve --rtol 1e-2 --longest 1 -o out.json", "curve --rtol 1e-2 --longest 1 -o out.svg"),
+    "design --vary chain.radius --target amplification=0.8 --between 1mm 5mm --rtol 1e-2 --points 3",
+    "design --vary chain.material --target peak_force=60N --rtol 1e-2 --points 3",
+    "bench --quick --longest 1e-3 --family quadratures",
+)
 
 
-class Case(NamedTuple):
-    """A command line, and the files that lie in its folder."""
-
-    arguments: tuple[str, ...]
-    files: dict[str, bytes]
+#: A command, and the files in its folder.
+Case = tuple[list[str], dict[str, bytes]]
 
 
 def typed(rng: random.Random) -> str:
@@ -143,7 +96,7 @@ def paths(data: Any, above: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
 
 def graft(rng: random.Random, data: dict[str, Any]) -> None:
     """Give the scenario a value of another one, at the same path."""
-    other = yaml.safe_load(rng.choice((EVERY_KEY, EVERY_KEY, *SCENARIOS)))
+    other = yaml.safe_load(rng.choice((*MANY_KEYS, *MANY_KEYS, *SCENARIOS)))
     *above, last = rng.choice(list(paths(other)))
     for step in above:
         other = other[step]
@@ -203,52 +156,37 @@ def other_text(rng: random.Random, text: bytes) -> bytes:
     return text
 
 
-def on_scene(rng: random.Random) -> tuple[str, ...]:
-    """A command on the file ``scene.yaml``."""
-    (asked,) = rng.choices(list(ON_SCENE.values()), list(ON_SCENE))
-    name, *options = rng.choice(asked).split()
-    return name, "scene.yaml", *options, *CHEAP.get(name, "").split()
-
-
 def case_of(seed: str, number: int) -> Case:
     """The case of this number: a command on a mutated scenario, or on a mutated record."""
     rng = random.Random(f"{seed}-{number}")
+    command = rng.choice(COMMANDS).split()
     if rng.random() < 0.3:
-        return Case(on_scene(rng), {"scene.yaml": RECORD, "hammer.csv": other_text(rng, HAMMER)})
+        return command, {"scene.yaml": RECORD, "hammer.csv": other_text(rng, HAMMER)}
     text = rng.choice((other_tree, other_text))(rng, rng.choice(SCENARIOS))
-    return Case(on_scene(rng), {"scene.yaml": text, "hammer.csv": HAMMER, "pulse.csv": HAMMER})
+    return command, {"scene.yaml": text, "hammer.csv": HAMMER, "pulse.csv": HAMMER}
 
 
-def answer(case: Case) -> str:
+def problem_of(case: Case) -> str:
     """Run a case in the current process, in a folder of its own; what is wrong with it, or nothing."""
-    from shockwave.cli import main
-
-    out, err = io.TextIOWrapper(io.BytesIO(), "utf-8"), io.StringIO()
+    command, files = case
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
-        for name, content in case.files.items():
+        for name, content in files.items():
             Path(name).write_bytes(content)
-        begun = time.process_time()
-        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            try:
-                status: Any = main(list(case.arguments))
-            except SystemExit as end:
-                status = end.code or 0
-        seconds = time.process_time() - begun
-        changed = [name for name, content in case.files.items() if Path(name).read_bytes() != content]
-    out.seek(0)
-    printed = out.read()
-    if "--json" in case.arguments and status == 0:
+        begin = time.process_time()
+        answer = shockwave(*command, "scene.yaml")
+        seconds = time.process_time() - begin
+        changed = [name for name, content in files.items() if Path(name).read_bytes() != content]
+    (answer.out + answer.err).encode()  # as for a terminal; raises if it cannot be shown
+    if "--json" in command and answer.status == 0:
         try:
-            json.loads(printed, parse_constant=lambda name: float(f"no number: {name}"))
+            json.loads(answer.out, parse_constant=lambda name: float(f"no number: {name}"))
         except ValueError as error:
-            return f"no JSON: {error}: {printed[:200]}"
-    elif WRONG.search(printed):
-        return printed[-1500:]
-    if status not in STATUSES or WRONG.search(err.getvalue()):
-        return f"status {status!r}: {err.getvalue()[-1500:]}"
-    if seconds > MOST_SECONDS or changed:
-        return f"took {seconds:.1f} s, changed {changed}"
-    return ""
+            return f"no JSON: {error}: {answer.out[:200]}"
+    elif WRONG.search(answer.out):
+        return answer.out[-1500:]
+    if answer.status not in STATUSES or WRONG.search(answer.err):
+        return f"status {answer.status}: {answer.err[-1500:]}"
+    return f"took {seconds:.1f} s, changed {changed}" if seconds > MOST_SECONDS or changed else ""
 
 
 def limit_memory() -> None:
@@ -261,7 +199,7 @@ def wrong_answers(seed: str, numbers: range, workers: int) -> dict[int, tuple[Ca
     wrong = {}
     with ProcessPool(workers, initializer=limit_memory, context=get_context("spawn")) as pool:
         cases = {number: case_of(seed, number) for number in numbers}
-        futures = {number: pool.schedule(answer, (case,), timeout=HANGS) for number, case in cases.items()}
+        futures = {number: pool.schedule(problem_of, (case,), timeout=HANGS) for number, case in cases.items()}
         for number, future in futures.items():
             try:
                 problem = future.result()

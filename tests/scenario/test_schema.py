@@ -1,7 +1,5 @@
 """The schema: it admits what the loader admits, and rejects unknown keys and wrong values."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """The schema and the templates of what a plugin brings: its parameters work like shockwave's own."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from pathlib import Path

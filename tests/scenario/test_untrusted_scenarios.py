@@ -1,7 +1,5 @@
 """Scenarios from elsewhere, such as over a network: no key, block or plugin makes them read a file."""
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Callable, Iterator

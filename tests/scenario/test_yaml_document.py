@@ -1,7 +1,5 @@
 """The document reader: text to plain data, with places and limits."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

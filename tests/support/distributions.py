@@ -1,7 +1,5 @@
 """Distributions that count as installed, without an installer: their source on the path, and metadata beside it."""
 
-from __future__ import annotations
-
 import importlib
 import os
 import sys

@@ -1,7 +1,5 @@
 """Record files of known blows in the styles of instruments, spreadsheets and other sensors."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -77,7 +75,6 @@ def _layouts() -> dict[str, Style]:
     newtons = _texts(forces)
     plain = _rows([us, newtons])
     ms = _texts(1e-3 * _TIMES, "{:.3f}")
-    settings = "Modell;RTB-4\nAbtastrate;1 MHz\nTastkopf;1:1\n"
     many = [_texts(range(_TIMES.size), "{}"), us, _texts(20 + 0 * forces), newtons]
     return {
         "plain": Style(f"time [us],force [N]\n{plain}".encode()),
@@ -85,7 +82,6 @@ def _layouts() -> dict[str, Style]:
         "semicolons": Style(("t (ms);F (N)\n" + _rows([ms, newtons], ";")).encode()),
         "blanks": Style(("time (us)  load (N)\n" + _rows([us, newtons], "   ")).encode()),
         "german": Style(("Zeit [ms];Kraft [N]\n" + _rows([ms, newtons], ";", _comma)).encode()),
-        "german-settings": Style((settings + "Zeit [ms];Kraft [N]\n" + _rows([ms, newtons], ";", _comma)).encode()),
         "decimal-commas-and-blanks": Style(("t[ms] F[N]\n" + _rows([ms, newtons], " ", _comma)).encode()),
         "quotes": Style(
             ('"time [us]","force [N]"\n"' + _rows([us, newtons], '","').replace("\n", '"\n"'))[:-1].encode()
@@ -94,8 +90,6 @@ def _layouts() -> dict[str, Style]:
         "comments": Style(f"# hammer 2\n% 5 kN\ntime [us],force [N]\n\n{plain}".encode()),
         "header-in-comment": Style(f"# time [us], force [N]\n{plain}".encode()),
         "range-1": Style(f"Full scale,5 kN\n{plain}".encode()),
-        "range-3": Style(f"Model,X\nFull scale,5 kN\n{plain}".encode()),
-        "range-8": Style(f"Interval: 1 us,Range: 5 kN\n{plain}".encode()),
         "unit-of-a-range": Style(f"Range,kN\n{plain}".encode()),
         "settings-and-header": Style(f"Model,X\nPoints,450\ntime [us],force [N]\n{plain}".encode()),
         "swapped": Style(("force [N],time [us]\n" + _rows([newtons, us])).encode()),
@@ -113,7 +107,6 @@ def _layouts() -> dict[str, Style]:
             remedy="delete lines 2 to 8",
             mended=f"time [us],force [N]\n{plain}".encode(),
         ),
-        "nan-at-the-start-without-header": Style(("nan,nan\n" * 7 + plain).encode()),
         "several-forces": Style(
             (
                 "t [us];Fx [N];Fy [N];Fz [N]\n" + _rows([us, _texts(0 * forces), _texts(0.1 * forces), newtons], ";")
@@ -127,15 +120,8 @@ def _layouts() -> dict[str, Style]:
             ).encode(),
             {"interval": "1 us"},
         ),
-        "sample-numbers": Style(
-            ("Sample;Force (N)\n" + _rows([_texts(range(450), "{}"), newtons], ";")).encode(), {"interval": "1 us"}
-        ),
         "clock": Style(
             ("Time [HH:MM:SS];F [N]\n" + _rows([_texts(1 + 1e-6 * _TIMES, "00:00:{:09.6f}"), newtons], ";")).encode(),
-            {"interval": "1 us"},
-        ),
-        "date": Style(
-            ("time,force [N]\n" + _rows([_texts(1 + 1e-6 * _TIMES, "2024-06-10 06:13:{:09.6f}"), newtons])).encode(),
             {"interval": "1 us"},
         ),
         "names-below-settings": Style(f"LeCroy,1\nSegments,1\nTime,Ampl\n{plain}".encode()),
@@ -147,8 +133,7 @@ def _layouts() -> dict[str, Style]:
             {"columns": [1, 2], "scale": 0.1},
         ),
         **_commas(us, ms, forces),
-        "tektronix": Style(_tektronix("V").encode(), {"scale": 100}),
-        "tektronix-in-newtons": Style(_tektronix("N", 1).encode()),
+        "tektronix": Style(_tektronix().encode(), {"scale": 100}),
     }
 
 
@@ -161,35 +146,29 @@ def _commas(us: list[str], ms: list[str], forces: np.ndarray) -> dict[str, Style
     head, newtons, milli = "t [ms],F [N]\n", _texts(forces, "{:.3f}"), 1e3 * forces
     mended = (head.replace(",", ";") + _rows([ms, newtons], ";")).encode()
     anew = {"remedy": "write the file anew with semicolons", "mended": mended}
-    marked = {mark: [text.replace(",", mark) for text in _texts(milli, "{:,.0f}")] for mark in (".", ",", " ")}
+    marked = {mark: [text.replace(",", mark) for text in _texts(milli, "{:,.0f}")] for mark in (".", ",")}
     plain = ("t [us];F [mN]\n" + _rows([us, _texts(milli, "{:.0f}")], ";")).encode()
     unmarked = {"remedy": "remove thousands marks", "mended": plain}
     tenths = [text.translate(str.maketrans(",.", ".,")) for text in _texts(milli, "{:,.1f}")]
     return {
         "comma-twice": Style((head + _rows([ms, newtons], ",", _comma)).encode(), **anew),
-        "comma-twice-without-units": Style(
-            ("t,F\n" + _rows([ms, newtons], ",", _comma)).encode(), remedy=anew["remedy"], mended=mended
-        ),
-        "comma-twice-without-header": Style(_rows([ms, newtons], ",", _comma).encode(), **anew),
         "comma-twice-in-one-column": Style(
             (head + _rows([ms, _texts(np.round(forces), "{:.0f}")], ",", _comma)).encode(), **anew
         ),
         "thousands-points": Style(("t [us];F [mN]\n" + _rows([us, marked["."]], ";")).encode(), **unmarked),
-        "thousands-commas": Style(("t [us];F [mN]\n" + _rows([us, marked[","]], ";")).encode(), **unmarked),
         "thousands-in-quotes": Style(
             ("t [us],F [mN]\n" + _rows([us, [f'"{text}"' for text in marked[","]]])).encode(), **unmarked
         ),
-        "thousands-blanks": Style(("t [us];F [mN]\n" + _rows([us, marked[" "]], ";")).encode(), **unmarked),
         "thousands-and-decimals": Style(
             ("t [us];F [mN]\n" + _rows([us, tenths], ";")).encode(), remedy=unmarked["remedy"], mended=plain
         ),
     }
 
 
-def _tektronix(unit: str, per_unit: float = 100) -> str:
-    names = ["Record Length,450", "Sample Interval,1e-06", "Source,CH1", f"Vertical Units,{unit}", "Horizontal Units,s"]
+def _tektronix() -> str:
+    names = ["Record Length,450", "Sample Interval,1e-06", "Source,CH1", "Vertical Units,V", "Horizontal Units,s"]
     settings = [*names, *["," for _ in range(_TIMES.size - len(names))]]
-    cells = [_texts(1e-6 * _TIMES, "{:.12f}"), _texts(smooth(_TIMES) / per_unit, "{:.6f}")]
+    cells = [_texts(1e-6 * _TIMES, "{:.12f}"), _texts(smooth(_TIMES) / 100, "{:.6f}")]
     return "".join(f"{setting},, {time}, {value},\n" for setting, time, value in zip(settings, *cells, strict=True))
 
 
@@ -205,15 +184,12 @@ def _units() -> dict[str, Style]:
         "words": _file("Time (Seconds),Force (Newton)\n", 1e-6 * _TIMES, forces),
         "nanoseconds": _file("time [ns],force [mN]\n", 1e3 * _TIMES, 1e3 * forces),
         "no-header-seconds": _file("", 1e-6 * _TIMES, forces),
-        "no-header-milliseconds": _file("", 1e-3 * _TIMES, forces),
         "no-header-microseconds": _file("", _TIMES, forces),
-        "no-header-nanoseconds": _file("", 1e3 * _TIMES, forces),
         "names-without-units": _file("time,force\n", _TIMES, forces),
         "kilonewtons-without-unit": _with(_file("time [us],CH1\n", _TIMES, 1e-3 * forces, "{:.7f}"), unit="kN"),
         "epoch-nanoseconds": Style(("time [ns],force [N]\n" + _rows([epoch, _texts(forces)])).encode()),
         "epoch-seconds": Style(("time [s],force [N]\n" + _rows([seconds, _texts(forces)])).encode()),
         "missing-digits": _with(_file("time [us],force [N]\n", np.round(slow), slow_forces), interval="0.1 us"),
-        "few-digits": _with(_file("t [s],F [N]\n", 1e-6 * _TIMES, forces, of_times="{:.4f}"), interval="1 us"),
         "no-digits": _with(_file("t [s],F [N]\n", 1e-6 * _TIMES, forces, of_times="{:.2f}"), interval="1 us"),
         "one-time-twice": Style(
             _file("t [us],F [N]\n", np.insert(_TIMES, 100, 49), np.insert(forces, 100, forces[99])).content,
@@ -221,7 +197,6 @@ def _units() -> dict[str, Style]:
             mended=_file("t [us],F [N]\n", _TIMES, forces).content,
         ),
         "unknown-unit": _with(_file("t[us],F[KN]\n", _TIMES, 1e-3 * forces, "{:.7f}"), unit="kN"),
-        "kilopond": _with(_file("t [us],F [kp]\n", _TIMES, forces / 9.80665), unit="kgf"),
         "pounds": _with(_file("t [us],F [lbs]\n", _TIMES, forces / 4.4482216), unit="lbf"),
         "grams": _with(_file("t [us],Load [g]\n", _TIMES, 1e3 * forces / 9.80665), unit="gf"),
         "filtered": _file("t [us],F [N] (filtered)\n", _TIMES, forces),
@@ -236,14 +211,11 @@ def _sensors() -> dict[str, Style]:
         "volts": _with(_file("time [us],CH2 [V]\n", _TIMES, forces / 500, "{:.7f}"), scale=500),
         "millivolts": _with(_file("time [us],CH2 [mV]\n", _TIMES, 10 * forces), scale=0.1),
         "millivolts-with-sensitivity": _with(_file("t [us],CH1 [mV] (10 mV/N)\n", _TIMES, 10 * forces), scale=0.1),
-        "sensitivity-first": _with(_file("t [us],CH1 (10 mV/N) [mV]\n", _TIMES, 10 * forces), scale=0.1),
         "charge": _with(_file("t [us],Charge (pC)\n", _TIMES, 4 * forces), scale=0.25),
-        "strain": _with(_file("t [us],strain [um/m]\n", _TIMES, 2 * forces), scale=0.5),
         "accelerometer-in-millivolts": _with(
             _file("t [us],CH1 [mV]\n", _TIMES, 100 * forces / (0.25 * 9.80665)), scale=0.01, unit="g", mass="250 g"
         ),
         "milli-g": _with(_file("t [us],acc [mg]\n", _TIMES, 1e3 * forces / (0.25 * 9.80665)), mass="250 g"),
-        "capital-g": _with(_file("t [us],acc [G]\n", _TIMES, forces / (0.25 * 9.80665)), mass="250 g"),
         "keysight": _with(_file("second,Volt\n", 1e-6 * _TIMES, forces / 500, "{:.7f}"), scale=500),
         "pressure": _with(_file("time [us],p [kPa]\n", _TIMES, forces / 2), area="2e-3 m**2"),
         "acceleration": _with(_file("time [us],Acc (g)\n", _TIMES, forces / (0.25 * 9.80665)), mass="250 g"),
@@ -262,7 +234,6 @@ def _signals() -> dict[str, Style]:
         "offset": _file(head, _TIMES, forces + noise + 5),
         "exact-offset": _file(head, _TIMES, smooth(_TIMES) + 26),
         "negative-offset": _file(head, _TIMES, forces + noise - 8),
-        "small-offset": _file(head, _TIMES, forces + noise + 0.7),
         "offset-behind-only": _file(head, _TIMES[50:], forces[50:] + noise[50:] + 3),
         "hum": _file(head, long, sharp(long) + hum + quiet),
         "long-noisy-tail": _file(head, long, sharp(long) + rng.normal(0, 0.3, long.size)),

@@ -1,7 +1,5 @@
 """Which cases of a long family run by default; the others are marked ``slow``."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 

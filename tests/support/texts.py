@@ -6,10 +6,15 @@ from typing import Any
 
 from jsonschema import Draft7Validator
 
+from shockwave.prediction.predictor import Predictor
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.schema import schema
 from shockwave.scenario.yaml_document import parse_document
+from shockwave.scene.chain import Chain
+from shockwave.scene.shock import Shock
+from shockwave.scene.simulate_options import SimulateOptions
+from support.scenes import CHAIN as PAPER_CHAIN
 
 CHAIN = "chain: {material: copper, radius: 1 mm}\n"
 SHOCK = "shock: {profile: triangular, peak_force: 1 N, rise_time: 1 us, duration_ratio: 2}\n"
@@ -56,3 +61,9 @@ def load(folder: Path, text: str) -> Scenario:
     """The scenario of a file with this text."""
     (folder / "scene.yaml").write_text(text, encoding="utf-8")
     return load_scenario(folder / "scene.yaml")
+
+
+def scenario_in_python(shock: Shock, chain: Chain = PAPER_CHAIN, **options: Any) -> Scenario:
+    """A scenario without a file."""
+    simulate = SimulateOptions(**options)
+    return Scenario(name="a scene", path=None, shock=shock, chain=chain, predictor=Predictor(), simulate=simulate)

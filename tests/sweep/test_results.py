@@ -1,7 +1,5 @@
 """Results of sweeps: tables and arrays agree with the journal."""
 
-from __future__ import annotations
-
 import csv
 import errno
 import json

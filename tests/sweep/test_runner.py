@@ -1,7 +1,5 @@
 """Sweeps: every point once, with the result of its own scene; resumption, refusal and repair."""
 
-from __future__ import annotations
-
 import json
 import os
 import re
@@ -20,7 +18,6 @@ from attrs import evolve
 
 import shockwave as sw
 from conftest import Install
-from shockwave.cli import main
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.variations import Family
 from shockwave.scene.scene import Scene
@@ -30,6 +27,7 @@ from shockwave.sweep.dry_run import dry_run
 from shockwave.sweep.journal import line_of
 from shockwave.sweep.progress_text import SweepInterrupt, SweepReport
 from shockwave.sweep.runner import points_of, run_sweep
+from support.command_line import shockwave
 
 CHAIN = "chain: {material: paper-steel, diameter: 9.5 mm}\n"
 SHOCK = (
@@ -51,8 +49,28 @@ def scenario(tmp_path: Path) -> Path:
     return written(tmp_path, SIMULATE + GRID)
 
 
-def written(folder: Path, text: str, name: str = "scene.yaml") -> Path:
-    file = folder / name
+@pytest.fixture
+def out(tmp_path: Path) -> Path:
+    return tmp_path / "out"
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the finished sweep of ``scenario``."""
+    folder = tmp_path_factory.mktemp("whole")
+    swept(written(folder, SIMULATE + GRID), folder / "out")
+    return folder / "out"
+
+
+@pytest.fixture
+def finished(whole: Path, out: Path) -> Path:
+    """The finished sweep of ``scenario`` in ``out``."""
+    shutil.copytree(whole, out)
+    return out
+
+
+def written(folder: Path, text: str) -> Path:
+    file = folder / "scene.yaml"
     file.write_text(CHAIN + SHOCK + text)
     return file
 
@@ -86,11 +104,11 @@ def tables(folder: Path) -> dict[str, bytes]:
 # ---------------------------------------------------------------- points
 
 
-def test_every_point_has_one_line_with_the_result_of_its_own_scene(scenario: Path, tmp_path: Path) -> None:
-    report = swept(scenario, tmp_path / "out")
+def test_every_point_has_one_line_with_the_result_of_its_own_scene(scenario: Path, out: Path) -> None:
+    report = swept(scenario, out)
     assert (report.points, report.done, report.exit_code) == (40, 40, 0)
-    assert sorted(line["index"] for line in journal(tmp_path / "out")) == list(range(40))
-    found = rows(tmp_path / "out")[27]  # second duration ratio, eighth rise time
+    assert sorted(line["index"] for line in journal(out)) == list(range(40))
+    found = rows(out)[27]  # second duration ratio, eighth rise time
     shock = sw.Shock(
         profile=sw.PowerLaw(rise_exponent=1, decay_exponent=1, duration_ratio=4),
         peak_force=100.0,
@@ -129,11 +147,11 @@ def test_columns_of_each_kind_of_sweep(tmp_path: Path, run: str) -> None:
 
 
 @pytest.mark.parametrize("model", ["best", "section-4"])
-def test_a_prediction_has_the_values_of_its_document(tmp_path: Path, model: str) -> None:
+def test_a_prediction_has_the_values_of_its_document(tmp_path: Path, out: Path, model: str) -> None:
     settings = f"predict: {{model: {model}}}\n{SIMULATE}"
     file = written(tmp_path, settings + "sweep: {run: predict, grid: {shock.rise_time: [4 us, 1 ms]}}\n")
-    swept(file, tmp_path / "out")
-    found = rows(tmp_path / "out")
+    swept(file, out)
+    found = rows(out)
     regimes = []
     for index, rise_time in enumerate((4e-6, 1e-3)):
         scene = scene_of(file, {"shock.rise_time": rise_time})
@@ -152,14 +170,16 @@ def test_a_prediction_has_the_values_of_its_document(tmp_path: Path, model: str)
 
 @pytest.mark.parametrize("excitation", [SHOCK, "impact: {velocity: 0.5 m/s}\n"], ids=["shock", "striker"])
 @pytest.mark.parametrize("run", COLUMNS)
-def test_a_chain_with_a_wall_has_the_values_of_its_simulation(tmp_path: Path, run: str, excitation: str) -> None:
+def test_a_chain_with_a_wall_has_the_values_of_its_simulation(
+    tmp_path: Path, out: Path, run: str, excitation: str
+) -> None:
     file = tmp_path / "scene.yaml"
     sweep = f"sweep: {{run: {run}, grid: {{chain.end.wall: [same, rigid], 'chain.granules[0].count': [3, 4]}}}}\n"
     chain = WALL.replace("granules: 6", "granules: [{count: 4}]")
     file.write_text(f"{chain}{excitation}simulate: {{contacts: [1], rtol: 1e-4}}\n{sweep}")
-    report = swept(file, tmp_path / "out")
+    report = swept(file, out)
     assert (report.done, report.failed) == (4, 0)
-    for index, row in rows(tmp_path / "out").items():
+    for index, row in rows(out).items():
         point = load_scenario(file).sweep.point(index)  # type: ignore[union-attr]
         alone = sw.simulate(scene_of(file, point))
         forces = (alone.greatest_force, alone.contacts[0], alone.transmitted)
@@ -171,13 +191,15 @@ def test_a_chain_with_a_wall_has_the_values_of_its_simulation(tmp_path: Path, ru
 
 
 @pytest.mark.parametrize("chain", [CHAIN, WALL], ids=["endless", "wall"])
-def test_a_point_without_an_answer_is_done_and_its_reason_is_in_the_notes(tmp_path: Path, chain: str) -> None:
+def test_a_point_without_an_answer_is_done_and_its_reason_is_in_the_notes(
+    tmp_path: Path, out: Path, chain: str
+) -> None:
     file = tmp_path / "scene.yaml"
     sweep = "simulate: {timeout: 1e-6}\nsweep: {run: predict, grid: {shock.rise_time: [4 us, 20 us]}}\n"
     file.write_text(chain + SHOCK + sweep)
-    report = swept(file, tmp_path / "out")
+    report = swept(file, out)
     assert (report.done, report.failed, report.exit_code) == (2, 0, 0)
-    for row in rows(tmp_path / "out").values():
+    for row in rows(out).values():
         assert re.search(r"^No answer: the time limit was reached.*\.$", row["notes"])
         known = {name for name, value in row.items() if value is not None}
         by_section4 = (
@@ -186,21 +208,21 @@ def test_a_point_without_an_answer_is_done_and_its_reason_is_in_the_notes(tmp_pa
         assert known - {"virtual_rise_time", "added_momentum"} == {"notes"} | by_section4
 
 
-def test_a_comparison_has_the_values_of_section_4_and_of_the_simulation(tmp_path: Path) -> None:
+def test_a_comparison_has_the_values_of_section_4_and_of_the_simulation(tmp_path: Path, out: Path) -> None:
     file = written(tmp_path, "sweep: {zip: {shock.rise_time: [4 us, 20 us], chain.diameter: [8 mm, 10 mm]}}\n")
-    swept(file, tmp_path / "out")
+    swept(file, out)
     alone = sw.compare(scene_of(file, {"shock.rise_time": 2e-5, "chain.diameter": 1e-2}))
-    found = rows(tmp_path / "out")[1]
+    found = rows(out)[1]
     assert found["section4_peak_force"] == alone.predicted.section4.peak_force  # type: ignore[union-attr]
     assert found["peak_force"] == alone.simulated.peak_force
     assert (found["error"], found["relation"]) == (alone.errors.peak_force, alone.relation)
 
 
-def test_a_comparison_simulates_each_point_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_comparison_simulates_each_point_once(tmp_path: Path, out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = written(tmp_path, "limit: {force: 60 N}\nsweep: {run: compare, grid: {shock.rise_time: [4 us, 20 us]}}\n")
     run, counts = simulate.run_jobs, []
     monkeypatch.setattr(simulate, "run_jobs", lambda jobs, *rest: counts.append(len(jobs)) or run(jobs, *rest))
-    assert swept(file, tmp_path / "out").done == 2
+    assert swept(file, out).done == 2
     assert sum(counts) == 2
 
 
@@ -217,15 +239,15 @@ NO_NUMBERS: dict[str, tuple[str, str, list[Any]]] = {
 
 
 @pytest.mark.parametrize("case", NO_NUMBERS)
-def test_mappings_and_lists_are_values_of_the_tables(tmp_path: Path, case: str) -> None:
+def test_mappings_and_lists_are_values_of_the_tables(tmp_path: Path, out: Path, case: str) -> None:
     pytest.importorskip("xarray")  # which needs pandas
     (tmp_path / "blow.csv").write_text("time [ms],force [N]\n0,0\n0.5,40\n1,20\n1.5,5\n1.6,0\n")
     text, name, values = NO_NUMBERS[case]
     (tmp_path / "scene.yaml").write_text(text)
-    assert swept(tmp_path / "scene.yaml", tmp_path / "out").done == 2
-    lines = (tmp_path / "out" / "results.jsonl").read_text().splitlines()
+    assert swept(tmp_path / "scene.yaml", out).done == 2
+    lines = (out / "results.jsonl").read_text().splitlines()
     assert [json.loads(line)[name] for line in lines] == values
-    results = sw.load_sweep(tmp_path / "out")
+    results = sw.load_sweep(out)
     texts = [value if isinstance(value, str) else json.dumps(value) for value in values]
     assert results.coordinate(name).tolist() == texts
     assert [value for (value,) in results.to_dict()["axes"][0]["values"]] == values
@@ -234,19 +256,21 @@ def test_mappings_and_lists_are_values_of_the_tables(tmp_path: Path, case: str) 
 
 
 @pytest.mark.parametrize("run", COLUMNS)
-def test_warnings_of_a_point_are_in_its_notes(tmp_path: Path, run: str) -> None:
+def test_warnings_of_a_point_are_in_its_notes(tmp_path: Path, out: Path, run: str) -> None:
     file = written(tmp_path, f"sweep: {{run: {run}, grid: {{chain.granules: [3, 100]}}}}\n")
-    swept(file, tmp_path / "out")
-    notes = [json.loads(line)["notes"] for line in (tmp_path / "out" / "results.jsonl").read_text().splitlines()]
+    swept(file, out)
+    notes = [json.loads(line)["notes"] for line in (out / "results.jsonl").read_text().splitlines()]
     assert notes[0].count("A longer chain shows the settled waves") == 1
     assert notes[1] is None
 
 
 @pytest.mark.parametrize(("waves", "measured"), [("", False), (", waves: train", True)], ids=["default", "train"])
-def test_the_train_is_measured_if_the_scenario_requests_it(tmp_path: Path, waves: str, measured: bool) -> None:
+def test_the_train_is_measured_if_the_scenario_requests_it(
+    tmp_path: Path, out: Path, waves: str, measured: bool
+) -> None:
     block = f"simulate: {{rtol: 1e-3{waves}}}\nsweep: {{grid: {{shock.rise_time: [10 us]}}}}\n"
-    swept(written(tmp_path, block), tmp_path / "out")
-    found = rows(tmp_path / "out")[0]
+    swept(written(tmp_path, block), out)
+    found = rows(out)[0]
     assert ("recoil_momentum" in found) == measured
     assert found.get("recoil_momentum", -1.0) < 0
     # the momentum of the leading wave as a single run measures it
@@ -255,10 +279,10 @@ def test_the_train_is_measured_if_the_scenario_requests_it(tmp_path: Path, waves
     assert (found["momentum"], found["foot"]) == (leading.momentum, leading.foot)
 
 
-def test_a_train_that_is_not_integrated_has_no_values(tmp_path: Path) -> None:
+def test_a_train_that_is_not_integrated_has_no_values(tmp_path: Path, out: Path) -> None:
     block = "simulate: {rtol: 1e-3, waves: train}\nsweep: {grid: {shock.rise_time: [4 ms]}}\n"
-    swept(written(tmp_path, block), tmp_path / "out")
-    found = rows(tmp_path / "out")[0]
+    swept(written(tmp_path, block), out)
+    found = rows(out)[0]
     assert found["peak_force"] > 0
     assert [found[name] for name in ("waves", "recoil_momentum", "recoil_error", "ejected_granules")] == [None] * 4
 
@@ -276,37 +300,30 @@ def test_one_executor_runs_several_sweeps(tmp_path: Path) -> None:
             assert rows(folder)[0]["peak_force"] == alone.peak_force
 
 
-def test_results_do_not_depend_on_workers_or_interrupts(scenario: Path, tmp_path: Path) -> None:
-    swept(scenario, tmp_path / "one")
-    run_sweep(scenario, tmp_path / "two", workers=2)
-    assert tables(tmp_path / "one") == tables(tmp_path / "two")
+def test_results_do_not_depend_on_workers_or_interrupts(scenario: Path, whole: Path, out: Path) -> None:
+    run_sweep(scenario, out, workers=2)
+    assert tables(out) == tables(whole)
     # cut off within a line, and resumed
-    swept(scenario, tmp_path / "three")
-    file = tmp_path / "three" / "journal.jsonl"
-    file.write_bytes(file.read_bytes()[:3000])
-    report = swept(scenario, tmp_path / "three")
+    (out / "journal.jsonl").write_bytes((out / "journal.jsonl").read_bytes()[:3000])
+    report = swept(scenario, out)
     assert 0 < report.before < 40
     assert any("is incomplete" in note for note in report.notes)
-    assert tables(tmp_path / "one") == tables(tmp_path / "three")
+    assert tables(out) == tables(whole)
 
 
-def test_a_finished_sweep_has_nothing_to_do(scenario: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    swept(scenario, tmp_path / "out")
-    before = tables(tmp_path / "out")
-    assert main(["sweep", str(scenario), "--out", str(tmp_path / "out"), "--resume"]) == 0
-    assert "nothing to do" in capsys.readouterr().out
-    assert tables(tmp_path / "out") == before
+def test_a_finished_sweep_has_nothing_to_do(scenario: Path, finished: Path, whole: Path) -> None:
+    assert "nothing to do" in shockwave("sweep", scenario, "--out", finished, "--resume").out
+    assert tables(finished) == tables(whole)
 
 
-def test_units_and_names_do_not_change_the_sweep(scenario: Path, tmp_path: Path) -> None:
-    swept(scenario, tmp_path / "out")
+def test_units_and_names_do_not_change_the_sweep(scenario: Path, finished: Path) -> None:
     text = scenario.read_text().replace("9.5 mm", "0.95 cm").replace("[2 us, 6 us", "[2000 ns, 6e-6")
     scenario.write_text(f"name: another name\n{text}")
-    assert swept(scenario, tmp_path / "out").before == 40
+    assert swept(scenario, finished).before == 40
 
 
 def test_records_are_found_from_any_folder_and_changed_records_are_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, out: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name, last in (("a", 20), ("b", 30)):
         (tmp_path / f"{name}.csv").write_text(f"time [us],force [N]\n0,0\n10,100\n{last},0\n")
@@ -318,14 +335,14 @@ def test_records_are_found_from_any_folder_and_changed_records_are_refused(
     monkeypatch.chdir(tmp_path)
     # the workers may run in another folder
     assert run_sweep(file.name, "out", workers=1).done == 2
-    assert rows(tmp_path / "out")[1]["peak_force"] > rows(tmp_path / "out")[0]["peak_force"]
+    assert rows(out)[1]["peak_force"] > rows(out)[0]["peak_force"]
     content = point_evaluation.content_of(points_of(file.name))
     (tmp_path / "b.csv").write_text("time [us],force [N]\n0,0\n10,100\n40,0\n")
     # as on a worker with its own disk
     with pytest.raises(sw.UsageError, match=r"got a worker with named\.file b\.csv '\w+.*, now '\w+.*; install"):
         point_evaluation.run_batch(content, [0, 1])
     with pytest.raises(sw.InvalidValueError, match=r"got named\.file b\.csv"):
-        swept(file, tmp_path / "out")
+        swept(file, out)
 
 
 # ---------------------------------------------------------------- refusals
@@ -344,22 +361,20 @@ CHANGED = {
 
 
 @pytest.mark.parametrize("case", CHANGED)
-def test_another_sweep_is_refused_and_what_differs_is_named(tmp_path: Path, case: str) -> None:
+def test_another_sweep_is_refused_and_what_differs_is_named(tmp_path: Path, out: Path, case: str) -> None:
     old, new, message = CHANGED[case]
     text = "predict: {model: best}\n" + MATERIALS
-    swept(written(tmp_path, text), tmp_path / "out")
+    swept(written(tmp_path, text), out)
     with pytest.raises(sw.InvalidValueError, match=message):
-        swept(written(tmp_path, text.replace(old, new)), tmp_path / "out")
+        swept(written(tmp_path, text.replace(old, new)), out)
 
 
-def test_columns_in_another_order_are_another_sweep(tmp_path: Path) -> None:
-    file = written(tmp_path, MATERIALS)
-    swept(file, tmp_path / "out")
-    document = json.loads((tmp_path / "out" / "sweep.json").read_text())
+def test_columns_in_another_order_are_another_sweep(scenario: Path, finished: Path) -> None:
+    document = json.loads((finished / "sweep.json").read_text())
     document["columns"].reverse()
-    (tmp_path / "out" / "sweep.json").write_text(json.dumps(document))
+    (finished / "sweep.json").write_text(json.dumps(document))
     with pytest.raises(sw.InvalidValueError, match="order of columns"):
-        swept(file, tmp_path / "out")
+        swept(scenario, finished)
 
 
 def test_the_definition_of_as_many_values_as_a_sweep_may_have_can_be_read(tmp_path: Path) -> None:
@@ -371,21 +386,20 @@ def test_the_definition_of_as_many_values_as_a_sweep_may_have_can_be_read(tmp_pa
     assert definition.SweepDefinition.read(tmp_path).points == count
 
 
-def test_another_version_must_be_accepted(scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    swept(scenario, tmp_path / "out")
-    file = tmp_path / "out" / "journal.jsonl"
+def test_another_version_must_be_accepted(scenario: Path, finished: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = finished / "journal.jsonl"
     file.write_text("".join(file.read_text().splitlines(keepends=True)[:30]))
     monkeypatch.setattr(sw, "__version__", "99.0")
     with pytest.raises(sw.InvalidValueError, match=r"versions\.shockwave '0.*', now '99\.0'; use --accept-versions"):
-        swept(scenario, tmp_path / "out")
-    report = swept(scenario, tmp_path / "out", accept_versions=True)
+        swept(scenario, finished)
+    report = swept(scenario, finished, accept_versions=True)
     assert (report.before, report.done) == (30, 40)
     assert any("other versions" in note for note in report.notes)
     # accepted from then on
-    assert swept(scenario, tmp_path / "out").before == 40
+    assert swept(scenario, finished).before == 40
     monkeypatch.setattr(sw, "__version__", "100.0")
-    swept(scenario, tmp_path / "out", accept_versions=True)
-    earlier = definition.SweepDefinition.read(tmp_path / "out").earlier_versions
+    swept(scenario, finished, accept_versions=True)
+    earlier = definition.SweepDefinition.read(finished).earlier_versions
     assert [versions["shockwave"] for versions in earlier[1:]] == ["99.0"]
 
 
@@ -402,34 +416,30 @@ def test_a_sweep_depends_only_on_the_plugins_of_its_points(tmp_path: Path, insta
     assert found == [set(), {"mine"}, {"other"}]
 
 
-def test_the_lock_of_a_killed_client_is_released(scenario: Path, tmp_path: Path) -> None:
+def test_the_lock_of_a_killed_client_is_released(scenario: Path, out: Path) -> None:
     program = (
         "import sys, time; from pathlib import Path; from shockwave.sweep.journal import Journal\n"
         "with Journal(Path(sys.argv[1]), 1).locked(): print('held', flush=True); time.sleep(60)"
     )
-    (tmp_path / "out").mkdir()
-    with subprocess.Popen(
-        [sys.executable, "-c", program, str(tmp_path / "out")], stdout=subprocess.PIPE, text=True
-    ) as other:
+    with subprocess.Popen([sys.executable, "-c", program, out], stdout=subprocess.PIPE) as other:
         assert other.stdout is not None
         other.stdout.readline()
         with pytest.raises(sw.FileAccessError, match="used by one client at a time"):
-            swept(scenario, tmp_path / "out")
+            swept(scenario, out)
         other.send_signal(signal.SIGKILL)
-    assert swept(scenario, tmp_path / "out").done == 40
+    assert swept(scenario, out).done == 40
 
 
 def test_a_folder_with_other_files_is_refused(scenario: Path, tmp_path: Path) -> None:
-    (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "thesis.tex").touch()
-    with pytest.raises(sw.FileAccessError, match=r"must be a new folder or hold a sweep \(got a folder with thesis"):
-        swept(scenario, tmp_path / "out")
+    with pytest.raises(
+        sw.FileAccessError, match=r"must be a new folder or hold a sweep \(got a folder with scene.yaml"
+    ):
+        swept(scenario, tmp_path)
 
 
 @pytest.mark.parametrize("name", ["sweep.lock", "scenario.yaml", "sweep.json", "journal.jsonl", "results.csv"])
-def test_links_in_a_folder_lead_to_no_other_file(scenario: Path, tmp_path: Path, name: str) -> None:
-    swept(scenario, tmp_path / "out")
-    place = tmp_path / "out" / name
+def test_links_in_a_folder_lead_to_no_other_file(scenario: Path, finished: Path, tmp_path: Path, name: str) -> None:
+    place = finished / name
     for target, content in ((tmp_path / "dangling", None), (tmp_path / "other", place.read_bytes())):
         if content is not None:
             target.write_bytes(content)
@@ -437,14 +447,13 @@ def test_links_in_a_folder_lead_to_no_other_file(scenario: Path, tmp_path: Path,
         place.symlink_to(target)
         refused = pytest.raises(sw.FileAccessError, match=rf"{name}: is not a file \(got a link; delete it\)")
         with refused if name == "sweep.lock" else suppress(sw.FileAccessError):
-            swept(scenario, tmp_path / "out", retry_failed=True)
+            swept(scenario, finished, retry_failed=True)
         assert (target.read_bytes() if target.exists() else None) == content
 
 
-def test_a_picture_replaces_no_file_that_a_link_in_the_folder_names(scenario: Path, tmp_path: Path) -> None:
-    swept(scenario, tmp_path / "out")
-    (tmp_path / "out" / "amplification.svg").symlink_to(tmp_path / "other")
-    assert main(["plot", str(tmp_path / "out")]) == 5
+def test_a_picture_replaces_no_file_that_a_link_in_the_folder_names(finished: Path, tmp_path: Path) -> None:
+    (finished / "amplification.svg").symlink_to(tmp_path / "other")
+    assert shockwave("plot", finished).status == 5
     assert not (tmp_path / "other").exists()
 
 
@@ -477,10 +486,10 @@ CHANGES: dict[str, tuple[Callable[[Path], object], int, int]] = {
 
 @pytest.mark.parametrize("change", CHANGES)
 def test_a_journal_that_others_change_ends_the_sweep_and_keeps_what_is_left(
-    scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, change: str
+    scenario: Path, whole: Path, out: Path, monkeypatch: pytest.MonkeyPatch, change: str
 ) -> None:
     monkeypatch.setattr(point_evaluation, "SLICE", 1e-9)  # one point in a batch
-    out, (strike, after, kept) = tmp_path / "out", CHANGES[change]
+    strike, after, kept = CHANGES[change]
     with pytest.raises(sw.FileAccessError, match=r"journal\.jsonl: must not be changed by others"):
         swept(scenario, out, progress=lambda report: strike(out) if report.done == after else None)
     if change == "begun again":
@@ -489,13 +498,11 @@ def test_a_journal_that_others_change_ends_the_sweep_and_keeps_what_is_left(
     monkeypatch.undo()
     report = swept(scenario, out)
     assert (report.before >= kept, report.done) == (True, 40)
-    swept(scenario, tmp_path / "undisturbed")
-    assert tables(out) == tables(tmp_path / "undisturbed")
+    assert tables(out) == tables(whole)
 
 
 @pytest.mark.parametrize("file", ["sweep.json", "scenario.yaml"])
-def test_a_file_that_others_delete_meanwhile_is_written_again(scenario: Path, tmp_path: Path, file: str) -> None:
-    out = tmp_path / "out"
+def test_a_file_that_others_delete_meanwhile_is_written_again(scenario: Path, out: Path, file: str) -> None:
     swept(scenario, out, progress=lambda _: (out / file).unlink(missing_ok=True))
     assert (out / file).exists()
     assert sw.load_sweep(out) is not None
@@ -511,32 +518,28 @@ USAGE = {
 
 
 @pytest.mark.parametrize("case", USAGE)
-def test_a_wrong_call_gives_a_short_error_message(
-    case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_wrong_call_gives_a_short_error_message(case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text, options, status, part = USAGE[case]
     monkeypatch.chdir(tmp_path)
-    assert main(["sweep", written(tmp_path, text).name, *options]) == status
-    shown = capsys.readouterr().err
-    assert part in shown
-    assert "Traceback" not in shown
+    answer = shockwave("sweep", written(tmp_path, text).name, *options)
+    assert (answer.status, part in answer.err, "Traceback" in answer.err) == (status, True, False)
     assert not (tmp_path / "scene-sweep").exists()
 
 
 # ---------------------------------------------------------------- points that fail
 
 
-def test_a_failed_point_does_not_stop_the_others(tmp_path: Path) -> None:
-    file = written(tmp_path, SIMULATE + BROKEN.replace("[1 mm, 1e200]", "[1 mm, 1e200, 2 mm]"))
-    report = swept(file, tmp_path / "out")
+def test_a_failed_point_does_not_stop_the_others(tmp_path: Path, out: Path) -> None:
+    report = swept(written(tmp_path, SIMULATE + BROKEN.replace("1e200", "1e200, 2 mm")), out)
     assert (report.done, report.failed, report.exit_code) == (2, 1, 1)
-    failed = next(line for line in journal(tmp_path / "out") if line["index"] == 1)
+    (failed,) = (line for line in journal(out) if line["status"] == "failed")
+    assert failed["index"] == 1
     assert "must give granules a mass that a floating-point number can hold" in failed["error"]
 
 
-def test_a_sweep_without_a_valid_point_is_refused(tmp_path: Path) -> None:
+def test_a_sweep_without_a_valid_point_is_refused(tmp_path: Path, out: Path) -> None:
     with pytest.raises(sw.ScenarioError, match=r"chain\.diameter: must give granules a mass"):
-        swept(written(tmp_path, SIMULATE + BROKEN.replace("[1 mm, 1e200]", "[1e200, 2e200]")), tmp_path / "none")
+        swept(written(tmp_path, SIMULATE + BROKEN.replace("1 mm", "2e200")), out)
 
 
 def test_a_sweep_of_which_section_4_covers_no_point_is_refused(tmp_path: Path) -> None:
@@ -551,20 +554,18 @@ def test_a_sweep_of_which_section_4_covers_no_point_is_refused(tmp_path: Path) -
 
 
 @pytest.mark.parametrize("status", ["failed", "crashed"])
-def test_unfinished_points_run_again_on_request(scenario: Path, tmp_path: Path, status: str) -> None:
-    swept(scenario, tmp_path / "out")
-    whole = tables(tmp_path / "out")
-    first, *others = journal(tmp_path / "out")
+def test_unfinished_points_run_again_on_request(scenario: Path, finished: Path, whole: Path, status: str) -> None:
+    first, *others = journal(finished)
     wrong = line_of(first["index"], status, error="its process terminated")
-    (tmp_path / "out" / "journal.jsonl").write_text(wrong + "".join(f"{json.dumps(each)}\n" for each in others))
-    report = swept(scenario, tmp_path / "out")
+    (finished / "journal.jsonl").write_text(wrong + "".join(f"{json.dumps(each)}\n" for each in others))
+    report = swept(scenario, finished)
     assert (report.before, report.done, report.failed + report.crashed) == (40, 39, 1)
-    report = swept(scenario, tmp_path / "out", retry_failed=True)
+    report = swept(scenario, finished, retry_failed=True)
     assert (report.before, report.done, report.failed + report.crashed) == (39, 40, 0)
-    assert tables(tmp_path / "out") == whole
+    assert tables(finished) == tables(whole)
 
 
-def test_only_the_point_that_raises_fails(scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_the_point_that_raises_fails(scenario: Path, out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     many = point_evaluation.simulate_scenes
 
     def picky(scenes: list[Scene], *rest: Any, **settings: Any) -> Any:
@@ -574,40 +575,39 @@ def test_only_the_point_that_raises_fails(scenario: Path, tmp_path: Path, monkey
         return many(scenes, *rest, **settings)
 
     monkeypatch.setattr(point_evaluation, "simulate_scenes", picky)
-    report = swept(scenario, tmp_path / "out")
+    report = swept(scenario, out)
     assert (report.done, report.failed) == (39, 1)
-    assert [line["error"] for line in journal(tmp_path / "out") if "error" in line] == ["SystemExit: 3"]
+    assert [line["error"] for line in journal(out) if "error" in line] == ["SystemExit: 3"]
 
 
 def test_the_rest_of_a_batch_is_sent_again_after_the_time_slice(
-    scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    scenario: Path, whole: Path, out: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    swept(scenario, tmp_path / "whole")
     monkeypatch.setattr(point_evaluation, "SLICE", 1e-9)
     reports: list[SweepReport] = []
-    assert swept(scenario, tmp_path / "out", progress=reports.append).done == 40
+    assert swept(scenario, out, progress=reports.append).done == 40
     assert [report.done for report in reports] == list(range(1, 41))
-    assert tables(tmp_path / "out") == tables(tmp_path / "whole")
+    assert tables(out) == tables(whole)
 
 
 # ---------------------------------------------------------------- interrupts and disks
 
 
-def test_an_interrupt_keeps_finished_points(scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupt_keeps_finished_points(scenario: Path, out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupt(report: SweepReport) -> None:
         if report.done == 3:
             raise KeyboardInterrupt
 
     monkeypatch.setattr(point_evaluation, "SLICE", 1e-9)  # one point in a batch
     with pytest.raises(SweepInterrupt) as interrupted:
-        swept(scenario, tmp_path / "out", progress=interrupt)
+        swept(scenario, out, progress=interrupt)
     finished = interrupted.value.report.done
-    assert 3 <= finished == len(journal(tmp_path / "out")) < 40
-    assert swept(scenario, tmp_path / "out").before == finished
+    assert 3 <= finished == len(journal(out)) < 40
+    assert swept(scenario, out).before == finished
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no limit on the size of files")
-def test_a_full_disk_is_reported_and_finished_points_are_kept(scenario: Path, tmp_path: Path) -> None:
+def test_a_full_disk_is_reported_and_finished_points_are_kept(scenario: Path, out: Path) -> None:
     # a limit on the file size acts like a full disk: only part of a line is written
     program = (
         "import resource, sys; from concurrent.futures import ThreadPoolExecutor\n"
@@ -616,12 +616,12 @@ def test_a_full_disk_is_reported_and_finished_points_are_kept(scenario: Path, tm
         "try: run_sweep(sys.argv[1], sys.argv[2], ThreadPoolExecutor(1))\n"
         "except FileAccessError as error: print(error)"
     )
-    command = [sys.executable, "-c", program, str(scenario), str(tmp_path / "out")]
+    command = [sys.executable, "-c", program, str(scenario), str(out)]
     printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     assert "journal.jsonl: cannot be written (File too large)" in printed
-    kept = journal(tmp_path / "out")
+    kept = journal(out)
     assert 0 < len(kept) < 40
-    assert swept(scenario, tmp_path / "out").before == len(kept)
+    assert swept(scenario, out).before == len(kept)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGHUP")
@@ -629,7 +629,7 @@ def test_a_sweep_inside_a_program_leaves_its_signals_alone(scenario: Path) -> No
     numbers = signal.SIGTERM, signal.SIGHUP
     before = [signal.signal(number, signal.SIG_DFL) for number in numbers]
     try:
-        assert main(["sweep", str(scenario), "--dry-run"]) == 0
+        assert shockwave("sweep", scenario, "--dry-run").status == 0
         assert [signal.getsignal(number) for number in numbers] == [signal.SIG_DFL] * 2
     finally:
         for number, handler in zip(numbers, before, strict=True):
@@ -640,24 +640,23 @@ def test_a_sweep_inside_a_program_leaves_its_signals_alone(scenario: Path) -> No
 
 
 def test_a_dry_run_writes_nothing_and_reports_the_work(
-    scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert main(["sweep", scenario.name, "--dry-run", "--workers", "2"]) == 0
-    lead, *_ = capsys.readouterr().out.splitlines()
+    lead, *_ = shockwave("sweep", scenario.name, "--dry-run", "--workers", "2").out.splitlines()
     assert re.fullmatch(r"40 of 40 points to run, about 0:00:\d\d on 2 workers", lead)
     assert [file.name for file in tmp_path.iterdir()] == ["scene.yaml"]
 
 
-def test_a_dry_run_reports_finished_and_failed_points(tmp_path: Path) -> None:
+def test_a_dry_run_reports_finished_and_failed_points(tmp_path: Path, out: Path) -> None:
     file = written(tmp_path, SIMULATE + BROKEN)
-    swept(file, tmp_path / "out")
-    assert dry_run(file, tmp_path / "out").startswith("0 of 2 points to run\n")
-    again = dry_run(file, tmp_path / "out", workers=1, retry_failed=True)
+    swept(file, out)
+    assert dry_run(file, out).startswith("0 of 2 points to run\n")
+    again = dry_run(file, out, workers=1, retry_failed=True)
     assert again.startswith("1 of 2 points to run, about ")
     assert "a measured point failed: chain.radius: must give granules a mass" in " ".join(again.split())
     with pytest.raises(sw.InvalidValueError, match=r"scenario\.simulate\.rtol 0\.0001, now 1e-05"):
-        dry_run(written(tmp_path, SIMULATE.replace("-4", "-5") + BROKEN), tmp_path / "out")
+        dry_run(written(tmp_path, SIMULATE.replace("-4", "-5") + BROKEN), out)
 
 
 THREADS = """
@@ -679,10 +678,10 @@ def test_workers_have_one_thread_and_the_environment_of_the_client_is_unchanged(
 
 
 def test_a_sweep_logs_its_begin_and_end_and_batches_only_in_detail(
-    scenario: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
+    scenario: Path, out: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level("DEBUG", "shockwave")
-    swept(scenario, tmp_path / "out")
+    swept(scenario, out)
     told = [record.getMessage() for record in caplog.records if record.levelname == "INFO"]
     assert len(told) == 2
     assert "40 of 40 points to run" in told[0]

@@ -1,7 +1,5 @@
 """Pictures of sweeps: lines over one axis, maps over two, with the borders of the regimes."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

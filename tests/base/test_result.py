@@ -1,13 +1,11 @@
-"""Results in notebooks: short repr, HTML, and their tables for pandas and xarray."""
-
-from __future__ import annotations
+"""Every result: a short repr, HTML for notebooks, and tables for pandas and xarray."""
 
 import json
 import math
 import re
 import sys
+import xml.etree.ElementTree as ET
 from functools import cache
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
@@ -70,25 +68,9 @@ def sweep(tmp_path_factory: pytest.TempPathFactory) -> sw.SweepResults:
     return sw.load_sweep(folder / "out")
 
 
-class Tags(HTMLParser):
-    """Tags in the order of a document; unbalanced ones raise."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.seen: list[str] = []
-        self.open: list[str] = []
-        self.feed(text)
-        assert self.open == []
-
-    def handle_starttag(self, tag: str, attrs: object) -> None:
-        self.seen.append(tag)
-        self.open.append(tag)
-
-    def handle_startendtag(self, tag: str, attrs: object) -> None:
-        self.seen.append(tag)
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
+def has_a_table(html: str) -> bool:
+    """Whether a document, whose tags must be balanced, has a table."""
+    return ET.fromstring(f"<div>{html.replace('&nbsp;', ' ')}</div>").find(".//table") is not None
 
 
 @pytest.mark.parametrize("kind", MAKERS)
@@ -116,10 +98,10 @@ LARGE: dict[str, Any] = {
 def records(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder of a sweep over records of many samples, which fail at half of the points."""
     folder = tmp_path_factory.mktemp("records")
-    samples = [[sign * round(math.sin(math.pi * n / 3000), 4) for n in range(3001)] for sign in (1, -1, 2, -2)]
+    samples = [[sign * round(math.sin(math.pi * n / 1500), 4) for n in range(1501)] for sign in (1, -1, 2, -2)]
     points = [{"shock.parameters.forces": forces} for forces in samples]
     file = folder / "large.yaml"
-    parameters = {"times": [f"{n} us" for n in range(3001)], "forces": samples[0]}
+    parameters = {"times": [f"{n} us" for n in range(1501)], "forces": samples[0]}
     shock = {"profile": "tabulated", "parameters": parameters}
     text = {"chain": {"material": "ptfe", "radius": 5e-3}, "shock": shock, "sweep": {"points": points}}
     file.write_text(json.dumps(text), encoding="utf-8")
@@ -152,11 +134,11 @@ def test_the_repr_of_a_prediction_does_not_run_the_engine() -> None:
 
 @pytest.mark.parametrize("kind", MAKERS)
 def test_the_html_has_a_table(kind: str) -> None:
-    assert "table" in Tags(result_of(kind)._repr_html_()).seen
+    assert has_a_table(result_of(kind)._repr_html_())
 
 
 def test_the_html_of_a_sweep_has_a_table(sweep: sw.SweepResults) -> None:
-    assert "table" in Tags(sweep._repr_html_()).seen
+    assert has_a_table(sweep._repr_html_())
 
 
 def test_the_html_of_a_comparison_has_the_warnings_of_both() -> None:

@@ -1,0 +1,43 @@
+"""Printed numbers: as many digits as their errors leave, and rows of long tables."""
+
+import math
+
+import pytest
+
+from shockwave.base.result_tables import evenly
+from shockwave.base.text import percent, rounded, si
+
+
+@pytest.mark.parametrize(
+    ("error", "text"),
+    [
+        (1e-4, "1.23457 kN"),  # an error of 0.12 N, to its second digit
+        (2.4e-4, "1.23457 kN"),  # of 0.29 N, likewise
+        (2.5e-4, "1.2346 kN"),  # of 0.31 N, to its first digit
+        (0.9, "1.2 kN"),
+        (1.0, "1 kN"),
+        (math.inf, "1 kN"),
+        (math.nan, "1 kN"),
+        (0.0, "1.23456789000000 kN"),
+    ],
+)
+def test_a_number_has_the_digits_that_its_error_leaves(error: float, text: str) -> None:
+    assert si(1234.56789, "N", error=error) == text
+
+
+@pytest.mark.parametrize(("count", "most", "rows"), [(3, 10, [0, 1, 2]), (10, 4, [0, 3, 6, 9]), (1, 5, [0])])
+def test_rows_of_a_long_table_are_evenly_chosen_with_both_ends(count: int, most: int, rows: list[int]) -> None:
+    assert evenly(count, most).tolist() == rows
+
+
+@pytest.mark.parametrize(
+    ("share", "shown"),
+    [(4.38, "440 %"), (0.00196, "0.2 %"), (1.0, "100 %"), (0.9996, "100 %"), (0.0, "0 %"), (1e-9, "1e-07 %")],
+)
+def test_percentages_have_two_digits_and_no_power_of_ten_unless_they_are_tiny(share: float, shown: str) -> None:
+    assert percent(share) == shown
+    assert percent(share, sign="+") == f"+{shown}"
+
+
+def test_long_runs_and_large_ratios_are_printed_without_a_power_of_ten() -> None:
+    assert (rounded(123.4), rounded(1234.5, 3), rounded(0.057)) == ("120", "1230", "0.057")
