@@ -198,7 +198,7 @@ def factors(
     if math.isnan(per_force):
         faults.append(_fault("unit", kind, (force.text, form.unit), hint, place))
     if faults:
-        raise InvalidValueError(faults)
+        raise InvalidValueError(*faults)
     for stated, used in ((time.unit, form.time_unit), (force.unit, unit)):
         if stated and used not in (None, stated):
             notes.append(f"The file states the unit {stated!r}; {used!r} was used.")

@@ -8,10 +8,19 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from attrs import define
+from attrs import define, evolve
 
 from shockwave import __version__
-from shockwave.base.errors import Fault, FileAccessError, InvalidValueError, PluginError, ScenarioError, ShockwaveError
+from shockwave.base.errors import (
+    Fault,
+    FileAccessError,
+    InvalidValueError,
+    PluginError,
+    ScenarioError,
+    ShockwaveError,
+    Steps,
+    below,
+)
 from shockwave.base.quantity_fields import listed, text_of
 from shockwave.base.units import to_si
 from shockwave.prediction.predictor import Predictor
@@ -32,8 +41,8 @@ from shockwave.scenario.scenario import Published, Scenario
 from shockwave.scenario.sweep_block import Sweep, beginnings, first, names
 from shockwave.scenario.sweep_block import read as read_sweep
 from shockwave.scenario.uncertainty_block import read as read_spreads
-from shockwave.scenario.value_conversion import Wrong, WrongsError, names_files, structure
-from shockwave.scenario.yaml_document import Document, Steps, read_document, steps_of
+from shockwave.scenario.value_conversion import names_files, values_of
+from shockwave.scenario.yaml_document import Document, read_document
 from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import Limit
 from shockwave.scene.material import Material
@@ -84,17 +93,17 @@ def scenario_of(document: Document, path: Path | None, tries: slice = slice(None
 def _scenario_of(document: Document, path: Path | None, tries: slice) -> Scenario:
     sweep = None
     varied: set[Steps] = set()
-    wrongs: Sequence[Wrong] = ()
+    faults = document.faults
     if document.data.get("sweep") is not None:
         try:
-            sweep = read_sweep(document.data)
-        except WrongsError as error:
-            wrongs = error.wrongs
+            with below("sweep"):
+                sweep = read_sweep(document.data)
+        except InvalidValueError as error:
+            faults = [*faults, *map(document.place, error.faults)]
             varied = names(document.data["sweep"])
     problems: list[ShockwaveError] = []
     for index in beginnings(sweep)[tries]:
-        loading = _Loading(first(document, sweep, index), list(document.faults), path, varied)
-        loading.report(("sweep",), wrongs)
+        loading = _Loading(first(document, sweep, index), [*faults], path, varied)
         try:
             return loading.scenario(document, sweep)
         except ShockwaveError as error:
@@ -115,43 +124,38 @@ def _version(given: Any) -> Any:
 class _Loading:
     """Builds the parts of the scene in ``document``, each as far as possible, and collects all ``faults``.
 
-    Values at the paths ``varied`` come from a sweep with errors, and are not reported as missing. ``access`` is
-    the error of a file that cannot be read; ``plugin`` is true if a fault is that of a plugin.
+    Values at the paths ``varied`` come from a sweep with errors, and are not reported as missing.
     """
 
     document: Document
     faults: list[Fault]
     path: Path | None
     varied: Collection[Steps] = ()
-    access: FileAccessError | None = None
-    plugin: bool = False
 
     # ---------------------------------------------------------------- faults
 
-    def add(self, path: Steps, problem: object, at_key: bool = False) -> None:
-        """Add the fault at ``path`` of the document."""
-        self.plugin |= getattr(problem, "exit_code", 0) == PluginError.exit_code
-        if path not in self.varied:
-            self.faults.append(self.document.fault(path, str(problem), at_key))
-
-    def report(self, path: Steps, wrongs: Sequence[Wrong]) -> None:
-        """Add the errors of the block at ``path``."""
-        for wrong in wrongs:
-            self.add((*path, *wrong.path), wrong.problem, wrong.at_key)
+    def add(self, *faults: Fault) -> None:
+        """Add faults, with their places in the document."""
+        for fault in faults:
+            diameter = (*fault.steps[:-1], "diameter")
+            # a radius from a diameter
+            if fault.steps[-1:] == ("radius",) and fault.steps not in self.document.values | self.document.keys:
+                fault = evolve(fault, steps=diameter) if diameter in self.document.keys else fault
+            if fault.steps not in self.varied:
+                self.faults.append(self.document.place(fault))
 
     def finish(self) -> None:
         """Raise all faults, in the order of the file and without repetition."""
         if not self.faults:
             return
-        if self.access is not None and len(self.faults) == 1:
-            raise FileAccessError(str(self.faults[0])) from self.access
         faults = sorted(dict.fromkeys(self.faults), key=self._order)
+        exit_codes = {fault.exit_code for fault in faults}
         if len(faults) > _MOST_FAULTS:
-            rest = Fault("", f"and {len(faults) - _MOST_FAULTS} more errors", self.document.name)
+            rest = Fault((), f"and {len(faults) - _MOST_FAULTS} more errors", self.document.name)
             faults = [*faults[:_MOST_FAULTS], rest]
-        if self.plugin:
-            raise PluginError("\n".join(map(str, faults)), faults)
-        raise ScenarioError(faults)
+        if PluginError.exit_code in exit_codes:
+            raise PluginError(*faults)
+        raise (FileAccessError if exit_codes == {FileAccessError.exit_code} else ScenarioError)(*faults)
 
     def _order(self, fault: Fault) -> tuple[float, ...]:
         """Line and column of ``fault``; faults in another file come last."""
@@ -164,26 +168,17 @@ class _Loading:
         self, path: Steps, given: Any, keys: Sequence[Key], parsers: Mapping[str, Callable[[Any], Any]] | None = None
     ) -> tuple[dict[str, Any], bool]:
         """Valid values of the block at ``path``, and whether the block has no errors."""
-        try:
-            return structure(given, keys, parsers), True
-        except WrongsError as error:
-            self.report(path, error.wrongs)
-            return error.valid, False
-
-    def read(self, path: Steps, reader: Callable[..., Any], *given: Any) -> Any:
-        """Content of the block at ``path``, read by ``reader``; None if it has errors."""
-        try:
-            return reader(*given)
-        except WrongsError as error:
-            self.report(path, error.wrongs)
-            return None
+        values, faults = values_of(given, keys, parsers)
+        for fault in faults:
+            self.add(fault.below(*path))
+        return values, not faults
 
     def block(self, name: str, given: Any, cls: type) -> Any:
         """Instance of ``cls`` from the ``name`` block, whose keys are its arguments; None if the block has errors."""
         path = tuple(name.split("."))
         if name == "predict" and isinstance(given, dict) and "rtol" in given:
             problem = f"must be left out (got {text_of(given['rtol'])}; simulate.rtol is the tolerance of all forces)"
-            self.add((*path, "rtol"), problem, at_key=True)
+            self.add(Fault((*path, "rtol"), problem, at_key=True))
             given = {key: value for key, value in given.items() if key != "rtol"}
         keys = BLOCKS[name] if name in ("predict", "simulate") else keys_of(cls)
         values, valid = self.values(path, given, keys)
@@ -198,39 +193,24 @@ class _Loading:
         make: Callable[..., Any],
         values: Mapping[str, Any],
         path: Steps,
-        elsewhere: Mapping[str, Steps] | None = None,
+        elsewhere: Mapping[Steps, Steps] | None = None,
         owner: Any = Scenario,
     ) -> Any:
         """Return ``make(**values)``, or None if it raises an error, which is added to the faults.
 
         Faults are located below ``path``, except those of arguments with another place in ``elsewhere``, where an empty
-        name stands for all arguments. An unexpected exception counts as an error of the plugin that defines ``owner``.
+        path stands for all arguments. An unexpected exception counts as an error of the plugin that defines ``owner``.
         """
-        elsewhere = elsewhere or {}
         try:
             with blame("profiles", owner):
                 return make(**values)
-        except PluginError as error:
-            self.add(elsewhere.get("", path), error)
-        except FileAccessError as error:
-            self.access = error
-            self.add((*path, "file"), error)
-        except InvalidValueError as error:
+        except (InvalidValueError, PluginError, FileAccessError) as error:
             for fault in error.faults:
-                self._place(fault, path, elsewhere)
+                argument = fault.steps[:1]
+                place = (elsewhere or {}).get(argument, (*path, *argument))
+                # one with a place is in a record, a file of its own
+                self.add(fault if fault.location else evolve(fault, steps=(*place, *fault.steps[1:])))
         return None
-
-    def _place(self, fault: Fault, path: Steps, elsewhere: Mapping[str, Steps]) -> None:
-        """Add a fault that a constructor reports for a path such as ``times[3]``."""
-        if fault.location:  # in a record, a file of its own
-            self.faults.append(fault)
-            return
-        steps = steps_of(fault.path)
-        below = elsewhere.get(str(steps[0]), (*path, steps[0])) if steps else path
-        place = (*below, *steps[1:])
-        if place not in self.document.values and place[-1:] == ("radius",):
-            place = (*place[:-1], "diameter")
-        self.add(place, fault.problem, at_key=place not in self.document.values)
 
     # ---------------------------------------------------------------- scene
 
@@ -247,7 +227,11 @@ class _Loading:
             "simulate": self.block("simulate", data.get("simulate"), SimulateOptions),
             "limit": None if limit is None else self.block("limit", limit, Limit),
             "published": None if published is None else self.block("published", published, Published),
-            "uncertainty": self.read(("uncertainty",), read_spreads, whole.data.get("uncertainty"), self.document.data),
+            "uncertainty": self.build(
+                read_spreads,
+                {"given": whole.data.get("uncertainty"), "data": self.document.data},
+                ("uncertainty",),
+            ),
         }
         self._requires(data.get("requires"))
         self._together(parts["chain"], parts["impact"], parts["simulate"])
@@ -264,7 +248,7 @@ class _Loading:
                 version(name)
             except (PackageNotFoundError, ValueError):
                 problem = f"must be an installed distribution (got {text_of(name)}; install it if you trust it)"
-                self.add(("requires", index), problem)
+                self.add(Fault(("requires", index), problem))
 
     # ---------------------------------------------------------------- chain
 
@@ -284,7 +268,7 @@ class _Loading:
     def _impact(self, data: Any) -> Any:
         from shockwave.scenario.chain_blocks import impact  # not needed for a shock
 
-        return self.read(("impact",), impact, data)
+        return self.build(impact, {"given": data}, ("impact",))
 
     def _together(self, chain: Any, impact: Any, simulate: Any) -> None:
         """Add the faults of a chain under a shock or an impact, and of options that do not fit the chain."""
@@ -301,11 +285,10 @@ class _Loading:
             for index, contact in enumerate(self.document.data["simulate"]["contacts"] if options.contacts else ()):
                 if to_si(contact, "") > last:  # it may be text
                     problem = f"must be at most {last}, the last contact of this chain (got {contact})"
-                    faults.append(Fault(f"simulate.contacts[{index}]", problem))
+                    faults.append(Fault(("simulate", "contacts", index), problem))
         elif known and "forces" in options.record and not options.contacts:
             faults.append(Fault("simulate.contacts", "must be given if record includes forces (got none)"))
-        for fault in faults:
-            self._place(fault, (), {})
+        self.add(*faults)
 
     def _material(self, data: Any) -> Any:
         if isinstance(data, str):
@@ -332,7 +315,7 @@ class _Loading:
             return None
         sizes: dict[str, Any] = {key: values[key] for key in _SIZES if key in values}
         make = Shock.of_duration if "duration" in sizes else Shock
-        return self.build(make, {"profile": profile, **sizes}, ("shock",), {"": ("shock", "profile")}, cls)
+        return self.build(make, {"profile": profile, **sizes}, ("shock",), {(): ("shock", "profile")}, cls)
 
     def _two_times(self, cls: Any, values: dict[str, Any]) -> bool:
         """Replace a duration beside a rise time by their ratio; false, with a fault, if the profile refuses it."""
@@ -344,7 +327,7 @@ class _Loading:
         if own:
             problem = own[0].problem(ratio) if own[0] is not None else None
         if problem:
-            self.add(("shock", "duration"), f"over rise_time {problem}" if own else problem)
+            self.add(Fault(("shock", "duration"), f"over rise_time {problem}" if own else problem))
         elif own:
             values["duration_ratio"] = ratio
         return not problem
@@ -361,20 +344,23 @@ class _Loading:
             values["duration_ratio"] = shock["duration_ratio"]
         else:
             problem = f"must be left out, because profile {name!r} has its own (got {shock['duration_ratio']:g})"
-            self.add(("shock", "duration_ratio"), problem)
+            self.add(Fault(("shock", "duration_ratio"), problem))
             valid = False
         if not valid:
             return None
         make: Callable[..., Any] = cls
+        places: dict[Steps, Steps] = {("duration_ratio",): ("shock", "duration_ratio")}
         if name == RECORD and "file" in values:
             values["path"] = self._file(values.pop("file"))
             if values["path"] is None:
                 return None
             make = cls.from_file
+            places[()] = (*_PARAMETERS, "file")
         elif name == RECORD:
             for key in values.keys() - {key.name for key in keys_of(cls)}:
-                self.add((*_PARAMETERS, key), f"must be left out without file (got {text_of(values.pop(key))})", True)
-        return self.build(make, values, _PARAMETERS, {"duration_ratio": ("shock", "duration_ratio")}, cls)
+                problem = f"must be left out without file (got {text_of(values.pop(key))})"
+                self.add(Fault((*_PARAMETERS, key), problem, at_key=True))
+        return self.build(make, values, _PARAMETERS, places, cls)
 
     def _file(self, name: str) -> Path | None:
         """File ``name`` in the scenario's folder or below it; None, with a fault, if it is elsewhere."""
@@ -384,5 +370,5 @@ class _Loading:
         if name.strip() and Path(os.path.realpath(file)).is_relative_to(os.path.realpath(folder)):
             return file
         problem = f"must be a file in the scenario's folder or below it (got {text_of(name)}; copy it there)"
-        self.add((*_PARAMETERS, "file"), problem)
+        self.add(Fault((*_PARAMETERS, "file"), problem))
         return None

@@ -12,13 +12,13 @@ from typing import Any, Literal
 import numpy as np
 from attrs import evolve, field, frozen
 
-from shockwave.base.errors import PluginError, UnknownNameError
+from shockwave.base.errors import Fault, InvalidValueError, PluginError, Steps, UnknownNameError, steps_of
 from shockwave.base.quantity_fields import Quantity, text_of, tuple_repr
 from shockwave.registry.registry import load
 from shockwave.scenario.block_keys import BLOCKS, MATERIALS, Key, keys_of
 from shockwave.scenario.dotted_names import Variable, variables
-from shockwave.scenario.value_conversion import Wrong, WrongsError, converted, gathered, items, structure
-from shockwave.scenario.yaml_document import Document, Steps, steps_of
+from shockwave.scenario.value_conversion import converted, gathered, items, structure
+from shockwave.scenario.yaml_document import Document
 from shockwave.scene.material import Material
 
 Run = Literal["predict", "simulate", "compare"]
@@ -97,7 +97,8 @@ class Sweep:
     def __attrs_post_init__(self) -> None:
         if not self.axes or not 0 < self.points <= _MOST_POINTS:
             got = "nothing" if not self.axes else self.points if self.points < 10**15 else "more than 1e15"
-            raise ValueError(f"must have a grid, a zip or points with 1 to {_MOST_POINTS:g} cases in all (got {got})")
+            problem = f"must have a grid, a zip or points with 1 to {_MOST_POINTS:g} cases in all (got {got})"
+            raise InvalidValueError(problem)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -132,7 +133,7 @@ def read(data: Mapping[str, Any]) -> Sweep:
 
     Raises
     ------
-    WrongsError
+    InvalidValueError
         When the block is not valid; it contains all errors.
     """
     given = data["sweep"]
@@ -141,7 +142,7 @@ def read(data: Mapping[str, Any]) -> Sweep:
     varied = list(_varied(given))
     count = sum(_count(values) for _, _, values in varied)
     if count > _MOST_VALUES:  # before they are made
-        raise WrongsError([Wrong((), f"must have at most {_MOST_VALUES} values in all (got {count})")])
+        raise InvalidValueError(f"must have at most {_MOST_VALUES} values in all (got {count})")
     known = variables(data, [value for _, name, values in varied if name == "shock.profile" for value in values])
     converters = {
         "run": partial(converted, SWEEP[0]),
@@ -151,10 +152,7 @@ def read(data: Mapping[str, Any]) -> Sweep:
     }
     found = gathered(given.items(), converters, _repeated(varied))
     run = found.pop("run", None) or _run(data)
-    try:
-        return Sweep(run, tuple(axis for axes in found.values() for axis in axes))
-    except ValueError as error:
-        raise WrongsError([Wrong((), error)]) from None
+    return Sweep(run, tuple(axis for axes in found.values() for axis in axes))
 
 
 def _run(data: Mapping[str, Any]) -> Run:
@@ -180,13 +178,13 @@ def _count(values: list[Any]) -> int:
     return number if type(number) is int and 0 < number <= _MOST_VALUES else len(values)
 
 
-def _repeated(varied: list[tuple[str, str, list[Any]]]) -> Iterator[Wrong]:
+def _repeated(varied: list[tuple[str, str, list[Any]]]) -> Iterator[Fault]:
     """Errors of names that occur in several parts of the block."""
     parts: dict[str, str] = {}
     for part, name, _ in varied:
         first = parts.setdefault(name, part)
         if first != part:
-            yield Wrong((part, name), f"must be varied once (got it in {first} and {part}; delete one)", at_key=True)
+            yield Fault((part, name), f"must be varied once (got it in {first} and {part}; delete one)", at_key=True)
 
 
 def names(block: Any) -> set[Steps]:

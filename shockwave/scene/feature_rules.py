@@ -41,7 +41,7 @@ def check_features(granules: Granules, **features: Any) -> None:
     ]
     faults = faults or [*_of_length(granules, given), *_of_pairs(granules, given)]
     if faults:
-        raise InvalidValueError(faults)
+        raise InvalidValueError(*faults)
 
 
 def _of_length(granules: Granules, given: Mapping[str, Any]) -> Iterator[Fault]:
@@ -69,7 +69,7 @@ def _of_pairs(granules: Granules, given: Mapping[str, Any]) -> Iterator[Fault]:
         yield Fault("gravity", f"must be 0 for a chain with a free end (got {given['gravity']:g}; give a wall as end)")
     for place, segment in each_segment(granules) if static and isinstance(granules, Sequence) else ():
         if segment.gap:
-            yield Fault(f"granules{place}.gap", f"must be 0 under {' and '.join(static)} (got {segment.gap:g} m)")
+            yield Fault(("granules", *place, "gap"), f"must be 0 under {' and '.join(static)} (got {segment.gap:g} m)")
     contact, damping = given.get("contact"), given.get("damping")
     if isinstance(contact, ContactLaw):
         rule = f"must be left out for the contact law {type(contact).__name__}, which cannot be combined with it"

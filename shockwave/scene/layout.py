@@ -80,7 +80,7 @@ class Layout:
         """
         faults = scene_faults(chain, excitation)
         if faults:
-            raise InvalidValueError(faults)
+            raise InvalidValueError(*faults)
         rows = [*_striker(chain, excitation), *_granules(chain)]
         segments, materials, radii, gaps = zip(*rows, strict=True)
         sizes = np.array(radii)

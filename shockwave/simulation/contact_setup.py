@@ -152,7 +152,7 @@ def checked_setup(options: SimulateOptions, scene: Scene) -> ChainSetup | None:
         reason = load("integrators", options.integrator).refusal(chain.is_damped)
         faults = [Fault("integrator", reason)] if reason else []
     if faults:
-        raise InvalidValueError(faults)
+        raise InvalidValueError(*faults)
     if chain.count is None:
         part = _part(options, scene)
         if part.until is not None:

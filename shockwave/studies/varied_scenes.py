@@ -8,7 +8,7 @@ from typing import Any
 
 from attrs import evolve
 
-from shockwave.base.errors import InvalidValueError, NumericalError, ShockwaveError
+from shockwave.base.errors import InvalidValueError, NumericalError, ShockwaveError, steps_of
 from shockwave.base.quantity_fields import Quantity, text_of
 from shockwave.prediction.predictor import Predictor
 from shockwave.registry.registry import entries, entry_of, find
@@ -17,7 +17,6 @@ from shockwave.scenario.dotted_names import Variable, variable
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_argument import SceneArgument, scenario_alone
 from shockwave.scenario.uncertainty_block import ends_of
-from shockwave.scenario.yaml_document import dotted, steps_of
 from shockwave.scene.chain import Chain, Scales
 from shockwave.scene.impact import Impact
 from shockwave.scene.shock import Shock
@@ -109,8 +108,9 @@ def interval(parameter: Variable, given: Sequence[Any] | None) -> tuple[float, f
         raise InvalidValueError.of("between", problem)
     try:
         low, high = ends_of(parameter, given)
-    except ValueError as error:
-        raise InvalidValueError.of("between", f"{error} for {parameter.name}") from None
+    except InvalidValueError as error:
+        problems = "; ".join(fault.problem for fault in error.faults)
+        raise InvalidValueError.of("between", f"{problems} for {parameter.name}") from None
     return low, high
 
 
@@ -153,9 +153,8 @@ def value_of(scenario: Scenario, name: str) -> float:
         given = (data_of(scenario)["shock"].get("parameters") or {}).get(name.removeprefix(_OF_SHOCK))
         found = None if given is None else varied(name, scenario).converted(given)
     if found is None:
-        raise InvalidValueError.of(
-            dotted(("uncertainty", name)), "must have a value in the scenario (got none; state it there)"
-        )
+        problem = "must have a value in the scenario (got none; state it there)"
+        raise InvalidValueError.of(("uncertainty", name), problem)
     return float(found) * (2 if own != step == "diameter" or ".diameter." in name else 1)
 
 
