@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from typing import Any
@@ -14,14 +14,11 @@ from shockwave.base.errors import ShockwaveError, UnknownNameError, nearest
 from shockwave.base.quantity_fields import SIZES, Quantity, listed, text_of
 from shockwave.registry.registry import blame, entries, load
 from shockwave.scenario.block_keys import BLOCKS, GRANULES, WALLS, Key, keys_of
-from shockwave.scenario.value_conversion import converted, gathered, items, structure
+from shockwave.scenario.value_conversion import Parser, converted, gathered, items, material, structure
 from shockwave.scene.chain_end import Wall
 from shockwave.scene.contact_law import PowerContact
 from shockwave.scene.impact import Impact
-from shockwave.scene.material import Material
 from shockwave.scene.segments import Cell, Segment, Taper
-
-Parser = Callable[[Any], Any]
 
 
 def _keys(cls: type) -> dict[str, Key]:
@@ -63,14 +60,6 @@ MODEL = Key("model", required=True, annotation=str, meaning="a name from `shockw
 _MODEL_OR_POWER = evolve(MODEL, required=False, instead_of=("exponent", "stiffness"))
 #: Block -> value of ``takes`` of the registry entries that it accepts.
 LAWS = {"damping": "damping", "contact": ""}
-
-
-def material(given: Any) -> Material:
-    """Material of the library, or that of a mapping."""
-    if isinstance(given, str):
-        found: Material = load("materials", given)
-        return found
-    return Material(**structure(given, keys_of(Material)))
 
 
 def granules(given: Any) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -41,11 +42,10 @@ from shockwave.scenario.scenario import Published, Scenario
 from shockwave.scenario.sweep_block import Sweep, beginnings, first, names
 from shockwave.scenario.sweep_block import read as read_sweep
 from shockwave.scenario.uncertainty_block import read as read_spreads
-from shockwave.scenario.value_conversion import names_files, values_of
+from shockwave.scenario.value_conversion import Parser, converted, items, material, names_files, structure, values_of
 from shockwave.scenario.yaml_document import Document, read_document
 from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import Limit
-from shockwave.scene.material import Material
 from shockwave.scene.scene import faults_of, uniform_of
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
@@ -113,11 +113,58 @@ def _scenario_of(document: Document, path: Path | None, tries: slice) -> Scenari
     raise problems.pop(0)  # a list that held it would be a cycle with its traceback
 
 
-def _version(given: Any) -> Any:
+def _version(given: Any) -> int:
     if type(given) is not int or given not in VERSIONS:  # True and 1.0 are equal to 1
         newer = "; a newer shockwave may read it" if type(given) is int and given > VERSIONS[-1] else ""
         raise ValueError(f"must be {listed(VERSIONS)} for shockwave {__version__} (got {text_of(given)}{newer})")
     return given
+
+
+def _requires(given: Any) -> list[str]:
+    """Names of installed distributions."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    def installed(name: str) -> str:
+        try:
+            version(name)
+        except (PackageNotFoundError, ValueError):
+            problem = f"must be an installed distribution (got {text_of(name)}; install it if you trust it)"
+            raise ValueError(problem) from None
+        return name
+
+    return items(converted(_KEYS["requires"], given) or (), installed)
+
+
+def _chain(given: Any) -> Chain:
+    parsers: dict[str, Parser] = {"material": material}
+    if has_chain_blocks({"chain": given}):
+        from shockwave.scenario import chain_blocks  # not needed for equal granules
+
+        parsers |= chain_blocks.PARSERS
+    return Chain(**structure(given, CHAIN, parsers))
+
+
+def _impact(given: Any) -> Any:
+    from shockwave.scenario.chain_blocks import impact  # not needed for a shock
+
+    return impact(given)
+
+
+def _optional(cls: Any, given: Any) -> Any:
+    """Instance of ``cls`` from a block, or None without one."""
+    return None if given is None else cls(**structure(given, keys_of(cls)))
+
+
+_KEYS = {key.name: key for key in SCENARIO}
+#: Key of the document -> its parser.
+_PARSERS: Mapping[str, Parser] = {
+    "version": _version,
+    "requires": _requires,
+    "chain": _chain,
+    "impact": _impact,
+    "limit": partial(_optional, Limit),
+    "published": partial(_optional, Published),
+}
 
 
 @define(eq=False)
@@ -165,7 +212,7 @@ class _Loading:
     # ---------------------------------------------------------------- blocks
 
     def values(
-        self, path: Steps, given: Any, keys: Sequence[Key], parsers: Mapping[str, Callable[[Any], Any]] | None = None
+        self, path: Steps, given: Any, keys: Sequence[Key], parsers: Mapping[str, Parser] | None = None
     ) -> tuple[dict[str, Any], bool]:
         """Valid values of the block at ``path``, and whether the block has no errors."""
         values, faults = values_of(given, keys, parsers)
@@ -173,20 +220,16 @@ class _Loading:
             self.add(fault.below(*path))
         return values, not faults
 
-    def block(self, name: str, given: Any, cls: type) -> Any:
+    def settings(self, name: str, given: Any, cls: type) -> Any:
         """Instance of ``cls`` from the ``name`` block, whose keys are its arguments; None if the block has errors."""
-        path = tuple(name.split("."))
         if name == "predict" and isinstance(given, dict) and "rtol" in given:
             problem = f"must be left out (got {text_of(given['rtol'])}; simulate.rtol is the tolerance of all forces)"
-            self.add(Fault((*path, "rtol"), problem, at_key=True))
+            self.add(Fault((name, "rtol"), problem, at_key=True))
             given = {key: value for key, value in given.items() if key != "rtol"}
-        keys = BLOCKS[name] if name in ("predict", "simulate") else keys_of(cls)
-        values, valid = self.values(path, given, keys)
-        if not {key.name for key in keys if key.required} <= values.keys():
-            return None
+        values, valid = self.values((name,), given, BLOCKS[name])
         # Errors that the constructor finds in the other values are reported as well.
-        made = self.build(cls, values, path)
-        return made if valid else None
+        settings = self.build(cls, values, (name,))
+        return settings if valid else None
 
     def build(
         self,
@@ -216,59 +259,19 @@ class _Loading:
 
     def scenario(self, whole: Document, sweep: Sweep | None) -> Scenario:
         """Scenario of one scene of ``sweep``; ``whole`` is the document with all of its blocks."""
-        data, _ = self.values((), self.document.data, SCENARIO, {"version": _version})
-        published, limit = data.get("published"), data.get("limit")
+        data, _ = self.values((), self.document.data, SCENARIO, _PARSERS)
+        spreads = whole.data.get("uncertainty")
         parts = {
             "name": data.get("name") or (self.path.stem if self.path is not None else self.document.name),
             "shock": self._shock(data["shock"]) if "shock" in data else None,
-            "impact": self._impact(data["impact"]) if "impact" in data else None,
-            "chain": self._chain(data["chain"]) if "chain" in data else None,
-            "predictor": self.block("predict", data.get("predict"), Predictor),
-            "simulate": self.block("simulate", data.get("simulate"), SimulateOptions),
-            "limit": None if limit is None else self.block("limit", limit, Limit),
-            "published": None if published is None else self.block("published", published, Published),
-            "uncertainty": self.build(
-                read_spreads,
-                {"given": whole.data.get("uncertainty"), "data": self.document.data},
-                ("uncertainty",),
-            ),
+            **{name: data.get(name) for name in ("impact", "chain", "limit", "published")},
+            "predictor": self.settings("predict", data.get("predict"), Predictor),
+            "simulate": self.settings("simulate", data.get("simulate"), SimulateOptions),
+            "uncertainty": self.build(read_spreads, {"given": spreads, "data": self.document.data}, ("uncertainty",)),
         }
-        self._requires(data.get("requires"))
         self._together(parts["chain"], parts["impact"], parts["simulate"])
         self.finish()
         return Scenario(path=self.path, sweep=sweep, document=self.document, **parts)
-
-    def _requires(self, given: Any) -> None:
-        if not given:
-            return
-        from importlib.metadata import PackageNotFoundError, version
-
-        for index, name in enumerate(given):
-            try:
-                version(name)
-            except (PackageNotFoundError, ValueError):
-                problem = f"must be an installed distribution (got {text_of(name)}; install it if you trust it)"
-                self.add(Fault(("requires", index), problem))
-
-    # ---------------------------------------------------------------- chain
-
-    def _chain(self, data: Any) -> Any:
-        parsers = None
-        if has_chain_blocks({"chain": data}):
-            from shockwave.scenario import chain_blocks  # not needed for equal granules
-
-            parsers = chain_blocks.PARSERS
-        values, valid = self.values(("chain",), data, CHAIN, parsers)
-        material = self._material(values["material"]) if "material" in values else None
-        if not valid or material is None:
-            return None
-        values["material"] = material
-        return self.build(Chain, values, ("chain",))
-
-    def _impact(self, data: Any) -> Any:
-        from shockwave.scenario.chain_blocks import impact  # not needed for a shock
-
-        return self.build(impact, {"given": data}, ("impact",))
 
     def _together(self, chain: Any, impact: Any, simulate: Any) -> None:
         """Add the faults of a chain under a shock or an impact, and of options that do not fit the chain."""
@@ -290,21 +293,12 @@ class _Loading:
             faults.append(Fault("simulate.contacts", "must be given if record includes forces (got none)"))
         self.add(*faults)
 
-    def _material(self, data: Any) -> Any:
-        if isinstance(data, str):
-            return self._loaded("materials", data, ("chain", "material"))
-        return self.block("chain.material", data, Material)
-
-    def _loaded(self, kind: str, name: Any, path: Steps) -> Any:
-        with suppress(LookupError):  # an unknown name is reported with the keys of its block
-            return self.build(load, {"kind": kind, "name": name}, path) if isinstance(name, str) else None
-        return None
-
-    # ---------------------------------------------------------------- shock
-
     def _shock(self, data: Any) -> Any:
         given = data if isinstance(data, dict) else {}
-        cls = self._loaded("profiles", given.get("profile"), ("shock", "profile"))
+        cls = None
+        with suppress(LookupError):  # an unknown name is reported with the keys of the block
+            if isinstance(name := given.get("profile"), str):
+                cls = self.build(load, {"kind": "profiles", "name": name}, ("shock", "profile"))
         values, valid = self.values(("shock",), data, shock_keys(cls))
         if cls is None:
             return None

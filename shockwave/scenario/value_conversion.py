@@ -14,9 +14,12 @@ from typing import Any, Literal
 from shockwave.base.errors import Fault, InvalidValueError, ShockwaveError, hint_of
 from shockwave.base.quantity_fields import Quantity, listed, text_of
 from shockwave.base.units import COMMA, to_si
-from shockwave.registry.registry import find
-from shockwave.scenario.block_keys import Key
+from shockwave.registry.registry import find, load
+from shockwave.scenario.block_keys import Key, keys_of
+from shockwave.scene.material import Material
 
+#: Conversion of a value of a document.
+Parser = Callable[[Any], Any]
 #: Whether text that is converted may name a file, as in a scenario of the user's own, but not in one from a network.
 names_files: ContextVar[bool] = ContextVar("names_files", default=True)
 # Unknown keys of a block for which similar keys are sought, which takes a millisecond each.
@@ -25,7 +28,7 @@ _NUMBERS = {int: Quantity("", "", whole=True), float: Quantity("", "")}
 
 
 def values_of(
-    data: Any, keys: Sequence[Key], parsers: Mapping[str, Callable[[Any], Any]] | None = None
+    data: Any, keys: Sequence[Key], parsers: Mapping[str, Parser] | None = None
 ) -> tuple[dict[str, Any], list[Fault]]:
     """Valid values of a block, converted to arguments of constructors, and all of its errors.
 
@@ -47,9 +50,12 @@ def values_of(
     return values, [*faults, *_of_keys(given, keys)]
 
 
-def structure(
-    data: Any, keys: Sequence[Key], parsers: Mapping[str, Callable[[Any], Any]] | None = None
-) -> dict[str, Any]:
+def material(given: Any) -> Material:
+    """Material of the library, or that of a mapping."""
+    return load("materials", given) if isinstance(given, str) else Material(**structure(given, keys_of(Material)))
+
+
+def structure(data: Any, keys: Sequence[Key], parsers: Mapping[str, Parser] | None = None) -> dict[str, Any]:
     """Values of a block as `values_of`, if all are valid; raises an `InvalidValueError` with all errors."""
     values, faults = values_of(data, keys, parsers)
     if faults:
@@ -78,9 +84,7 @@ def _of_keys(given: Mapping[str, Any], keys: Sequence[Key]) -> Iterator[Fault]:
             yield Fault((key.name,), f"must be given ({'; '.join(words)})")
 
 
-def _each(
-    pairs: Iterable[tuple[Any, Any]], converters: Mapping[Any, Callable[[Any], Any]]
-) -> tuple[dict[Any, Any], list[Fault]]:
+def _each(pairs: Iterable[tuple[Any, Any]], converters: Mapping[Any, Parser]) -> tuple[dict[Any, Any], list[Fault]]:
     """Values, each converted by the function of its key or index, and the errors of the others."""
     values: dict[Any, Any] = {}
     faults: list[Fault] = []
@@ -98,7 +102,7 @@ def _each(
 
 
 def gathered(
-    pairs: Iterable[tuple[Any, Any]], converters: Mapping[Any, Callable[[Any], Any]], others: Iterable[Fault] = ()
+    pairs: Iterable[tuple[Any, Any]], converters: Mapping[Any, Parser], others: Iterable[Fault] = ()
 ) -> dict[Any, Any]:
     """Values, each converted by the function of its key or index.
 
@@ -114,7 +118,7 @@ def gathered(
     return values
 
 
-def items(values: Sequence[Any], convert: Callable[[Any], Any]) -> list[Any]:
+def items(values: Sequence[Any], convert: Parser) -> list[Any]:
     """All values, converted; raises an `InvalidValueError` with all errors."""
     found = gathered(enumerate(values), dict.fromkeys(range(len(values)), convert))
     return list(found.values())
@@ -188,7 +192,7 @@ def _of_kind(value: Any, annotation: Any, text: bool) -> Any:
     return _list(value, lambda item: _of_kind(item, Any, text)) if isinstance(value, list) else value
 
 
-def _list(value: Any, convert: Callable[[Any], Any]) -> list[Any]:
+def _list(value: Any, convert: Parser) -> list[Any]:
     if not isinstance(value, list | tuple):  # a tuple was converted before
         raise ValueError(f"must be a list (got {_shown(value)})")
     return items(value, convert)
