@@ -75,8 +75,8 @@ class Fault:
         return dotted(self.steps)
 
     def below(self, *steps: str | int) -> Fault:
-        """The fault with ``steps`` before its path."""
-        return evolve(self, steps=(*steps, *self.steps))
+        """The fault with ``steps`` before its path, unless it has a place, to which its path belongs."""
+        return self if self.location else evolve(self, steps=(*steps, *self.steps))
 
     def to_dict(self) -> dict[str, str]:
         """The path, the problem and the location, for JSON."""
@@ -172,6 +172,15 @@ class FileAccessError(ShockwaveError):
     """A file cannot be read or written."""
 
     exit_code = 5
+
+
+@contextmanager
+def collected(faults: list[Fault], *steps: str | int) -> Iterator[None]:
+    """Add the faults of an error that is raised meanwhile to ``faults``, with ``steps`` before their paths."""
+    try:
+        yield
+    except ShockwaveError as error:
+        faults += (fault.below(*steps) for fault in error.faults)
 
 
 @contextmanager

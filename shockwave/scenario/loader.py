@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from attrs import define, evolve
+from attrs import evolve
 
 from shockwave import __version__
 from shockwave.base.errors import (
@@ -20,7 +19,7 @@ from shockwave.base.errors import (
     ScenarioError,
     ShockwaveError,
     Steps,
-    below,
+    collected,
 )
 from shockwave.base.quantity_fields import listed, text_of
 from shockwave.base.units import to_si
@@ -32,14 +31,13 @@ from shockwave.scenario.block_keys import (
     RECORD,
     SCENARIO,
     VERSIONS,
-    Key,
     has_chain_blocks,
     keys_of,
     parameters_of,
     shock_keys,
 )
 from shockwave.scenario.scenario import Published, Scenario
-from shockwave.scenario.sweep_block import Sweep, beginnings, first, names
+from shockwave.scenario.sweep_block import beginnings, first, names
 from shockwave.scenario.sweep_block import read as read_sweep
 from shockwave.scenario.uncertainty_block import read as read_spreads
 from shockwave.scenario.value_conversion import Parser, converted, items, material, names_files, structure, values_of
@@ -50,7 +48,6 @@ from shockwave.scene.scene import faults_of, uniform_of
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
 
-_PARAMETERS: Steps = ("shock", "parameters")
 # Errors that are listed; the number of the others is stated.
 _MOST_FAULTS = 100
 _MOST_TRIED = 3000  # errors after which no further point of a sweep is tried: so many are not due to its values
@@ -93,24 +90,85 @@ def scenario_of(document: Document, path: Path | None, tries: slice = slice(None
 def _scenario_of(document: Document, path: Path | None, tries: slice) -> Scenario:
     sweep = None
     varied: set[Steps] = set()
-    faults = document.faults
+    errors = [*document.faults]
     if document.data.get("sweep") is not None:
-        try:
-            with below("sweep"):
-                sweep = read_sweep(document.data)
-        except InvalidValueError as error:
-            faults = [*faults, *map(document.place, error.faults)]
-            varied = names(document.data["sweep"])
-    problems: list[ShockwaveError] = []
-    for index in beginnings(sweep)[tries]:
-        loading = _Loading(first(document, sweep, index), [*faults], path, varied)
-        try:
-            return loading.scenario(document, sweep)
-        except ShockwaveError as error:
-            problems.append(error)
-            if len(loading.faults) * len(problems) > _MOST_TRIED:
-                break
-    raise problems.pop(0)  # a list that held it would be a cycle with its traceback
+        with collected(errors, "sweep"):
+            sweep = read_sweep(document.data)
+        # not reported as missing
+        varied = set() if sweep is not None else names(document.data["sweep"])
+    first_faults: list[Fault] = []
+    for number, index in enumerate(beginnings(sweep)[tries], 1):
+        point = first(document, sweep, index)
+        parts, faults = _parts(point, document.data.get("uncertainty"), path)
+        placed = [_placed(point, fault) for fault in (*errors, *faults)]
+        faults = [fault for fault in placed if fault.steps not in varied]
+        if not faults:
+            return Scenario(path=path, sweep=sweep, document=point, **parts)
+        first_faults = first_faults or faults
+        if len(faults) * number > _MOST_TRIED:
+            break
+    raise _error(first_faults, document.name)
+
+
+def _placed(document: Document, fault: Fault) -> Fault:
+    """``fault`` with its place in the document, which may have a diameter in place of a radius."""
+    *block, last = fault.steps or ("",)
+    if last == "radius" and fault.steps not in document.keys and (*block, "diameter") in document.keys:
+        fault = evolve(fault, steps=(*block, "diameter"))
+    return document.place(fault)
+
+
+def _error(faults: list[Fault], name: str) -> ShockwaveError:
+    """Error of the file ``name`` with all faults, in the order of the file and without repetition."""
+
+    def order(fault: Fault) -> tuple[float, ...]:
+        """Line, column and depth; faults in another file come last."""
+        file, _, place = fault.location.partition(f"{name}:")
+        return (*map(int, place.split(":")), len(fault.steps)) if place and not file else (float("inf"),)
+
+    faults = sorted(dict.fromkeys(faults), key=order)
+    exit_codes = {fault.exit_code for fault in faults}
+    if len(faults) > _MOST_FAULTS:
+        faults = [*faults[:_MOST_FAULTS], Fault((), f"and {len(faults) - _MOST_FAULTS} more errors", name)]
+    if PluginError.exit_code in exit_codes:
+        return PluginError(*faults)
+    return (FileAccessError if exit_codes == {FileAccessError.exit_code} else ScenarioError)(*faults)
+
+
+# ---------------------------------------------------------------- blocks
+
+
+def _parts(document: Document, spreads: Any, path: Path | None) -> tuple[dict[str, Any], list[Fault]]:
+    """Parts of the scenario in ``document``, each as far as possible, and all errors; ``spreads`` are a block of it."""
+    folder = path.parent if path is not None else Path()
+    values, faults = values_of(document.data, SCENARIO, {**_PARSERS, "shock": partial(_shock, folder)})
+    parts: dict[str, Any] = {name: values.get(name) for name in ("shock", "impact", "chain", "limit", "published")}
+    parts["name"] = values.get("name") or (path.stem if path is not None else document.name)
+    parts["predictor"] = values.get("predict") or Predictor()
+    parts["simulate"] = values.get("simulate") or SimulateOptions()
+    with collected(faults, "uncertainty"):
+        parts["uncertainty"] = read_spreads(spreads, document.data)
+    if "chain" in values:
+        faults += _of_combination(parts["chain"], parts["impact"], parts["simulate"], document.data)
+    return parts, faults
+
+
+def _of_combination(chain: Chain, impact: Any, options: SimulateOptions, data: Mapping[str, Any]) -> list[Fault]:
+    """Errors of a chain under a shock or an impact, and of options; ``data`` is the content of the document."""
+    if faults := faults_of(chain, impact):
+        return faults
+    if options.integrator is not None and (impact is not None or uniform_of(chain) is None):
+        reason = load("integrators", options.integrator).refusal(chain.is_damped)
+        faults = [Fault("simulate.integrator", reason)] if reason else []
+    if chain.count is not None:
+        last = chain.count + (impact is not None) + (chain.end is not None) - 2
+        for index, contact in enumerate(data["simulate"]["contacts"] if options.contacts else ()):
+            if to_si(contact, "") > last:  # it may be text
+                problem = f"must be at most {last}, the last contact of this chain (got {contact})"
+                faults.append(Fault(("simulate", "contacts", index), problem))
+    elif "forces" in options.record and not options.contacts:
+        faults.append(Fault("simulate.contacts", "must be given if record includes forces (got none)"))
+    return faults
 
 
 def _version(given: Any) -> int:
@@ -155,6 +213,27 @@ def _optional(cls: Any, given: Any) -> Any:
     return None if given is None else cls(**structure(given, keys_of(cls)))
 
 
+def _predict(given: Any) -> Predictor:
+    others = []
+    if isinstance(given, dict) and "rtol" in given:
+        problem = f"must be left out (got {text_of(given['rtol'])}; simulate.rtol is the tolerance of all forces)"
+        others.append(Fault("rtol", problem, at_key=True))
+        given = {key: value for key, value in given.items() if key != "rtol"}
+    predictor: Predictor = _settings(Predictor, "predict", given, others)
+    return predictor
+
+
+def _settings(cls: Any, block: str, given: Any, others: Sequence[Fault] = ()) -> Any:
+    """Instance of ``cls`` from a block; errors that the constructor finds in valid values are reported as well."""
+    values, faults = values_of(given, BLOCKS[block])
+    faults += others
+    with collected(faults):
+        settings = cls(**values)
+    if faults:
+        raise InvalidValueError(*faults)
+    return settings
+
+
 _KEYS = {key.name: key for key in SCENARIO}
 #: Key of the document -> its parser.
 _PARSERS: Mapping[str, Parser] = {
@@ -162,207 +241,98 @@ _PARSERS: Mapping[str, Parser] = {
     "requires": _requires,
     "chain": _chain,
     "impact": _impact,
+    "predict": _predict,
+    "simulate": partial(_settings, SimulateOptions, "simulate"),
     "limit": partial(_optional, Limit),
     "published": partial(_optional, Published),
 }
 
 
-@define(eq=False)
-class _Loading:
-    """Builds the parts of the scene in ``document``, each as far as possible, and collects all ``faults``.
+# ---------------------------------------------------------------- shock
 
-    Values at the paths ``varied`` come from a sweep with errors, and are not reported as missing.
-    """
 
-    document: Document
-    faults: list[Fault]
-    path: Path | None
-    varied: Collection[Steps] = ()
+def _shock(folder: Path, given: Any) -> Shock:
+    """The shock; its profile is built even if another key has an error, so that its errors are reported too."""
+    block = given if isinstance(given, dict) else {}
+    cls: Any = None
+    profile = None
+    faults: list[Fault] = []
+    with collected(faults, "profile"):
+        cls = load("profiles", block["profile"]) if isinstance(block.get("profile"), str) else None
+    values, others = values_of(given, shock_keys(cls))
+    faults += others
+    if cls is not None:
+        with collected(faults):
+            _join_times(cls, values)
+        with collected(faults):
+            profile = _profile(cls, folder, block, values)
+    if profile is None or faults:
+        raise InvalidValueError(*faults)
+    sizes: dict[str, Any] = {key: values[key] for key in _SIZES if key in values}
+    with collected(faults), blame("profiles", cls):
+        return (Shock.of_duration if "duration" in sizes else Shock)(profile=profile, **sizes)
+    raise InvalidValueError(*(fault if fault.steps else fault.below("profile") for fault in faults))
 
-    # ---------------------------------------------------------------- faults
 
-    def add(self, *faults: Fault) -> None:
-        """Add faults, with their places in the document."""
-        for fault in faults:
-            diameter = (*fault.steps[:-1], "diameter")
-            # a radius from a diameter
-            if fault.steps[-1:] == ("radius",) and fault.steps not in self.document.values | self.document.keys:
-                fault = evolve(fault, steps=diameter) if diameter in self.document.keys else fault
-            if fault.steps not in self.varied:
-                self.faults.append(self.document.place(fault))
+def _join_times(cls: Any, values: dict[str, Any]) -> None:
+    """Replace a duration beside a rise time by their ratio."""
+    if not {"rise_time", "duration"} <= values.keys() or "duration_ratio" in values:
+        return
+    specs = [key.spec for key in keys_of(cls) if key.name == "duration_ratio"]
+    ratio = values.pop("duration") / values["rise_time"]
+    if not specs:
+        rule = "must be left out if rise_time is given, because the profile has its own duration ratio"
+        raise InvalidValueError.of("duration", rule)
+    if specs[0] is not None and (problem := specs[0].problem(ratio)):
+        raise InvalidValueError.of("duration", f"over rise_time {problem}")
+    values["duration_ratio"] = ratio
 
-    def finish(self) -> None:
-        """Raise all faults, in the order of the file and without repetition."""
-        if not self.faults:
-            return
-        faults = sorted(dict.fromkeys(self.faults), key=self._order)
-        exit_codes = {fault.exit_code for fault in faults}
-        if len(faults) > _MOST_FAULTS:
-            rest = Fault((), f"and {len(faults) - _MOST_FAULTS} more errors", self.document.name)
-            faults = [*faults[:_MOST_FAULTS], rest]
-        if PluginError.exit_code in exit_codes:
-            raise PluginError(*faults)
-        raise (FileAccessError if exit_codes == {FileAccessError.exit_code} else ScenarioError)(*faults)
 
-    def _order(self, fault: Fault) -> tuple[float, ...]:
-        """Line and column of ``fault``; faults in another file come last."""
-        name, _, place = fault.location.partition(f"{self.document.name}:")
-        return tuple(map(int, place.split(":"))) if place and not name else (float("inf"),)
-
-    # ---------------------------------------------------------------- blocks
-
-    def values(
-        self, path: Steps, given: Any, keys: Sequence[Key], parsers: Mapping[str, Parser] | None = None
-    ) -> tuple[dict[str, Any], bool]:
-        """Valid values of the block at ``path``, and whether the block has no errors."""
-        values, faults = values_of(given, keys, parsers)
-        for fault in faults:
-            self.add(fault.below(*path))
-        return values, not faults
-
-    def settings(self, name: str, given: Any, cls: type) -> Any:
-        """Instance of ``cls`` from the ``name`` block, whose keys are its arguments; None if the block has errors."""
-        if name == "predict" and isinstance(given, dict) and "rtol" in given:
-            problem = f"must be left out (got {text_of(given['rtol'])}; simulate.rtol is the tolerance of all forces)"
-            self.add(Fault((name, "rtol"), problem, at_key=True))
-            given = {key: value for key, value in given.items() if key != "rtol"}
-        values, valid = self.values((name,), given, BLOCKS[name])
-        # Errors that the constructor finds in the other values are reported as well.
-        settings = self.build(cls, values, (name,))
-        return settings if valid else None
-
-    def build(
-        self,
-        make: Callable[..., Any],
-        values: Mapping[str, Any],
-        path: Steps,
-        elsewhere: Mapping[Steps, Steps] | None = None,
-        owner: Any = Scenario,
-    ) -> Any:
-        """Return ``make(**values)``, or None if it raises an error, which is added to the faults.
-
-        Faults are located below ``path``, except those of arguments with another place in ``elsewhere``, where an empty
-        path stands for all arguments. An unexpected exception counts as an error of the plugin that defines ``owner``.
-        """
-        try:
-            with blame("profiles", owner):
-                return make(**values)
-        except (InvalidValueError, PluginError, FileAccessError) as error:
-            for fault in error.faults:
-                argument = fault.steps[:1]
-                place = (elsewhere or {}).get(argument, (*path, *argument))
-                # one with a place is in a record, a file of its own
-                self.add(fault if fault.location else evolve(fault, steps=(*place, *fault.steps[1:])))
-        return None
-
-    # ---------------------------------------------------------------- scene
-
-    def scenario(self, whole: Document, sweep: Sweep | None) -> Scenario:
-        """Scenario of one scene of ``sweep``; ``whole`` is the document with all of its blocks."""
-        data, _ = self.values((), self.document.data, SCENARIO, _PARSERS)
-        spreads = whole.data.get("uncertainty")
-        parts = {
-            "name": data.get("name") or (self.path.stem if self.path is not None else self.document.name),
-            "shock": self._shock(data["shock"]) if "shock" in data else None,
-            **{name: data.get(name) for name in ("impact", "chain", "limit", "published")},
-            "predictor": self.settings("predict", data.get("predict"), Predictor),
-            "simulate": self.settings("simulate", data.get("simulate"), SimulateOptions),
-            "uncertainty": self.build(read_spreads, {"given": spreads, "data": self.document.data}, ("uncertainty",)),
-        }
-        self._together(parts["chain"], parts["impact"], parts["simulate"])
-        self.finish()
-        return Scenario(path=self.path, sweep=sweep, document=self.document, **parts)
-
-    def _together(self, chain: Any, impact: Any, simulate: Any) -> None:
-        """Add the faults of a chain under a shock or an impact, and of options that do not fit the chain."""
-        if not isinstance(chain, Chain):
-            return
-        options = simulate or SimulateOptions()
-        faults = faults_of(chain, impact)
-        known = not faults
-        if options.integrator is not None and known and (impact is not None or uniform_of(chain) is None):
-            reason = load("integrators", options.integrator).refusal(chain.is_damped)
-            faults = [Fault("simulate.integrator", reason)] if reason else []
-        if chain.count is not None and known:
-            last = chain.count + (impact is not None) + (chain.end is not None) - 2
-            for index, contact in enumerate(self.document.data["simulate"]["contacts"] if options.contacts else ()):
-                if to_si(contact, "") > last:  # it may be text
-                    problem = f"must be at most {last}, the last contact of this chain (got {contact})"
-                    faults.append(Fault(("simulate", "contacts", index), problem))
-        elif known and "forces" in options.record and not options.contacts:
-            faults.append(Fault("simulate.contacts", "must be given if record includes forces (got none)"))
-        self.add(*faults)
-
-    def _shock(self, data: Any) -> Any:
-        given = data if isinstance(data, dict) else {}
-        cls = None
-        with suppress(LookupError):  # an unknown name is reported with the keys of the block
-            if isinstance(name := given.get("profile"), str):
-                cls = self.build(load, {"kind": "profiles", "name": name}, ("shock", "profile"))
-        values, valid = self.values(("shock",), data, shock_keys(cls))
-        if cls is None:
+def _profile(cls: Any, folder: Path, block: Mapping[str, Any], shock: Mapping[str, Any]) -> Any:
+    """Profile of the ``block`` of a shock with the valid values ``shock``; None if its duration ratio is missing."""
+    name = find("profiles", block["profile"]).name
+    values, faults = values_of(block.get("parameters"), parameters_of(name, cls))
+    faults = [fault.below("parameters") for fault in faults]
+    own = [key for key in keys_of(cls) if key.name == "duration_ratio"]
+    if "duration_ratio" not in shock:
+        # a wrong or missing one is reported with the keys of the block
+        if not faults and ("duration_ratio" in block or any(key.required for key in own)):
             return None
-        valid = self._two_times(cls, values) and valid
-        # The profile is built even if another key has an error, so that errors of its constructor are reported too.
-        profile = self._profile(cls, given, values)
-        if profile is None or not valid:
-            return None
-        sizes: dict[str, Any] = {key: values[key] for key in _SIZES if key in values}
-        make = Shock.of_duration if "duration" in sizes else Shock
-        return self.build(make, {"profile": profile, **sizes}, ("shock",), {(): ("shock", "profile")}, cls)
+    elif own:
+        values["duration_ratio"] = shock["duration_ratio"]
+    else:
+        problem = f"must be left out, because profile {name!r} has its own (got {shock['duration_ratio']:g})"
+        faults.append(Fault("duration_ratio", problem))
+    if faults:
+        raise InvalidValueError(*faults)
+    make: Callable[..., Any] = cls
+    if name == RECORD and "file" in values:
+        make = partial(cls.from_file, _file(folder, values.pop("file")))
+    elif name == RECORD:
+        for key in values.keys() - {key.name for key in keys_of(cls)}:
+            problem = f"must be left out without file (got {text_of(values.pop(key))})"
+            faults.append(Fault(("parameters", key), problem, at_key=True))
+    built: list[Fault] = []
+    with collected(built), blame("profiles", cls):
+        profile = make(**values)
+    faults += map(_within_shock, built)
+    if faults:
+        raise InvalidValueError(*faults)
+    return profile
 
-    def _two_times(self, cls: Any, values: dict[str, Any]) -> bool:
-        """Replace a duration beside a rise time by their ratio; false, with a fault, if the profile refuses it."""
-        if not {"rise_time", "duration"} <= values.keys() or "duration_ratio" in values:
-            return True
-        own = [key.spec for key in keys_of(cls) if key.name == "duration_ratio"]
-        ratio = values.pop("duration") / values["rise_time"]
-        problem: str | None = "must be left out if rise_time is given, because the profile has its own duration ratio"
-        if own:
-            problem = own[0].problem(ratio) if own[0] is not None else None
-        if problem:
-            self.add(Fault(("shock", "duration"), f"over rise_time {problem}" if own else problem))
-        elif own:
-            values["duration_ratio"] = ratio
-        return not problem
 
-    def _profile(self, cls: Any, given: Mapping[str, Any], shock: Mapping[str, Any]) -> Any:
-        """Profile of the ``given`` block with the valid values ``shock``; None if the profile has errors."""
-        name = find("profiles", given["profile"]).name
-        values, valid = self.values(_PARAMETERS, given.get("parameters"), parameters_of(name, cls))
-        own = [key for key in keys_of(cls) if key.name == "duration_ratio"]
-        if "duration_ratio" not in shock:
-            # a wrong or missing one is reported with the keys of the block
-            valid = valid and "duration_ratio" not in given and not any(key.required for key in own)
-        elif own:
-            values["duration_ratio"] = shock["duration_ratio"]
-        else:
-            problem = f"must be left out, because profile {name!r} has its own (got {shock['duration_ratio']:g})"
-            self.add(Fault(("shock", "duration_ratio"), problem))
-            valid = False
-        if not valid:
-            return None
-        make: Callable[..., Any] = cls
-        places: dict[Steps, Steps] = {("duration_ratio",): ("shock", "duration_ratio")}
-        if name == RECORD and "file" in values:
-            values["path"] = self._file(values.pop("file"))
-            if values["path"] is None:
-                return None
-            make = cls.from_file
-            places[()] = (*_PARAMETERS, "file")
-        elif name == RECORD:
-            for key in values.keys() - {key.name for key in keys_of(cls)}:
-                problem = f"must be left out without file (got {text_of(values.pop(key))})"
-                self.add(Fault((*_PARAMETERS, key), problem, at_key=True))
-        return self.build(make, values, _PARAMETERS, places, cls)
+def _within_shock(fault: Fault) -> Fault:
+    """A fault of a profile with its path in the block of the shock."""
+    if fault.steps[:1] == ("duration_ratio",):
+        return fault
+    return fault.below("parameters", *(["file"] if fault.exit_code == FileAccessError.exit_code else []))
 
-    def _file(self, name: str) -> Path | None:
-        """File ``name`` in the scenario's folder or below it; None, with a fault, if it is elsewhere."""
-        folder = self.path.parent if self.path is not None else Path()
-        file = folder / name
-        # an absolute name may lead elsewhere, too; Path.resolve raises an error for a link to itself
-        if name.strip() and Path(os.path.realpath(file)).is_relative_to(os.path.realpath(folder)):
-            return file
-        problem = f"must be a file in the scenario's folder or below it (got {text_of(name)}; copy it there)"
-        self.add(Fault((*_PARAMETERS, "file"), problem))
-        return None
+
+def _file(folder: Path, name: str) -> Path:
+    """File ``name`` in the scenario's folder or below it."""
+    file = folder / name
+    # an absolute name may lead elsewhere, too; Path.resolve raises an error for a link to itself
+    if name.strip() and Path(os.path.realpath(file)).is_relative_to(os.path.realpath(folder)):
+        return file
+    problem = f"must be a file in the scenario's folder or below it (got {text_of(name)}; copy it there)"
+    raise InvalidValueError.of("parameters.file", problem)
