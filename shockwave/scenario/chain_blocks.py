@@ -10,7 +10,7 @@ from typing import Any
 
 from attrs import evolve
 
-from shockwave.base.errors import ShockwaveError, UnknownNameError, nearest
+from shockwave.base.errors import InvalidValueError, ShockwaveError, UnknownNameError, nearest
 from shockwave.base.quantity_fields import SIZES, Quantity, listed, text_of
 from shockwave.registry.registry import blame, entries, load
 from shockwave.scenario.block_keys import BLOCKS, GRANULES, WALLS, Key, keys_of
@@ -67,7 +67,7 @@ def granules(given: Any) -> Any:
     if not isinstance(given, list):
         return converted(GRANULES, given)
     if not given:
-        raise ValueError("must be a list of one or more segments, or a whole number (got [])")
+        raise InvalidValueError("must be a list of one or more segments, or a whole number (got [])")
     return tuple(items(given, _part))
 
 
@@ -79,13 +79,13 @@ def _part(given: Any) -> Segment | Cell:
 
 def _cell(given: Any) -> list[Segment]:
     if not isinstance(given, list) or not given:
-        raise ValueError(f"must be a list of one or more segments (got {text_of(given)})")
+        raise InvalidValueError(f"must be a list of one or more segments (got {text_of(given)})")
     return items(given, _segment)
 
 
 def _segment(given: Any) -> Segment:
     if given is None:
-        raise ValueError(f"must be a mapping of {', '.join(key.name for key in SEGMENT)} (got nothing)")
+        raise InvalidValueError(f"must be a mapping of {', '.join(key.name for key in SEGMENT)} (got nothing)")
     sizes = {key.name: partial(_size, key) for key in SEGMENT if key.name in _SIZES}
     return Segment(**structure(given, SEGMENT, {"material": material, **sizes}))
 
@@ -103,7 +103,9 @@ def end(given: Any) -> Wall | None:
         return None
     if not isinstance(given, dict):
         keys = ", ".join(key.name for key in END)
-        raise ValueError(f"must be free, or a mapping of {keys} (got {text_of(given)}; for a wall, {{wall: same}})")
+        raise InvalidValueError(
+            f"must be free, or a mapping of {keys} (got {text_of(given)}; for a wall, {{wall: same}})"
+        )
     values = structure(given, END, {"wall": _wall})
     return Wall(material=values.pop("wall"), **values)
 
@@ -127,7 +129,7 @@ def law(block: str, given: Any) -> Any:
         with blame("contacts", cls):
             return cls(**{key: value for key, value in values.items() if key != "model"})
     if not isinstance(given, dict):
-        raise ValueError(f"must be a mapping such as {{model: {known[0]}}} (got {text_of(given)})")
+        raise InvalidValueError(f"must be a mapping such as {{model: {known[0]}}} (got {text_of(given)})")
     # the other keys are those of a model
     structure({key: value for key, value in given.items() if key == "model"}, (MODEL,))
     raise AssertionError  # not reached
@@ -139,12 +141,12 @@ def _model(known: Sequence[str], name: str) -> Any:
         cls = load("contacts", name)
         if name.lower() in map(str.lower, known):
             return cls
-    raise ValueError(f"must be {listed(known)} (got {text_of(name)}; {nearest(name, known)}".rstrip("; ") + ")")
+    raise InvalidValueError(f"must be {listed(known)} (got {text_of(name)}; {nearest(name, known)}".rstrip("; ") + ")")
 
 
 def _stiffness(given: Any) -> Any:
     if isinstance(given, str) and not re.fullmatch(r"[-+.\deE]+", given.strip()):
-        raise ValueError(f"must be a bare number, in N/m^p (got {text_of(given)})")
+        raise InvalidValueError(f"must be a bare number, in N/m^p (got {text_of(given)})")
     return converted(_keys(PowerContact)["stiffness"], given)
 
 

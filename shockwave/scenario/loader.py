@@ -174,7 +174,7 @@ def _of_combination(chain: Chain, impact: Any, options: SimulateOptions, data: M
 def _version(given: Any) -> int:
     if type(given) is not int or given not in VERSIONS:  # True and 1.0 are equal to 1
         newer = "; a newer shockwave may read it" if type(given) is int and given > VERSIONS[-1] else ""
-        raise ValueError(f"must be {listed(VERSIONS)} for shockwave {__version__} (got {text_of(given)}{newer})")
+        raise InvalidValueError(f"must be {listed(VERSIONS)} for shockwave {__version__} (got {text_of(given)}{newer})")
     return given
 
 
@@ -187,7 +187,7 @@ def _requires(given: Any) -> list[str]:
             version(name)
         except (PackageNotFoundError, ValueError):
             problem = f"must be an installed distribution (got {text_of(name)}; install it if you trust it)"
-            raise ValueError(problem) from None
+            raise InvalidValueError(problem) from None
         return name
 
     return items(converted(_KEYS["requires"], given) or (), installed)

@@ -98,7 +98,7 @@ def _spread(of: Variable, given: Any) -> Spread:
         "between": partial(ends_of, of),
     }
     if not isinstance(given, Mapping) or len(given) != 1:
-        raise ValueError(f"{_RULE} (got {text_of(given)})")
+        raise InvalidValueError(f"{_RULE} (got {text_of(given)})")
     ((kind, numbers),) = gathered(given.items(), forms).items()
     return Spread(of, kind, numbers if kind == "between" else (numbers,))
 

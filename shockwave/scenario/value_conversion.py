@@ -96,8 +96,6 @@ def _each(pairs: Iterable[tuple[Any, Any]], converters: Mapping[Any, Parser]) ->
             values[step] = converters[step](value)
         except ShockwaveError as error:
             faults += (fault.below(step) for fault in error.faults)
-        except ValueError as error:
-            faults.append(Fault((step,), str(error)))
     return values, faults
 
 
@@ -134,7 +132,7 @@ def _unknown(name: str, known: Sequence[str], helpful: bool) -> Fault:
 
 
 def converted(key: Key, value: Any) -> Any:
-    """Value of ``key`` as an argument of the constructor; raises ValueError or UnknownNameError if it is wrong."""
+    """Value of ``key`` as an argument of the constructor, if it is valid."""
     spec = key.spec
     if value is None and key.may_be_none:
         return None
@@ -151,12 +149,12 @@ def _quantity(value: Any, spec: Quantity) -> int | float:
     try:
         # a float would round a large whole number
         si = value if spec.whole and type(value) is int else to_si(value, spec.unit)
-    except ValueError:
+    except InvalidValueError:
         if not spec.whole:
             raise
         si = math.nan
     if spec.problem(si) is not None:
-        raise ValueError(f"must be {spec.rule} (got {_shown(value)})")
+        raise InvalidValueError(f"must be {spec.rule} (got {_shown(value)})")
     return int(si) if spec.whole else si
 
 
@@ -177,24 +175,24 @@ def _of_kind(value: Any, annotation: Any, text: bool) -> Any:
     if origin is Literal:
         same = [one for one in members if one == value or str(one).lower() == str(value).lower()]
         if not same:
-            raise ValueError(f"must be {listed(map(repr, members))} (got {_shown(value)})")
+            raise InvalidValueError(f"must be {listed(map(repr, members))} (got {_shown(value)})")
         return same[0]
     if origin is bool and not isinstance(value, bool):
-        raise ValueError(f"must be true or false (got {_shown(value)})")
+        raise InvalidValueError(f"must be true or false (got {_shown(value)})")
     if origin is str and not isinstance(value, str):
         hint = "" if value is None or isinstance(value, list | dict) else "; put it in quotes if it is text"
-        raise ValueError(f"must be text (got {_shown(value)}{hint})")
+        raise InvalidValueError(f"must be text (got {_shown(value)}{hint})")
     if text:
         return value
     if isinstance(value, str | dict):
         hint = "load the scenario from a file of your own"
-        raise ValueError(f"must not be text here, because it could name a file (got {text_of(value)}; {hint})")
+        raise InvalidValueError(f"must not be text here, because it could name a file (got {text_of(value)}; {hint})")
     return _list(value, lambda item: _of_kind(item, Any, text)) if isinstance(value, list) else value
 
 
 def _list(value: Any, convert: Parser) -> list[Any]:
     if not isinstance(value, list | tuple):  # a tuple was converted before
-        raise ValueError(f"must be a list (got {_shown(value)})")
+        raise InvalidValueError(f"must be a list (got {_shown(value)})")
     return items(value, convert)
 
 
@@ -205,7 +203,7 @@ def _any_of(value: Any, members: Sequence[Any], text: bool) -> Any:
     rest = [member for member in members if member is not type(None)]
     *first, last = sorted(rest, key=lambda member: member is str)
     for member in first:
-        with suppress(ValueError):
+        with suppress(InvalidValueError):
             return _of_kind(value, member, text)
     return _of_kind(value, last, text)
 

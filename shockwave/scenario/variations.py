@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 from attrs import define, evolve, field
 
-from shockwave.base.errors import InvalidValueError, below, steps_of
+from shockwave.base.errors import Fault, InvalidValueError, below, steps_of
 from shockwave.registry.registry import load
 from shockwave.scenario.block_keys import BLOCKS
 from shockwave.scenario.loader import scenario_of
@@ -152,7 +152,7 @@ def _changed(part: Any, values: Mapping[str, Any], *block: str) -> Any:
 
 def _of_file(names: Iterable[str]) -> InvalidValueError:
     got = "got a shock and a chain made in Python; load a scenario from a file"
-    return InvalidValueError.of(", ".join(names), f"must be values of a scenario file ({got})")
+    return InvalidValueError(*(Fault(name, f"must be values of a scenario file ({got})") for name in names))
 
 
 def _of_profile(shock: Shock, values: Mapping[str, Any]) -> Shock:

@@ -8,7 +8,7 @@ from typing import Any
 
 from attrs import evolve
 
-from shockwave.base.errors import InvalidValueError, NumericalError, ShockwaveError, steps_of
+from shockwave.base.errors import Fault, InvalidValueError, NumericalError, ShockwaveError, below, placing, steps_of
 from shockwave.base.quantity_fields import Quantity, text_of
 from shockwave.prediction.predictor import Predictor
 from shockwave.registry.registry import entries, entry_of, find
@@ -89,10 +89,8 @@ def varied(name: str, scenario: Scenario) -> Variable:
         If there is none.
     """
     check_parameter(name, scenario, "vary")
-    try:
+    with below("vary"):
         return variable(name, data_of(scenario), lambda other: other.startswith(_VARIED))
-    except InvalidValueError as error:
-        raise InvalidValueError.of("vary", error.faults[0].problem) from None
 
 
 def interval(parameter: Variable, given: Sequence[Any] | None) -> tuple[float, float]:
@@ -106,12 +104,9 @@ def interval(parameter: Variable, given: Sequence[Any] | None) -> tuple[float, f
     if given is None:
         problem = f"must be the lower and the upper end of the interval of {parameter.name} (got nothing)"
         raise InvalidValueError.of("between", problem)
-    try:
+    with placing(lambda fault: Fault("between", f"{fault.problem} for {parameter.name}")):
         low, high = ends_of(parameter, given)
-    except InvalidValueError as error:
-        problems = "; ".join(fault.problem for fault in error.faults)
-        raise InvalidValueError.of("between", f"{problems} for {parameter.name}") from None
-    return low, high
+        return low, high
 
 
 def materials_of(given: Any) -> tuple[str, ...]:
