@@ -174,6 +174,12 @@ class FileAccessError(ShockwaveError):
     exit_code = 5
 
 
+def refuse(faults: Iterable[Fault]) -> None:
+    """Raise an `InvalidValueError` with all ``faults``, if there are any."""
+    if faults := [*faults]:
+        raise InvalidValueError(*faults)
+
+
 @contextmanager
 def collected(faults: list[Fault], *steps: str | int) -> Iterator[None]:
     """Add the faults of an error that is raised meanwhile to ``faults``, with ``steps`` before their paths."""

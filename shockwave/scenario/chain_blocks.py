@@ -14,7 +14,7 @@ from shockwave.base.errors import InvalidValueError, ShockwaveError, UnknownName
 from shockwave.base.quantity_fields import SIZES, Quantity, listed, text_of
 from shockwave.registry.registry import blame, entries, load
 from shockwave.scenario.block_keys import BLOCKS, GRANULES, WALLS, Key, keys_of
-from shockwave.scenario.value_conversion import Parser, converted, gathered, items, material, structure
+from shockwave.scenario.value_conversion import Parser, converted, items, material, structure
 from shockwave.scene.chain_end import Wall
 from shockwave.scene.contact_law import PowerContact
 from shockwave.scene.impact import Impact
@@ -119,24 +119,23 @@ def law(block: str, given: Any) -> Any:
     """Contact law or damping of the ``block`` damping or contact; None for an empty block."""
     if given is None:
         return None
-    name = given.get("model") if isinstance(given, dict) else None
-    if block == "contact" and isinstance(given, dict) and "model" not in given:
-        return PowerContact(**structure(given, (_MODEL_OR_POWER, *keys_of(PowerContact)), _PARSERS[PowerContact]))
     known = models(block)
-    if isinstance(given, dict) and isinstance(name, str):
-        cls = gathered([("model", name)], {"model": partial(_model, known)})["model"]
-        values = structure(given, (MODEL, *keys_of(cls)), _PARSERS.get(cls))
-        with blame("contacts", cls):
-            return cls(**{key: value for key, value in values.items() if key != "model"})
     if not isinstance(given, dict):
         raise InvalidValueError(f"must be a mapping such as {{model: {known[0]}}} (got {text_of(given)})")
-    # the other keys are those of a model
-    structure({key: value for key, value in given.items() if key == "model"}, (MODEL,))
-    raise AssertionError  # not reached
+    if block == "contact" and "model" not in given:
+        return PowerContact(**structure(given, (_MODEL_OR_POWER, *keys_of(PowerContact)), _PARSERS[PowerContact]))
+    # the other keys are those of the model
+    named = {key: value for key, value in given.items() if key == "model"}
+    cls = structure(named, (MODEL,), {"model": partial(_model, known)})["model"]
+    values = structure(given, (MODEL, *keys_of(cls)), _PARSERS.get(cls))
+    del values["model"]
+    with blame("contacts", cls):
+        return cls(**values)
 
 
-def _model(known: Sequence[str], name: str) -> Any:
+def _model(known: Sequence[str], given: Any) -> Any:
     """Class of a model that is one of those ``known``."""
+    name: str = converted(MODEL, given)
     with suppress(UnknownNameError):
         cls = load("contacts", name)
         if name.lower() in map(str.lower, known):

@@ -20,6 +20,7 @@ from shockwave.base.errors import (
     ShockwaveError,
     Steps,
     collected,
+    refuse,
 )
 from shockwave.base.quantity_fields import listed, text_of
 from shockwave.base.units import to_si
@@ -229,8 +230,7 @@ def _settings(cls: Any, block: str, given: Any, others: Sequence[Fault] = ()) ->
     faults += others
     with collected(faults):
         settings = cls(**values)
-    if faults:
-        raise InvalidValueError(*faults)
+    refuse(faults)
     return settings
 
 
@@ -303,8 +303,7 @@ def _profile(cls: Any, folder: Path, block: Mapping[str, Any], shock: Mapping[st
     else:
         problem = f"must be left out, because profile {name!r} has its own (got {shock['duration_ratio']:g})"
         faults.append(Fault("duration_ratio", problem))
-    if faults:
-        raise InvalidValueError(*faults)
+    refuse(faults)
     make: Callable[..., Any] = cls
     if name == RECORD and "file" in values:
         make = partial(cls.from_file, _file(folder, values.pop("file")))
@@ -315,9 +314,7 @@ def _profile(cls: Any, folder: Path, block: Mapping[str, Any], shock: Mapping[st
     built: list[Fault] = []
     with collected(built), blame("profiles", cls):
         profile = make(**values)
-    faults += map(_within_shock, built)
-    if faults:
-        raise InvalidValueError(*faults)
+    refuse([*faults, *map(_within_shock, built)])
     return profile
 
 

@@ -11,7 +11,7 @@ from contextvars import ContextVar
 from functools import partial
 from typing import Any, Literal
 
-from shockwave.base.errors import Fault, InvalidValueError, ShockwaveError, hint_of
+from shockwave.base.errors import Fault, InvalidValueError, ShockwaveError, hint_of, refuse
 from shockwave.base.quantity_fields import Quantity, listed, text_of
 from shockwave.base.units import COMMA, to_si
 from shockwave.registry.registry import find, load
@@ -58,8 +58,7 @@ def material(given: Any) -> Material:
 def structure(data: Any, keys: Sequence[Key], parsers: Mapping[str, Parser] | None = None) -> dict[str, Any]:
     """Values of a block as `values_of`, if all are valid; raises an `InvalidValueError` with all errors."""
     values, faults = values_of(data, keys, parsers)
-    if faults:
-        raise InvalidValueError(*faults)
+    refuse(faults)
     return values
 
 
@@ -110,9 +109,7 @@ def gathered(
         When conversions fail or there are ``others``; it contains all errors.
     """
     values, faults = _each(pairs, converters)
-    faults += others
-    if faults:
-        raise InvalidValueError(*faults)
+    refuse([*faults, *others])
     return values
 
 

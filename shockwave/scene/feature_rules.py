@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from shockwave.base.errors import Fault, InvalidValueError
+from shockwave.base.errors import Fault, refuse
 from shockwave.base.quantity_fields import text_of
 from shockwave.scene.chain_end import Wall
 from shockwave.scene.contact_law import ContactLaw, PowerContact
@@ -39,9 +39,7 @@ def check_features(granules: Granules, **features: Any) -> None:
         for name, (types, rule) in _TYPES.items()
         if name in given and not isinstance(given[name], types)
     ]
-    faults = faults or [*_of_length(granules, given), *_of_pairs(granules, given)]
-    if faults:
-        raise InvalidValueError(*faults)
+    refuse(faults or [*_of_length(granules, given), *_of_pairs(granules, given)])
 
 
 def _of_length(granules: Granules, given: Mapping[str, Any]) -> Iterator[Fault]:
