@@ -6,39 +6,109 @@ that a user can correct a file in one go.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import TypeVar
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from typing import Self, TypeAlias, TypeVar
 
-from attrs import frozen
+from attrs import evolve, field, frozen
 
 _Error = TypeVar("_Error", bound=Exception)
+#: Path from the top of a scenario to a value: keys of mappings and indices of lists.
+Steps: TypeAlias = tuple[str | int, ...]
 #: Names that a message lists in full; of a longer list it shows a few.
 MOST_NAMES = 20
 _FEW_NAMES = 8
 # Length of a name that is compared with the known names.
 _LONGEST_NAME = 60
+_STEP = re.compile(r"([^.\[\]]+)|\[([0-9]{1,9})\]")
+_PLAIN_KEY = re.compile(r"[\w-]{1,60}")
+# Exit status of the command line for an invalid value.
+_INVALID = 3
+
+
+def dotted(path: Steps) -> str:
+    """``path`` as messages write it, such as ``shock.parameters.times[3]``."""
+    text = ""
+    for step in path:
+        if isinstance(step, int):
+            text += f"[{step}]"
+        else:
+            text += ("." if text else "") + (step if _PLAIN_KEY.fullmatch(step) else text_of(step))
+    return text
+
+
+def steps_of(name: str | Steps) -> Steps:
+    """Path that ``name`` writes, such as ``chain.granules[1].diameter``; the inverse of `dotted` for plain keys."""
+    if not isinstance(name, str):
+        return name
+    return tuple(int(index) if index else step for step, index in _STEP.findall(name))
 
 
 @frozen
 class Fault:
     """One error, with its place.
 
-    ``path`` is the dotted name of the value (``chain.material.density``); ``location`` is the place in a file
-    (``file:line:column``), if the value was read from one.
+    Attributes
+    ----------
+    steps : tuple of str and int
+        Path of the value: keys of mappings and indices of lists. A dotted name is converted.
+    problem : str
+        The error.
+    location : str
+        Place in a file, ``file:line:column``, if the value was read from one.
+    at_key : bool
+        Whether the key is wrong, not its value.
+    exit_code : int
+        Exit status of the command line.
     """
 
-    path: str
+    steps: Steps = field(converter=steps_of)
     problem: str
     location: str = ""
+    at_key: bool = field(default=False, eq=False, repr=False)
+    exit_code: int = field(default=_INVALID, eq=False, repr=False)
+
+    @property
+    def path(self) -> str:
+        """Dotted name of the value, such as ``chain.material.density``."""
+        return dotted(self.steps)
+
+    def below(self, *steps: str | int) -> Fault:
+        """The fault with ``steps`` before its path, unless it has a place, to which its path belongs."""
+        return self if self.location else evolve(self, steps=(*steps, *self.steps))
+
+    def to_dict(self) -> dict[str, str]:
+        """The path, the problem and the location, for JSON."""
+        return {"path": self.path, "problem": self.problem, "location": self.location}
 
     def __str__(self) -> str:
         return ": ".join(part for part in (self.location, self.path, self.problem) if part)
 
 
 class ShockwaveError(Exception):
-    """Base class of all errors raised deliberately; ``exit_code`` is the exit status of the command line."""
+    """Base class of all errors raised deliberately; ``exit_code`` is the exit status of the command line.
+
+    Its arguments are messages and faults.
+    """
 
     exit_code = 1
+
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """The errors, with their paths and places."""
+        return tuple(
+            each if isinstance(each, Fault) else Fault((), each, exit_code=self.exit_code) for each in self.args
+        )
+
+    def __str__(self) -> str:
+        return "\n".join(map(str, self.args))
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other) and (self.args, vars(self)) == (other.args, vars(other))
+
+    def __hash__(self) -> int:
+        return hash((type(self), self.args))
 
 
 class NumericalError(ShockwaveError):
@@ -51,57 +121,86 @@ class UsageError(ShockwaveError):
     exit_code = 2
 
 
-class _FaultsError(ShockwaveError):
-    exit_code = 3
-
-    def __init__(self, faults: Iterable[Fault]) -> None:
-        self.faults = tuple(faults)
-        super().__init__("\n".join(str(fault) for fault in self.faults))
-
-
-class InvalidValueError(_FaultsError, ValueError):
+class InvalidValueError(ShockwaveError, ValueError):
     """A value is out of range or of the wrong type."""
 
+    exit_code = _INVALID
+
     @classmethod
-    def of(cls, path: str, problem: str) -> InvalidValueError:
+    def of(cls, path: str | Steps, problem: str, location: str = "") -> Self:
         """Error with a single fault."""
-        return cls([Fault(path, problem)])
+        return cls(Fault(path, problem, location))
+
+    def placed(self, place: Callable[[Fault], Fault]) -> Self:
+        """The error with ``place`` applied to its faults."""
+        error = type(self)(*map(place, self.faults))
+        vars(error).update(vars(self))  # its notes
+        return error
 
 
 class NotCoveredError(InvalidValueError):
     """A method does not cover a scene; ``faults`` lists the features that it does not cover."""
 
 
-class ScenarioError(_FaultsError):
+class ScenarioError(ShockwaveError):
     """A scenario file is not valid; ``faults`` lists all of its errors."""
+
+    exit_code = _INVALID
 
 
 class UnknownNameError(ShockwaveError, LookupError):
-    """A name is not registered; ``hint`` is further advice."""
+    """A name is not registered."""
 
-    exit_code = 3
+    exit_code = _INVALID
 
-    def __init__(self, kind: str, name: str, known: Iterable[str], hint: str = "") -> None:
+    @classmethod
+    def of(cls, kind: str, name: str, known: Iterable[str], hint: str = "") -> Self:
+        """Error of a ``name`` of some ``kind``; ``hint`` is further advice."""
         names = list(known)
         shown = ", ".join(names if len(names) <= MOST_NAMES else [*names[:_FEW_NAMES], "..."])
         more = f"; {hint}" if hint else ""
-        super().__init__(f"unknown {kind} (got {name!r}; {nearest(name, names)}known: {shown}{more})")
+        return cls(f"unknown {kind} (got {name!r}; {nearest(name, names)}known: {shown}{more})")
 
 
 class PluginError(ShockwaveError):
-    """An installed plugin is faulty; ``faults`` are the places of a scenario that use it."""
+    """An installed plugin is faulty."""
 
     exit_code = 4
-
-    def __init__(self, problem: str, faults: Iterable[Fault] = ()) -> None:
-        self.faults = tuple(faults)
-        super().__init__(problem)
 
 
 class FileAccessError(ShockwaveError):
     """A file cannot be read or written."""
 
     exit_code = 5
+
+
+def refuse(faults: Iterable[Fault]) -> None:
+    """Raise an `InvalidValueError` with all ``faults``, if there are any."""
+    if faults := [*faults]:
+        raise InvalidValueError(*faults)
+
+
+@contextmanager
+def collected(faults: list[Fault], *steps: str | int) -> Iterator[None]:
+    """Add the faults of an error that is raised meanwhile to ``faults``, with ``steps`` before their paths."""
+    try:
+        yield
+    except ShockwaveError as error:
+        faults += (fault.below(*steps) for fault in error.faults)
+
+
+@contextmanager
+def placing(place: Callable[[Fault], Fault]) -> Iterator[None]:
+    """Apply ``place`` to the faults of an invalid value that is reported meanwhile."""
+    try:
+        yield
+    except InvalidValueError as error:
+        raise error.placed(place) from None
+
+
+def below(*steps: str | int) -> AbstractContextManager[None]:
+    """Put ``steps`` before the paths of the faults of an invalid value that is reported meanwhile."""
+    return placing(lambda fault: fault.below(*steps))
 
 
 def detached(error: _Error) -> _Error:

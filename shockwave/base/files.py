@@ -110,7 +110,7 @@ def parse_json(text: str | bytes, name: str, remedy: str = "") -> Any:
     try:
         return json.loads(text, parse_constant=_no_constant)
     except (ValueError, RecursionError) as error:  # a UnicodeDecodeError is a ValueError
-        raise InvalidValueError.of(name, f"must be JSON (got {error}{_hint(remedy)})") from None
+        raise InvalidValueError.of((), f"must be JSON (got {error}{_hint(remedy)})", name) from None
 
 
 def structured(document: Any, cls: type[_Type], name: str, rule: str, remedy: str = "") -> _Type:
@@ -136,7 +136,8 @@ def structured(document: Any, cls: type[_Type], name: str, rule: str, remedy: st
         return structure(document, cls)
     except Exception as error:  # cattrs passes on the errors of the values
         reasons = "; ".join(transform_error(error, "document", _reason))
-        raise InvalidValueError.of(name, f"must be {rule} (got {reasons[:200]}{_hint(remedy)})") from None
+        problem = f"must be {rule} (got {reasons[:200]}{_hint(remedy)})"
+        raise InvalidValueError.of((), problem, name) from None
 
 
 def _reason(error: BaseException, kind: Any) -> str:

@@ -15,7 +15,7 @@ from typing import Any
 import attrs
 from attrs import frozen
 
-from shockwave.base.errors import InvalidValueError
+from shockwave.base.errors import InvalidValueError, below
 from shockwave.base.errors import text_of as text_of
 from shockwave.base.units import to_si
 
@@ -81,10 +81,8 @@ class Quantity:
         if value is None and self.optional:
             return None
         if isinstance(value, str) or hasattr(value, "to_base_units"):
-            try:
+            with below(name):
                 value = to_si(value, self.unit)
-            except ValueError as error:
-                raise InvalidValueError.of(name, str(error)) from None
         problem = self.problem(value)
         if problem is not None:
             raise InvalidValueError.of(name, problem)

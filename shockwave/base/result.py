@@ -99,7 +99,7 @@ class Result:
             names = list(filter(self._table, dict(self._tables)))
             if not names:
                 raise UsageError(f"{type(self).__name__} has no table and cannot be converted")
-            raise UnknownNameError("table of this result", str(name), names)
+            raise UnknownNameError.of("table of this result", str(name), names)
         return table
 
     def to_pandas(self, table: str | None = None) -> Any:

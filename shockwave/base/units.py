@@ -8,7 +8,7 @@ from decimal import Context, Decimal, localcontext
 from functools import cache, lru_cache
 from typing import Any
 
-from shockwave.base.errors import text_of
+from shockwave.base.errors import InvalidValueError, text_of
 
 #: Hint for a decimal comma.
 COMMA = "; numbers have a decimal point and no comma"
@@ -58,7 +58,7 @@ def to_si(value: Any, unit: str) -> float:
 
     Raises
     ------
-    ValueError
+    InvalidValueError
         When it is not such a quantity, or not finite. The message begins with ``must be``.
     """
     try:
@@ -71,9 +71,9 @@ def to_si(value: Any, unit: str) -> float:
     except ValueError as error:
         rule = _NAMES.get(unit, f"a quantity in {unit}, such as '2 {unit}'")
         got = "nothing" if value is None else text_of(value)
-        raise ValueError(f"must be {rule} (got {got}{error})") from None
+        raise InvalidValueError(f"must be {rule} (got {got}{error})") from None
     if not math.isfinite(number):
-        raise ValueError(f"must be finite (got {text_of(value)})")
+        raise InvalidValueError(f"must be finite (got {text_of(value)})")
     return number
 
 

@@ -103,7 +103,7 @@ def find(names: Iterable[str]) -> tuple[Case, ...]:
     wanted = set(names)
     known = [*dict.fromkeys(case.theme for case in CASES), *(case.name for case in CASES)]
     for name in wanted.difference(known):
-        raise UnknownNameError("case", name, known, "the page on extreme cases lists all")
+        raise UnknownNameError.of("case", name, known, "the page on extreme cases lists all")
     return tuple(case for case in CASES if not wanted or {case.name, case.theme} & wanted)
 
 

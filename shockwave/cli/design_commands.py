@@ -97,7 +97,7 @@ def uncertainty(options: argparse.Namespace) -> int:
         # errors of the block are errors of the file
         if not all(fault.path.startswith("uncertainty") for fault in error.faults):
             raise
-        faults = [evolve(fault, location=fault.location or options.file) for fault in error.faults]
-        raise ScenarioError(faults) from None
+        faults = (evolve(fault, location=fault.location or options.file) for fault in error.faults)
+        raise ScenarioError(*faults) from None
     print_result(result, options.json)
     return 0

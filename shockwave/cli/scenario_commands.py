@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from attrs import asdict, evolve
+from attrs import evolve
 
 from shockwave import answers
 from shockwave.base.errors import Fault, NumericalError, ShockwaveError, UnknownNameError, UsageError
@@ -155,14 +155,14 @@ def validate(options: Namespace) -> int:
             scene = load_scenario(file).scene
             warnings = [str(scene.placed(fault)) for fault in unusual(scene.excitation, scene.chain)]
         except ShockwaveError as error:
-            faults = getattr(error, "faults", ()) or [Fault("", str(error))]
+            faults = error.faults
             status = max(status, error.exit_code)
         documents.append(
             {
                 **VERSION,
                 "file": file,
                 "valid": not faults,
-                "faults": [asdict(fault) for fault in faults],
+                "faults": [fault.to_dict() for fault in faults],
                 "warnings": warnings,
             }
         )

@@ -247,8 +247,7 @@ class Outcome(Result):
         error = self._relations
         if not isinstance(error, ShockwaveError):
             return ()
-        faults: tuple[Fault, ...] = getattr(error, "faults", ()) or (Fault("", str(error)),)
-        return tuple(map(self.scene.placed, faults))
+        return tuple(map(self.scene.placed, error.faults))
 
     @property
     def section4_reason(self) -> str | None:

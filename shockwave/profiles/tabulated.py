@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import pathlib
-import re
 from bisect import bisect_right
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Literal
@@ -13,7 +12,7 @@ import attrs
 import numpy as np
 from attrs import frozen
 
-from shockwave.base.errors import Fault, InvalidValueError
+from shockwave.base.errors import Fault, InvalidValueError, placing
 from shockwave.base.numerics import FloatArray, running_sums
 from shockwave.base.quantity_fields import Quantity, declaration, one_of, quantity, quantity_of, text_of
 from shockwave.base.units import to_si
@@ -149,10 +148,8 @@ class Tabulated(ShockProfile):
         """
         format_names = {field.name for field in attrs.fields(RecordFormat)}.intersection(settings)
         record = read_record(pathlib.Path(path), RecordFormat(**{name: settings.pop(name) for name in format_names}))
-        try:
+        with placing(partial(_placed, path, record)):
             profile = cls(record.times, record.forces, **settings)
-        except InvalidValueError as error:
-            raise InvalidValueError([_placed(fault, path, record) for fault in error.faults]) from None
         object.__setattr__(profile, "_assumed", record.notes)
         return profile
 
@@ -240,11 +237,10 @@ class Tabulated(ShockProfile):
         return before, step, left + step / (knots[before + 1] - knots[before]) * (right - left)
 
 
-def _placed(fault: Fault, path: str | os.PathLike[str], record: Record) -> Fault:
+def _placed(path: str | os.PathLike[str], record: Record, fault: Fault) -> Fault:
     """``fault`` with advice for a file, and with the line of the sample that it concerns, if it concerns one."""
     fault = attrs.evolve(fault, problem=fault.problem.replace(CHANGE_SIGNS, "set sign: -1"))
-    if not fault.path.startswith(("times", "forces")):
+    if {"times", "forces"}.isdisjoint(fault.steps):
         return fault
-    index = re.search(r"\[(\d+)\]", fault.path)
-    line = record.lines[int(index[1])] if index else record.lines[0]
-    return attrs.evolve(fault, location=f"{path}:{line}")
+    index = fault.steps[-1] if isinstance(fault.steps[-1], int) else 0
+    return attrs.evolve(fault, location=f"{path}:{record.lines[index]}")

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from attrs import evolve, frozen
 
-from shockwave.base.errors import Fault, InvalidValueError
+from shockwave.base.errors import InvalidValueError
 from shockwave.base.files import read_text
 from shockwave.base.numerics import FloatArray
 from shockwave.base.quantity_fields import listed, text_of
@@ -81,7 +81,7 @@ class _Table:
 
     def refuse(self, number: int, key: str, problem: str) -> NoReturn:
         """Raise an error in a line that names the key to set."""
-        raise InvalidValueError([Fault(key, problem, f"{self.path}:{number}")])
+        raise InvalidValueError.of(key, problem, f"{self.path}:{number}")
 
 
 def read_record(path: pathlib.Path, form: RecordFormat | None = None) -> Record:
@@ -126,7 +126,8 @@ def _table(path: pathlib.Path, form: RecordFormat) -> _Table:
     lines = list[_Line]()
     for number, line in enumerate(io.StringIO(text, newline="\n"), 1):  # one by one, as most lines may be blank
         if len(line) > _LONGEST_LINE:
-            raise InvalidValueError.of(str(path), f"must have lines of at most {_LONGEST_LINE} characters (got more)")
+            problem = f"must have lines of at most {_LONGEST_LINE} characters (got more)"
+            raise InvalidValueError.of((), problem, str(path))
         stripped = line.strip("\n ")
         if number > form.skip_rows and stripped.strip() and not stripped.startswith(("#", "%", "//")):
             lines.append((number, stripped))
@@ -139,7 +140,7 @@ def _table(path: pathlib.Path, form: RecordFormat) -> _Table:
     # settings of an instrument, or dates, stand beside the numbers
     numeric = set.intersection(*rows) if rows else set()
     got = f"columns: {sorted(numeric)} are numbers" if numeric else "got no line that begins with a number"
-    raise InvalidValueError([Fault("columns", f"must be a time and a force in each row ({got})", str(path))])
+    raise InvalidValueError.of("columns", f"must be a time and a force in each row ({got})", str(path))
 
 
 def _separator(line: str, form: RecordFormat) -> str:

@@ -13,7 +13,7 @@ import attrs
 import numpy as np
 from attrs import frozen
 
-from shockwave.base.errors import Fault, InvalidValueError
+from shockwave.base.errors import Fault, InvalidValueError, refuse
 from shockwave.base.numerics import FloatArray
 from shockwave.base.quantity_fields import one_of, quantity
 from shockwave.base.units import to_si
@@ -197,8 +197,7 @@ def factors(
         per_force, hint = math.nan, f"set unit: {product}, and scale to the {product} per {force.unit}"
     if math.isnan(per_force):
         faults.append(_fault("unit", kind, (force.text, form.unit), hint, place))
-    if faults:
-        raise InvalidValueError(faults)
+    refuse(faults)
     for stated, used in ((time.unit, form.time_unit), (force.unit, unit)):
         if stated and used not in (None, stated):
             notes.append(f"The file states the unit {stated!r}; {used!r} was used.")

@@ -105,7 +105,7 @@ def _unknown(kind: str, name: str) -> ShockwaveError:
     hints = [f"`shockwave list {kind}` shows all"] if len(known) > MOST_NAMES else []
     hints += [] if nearest(name, known) else ["others need a plugin"]
     hints += [f"disabled plugins: {disabled}"] if disabled else []
-    return UnknownNameError(KINDS[kind], name, known, "; ".join(hints))
+    return UnknownNameError.of(KINDS[kind], name, known, "; ".join(hints))
 
 
 @cache

@@ -3,27 +3,22 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
-from typing import Any, TypeVar
+from typing import Any
 
 from attrs import evolve
 
-from shockwave.base.errors import InvalidValueError, PluginError, ShockwaveError, UnknownNameError, nearest
+from shockwave.base.errors import InvalidValueError, ShockwaveError, UnknownNameError, nearest
 from shockwave.base.quantity_fields import SIZES, Quantity, listed, text_of
 from shockwave.registry.registry import blame, entries, load
 from shockwave.scenario.block_keys import BLOCKS, GRANULES, WALLS, Key, keys_of
-from shockwave.scenario.value_conversion import Wrong, WrongsError, converted, items, structure
-from shockwave.scenario.yaml_document import steps_of
+from shockwave.scenario.value_conversion import Parser, converted, items, material, structure
 from shockwave.scene.chain_end import Wall
 from shockwave.scene.contact_law import PowerContact
 from shockwave.scene.impact import Impact
-from shockwave.scene.material import Material
 from shockwave.scene.segments import Cell, Segment, Taper
-
-_T = TypeVar("_T")
-Parser = Callable[[Any], Any]
 
 
 def _keys(cls: type) -> dict[str, Key]:
@@ -67,40 +62,32 @@ _MODEL_OR_POWER = evolve(MODEL, required=False, instead_of=("exponent", "stiffne
 LAWS = {"damping": "damping", "contact": ""}
 
 
-def material(given: Any) -> Material:
-    """Material of the library, or that of a mapping."""
-    if isinstance(given, str):
-        found: Material = load("materials", given)
-        return found
-    return Material(**structure(given, keys_of(Material)))
-
-
 def granules(given: Any) -> Any:
     """Segments, or the number of equal granules."""
     if not isinstance(given, list):
         return converted(GRANULES, given)
     if not given:
-        raise ValueError("must be a list of one or more segments, or a whole number (got [])")
+        raise InvalidValueError("must be a list of one or more segments, or a whole number (got [])")
     return tuple(items(given, _part))
 
 
 def _part(given: Any) -> Segment | Cell:
     if isinstance(given, dict) and not {"repeat", "cell"}.isdisjoint(given):
-        return _made(Cell, given, CELL, {"cell": _cell})
+        return Cell(**structure(given, CELL, {"cell": _cell}))
     return _segment(given)
 
 
 def _cell(given: Any) -> list[Segment]:
     if not isinstance(given, list) or not given:
-        raise ValueError(f"must be a list of one or more segments (got {text_of(given)})")
+        raise InvalidValueError(f"must be a list of one or more segments (got {text_of(given)})")
     return items(given, _segment)
 
 
 def _segment(given: Any) -> Segment:
     if given is None:
-        raise ValueError(f"must be a mapping of {', '.join(key.name for key in SEGMENT)} (got nothing)")
+        raise InvalidValueError(f"must be a mapping of {', '.join(key.name for key in SEGMENT)} (got nothing)")
     sizes = {key.name: partial(_size, key) for key in SEGMENT if key.name in _SIZES}
-    return _made(Segment, given, SEGMENT, {"material": material, **sizes})
+    return Segment(**structure(given, SEGMENT, {"material": material, **sizes}))
 
 
 def _size(key: Key, given: Any) -> Any:
@@ -116,12 +103,11 @@ def end(given: Any) -> Wall | None:
         return None
     if not isinstance(given, dict):
         keys = ", ".join(key.name for key in END)
-        raise ValueError(f"must be free, or a mapping of {keys} (got {text_of(given)}; for a wall, {{wall: same}})")
-    return _made(_wall_of, given, END, {"wall": _wall})
-
-
-def _wall_of(wall: Any, **values: Any) -> Wall:
-    return Wall(material=wall, **values)
+        raise InvalidValueError(
+            f"must be free, or a mapping of {keys} (got {text_of(given)}; for a wall, {{wall: same}})"
+        )
+    values = structure(given, END, {"wall": _wall})
+    return Wall(material=values.pop("wall"), **values)
 
 
 def _wall(given: Any) -> Any:
@@ -133,36 +119,33 @@ def law(block: str, given: Any) -> Any:
     """Contact law or damping of the ``block`` damping or contact; None for an empty block."""
     if given is None:
         return None
-    name = given.get("model") if isinstance(given, dict) else None
-    if block == "contact" and isinstance(given, dict) and "model" not in given:
-        return _made(PowerContact, given, (_MODEL_OR_POWER, *keys_of(PowerContact)), _PARSERS[PowerContact])
     known = models(block)
-    if isinstance(given, dict) and isinstance(name, str):
-        try:
-            cls = load("contacts", name)
-        except PluginError as error:
-            raise WrongsError([Wrong(("model",), error)]) from None
-        except UnknownNameError:
-            cls = None
-        if cls is not None and name.lower() in map(str.lower, known):
-            return _made(partial(_law_of, cls), given, (MODEL, *keys_of(cls)), _PARSERS.get(cls))
-        problem = f"must be {listed(known)} (got {text_of(name)}; {nearest(name, known)}".rstrip("; ") + ")"
-        raise WrongsError([Wrong(("model",), problem)])
     if not isinstance(given, dict):
-        raise ValueError(f"must be a mapping such as {{model: {known[0]}}} (got {text_of(given)})")
-    # the other keys are those of a model
-    structure({key: value for key, value in given.items() if key == "model"}, (MODEL,))
-    raise AssertionError  # not reached
-
-
-def _law_of(cls: Any, model: str, **values: Any) -> Any:
+        raise InvalidValueError(f"must be a mapping such as {{model: {known[0]}}} (got {text_of(given)})")
+    if block == "contact" and "model" not in given:
+        return PowerContact(**structure(given, (_MODEL_OR_POWER, *keys_of(PowerContact)), _PARSERS[PowerContact]))
+    # the other keys are those of the model
+    named = {key: value for key, value in given.items() if key == "model"}
+    cls = structure(named, (MODEL,), {"model": partial(_model, known)})["model"]
+    values = structure(given, (MODEL, *keys_of(cls)), _PARSERS.get(cls))
+    del values["model"]
     with blame("contacts", cls):
         return cls(**values)
 
 
+def _model(known: Sequence[str], given: Any) -> Any:
+    """Class of a model that is one of those ``known``."""
+    name: str = converted(MODEL, given)
+    with suppress(UnknownNameError):
+        cls = load("contacts", name)
+        if name.lower() in map(str.lower, known):
+            return cls
+    raise InvalidValueError(f"must be {listed(known)} (got {text_of(name)}; {nearest(name, known)}".rstrip("; ") + ")")
+
+
 def _stiffness(given: Any) -> Any:
     if isinstance(given, str) and not re.fullmatch(r"[-+.\deE]+", given.strip()):
-        raise ValueError(f"must be a bare number, in N/m^p (got {text_of(given)})")
+        raise InvalidValueError(f"must be a bare number, in N/m^p (got {text_of(given)})")
     return converted(_keys(PowerContact)["stiffness"], given)
 
 
@@ -177,7 +160,7 @@ def models(block: str) -> list[str]:
 
 def impact(given: Any) -> Impact:
     """The impact."""
-    return _made(Impact, given, IMPACT, {"material": material})
+    return Impact(**structure(given, IMPACT, {"material": material}))
 
 
 #: Key of the ``chain`` block -> its parser.
@@ -232,15 +215,3 @@ def _of_block(place: str, keys: Sequence[Key], given: Mapping[str, Any]) -> Iter
             yield from ((f"{name}.{end.name}", end) for end in TAPER[:2])
         else:
             yield name, key
-
-
-# ---------------------------------------------------------------- objects
-
-
-def _made(make: Callable[..., _T], given: Any, keys: Sequence[Key], parsers: Mapping[str, Parser] | None = None) -> _T:
-    """Object that ``make`` builds from a block."""
-    values = structure(given, keys, parsers)
-    try:
-        return make(**values)
-    except InvalidValueError as error:
-        raise WrongsError([Wrong(steps_of(fault.path), fault.problem) for fault in error.faults]) from None

@@ -45,7 +45,7 @@ class Variable:
         return self.key.annotation is int if self.key.spec is None else self.key.spec.whole
 
     def converted(self, given: Any) -> Any:
-        """``given``, as written in a scenario, converted to a float in SI units if it has a unit; or ValueError."""
+        """``given``, as written in a scenario, converted: a float in SI units if it has a unit."""
         return converted(self.key, given)
 
 
@@ -70,7 +70,7 @@ def variable(name: str, data: Mapping[str, Any], fits: Callable[[str], bool] = b
     if name not in known:
         names = [other for other in known if fits(other)]
         hint = hint_of(str(name), names)
-        raise InvalidValueError.of("", f"must be the dotted name of a key (got {text_of(name)}; {hint})")
+        raise InvalidValueError(f"must be the dotted name of a key (got {text_of(name)}; {hint})")
     return known[name]
 
 

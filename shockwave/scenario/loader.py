@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from attrs import define
+from attrs import evolve
 
 from shockwave import __version__
-from shockwave.base.errors import Fault, FileAccessError, InvalidValueError, PluginError, ScenarioError, ShockwaveError
+from shockwave.base.errors import (
+    Fault,
+    FileAccessError,
+    InvalidValueError,
+    PluginError,
+    ScenarioError,
+    ShockwaveError,
+    Steps,
+    collected,
+    refuse,
+)
 from shockwave.base.quantity_fields import listed, text_of
 from shockwave.base.units import to_si
 from shockwave.prediction.predictor import Predictor
@@ -22,26 +32,23 @@ from shockwave.scenario.block_keys import (
     RECORD,
     SCENARIO,
     VERSIONS,
-    Key,
     has_chain_blocks,
     keys_of,
     parameters_of,
     shock_keys,
 )
 from shockwave.scenario.scenario import Published, Scenario
-from shockwave.scenario.sweep_block import Sweep, beginnings, first, names
+from shockwave.scenario.sweep_block import beginnings, first, names
 from shockwave.scenario.sweep_block import read as read_sweep
 from shockwave.scenario.uncertainty_block import read as read_spreads
-from shockwave.scenario.value_conversion import Wrong, WrongsError, names_files, structure
-from shockwave.scenario.yaml_document import Document, Steps, read_document, steps_of
+from shockwave.scenario.value_conversion import Parser, converted, items, material, names_files, structure, values_of
+from shockwave.scenario.yaml_document import Document, read_document
 from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import Limit
-from shockwave.scene.material import Material
 from shockwave.scene.scene import faults_of, uniform_of
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
 
-_PARAMETERS: Steps = ("shock", "parameters")
 # Errors that are listed; the number of the others is stated.
 _MOST_FAULTS = 100
 _MOST_TRIED = 3000  # errors after which no further point of a sweep is tried: so many are not due to its values
@@ -84,305 +91,245 @@ def scenario_of(document: Document, path: Path | None, tries: slice = slice(None
 def _scenario_of(document: Document, path: Path | None, tries: slice) -> Scenario:
     sweep = None
     varied: set[Steps] = set()
-    wrongs: Sequence[Wrong] = ()
+    errors = [*document.faults]
     if document.data.get("sweep") is not None:
-        try:
+        with collected(errors, "sweep"):
             sweep = read_sweep(document.data)
-        except WrongsError as error:
-            wrongs = error.wrongs
-            varied = names(document.data["sweep"])
-    problems: list[ShockwaveError] = []
-    for index in beginnings(sweep)[tries]:
-        loading = _Loading(first(document, sweep, index), list(document.faults), path, varied)
-        loading.report(("sweep",), wrongs)
-        try:
-            return loading.scenario(document, sweep)
-        except ShockwaveError as error:
-            problems.append(error)
-            if len(loading.faults) * len(problems) > _MOST_TRIED:
-                break
-    raise problems.pop(0)  # a list that held it would be a cycle with its traceback
+        # not reported as missing
+        varied = set() if sweep is not None else names(document.data["sweep"])
+    first_faults: list[Fault] = []
+    for number, index in enumerate(beginnings(sweep)[tries], 1):
+        point = first(document, sweep, index)
+        parts, faults = _parts(point, document.data.get("uncertainty"), path)
+        placed = [_placed(point, fault) for fault in (*errors, *faults)]
+        faults = [fault for fault in placed if fault.steps not in varied]
+        if not faults:
+            return Scenario(path=path, sweep=sweep, document=point, **parts)
+        first_faults = first_faults or faults
+        if len(faults) * number > _MOST_TRIED:
+            break
+    raise _error(first_faults, document.name)
 
 
-def _version(given: Any) -> Any:
+def _placed(document: Document, fault: Fault) -> Fault:
+    """``fault`` with its place in the document, which may have a diameter in place of a radius."""
+    *block, last = fault.steps or ("",)
+    if last == "radius" and fault.steps not in document.keys and (*block, "diameter") in document.keys:
+        fault = evolve(fault, steps=(*block, "diameter"))
+    return document.place(fault)
+
+
+def _error(faults: list[Fault], name: str) -> ShockwaveError:
+    """Error of the file ``name`` with all faults, in the order of the file and without repetition."""
+
+    def order(fault: Fault) -> tuple[float, ...]:
+        """Line, column and depth; faults in another file come last."""
+        file, _, place = fault.location.partition(f"{name}:")
+        return (*map(int, place.split(":")), len(fault.steps)) if place and not file else (float("inf"),)
+
+    faults = sorted(dict.fromkeys(faults), key=order)
+    exit_codes = {fault.exit_code for fault in faults}
+    if len(faults) > _MOST_FAULTS:
+        faults = [*faults[:_MOST_FAULTS], Fault((), f"and {len(faults) - _MOST_FAULTS} more errors", name)]
+    if PluginError.exit_code in exit_codes:
+        return PluginError(*faults)
+    return (FileAccessError if exit_codes == {FileAccessError.exit_code} else ScenarioError)(*faults)
+
+
+# ---------------------------------------------------------------- blocks
+
+
+def _parts(document: Document, spreads: Any, path: Path | None) -> tuple[dict[str, Any], list[Fault]]:
+    """Parts of the scenario in ``document``, each as far as possible, and all errors; ``spreads`` are a block of it."""
+    folder = path.parent if path is not None else Path()
+    values, faults = values_of(document.data, SCENARIO, {**_PARSERS, "shock": partial(_shock, folder)})
+    parts: dict[str, Any] = {name: values.get(name) for name in ("shock", "impact", "chain", "limit", "published")}
+    parts["name"] = values.get("name") or (path.stem if path is not None else document.name)
+    parts["predictor"] = values.get("predict") or Predictor()
+    parts["simulate"] = values.get("simulate") or SimulateOptions()
+    with collected(faults, "uncertainty"):
+        parts["uncertainty"] = read_spreads(spreads, document.data)
+    if "chain" in values:
+        faults += _of_combination(parts["chain"], parts["impact"], parts["simulate"], document.data)
+    return parts, faults
+
+
+def _of_combination(chain: Chain, impact: Any, options: SimulateOptions, data: Mapping[str, Any]) -> list[Fault]:
+    """Errors of a chain under a shock or an impact, and of options; ``data`` is the content of the document."""
+    if faults := faults_of(chain, impact):
+        return faults
+    if options.integrator is not None and (impact is not None or uniform_of(chain) is None):
+        reason = load("integrators", options.integrator).refusal(chain.is_damped)
+        faults = [Fault("simulate.integrator", reason)] if reason else []
+    if chain.count is not None:
+        last = chain.count + (impact is not None) + (chain.end is not None) - 2
+        for index, contact in enumerate(data["simulate"]["contacts"] if options.contacts else ()):
+            if to_si(contact, "") > last:  # it may be text
+                problem = f"must be at most {last}, the last contact of this chain (got {contact})"
+                faults.append(Fault(("simulate", "contacts", index), problem))
+    elif "forces" in options.record and not options.contacts:
+        faults.append(Fault("simulate.contacts", "must be given if record includes forces (got none)"))
+    return faults
+
+
+def _version(given: Any) -> int:
     if type(given) is not int or given not in VERSIONS:  # True and 1.0 are equal to 1
         newer = "; a newer shockwave may read it" if type(given) is int and given > VERSIONS[-1] else ""
-        raise ValueError(f"must be {listed(VERSIONS)} for shockwave {__version__} (got {text_of(given)}{newer})")
+        raise InvalidValueError(f"must be {listed(VERSIONS)} for shockwave {__version__} (got {text_of(given)}{newer})")
     return given
 
 
-@define(eq=False)
-class _Loading:
-    """Builds the parts of the scene in ``document``, each as far as possible, and collects all ``faults``.
+def _requires(given: Any) -> list[str]:
+    """Names of installed distributions."""
+    from importlib.metadata import PackageNotFoundError, version
 
-    Values at the paths ``varied`` come from a sweep with errors, and are not reported as missing. ``access`` is
-    the error of a file that cannot be read; ``plugin`` is true if a fault is that of a plugin.
-    """
-
-    document: Document
-    faults: list[Fault]
-    path: Path | None
-    varied: Collection[Steps] = ()
-    access: FileAccessError | None = None
-    plugin: bool = False
-
-    # ---------------------------------------------------------------- faults
-
-    def add(self, path: Steps, problem: object, at_key: bool = False) -> None:
-        """Add the fault at ``path`` of the document."""
-        self.plugin |= getattr(problem, "exit_code", 0) == PluginError.exit_code
-        if path not in self.varied:
-            self.faults.append(self.document.fault(path, str(problem), at_key))
-
-    def report(self, path: Steps, wrongs: Sequence[Wrong]) -> None:
-        """Add the errors of the block at ``path``."""
-        for wrong in wrongs:
-            self.add((*path, *wrong.path), wrong.problem, wrong.at_key)
-
-    def finish(self) -> None:
-        """Raise all faults, in the order of the file and without repetition."""
-        if not self.faults:
-            return
-        if self.access is not None and len(self.faults) == 1:
-            raise FileAccessError(str(self.faults[0])) from self.access
-        faults = sorted(dict.fromkeys(self.faults), key=self._order)
-        if len(faults) > _MOST_FAULTS:
-            rest = Fault("", f"and {len(faults) - _MOST_FAULTS} more errors", self.document.name)
-            faults = [*faults[:_MOST_FAULTS], rest]
-        if self.plugin:
-            raise PluginError("\n".join(map(str, faults)), faults)
-        raise ScenarioError(faults)
-
-    def _order(self, fault: Fault) -> tuple[float, ...]:
-        """Line and column of ``fault``; faults in another file come last."""
-        name, _, place = fault.location.partition(f"{self.document.name}:")
-        return tuple(map(int, place.split(":"))) if place and not name else (float("inf"),)
-
-    # ---------------------------------------------------------------- blocks
-
-    def values(
-        self, path: Steps, given: Any, keys: Sequence[Key], parsers: Mapping[str, Callable[[Any], Any]] | None = None
-    ) -> tuple[dict[str, Any], bool]:
-        """Valid values of the block at ``path``, and whether the block has no errors."""
+    def installed(name: str) -> str:
         try:
-            return structure(given, keys, parsers), True
-        except WrongsError as error:
-            self.report(path, error.wrongs)
-            return error.valid, False
+            version(name)
+        except (PackageNotFoundError, ValueError):
+            problem = f"must be an installed distribution (got {text_of(name)}; install it if you trust it)"
+            raise InvalidValueError(problem) from None
+        return name
 
-    def read(self, path: Steps, reader: Callable[..., Any], *given: Any) -> Any:
-        """Content of the block at ``path``, read by ``reader``; None if it has errors."""
-        try:
-            return reader(*given)
-        except WrongsError as error:
-            self.report(path, error.wrongs)
+    return items(converted(_KEYS["requires"], given) or (), installed)
+
+
+def _chain(given: Any) -> Chain:
+    parsers: dict[str, Parser] = {"material": material}
+    if has_chain_blocks({"chain": given}):
+        from shockwave.scenario import chain_blocks  # not needed for equal granules
+
+        parsers |= chain_blocks.PARSERS
+    return Chain(**structure(given, CHAIN, parsers))
+
+
+def _impact(given: Any) -> Any:
+    from shockwave.scenario.chain_blocks import impact  # not needed for a shock
+
+    return impact(given)
+
+
+def _optional(cls: Any, given: Any) -> Any:
+    """Instance of ``cls`` from a block, or None without one."""
+    return None if given is None else cls(**structure(given, keys_of(cls)))
+
+
+def _predict(given: Any) -> Predictor:
+    others = []
+    if isinstance(given, dict) and "rtol" in given:
+        problem = f"must be left out (got {text_of(given['rtol'])}; simulate.rtol is the tolerance of all forces)"
+        others.append(Fault("rtol", problem, at_key=True))
+        given = {key: value for key, value in given.items() if key != "rtol"}
+    predictor: Predictor = _settings(Predictor, "predict", given, others)
+    return predictor
+
+
+def _settings(cls: Any, block: str, given: Any, others: Sequence[Fault] = ()) -> Any:
+    """Instance of ``cls`` from a block; errors that the constructor finds in valid values are reported as well."""
+    values, faults = values_of(given, BLOCKS[block])
+    faults += others
+    with collected(faults):
+        settings = cls(**values)
+    refuse(faults)
+    return settings
+
+
+_KEYS = {key.name: key for key in SCENARIO}
+#: Key of the document -> its parser.
+_PARSERS: Mapping[str, Parser] = {
+    "version": _version,
+    "requires": _requires,
+    "chain": _chain,
+    "impact": _impact,
+    "predict": _predict,
+    "simulate": partial(_settings, SimulateOptions, "simulate"),
+    "limit": partial(_optional, Limit),
+    "published": partial(_optional, Published),
+}
+
+
+# ---------------------------------------------------------------- shock
+
+
+def _shock(folder: Path, given: Any) -> Shock:
+    """The shock; its profile is built even if another key has an error, so that its errors are reported too."""
+    block = given if isinstance(given, dict) else {}
+    cls: Any = None
+    profile = None
+    faults: list[Fault] = []
+    with collected(faults, "profile"):
+        cls = load("profiles", block["profile"]) if isinstance(block.get("profile"), str) else None
+    values, others = values_of(given, shock_keys(cls))
+    faults += others
+    if cls is not None:
+        with collected(faults):
+            _join_times(cls, values)
+        with collected(faults):
+            profile = _profile(cls, folder, block, values)
+    if profile is None or faults:
+        raise InvalidValueError(*faults)
+    sizes: dict[str, Any] = {key: values[key] for key in _SIZES if key in values}
+    with collected(faults), blame("profiles", cls):
+        return (Shock.of_duration if "duration" in sizes else Shock)(profile=profile, **sizes)
+    raise InvalidValueError(*(fault if fault.steps else fault.below("profile") for fault in faults))
+
+
+def _join_times(cls: Any, values: dict[str, Any]) -> None:
+    """Replace a duration beside a rise time by their ratio."""
+    if not {"rise_time", "duration"} <= values.keys() or "duration_ratio" in values:
+        return
+    specs = [key.spec for key in keys_of(cls) if key.name == "duration_ratio"]
+    ratio = values.pop("duration") / values["rise_time"]
+    if not specs:
+        rule = "must be left out if rise_time is given, because the profile has its own duration ratio"
+        raise InvalidValueError.of("duration", rule)
+    if specs[0] is not None and (problem := specs[0].problem(ratio)):
+        raise InvalidValueError.of("duration", f"over rise_time {problem}")
+    values["duration_ratio"] = ratio
+
+
+def _profile(cls: Any, folder: Path, block: Mapping[str, Any], shock: Mapping[str, Any]) -> Any:
+    """Profile of the ``block`` of a shock with the valid values ``shock``; None if its duration ratio is missing."""
+    name = find("profiles", block["profile"]).name
+    values, faults = values_of(block.get("parameters"), parameters_of(name, cls))
+    faults = [fault.below("parameters") for fault in faults]
+    own = [key for key in keys_of(cls) if key.name == "duration_ratio"]
+    if "duration_ratio" not in shock:
+        # a wrong or missing one is reported with the keys of the block
+        if not faults and ("duration_ratio" in block or any(key.required for key in own)):
             return None
+    elif own:
+        values["duration_ratio"] = shock["duration_ratio"]
+    else:
+        problem = f"must be left out, because profile {name!r} has its own (got {shock['duration_ratio']:g})"
+        faults.append(Fault("duration_ratio", problem))
+    refuse(faults)
+    make: Callable[..., Any] = cls
+    if name == RECORD and "file" in values:
+        make = partial(cls.from_file, _file(folder, values.pop("file")))
+    elif name == RECORD:
+        for key in values.keys() - {key.name for key in keys_of(cls)}:
+            problem = f"must be left out without file (got {text_of(values.pop(key))})"
+            faults.append(Fault(("parameters", key), problem, at_key=True))
+    built: list[Fault] = []
+    with collected(built), blame("profiles", cls):
+        profile = make(**values)
+    refuse([*faults, *map(_within_shock, built)])
+    return profile
 
-    def block(self, name: str, given: Any, cls: type) -> Any:
-        """Instance of ``cls`` from the ``name`` block, whose keys are its arguments; None if the block has errors."""
-        path = tuple(name.split("."))
-        if name == "predict" and isinstance(given, dict) and "rtol" in given:
-            problem = f"must be left out (got {text_of(given['rtol'])}; simulate.rtol is the tolerance of all forces)"
-            self.add((*path, "rtol"), problem, at_key=True)
-            given = {key: value for key, value in given.items() if key != "rtol"}
-        keys = BLOCKS[name] if name in ("predict", "simulate") else keys_of(cls)
-        values, valid = self.values(path, given, keys)
-        if not {key.name for key in keys if key.required} <= values.keys():
-            return None
-        # Errors that the constructor finds in the other values are reported as well.
-        made = self.build(cls, values, path)
-        return made if valid else None
 
-    def build(
-        self,
-        make: Callable[..., Any],
-        values: Mapping[str, Any],
-        path: Steps,
-        elsewhere: Mapping[str, Steps] | None = None,
-        owner: Any = Scenario,
-    ) -> Any:
-        """Return ``make(**values)``, or None if it raises an error, which is added to the faults.
+def _within_shock(fault: Fault) -> Fault:
+    """A fault of a profile with its path in the block of the shock."""
+    if fault.steps[:1] == ("duration_ratio",):
+        return fault
+    return fault.below("parameters", *(["file"] if fault.exit_code == FileAccessError.exit_code else []))
 
-        Faults are located below ``path``, except those of arguments with another place in ``elsewhere``, where an empty
-        name stands for all arguments. An unexpected exception counts as an error of the plugin that defines ``owner``.
-        """
-        elsewhere = elsewhere or {}
-        try:
-            with blame("profiles", owner):
-                return make(**values)
-        except PluginError as error:
-            self.add(elsewhere.get("", path), error)
-        except FileAccessError as error:
-            self.access = error
-            self.add((*path, "file"), error)
-        except InvalidValueError as error:
-            for fault in error.faults:
-                self._place(fault, path, elsewhere)
-        return None
 
-    def _place(self, fault: Fault, path: Steps, elsewhere: Mapping[str, Steps]) -> None:
-        """Add a fault that a constructor reports for a path such as ``times[3]``."""
-        if fault.location:  # in a record, a file of its own
-            self.faults.append(fault)
-            return
-        steps = steps_of(fault.path)
-        below = elsewhere.get(str(steps[0]), (*path, steps[0])) if steps else path
-        place = (*below, *steps[1:])
-        if place not in self.document.values and place[-1:] == ("radius",):
-            place = (*place[:-1], "diameter")
-        self.add(place, fault.problem, at_key=place not in self.document.values)
-
-    # ---------------------------------------------------------------- scene
-
-    def scenario(self, whole: Document, sweep: Sweep | None) -> Scenario:
-        """Scenario of one scene of ``sweep``; ``whole`` is the document with all of its blocks."""
-        data, _ = self.values((), self.document.data, SCENARIO, {"version": _version})
-        published, limit = data.get("published"), data.get("limit")
-        parts = {
-            "name": data.get("name") or (self.path.stem if self.path is not None else self.document.name),
-            "shock": self._shock(data["shock"]) if "shock" in data else None,
-            "impact": self._impact(data["impact"]) if "impact" in data else None,
-            "chain": self._chain(data["chain"]) if "chain" in data else None,
-            "predictor": self.block("predict", data.get("predict"), Predictor),
-            "simulate": self.block("simulate", data.get("simulate"), SimulateOptions),
-            "limit": None if limit is None else self.block("limit", limit, Limit),
-            "published": None if published is None else self.block("published", published, Published),
-            "uncertainty": self.read(("uncertainty",), read_spreads, whole.data.get("uncertainty"), self.document.data),
-        }
-        self._requires(data.get("requires"))
-        self._together(parts["chain"], parts["impact"], parts["simulate"])
-        self.finish()
-        return Scenario(path=self.path, sweep=sweep, document=self.document, **parts)
-
-    def _requires(self, given: Any) -> None:
-        if not given:
-            return
-        from importlib.metadata import PackageNotFoundError, version
-
-        for index, name in enumerate(given):
-            try:
-                version(name)
-            except (PackageNotFoundError, ValueError):
-                problem = f"must be an installed distribution (got {text_of(name)}; install it if you trust it)"
-                self.add(("requires", index), problem)
-
-    # ---------------------------------------------------------------- chain
-
-    def _chain(self, data: Any) -> Any:
-        parsers = None
-        if has_chain_blocks({"chain": data}):
-            from shockwave.scenario import chain_blocks  # not needed for equal granules
-
-            parsers = chain_blocks.PARSERS
-        values, valid = self.values(("chain",), data, CHAIN, parsers)
-        material = self._material(values["material"]) if "material" in values else None
-        if not valid or material is None:
-            return None
-        values["material"] = material
-        return self.build(Chain, values, ("chain",))
-
-    def _impact(self, data: Any) -> Any:
-        from shockwave.scenario.chain_blocks import impact  # not needed for a shock
-
-        return self.read(("impact",), impact, data)
-
-    def _together(self, chain: Any, impact: Any, simulate: Any) -> None:
-        """Add the faults of a chain under a shock or an impact, and of options that do not fit the chain."""
-        if not isinstance(chain, Chain):
-            return
-        options = simulate or SimulateOptions()
-        faults = faults_of(chain, impact)
-        known = not faults
-        if options.integrator is not None and known and (impact is not None or uniform_of(chain) is None):
-            reason = load("integrators", options.integrator).refusal(chain.is_damped)
-            faults = [Fault("simulate.integrator", reason)] if reason else []
-        if chain.count is not None and known:
-            last = chain.count + (impact is not None) + (chain.end is not None) - 2
-            for index, contact in enumerate(self.document.data["simulate"]["contacts"] if options.contacts else ()):
-                if to_si(contact, "") > last:  # it may be text
-                    problem = f"must be at most {last}, the last contact of this chain (got {contact})"
-                    faults.append(Fault(f"simulate.contacts[{index}]", problem))
-        elif known and "forces" in options.record and not options.contacts:
-            faults.append(Fault("simulate.contacts", "must be given if record includes forces (got none)"))
-        for fault in faults:
-            self._place(fault, (), {})
-
-    def _material(self, data: Any) -> Any:
-        if isinstance(data, str):
-            return self._loaded("materials", data, ("chain", "material"))
-        return self.block("chain.material", data, Material)
-
-    def _loaded(self, kind: str, name: Any, path: Steps) -> Any:
-        with suppress(LookupError):  # an unknown name is reported with the keys of its block
-            return self.build(load, {"kind": kind, "name": name}, path) if isinstance(name, str) else None
-        return None
-
-    # ---------------------------------------------------------------- shock
-
-    def _shock(self, data: Any) -> Any:
-        given = data if isinstance(data, dict) else {}
-        cls = self._loaded("profiles", given.get("profile"), ("shock", "profile"))
-        values, valid = self.values(("shock",), data, shock_keys(cls))
-        if cls is None:
-            return None
-        valid = self._two_times(cls, values) and valid
-        # The profile is built even if another key has an error, so that errors of its constructor are reported too.
-        profile = self._profile(cls, given, values)
-        if profile is None or not valid:
-            return None
-        sizes: dict[str, Any] = {key: values[key] for key in _SIZES if key in values}
-        make = Shock.of_duration if "duration" in sizes else Shock
-        return self.build(make, {"profile": profile, **sizes}, ("shock",), {"": ("shock", "profile")}, cls)
-
-    def _two_times(self, cls: Any, values: dict[str, Any]) -> bool:
-        """Replace a duration beside a rise time by their ratio; false, with a fault, if the profile refuses it."""
-        if not {"rise_time", "duration"} <= values.keys() or "duration_ratio" in values:
-            return True
-        own = [key.spec for key in keys_of(cls) if key.name == "duration_ratio"]
-        ratio = values.pop("duration") / values["rise_time"]
-        problem: str | None = "must be left out if rise_time is given, because the profile has its own duration ratio"
-        if own:
-            problem = own[0].problem(ratio) if own[0] is not None else None
-        if problem:
-            self.add(("shock", "duration"), f"over rise_time {problem}" if own else problem)
-        elif own:
-            values["duration_ratio"] = ratio
-        return not problem
-
-    def _profile(self, cls: Any, given: Mapping[str, Any], shock: Mapping[str, Any]) -> Any:
-        """Profile of the ``given`` block with the valid values ``shock``; None if the profile has errors."""
-        name = find("profiles", given["profile"]).name
-        values, valid = self.values(_PARAMETERS, given.get("parameters"), parameters_of(name, cls))
-        own = [key for key in keys_of(cls) if key.name == "duration_ratio"]
-        if "duration_ratio" not in shock:
-            # a wrong or missing one is reported with the keys of the block
-            valid = valid and "duration_ratio" not in given and not any(key.required for key in own)
-        elif own:
-            values["duration_ratio"] = shock["duration_ratio"]
-        else:
-            problem = f"must be left out, because profile {name!r} has its own (got {shock['duration_ratio']:g})"
-            self.add(("shock", "duration_ratio"), problem)
-            valid = False
-        if not valid:
-            return None
-        make: Callable[..., Any] = cls
-        if name == RECORD and "file" in values:
-            values["path"] = self._file(values.pop("file"))
-            if values["path"] is None:
-                return None
-            make = cls.from_file
-        elif name == RECORD:
-            for key in values.keys() - {key.name for key in keys_of(cls)}:
-                self.add((*_PARAMETERS, key), f"must be left out without file (got {text_of(values.pop(key))})", True)
-        return self.build(make, values, _PARAMETERS, {"duration_ratio": ("shock", "duration_ratio")}, cls)
-
-    def _file(self, name: str) -> Path | None:
-        """File ``name`` in the scenario's folder or below it; None, with a fault, if it is elsewhere."""
-        folder = self.path.parent if self.path is not None else Path()
-        file = folder / name
-        # an absolute name may lead elsewhere, too; Path.resolve raises an error for a link to itself
-        if name.strip() and Path(os.path.realpath(file)).is_relative_to(os.path.realpath(folder)):
-            return file
-        problem = f"must be a file in the scenario's folder or below it (got {text_of(name)}; copy it there)"
-        self.add((*_PARAMETERS, "file"), problem)
-        return None
+def _file(folder: Path, name: str) -> Path:
+    """File ``name`` in the scenario's folder or below it."""
+    file = folder / name
+    # an absolute name may lead elsewhere, too; Path.resolve raises an error for a link to itself
+    if name.strip() and Path(os.path.realpath(file)).is_relative_to(os.path.realpath(folder)):
+        return file
+    problem = f"must be a file in the scenario's folder or below it (got {text_of(name)}; copy it there)"
+    raise InvalidValueError.of("parameters.file", problem)

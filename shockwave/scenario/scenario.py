@@ -6,7 +6,7 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from attrs import field, frozen
+from attrs import evolve, field, frozen
 
 from shockwave.base.errors import Fault
 from shockwave.base.quantity_fields import plain_text, quantity
@@ -14,7 +14,7 @@ from shockwave.prediction.predictor import Predictor
 from shockwave.scenario.block_keys import RECORD
 from shockwave.scenario.sweep_block import Sweep
 from shockwave.scenario.uncertainty_block import Spread
-from shockwave.scenario.yaml_document import Document, steps_of
+from shockwave.scenario.yaml_document import Document
 from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import Limit
 from shockwave.scene.scene import Scene
@@ -116,11 +116,7 @@ class Scenario:
 
 def _placed(document: Document, fault: Fault) -> Fault:
     """``fault`` with its place in the document, if its path, alone or below ``shock``, begins with a key there."""
-    own = steps_of(fault.path)
-    block, _, name = fault.path.partition(".")
-    if block == "uncertainty" and name:  # the keys of this block contain dots
-        own = (block, name.strip("'"))
-    for steps in (own, ("shock", *own)):
-        if steps[:2] in document.keys:
-            return document.fault(steps, fault.problem, at_key=True)
+    for each in (fault, fault.below("shock")):
+        if each.steps[:2] in document.keys:
+            return document.place(evolve(each, at_key=True))
     return fault

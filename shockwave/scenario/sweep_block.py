@@ -12,13 +12,13 @@ from typing import Any, Literal
 import numpy as np
 from attrs import evolve, field, frozen
 
-from shockwave.base.errors import PluginError, UnknownNameError
+from shockwave.base.errors import Fault, InvalidValueError, PluginError, Steps, UnknownNameError, steps_of
 from shockwave.base.quantity_fields import Quantity, text_of, tuple_repr
 from shockwave.registry.registry import load
 from shockwave.scenario.block_keys import BLOCKS, MATERIALS, Key, keys_of
 from shockwave.scenario.dotted_names import Variable, variables
-from shockwave.scenario.value_conversion import Wrong, WrongsError, converted, gathered, items, structure
-from shockwave.scenario.yaml_document import Document, Steps, steps_of
+from shockwave.scenario.value_conversion import converted, gathered, items, structure
+from shockwave.scenario.yaml_document import Document
 from shockwave.scene.material import Material
 
 Run = Literal["predict", "simulate", "compare"]
@@ -62,7 +62,7 @@ class SweepAxis:
         for position in self.values:
             for value, _, unit in zip(position, self.names, self.units, strict=True):
                 if unit is not None and not isinstance(value, int | float | None):
-                    raise ValueError(f"a value with a unit must be a number (got {text_of(value)})")
+                    raise InvalidValueError(f"a value with a unit must be a number (got {text_of(value)})")
 
     @classmethod
     def of(cls, variables: Iterable[Variable], values: Iterable[tuple[Any, ...]]) -> SweepAxis:
@@ -97,7 +97,8 @@ class Sweep:
     def __attrs_post_init__(self) -> None:
         if not self.axes or not 0 < self.points <= _MOST_POINTS:
             got = "nothing" if not self.axes else self.points if self.points < 10**15 else "more than 1e15"
-            raise ValueError(f"must have a grid, a zip or points with 1 to {_MOST_POINTS:g} cases in all (got {got})")
+            problem = f"must have a grid, a zip or points with 1 to {_MOST_POINTS:g} cases in all (got {got})"
+            raise InvalidValueError(problem)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -132,7 +133,7 @@ def read(data: Mapping[str, Any]) -> Sweep:
 
     Raises
     ------
-    WrongsError
+    InvalidValueError
         When the block is not valid; it contains all errors.
     """
     given = data["sweep"]
@@ -141,7 +142,7 @@ def read(data: Mapping[str, Any]) -> Sweep:
     varied = list(_varied(given))
     count = sum(_count(values) for _, _, values in varied)
     if count > _MOST_VALUES:  # before they are made
-        raise WrongsError([Wrong((), f"must have at most {_MOST_VALUES} values in all (got {count})")])
+        raise InvalidValueError(f"must have at most {_MOST_VALUES} values in all (got {count})")
     known = variables(data, [value for _, name, values in varied if name == "shock.profile" for value in values])
     converters = {
         "run": partial(converted, SWEEP[0]),
@@ -151,10 +152,7 @@ def read(data: Mapping[str, Any]) -> Sweep:
     }
     found = gathered(given.items(), converters, _repeated(varied))
     run = found.pop("run", None) or _run(data)
-    try:
-        return Sweep(run, tuple(axis for axes in found.values() for axis in axes))
-    except ValueError as error:
-        raise WrongsError([Wrong((), error)]) from None
+    return Sweep(run, tuple(axis for axes in found.values() for axis in axes))
 
 
 def _run(data: Mapping[str, Any]) -> Run:
@@ -180,13 +178,13 @@ def _count(values: list[Any]) -> int:
     return number if type(number) is int and 0 < number <= _MOST_VALUES else len(values)
 
 
-def _repeated(varied: list[tuple[str, str, list[Any]]]) -> Iterator[Wrong]:
+def _repeated(varied: list[tuple[str, str, list[Any]]]) -> Iterator[Fault]:
     """Errors of names that occur in several parts of the block."""
     parts: dict[str, str] = {}
     for part, name, _ in varied:
         first = parts.setdefault(name, part)
         if first != part:
-            yield Wrong((part, name), f"must be varied once (got it in {first} and {part}; delete one)", at_key=True)
+            yield Fault((part, name), f"must be varied once (got it in {first} and {part}; delete one)", at_key=True)
 
 
 def names(block: Any) -> set[Steps]:
@@ -197,7 +195,7 @@ def names(block: Any) -> set[Steps]:
 def _columns(known: Mapping[str, Variable], given: Any) -> list[tuple[Variable, list[Any]]]:
     """Variables and their values."""
     if not isinstance(given, dict) or not given:
-        raise ValueError(f"must be a mapping of dotted names to values (got {text_of(given)})")
+        raise InvalidValueError(f"must be a mapping of dotted names to values (got {text_of(given)})")
     found = gathered(given.items(), {name: partial(_values, of) for name, of in known.items()})
     return [(known[name], values) for name, values in found.items()]
 
@@ -212,20 +210,20 @@ def _zip(known: Mapping[str, Variable], given: Any) -> list[SweepAxis]:
     variables, columns = zip(*_columns(known, given), strict=True)
     if len({len(values) for values in columns}) > 1:
         counts = ", ".join(f"{len(values)} of {of.name}" for of, values in zip(variables, columns, strict=True))
-        raise ValueError(f"must have the same number of values for each name (got {counts})")
+        raise InvalidValueError(f"must have the same number of values for each name (got {counts})")
     return [SweepAxis.of(variables, zip(*columns, strict=True))]
 
 
 def _points(known: Mapping[str, Variable], given: Any) -> list[SweepAxis]:
     """One axis, on which each point gives a value of every name."""
     if not isinstance(given, list) or not given or not all(isinstance(point, dict) and point for point in given):
-        raise ValueError(f"must be a list of mappings of dotted names to values (got {text_of(given)})")
+        raise InvalidValueError(f"must be a list of mappings of dotted names to values (got {text_of(given)})")
     names = list(given[0])
     converters = {name: partial(_value, of) for name, of in known.items()}
 
     def point(one: dict[str, Any]) -> tuple[Any, ...]:
         if one.keys() != given[0].keys():
-            raise ValueError(f"must give {', '.join(names)}, as the first point does (got {', '.join(one)})")
+            raise InvalidValueError(f"must give {', '.join(names)}, as the first point does (got {', '.join(one)})")
         found = gathered(one.items(), converters)
         return tuple(found[name] for name in names)
 
@@ -237,12 +235,12 @@ def _values(of: Variable, given: Any) -> list[Any]:
     """Values that the list or the spacing ``given`` describes."""
     if isinstance(given, list):
         if not given or len(given) > _MOST_VALUES:
-            raise ValueError(f"must be a list of 1 to {_MOST_VALUES} values (got {len(given)})")
+            raise InvalidValueError(f"must be a list of 1 to {_MOST_VALUES} values (got {len(given)})")
         return items(given, partial(_value, of))
     kind, parts = next(iter(given.items())) if isinstance(given, dict) and len(given) == 1 else (None, None)
     listed = isinstance(parts, list) and len(parts) == 3 and None not in parts
     if kind not in _SPACINGS or not listed or of.unit is None:
-        raise ValueError(f"{_VALUES} (got {text_of(given)})")
+        raise InvalidValueError(f"{_VALUES} (got {text_of(given)})")
     return list(gathered(given.items(), {kind: partial(_spaced, of, kind)})[kind])
 
 
@@ -257,13 +255,13 @@ def _spaced(of: Variable, kind: str, parts: list[Any]) -> list[Any]:
     converters = (of.converted, of.converted, partial(converted, _LENGTH))
     first, last, number = gathered(enumerate(parts), dict(enumerate(converters))).values()
     if kind == "logspace" and not first * last > 0:
-        raise ValueError(f"must have ends of the same sign, other than 0 (got {text_of(parts)}; use linspace)")
+        raise InvalidValueError(f"must have ends of the same sign, other than 0 (got {text_of(parts)}; use linspace)")
     # values between two valid ends are valid, too
     found: list[Any] = _SPACINGS[kind](first, last, number).tolist()
     if not of.whole:
         return found
     if any(value != int(value) for value in found):
-        raise ValueError(f"must give whole numbers (got {text_of(parts)}; list the values)")
+        raise InvalidValueError(f"must give whole numbers (got {text_of(parts)}; list the values)")
     return [int(value) for value in found]
 
 

@@ -8,11 +8,12 @@ from typing import Any, Final, Literal
 
 from attrs import frozen
 
+from shockwave.base.errors import Fault, InvalidValueError
 from shockwave.base.quantity_fields import Quantity, text_of
 from shockwave.base.text import si
 from shockwave.scenario.block_keys import Key
 from shockwave.scenario.dotted_names import Variable, variables
-from shockwave.scenario.value_conversion import Wrong, WrongsError, converted, gathered, items
+from shockwave.scenario.value_conversion import converted, gathered, items
 
 Kind = Literal["relative", "sd", "factor", "between"]
 
@@ -69,16 +70,15 @@ def read(given: Any, data: Mapping[str, Any]) -> tuple[Spread, ...]:
 
     Raises
     ------
-    WrongsError
+    InvalidValueError
         When the block is not valid; it contains all errors.
     """
     if given is None:
         return ()
     if not isinstance(given, Mapping) or not given:
-        problem = f"must be a mapping of dotted names to distributions (got {text_of(given)})"
-        raise WrongsError([Wrong((), problem)])
+        raise InvalidValueError(f"must be a mapping of dotted names to distributions (got {text_of(given)})")
     twins = [
-        Wrong((one,), f"must be left out if {other} is given (got both; delete one)", at_key=True)
+        Fault((one,), f"must be left out if {other} is given (got both; delete one)", at_key=True)
         for one, other in dict.fromkeys((*TWINS, *((name, name.replace("diameter", "radius")) for name in given)))
         if one != other and one in given and other in given
     ]
@@ -89,7 +89,7 @@ def read(given: Any, data: Mapping[str, Any]) -> tuple[Spread, ...]:
 def _spread(of: Variable, given: Any) -> Spread:
     if of.unit is None or of.whole or not of.name.startswith(("chain.", "shock.", "impact.")):
         problem = f"must be a continuous value of the chain or the shock (got {of.name})"
-        raise WrongsError([Wrong((), problem, at_key=True)])
+        raise InvalidValueError(Fault((), problem, at_key=True))
     if isinstance(given, str) and given.strip().endswith("%"):
         return Spread(of, "relative", (converted(_RELATIVE, given),))
     forms: dict[str, Callable[[Any], Any]] = {
@@ -98,7 +98,7 @@ def _spread(of: Variable, given: Any) -> Spread:
         "between": partial(ends_of, of),
     }
     if not isinstance(given, Mapping) or len(given) != 1:
-        raise ValueError(f"{_RULE} (got {text_of(given)})")
+        raise InvalidValueError(f"{_RULE} (got {text_of(given)})")
     ((kind, numbers),) = gathered(given.items(), forms).items()
     return Spread(of, kind, numbers if kind == "between" else (numbers,))
 
@@ -108,13 +108,13 @@ def ends_of(of: Variable, given: Any) -> tuple[float, ...]:
 
     Raises
     ------
-    ValueError, WrongsError
+    InvalidValueError
         When it is not a pair of values in ascending order.
     """
     given = given.tolist() if hasattr(given, "tolist") else given  # an array
     if not isinstance(given, list | tuple) or len(given) != 2:
-        raise ValueError(f"must be a list of two values, the lower and the upper limit (got {text_of(given)})")
+        raise InvalidValueError(f"must be a list of two values, the lower and the upper limit (got {text_of(given)})")
     ends = items(given, of.converted)
     if not ends[0] < ends[1]:
-        raise ValueError(f"must ascend (got {text_of(given)})")
+        raise InvalidValueError(f"must ascend (got {text_of(given)})")
     return tuple(ends)

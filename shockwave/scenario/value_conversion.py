@@ -9,15 +9,17 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from contextvars import ContextVar
 from functools import partial
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
-from shockwave.base.errors import PluginError, UnknownNameError, hint_of
+from shockwave.base.errors import Fault, InvalidValueError, ShockwaveError, hint_of, refuse
 from shockwave.base.quantity_fields import Quantity, listed, text_of
 from shockwave.base.units import COMMA, to_si
-from shockwave.registry.registry import find
-from shockwave.scenario.block_keys import Key
-from shockwave.scenario.yaml_document import Steps
+from shockwave.registry.registry import find, load
+from shockwave.scenario.block_keys import Key, keys_of
+from shockwave.scene.material import Material
 
+#: Conversion of a value of a document.
+Parser = Callable[[Any], Any]
 #: Whether text that is converted may name a file, as in a scenario of the user's own, but not in one from a network.
 names_files: ContextVar[bool] = ContextVar("names_files", default=True)
 # Unknown keys of a block for which similar keys are sought, which takes a millisecond each.
@@ -25,27 +27,10 @@ _MOST_HINTS = 100
 _NUMBERS = {int: Quantity("", "", whole=True), float: Quantity("", "")}
 
 
-class Wrong(NamedTuple):
-    """Error in a block: ``problem``, a text or an exception, of the value at ``path`` below it, or of its key."""
-
-    path: Steps
-    problem: object
-    at_key: bool = False
-
-
-class WrongsError(ValueError):
-    """All errors of a block; ``valid`` are its valid values."""
-
-    def __init__(self, wrongs: Sequence[Wrong], valid: Mapping[Any, Any] | None = None) -> None:
-        super().__init__("; ".join(str(wrong.problem) for wrong in wrongs))
-        self.wrongs = wrongs
-        self.valid = dict(valid or {})
-
-
-def structure(
-    data: Any, keys: Sequence[Key], parsers: Mapping[str, Callable[[Any], Any]] | None = None
-) -> dict[str, Any]:
-    """Values of a block, converted to arguments of constructors.
+def values_of(
+    data: Any, keys: Sequence[Key], parsers: Mapping[str, Parser] | None = None
+) -> tuple[dict[str, Any], list[Fault]]:
+    """Valid values of a block, converted to arguments of constructors, and all of its errors.
 
     Parameters
     ----------
@@ -55,86 +40,96 @@ def structure(
         Its keys.
     parsers : mapping, optional
         Conversions of keys whose values are blocks themselves.
-
-    Raises
-    ------
-    WrongsError
-        When the block is not valid; it contains all errors.
     """
     given = {} if data is None else data
     if not isinstance(given, dict):
         names = ", ".join(key.name for key in keys) or "nothing"
-        raise WrongsError([Wrong((), f"must be a mapping of {names} (got {text_of(given)})")])
+        return {}, [Fault((), f"must be a mapping of {names} (got {text_of(given)})")]
     converters = {key.name: partial(converted, key) for key in keys} | dict(parsers or {})
-    return gathered(given.items(), converters, _of_keys(given, keys))
+    values, faults = _each(given.items(), converters)
+    return values, [*faults, *_of_keys(given, keys)]
 
 
-def _of_keys(given: Mapping[str, Any], keys: Sequence[Key]) -> Iterator[Wrong]:
+def material(given: Any) -> Material:
+    """Material of the library, or that of a mapping."""
+    return load("materials", given) if isinstance(given, str) else Material(**structure(given, keys_of(Material)))
+
+
+def structure(data: Any, keys: Sequence[Key], parsers: Mapping[str, Parser] | None = None) -> dict[str, Any]:
+    """Values of a block as `values_of`, if all are valid; raises an `InvalidValueError` with all errors."""
+    values, faults = values_of(data, keys, parsers)
+    refuse(faults)
+    return values
+
+
+def _of_keys(given: Mapping[str, Any], keys: Sequence[Key]) -> Iterator[Fault]:
     """Errors of missing keys, and of values given twice under different keys."""
     substitutes = [(name, key.name) for key in keys for name in key.instead_of]
     for name, other in substitutes:
         if name in given and other in given:
-            yield Wrong((other,), f"must be left out if {name} is given (got both; delete one)", at_key=True)
+            yield Fault((other,), f"must be left out if {name} is given (got both; delete one)", at_key=True)
     for key in keys:
         if not key.one_of:
             continue
         if given.keys() >= {key.name, *key.one_of}:
             problem = f"must be left out if {listed(key.one_of, 'and')} are given (got all; delete one)"
-            yield Wrong((key.name,), problem, at_key=True)
+            yield Fault((key.name,), problem, at_key=True)
         missing = [other.name for other in keys if other.required and other.name in {*key.one_of}.difference(given)]
         substitutes += [(name, key.name) for name in missing if key.name not in given or len(missing) == 1]
     for key in keys:
         other = dict(substitutes).get(key.name, "")
         if key.required and key.name not in given and other not in given:
             words = filter(None, ("got nothing", key.purpose, other and f"or give {other}"))
-            yield Wrong((key.name,), f"must be given ({'; '.join(words)})", at_key=True)
+            yield Fault((key.name,), f"must be given ({'; '.join(words)})")
+
+
+def _each(pairs: Iterable[tuple[Any, Any]], converters: Mapping[Any, Parser]) -> tuple[dict[Any, Any], list[Fault]]:
+    """Values, each converted by the function of its key or index, and the errors of the others."""
+    values: dict[Any, Any] = {}
+    faults: list[Fault] = []
+    for step, value in pairs:
+        if step not in converters:
+            faults.append(_unknown(step, list(converters), len(faults) < _MOST_HINTS))
+            continue
+        try:
+            values[step] = converters[step](value)
+        except ShockwaveError as error:
+            faults += (fault.below(step) for fault in error.faults)
+    return values, faults
 
 
 def gathered(
-    pairs: Iterable[tuple[Any, Any]], converters: Mapping[Any, Callable[[Any], Any]], found: Iterable[Wrong] = ()
+    pairs: Iterable[tuple[Any, Any]], converters: Mapping[Any, Parser], others: Iterable[Fault] = ()
 ) -> dict[Any, Any]:
     """Values, each converted by the function of its key or index.
 
     Raises
     ------
-    WrongsError
-        When a conversion fails, or when errors were ``found`` before.
+    InvalidValueError
+        When conversions fail or there are ``others``; it contains all errors.
     """
-    values: dict[Any, Any] = {}
-    wrongs: list[Wrong] = []
-    for step, value in pairs:
-        if step not in converters:
-            wrongs.append(_unknown(step, list(converters), len(wrongs) < _MOST_HINTS))
-            continue
-        try:
-            values[step] = converters[step](value)
-        except WrongsError as error:
-            wrongs += [wrong._replace(path=(step, *wrong.path)) for wrong in error.wrongs]
-        except (ValueError, UnknownNameError, PluginError) as error:
-            wrongs.append(Wrong((step,), error))
-    wrongs += found
-    if wrongs:
-        raise WrongsError(wrongs, values)
+    values, faults = _each(pairs, converters)
+    refuse([*faults, *others])
     return values
 
 
-def items(values: Sequence[Any], convert: Callable[[Any], Any]) -> list[Any]:
-    """All values, converted; raises `WrongsError` with all errors."""
+def items(values: Sequence[Any], convert: Parser) -> list[Any]:
+    """All values, converted; raises an `InvalidValueError` with all errors."""
     found = gathered(enumerate(values), dict.fromkeys(range(len(values)), convert))
     return list(found.values())
 
 
-def _unknown(name: str, known: Sequence[str], helpful: bool) -> Wrong:
+def _unknown(name: str, known: Sequence[str], helpful: bool) -> Fault:
     hint = "no keys are allowed here" if not known else hint_of(name, known) if helpful else "see the first errors"
     comma = COMMA if name[:1].isdigit() else ""  # {diameter: 9,5 mm} in YAML
-    return Wrong((name,), f"unknown key (got {text_of(name)}{comma}; {hint})", at_key=True)
+    return Fault((name,), f"unknown key (got {text_of(name)}{comma}; {hint})", at_key=True)
 
 
 # ---------------------------------------------------------------- one value
 
 
 def converted(key: Key, value: Any) -> Any:
-    """Value of ``key`` as an argument of the constructor; raises ValueError or UnknownNameError if it is wrong."""
+    """Value of ``key`` as an argument of the constructor, if it is valid."""
     spec = key.spec
     if value is None and key.may_be_none:
         return None
@@ -151,12 +146,12 @@ def _quantity(value: Any, spec: Quantity) -> int | float:
     try:
         # a float would round a large whole number
         si = value if spec.whole and type(value) is int else to_si(value, spec.unit)
-    except ValueError:
+    except InvalidValueError:
         if not spec.whole:
             raise
         si = math.nan
     if spec.problem(si) is not None:
-        raise ValueError(f"must be {spec.rule} (got {_shown(value)})")
+        raise InvalidValueError(f"must be {spec.rule} (got {_shown(value)})")
     return int(si) if spec.whole else si
 
 
@@ -177,24 +172,24 @@ def _of_kind(value: Any, annotation: Any, text: bool) -> Any:
     if origin is Literal:
         same = [one for one in members if one == value or str(one).lower() == str(value).lower()]
         if not same:
-            raise ValueError(f"must be {listed(map(repr, members))} (got {_shown(value)})")
+            raise InvalidValueError(f"must be {listed(map(repr, members))} (got {_shown(value)})")
         return same[0]
     if origin is bool and not isinstance(value, bool):
-        raise ValueError(f"must be true or false (got {_shown(value)})")
+        raise InvalidValueError(f"must be true or false (got {_shown(value)})")
     if origin is str and not isinstance(value, str):
         hint = "" if value is None or isinstance(value, list | dict) else "; put it in quotes if it is text"
-        raise ValueError(f"must be text (got {_shown(value)}{hint})")
+        raise InvalidValueError(f"must be text (got {_shown(value)}{hint})")
     if text:
         return value
     if isinstance(value, str | dict):
         hint = "load the scenario from a file of your own"
-        raise ValueError(f"must not be text here, because it could name a file (got {text_of(value)}; {hint})")
+        raise InvalidValueError(f"must not be text here, because it could name a file (got {text_of(value)}; {hint})")
     return _list(value, lambda item: _of_kind(item, Any, text)) if isinstance(value, list) else value
 
 
-def _list(value: Any, convert: Callable[[Any], Any]) -> list[Any]:
+def _list(value: Any, convert: Parser) -> list[Any]:
     if not isinstance(value, list | tuple):  # a tuple was converted before
-        raise ValueError(f"must be a list (got {_shown(value)})")
+        raise InvalidValueError(f"must be a list (got {_shown(value)})")
     return items(value, convert)
 
 
@@ -205,7 +200,7 @@ def _any_of(value: Any, members: Sequence[Any], text: bool) -> Any:
     rest = [member for member in members if member is not type(None)]
     *first, last = sorted(rest, key=lambda member: member is str)
     for member in first:
-        with suppress(ValueError):
+        with suppress(InvalidValueError):
             return _of_kind(value, member, text)
     return _of_kind(value, last, text)
 

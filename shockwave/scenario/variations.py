@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 from attrs import define, evolve, field
 
-from shockwave.base.errors import Fault, InvalidValueError
+from shockwave.base.errors import Fault, InvalidValueError, below, steps_of
 from shockwave.registry.registry import load
 from shockwave.scenario.block_keys import BLOCKS
 from shockwave.scenario.loader import scenario_of
@@ -78,8 +78,8 @@ class Family:
             shock=_shock(shock, parts["shock"]),
             impact=_impact(self.base.impact, parts[_IMPACT]),
             chain=_chain(self.base.chain, chain, constants) if chain or constants else self.base.chain,
-            predictor=_located("predict.", self.base.predictor, parts["predict"]),
-            simulate=_located("simulate.", self.base.simulate, parts["simulate"]),
+            predictor=_changed(self.base.predictor, parts["predict"], "predict"),
+            simulate=_changed(self.base.simulate, parts["simulate"], "simulate"),
         )
 
     def _place(self, name: str) -> tuple[str, str]:
@@ -111,7 +111,7 @@ class Family:
             if document is None:
                 self._known[key] = _of_profile(self.base.shock, values)
             else:
-                changed = document.having({tuple(name.split(".")): value for name, value in values.items()})
+                changed = document.having({steps_of(name): value for name, value in values.items()})
                 self._known[key] = scenario_of(changed, self.base.path).shock
         return self._known[key]
 
@@ -119,14 +119,14 @@ class Family:
 def _shock(shock: Shock, values: dict[str, Any]) -> Shock:
     if "duration" in values:
         values["rise_time"] = values.pop("duration") / float(shock.profile.duration_ratio)
-    made: Shock = _located("shock.", shock, values)
+    made: Shock = _changed(shock, values, "shock")
     return made
 
 
 def _impact(impact: Impact | None, values: dict[str, Any]) -> Impact | None:
     if "diameter" in values:
         values["radius"] = values.pop("diameter") / 2
-    made: Impact | None = _located("impact.", impact, values)
+    made: Impact | None = _changed(impact, values, "impact")
     return made
 
 
@@ -139,22 +139,20 @@ def _chain(chain: Chain, sizes: tuple[tuple[str, Any], ...], constants: tuple[tu
         values["radius"] = values.pop("diameter") / 2
     if constants:
         own = {"name": "", "source": "", **dict(constants)}
-        values["material"] = _located("chain.material.", values.get("material", chain.material), own)
-    made: Chain = _located("chain.", chain, values)
+        values["material"] = _changed(values.get("material", chain.material), own, "chain", "material")
+    made: Chain = _changed(chain, values, "chain")
     return made
 
 
-def _located(block: str, part: Any, values: Mapping[str, Any]) -> Any:
-    """``part`` with ``values``; the paths of faults begin with ``block``."""
-    try:
+def _changed(part: Any, values: Mapping[str, Any], *block: str) -> Any:
+    """``part``, which ``block`` describes, with other ``values``."""
+    with below(*block):
         return evolve(part, **values) if values else part
-    except InvalidValueError as error:
-        raise InvalidValueError(Fault(f"{block}{fault.path}", fault.problem) for fault in error.faults) from None
 
 
 def _of_file(names: Iterable[str]) -> InvalidValueError:
     got = "got a shock and a chain made in Python; load a scenario from a file"
-    return InvalidValueError.of(", ".join(names), f"must be values of a scenario file ({got})")
+    return InvalidValueError(*(Fault(name, f"must be values of a scenario file ({got})") for name in names))
 
 
 def _of_profile(shock: Shock, values: Mapping[str, Any]) -> Shock:
@@ -162,4 +160,4 @@ def _of_profile(shock: Shock, values: Mapping[str, Any]) -> Shock:
     if "shock.profile" in values or not attrs.has(type(shock.profile)):
         raise _of_file(values)
     own = {name.rpartition(".")[2]: value for name, value in values.items()}
-    return evolve(shock, profile=_located("shock.parameters.", shock.profile, own))
+    return evolve(shock, profile=_changed(shock.profile, own, "shock", "parameters"))

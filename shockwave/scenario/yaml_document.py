@@ -8,19 +8,17 @@ from __future__ import annotations
 
 import os
 import re
+from collections import ChainMap
 from collections.abc import Mapping
-from typing import Any, ClassVar, TypeAlias
+from typing import Any, ClassVar
 
 import yaml
 from attrs import Factory, define, evolve
 
-from shockwave.base.errors import Fault, ScenarioError
+from shockwave.base.errors import Fault, ScenarioError, Steps
 from shockwave.base.files import open_regular
 from shockwave.base.quantity_fields import text_of
 from shockwave.base.units import COMMA
-
-#: Path from the top of a document to a value: keys of mappings and indices of lists.
-Steps: TypeAlias = tuple[str | int, ...]
 
 # Size of a file [bytes]; longer records belong in a CSV file.
 _MOST_BYTES = 2**20
@@ -41,24 +39,6 @@ _BREAK = re.compile(r"\r\n|\r|\n")
 # Characters that only some programs treat as line breaks count as unprintable: line numbers are then unambiguous.
 _UNPRINTABLE = "[^\t\n\r\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"
 _ASCII_UNPRINTABLE = re.compile("[^\t\n\r\x20-\x7e]")
-_STEP = re.compile(r"([^.\[\]]+)|\[([0-9]{1,9})\]")
-_PLAIN_KEY = re.compile(r"[\w-]{1,60}")
-
-
-def dotted(path: Steps) -> str:
-    """``path`` as messages write it, such as ``shock.parameters.times[3]``."""
-    text = ""
-    for step in path:
-        if isinstance(step, int):
-            text += f"[{step}]"
-        else:
-            text += ("." if text else "") + (step if _PLAIN_KEY.fullmatch(step) else text_of(step))
-    return text
-
-
-def steps_of(name: str) -> Steps:
-    """Path that ``name`` writes, such as ``chain.granules[1].diameter``; the inverse of `dotted` for plain keys."""
-    return tuple(int(index) if index else step for step, index in _STEP.findall(name))
 
 
 @define(eq=False)
@@ -86,13 +66,15 @@ class Document:
     keys: dict[Steps, yaml.Mark] = Factory(dict)
     names_files: bool = True
 
-    def fault(self, path: Steps, problem: str, at_key: bool = False) -> Fault:
-        """Fault of the value at ``path``, or of its key; located there, or at the nearest block above it."""
-        for end in range(len(path), -1, -1):
-            mark = (self.keys.get(path[:end]) if at_key else None) or self.values.get(path[:end])
-            if mark is not None:
-                return Fault(dotted(path), problem, _location(self.name, mark))
-        return Fault(dotted(path), problem, f"{self.name}:1:1")
+    def place(self, fault: Fault) -> Fault:
+        """``fault`` with the place of its value or key, or of the nearest key above, unless it has a place."""
+        if fault.location:  # in a record, a file of its own
+            return fault
+        at_key = fault.at_key or fault.steps not in self.values
+        marks = ChainMap(self.keys, self.values) if at_key else self.values
+        blocks = (fault.steps[:end] for end in range(len(fault.steps), -1, -1))
+        location = next((_location(self.name, marks[block]) for block in blocks if block in marks), f"{self.name}:1:1")
+        return evolve(fault, location=location)
 
     def having(self, values: Mapping[Steps, Any], place: yaml.Mark | None = None) -> Document:
         """The document with other ``values`` at their paths; missing mappings on the way are created.
@@ -171,7 +153,7 @@ def parse_document(text: str, name: str, names_files: bool = True) -> Document:
     if not isinstance(data, dict):
         got = "nothing" if data is None else text_of(data)
         problem = f"must be a mapping, 'key: value' on each line (got {got})"
-        raise ScenarioError([*document.faults, document.fault((), problem)])
+        raise ScenarioError(*document.faults, document.place(Fault((), problem)))
     document.data = data
     return document
 
@@ -188,7 +170,7 @@ def _location(name: str, mark: yaml.Mark) -> str:
 def _error(name: str, before: str, problem: str) -> ScenarioError:
     """Error with one fault, which follows the text ``before``."""
     *lines, last = _BREAK.split(before)
-    return ScenarioError([Fault("", problem, f"{name}:{len(lines) + 1}:{len(last) + 1}")])
+    return ScenarioError(Fault((), problem, f"{name}:{len(lines) + 1}:{len(last) + 1}"))
 
 
 # ---------------------------------------------------------------- text to nodes
@@ -228,7 +210,7 @@ def _composed(text: str, name: str) -> yaml.Node | None:
         got = str(getattr(error, "problem", None) or error).removeprefix("but ")
         hint = next((f"; {hint}" for part, hint in _HINTS.items() if part in got), "")
         mark = getattr(error, "problem_mark", None) or loader.get_mark()
-        raise ScenarioError([Fault("", f"must be YAML (got: {got}{hint})", _location(name, mark))]) from None
+        raise ScenarioError(Fault((), f"must be YAML (got: {got}{hint})", _location(name, mark))) from None
 
 
 # ---------------------------------------------------------------- nodes to data
@@ -238,17 +220,15 @@ def _value(document: Document, node: yaml.Node, path: Steps) -> Any:
     """Data of a node; its places are added to ``document``."""
     document.values[path] = node.start_mark
     if len(path) > _MOST_LEVELS:
-        fault = Fault(
-            "", f"must have at most {_MOST_LEVELS} nested levels (got more)", _location(document.name, node.start_mark)
-        )
-        raise ScenarioError([fault])
+        problem = f"must have at most {_MOST_LEVELS} nested levels (got more)"
+        raise ScenarioError(Fault((), problem, _location(document.name, node.start_mark)))
     if isinstance(node, yaml.SequenceNode):
         return [_value(document, inner, (*path, index)) for index, inner in enumerate(node.value)]
     if isinstance(node, yaml.MappingNode):
         return _mapping(document, node, path)
     if node.tag == _TEXT and not node.value.isprintable() and _unprintable(node.value):
         problem = "must be printable text (got the escape sequence of an unprintable character)"
-        document.faults.append(document.fault(path, problem))
+        document.faults.append(document.place(Fault(path, problem)))
         return ""
     return _scalar(node.tag, node.value)
 
@@ -269,7 +249,7 @@ def _mapping(document: Document, node: yaml.Node, path: Steps) -> dict[str, Any]
             document.keys[where] = key.start_mark
             data[key.value] = _value(document, inner, where)
             continue
-        document.faults.append(Fault(dotted(where), problem, _location(document.name, key.start_mark)))
+        document.faults.append(Fault(where, problem, _location(document.name, key.start_mark)))
     return data
 
 

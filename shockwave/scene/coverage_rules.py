@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from attrs import evolve
 
-from shockwave.base.errors import Fault, NotCoveredError
+from shockwave.base.errors import Fault, NotCoveredError, Steps
 from shockwave.scene.chain import Chain
 from shockwave.scene.impact import Impact
 from shockwave.scene.segments import Segment, Taper, each_segment
@@ -63,30 +63,30 @@ def covered(chain: Chain, excitation: object, method: str, packings: bool = Fals
     if equal is not None and not packed and not isinstance(excitation, Impact) and not pulls:
         return equal
     line = evolve(chain, packing=None) if packings else chain
-    features = [] if line.is_uniform else [(f"chain.{path}", reason) for path, reason in _further(line)]
+    features = [] if line.is_uniform else [(("chain", *steps), reason) for steps, reason in _further(line)]
     if isinstance(excitation, Impact):
-        features.append(("impact", "a striker"))
-    if pulls:
-        features.append((_PULLING, "pulling forces"))
+        features.append((("impact",), "a striker"))
+    if not features and not pulls:
+        features.append((("chain", "granules"), "1 granule"))
     rule = f"must be left out for {method}, which covers only {_SCOPE}"
-    rules = {_PULLING: f"must be zero for {method}, which covers no negative forces"}
-    raise NotCoveredError(
-        Fault(path, f"{rules.get(path, rule)} (got {reason})")
-        for path, reason in features or [("chain.granules", "1 granule")]
-    )
+    faults = [Fault(steps, f"{rule} (got {reason})") for steps, reason in features]
+    if pulls:
+        rule = f"must be zero for {method}, which covers no negative forces"
+        faults.append(Fault(_PULLING, f"{rule} (got pulling forces)"))
+    raise NotCoveredError(*faults)
 
 
-def _further(chain: Chain) -> Iterator[tuple[str, str]]:
+def _further(chain: Chain) -> Iterator[tuple[Steps, str]]:
     """Path below ``chain`` and description of every feature beyond equal granules with free ends."""
     segments = [*each_segment(chain.granules)] if isinstance(chain.granules, Sequence) else []
     for place, segment in segments:
         if segment.gap:
-            yield f"granules{place}.gap", "a gap"
+            yield ("granules", *place, "gap"), "a gap"
     for place, segment in segments:
         kind = _kind(chain, segment)
         taper = kind[0] != kind[1]
         if taper or kind != _kind(chain, segments[0][1]):
-            yield f"granules{place}", "a taper" if taper else "granules of another kind"
+            yield ("granules", *place), "a taper" if taper else "granules of another kind"
             break
     names = {"end": "a wall", "precompression": "a static force", "gravity": "gravity", "damping": "damping"}
     names["packing"] = "a packing"
@@ -94,7 +94,7 @@ def _further(chain: Chain) -> Iterator[tuple[str, str]]:
         names["contact"] = "another contact law; without granules it is covered"
     for name, text in names.items():
         if getattr(chain, name):
-            yield name, text
+            yield (name,), text
 
 
 def _kind(chain: Chain, segment: Segment) -> tuple[float, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from shockwave.base.errors import Fault, InvalidValueError
+from shockwave.base.errors import Fault, refuse
 from shockwave.base.quantity_fields import text_of
 from shockwave.scene.chain_end import Wall
 from shockwave.scene.contact_law import ContactLaw, PowerContact
@@ -39,9 +39,7 @@ def check_features(granules: Granules, **features: Any) -> None:
         for name, (types, rule) in _TYPES.items()
         if name in given and not isinstance(given[name], types)
     ]
-    faults = faults or [*_of_length(granules, given), *_of_pairs(granules, given)]
-    if faults:
-        raise InvalidValueError(faults)
+    refuse(faults or [*_of_length(granules, given), *_of_pairs(granules, given)])
 
 
 def _of_length(granules: Granules, given: Mapping[str, Any]) -> Iterator[Fault]:
@@ -69,7 +67,7 @@ def _of_pairs(granules: Granules, given: Mapping[str, Any]) -> Iterator[Fault]:
         yield Fault("gravity", f"must be 0 for a chain with a free end (got {given['gravity']:g}; give a wall as end)")
     for place, segment in each_segment(granules) if static and isinstance(granules, Sequence) else ():
         if segment.gap:
-            yield Fault(f"granules{place}.gap", f"must be 0 under {' and '.join(static)} (got {segment.gap:g} m)")
+            yield Fault(("granules", *place, "gap"), f"must be 0 under {' and '.join(static)} (got {segment.gap:g} m)")
     contact, damping = given.get("contact"), given.get("damping")
     if isinstance(contact, ContactLaw):
         rule = f"must be left out for the contact law {type(contact).__name__}, which cannot be combined with it"

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 from attrs import evolve, frozen
 
-from shockwave.base.errors import InvalidValueError
+from shockwave.base.errors import InvalidValueError, refuse
 from shockwave.base.numerics import FloatArray
 from shockwave.scene.chain import Chain
 from shockwave.scene.chain_end import Wall
@@ -78,9 +78,7 @@ class Layout:
         InvalidValueError
             If the chain is not finite, has a single granule, or a static overlap is not representable as a float.
         """
-        faults = scene_faults(chain, excitation)
-        if faults:
-            raise InvalidValueError(faults)
+        refuse(scene_faults(chain, excitation))
         rows = [*_striker(chain, excitation), *_granules(chain)]
         segments, materials, radii, gaps = zip(*rows, strict=True)
         sizes = np.array(radii)

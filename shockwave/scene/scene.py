@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
+from contextlib import AbstractContextManager
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from attrs import field, frozen
 
-from shockwave.base.errors import Fault, InvalidValueError, detached
+from shockwave.base.errors import Fault, InvalidValueError, detached, placing
 from shockwave.base.quantity_fields import text_of
 from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import Limit, limit_of
@@ -138,15 +138,11 @@ class Scene:
 
     def located(self, error: Exception) -> Exception:
         """``error``, with the places of its faults in the file where they concern a key there."""
-        return type(error)(map(self.placed, error.faults)) if isinstance(error, InvalidValueError) else error
+        return error.placed(self.placed) if isinstance(error, InvalidValueError) else error
 
-    @contextmanager
-    def locating(self) -> Iterator[None]:
+    def locating(self) -> AbstractContextManager[None]:
         """Report an invalid value with its place in the file."""
-        try:
-            yield
-        except InvalidValueError as error:
-            raise self.located(error) from None
+        return placing(self.placed)
 
 
 def uniform_of(chain: Chain) -> Chain | None:

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 from attrs import field, frozen
 
-from shockwave.base.errors import Fault, InvalidValueError
+from shockwave.base.errors import InvalidValueError, Steps
 from shockwave.base.quantity_fields import (
     SIZES,
     Quantity,
@@ -157,19 +157,18 @@ def checked_segments(value: Sequence[Any]) -> tuple[Segment | Cell, ...]:
     wrong = [index for index, part in enumerate(value) if not isinstance(part, Segment | Cell)]
     if wrong or not value:
         got = text_of(value[wrong[0]]) if wrong else "none"
-        place = f"granules[{wrong[0]}]" if wrong else "granules"
         rule = "a Segment or a Cell" if wrong else "a whole number, or a list of one or more segments"
-        raise InvalidValueError([Fault(place, f"must be {rule} (got {got})")])
+        raise InvalidValueError.of(("granules", *wrong[:1]), f"must be {rule} (got {got})")
     total = sum(part.granules for part in value)
     if total > MOST_GRANULES:
         raise InvalidValueError.of("granules", f"must be at most {MOST_GRANULES} granules in all (got {total})")
     return tuple(value)
 
 
-def each_segment(parts: Sequence[Segment | Cell]) -> Iterator[tuple[str, Segment]]:
+def each_segment(parts: Sequence[Segment | Cell]) -> Iterator[tuple[Steps, Segment]]:
     """Path below ``granules`` and the segment itself, for every segment; those of a cell once."""
     for index, part in enumerate(parts):
         if isinstance(part, Segment):
-            yield f"[{index}]", part
+            yield (index,), part
         else:
-            yield from ((f"[{index}].cell[{inner}]", segment) for inner, segment in enumerate(part.cell))
+            yield from (((index, "cell", inner), segment) for inner, segment in enumerate(part.cell))

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from attrs import evolve, frozen
 
-from shockwave.base.errors import Fault, InvalidValueError
+from shockwave.base.errors import Fault, InvalidValueError, refuse
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.backend import chosen
 from shockwave.engine.integrator import Integrator
@@ -151,8 +151,7 @@ def checked_setup(options: SimulateOptions, scene: Scene) -> ChainSetup | None:
     if options.integrator is not None and not faults:
         reason = load("integrators", options.integrator).refusal(chain.is_damped)
         faults = [Fault("integrator", reason)] if reason else []
-    if faults:
-        raise InvalidValueError(faults)
+    refuse(faults)
     if chain.count is None:
         part = _part(options, scene)
         if part.until is not None:

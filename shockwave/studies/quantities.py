@@ -8,7 +8,7 @@ from typing import Any, Literal, NamedTuple, cast
 
 from attrs import frozen
 
-from shockwave.base.errors import InvalidValueError, hint_of
+from shockwave.base.errors import InvalidValueError, below, hint_of, steps_of
 from shockwave.base.quantity_fields import Quantity as Number
 from shockwave.base.quantity_fields import text_of
 from shockwave.base.result_tables import unit_of
@@ -16,7 +16,6 @@ from shockwave.base.text import si
 from shockwave.scenario.block_keys import Key
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.value_conversion import converted
-from shockwave.scenario.yaml_document import steps_of
 from shockwave.scene.layout import mass_and_length
 from shockwave.scene.solitary_wave import SolitaryWave
 from shockwave.scene.yielding import UNJUDGED
@@ -218,10 +217,8 @@ class Requirement:
             If the quantity is unknown, or the value is not above 0.
         """
         quantity = Quantity.named(name, contacts, kind)
-        try:
+        with below(kind, *steps_of(name)):
             number = float(converted(Key(name, spec=Number(quantity.unit, "", above=0)), value))
-        except ValueError as error:
-            raise InvalidValueError.of(f"{kind}.{name}", str(error)) from None
         return cls(quantity, sign, number, kind)
 
     def violation(self, value: float, error: float, margin: float = 0.0) -> float:

@@ -20,7 +20,6 @@ from shockwave.base.numerics import FloatArray
 from shockwave.base.progress import progressed
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.uncertainty_block import Spread
-from shockwave.scenario.yaml_document import dotted
 from shockwave.scene.force_limit import Exceedance, LeavingForce, Limit, Verdict, verdict
 from shockwave.studies import varied_scenes
 from shockwave.studies.uncertainty_result import Estimate
@@ -89,7 +88,7 @@ class Distribution:
             return cls(spread, value, (min(first, value), max(last, value)), uniform(first, last - first))
         if (spread.kind == "factor" and not value > 0) or (spread.kind == "relative" and value == 0):
             problem = f"must be {{sd: ...}} or {{between: ...}}, as the value is {value:g} (got {spread})"
-            raise InvalidValueError.of(dotted(("uncertainty", spread.name)), problem)
+            raise InvalidValueError.of(("uncertainty", spread.name), problem)
         bounds = _range(spread)
         centre, scale = value, first * abs(value) if spread.kind == "relative" else first
         ends = np.array(bounds)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from attrs import define, evolve, field
 
-from shockwave.base.errors import Fault, InvalidValueError, ShockwaveError
+from shockwave.base.errors import InvalidValueError, ShockwaveError, below
 from shockwave.base.log import logger
 from shockwave.base.numerics import FloatArray
 from shockwave.base.progress import progressed
@@ -19,9 +19,7 @@ from shockwave.base.text import si
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_argument import SceneArgument
 from shockwave.scenario.uncertainty_block import Spread, read
-from shockwave.scenario.value_conversion import WrongsError
 from shockwave.scenario.variations import Family
-from shockwave.scenario.yaml_document import dotted
 from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import LeavingForce, Limit, limit_of, verdict
 from shockwave.studies import quasi_monte_carlo as sampling
@@ -112,11 +110,8 @@ def _spreads(scenario: Scenario, given: Mapping[str, Any] | None) -> tuple[Sprea
         raise InvalidValueError.of("uncertainty", f"must name the uncertain parameters (got nothing; {remedy})")
     for name in given if isinstance(given, Mapping) else ():
         varied_scenes.check_parameter(name, scenario, "uncertainty")
-    try:
+    with below("uncertainty"):
         return read(given, varied_scenes.data_of(scenario))
-    except WrongsError as error:
-        faults = [Fault(dotted(("uncertainty", *wrong.path)), str(wrong.problem)) for wrong in error.wrongs]
-        raise InvalidValueError(faults) from None
 
 
 @define
@@ -182,7 +177,7 @@ class UncertainScenes:
                 same = listed((quantity.label for quantity in self.quantities), "and")
                 low, high = (si(end, each.spread.variable.unit or "") for end in ends.tolist())
                 problem = f"must change a quantity of the result (got the same {same} for {low} and {high}; delete it)"
-                raise InvalidValueError.of(dotted(("uncertainty", each.name)), problem)
+                raise InvalidValueError.of(("uncertainty", each.name), problem)
         self.warnings.clear()
 
     def all_warnings(self, count: int) -> list[str]:

@@ -8,7 +8,7 @@ from typing import Any
 
 from attrs import evolve
 
-from shockwave.base.errors import InvalidValueError, NumericalError, ShockwaveError
+from shockwave.base.errors import Fault, InvalidValueError, NumericalError, ShockwaveError, below, placing, steps_of
 from shockwave.base.quantity_fields import Quantity, text_of
 from shockwave.prediction.predictor import Predictor
 from shockwave.registry.registry import entries, entry_of, find
@@ -17,7 +17,6 @@ from shockwave.scenario.dotted_names import Variable, variable
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_argument import SceneArgument, scenario_alone
 from shockwave.scenario.uncertainty_block import ends_of
-from shockwave.scenario.yaml_document import dotted, steps_of
 from shockwave.scene.chain import Chain, Scales
 from shockwave.scene.impact import Impact
 from shockwave.scene.shock import Shock
@@ -90,10 +89,8 @@ def varied(name: str, scenario: Scenario) -> Variable:
         If there is none.
     """
     check_parameter(name, scenario, "vary")
-    try:
+    with below("vary"):
         return variable(name, data_of(scenario), lambda other: other.startswith(_VARIED))
-    except InvalidValueError as error:
-        raise InvalidValueError.of("vary", error.faults[0].problem) from None
 
 
 def interval(parameter: Variable, given: Sequence[Any] | None) -> tuple[float, float]:
@@ -107,11 +104,9 @@ def interval(parameter: Variable, given: Sequence[Any] | None) -> tuple[float, f
     if given is None:
         problem = f"must be the lower and the upper end of the interval of {parameter.name} (got nothing)"
         raise InvalidValueError.of("between", problem)
-    try:
+    with placing(lambda fault: Fault("between", f"{fault.problem} for {parameter.name}")):
         low, high = ends_of(parameter, given)
-    except ValueError as error:
-        raise InvalidValueError.of("between", f"{error} for {parameter.name}") from None
-    return low, high
+        return low, high
 
 
 def materials_of(given: Any) -> tuple[str, ...]:
@@ -153,9 +148,8 @@ def value_of(scenario: Scenario, name: str) -> float:
         given = (data_of(scenario)["shock"].get("parameters") or {}).get(name.removeprefix(_OF_SHOCK))
         found = None if given is None else varied(name, scenario).converted(given)
     if found is None:
-        raise InvalidValueError.of(
-            dotted(("uncertainty", name)), "must have a value in the scenario (got none; state it there)"
-        )
+        problem = "must have a value in the scenario (got none; state it there)"
+        raise InvalidValueError.of(("uncertainty", name), problem)
     return float(found) * (2 if own != step == "diameter" or ".diameter." in name else 1)
 
 

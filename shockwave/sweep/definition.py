@@ -145,7 +145,7 @@ class SweepDefinition(Sweep):
         document = parse_json(read_bytes(file, _MOST_BYTES, _REMEDY), file, _REMEDY)
         if isinstance(document, dict) and document.get("format") in range(_FORMAT):
             got = f"got format {document['format']} of an earlier version; run the sweep again in a new folder"
-            raise InvalidValueError.of(file, f"must be of format {_FORMAT} ({got})")
+            raise InvalidValueError.of((), f"must be of format {_FORMAT} ({got})", file)
         return structured(document, SweepDefinition, file, "the definition of a sweep", _REMEDY)
 
     def write(self, folder: Path) -> None:
@@ -183,10 +183,10 @@ class SweepDefinition(Sweep):
         got = "; ".join([" ".join(change) for change in changes.items()][:_MOST_LISTED])
         if not all(name.startswith("versions.") for name in changes):
             problem = f"must hold the requested sweep (got {got}; choose another folder)"
-            raise InvalidValueError.of(file, problem)
+            raise InvalidValueError.of((), problem, file)
         if not accept_versions:
             remedy = "use --accept-versions to resume with the installed versions, or choose a new folder"
-            raise InvalidValueError.of(file, f"must hold the installed versions (got {got}; {remedy})")
+            raise InvalidValueError.of((), f"must hold the installed versions (got {got}; {remedy})", file)
         return evolve(self, earlier_versions=(*there.earlier_versions, there.versions))
 
 

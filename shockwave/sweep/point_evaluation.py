@@ -81,7 +81,7 @@ class Points:
         if self.chains:
             refused = _refused(scenario, self.sweep)
             if refused and run == "predict" and scenario.predictor.model == "section-4":
-                raise NotCoveredError(refused)
+                raise NotCoveredError(*refused)
             if run != "predict" or scenario.predictor.model != "section-4":
                 self._columns = chain_reads(scenario, run, section4=not refused)
         if scenario.limit is not None:
@@ -201,7 +201,7 @@ def _refused(scenario: Scenario, sweep: Sweep) -> list[Fault]:
     try:
         scenario.scene.covered("section 4", packings=True)
     except NotCoveredError as error:
-        faults: Sequence[Fault] = getattr(scenario.scene.located(error), "faults", ())
+        faults = error.placed(scenario.scene.placed).faults
         return [fault for fault in faults if not any(name.startswith(fault.path) for name in names)]
     return []
 

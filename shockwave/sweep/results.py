@@ -120,7 +120,7 @@ class SweepResults(Result, SweepDefinition):
         if name in self._arrays:
             return self._arrays[name]
         if name not in self.variables:
-            raise UnknownNameError("quantity of the sweep", name, [*self._arrays, *self.variables])
+            raise UnknownNameError.of("quantity of the sweep", name, [*self._arrays, *self.variables])
         later = len(self.axes) - 1 - self.place(name)
         return np.broadcast_to(self.coordinate(name).reshape(-1, *[1] * later), self.shape)
 
@@ -139,7 +139,7 @@ class SweepResults(Result, SweepDefinition):
         for place, axis in enumerate(self.axes):
             if name in axis.names:
                 return place
-        raise UnknownNameError("variable of the sweep", name, self.variables)
+        raise UnknownNameError.of("variable of the sweep", name, self.variables)
 
     def to_dict(self) -> dict[str, Any]:
         """Return a document for JSON: axes, columns, their values, failed points, scenario and versions.

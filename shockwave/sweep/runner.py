@@ -50,7 +50,7 @@ def points_of(scenario: Scenario | str | os.PathLike[str]) -> Points:
     found = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     if found.sweep is None:
         problem = "must be given (got nothing; a mapping of grid, zip or points)"
-        raise InvalidValueError.of(f"{found.path}: sweep" if found.path else "sweep", problem)
+        raise InvalidValueError.of("sweep", problem, str(found.path or ""))
     if found.path is not None:  # workers may run in other folders
         found = evolve(found, path=found.path.absolute())
     return Points(found)

@@ -69,7 +69,7 @@ def plot(
     """
     numbers = [one.name for one in results.columns if one.kind != "text"]
     if column is not None and column not in numbers:
-        raise UnknownNameError("numeric column", column, numbers)
+        raise UnknownNameError.of("numeric column", column, numbers)
     chosen = PlottedAxes(results, at or {}, x)
     known = [one for one in numbers if np.isfinite(chosen.pick(one)).any()]
     name = column or main_quantity(known or numbers)

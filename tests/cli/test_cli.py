@@ -263,9 +263,9 @@ def test_an_error_of_an_argument_is_one_of_usage_and_an_error_of_the_scene_is_no
     options = argparse.Namespace(rtol=1.0)
     wrong = [Fault("rtol", "must be smaller"), Fault("chain.radius", "must be larger")]
     with pytest.raises(sw.UsageError, match=r"^--rtol: must be smaller$"), of_arguments(options):
-        raise sw.InvalidValueError(wrong[:1])
+        raise sw.InvalidValueError(*wrong[:1])
     with pytest.raises(sw.InvalidValueError), of_arguments(options):
-        raise sw.InvalidValueError(wrong)
+        raise sw.InvalidValueError(*wrong)
 
 
 #: Arguments that are wrong, and what is printed of them.

@@ -110,8 +110,9 @@ def test_values_have_dotted_names(whole: sw.Scenario, name: str) -> None:
 
 
 def test_features_made_in_python_have_no_names(whole: sw.Scenario) -> None:
-    with pytest.raises(sw.InvalidValueError, match="must be values of a scenario file"):
-        Family(attrs.evolve(whole, document=None)).scenario({"chain.end.mass": 3.0})
+    with pytest.raises(sw.InvalidValueError, match="must be values of a scenario file") as caught:
+        Family(attrs.evolve(whole, document=None)).scenario({"chain.end.mass": 3.0, "chain.damping.time": 1e-6})
+    assert [fault.path for fault in caught.value.faults] == ["chain.end.mass", "chain.damping.time"]
 
 
 def test_materials_have_dotted_names(whole: sw.Scenario) -> None:

@@ -116,8 +116,10 @@ def test_a_record_file_is_searched_beside_the_scenario(tmp_path: Path, monkeypat
 
 def test_a_missing_record_is_located_and_if_it_is_the_only_error_a_file_access_error(tmp_path: Path) -> None:
     record = "shock: {profile: tabulated, parameters: {file: no.csv}}"
-    with pytest.raises(FileAccessError, match=r"\.yaml:2:48: shock\.parameters\.file: .*no\.csv: cannot be read"):
+    missing = r"\.yaml:2:48: shock\.parameters\.file: .*no\.csv: cannot be read"
+    with pytest.raises(FileAccessError, match=missing) as alone:
         load(tmp_path, CHAIN_LINE + record)
+    assert [fault.path for fault in alone.value.faults] == ["shock.parameters.file"]
     with pytest.raises(ScenarioError) as caught:
         load(tmp_path, "chain: {material: cheese, radius: 1}\n" + record)
     assert [fault.path for fault in caught.value.faults] == ["chain.material", "shock.parameters.file"]

@@ -114,6 +114,9 @@ MARKED = {
         _segments("[{count: 4}, |null]"), "chain.granules[1]",
         "must be a mapping of count, material, diameter, radius, gap (got nothing)",
     ),
+    "radius-from-a-diameter": (
+        _segments("[{count: 4, diameter: |1e-12 m}]"), "chain.granules[0].diameter", "must be >= 1e-12 and <= 1e+06 m",
+    ),
     "single-granule": (
         _segments("|[{count: 1}]"), "chain.granules",
         "must give a contact (got 1 granule; add granules, a wall or a striker)",
@@ -293,6 +296,15 @@ def test_faults_of_a_record_file_keep_its_lines_and_those_of_the_scenario_theirs
     with pytest.raises(ScenarioError) as caught:
         load_scenario(path)
     assert [fault.location for fault in caught.value.faults] == [f"{path}:1:30", f"{tmp_path / 'pulse.csv'}:4"]
+
+
+def test_a_long_line_of_a_record_file_is_reported_in_that_file(tmp_path: Path) -> None:
+    (tmp_path / "pulse.csv").write_text("t [s],f [N]\n0,0\n" + "1" * 20_000)
+    path = tmp_path / "bad.yaml"
+    path.write_text(CHAIN + "shock: {profile: tabulated, parameters: {file: pulse.csv}}")
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(path)
+    assert [(fault.location, fault.path) for fault in caught.value.faults] == [(str(tmp_path / "pulse.csv"), "")]
 
 
 def test_messages_use_the_given_name_of_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
