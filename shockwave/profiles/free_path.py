@@ -86,6 +86,29 @@ class FreePath:
     coefficients: FloatArray
     error: float
 
+    @classmethod
+    def of_samples(cls, knots: FloatArray, forces: FloatArray, impulses: FloatArray, paths: FloatArray) -> FreePath:
+        """Table of a force that is linear between its knots, from force, impulse and path there, each of shape (k,)."""
+        count = len(knots) - 1
+        rows, coefficients = np.empty((count, 8)), np.empty((count, 4, 2))
+        for first in range(0, count, _AT_A_TIME):
+            part, after = slice(first, min(first + _AT_A_TIME, count)), slice(first + 1, first + _AT_A_TIME + 1)
+            widths, left, rise = knots[after] - knots[part], forces[part], forces[after] - forces[part]
+            gain, square = 0.5 * widths * impulses[part], widths**2
+            # I + w (f y + r y^2/2) and its integral in Chebyshev polynomials of z, where y = (1 + z)/2.
+            path, impulse = coefficients[part, :, 0].T, coefficients[part, :, 1].T
+            path[0] = paths[part] + gain + square * (3 / 16 * left + 5 / 96 * rise)
+            path[1] = gain + square * (left / 4 + 5 / 64 * rise)
+            path[2] = square * (left / 16 + rise / 32)
+            path[3] = square * (rise / 192)
+            impulse[0] = impulses[part] + widths * (left / 2 + 3 / 16 * rise)
+            impulse[1] = widths * (left / 2 + rise / 4)
+            impulse[2] = widths * (rise / 16)
+            impulse[3] = 0.0
+            rows[part] = _rows(knots[part], knots[after], np.full(widths.size, 4))
+            rows[part, 2] += 4 * first
+        return cls(rows, coefficients.reshape(-1, 2), _ROUNDING)
+
     def check(self) -> None:
         """Raise ValueError if compiled code cannot read the table: type, shape or a row of it is not as described."""
         rows, terms = self.rows, len(self.coefficients)
@@ -187,29 +210,6 @@ def of_many_powers(rise_exponents: FloatArray, decay_exponents: FloatArray, n: F
     for index in np.flatnonzero(np.isin(p, _POLYNOMIALS) | np.isin(q, _POLYNOMIALS)).tolist():
         found[index] = of_powers(*(float(each[index]) for each in (rise_exponents, decay_exponents, n)))
     return found
-
-
-def of_samples(knots: FloatArray, forces: FloatArray, impulses: FloatArray, paths: FloatArray) -> FreePath:
-    """Table of a force that is linear between its knots, from force, impulse and path at the knots, each shape (k,)."""
-    count = len(knots) - 1
-    rows, coefficients = np.empty((count, 8)), np.empty((count, 4, 2))
-    for first in range(0, count, _AT_A_TIME):
-        part, after = slice(first, min(first + _AT_A_TIME, count)), slice(first + 1, first + _AT_A_TIME + 1)
-        widths, left, rise = knots[after] - knots[part], forces[part], forces[after] - forces[part]
-        gain, square = 0.5 * widths * impulses[part], widths**2
-        # I + w (f y + r y^2/2) and its integral in Chebyshev polynomials of z, where y = (1 + z)/2.
-        path, impulse = coefficients[part, :, 0].T, coefficients[part, :, 1].T
-        path[0] = paths[part] + gain + square * (3 / 16 * left + 5 / 96 * rise)
-        path[1] = gain + square * (left / 4 + 5 / 64 * rise)
-        path[2] = square * (left / 16 + rise / 32)
-        path[3] = square * (rise / 192)
-        impulse[0] = impulses[part] + widths * (left / 2 + 3 / 16 * rise)
-        impulse[1] = widths * (left / 2 + rise / 4)
-        impulse[2] = widths * (rise / 16)
-        impulse[3] = 0.0
-        rows[part] = _rows(knots[part], knots[after], np.full(widths.size, 4))
-        rows[part, 2] += 4 * first
-    return FreePath(rows, coefficients.reshape(-1, 2), _ROUNDING)
 
 
 def _rows(begin: FloatArray, end: FloatArray, count: npt.NDArray[np.int64]) -> FloatArray:

@@ -211,9 +211,9 @@ class Tabulated(ShockProfile):
         return float(self._sums[0][before]) + 0.5 * (s - begin) * (left + force), force
 
     def closed_free_path(self) -> FreePath:
-        from shockwave.profiles.free_path import of_samples
+        from shockwave.profiles.free_path import FreePath
 
-        return of_samples(self._pulse.knots, self._pulse.values, *self._sums[:2])
+        return FreePath.of_samples(self._pulse.knots, self._pulse.values, *self._sums[:2])
 
     @cached_property
     def _sums(self) -> tuple[FloatArray, FloatArray, tuple[float, float]]:

@@ -19,7 +19,7 @@ import yaml
 from jsonschema import Draft7Validator
 
 import shockwave as sw
-from shockwave import cli, pictures
+from shockwave import cli, hooks, pictures
 from shockwave.base.quantity_fields import quantity_of
 from shockwave.cli.parser import KINDS, OFFERED
 from shockwave.registry import built_ins, registry
@@ -267,6 +267,13 @@ def test_exit_statuses_are_those_of_the_errors() -> None:
     listed = {name: int(code_in(row[0])[0]) for row in rows for name in code_in(row[2])}
     errors = {name: getattr(sw, name) for name in sw.__all__ if name.endswith("Error")}
     assert listed == {name: error.exit_code for name, error in errors.items() if name != "ShockwaveError"}
+
+
+def test_names_for_plugins_are_listed_and_their_classes_have_a_page() -> None:
+    listed = [name for row in table("docs/plugins.md", "names of hooks") for name in code_in(row[0])]
+    assert sorted(listed) == hooks.__all__
+    classes = {f"shockwave.hooks.{name}" for name in listed if inspect.isclass(getattr(hooks, name))}
+    assert {name for name in WITH_A_PAGE if name.startswith("shockwave.hooks.")} == classes
 
 
 #: Names that have a page of their own: those listed by ``autosummary``.

@@ -1,6 +1,8 @@
 """The structure of the package: imports run downwards, the two columns stay apart, nothing is loaded in vain."""
 
 import ast
+import doctest
+from collections.abc import Iterator
 from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -9,7 +11,8 @@ import pytest
 
 import shockwave
 from conftest import NOT_NUMERICAL
-from support.pages import code_in, table
+from shockwave import hooks, testing
+from support.pages import DOCS, blocks_of, code_in, table
 from support.programs import SCENE, command, loaded
 
 ROOT = Path(__file__).parents[2]
@@ -116,6 +119,7 @@ def test_the_modules_that_must_not_load_exist() -> None:
     ("program", "unwanted"),
     [
         ("import shockwave", ("numpy", "scipy", "attrs", "pint", "yaml", "pluggy")),
+        ("from shockwave.hooks import Entry, hookimpl", ("numpy", "scipy", "attrs", "pint", "yaml")),
         (HELP, ("numpy", "scipy", "pint", "yaml")),
         (command("list"), ("numpy", "scipy", "shockwave.profiles", "shockwave.scene.chain")),
         (
@@ -128,7 +132,7 @@ def test_the_modules_that_must_not_load_exist() -> None:
         (f"{IN_PYTHON}sw.Predictor(model='section-4').predict(shock, chain)", (*COLUMN, "scipy")),
         (f"{IN_PYTHON}sw.predict(shock, chain).peak_force", (*OUTPUT, *SLOW, *FEATURES)),
     ],
-    ids=["import", "help", "list", "predict", "simulate", "pictures", "simulate-in-python", "paper", "best"],
+    ids=["import", "hooks", "help", "list", "predict", "simulate", "pictures", "simulate-in-python", "paper", "best"],
 )
 def test_a_program_does_not_load(program: str, unwanted: tuple[str, ...]) -> None:
     assert {name for name in loaded(program) if name.startswith(unwanted)} == set()
@@ -145,3 +149,36 @@ def test_built_in_names_scan_no_entry_points() -> None:
 
 def test_every_public_name_has_a_home() -> None:
     loaded("import shockwave\nfor name in shockwave.__all__: getattr(shockwave, name)")
+
+
+#: What authors of plugins import; the explorer, which is made with the package, takes more.
+PUBLIC = {"shockwave", "shockwave.pictures"} | {
+    f"{module.__name__}.{name}" for module in (shockwave, hooks, testing) for name in module.__all__
+}
+SAMPLES = sorted(set((ROOT / "plugins").glob("shockwave-*")) - {ROOT / "plugins" / "shockwave-explore"})
+TUTORIALS = [DOCS / f"{name}.md" for name in ("write-a-profile", "write-an-integrator", "plugins")]
+#: The numbers of a README include those of built-in integrators.
+COMPARED = {"shockwave-composition": {"shockwave.registry.registry.load"}}
+
+
+def sources(place: Path) -> Iterator[str]:
+    """The Python code of a folder or a page."""
+    yield from (file.read_text(encoding="utf-8") for file in sorted(place.rglob("*.py")))
+    for page in [place] if place.is_file() else sorted(place.glob("*.md")):
+        for block in blocks_of(page):
+            if block.language == "python":
+                yield block.text
+            elif block.language == "pycon":
+                yield from (example.source for example in doctest.DocTestParser().get_examples(block.text))
+
+
+@pytest.mark.parametrize("place", [*SAMPLES, *TUTORIALS], ids=lambda place: place.stem)
+def test_sample_plugins_and_tutorials_import_public_names_alone(place: Path) -> None:
+    names = set()
+    for node in [node for source in sources(place) for node in ast.walk(ast.parse(source))]:
+        if isinstance(node, ast.ImportFrom | ast.Import):
+            module = f"{node.module}." if isinstance(node, ast.ImportFrom) else ""
+            names |= {module + alias.name for alias in node.names}
+    used = {name for name in names if name.split(".")[0] == "shockwave"}
+    assert used
+    assert used - PUBLIC == COMPARED.get(place.name, set())

@@ -17,6 +17,7 @@ from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
 
 import shockwave as sw
+from shockwave import hooks
 from support.pages import ROOT
 
 #: The distribution of another project, as it would be named in a command, a hint or a requirement.
@@ -72,12 +73,13 @@ def test_every_dependency_has_a_floor_and_the_tests_have_those_of_the_extras() -
     assert extras["test"].items() >= extras["plot"].items()
 
 
-def test_type_checkers_and_python_have_the_same_public_names() -> None:
-    stub = (ROOT / "shockwave" / "__init__.pyi").read_text(encoding="utf-8")
-    imports = re.findall(r"^    from (\S+) import (\w+) as (\w+)$", stub, re.MULTILINE)
-    assert {name: module for module, name, _ in imports} == sw._HOMES
+@pytest.mark.parametrize("module", [sw, hooks], ids=lambda module: module.__name__)
+def test_type_checkers_and_python_have_the_same_public_names(module: Any) -> None:
+    stub = Path(module.__file__).with_suffix(".pyi").read_text(encoding="utf-8")
+    imports = re.findall(r"^ *from (\S+) import (\w+) as (\w+)$", stub, re.MULTILINE)
+    assert {name: home for home, name, _ in imports} == module._HOMES
     assert [name for _, name, exported in imports if name != exported] == []
-    assert [name for name in sw.__all__ if getattr(sw, name, None) is None] == []
+    assert [name for name in module.__all__ if getattr(module, name, None) is None] == []
 
 
 def workflow() -> dict[str, Any]:

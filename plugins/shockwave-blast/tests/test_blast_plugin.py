@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-from shockwave.registry.registry import load, plugins
+from shockwave import load_scenario
 
 from shockwave_blast.friedlander import Friedlander
 from shockwave_blast.kingery_bulmash import KingeryBulmash
@@ -28,24 +29,31 @@ def test_profiles_are_listed_with_the_distribution(tmp_path: Path) -> None:
     assert {name: listed.get(name) for name in NAMES} == dict.fromkeys(NAMES, "shockwave-blast")
 
 
-@pytest.mark.parametrize(("name", "kind"), [(NAMES[0], Friedlander), (NAMES[1], KingeryBulmash)], ids=NAMES)
-def test_the_registry_loads_the_class_of_the_name(name: str, kind: type) -> None:
-    assert load("profiles", name) is kind
+@pytest.mark.parametrize(
+    ("file", "kind"), [("friedlander", Friedlander), ("microcharge", KingeryBulmash)], ids=NAMES
+)
+def test_a_scenario_gets_the_class_of_the_name(file: str, kind: type) -> None:
+    path = Path(__file__).parent.parent / "profiles" / f"{file}.yaml"
+    assert type(load_scenario(path).shock.profile) is kind
 
 
-def test_nothing_but_the_two_profiles_is_registered() -> None:
-    own = [plugin for plugin in plugins() if plugin.distribution == "shockwave-blast"]
-    assert [[(kind, entry.name) for kind, entry in plugin.entries] for plugin in own] == [
-        [("profiles", name) for name in NAMES]
-    ]
+def test_nothing_but_the_two_profiles_is_registered(tmp_path: Path) -> None:
+    rows = json.loads(_output("-m", "shockwave", "list", "plugins", "--check", "--json", cwd=tmp_path))
+    (own,) = [row for row in rows if row["name"] == "shockwave-blast"]
+    assert own["entries"] == [{"kind": "profiles", "name": name} for name in NAMES]
+    assert own["checked"]
+    assert own["problem"] is None
 
 
 def test_listing_imports_no_profile_and_no_numpy(tmp_path: Path) -> None:
-    script = (
-        "import sys; from shockwave.registry.registry import entries; entries('profiles');"
-        " print(*sorted(name for name in sys.modules if name.startswith(('numpy.', 'shockwave_blast'))))"
-    )
-    assert set(_output("-c", script, cwd=tmp_path).split()) <= {"shockwave_blast", "shockwave_blast.hooks"}
+    command = [sys.executable, "-X", "importtime", "-m", "shockwave", "list", "profiles"]
+    done = subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, text=True, timeout=60)
+    imported = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
+    assert "shockwave.cli" in imported
+    assert {name for name in imported if name.startswith(("numpy.", "shockwave_blast"))} <= {
+        "shockwave_blast",
+        "shockwave_blast.hooks",
+    }
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from shockwave import InvalidValueError, Shock
-from shockwave.profiles.area_conditions import conditions
+from shockwave import Chain, InvalidValueError, Material, Predictor, Shock
 
 from shockwave_blast.curves import FARTHEST, NEAREST, Burst, Loading, blast_wave
 from shockwave_blast.kingery_bulmash import KingeryBulmash
@@ -79,10 +78,12 @@ def test_equal_scaled_distances_have_equal_shapes() -> None:
 
 @each_wave
 def test_conditions_hold_over_the_whole_range_with_the_longest_rise(burst: Burst, loading: Loading) -> None:
+    steel = Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0)
+    chain = Chain(material=steel, radius=4.75e-3)
     farthest = 33.47 if (burst, loading) == ("free-air", "incident") else FARTHEST
     for distance in np.geomspace(NEAREST[burst] * (1 + 1e-12), farthest, 60).tolist():
         profile = pulse(standoff=distance, burst=burst, loading=loading, rise_fraction=0.05)
-        found = conditions(profile.areas(), profile.duration_ratio)
+        found = Predictor().section4(Shock(profile=profile), chain).conditions
         assert [condition.holds for condition in found] == [True, True, True]
         assert found[0].margin > 0.11
         assert profile.decay_coefficient < 30

@@ -8,13 +8,24 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from shockwave.engine.fixed_step_integrators import Pefrl
-from shockwave.engine.one_step import Attempt, OneStep
+from shockwave.hooks import Attempt, OneStep
 
 from shockwave_composition.blanes_moan import BlanesMoan4, BlanesMoan6, BlanesMoan6Long
+from shockwave_composition.splitting import Shares, Splitting
 from shockwave_composition.verlet_richardson import VerletRichardson
 
 SPAN, ECCENTRICITY = 3, mpmath.mpf("0.3")
+
+
+class Pefrl(Splitting):
+    """Position-extended Forest-Ruth-like method of Omelyan, Mryglod & Folk (2002), order 4."""
+
+    shares = Shares.mirrored(
+        stages=4,
+        kicks="0.7123418310626054",
+        drifts="0.1786178958448091 -0.06626458266981849",
+        drift_first=True,
+    )
 
 
 def _array(*numbers: Any) -> np.ndarray:

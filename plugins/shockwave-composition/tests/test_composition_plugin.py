@@ -10,12 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from shockwave import load_scenario
-from shockwave.base.errors import ShockwaveError
-from shockwave.registry.registry import entries, find, load
+from shockwave import ShockwaveError, load_scenario
+from shockwave.hooks import Entry, OneStep
 
+from shockwave_composition.blanes_moan import BlanesMoan4, BlanesMoan6, BlanesMoan6Long
 from shockwave_composition.hooks import shockwave_integrators
+from shockwave_composition.verlet_richardson import VerletRichardson
 
+METHODS = [BlanesMoan4, BlanesMoan6, BlanesMoan6Long, VerletRichardson]
 NAMES = ["blanes-moan-4", "blanes-moan-6", "blanes-moan-6-long", "verlet-richardson"]
 
 SCENE = """
@@ -46,33 +48,34 @@ def test_the_distribution_is_listed_without_a_problem(tmp_path: Path) -> None:
 
 
 def test_listing_imports_no_method_and_no_numpy(tmp_path: Path) -> None:
-    script = (
-        "import sys; from shockwave.registry.registry import entries; print(len(entries('integrators')));"
-        " print(*(name for name in sys.modules if name.startswith(('numpy.', 'shockwave_composition'))))"
-    )
-    _, *found = _output("-c", script, cwd=tmp_path).split()
-    assert set(found) <= {"shockwave_composition", "shockwave_composition.hooks"}
+    command = [sys.executable, "-X", "importtime", "-m", "shockwave", "list", "integrators"]
+    done = subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, text=True, timeout=60)
+    imported = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
+    assert "shockwave.cli" in imported
+    assert {name for name in imported if name.startswith(("numpy.", "shockwave_composition"))} <= {
+        "shockwave_composition",
+        "shockwave_composition.hooks",
+    }
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_the_registry_loads_the_class_of_the_name(name: str) -> None:
-    assert load("integrators", name).name == name
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_summary_and_setting_state_order_and_properties(name: str) -> None:
-    method, entry = load("integrators", name), find("integrators", name)
+@pytest.mark.parametrize(
+    ("method", "entry"), list(zip(METHODS, shockwave_integrators(), strict=True)), ids=NAMES
+)
+def test_summary_and_setting_state_order_and_properties(method: type[OneStep], entry: Entry) -> None:
+    assert entry.address == f"{method.__module__}:{method.__name__}"
     order = re.search(r"order (\d+)", entry.summary)
     assert order is not None
     assert int(order[1]) == method.order
     assert ("fixed" in entry.summary) == (not method.adaptive)
-    assert ("symplectic" in entry.summary) == name.startswith("blanes-moan")
+    assert ("symplectic" in entry.summary) == entry.name.startswith("blanes-moan")
     assert entry.takes == ("rtol" if method.adaptive else "step")
 
 
-def test_nothing_else_is_registered() -> None:
-    own = [entry for entry in entries("integrators") if entry.distribution == "shockwave-composition"]
-    assert [entry.name for entry in own] == [entry.name for entry in shockwave_integrators()] == NAMES
+def test_nothing_else_is_registered(tmp_path: Path) -> None:
+    rows = json.loads(_output("-m", "shockwave", "list", "plugins", "--check", "--json", cwd=tmp_path))
+    (own,) = [row for row in rows if row["name"] == "shockwave-composition"]
+    assert own["entries"] == [{"kind": "integrators", "name": name} for name in NAMES]
+    assert own["checked"]
 
 
 @pytest.mark.parametrize("name", NAMES)

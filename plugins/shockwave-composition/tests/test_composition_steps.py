@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from shockwave.engine.one_step import OneStep
+from shockwave.hooks import OneStep
 
 from shockwave_composition.blanes_moan import BlanesMoan4, BlanesMoan6, BlanesMoan6Long
 from shockwave_composition.verlet_richardson import VerletRichardson

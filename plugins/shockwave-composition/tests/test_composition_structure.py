@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from shockwave.engine.fixed_step_integrators import Rk4
-from shockwave.engine.one_step import OneStep
+from attrs import define
+from shockwave.hooks import Attempt, OneStep
 
 from shockwave_composition.blanes_moan import BlanesMoan4, BlanesMoan6, BlanesMoan6Long
 from shockwave_composition.verlet_richardson import VerletRichardson
@@ -16,6 +16,24 @@ SPLITTING = [BlanesMoan4, BlanesMoan6, BlanesMoan6Long]
 GRANULES, SIZE = 4, 0.3
 
 splitting = pytest.mark.parametrize("method", SPLITTING, ids=lambda method: method.name)
+
+
+@define
+class Rk4(OneStep):
+    """The classical method of Runge and Kutta, which is not symplectic."""
+
+    name = "rk4"
+    order = 4
+    adaptive = False
+
+    def attempt(self, acceleration: Any, time: Any, size: Any, x: Any, v: Any, a: Any) -> Attempt:
+        middle, end = time + size / 2, time + size
+        v2, a2 = v + size / 2 * a, acceleration(middle, x + size / 2 * v)
+        v3, a3 = v + size / 2 * a2, acceleration(middle, x + size / 2 * v2)
+        v4, a4 = v + size * a3, acceleration(end, x + size * v3)
+        x = x + size / 6 * (v + 2 * v2 + 2 * v3 + v4)
+        v = v + size / 6 * (a + 2 * a2 + 2 * a3 + a4)
+        return Attempt(x, v, acceleration(end, x), 0.0)
 
 
 def _compressed(time: Any, x: np.ndarray) -> np.ndarray:

@@ -7,14 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from shockwave.prediction.predictor import Predictor
-from shockwave.profiles.shock_profile import ShockProfile
-from shockwave.profiles.tabulated import Tabulated
-from shockwave.scene.chain import Chain, Scales
-from shockwave.scene.material import Material
-from shockwave.scene.shock import Shock
-from shockwave.scene.solitary_wave import MOMENTUM
-from shockwave.simulation.simulate import simulate
+from shockwave import Chain, Material, Predictor, Shock, ShockProfile, Tabulated, simulate
 
 from shockwave_pulses.final_peak_sawtooth import FinalPeakSawtooth
 from shockwave_pulses.half_sine import HalfSine
@@ -37,6 +30,8 @@ EACH = pytest.mark.parametrize("profile", PROFILES.values(), ids=PROFILES)
 # Of equal rise and decay, and smooth.
 BOTH = pytest.mark.parametrize("profile", [HalfSine(), Haversine()], ids=["half-sine", "haversine"])
 PEAK_FORCE, RATIO = 100.0, 1.5
+# Momentum of a solitary wave in units of its peak force and of the chain's unit of time.
+MOMENTUM = 1.652066518648
 SECTION_4 = Predictor(model="section-4")
 
 ShockMaker = Callable[[ShockProfile, float], Shock]
@@ -50,9 +45,14 @@ def chain() -> Chain:
 
 
 @pytest.fixture
-def shock_of(chain: Chain) -> ShockMaker:
-    """Shocks from a profile and half a duration in the chain's own unit of time."""
-    unit = Scales.of(chain, PEAK_FORCE).time
+def unit(chain: Chain) -> float:
+    """Characteristic time [s]."""
+    return chain.time_at_unit_force / PEAK_FORCE ** (1 / 6)
+
+
+@pytest.fixture
+def shock_of(unit: float) -> ShockMaker:
+    """Shocks from a profile and half a duration in the chain's unit of time."""
     return lambda profile, ratio: Shock.of_duration(
         profile=profile, peak_force=PEAK_FORCE, duration=2 * ratio * unit
     )
@@ -94,12 +94,12 @@ def test_a_long_pulse_makes_a_train(profile: ShockProfile, chain: Chain, shock_o
 
 @EACH
 def test_a_short_pulse_is_simulated_as_an_impulse(
-    profile: ShockProfile, chain: Chain, shock_of: ShockMaker
+    profile: ShockProfile, chain: Chain, shock_of: ShockMaker, unit: float
 ) -> None:
     shock = shock_of(profile, 0.01)
     result = simulate(shock, chain, rtol=1e-6)
     # In the limit of no duration only the impulse counts, whatever the shape; at 0.01 that holds to 1e-6.
-    impulse = profile.areas().total * shock.rise_time / Scales.of(chain, PEAK_FORCE).time
+    impulse = profile.areas().total * shock.rise_time / unit
     assert result.amplification == pytest.approx(1.1681817 * (impulse / MOMENTUM) ** 1.2, rel=2e-6)
     assert len(result.waves) == 1
 

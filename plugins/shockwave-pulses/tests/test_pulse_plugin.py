@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from shockwave.registry.registry import entries, load, plugins
+from shockwave import load_scenario
 
 CLASSES = {
     "half-sine": "HalfSine",
@@ -26,7 +26,10 @@ NAMES = list(CLASSES)
 
 # Runs a script against the given site directory in place of the interpreter's own.
 IN_SITE = "import site, sys; site.addsitedir(sys.argv.pop(1)); exec(sys.argv.pop(1))"
-LIST = "from shockwave.cli import main; sys.exit(main(['list', 'profiles', '--json']))"
+LIST = (
+    "import runpy; sys.argv[1:] = ['list', 'profiles', '--json'];"
+    " runpy.run_module('shockwave', run_name='__main__')"
+)
 
 
 def _output(*arguments: str, cwd: Path) -> str:
@@ -73,38 +76,33 @@ def test_profiles_are_listed_only_after_install(tmp_path: Path) -> None:
 
 
 def test_listing_imports_no_profile_and_no_numpy(tmp_path: Path) -> None:
-    script = (
-        "import sys; from shockwave.registry.registry import entries;"
-        " print(*[entry.name for entry in entries('profiles')]);"
-        " print(*sorted(name for name in sys.modules if name.startswith(('numpy.', 'shockwave_pulses.'))))"
-    )
-    listed, imported = _output("-c", script, cwd=tmp_path).splitlines()
-    assert set(NAMES) <= set(listed.split())
-    # The module of hooks is read here, or in a process of its own.
-    assert imported in ("", "shockwave_pulses.hooks")
+    command = [sys.executable, "-X", "importtime", "-m", "shockwave", "list", "profiles"]
+    done = subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, text=True, timeout=60)
+    imported = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
+    assert "shockwave.cli" in imported
+    assert {name for name in imported if name.startswith(("numpy.", "shockwave_pulses"))} <= {
+        "shockwave_pulses",
+        "shockwave_pulses.hooks",
+    }
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_registry_loads_the_class_of_the_name(name: str) -> None:
-    kind = load("profiles", name)
-    assert (kind.__name__, kind.__module__) == (
+def test_a_scenario_gets_the_class_of_the_name(name: str) -> None:
+    profile = load_scenario(Path(__file__).parent.parent / "profiles" / f"{name}.yaml").shock.profile
+    assert (type(profile).__name__, type(profile).__module__) == (
         CLASSES[name],
         f"shockwave_pulses.{name.replace('-', '_')}",
     )
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_no_parameter_need_be_given(name: str) -> None:
-    assert load("profiles", name)().duration_ratio > 1
+def test_nothing_but_the_pulses_is_registered(tmp_path: Path) -> None:
+    rows = json.loads(_output("-m", "shockwave", "list", "plugins", "--check", "--json", cwd=tmp_path))
+    (own,) = [row for row in rows if row["name"] == "shockwave-pulses"]
+    assert own["entries"] == [{"kind": "profiles", "name": name} for name in NAMES]
+    assert own["checked"]
 
 
-def test_nothing_but_the_pulses_is_registered() -> None:
-    own = [plugin for plugin in plugins() if plugin.distribution == "shockwave-pulses"]
-    assert [[(kind, entry.name) for kind, entry in plugin.entries] for plugin in own] == [
-        [("profiles", name) for name in NAMES]
-    ]
-
-
-def test_no_name_is_taken_from_another() -> None:
-    names = [entry.name for entry in entries("profiles")]
+def test_no_name_is_taken_from_another(tmp_path: Path) -> None:
+    rows = json.loads(_output("-m", "shockwave", "list", "profiles", "--json", cwd=tmp_path))
+    names = [row["name"] for row in rows]
     assert sorted(names) == sorted(set(names))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shockwave.profiles.shock_profile import ShockProfile
+from shockwave import ShockProfile
 
 from shockwave_pulses.final_peak_sawtooth import FinalPeakSawtooth
 from shockwave_pulses.half_sine import HalfSine

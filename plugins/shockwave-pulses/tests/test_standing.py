@@ -6,8 +6,7 @@ import math
 from pathlib import Path
 
 import pytest
-from shockwave import Chain, Material, Predictor, Shock
-from shockwave.profiles.shock_profile import ShockProfile
+from shockwave import Chain, Material, Predictor, Shock, ShockProfile
 
 from shockwave_pulses.final_peak_sawtooth import FinalPeakSawtooth
 from shockwave_pulses.half_sine import HalfSine

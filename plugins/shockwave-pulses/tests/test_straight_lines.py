@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 from shockwave import InvalidValueError, PowerLaw
-from shockwave.base.numerics import FloatArray
+from shockwave.hooks import FloatArray
 
 from shockwave_pulses.final_peak_sawtooth import FinalPeakSawtooth
 from shockwave_pulses.initial_peak_sawtooth import InitialPeakSawtooth

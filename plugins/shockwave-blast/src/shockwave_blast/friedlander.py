@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import attrs
 from attrs import frozen
-from shockwave.base.quantity_fields import quantity
+from shockwave import quantity
 
 from shockwave_blast.waveform import BlastWaveform
 

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Sequence
 from typing import Any, get_args
 
 import attrs
 from attrs import frozen
-from shockwave.base.errors import InvalidValueError
-from shockwave.base.numerics import bracketed_root
-from shockwave.base.quantity_fields import quantity, text_of
+from scipy.optimize import brentq
+from shockwave import InvalidValueError, quantity
 
 from shockwave_blast.curves import FARTHEST, NEAREST, BlastWave, Burst, Loading, blast_wave
 from shockwave_blast.waveform import BlastWaveform, decay_area
 
 __all__ = ["KingeryBulmash"]
+
+# Error of the decay coefficient, absolute and relative: the least that `brentq` admits.
+_ACCURACY = 4 * sys.float_info.epsilon
 
 
 def _one_of(names: Sequence[str]) -> Callable[[Any, attrs.Attribute[Any], Any], None]:
@@ -24,7 +27,7 @@ def _one_of(names: Sequence[str]) -> Callable[[Any, attrs.Attribute[Any], Any], 
     def check(_: Any, attribute: attrs.Attribute[Any], value: Any) -> None:
         if not (isinstance(value, str) and value in names):
             listed = " or ".join(repr(name) for name in names)
-            raise InvalidValueError.of(attribute.name, f"must be {listed} (got {text_of(value)})")
+            raise InvalidValueError.of(attribute.name, f"must be {listed} (got {value!r})")
 
     return check
 
@@ -165,4 +168,4 @@ class KingeryBulmash(BlastWaveform):
             )
             raise InvalidValueError.of("standoff", problem)
         # the area of the decay is below 1/b for every b
-        return bracketed_root(lambda b: decay_area(b) - area, 0.0, 1 / area, "decay coefficient")
+        return float(brentq(lambda b: decay_area(b) - area, 0.0, 1 / area, xtol=_ACCURACY, rtol=_ACCURACY))

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from shockwave.base.numerics import FloatArray
-from shockwave.profiles.shock_profile import ShockProfile
+from shockwave import ShockProfile
+from shockwave.hooks import FloatArray
 
 __all__ = ["BlastWaveform", "decay_area"]
 

@@ -8,9 +8,7 @@ from typing import ClassVar, Self
 
 from attrs import define, field, frozen
 from shockwave import InvalidValueError
-from shockwave.base.numerics import FloatArray
-from shockwave.engine.integrator import Acceleration
-from shockwave.engine.one_step import Attempt, OneStep, Scalar
+from shockwave.hooks import Acceleration, Attempt, FloatArray, OneStep
 
 __all__ = ["Shares", "Splitting"]
 
@@ -118,8 +116,8 @@ class Splitting(OneStep):
     def attempt(
         self,
         acceleration: Acceleration,
-        time: Scalar,
-        size: Scalar,
+        time: float | FloatArray,
+        size: float | FloatArray,
         x: FloatArray,
         v: FloatArray,
         a: FloatArray,

@@ -9,9 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 from attrs import define
-from shockwave.base.numerics import FloatArray
-from shockwave.engine.integrator import Acceleration
-from shockwave.engine.one_step import Attempt, OneStep, Scalar
+from shockwave.hooks import Acceleration, Attempt, FloatArray, OneStep
 
 __all__ = ["VerletRichardson", "extrapolation"]
 
@@ -65,8 +63,8 @@ class VerletRichardson(OneStep):
     def attempt(
         self,
         acceleration: Acceleration,
-        time: Scalar,
-        size: Scalar,
+        time: float | FloatArray,
+        size: float | FloatArray,
         x: FloatArray,
         v: FloatArray,
         a: FloatArray,
@@ -82,8 +80,8 @@ class VerletRichardson(OneStep):
 
 def _moved(
     acceleration: Acceleration,
-    time: Scalar,
-    size: Scalar,
+    time: float | FloatArray,
+    size: float | FloatArray,
     count: int,
     x: FloatArray,
     v: FloatArray,

@@ -5,12 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 from attrs import frozen
 from shockwave import ContactLaw, quantity
-from shockwave.scene.contact_law import Pairs
-
-FloatArray = npt.NDArray[np.float64]
+from shockwave.hooks import FloatArray, Pairs
 
 
 @frozen(kw_only=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from attrs import frozen
-from shockwave.base.quantity_fields import quantity
+from shockwave import quantity
 
 from shockwave_pulses.straight_lines import STEEPEST, StraightLines
 

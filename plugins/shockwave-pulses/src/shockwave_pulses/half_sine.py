@@ -7,8 +7,8 @@ import math
 import attrs
 import numpy as np
 from attrs import frozen
-from shockwave.base.numerics import FloatArray
-from shockwave.profiles.shock_profile import ShockProfile
+from shockwave import ShockProfile
+from shockwave.hooks import FloatArray
 
 from shockwave_pulses.sines import less_sine
 

@@ -8,10 +8,8 @@ import attrs
 import numpy as np
 from attrs import frozen
 from scipy.special import betaincinv
-from shockwave.base.errors import Fault, InvalidValueError
-from shockwave.base.numerics import FloatArray
-from shockwave.base.quantity_fields import quantity
-from shockwave.profiles.shock_profile import ShockProfile
+from shockwave import InvalidValueError, ShockProfile, quantity
+from shockwave.hooks import FloatArray
 
 __all__ = ["HertzImpact"]
 
@@ -137,9 +135,9 @@ class HertzImpact(ShockProfile):
         if not given:
             return
         problem = f"must be given with {given[0]} (got nothing; give all values of the impact or none)"
-        faults = [Fault(name, problem) for name in _NEEDED if name not in given]
-        if faults:
-            raise InvalidValueError(faults)
+        errors = [InvalidValueError.of(name, problem) for name in _NEEDED if name not in given]
+        if errors:
+            raise InvalidValueError(fault for error in errors for fault in error.faults)
         object.__setattr__(self, "_impact", _impact_of(self))
 
     @property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from shockwave.base.numerics import FloatArray
+from shockwave.hooks import FloatArray
 
 __all__ = ["less_sine"]
 

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import abc
-from typing import TYPE_CHECKING
 
 import attrs
 import numpy as np
 from attrs import frozen
-from shockwave.base.numerics import FloatArray
-from shockwave.profiles.shock_profile import ShockProfile
-
-if TYPE_CHECKING:
-    from shockwave.profiles.free_path import FreePath
+from shockwave import ShockProfile
+from shockwave.hooks import FloatArray, FreePath
 
 __all__ = ["STEEPEST", "StraightLines"]
 
@@ -74,14 +70,12 @@ class StraightLines(ShockProfile):
         return np.asarray(rising**3 / 6 + level / 2 + level**2 / 2 + reached * falling + fading)
 
     def closed_free_path(self) -> FreePath:
-        from shockwave.profiles.free_path import of_samples
-
         knots = np.array(self.breakpoints)
         impulses, paths = self.closed_running_impulse(knots), self.closed_double_integral(knots)
         forces = np.ones_like(knots)
         forces[0] = 0.0
         forces[-1] = 0.0 if self._plateau_end < self.duration_ratio else 1.0
-        return of_samples(knots, forces, impulses, paths)
+        return FreePath.of_samples(knots, forces, impulses, paths)
 
     def _parts(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Times up to ``s`` in rise, plateau and fall, and the fraction of the fall that has passed."""

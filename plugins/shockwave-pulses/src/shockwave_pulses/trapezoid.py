@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from attrs import frozen
-from shockwave.base.errors import InvalidValueError
-from shockwave.base.quantity_fields import quantity
+from shockwave import InvalidValueError, quantity
 
 from shockwave_pulses.straight_lines import STEEPEST, StraightLines
 
