@@ -11,11 +11,11 @@ from typing import Any
 
 import yaml
 from attrs import evolve
-from shockwave.base.errors import InvalidValueError, ScenarioError, text_of
+from shockwave.base.errors import Fault, InvalidValueError, ScenarioError, steps_of, text_of
 from shockwave.scenario.loader import load_scenario, scenario_of
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.template import template
-from shockwave.scenario.yaml_document import Document, parse_document, steps_of
+from shockwave.scenario.yaml_document import Document, parse_document
 
 #: The scenario file in messages.
 NAME = "scenario"
@@ -67,12 +67,13 @@ def loaded(text: str) -> Scenario:
     """
     document = _parsed(text)
     if document.data.get("sweep") is not None:
-        raise ScenarioError([document.fault(("sweep",), "must be left out here, because the page shows a single case")])
+        problem = "must be left out here, because the page shows a single case"
+        raise ScenarioError(document.place(Fault("sweep", problem)))
     scenario = scenario_of(document, None)
     count = scenario.chain.count
     if count is not None and count > _MOST_GRANULES and not scenario.chain.is_uniform:
         problem = f"must be at most {_MOST_GRANULES} here (got {count}; `shockwave simulate` takes more)"
-        raise ScenarioError([document.fault(("chain", "granules"), problem)])
+        raise ScenarioError(document.place(Fault("chain.granules", problem)))
     timeout = min(scenario.simulate.timeout or _LONGEST, _LONGEST)
     return evolve(scenario, simulate=evolve(scenario.simulate, timeout=timeout))
 
