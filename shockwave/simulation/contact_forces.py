@@ -26,8 +26,16 @@ from shockwave.scene.yielding import UNJUDGED, Yielding, beyond_elastic, first_y
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.convergence_runs import Runs, run, runs_of, tolerances_for
 from shockwave.simulation.recording import Recording, sample_times
-from shockwave.simulation.result_parts import ContactForces, Cost, SegmentEnergy, Train, Transmitted, last_force
-from shockwave.simulation.simulation_result import Computation, Simulation
+from shockwave.simulation.result_parts import (
+    Computation,
+    ContactForces,
+    Cost,
+    SegmentEnergy,
+    Train,
+    Transmitted,
+    last_force,
+)
+from shockwave.simulation.simulation_result import Simulation
 from shockwave.simulation.wave_setup import scaled
 
 _Flags: TypeAlias = npt.NDArray[np.bool_]
@@ -98,10 +106,9 @@ def simulate_chain(
         raise error
     endless, later = chain.count is None, _later_force(case, motion)
     reached = _reached(motion.v) if endless else count
-    name, arrived = WALL if case.has_wall else LAST, motion.arrival is not None
-    leaving = last_force(name, runs.peak(-1), arrived, later)
-    if endless:
-        leaving = LeavingForce(name=WAVE, remedy="simulate a finite chain")
+    leaving = LeavingForce(name=WAVE, remedy="simulate a finite chain")
+    if not endless:
+        leaving = last_force(WALL if case.has_wall else LAST, runs.peak(-1), motion.arrival is not None, later)
     recoil = None if rebounding is None else 0.0 - math.fsum(masses[: len(rebounding)] * rebounding)
     return Simulation(
         scene=scene,

@@ -1,13 +1,18 @@
-"""Parts of the result of a simulation: leading wave, train, contact forces, segments, cost."""
+"""Parts of the result of a simulation: leading wave, train, contact forces, segments, cost; and what computes them."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any, Protocol
+
 from attrs import evolve, field, frozen
 
+from shockwave.base.errors import NumericalError
 from shockwave.engine.scaled_problem import Primary
 from shockwave.scene.chain import Scales
 from shockwave.scene.force_limit import LATER, LeavingForce
-from shockwave.simulation.measured_wave import MeasuredWave
+from shockwave.simulation.measured_wave import MeasuredWave, Passage
+from shockwave.simulation.recording import Recording
 
 
 @frozen(kw_only=True)
@@ -202,3 +207,19 @@ class Train:
     def is_integrated(self) -> bool:
         """Whether the waves were measured; otherwise only the leading wave is known."""
         return self.cost.steps > 0
+
+
+class Computation(Protocol):
+    """Computes the parts of a result that are integrated when they are first read."""
+
+    def train(self, result: Any) -> Train:
+        """All waves and the rebounding granules."""
+
+    def passages(self, result: Any, contacts: Sequence[int]) -> list[Passage | NumericalError]:
+        """The leading wave at these contacts; the error where it has no peak."""
+
+    def forces(self, result: Any) -> ContactForces:
+        """Greatest forces at the contacts of a finite chain of equal granules."""
+
+    def recording(self, result: Any) -> Recording:
+        """Histories that the options request."""

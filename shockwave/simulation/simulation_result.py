@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import Any
 
 from attrs import field, frozen
 
@@ -21,6 +20,7 @@ from shockwave.scene.yielding import Yielding, yielding_of
 from shockwave.simulation.measured_wave import MeasuredWave, Passage
 from shockwave.simulation.recording import Recording, plain
 from shockwave.simulation.result_parts import (
+    Computation,
     ContactForces,
     ContactPeak,
     Cost,
@@ -40,22 +40,6 @@ _KEYS = (
 )
 # JSON keys for the granules that leave the ends of the chain.
 _ENDS = ("recoil_momentum", "recoil_error", "recoil_velocities", "ejected_granules", "spall_velocities")
-
-
-class Computation(Protocol):
-    """Computes the parts of a result that are integrated when they are first read."""
-
-    def train(self, result: Simulation) -> Train:
-        """All waves and the rebounding granules."""
-
-    def passages(self, result: Simulation, contacts: Sequence[int]) -> list[Passage | NumericalError]:
-        """The leading wave at these contacts; the error where it has no peak."""
-
-    def forces(self, result: Simulation) -> ContactForces:
-        """Greatest forces at the contacts of a finite chain of equal granules."""
-
-    def recording(self, result: Simulation) -> Recording:
-        """Histories that the options request."""
 
 
 @frozen(kw_only=True, slots=False, repr=False)
@@ -81,11 +65,9 @@ class Simulation(Result):
         Impulse and work of the shock, or momentum and energy of the striker, and impulse and work of its weight within
         the simulated time [N s, J]; the energy is None on uniform chains.
     momentum_defect : float
-        Difference between the momentum of the granules and the applied momentum minus the impulse on the wall,
-        relative to the applied momentum.
+        Momentum of the granules less the applied momentum and that of the wall, relative to the applied momentum.
     energy_defect : float
-        Difference between the sum of chain energy and dissipated energy and the applied energy, relative to the applied
-        energy.
+        Energy of the chain and dissipated energy less the applied energy, relative to the applied energy.
     characteristic_time : float
         Unit of time of the computation [s].
     run_cost : Cost
@@ -148,8 +130,6 @@ class Simulation(Result):
     end_energy: float | Any = None
     first_yield: Yielding | None = None
 
-    # ---------------------------------------------------------------- scene and settings
-
     @property
     def scenario(self) -> str | None:
         """Name of the scenario, if there is one."""
@@ -174,8 +154,6 @@ class Simulation(Result):
     def rtol(self) -> float | None:
         """Requested relative error; None for a fixed-step method."""
         return self.options.rtol
-
-    # ---------------------------------------------------------------- the leading wave
 
     @property
     def peak_force(self) -> float | Any:
@@ -243,8 +221,6 @@ class Simulation(Result):
         """Leading wave at the requested contacts, without those at which it has no peak."""
         return self._passages[0]
 
-    # ---------------------------------------------------------------- train and ends
-
     @cached_property
     def train(self) -> Train:
         """All waves and the rebounding granules, integrated at the first access."""
@@ -281,8 +257,6 @@ class Simulation(Result):
     def spall_velocities(self) -> tuple[float, ...] | Any:
         """Velocities of the granules that leave the free end [m/s], last granule first."""
         return self.train.spall_velocities
-
-    # ---------------------------------------------------------------- forces at the contacts
 
     @property
     def contacts(self) -> tuple[ContactPeak, ...]:
@@ -324,8 +298,6 @@ class Simulation(Result):
             return self.first_yield
         top = self.greatest_force if self.options.waves == "train" else None
         return yielding_of(self.chain, max(self.wave.peak_force, 0.0 if top is None else top.peak_force))
-
-    # ---------------------------------------------------------------- histories, cost and warnings
 
     @property
     def recording(self) -> Recording | None:
@@ -401,8 +373,6 @@ class Simulation(Result):
             return (self.computation.recording(self) if self.options.record else None), ()
         except NumericalError as error:
             return None, (f"No histories: {error}.",)
-
-    # ---------------------------------------------------------------- text and documents
 
     _brief = (
         *("scenario", "peak_force", "amplification", "forces.greatest.peak_force", "transmitted.peak_force"),

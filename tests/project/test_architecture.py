@@ -102,9 +102,9 @@ SLOW = "scipy", "pint", "cattrs", "pluggy", "importlib.metadata", "concurrent", 
 FEATURES = (
     *(f"shockwave.scene.{name}" for name in ("chain_end", "contact_law", "coverage_rules", "damping", "description")),
     *(f"shockwave.scene.{name}" for name in ("feature_rules", "impact", "layout", "power_law_wave", "segments")),
-    *(f"shockwave.simulation.{name}" for name in ("contact_forces", "contact_result", "contact_s", "contact_text")),
+    *(f"shockwave.simulation.{name}" for name in ("contact_forces", "contact_setup", "convergence_runs")),
     *(f"shockwave.engine.{name}" for name in ("mixed_chain_", "_chains", "nystroem_tableaux")),
-    *("shockwave.simulation.convergence_runs", "shockwave.scenario.chain_blocks"),
+    "shockwave.scenario.chain_blocks",
 )
 OTHER_PROFILES = "shockwave.profiles.exponential", "shockwave.profiles.triangular", "shockwave.records"
 
