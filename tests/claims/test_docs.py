@@ -22,7 +22,7 @@ import shockwave as sw
 from shockwave import cli, hooks, pictures
 from shockwave.base.quantity_fields import quantity_of
 from shockwave.cli.parser import KINDS, OFFERED
-from shockwave.registry import built_ins, registry
+from shockwave.registry import built_ins, hook_specifications, registry
 from shockwave.scenario import block_keys as keys
 from shockwave.scenario import chain_blocks
 from shockwave.scenario.scenario import Published
@@ -203,6 +203,21 @@ def test_table_of_profiles_is_the_registry() -> None:
         assert rows[profile] == own
 
 
+def test_table_of_dampings_is_the_registry() -> None:
+    rows = {code_in(row[0])[0]: set(code_in(row[2])) for row in table("docs/scenarios.md", "dampings")}
+    models = [entry.name for entry in built_ins.ENTRIES["contacts"] if entry.takes == "damping"]
+    assert rows == {name: {key.name for key in keys.keys_of(registry.load("contacts", name))} for name in models}
+
+
+def test_files_and_tests_of_changes_exist() -> None:
+    rows = table("CONTRIBUTING.md", "changes")
+    paths = {name for _, *cells in rows for cell in cells for name in code_in(cell) if "/" in name}
+    assert len(paths) > 3 * len(rows)
+    for path, _, name in (path.partition("::") for path in sorted(paths)):
+        assert (ROOT / path).exists(), path
+        assert not name or re.search(rf"^(def|class) {name}\b", (ROOT / path).read_text(), re.MULTILINE), name
+
+
 def flat(value: Any, path: str = "") -> set[str]:
     """Paths of all keys in a document: ``waves``, ``waves[].momentum``, ``cost.steps``."""
     if isinstance(value, dict):
@@ -274,6 +289,8 @@ def test_names_for_plugins_are_listed_and_their_classes_have_a_page() -> None:
     assert sorted(listed) == hooks.__all__
     classes = {f"shockwave.hooks.{name}" for name in listed if inspect.isclass(getattr(hooks, name))}
     assert {name for name in WITH_A_PAGE if name.startswith("shockwave.hooks.")} == classes
+    specified = {name for name in vars(hook_specifications) if name.startswith("shockwave_")}
+    assert {code_in(row[0])[0] for row in table("docs/plugins.md", "hooks")} == specified
 
 
 #: Names that have a page of their own: those listed by ``autosummary``.
