@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 from markupsafe import Markup, escape
-from shockwave.base.numerics import FloatArray
+from shockwave.hooks import FloatArray
 from shockwave.pictures.picture_elements import BLUE, FIELD, GREY, SKY, VERMILION, si_label
 
 # Size of a chart and the margins around its axes [px of the drawing].

@@ -8,11 +8,11 @@ from functools import cache
 from typing import Any
 
 from attrs import evolve, frozen
+from shockwave import Scenario
 from shockwave.base.quantity_fields import DIAMETER, Quantity
 from shockwave.base.units import to_si
 from shockwave.registry.registry import entries, load
 from shockwave.scenario.block_keys import CHAIN, RECORD, WALLS, parameters_of, shock_keys
-from shockwave.scenario.scenario import Scenario
 
 from .scene import ENDLESS, FREE, WALL, value_at
 

@@ -15,7 +15,8 @@ from typing import Any
 
 import flask
 from flask.typing import ResponseReturnValue
-from shockwave.base.errors import ShockwaveError, UsageError, message_of
+from shockwave import ShockwaveError, UsageError
+from shockwave.base.errors import message_of
 from shockwave.base.files import parse_json
 from shockwave.base.text import html_of
 from shockwave.report import page as report
