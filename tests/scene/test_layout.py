@@ -76,7 +76,6 @@ def test_granules_are_numbered_from_the_struck_end() -> None:
     assert layout.segments == (-1, 0, 1, 1, 1, 1, 1, 1, 2)
     assert layout.velocity == 1.0
     assert Layout.of(chain(), sw.Impact(velocity=1.0, radius=4e-3)).radii[0] == 4e-3
-    assert Layout.of(chain(), sw.Impact(velocity=1.0, radius=4e-3)).radii[0] == 4e-3
 
 
 def test_tapers_have_equal_differences_or_equal_ratios() -> None:
