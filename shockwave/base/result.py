@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from shockwave.base.errors import InvalidValueError, UnknownNameError, UsageError, shortened, text_of
+from shockwave.base.quantities import unit_of, value_at
 from shockwave.base.quantity_fields import listed
 from shockwave.base.text import Detail, html_of, on_screen, si
 
@@ -131,19 +132,7 @@ class Result:
         return dataset(self._named(table), {"title": type(self).__name__})
 
 
-def value_at(value: Any, path: str) -> Any:
-    """Value at a dotted path, such as ``simulated.waves.1.peak_force``; None if there is none."""
-    for step in path.split("."):
-        if step.isdigit():
-            value = value[int(step)] if value and int(step) < len(value) else None
-        else:
-            value = getattr(value, step, None)
-    return value
-
-
 def _text(name: str, value: Any) -> str:
-    from shockwave.base.result_tables import unit_of
-
     if isinstance(value, float):
-        return si(value, unit_of(name.rpartition(".")[2]))
+        return si(value, unit_of(name))
     return repr(value) if isinstance(value, str) else str(len(value) if isinstance(value, tuple) else value)

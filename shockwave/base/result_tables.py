@@ -12,20 +12,9 @@ import numpy.typing as npt
 
 from shockwave import OWN_DISTRIBUTION, __version__
 from shockwave.base.errors import UsageError, message_of, shortened
+from shockwave.base.quantities import unit_of
 from shockwave.base.text import si
 
-# SI units of the quantities in results; all others are dimensionless.
-_NAMES = {
-    "N": ("peak_force", "force", "static_force", "forces", "wall_force", "greatest_force", "transmitted_force"),
-    "N s": ("momentum", "applied_momentum", "impulse", "transmitted_impulse"),
-    "J": ("energy", "kinetic_energy", "contact_energy"),
-    "m/s": ("speed", "granule_velocity", "velocities", "velocity"),
-    "s": ("time", "arrival_time", "width", "end"),
-    "m": ("displacements",),
-    "kg": ("granule_mass", "chain_mass"),
-    "kg/m": ("mass_per_length",),
-}
-_UNITS = {name: unit for unit, names in _NAMES.items() for name in names}
 _SCALARS = (bool, int, float, str, type(None))
 
 
@@ -41,11 +30,6 @@ class TableColumn(NamedTuple):
 
 #: Columns by name; the first is the coordinate of the rows.
 Table: TypeAlias = dict[str, TableColumn]
-
-
-def unit_of(name: str) -> str:
-    """SI unit of a quantity."""
-    return _UNITS.get(name, "")
 
 
 def coordinate(name: str, values: npt.ArrayLike, unit: str | None = None) -> Table:

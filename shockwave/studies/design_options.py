@@ -8,11 +8,12 @@ from typing import Any
 from attrs import field, frozen
 
 from shockwave.base.errors import InvalidValueError, ShockwaveError
+from shockwave.base.quantities import GRANULES, Quantity
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.variations import Family
 from shockwave.studies import varied_scenes
 from shockwave.studies.design_result import Design, Option, VariedParameter
-from shockwave.studies.quantities import Quantity, Requirement
+from shockwave.studies.quantities import Requirement, figures_of_scene
 
 #: Tolerance of the simulations of answers.
 VERIFIED_RTOL = 1e-8
@@ -96,14 +97,14 @@ class DesignScenes:
 
     def _results(self, scenes: Sequence[Scenario], rtol: float) -> list[Any]:
         """Results of the simulations; None for each if no quantity needs them."""
-        if not scenes or all(each.is_of_granules for each in self.quantities):
+        if not scenes or all(each in GRANULES for each in self.quantities):
             return [None] * len(scenes)
         return varied_scenes.simulated(scenes, rtol)
 
     def _option(self, values: Values, scene: Scenario, result: Any, margin: float, verified: bool) -> Option:
         kinds = {each.quantity.name: each.kind for each in self.requirements}
         figures = {
-            each.name: each.read_scene(scene, result, self.named(values), kinds.get(each.name, "least"))
+            each.name: figures_of_scene(each, scene, result, self.named(values), kinds.get(each.name, "least"))
             for each in self.quantities
         }
         return Option(

@@ -13,6 +13,7 @@ from shockwave.base.errors import InvalidValueError, ShockwaveError, below
 from shockwave.base.log import logger
 from shockwave.base.numerics import FloatArray
 from shockwave.base.progress import progressed
+from shockwave.base.quantities import Quantity
 from shockwave.base.quantity_fields import Quantity as Number
 from shockwave.base.quantity_fields import listed
 from shockwave.base.text import si
@@ -24,7 +25,7 @@ from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import LeavingForce, Limit, limit_of, verdict
 from shockwave.studies import quasi_monte_carlo as sampling
 from shockwave.studies import varied_scenes
-from shockwave.studies.quantities import Quantity, quantities_of
+from shockwave.studies.quantities import figures_of, quantities_of
 from shockwave.studies.quasi_monte_carlo import WORK, Distribution
 from shockwave.studies.uncertainty_result import Estimate, Parameter, QuantityStatistics, Sensitivity, Uncertainty
 
@@ -43,7 +44,7 @@ _ENDS = (0.01, 0.99)
 # Standard deviation, over the error of a simulation, of a spread that the error may have caused.
 _NOISE = 3.0
 # The transmitted force.
-_LEAVING = Quantity("leaving.value", "N", "")
+_LEAVING = Quantity("leaving.value", "N")
 
 
 def uncertainty(
@@ -148,7 +149,7 @@ class UncertainScenes:
                 self.warnings[kind] = first, count + 1
         limited = self.scenario.limit is not None
         read = [*self.quantities, _LEAVING] if limited else self.quantities
-        figures = [[each.read(result) or (math.nan, 0.0) for result in results] for each in read]
+        figures = [[figures_of(each, result) or (math.nan, 0.0) for result in results] for each in read]
         if limited:
             figures.append([(_later(result.leaving), 0.0) for result in results])
         read_values, errors = np.moveaxis(np.array(figures), -1, 0)
@@ -235,10 +236,12 @@ def _statistics(
     indices: FloatArray,
 ) -> QuantityStatistics:
     """Statistics of one quantity, from its draws and the slopes and indices of shape (2, parameters, 2)."""
-    value, _ = quantity.read(scenes.nominal) or (0.0, 0.0)
+    value, _ = figures_of(quantity, scenes.nominal) or (0.0, 0.0)
     pairs = zip(scenes.drawn, slopes, indices.swapaxes(0, 1), strict=True)
     return QuantityStatistics(
-        **quantity._asdict(),
+        name=quantity.name,
+        unit=quantity.typed_unit,
+        label=quantity.label,
         **sampling.statistics(batches),
         nominal=value,
         model_error=error,

@@ -7,13 +7,14 @@ import os
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from attrs import asdict, evolve, field, frozen
 from attrs.validators import in_
 
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.files import parse_json, read_bytes, replacing, structured
+from shockwave.base.quantities import Kind
 from shockwave.base.quantity_fields import text_of
 from shockwave.scenario.sweep_block import Sweep
 
@@ -50,7 +51,7 @@ class Column:
 
     name: str
     unit: str | None
-    kind: Literal["number", "whole", "text"]
+    kind: Kind
     meaning: str = ""
 
 
