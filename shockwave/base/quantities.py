@@ -173,7 +173,7 @@ SCALED = _from(
     Quantity("duration", "", "n t0/T0, duration divided by the characteristic time of the chain", "scaled_duration"),
 )
 VERDICT = _from("", Quantity("verdict.decision", "", "below, above or undecided, on the limit", "verdict", kind="text"))
-NOTES = _from("", Quantity("notes", "", "warnings", kind="text"))
+NOTES = _from("", Quantity("notes", "", "warnings, and notes on a record", kind="text"))
 #: Steady wave of the peak force of the leading wave, and its neighbours.
 STEADY_WAVE = _from(
     "steady",

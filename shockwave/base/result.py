@@ -76,10 +76,15 @@ class Result:
             from shockwave.base.result_tables import cells
 
             rows = cells(table, _MOST_ROWS, _MOST_COLUMNS)
-        warnings = getattr(self, "all_warnings", getattr(self, "warnings", ()))[:_MOST_WARNINGS]
+        remarks = {kind: sentences[:_MOST_WARNINGS] for kind, sentences in self.remarks().items()}
         text = shortened(self.text(), _LONGEST_TEXT)
         template = Path(__file__).with_name("notebook.html.jinja")
-        return html_of(template, answer=answer, warnings=warnings, rows=rows, text=text)
+        return html_of(template, answer=answer, remarks=remarks, rows=rows, text=text)
+
+    def remarks(self) -> dict[str, list[str]]:
+        """All ``warnings``, which limit the result, and its ``notes`` on a record."""
+        warnings = getattr(self, "all_warnings", getattr(self, "warnings", ()))
+        return {"warnings": list(dict.fromkeys(warnings)), "notes": [*getattr(self, "notes", ())]}
 
     def _table(self, name: str) -> Table | None:
         """The table of this name; None if the result does not have it."""
@@ -104,7 +109,9 @@ class Result:
         return table
 
     def to_pandas(self, table: str | None = None) -> Any:
-        """Return a table as a `pandas.DataFrame`, whose ``attrs["units"]`` has the SI unit of each column.
+        """Return a table as a `pandas.DataFrame`.
+
+        Its ``attrs`` have the SI ``units`` of the columns, and the ``warnings`` and ``notes`` of the result.
 
         Parameters
         ----------
@@ -120,7 +127,7 @@ class Result:
         """
         from shockwave.base.result_tables import frame
 
-        return frame(self._named(table))
+        return frame(self._named(table), self.remarks())
 
     def to_xarray(self, table: str | None = None) -> Any:
         """Return a table as an `xarray.Dataset`, in which each variable has the attribute ``units``.
@@ -129,7 +136,7 @@ class Result:
         """
         from shockwave.base.result_tables import dataset
 
-        return dataset(self._named(table), {"title": type(self).__name__})
+        return dataset(self._named(table), {"title": type(self).__name__, **self.remarks()})
 
 
 def _text(name: str, value: Any) -> str:

@@ -219,20 +219,13 @@ def _table(rows: Sequence[_Row], results: Sequence[Any], legend: str) -> str:
     for row, result in zip(rows, results, strict=True):
         if _NO_ANSWER in row.values():
             limiting.append(f"{result.scenario}: {_NO_ANSWER}: {result.reason}")
-        warnings, record = getattr(result, "all_warnings", result.warnings), _notes(result)
-        named = {warning: f"{result.scenario}: {warning}" for warning in warnings}
-        limiting += [named[warning] for warning in warnings if warning not in record]
-        others += [f"{result.scenario}: {note}" for note in record]
+        remarks = result.remarks()
+        limiting += [f"{result.scenario}: {warning}" for warning in remarks["warnings"]]
+        others += [f"{result.scenario}: {note}" for note in remarks["notes"]]
     lines = [table(header, cells, spare, margin=0), *limits(dict.fromkeys(limiting))]
     if legend:
         lines += ["", *paragraph("", legend)]
     return "\n".join([*lines, *notes(dict.fromkeys(others))])
-
-
-def _notes(result: Any) -> Sequence[str]:
-    """Notes on a record."""
-    scene = getattr(result, "simulated", result).scene if hasattr(result, "errors") else result.scene
-    return tuple(scene.notes)
 
 
 def _outcome_row(outcome: Outcome) -> _Row:

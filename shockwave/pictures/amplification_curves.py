@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from shockwave.pictures.figure_files import picture
+from shockwave.pictures.figure_files import mark_warnings, picture
 from shockwave.pictures.picture_elements import BLACK, BLUE, GREY, VERMILION, finish, literal, style
 
 if TYPE_CHECKING:
@@ -60,6 +60,7 @@ def universal_curves(ax: Axes, curves: Mapping[str, Any], mark: float | None = N
         )
     together = np.hstack([*points.values()])
     ends = together[0].min(), together[0].max()
+    mark_warnings(ax, curves.values())
     return _frame(ax, ends, np.nanmax(together[1:]), mark)
 
 

@@ -43,7 +43,7 @@ _FEW = 3
 
 def simulation_text(result: Simulation) -> str:
     """The first number with its error estimate, waves or forces; on request balances, cost and scene."""
-    return brief(head(result), limits(result), lines(result))
+    return brief(head(result), result.all_warnings, lines(result))
 
 
 def head(result: Simulation) -> list[str]:
@@ -61,7 +61,7 @@ def lines(result: Simulation) -> list[str]:
     if detail() >= Detail.EXPLAIN:
         parts += ["", wave_tables(result)]
     if detail() is Detail.VERBOSE:
-        parts += ["", *facts([*details(result), *result.scene.summary().facts()]), *notes(result.scene.notes)]
+        parts += ["", *facts([*details(result), *result.scene.summary().facts()]), *notes(result.notes)]
     elif detail() is Detail.SHORT and result.passages:
         parts += ["", *passage_table(result).split("\n")]
     return parts
@@ -74,7 +74,7 @@ def _lines_of_forces(result: Simulation) -> list[str]:
         parts += ["", *contacts.split("\n")]
     if detail() is Detail.VERBOSE:
         parts += [*_energies(result), "", *facts([*details(result), *result.scene.summary().facts()])]
-        parts += notes(result.scene.notes)
+        parts += notes(result.notes)
     return parts
 
 
@@ -112,11 +112,6 @@ def peak_text(result: Simulation) -> str:
     error = result.error_estimate
     accuracy = f"estimated relative error {error:.0e}" if error < 1 else "error not known"
     return f"{si(result.peak_force, 'N', error=error)}, {accuracy}"
-
-
-def limits(result: Simulation) -> list[str]:
-    """Warnings that limit the answer; notes on a record do not."""
-    return [warning for warning in result.all_warnings if warning not in result.scene.notes]
 
 
 def answer(result: Simulation) -> Iterator[tuple[str, str]]:

@@ -215,8 +215,14 @@ class Comparison(Result):
     @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings of the simulation, which are those of the comparison."""
-        notes = self.simulated.scene.notes
-        return tuple(warning for warning in self.simulated.all_warnings if warning not in notes)
+        warnings: tuple[str, ...] = self.simulated.all_warnings
+        return warnings
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Changes that were made to a record."""
+        notes: tuple[str, ...] = self.simulated.notes
+        return notes
 
     def _table(self, name: str) -> Table | None:
         paper = self._paper

@@ -14,6 +14,7 @@ from shockwave.scenario.variations import Family
 from shockwave.studies import varied_scenes
 from shockwave.studies.design_result import Design, Option, VariedParameter
 from shockwave.studies.quantities import Requirement, figures_of_scene
+from shockwave.studies.warning_groups import WarningGroups
 
 #: Tolerance of the simulations of answers.
 VERIFIED_RTOL = 1e-8
@@ -88,8 +89,16 @@ class DesignScenes:
     def design(self, answer: Mapping[str, Any]) -> Design:
         """The design with the fields that are its answer."""
         task = ("parameters", "requirements", "quantities", "least")
-        tried, scenario = tuple(self.tried), self.family.base.name
-        return Design(scenario=scenario, **{name: getattr(self, name) for name in task}, **answer, tried=tried)
+        groups, warnings = WarningGroups(), answer["warnings"]
+        for option in self.tried:
+            groups.add(option.warnings)
+        others = groups.sentences("simulated scenes", besides=warnings)
+        return Design(
+            scenario=self.family.base.name,
+            **{name: getattr(self, name) for name in task},
+            **{**answer, "warnings": (*warnings, *others)},
+            tried=tuple(self.tried),
+        )
 
     def named(self, values: Values) -> dict[str, float | str]:
         """The values by the names of their parameters."""
@@ -113,5 +122,5 @@ class DesignScenes:
             errors={name: error for name, (_, error) in figures.items()},
             violation=max(each.violation(*figures[each.quantity.name], margin) for each in self.requirements),
             verified=verified,
-            warnings=varied_scenes.warnings_of(result) if verified and result is not None else (),
+            warnings=() if result is None else result.wave_warnings,
         )

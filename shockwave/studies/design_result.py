@@ -88,7 +88,7 @@ class Option:
     value_error : float or None
         Error of the only value, in its unit; None if it is not known.
     warnings : tuple of str
-        Warnings of the simulation, if it is verified.
+        Warnings of the simulation.
     """
 
     values: tuple[float | str, ...]
@@ -145,7 +145,8 @@ class Design(Result):
     tried : tuple of Option
         All options that were simulated.
     warnings : tuple of str
-        Limits of the result, in sentences, with the warnings of the simulations of the solutions.
+        Limits of the result, in sentences: the warnings of the simulations of the solutions, and how many of all
+        simulated scenes have others.
     """
 
     scenario: str

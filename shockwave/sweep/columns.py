@@ -13,7 +13,7 @@ from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.sweep_block import Run
 from shockwave.scene.force_limit import Verdict
 from shockwave.simulation.simulation_result import Simulation
-from shockwave.sweep.definition import Column
+from shockwave.sweep.definition import Column, remarks_of
 
 
 class Answer(NamedTuple):
@@ -63,12 +63,12 @@ class Answer(NamedTuple):
 
     @property
     def notes(self) -> str | None:
-        """All warnings."""
+        """All warnings, then the notes on a record."""
         if self.simulated is not None:
-            return " ".join(dict.fromkeys(self.simulated.all_warnings)) or None
+            return remarks_of(self.simulated.all_warnings, self.simulated.notes)
         assert self.predicted is not None
         unknown = (f"No answer: {self.predicted.reason}.",) * (self.predicted.reason is not None)
-        return " ".join(dict.fromkeys((*unknown, *self.predicted.notes, *self.predicted.warnings))) or None
+        return remarks_of((*unknown, *self.predicted.warnings), self.predicted.notes)
 
 
 def columns_of(run: Run, train: bool, finite: bool = False) -> tuple[Quantity, ...]:
