@@ -52,7 +52,8 @@ class WarningGroups:
         for first, places in sorted(groups, key=lambda group: -len(group[1])):
             shown = ", ".join([*map(str, places[:_MOST_LISTED]), *["..."] * (len(places) > _MOST_LISTED)])
             numbers = f" ({shown})" if numbered else ""
-            sentences.append(f"In {len(places)} of {self.count} {scenes}{numbers}: {first}")
+            share = f"{len(places)} of {self.count} {scenes}{numbers}"
+            sentences.append(f"In {f'all {scenes}' if len(places) == self.count else share}: {first}")
         return tuple(sentences)
 
 

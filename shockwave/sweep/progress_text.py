@@ -64,7 +64,7 @@ class SweepReport(Result):
         """What to do about points without a result or with warnings."""
         failed = "column problem of results.csv has the errors; --retry-failed runs them again"
         missing = "the same command runs the missing points"
-        warned = f"{_points(self.warned)} with warnings: column notes of results.csv"
+        warned = f"{_points(self.warned)} with warnings, which are in column notes of results.csv"
         parts = {failed: self.failed or self.crashed, missing: self.left, warned: self.warned}
         return tuple(sentence for sentence, count in parts.items() if count)
 
