@@ -55,13 +55,13 @@ def target_named(name: object, contacts: Sequence[int], kind: str) -> Quantity:
     InvalidValueError
         If there is none; the message lists the names.
     """
-    targets = _targets(contacts)
+    targets = targets_of(contacts)
     if str(name) in targets:
         return targets[str(name)]
     if _CONTACT.fullmatch(str(name)):
         rule = "must count from 0 in the list of the reported contacts, which simulate.contacts sets"
         raise InvalidValueError.of(kind, f"{rule} (got {text_of(name)}; the list has {len(contacts)})")
-    hint = hint_of(str(name), list(_targets(contacts[:1])))
+    hint = hint_of(str(name), list(targets_of(contacts[:1])))
     raise InvalidValueError.of(kind, f"must be a property of the result (got {text_of(name)}; {hint})")
 
 
@@ -98,7 +98,7 @@ def figures_of_scene(
         raise InvalidValueError.of("simulate.until", f"{rule} ({until})")
     if figures is None:
         names = ", ".join(
-            name for name, each in _targets(()).items() if each not in table.GRANULES and figures_of(each, result)
+            name for name, each in targets_of(()).items() if each not in table.GRANULES and figures_of(each, result)
         )
         rule = "must be a quantity that the simulation of every scene has"
         got = f"got {quantity.name}, which is null where {place}; known: {names}"
@@ -106,7 +106,7 @@ def figures_of_scene(
     return figures
 
 
-def _targets(contacts: Sequence[int]) -> dict[str, Quantity]:
+def targets_of(contacts: Sequence[int]) -> dict[str, Quantity]:
     """Quantities by their names, for a scenario that reports these contacts."""
     targets = (*table.GRANULES, *_OF_LIMIT, *_OF_FORCES, *table.YIELD, *table.STEADY_WAVE, *contact_forces(contacts))
     return {each.name: each for each in targets}
