@@ -59,11 +59,6 @@ class Quantity:
         """Dotted names of the attributes of the source."""
         return re.sub(r"\[(\d+)\]", r".\1", self.name.replace("yield.", "yielding."))
 
-    @property
-    def typed_unit(self) -> str:
-        """The unit as it is typed in a scenario."""
-        return self.unit.replace(" ", "*")
-
     def of(self, answer: Any) -> Any:
         """Value in an answer, which has the source as an attribute; None if there is none."""
         return value_at(getattr(answer, self.source) if self.source else answer, self.path)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import TypeVar
 
+from shockwave.base.quantities import unit_of
 from shockwave.base.result_tables import evenly
 from shockwave.base.text import (
     Detail,
@@ -224,18 +225,15 @@ def _wave_row(wave: MeasuredWave) -> tuple[str, ...]:
     return (
         si(wave.peak_force, "N", error=0.3 if error is None else error),
         "not settled" if error is None else f"{error:.0e}",
-        _figure(wave.momentum, "N s", others),
-        _figure(wave.energy, "J", others),
-        "-" if wave.speed is None else _figure(wave.speed, "m/s", others),
-        _figure(wave.width, "s", others),
-        _figure(wave.arrival_time, "s", others),
+        *(_figure(wave, name, others) for name in ("momentum", "energy", "speed", "width", "arrival_time")),
         str(wave.contact),
         f"{wave.foot:.0e}",
     )
 
 
-def _figure(value: float, unit: str, error: float) -> str:
-    return si(value, unit, error=max(error, _FINEST))
+def _figure(wave: MeasuredWave, name: str, error: float) -> str:
+    value = getattr(wave, name)
+    return "-" if value is None else si(value, unit_of(name), error=max(error, _FINEST))
 
 
 def _passage_row(passage: Passage) -> tuple[str, ...]:

@@ -173,7 +173,7 @@ class Requirement:
         """
         quantity = target_named(name, contacts, kind)
         with below(kind, *steps_of(name)):
-            number = float(converted(Key(name, spec=Number(quantity.typed_unit, "", above=0)), value))
+            number = float(converted(Key(name, spec=Number(quantity.unit.replace(" ", "*"), "", above=0)), value))
         return cls(quantity, sign, number, kind)
 
     def violation(self, value: float, error: float, margin: float = 0.0) -> float:

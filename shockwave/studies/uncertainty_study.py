@@ -235,7 +235,7 @@ def _statistics(
     pairs = zip(scenes.drawn, slopes, indices.swapaxes(0, 1), strict=True)
     return QuantityStatistics(
         name=quantity.name,
-        unit=quantity.typed_unit,
+        unit=quantity.unit.replace(" ", "*"),
         label=quantity.label,
         **sampling.statistics(batches),
         nominal=value,

@@ -57,9 +57,8 @@ class Answer(NamedTuple):
     @property
     def verdict(self) -> Verdict | None:
         """Verdict on the limit, of the simulation if there is one."""
-        if self.predicted is not None and (self.simulated is None or self.predicted.simulation is not None):
-            return self.predicted.verdict
-        return None if self.simulated is None else self.simulated.verdict
+        first = self.simulated or self.predicted
+        return None if first is None else first.verdict
 
     @property
     def notes(self) -> str | None:
