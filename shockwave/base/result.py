@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from shockwave.base.errors import InvalidValueError, UnknownNameError, UsageError, shortened, text_of
+from shockwave.base.quantities import unit_of, value_at
 from shockwave.base.quantity_fields import listed
 from shockwave.base.text import Detail, html_of, on_screen, si
 
@@ -75,10 +76,15 @@ class Result:
             from shockwave.base.result_tables import cells
 
             rows = cells(table, _MOST_ROWS, _MOST_COLUMNS)
-        warnings = getattr(self, "all_warnings", getattr(self, "warnings", ()))[:_MOST_WARNINGS]
+        remarks = {kind: sentences[:_MOST_WARNINGS] for kind, sentences in self.remarks().items()}
         text = shortened(self.text(), _LONGEST_TEXT)
         template = Path(__file__).with_name("notebook.html.jinja")
-        return html_of(template, answer=answer, warnings=warnings, rows=rows, text=text)
+        return html_of(template, answer=answer, remarks=remarks, rows=rows, text=text)
+
+    def remarks(self) -> dict[str, list[str]]:
+        """All ``warnings``, which limit the result, and its ``notes`` on a record."""
+        warnings = getattr(self, "all_warnings", getattr(self, "warnings", ()))
+        return {"warnings": list(dict.fromkeys(warnings)), "notes": [*getattr(self, "notes", ())]}
 
     def _table(self, name: str) -> Table | None:
         """The table of this name; None if the result does not have it."""
@@ -103,7 +109,9 @@ class Result:
         return table
 
     def to_pandas(self, table: str | None = None) -> Any:
-        """Return a table as a `pandas.DataFrame`, whose ``attrs["units"]`` has the SI unit of each column.
+        """Return a table as a `pandas.DataFrame`.
+
+        Its ``attrs`` have the SI ``units`` of the columns, and the ``warnings`` and ``notes`` of the result.
 
         Parameters
         ----------
@@ -119,7 +127,7 @@ class Result:
         """
         from shockwave.base.result_tables import frame
 
-        return frame(self._named(table))
+        return frame(self._named(table), self.remarks())
 
     def to_xarray(self, table: str | None = None) -> Any:
         """Return a table as an `xarray.Dataset`, in which each variable has the attribute ``units``.
@@ -128,22 +136,10 @@ class Result:
         """
         from shockwave.base.result_tables import dataset
 
-        return dataset(self._named(table), {"title": type(self).__name__})
-
-
-def value_at(value: Any, path: str) -> Any:
-    """Value at a dotted path, such as ``simulated.waves.1.peak_force``; None if there is none."""
-    for step in path.split("."):
-        if step.isdigit():
-            value = value[int(step)] if value and int(step) < len(value) else None
-        else:
-            value = getattr(value, step, None)
-    return value
+        return dataset(self._named(table), {"title": type(self).__name__, **self.remarks()})
 
 
 def _text(name: str, value: Any) -> str:
-    from shockwave.base.result_tables import unit_of
-
     if isinstance(value, float):
-        return si(value, unit_of(name.rpartition(".")[2]))
+        return si(value, unit_of(name))
     return repr(value) if isinstance(value, str) else str(len(value) if isinstance(value, tuple) else value)

@@ -12,20 +12,9 @@ import numpy.typing as npt
 
 from shockwave import OWN_DISTRIBUTION, __version__
 from shockwave.base.errors import UsageError, message_of, shortened
+from shockwave.base.quantities import unit_of
 from shockwave.base.text import si
 
-# SI units of the quantities in results; all others are dimensionless.
-_NAMES = {
-    "N": ("peak_force", "force", "static_force", "forces", "wall_force", "greatest_force", "transmitted_force"),
-    "N s": ("momentum", "applied_momentum", "impulse", "transmitted_impulse"),
-    "J": ("energy", "kinetic_energy", "contact_energy"),
-    "m/s": ("speed", "granule_velocity", "velocities", "velocity"),
-    "s": ("time", "arrival_time", "width", "end"),
-    "m": ("displacements",),
-    "kg": ("granule_mass", "chain_mass"),
-    "kg/m": ("mass_per_length",),
-}
-_UNITS = {name: unit for unit, names in _NAMES.items() for name in names}
 _SCALARS = (bool, int, float, str, type(None))
 
 
@@ -41,11 +30,6 @@ class TableColumn(NamedTuple):
 
 #: Columns by name; the first is the coordinate of the rows.
 Table: TypeAlias = dict[str, TableColumn]
-
-
-def unit_of(name: str) -> str:
-    """SI unit of a quantity."""
-    return _UNITS.get(name, "")
 
 
 def coordinate(name: str, values: npt.ArrayLike, unit: str | None = None) -> Table:
@@ -84,24 +68,25 @@ def table_of(objects: Sequence[Any], row: str) -> Table:
     return along(row, kept.pop(row, range(len(objects))), kept)
 
 
-def dataset(table: Table, about: Mapping[str, str]) -> Any:
-    """The `xarray.Dataset` of a table, with the attributes ``about``; raises UsageError without xarray."""
+def dataset(table: Table, about: Mapping[str, Any]) -> Any:
+    """The `xarray.Dataset` of a table, with attributes ``about``, lists as lines; raises UsageError without xarray."""
     xarray = library("xarray")
     made: dict[bool, dict[str, Any]] = {False: {}, True: {}}
     for name, (values, unit, axes, meaning, is_coordinate) in table.items():
         units = {} if unit is None else {"units": unit or "1"}
         made[is_coordinate][name] = (axes, values, {"long_name": meaning or name.replace("_", " "), **units})
-    return xarray.Dataset(made[False], made[True], {"source": f"shockwave {__version__}", **about})
+    texts = {name: text if isinstance(text, str) else "\n".join(text) for name, text in about.items()}
+    return xarray.Dataset(made[False], made[True], {"source": f"shockwave {__version__}"} | texts)
 
 
-def frame(table: Table) -> Any:
-    """The `pandas.DataFrame` of a table, with the units in ``attrs``; raises UsageError without pandas."""
+def frame(table: Table, about: Mapping[str, Any]) -> Any:
+    """The `pandas.DataFrame` of a table, with units and ``about`` in ``attrs``; raises UsageError without pandas."""
     pandas = library("pandas")
     (row, index), *rest = _flat(table)
     made = pandas.DataFrame(
         {name: one.values for name, one in rest}, index=pandas.Index(index.values, name=row), copy=True
     )
-    made.attrs["units"] = {name: one.unit for name, one in [(row, index), *rest]}
+    made.attrs |= {"units": {name: one.unit for name, one in [(row, index), *rest]}, **about}
     return made
 
 

@@ -35,8 +35,6 @@ def curve(options: Namespace) -> int:
         error = float(universal.error(ratio))
         amplification = si(float(universal.amplification(ratio)), "", error=error)
         answer = f"amplification {amplification}, error {error:.0e}, at t0/T0 = {ratio:.6g}"
-    notes = list(shock.profile.notes)
-    if chain.count is not None:
-        notes.append(f"the chain of {chain.count} granules is treated as endless")
-    print(strong(answer), *limits(notes), "", universal, sep="\n")
+    endless = [f"the chain of {chain.count} granules is treated as endless"] * (chain.count is not None)
+    print(strong(answer), *limits(endless), "", universal, sep="\n")
     return 0

@@ -14,6 +14,7 @@ from shockwave import answers
 from shockwave.base.errors import Fault, NumericalError, ShockwaveError, UnknownNameError, UsageError
 from shockwave.base.files import refuse_inputs
 from shockwave.base.progress import counted
+from shockwave.base.quantities import FORCES, LEADING_WAVE, WALL, Quantity
 from shockwave.base.result import VERSION
 from shockwave.base.text import alarm, error_text, limits, notes, paragraph, si, table
 from shockwave.cli.output import check_output, failure, json_text, of_arguments, written
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
     from shockwave.simulation.simulation_result import Simulation
     from shockwave.studies.comparison import Comparison
 
+_PEAK, _AMPLIFICATION = LEADING_WAVE[:2]
+_GREATEST = FORCES[0]
 # Names of columns and their cells.
 _Row = dict[str, str]
 
@@ -216,20 +219,13 @@ def _table(rows: Sequence[_Row], results: Sequence[Any], legend: str) -> str:
     for row, result in zip(rows, results, strict=True):
         if _NO_ANSWER in row.values():
             limiting.append(f"{result.scenario}: {_NO_ANSWER}: {result.reason}")
-        warnings, record = getattr(result, "all_warnings", result.warnings), _notes(result)
-        named = {warning: f"{result.scenario}: {warning}" for warning in warnings}
-        limiting += [named[warning] for warning in warnings if warning not in record]
-        others += [f"{result.scenario}: {note}" for note in record]
+        remarks = result.remarks()
+        limiting += [f"{result.scenario}: {warning}" for warning in remarks["warnings"]]
+        others += [f"{result.scenario}: {note}" for note in remarks["notes"]]
     lines = [table(header, cells, spare, margin=0), *limits(dict.fromkeys(limiting))]
     if legend:
         lines += ["", *paragraph("", legend)]
     return "\n".join([*lines, *notes(dict.fromkeys(others))])
-
-
-def _notes(result: Any) -> Sequence[str]:
-    """Notes on a record."""
-    scene = getattr(result, "simulated", result).scene if hasattr(result, "errors") else result.scene
-    return tuple(scene.notes)
 
 
 def _outcome_row(outcome: Outcome) -> _Row:
@@ -246,53 +242,33 @@ def _outcome_row(outcome: Outcome) -> _Row:
 
 def _force_cells(outcome: Outcome) -> _Row:
     """The first force of an outcome with its error."""
-    wall, top = outcome.transmitted, outcome.greatest_force if outcome.peak_force is None else None
-    if outcome.simulation is None and outcome.peak_force is not None:
-        return {"peak force": si(outcome.peak_force, "N", error=SHOWN_ERROR), "error": "not known"}
-    if (peak := wall or top) is not None:
-        return _error_cells("greatest force" if wall is None else "force on wall", peak.peak_force, peak.error_estimate)
-    if outcome.peak_force is None:
-        return {"peak force": _NO_ANSWER}
-    error = 1.0 if outcome.high is None else outcome.high / outcome.peak_force - 1
-    return _error_cells("peak force", outcome.peak_force, error)
+    if outcome.simulation is None:
+        return _error_cells(_PEAK, (outcome.peak_force, SHOWN_ERROR), known=False)
+    figures = ((quantity, quantity.figures(outcome.simulated)) for quantity in (WALL[0], _PEAK, _GREATEST))
+    cells = (_error_cells(quantity, both) for quantity, both in figures if both is not None)
+    return next(cells, {_PEAK.label: _NO_ANSWER})
 
 
-def _error_cells(name: str, force: float, error: float) -> _Row:
+def _error_cells(quantity: Quantity, figures: tuple[float, float] | None, known: bool = True) -> _Row:
     """A force with the estimate of its relative error."""
-    return {name: si(force, "N", error=error), "error": f"{error:.0e}" if force and error < 1 else "not known"}
+    force, error = figures or (0.0, 1.0)
+    shown = f"{error:.0e}" if known and force and error < 1 else "not known"
+    return {quantity.label: si(force, quantity.unit, error=error), "error": shown}
+
+
+def _cells(result: Simulation, *quantities: Quantity) -> _Row:
+    """Quantities of a simulation, of those that it has, with the digits that their errors support."""
+    figures = ((quantity, quantity.figures(result)) for quantity in quantities)
+    return {quantity.label: si(both[0], quantity.unit, error=both[1]) for quantity, both in figures if both is not None}
 
 
 def _simulation_row(result: Simulation) -> _Row:
+    row = {"scenario": result.scenario or "-", **_verdict_cell(result)}
     if result.peak_force is None:
-        return _chain_row(result)
-    error = result.error_estimate
-    return {
-        "scenario": result.scenario or "-",
-        **_verdict_cell(result),
-        **_greatest_cell(result),
-        **_error_cells("peak force", result.peak_force, error),
-        "amplification": si(result.amplification, "", error=error),
-        "waves": _wave_count(result),
-        "ejected": str(result.ejected_granules) if result.options.waves == "train" else "-",
-    }
-
-
-def _chain_row(result: Simulation) -> _Row:
-    """Cells of a chain beyond equal spheres."""
-    top, wall = result.greatest_force, result.transmitted
-    row = {
-        "scenario": result.scenario or "-",
-        **_verdict_cell(result),
-        **_error_cells("greatest force", top.peak_force, top.error_estimate),
-    }
-    if wall is not None:
-        from shockwave.simulation.simulation_text import impulse_text  # for such chains only
-
-        row |= {
-            "force on wall": si(wall.peak_force, "N", error=wall.error_estimate),
-            "wall impulse": impulse_text(wall),
-        }
-    return row
+        return row | _error_cells(_GREATEST, _GREATEST.figures(result)) | _cells(result, *WALL)
+    count = str(result.ejected_granules) if result.options.waves == "train" else "-"
+    row |= _greatest_cell(result) | _error_cells(_PEAK, _PEAK.figures(result)) | _cells(result, _AMPLIFICATION)
+    return row | {"waves": _wave_count(result), "ejected": count}
 
 
 def _comparison_row(both: Comparison) -> _Row:

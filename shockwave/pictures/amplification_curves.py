@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from shockwave.pictures.figure_files import picture
+from shockwave.pictures.figure_files import mark_warnings, picture
 from shockwave.pictures.picture_elements import BLACK, BLUE, GREY, VERMILION, finish, literal, style
 
 if TYPE_CHECKING:
@@ -60,6 +60,7 @@ def universal_curves(ax: Axes, curves: Mapping[str, Any], mark: float | None = N
         )
     together = np.hstack([*points.values()])
     ends = together[0].min(), together[0].max()
+    mark_warnings(ax, curves.values())
     return _frame(ax, ends, np.nanmax(together[1:]), mark)
 
 
@@ -86,7 +87,7 @@ def design(ax: Axes, design: Any) -> Axes:
         ax.set_xscale("log")
     if 0 < _WIDE * reached.min() < reached.max():
         ax.set_yscale("log")
-    return finish(ax, (design.varied, parameter.unit), (quantity.label, quantity.printed_unit))
+    return finish(ax, (design.varied, parameter.unit), (quantity.label, quantity.unit))
 
 
 @picture
@@ -109,7 +110,7 @@ def materials(ax: Axes, design: Any) -> Axes:
         ax.plot(reached[which], places[which], "o", color=colour, markerfacecolor=face, markersize=4, label=label)
     ax.set_yticks(places, [literal(str(option.value)) for option in design.table])
     ax.set_ylim(len(reached) - 0.5, -0.5)
-    return finish(ax, (target.quantity.label, target.quantity.printed_unit), ("", ""))
+    return finish(ax, (target.quantity.label, target.quantity.unit), ("", ""))
 
 
 @picture
@@ -142,4 +143,4 @@ def pareto(ax: Axes, design: Any) -> Axes:
     for set_scale, values in ((ax.set_xscale, every[:, 0]), (ax.set_yscale, every[:, 1])):
         if 0 < _WIDE * values.min() < values.max():
             set_scale("log")
-    return finish(ax, (least.label, least.printed_unit), (quantity.label, quantity.printed_unit))
+    return finish(ax, (least.label, least.unit), (quantity.label, quantity.unit))

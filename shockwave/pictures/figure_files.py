@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import re
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import wraps
 from html import escape
@@ -37,6 +37,8 @@ _FORMATS = ("svg", "png", "pdf")
 _BEGIN = '<svg role="img"'
 #: Held while a picture is drawn: matplotlib's settings are those of the process, not of a thread.
 DRAWING = threading.RLock()
+# Colour of the mark of warnings: the vermilion of the other colours.
+_ALARM = "#D55E00"
 #: Size of small text [pt], legible in a column.
 SMALL = 7.0
 _STYLE: Any = {
@@ -71,14 +73,31 @@ def settings_of(figure: Any, changes: Any = ()) -> Iterator[None]:
 
 
 def picture(draw: _Draw) -> _Draw:
-    """Decorate a function that draws on axes: it uses the settings of their figure."""
+    """Decorate a function that draws on axes: it uses the settings of their figure, and marks warnings of results."""
 
     @wraps(draw)
     def drawn(ax: Axes, *arguments: Any, **options: Any) -> Any:
         with settings_of(ax.get_figure()):
-            return draw(ax, *arguments, **options)
+            drawn = draw(ax, *arguments, **options)
+            mark_warnings(ax, arguments)
+            return drawn
 
     return cast(_Draw, drawn)
+
+
+def mark_warnings(ax: Axes, results: Iterable[Any]) -> None:
+    """Mark a picture of ``results`` with the number of their warnings, if they have some."""
+    if count := len({warning for result in results for warning in getattr(result, "warnings", ())}):
+        mark(ax, f"! {count} warning{'s' * (count > 1)}")
+
+
+def mark(ax: Axes, text: str) -> None:
+    """Write ``text`` in the upper right corner of the axes."""
+    from matplotlib.patheffects import withStroke
+
+    look: dict[str, Any] = {"fontsize": SMALL, "color": _ALARM, "ha": "right", "va": "top", "zorder": 6}
+    outline = [withStroke(linewidth=2.0, foreground="white")]
+    ax.text(0.99, 0.98, text, transform=ax.transAxes, path_effects=outline, **look)
 
 
 def figure(

@@ -288,8 +288,7 @@ class Outcome(Result):
         beyond = self.yielding.warnings if self.yielding else ()
         if result is not None:
             # those of the train limit no first number
-            sentences = dict.fromkeys((*result.warnings, *beyond))
-            return tuple(sentence for sentence in sentences if sentence not in self.notes)
+            return tuple(dict.fromkeys((*result.warnings, *beyond)))
         usual = unusual_warnings(self.excitation, self.chain)
         if self.simulation is not None:
             return usual

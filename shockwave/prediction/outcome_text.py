@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from shockwave.base.errors import Fault
+from shockwave.base.quantities import unit_of
 from shockwave.base.text import (
     Detail,
     alarm,
@@ -26,8 +27,8 @@ from shockwave.prediction.section4_outcome import EjectionOutcome, Section4Outco
 from shockwave.profiles.area_conditions import Condition
 from shockwave.scene.force_limit import verdict_facts
 
-# Printed quantities of a wave, with their units.
-_WAVE = {"peak_force": "N", "momentum": "N s", "energy": "J", "speed": "m/s", "width": "s"}
+# Printed quantities of a wave.
+_WAVE = ("peak_force", "momentum", "energy", "speed", "width")
 # Most waves in the printed table.
 _MOST_ROWS = 20
 # Relative error that the digits of the relations show: three digits.
@@ -166,7 +167,7 @@ def wave_table(paper: Section4Outcome) -> str:
     """A row for each of the first predicted waves."""
     waves = []
     for number, wave in enumerate(paper.waves[:_MOST_ROWS], start=1):
-        figures = [si(getattr(wave, name), unit, error=SHOWN_ERROR) for name, unit in _WAVE.items()]
+        figures = [si(getattr(wave, name), unit_of(name), error=SHOWN_ERROR) for name in _WAVE]
         waves.append([str(number), *figures])
     rows = table(("wave", *(name.replace("_", " ") for name in _WAVE)), waves)
     more = len(paper.waves) - len(waves)

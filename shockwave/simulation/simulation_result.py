@@ -311,8 +311,13 @@ class Simulation(Result):
         return self.run_cost + self.train.cost if later else self.run_cost
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """Changes that were made to a record."""
+        return self.scene.notes
+
+    @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings of changes to a record, unusual values, the accuracy of the first numbers, and their first yield.
+        """Warnings of unusual values, the accuracy of the first numbers, and their first yield.
 
         `all_warnings` has also those of the train, the passages and the histories.
         """
@@ -332,7 +337,7 @@ class Simulation(Result):
 
     @property
     def _run_warnings(self) -> tuple[str, ...]:
-        return (*self.scene.notes, *unusual_warnings(self.scene.excitation, self.chain), *self.run_warnings)
+        return (*unusual_warnings(self.scene.excitation, self.chain), *self.run_warnings)
 
     @cached_property
     def _passages(self) -> tuple[tuple[Passage, ...], tuple[str, ...]]:
@@ -394,7 +399,8 @@ class Simulation(Result):
         others = {"yield": plain(self.yielding), "scene": self.scene.summary().to_dict()}
         others["verdict"] = plain_verdict(self)
         document = VERSION | {name: plain(getattr(self, name)) for name in _KEYS}
-        return {**document, **ends, **options, **others, "warnings": [*self.all_warnings, *self._forces.warnings]}
+        others |= {"warnings": [*self.all_warnings, *self._forces.warnings], "notes": list(self.notes)}
+        return {**document, **ends, **options, **others}
 
     def __str__(self) -> str:
         return printed(self, "shockwave.simulation.simulation_text:simulation_text")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import TypeVar
 
+from shockwave.base.quantities import unit_of
 from shockwave.base.result_tables import evenly
 from shockwave.base.text import (
     Detail,
@@ -43,7 +44,7 @@ _FEW = 3
 
 def simulation_text(result: Simulation) -> str:
     """The first number with its error estimate, waves or forces; on request balances, cost and scene."""
-    return brief(head(result), limits(result), lines(result))
+    return brief(head(result), result.all_warnings, lines(result))
 
 
 def head(result: Simulation) -> list[str]:
@@ -61,7 +62,7 @@ def lines(result: Simulation) -> list[str]:
     if detail() >= Detail.EXPLAIN:
         parts += ["", wave_tables(result)]
     if detail() is Detail.VERBOSE:
-        parts += ["", *facts([*details(result), *result.scene.summary().facts()]), *notes(result.scene.notes)]
+        parts += ["", *facts([*details(result), *result.scene.summary().facts()]), *notes(result.notes)]
     elif detail() is Detail.SHORT and result.passages:
         parts += ["", *passage_table(result).split("\n")]
     return parts
@@ -74,7 +75,7 @@ def _lines_of_forces(result: Simulation) -> list[str]:
         parts += ["", *contacts.split("\n")]
     if detail() is Detail.VERBOSE:
         parts += [*_energies(result), "", *facts([*details(result), *result.scene.summary().facts()])]
-        parts += notes(result.scene.notes)
+        parts += notes(result.notes)
     return parts
 
 
@@ -112,11 +113,6 @@ def peak_text(result: Simulation) -> str:
     error = result.error_estimate
     accuracy = f"estimated relative error {error:.0e}" if error < 1 else "error not known"
     return f"{si(result.peak_force, 'N', error=error)}, {accuracy}"
-
-
-def limits(result: Simulation) -> list[str]:
-    """Warnings that limit the answer; notes on a record do not."""
-    return [warning for warning in result.all_warnings if warning not in result.scene.notes]
 
 
 def answer(result: Simulation) -> Iterator[tuple[str, str]]:
@@ -229,18 +225,15 @@ def _wave_row(wave: MeasuredWave) -> tuple[str, ...]:
     return (
         si(wave.peak_force, "N", error=0.3 if error is None else error),
         "not settled" if error is None else f"{error:.0e}",
-        _figure(wave.momentum, "N s", others),
-        _figure(wave.energy, "J", others),
-        "-" if wave.speed is None else _figure(wave.speed, "m/s", others),
-        _figure(wave.width, "s", others),
-        _figure(wave.arrival_time, "s", others),
+        *(_figure(wave, name, others) for name in ("momentum", "energy", "speed", "width", "arrival_time")),
         str(wave.contact),
         f"{wave.foot:.0e}",
     )
 
 
-def _figure(value: float, unit: str, error: float) -> str:
-    return si(value, unit, error=max(error, _FINEST))
+def _figure(wave: MeasuredWave, name: str, error: float) -> str:
+    value = getattr(wave, name)
+    return "-" if value is None else si(value, unit_of(name), error=max(error, _FINEST))
 
 
 def _passage_row(passage: Passage) -> tuple[str, ...]:

@@ -17,13 +17,14 @@ from shockwave.base.numerics import FloatArray
 from shockwave.base.quantity_fields import Quantity, text_of
 from shockwave.base.result import VERSION, Result, cached_property
 from shockwave.base.result_tables import evenly
-from shockwave.base.text import facts, si, strong, table
+from shockwave.base.text import facts, limits, notes, si, strong, table
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.scene.chain import Chain, Scales
 from shockwave.scene.material import Material
 from shockwave.scene.shock import Shock
 from shockwave.simulation.simulate import simulate_many
+from shockwave.studies.warning_groups import WarningGroups
 
 _RTOL = Quantity("", "relative error allowed", at_least=1e-7, at_most=1e-2)
 _LONGEST = Quantity("", "longest duration n t0/T0", at_least=1e-3, at_most=1e3)
@@ -101,6 +102,8 @@ class UniversalCurve(Result):
         The parameters above.
     points : tuple of CurvePoint
         Simulated points, by ascending t0/T0.
+    warnings : tuple of str
+        Warnings of the simulations, by kind, and on the processing of a record.
 
     Raises
     ------
@@ -114,6 +117,7 @@ class UniversalCurve(Result):
     rtol: float
     longest: float
     points: tuple[CurvePoint, ...]
+    warnings: tuple[str, ...]
 
     _brief = ("profile", "rtol", "longest")
     _tables = (("points", "rise_time"),)
@@ -126,7 +130,15 @@ class UniversalCurve(Result):
                 "profile", "must not pull, because a curve covers no negative forces (got a record)"
             )
         rtol, longest = _RTOL.checked("rtol", rtol), _LONGEST.checked("longest", longest)
-        self.__attrs_init__(profile, rtol, longest, _simulated_points(profile, rtol, longest))
+        groups = WarningGroups()
+        points = _simulated_points(profile, rtol, longest, groups)
+        warnings = (*getattr(profile, "alarms", ()), *groups.sentences("simulations"))
+        self.__attrs_init__(profile, rtol, longest, points, warnings)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Changes that were made to a record."""
+        return tuple(self.profile.notes)
 
     @property
     def longest_rise_time(self) -> float:
@@ -167,7 +179,7 @@ class UniversalCurve(Result):
     def to_dict(self) -> dict[str, Any]:
         """The document that ``shockwave curve -o FILE.json`` writes."""
         document = {"profile": str(self.profile), "rtol": self.rtol, "longest": self.longest}
-        return {**VERSION, **document, "points": [asdict(point) for point in self.points]}
+        return {**VERSION, **document, "points": [asdict(point) for point in self.points], **self.remarks()}
 
     def __str__(self) -> str:
         ratio, most = self.highest
@@ -182,7 +194,8 @@ class UniversalCurve(Result):
         )
         rows = [_row(self.points[index]) for index in evenly(len(self.points), _ROWS)]
         shown = table(("t0/T0", "amplification", "section 4"), rows)
-        return "\n".join([strong(f"universal curve {accuracy}"), *lines, shown])
+        answer = [strong(f"universal curve {accuracy}"), *limits(self.warnings), *lines, shown]
+        return "\n".join([*answer, *notes(self.notes)])
 
     @cached_property
     def _spline(self) -> CubicSpline:
@@ -210,11 +223,13 @@ def _row(point: CurvePoint) -> tuple[str, str, str]:
     return si(point.rise_time, "", 4), si(point.amplification, "", 4), by_section4
 
 
-def _simulated_points(profile: ShockProfile, rtol: float, longest: float) -> tuple[CurvePoint, ...]:
+def _simulated_points(
+    profile: ShockProfile, rtol: float, longest: float, warnings: WarningGroups
+) -> tuple[CurvePoint, ...]:
     """The points of a curve."""
     shortest = min(math.cbrt(rtol), _SPAN * longest)
     n = float(profile.duration_ratio)
-    grid = refined(partial(_simulated, profile, rtol), math.log(shortest / n), math.log(longest / n), rtol)
+    grid = refined(partial(_simulated, profile, rtol, warnings), math.log(shortest / n), math.log(longest / n), rtol)
     points = []
     for x, y, error in np.transpose(grid).tolist():
         section4 = _by_section4(_scaled_shock(profile, x))
@@ -236,7 +251,9 @@ def _by_section4(shock: Shock) -> float | None:
         return None
 
 
-def _simulated(profile: ShockProfile, rtol: float, x: FloatArray) -> tuple[FloatArray, FloatArray, int]:
+def _simulated(
+    profile: ShockProfile, rtol: float, warnings: WarningGroups, x: FloatArray
+) -> tuple[FloatArray, FloatArray, int]:
     """Logarithms of the amplifications at ln t0/T0 = ``x``, their error estimates, and the force evaluations."""
     shocks = [_scaled_shock(profile, place) for place in x.tolist()]
     results: list[Any] = simulate_many(shocks, _CHAIN, _SIMULATION_RTOL * rtol, waves="primary")
@@ -246,6 +263,7 @@ def _simulated(profile: ShockProfile, rtol: float, x: FloatArray) -> tuple[Float
             raise NumericalError(f"no curve covers n t0/T0 = {duration:.4g}: {result}")
         if isinstance(result, ShockwaveError):
             raise result
+        warnings.add(result.run_warnings)
     heights = np.log([result.amplification for result in results])
     errors = np.array([result.error_estimate for result in results])
     return heights, errors, sum(result.cost.force_evaluations for result in results)

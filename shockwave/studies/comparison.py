@@ -23,6 +23,7 @@ from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.solitary_wave import SolitaryWave
 from shockwave.simulation.simulate import simulate_many, simulate_scene
+from shockwave.simulation.simulation_result import Simulation
 
 if TYPE_CHECKING:
     from shockwave.simulation.measured_wave import MeasuredWave
@@ -81,7 +82,7 @@ class Comparison(Result):
     """
 
     predicted: Outcome | None
-    simulated: Any
+    simulated: Simulation
     equal_tolerance: float = field(default=0.05, repr=False)
     published: Published | None = None
     faults: tuple[Fault, ...] = ()
@@ -105,20 +106,17 @@ class Comparison(Result):
     @property
     def scenario(self) -> str | None:
         """Name of the scenario."""
-        name: str | None = self.simulated.scenario
-        return name
+        return self.simulated.scenario
 
     @property
     def limit(self) -> Limit | None:
         """Limit on the transmitted force."""
-        limit: Limit | None = self.simulated.limit
-        return limit
+        return self.simulated.limit
 
     @property
     def verdict(self) -> Verdict | None:
         """Verdict of the simulation on the limit; None without a limit."""
-        verdict: Verdict | None = self.simulated.verdict
-        return verdict
+        return self.simulated.verdict
 
     @property
     def relation(self) -> Relation | None:
@@ -215,8 +213,12 @@ class Comparison(Result):
     @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings of the simulation, which are those of the comparison."""
-        notes = self.simulated.scene.notes
-        return tuple(warning for warning in self.simulated.all_warnings if warning not in notes)
+        return self.simulated.all_warnings
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Changes that were made to a record."""
+        return self.simulated.notes
 
     def _table(self, name: str) -> Table | None:
         paper = self._paper

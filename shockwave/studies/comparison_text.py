@@ -41,7 +41,7 @@ def comparison_text(both: Comparison) -> str:
             "",
         ]
         lines += [*facts([*simulation_text.details(both.simulated), *both.simulated.scene.summary().facts()])]
-        lines += notes(both.simulated.scene.notes)
+        lines += notes(both.notes)
     answer = [strong(f"{name}simulated {simulation_text.lead_text(both.simulated)}"), *facts(verdict_facts(both))]
     return brief(answer, both.warnings, lines)
 

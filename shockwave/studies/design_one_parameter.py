@@ -16,7 +16,7 @@ from shockwave.base.progress import progressed
 from shockwave.studies.design_options import VERIFIED_RTOL, DesignScenes
 from shockwave.studies.design_result import Option
 from shockwave.studies.quantities import Requirement
-from shockwave.studies.varied_scenes import kind_of
+from shockwave.studies.warning_groups import kind_of
 
 # Most whole numbers that are tried one by one.
 _MOST_WHOLE = 200

@@ -8,11 +8,13 @@ from typing import Any
 from attrs import field, frozen
 
 from shockwave.base.errors import InvalidValueError, ShockwaveError
+from shockwave.base.quantities import GRANULES, Quantity
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.variations import Family
 from shockwave.studies import varied_scenes
 from shockwave.studies.design_result import Design, Option, VariedParameter
-from shockwave.studies.quantities import Quantity, Requirement
+from shockwave.studies.quantities import Requirement, figures_of_scene
+from shockwave.studies.warning_groups import WarningGroups
 
 #: Tolerance of the simulations of answers.
 VERIFIED_RTOL = 1e-8
@@ -87,8 +89,16 @@ class DesignScenes:
     def design(self, answer: Mapping[str, Any]) -> Design:
         """The design with the fields that are its answer."""
         task = ("parameters", "requirements", "quantities", "least")
-        tried, scenario = tuple(self.tried), self.family.base.name
-        return Design(scenario=scenario, **{name: getattr(self, name) for name in task}, **answer, tried=tried)
+        groups, warnings = WarningGroups(), answer["warnings"]
+        for option in self.tried:
+            groups.add(option.warnings)
+        others = groups.sentences("simulated scenes", besides=warnings)
+        return Design(
+            scenario=self.family.base.name,
+            **{name: getattr(self, name) for name in task},
+            **{**answer, "warnings": (*warnings, *others)},
+            tried=tuple(self.tried),
+        )
 
     def named(self, values: Values) -> dict[str, float | str]:
         """The values by the names of their parameters."""
@@ -96,14 +106,14 @@ class DesignScenes:
 
     def _results(self, scenes: Sequence[Scenario], rtol: float) -> list[Any]:
         """Results of the simulations; None for each if no quantity needs them."""
-        if not scenes or all(each.is_of_granules for each in self.quantities):
+        if not scenes or all(each in GRANULES for each in self.quantities):
             return [None] * len(scenes)
         return varied_scenes.simulated(scenes, rtol)
 
     def _option(self, values: Values, scene: Scenario, result: Any, margin: float, verified: bool) -> Option:
         kinds = {each.quantity.name: each.kind for each in self.requirements}
         figures = {
-            each.name: each.read_scene(scene, result, self.named(values), kinds.get(each.name, "least"))
+            each.name: figures_of_scene(each, scene, result, self.named(values), kinds.get(each.name, "least"))
             for each in self.quantities
         }
         return Option(
@@ -112,5 +122,5 @@ class DesignScenes:
             errors={name: error for name, (_, error) in figures.items()},
             violation=max(each.violation(*figures[each.quantity.name], margin) for each in self.requirements),
             verified=verified,
-            warnings=varied_scenes.warnings_of(result) if verified and result is not None else (),
+            warnings=() if result is None else result.wave_warnings,
         )

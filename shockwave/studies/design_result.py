@@ -8,10 +8,11 @@ from typing import Any
 
 from attrs import asdict, evolve, field, frozen
 
+from shockwave.base.quantities import Quantity
 from shockwave.base.result import VERSION, Result
 from shockwave.base.result_tables import Table, along
 from shockwave.base.text import printed, si
-from shockwave.studies.quantities import Quantity, Requirement
+from shockwave.studies.quantities import Requirement
 
 # Positive intervals whose ends have a larger ratio are divided logarithmically.
 _WIDE = 3.0
@@ -87,7 +88,7 @@ class Option:
     value_error : float or None
         Error of the only value, in its unit; None if it is not known.
     warnings : tuple of str
-        Warnings of the simulation, if it is verified.
+        Warnings of the simulation.
     """
 
     values: tuple[float | str, ...]
@@ -144,7 +145,8 @@ class Design(Result):
     tried : tuple of Option
         All options that were simulated.
     warnings : tuple of str
-        Limits of the result, in sentences, with the warnings of the simulations of the solutions.
+        Limits of the result, in sentences: the warnings of the simulations of the solutions, and how many of all
+        simulated scenes have others.
     """
 
     scenario: str
@@ -199,7 +201,7 @@ class Design(Result):
         if self.reachable:
             return ""
         target = self.requirements[0]
-        bound = si(target.value, target.quantity.printed_unit, 6)
+        bound = si(target.value, target.quantity.unit, 6)
         if self.least is not None:
             return self._missed()
         if self.spanned and self.is_ranked:
@@ -239,7 +241,7 @@ class Design(Result):
         if not options:
             return None
         units = {each.name: each.unit for each in self.parameters if not each.among}
-        units |= {each.name: each.printed_unit for each in self.quantities}
+        units |= {each.name: each.unit for each in self.quantities}
         columns: dict[str, Any] = {
             each.name: [option.values[index] for option in options] for index, each in enumerate(self.parameters)
         }
@@ -251,7 +253,7 @@ class Design(Result):
         document = asdict(evolve(self, tried=(), requirements=(), quantities=()))
         del document["tried"], document["quantities"]
         document["requirements"] = [
-            {"quantity": each.quantity.name, "unit": each.quantity.printed_unit, "sign": each.sign, "value": each.value}
+            {"quantity": each.quantity.name, "unit": each.quantity.unit, "sign": each.sign, "value": each.value}
             for each in self.requirements
         ]
         return {**VERSION, **document, "evaluations": len(self.tried), "reachable": self.reachable, "why": self.why}
@@ -284,4 +286,4 @@ class Design(Result):
         value, error = option.quantities[quantity.name], max(option.errors[quantity.name], _FINEST)
         if quantity.unit == "kg":
             return si(1e3 * value, "g", 5)
-        return si(value, quantity.printed_unit, error=error if math.isfinite(error) else 1.0)
+        return si(value, quantity.unit, error=error if math.isfinite(error) else 1.0)

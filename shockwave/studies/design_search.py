@@ -18,7 +18,7 @@ from shockwave.studies import varied_scenes
 from shockwave.studies.design_one_parameter import compare_values, search_interval
 from shockwave.studies.design_options import DesignScenes
 from shockwave.studies.design_result import Design, VariedParameter
-from shockwave.studies.quantities import Quantity, Requirement, contacts_of, parts_of
+from shockwave.studies.quantities import Requirement, contacts_of, parts_of, target_named
 
 _POINTS = Number("", "number of rows", at_least=2, at_most=1000, whole=True)
 
@@ -93,7 +93,7 @@ def design(
         raise InvalidValueError.of("target", "must be given, such as 'transmitted.peak_force <= 60 N' (got nothing)")
     parameters = tuple(_parameters(scenario, vary, between, among))
     single = len(parameters) == len(requirements) == 1 and least is None
-    mass = Quantity.named("chain.mass" if least is None else least, contacts, "least")
+    mass = target_named("chain.mass" if least is None else least, contacts, "least")
     # along one parameter, the mass of a finite chain is shown beside the quantity
     quantities = [each.quantity for each in requirements] + [mass] * (not single or scenario.chain.count is not None)
     scenes = DesignScenes(

@@ -1,17 +1,18 @@
-"""Quantities of a scene by their names in the document that ``simulate --json`` prints, and requirements on them."""
+"""Quantities that designs and uncertainties read from simulations, and requirements on them."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, NamedTuple, cast
+from typing import Any, Literal, cast
 
 from attrs import frozen
 
+from shockwave.base import quantities as table
 from shockwave.base.errors import InvalidValueError, below, hint_of, steps_of
+from shockwave.base.quantities import Quantity, contact_forces
 from shockwave.base.quantity_fields import Quantity as Number
 from shockwave.base.quantity_fields import text_of
-from shockwave.base.result_tables import unit_of
 from shockwave.base.text import si
 from shockwave.scenario.block_keys import Key
 from shockwave.scenario.scenario import Scenario
@@ -21,25 +22,9 @@ from shockwave.scene.solitary_wave import SolitaryWave
 from shockwave.scene.yielding import UNJUDGED
 from shockwave.simulation.recording import reported_contacts
 
-# Name -> SI unit and label. A contact is named by its index in the list of the reported contacts.
-_OF_LIMIT = {"peak_force": ("N", "peak force"), "amplification": ("", "amplification")}
-_OF_FORCES = {
-    "greatest_force.peak_force": ("N", "greatest force"),
-    "transmitted.peak_force": ("N", "wall force"),
-    "transmitted.impulse": ("N*s", "wall impulse"),
-    "restitution": ("", "restitution"),
-    "dissipated_energy": ("J", "dissipated energy"),
-}
 _CONTACT = re.compile(r"contacts\[\d+\]\.peak_force")
-# Properties of the leading wave that follow from its peak force.
-_OF_WAVE = ("momentum", "energy", "speed", "width", "granule_velocity")
-# Further quantities of a design, which `uncertainty` does not list.
-_OF_DESIGNS = {"yield.peak_ratio": ("", "ratio to first yield")} | {
-    name: (unit_of(name).replace(" ", "*"), name.replace("_", " ")) for name in _OF_WAVE
-}
-# Quantities of the granules, which need no simulation -> index in `mass_and_length`.
-_OF_GRANULES = {"chain.mass": 0, "chain.length": 1}
-_GRANULES = {"chain.mass": ("kg", "chain mass"), "chain.length": ("m", "chain length")}
+_OF_LIMIT = table.LEADING_WAVE[:2]
+_OF_FORCES = (table.FORCES[0], *table.WALL, *table.STRIKER, *table.DISSIPATED)
 # Hint in the error for the mass of an endless chain.
 _OR_LEAST = "; or state another quantity to minimise, --least of the command or least in Python"
 # No property of the leading wave grows faster than the square of its peak force.
@@ -62,99 +47,69 @@ def contacts_of(scenario: Scenario) -> tuple[int, ...]:
     return reported_contacts(scenario.simulate, contacts)
 
 
-class Quantity(NamedTuple):
-    """A quantity of a scene: its name, SI unit, and label in printed form."""
+def target_named(name: object, contacts: Sequence[int], kind: str) -> Quantity:
+    """The quantity of this name, for a scenario that reports these contacts; ``kind`` names it in messages.
 
-    name: str
-    unit: str
-    label: str
+    Raises
+    ------
+    InvalidValueError
+        If there is none; the message lists the names.
+    """
+    targets = targets_of(contacts)
+    if str(name) in targets:
+        return targets[str(name)]
+    if _CONTACT.fullmatch(str(name)):
+        rule = "must count from 0 in the list of the reported contacts, which simulate.contacts sets"
+        raise InvalidValueError.of(kind, f"{rule} (got {text_of(name)}; the list has {len(contacts)})")
+    hint = hint_of(str(name), list(targets_of(contacts[:1])))
+    raise InvalidValueError.of(kind, f"must be a property of the result (got {text_of(name)}; {hint})")
 
-    @classmethod
-    def named(cls, name: object, contacts: Sequence[int], kind: str) -> Quantity:
-        """The quantity of this name, for a scenario that reports these contacts; ``kind`` names it in messages.
 
-        Raises
-        ------
-        InvalidValueError
-            If there is none; the message lists the names.
-        """
-        quantities = _quantities(contacts)
-        if str(name) in quantities:
-            return quantities[str(name)]
-        if _CONTACT.fullmatch(str(name)):
-            rule = "must count from 0 in the list of the reported contacts, which simulate.contacts sets"
-            raise InvalidValueError.of(kind, f"{rule} (got {text_of(name)}; the list has {len(contacts)})")
-        hint = hint_of(str(name), list(_quantities(contacts[:1])))
-        raise InvalidValueError.of(kind, f"must be a property of the result (got {text_of(name)}; {hint})")
+def figures_of(quantity: Quantity, result: Any) -> tuple[float, float] | None:
+    """Value and estimated relative error in the result of a simulation; None where the result has no value."""
+    if quantity in table.YIELD and any(each.startswith(UNJUDGED) for each in result.warnings):
+        return None  # other contacts may yield first
+    if quantity in table.STEADY_WAVE:
+        wave = None if result.peak_force is None else SolitaryWave.of(result.peak_force, result.chain)
+        return None if wave is None else (getattr(wave, quantity.name), _LARGEST_POWER * result.error_estimate)
+    return quantity.figures(result)
 
-    @property
-    def is_of_granules(self) -> bool:
-        """Whether it is the mass or the length of the granules, which needs no simulation."""
-        return self.name in _OF_GRANULES
 
-    @property
-    def printed_unit(self) -> str:
-        """The unit in printed form."""
-        return self.unit.replace("*", " ")
+def figures_of_scene(
+    quantity: Quantity, scene: Scenario, result: Any, values: Mapping[str, Any], kind: str
+) -> tuple[float, float]:
+    """Value and relative error in a scene, from the chain or the ``result`` of its simulation.
 
-    def read(self, result: Any) -> tuple[float, float] | None:
-        """Value and estimated relative error in the result of a simulation; None where the result has no value.
+    ``values`` are those of the varied parameters; ``kind`` names the quantity in messages.
 
-        A quantity without an error estimate takes that of the innermost part of the result that has one.
-        """
-        if self.name.startswith("yield") and any(each.startswith(UNJUDGED) for each in result.warnings):
-            return None  # other contacts may yield first
-        value, error = result, result.error_estimate
-        if self.name in _OF_WAVE:
-            wave = None if result.peak_force is None else SolitaryWave.of(result.peak_force, result.chain)
-            return None if wave is None else (float(getattr(wave, self.name)), _LARGEST_POWER * error)
-        for step in steps_of(self.name):
-            error = getattr(value, f"{step}_error", error)
-            if isinstance(step, int):
-                value = value[step] if step < len(value) else None
-            else:
-                value = getattr(value, "yielding" if step == "yield" else step, None)
-            error = getattr(value, "error_estimate", error)
-        return None if value is None else (float(value), float(error))
-
-    def read_scene(self, scene: Scenario, result: Any, values: Mapping[str, Any], kind: str) -> tuple[float, float]:
-        """Value and relative error in a scene, from the chain or the ``result`` of its simulation.
-
-        ``values`` are those of the varied parameters; ``kind`` names the quantity in messages.
-
-        Raises
-        ------
-        InvalidValueError
-            If the scene has no value, and the message lists the quantities that it has; or if the simulated time ends
-            before the wave reaches the wall.
-        """
-        if self.is_of_granules:
-            return mass_and_length(scene.chain, _OR_LEAST * (kind == "least"))[_OF_GRANULES[self.name]], 0.0
-        figures = self.read(result)
-        place = " and ".join(
-            f"{name} is {each if isinstance(each, str) else f'{each:g}'}" for name, each in values.items()
+    Raises
+    ------
+    InvalidValueError
+        If the scene has no value, and the message lists the quantities that it has; or if the simulated time ends
+        before the wave reaches the wall.
+    """
+    if quantity in table.GRANULES:
+        return mass_and_length(scene.chain, _OR_LEAST * (kind == "least"))[table.GRANULES.index(quantity)], 0.0
+    figures = figures_of(quantity, result)
+    place = " and ".join(f"{name} is {each if isinstance(each, str) else f'{each:g}'}" for name, each in values.items())
+    if quantity in table.WALL and figures and result.options.until and result.arrival_time is None:
+        rule = "must be later than the arrival of the wave at the wall"
+        until = f"got {result.options.until:g} s, too early where {place}"
+        raise InvalidValueError.of("simulate.until", f"{rule} ({until})")
+    if figures is None:
+        names = ", ".join(
+            name for name, each in targets_of(()).items() if each not in table.GRANULES and figures_of(each, result)
         )
-        if self.name.startswith("transmitted.") and figures and result.options.until and result.arrival_time is None:
-            rule = "must be later than the arrival of the wave at the wall"
-            until = f"got {result.options.until:g} s, too early where {place}"
-            raise InvalidValueError.of("simulate.until", f"{rule} ({until})")
-        if figures is None:
-            names = ", ".join(
-                name for name, each in _quantities(()).items() if not each.is_of_granules and each.read(result)
-            )
-            rule = "must be a quantity that the simulation of every scene has"
-            raise InvalidValueError.of(kind, f"{rule} (got {self.name}, which is null where {place}; known: {names})")
-        return figures
+        rule = "must be a quantity that the simulation of every scene has"
+        got = f"got {quantity.name}, which is null where {place}; known: {names}"
+        raise InvalidValueError.of(kind, f"{rule} ({got})")
+    return figures
 
 
-def _quantities(contacts: Sequence[int]) -> dict[str, Quantity]:
+def targets_of(contacts: Sequence[int]) -> dict[str, Quantity]:
     """Quantities by their names, for a scenario that reports these contacts."""
-    about = _GRANULES | _OF_LIMIT | _OF_FORCES | _OF_DESIGNS | _of_contacts(contacts)
-    return {name: Quantity(name, *each) for name, each in about.items()}
-
-
-def _of_contacts(contacts: Sequence[int]) -> dict[str, tuple[str, str]]:
-    return {f"contacts[{i}].peak_force": ("N", f"force at contact {contact}") for i, contact in enumerate(contacts)}
+    targets = (*table.GRANULES, *_OF_LIMIT, *_OF_FORCES, *table.YIELD, *table.STEADY_WAVE, *contact_forces(contacts))
+    return {each.name: each for each in targets}
 
 
 def quantities_of(scenario: Scenario, result: Any) -> list[Quantity]:
@@ -163,9 +118,9 @@ def quantities_of(scenario: Scenario, result: Any) -> list[Quantity]:
     Where the leading wave has a limit, these are its peak force and amplification, else the forces in the chain; and
     the forces at the contacts that the scenario requests.
     """
-    about = (_OF_FORCES if result.peak_force is None else _OF_LIMIT) | _of_contacts(scenario.simulate.contacts)
-    quantities = [Quantity(name, *each) for name, each in about.items()]
-    return [quantity for quantity in quantities if (quantity.read(result) or (0.0,))[0]]
+    about = _OF_FORCES if result.peak_force is None else _OF_LIMIT
+    quantities = (*about, *contact_forces(scenario.simulate.contacts))
+    return [quantity for quantity in quantities if (figures_of(quantity, result) or (0.0,))[0]]
 
 
 # ---------------------------------------------------------------- requirements
@@ -216,9 +171,9 @@ class Requirement:
         InvalidValueError
             If the quantity is unknown, or the value is not above 0.
         """
-        quantity = Quantity.named(name, contacts, kind)
+        quantity = target_named(name, contacts, kind)
         with below(kind, *steps_of(name)):
-            number = float(converted(Key(name, spec=Number(quantity.unit, "", above=0)), value))
+            number = float(converted(Key(name, spec=Number(quantity.unit.replace(" ", "*"), "", above=0)), value))
         return cls(quantity, sign, number, kind)
 
     def violation(self, value: float, error: float, margin: float = 0.0) -> float:
@@ -240,7 +195,7 @@ class Requirement:
     @property
     def bound(self) -> str:
         """The relation and the value in printed form."""
-        return f"{self.sign} {si(self.value, self.quantity.printed_unit, 6)}"
+        return f"{self.sign} {si(self.value, self.quantity.unit or '', 6)}"
 
     def __str__(self) -> str:
         return f"{self.quantity.label} {self.bound}"

@@ -13,6 +13,7 @@ from shockwave.base.errors import InvalidValueError, ShockwaveError, below
 from shockwave.base.log import logger
 from shockwave.base.numerics import FloatArray
 from shockwave.base.progress import progressed
+from shockwave.base.quantities import Quantity
 from shockwave.base.quantity_fields import Quantity as Number
 from shockwave.base.quantity_fields import listed
 from shockwave.base.text import si
@@ -24,9 +25,10 @@ from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import LeavingForce, Limit, limit_of, verdict
 from shockwave.studies import quasi_monte_carlo as sampling
 from shockwave.studies import varied_scenes
-from shockwave.studies.quantities import Quantity, quantities_of
+from shockwave.studies.quantities import figures_of, quantities_of
 from shockwave.studies.quasi_monte_carlo import WORK, Distribution
 from shockwave.studies.uncertainty_result import Estimate, Parameter, QuantityStatistics, Sensitivity, Uncertainty
+from shockwave.studies.warning_groups import WarningGroups
 
 _DRAWS = Number("", "number of draws", at_least=256, at_most=2**18, whole=True)
 # Default number of draws for equal granules, where a simulation takes less than a millisecond, and for other chains.
@@ -43,7 +45,7 @@ _ENDS = (0.01, 0.99)
 # Standard deviation, over the error of a simulation, of a spread that the error may have caused.
 _NOISE = 3.0
 # The transmitted force.
-_LEAVING = Quantity("leaving.value", "N", "")
+_LEAVING = Quantity("leaving.value", "N")
 
 
 def uncertainty(
@@ -125,8 +127,7 @@ class UncertainScenes:
     #: Quantities that are read.
     quantities: list[Quantity]
     family: Family
-    #: Kinds of warnings of the scenes -> the first one and how many there are.
-    warnings: dict[str, tuple[str, int]] = field(factory=dict)
+    warnings: WarningGroups = field(factory=WarningGroups)
 
     @classmethod
     def of(cls, scenario: Scenario, drawn: Sequence[Distribution], rtol: float) -> UncertainScenes:
@@ -142,13 +143,10 @@ class UncertainScenes:
         scenes = [self.family.scenario(dict(zip(values, row, strict=True))) for row in rows]
         results = varied_scenes.simulations(scenes, rtol, _LONGEST)
         for result in results:
-            for warning in varied_scenes.warnings_of(result):
-                kind = varied_scenes.kind_of(warning)
-                first, count = self.warnings.get(kind, (warning, 0))
-                self.warnings[kind] = first, count + 1
+            self.warnings.add(result.wave_warnings)
         limited = self.scenario.limit is not None
         read = [*self.quantities, _LEAVING] if limited else self.quantities
-        figures = [[each.read(result) or (math.nan, 0.0) for result in results] for each in read]
+        figures = [[figures_of(each, result) or (math.nan, 0.0) for result in results] for each in read]
         if limited:
             figures.append([(_later(result.leaving), 0.0) for result in results])
         read_values, errors = np.moveaxis(np.array(figures), -1, 0)
@@ -178,14 +176,12 @@ class UncertainScenes:
                 low, high = (si(end, each.spread.variable.unit or "") for end in ends.tolist())
                 problem = f"must change a quantity of the result (got the same {same} for {low} and {high}; delete it)"
                 raise InvalidValueError.of(("uncertainty", each.name), problem)
-        self.warnings.clear()
+        self.warnings = WarningGroups()
 
-    def all_warnings(self, count: int) -> list[str]:
-        """Warnings of the nominal scene, and those of other kinds of the ``count`` drawn scenes."""
-        warnings = varied_scenes.warnings_of(self.nominal)
-        kinds = {varied_scenes.kind_of(warning) for warning in warnings}
-        others = [each for kind, each in self.warnings.items() if kind not in kinds]
-        return [*warnings, *(f"In {share} of {count} scenes: {first}" for first, share in others)]
+    def all_warnings(self) -> list[str]:
+        """Warnings of the nominal scene, and those of other kinds of the drawn scenes."""
+        warnings = self.nominal.wave_warnings
+        return [*warnings, *self.warnings.sentences(besides=warnings)]
 
 
 def _result(scenes: UncertainScenes, draws: int, seed: int, rtol: float) -> Uncertainty:
@@ -194,7 +190,7 @@ def _result(scenes: UncertainScenes, draws: int, seed: int, rtol: float) -> Unce
     scenes.check_effects(rtol)
     points, outputs, errors = sampling.sampled(drawn, draws, seed, lambda values: scenes.evaluate(values, rtol))
     evaluations = draws * (len(drawn) + 2)
-    warnings, exceedance, decided = scenes.all_warnings(evaluations), None, None
+    warnings, exceedance, decided = scenes.all_warnings(), None, None
     if scenario.limit is not None:
         forces, later, leaving = outputs[:, -2, 0], outputs[:, -1, 0], nominal.leaving
         outputs, decided = outputs[:, :-2], verdict(scenario.limit, leaving)
@@ -235,10 +231,12 @@ def _statistics(
     indices: FloatArray,
 ) -> QuantityStatistics:
     """Statistics of one quantity, from its draws and the slopes and indices of shape (2, parameters, 2)."""
-    value, _ = quantity.read(scenes.nominal) or (0.0, 0.0)
+    value, _ = figures_of(quantity, scenes.nominal) or (0.0, 0.0)
     pairs = zip(scenes.drawn, slopes, indices.swapaxes(0, 1), strict=True)
     return QuantityStatistics(
-        **quantity._asdict(),
+        name=quantity.name,
+        unit=quantity.unit.replace(" ", "*"),
+        label=quantity.label,
         **sampling.statistics(batches),
         nominal=value,
         model_error=error,

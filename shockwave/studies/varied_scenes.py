@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -32,8 +31,6 @@ _OF_FILES = ("chain.granules[", "chain.end.", "chain.damping.", "chain.contact."
 _OF_SHOCK = "shock.parameters."
 # Names of values -> attributes; a diameter is stored as a radius.
 _ATTRIBUTES = {"diameter": "radius", "wall": "material", "from": "first", "to": "last"}
-# A number with its unit.
-_NUMBER = re.compile(r"\d[\d.e+-]*( [a-zA-Z/]+)?")
 
 #: Seed of random numbers.
 SEED = Quantity("", "seed", at_least=0, at_most=2**63 - 1, whole=True)
@@ -203,13 +200,3 @@ def _too_long(scene: Scenario, longest: float) -> InvalidValueError | None:
     remedy = "shorten the shock, or soften or enlarge the granules"
     problem = f"must last at most {longest:g} characteristic times (got {duration:.4g}; {remedy})"
     return InvalidValueError.of("shock", problem)
-
-
-def warnings_of(result: Any) -> tuple[str, ...]:
-    """Warnings of a simulation, without the notes of what was done with a record."""
-    return tuple(warning for warning in result.wave_warnings if warning not in result.scene.notes)
-
-
-def kind_of(warning: str) -> str:
-    """A warning without its numbers, in which those of several scenes differ."""
-    return _NUMBER.sub("", warning)

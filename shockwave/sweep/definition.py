@@ -5,21 +5,24 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from attrs import asdict, evolve, field, frozen
 from attrs.validators import in_
 
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.files import parse_json, read_bytes, replacing, structured
+from shockwave.base.quantities import Kind
 from shockwave.base.quantity_fields import text_of
 from shockwave.scenario.sweep_block import Sweep
 
 DEFINITION = "sweep.json"
 #: Name of the last column, whose text may differ at every point.
 NOTES = "notes"
+# Beginning of each note on a record in this column, after the warnings.
+_NOTE = "Note: "
 _FORMAT = 3
 _REMEDY = "choose a folder that `shockwave sweep FILE --out FOLDER` has written"
 # Largest file [bytes], more than a million numbers need; parsing takes up to 25 times as much memory.
@@ -50,7 +53,7 @@ class Column:
 
     name: str
     unit: str | None
-    kind: Literal["number", "whole", "text"]
+    kind: Kind
     meaning: str = ""
 
 
@@ -204,6 +207,16 @@ def _changes(there: Any, here: Any, name: str = "") -> Iterator[tuple[str, Any, 
             yield from _changes(there.get(key), here.get(key), f"{name}.{key}" if name else key)
     elif there != here:
         yield name, there, here
+
+
+def remarks_of(warnings: Iterable[str], notes: Iterable[str]) -> str | None:
+    """Return the text of the column of warnings and notes; None for none."""
+    return " ".join(dict.fromkeys([*warnings, *(f"{_NOTE}{note}" for note in notes)])) or None
+
+
+def warnings_in(remarks: str | None) -> str:
+    """Return the warnings in the text of this column."""
+    return (remarks or "").partition(_NOTE)[0].rstrip()
 
 
 def folder_path(folder: str | os.PathLike[str]) -> Path:

@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar, Union
+from typing import Any, TypeVar
 
 import numpy as np
 from attrs import evolve
@@ -19,6 +19,7 @@ from attrs import evolve
 import shockwave
 from shockwave.base.errors import Fault, NotCoveredError, UsageError, message_of
 from shockwave.base.files import read_bytes
+from shockwave.base.quantities import VERDICT
 from shockwave.engine.backend import lack
 from shockwave.prediction.outcome import Outcome
 from shockwave.registry.registry import load, plugins
@@ -31,15 +32,12 @@ from shockwave.scene.chain import Scales
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.simulate import simulate_scenes
 from shockwave.simulation.simulation_result import Simulation
-from shockwave.sweep.columns import VERDICT, Answer, chain_reads, reads, row
+from shockwave.sweep.columns import Answer, chain_columns, column_of, columns_of, row
 from shockwave.sweep.definition import SweepDefinition
 from shockwave.sweep.journal import line_of
 
-if TYPE_CHECKING:
-    from shockwave.simulation.simulation_result import Simulation
-
 _T = TypeVar("_T")
-_Found = Union["Simulation", "Simulation", BaseException]
+_Found = Simulation | BaseException
 _Results = dict[int, _Found]
 _Scenes = Mapping[int, Scenario]
 _Predicted = Outcome | Exception | None
@@ -77,21 +75,21 @@ class Points:
         finite = scenario.chain.granules is not None or "chain.granules" in names
         self.chains = _has_features(scenario, finite) or any(_is_feature(name, finite) for name in names)
         run = self.sweep.run
-        self._columns = reads(run, self.train, finite)
+        self._columns = columns_of(run, self.train, finite)
         if self.chains:
             refused = _refused(scenario, self.sweep)
             if refused and run == "predict" and scenario.predictor.model == "section-4":
                 raise NotCoveredError(*refused)
             if run != "predict" or scenario.predictor.model != "section-4":
-                self._columns = chain_reads(scenario, run, section4=not refused)
+                self._columns = chain_columns(scenario, run, section4=not refused)
         if scenario.limit is not None:
-            self._columns = (*self._columns[:-1], VERDICT, self._columns[-1])
+            self._columns = (*self._columns[:-1], *VERDICT, self._columns[-1])
         self._family = Family(scenario)
         self.definition = SweepDefinition(
             name=scenario.name,
             run=self.sweep.run,
             axes=self.sweep.axes,
-            columns=tuple(read.column for read in self._columns),
+            columns=tuple(map(column_of, self._columns)),
             scenario=json.loads(normalised(scenario)),
             named=_named_here(scenario, self.sweep),
             versions=_versions_here(scenario, self.sweep),

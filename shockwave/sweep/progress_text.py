@@ -33,6 +33,8 @@ class SweepReport(Result):
         Points that earlier runs had finished.
     seconds : float
         Wall time of this run [s].
+    warned : int
+        Points with warnings, counted at the end.
     files : tuple of pathlib.Path
         Tables that were written.
     notes : tuple of str
@@ -46,6 +48,7 @@ class SweepReport(Result):
     crashed: int
     before: int
     seconds: float
+    warned: int = 0
     files: tuple[Path, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -58,10 +61,12 @@ class SweepReport(Result):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What to do about points without a result."""
+        """What to do about points without a result or with warnings."""
         failed = "column problem of results.csv has the errors; --retry-failed runs them again"
         missing = "the same command runs the missing points"
-        return (*[failed] * bool(self.failed or self.crashed), *[missing] * bool(self.left))
+        warned = f"{_points(self.warned)} with warnings, which are in column notes of results.csv"
+        parts = {failed: self.failed or self.crashed, missing: self.left, warned: self.warned}
+        return tuple(sentence for sentence, count in parts.items() if count)
 
     @property
     def exit_code(self) -> int:

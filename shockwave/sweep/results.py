@@ -19,8 +19,9 @@ from shockwave.base.progress import progressed
 from shockwave.base.result import VERSION, Result
 from shockwave.base.result_tables import Table, TableColumn, along, dataset, library
 from shockwave.base.text import facts, limits, si, significant_digits, strong, table
+from shockwave.studies.warning_groups import WarningGroups
 from shockwave.sweep.column_errors import accuracy_of, main_quantity
-from shockwave.sweep.definition import NOTES, SweepDefinition, as_text, folder_path
+from shockwave.sweep.definition import NOTES, SweepDefinition, as_text, folder_path, warnings_in
 from shockwave.sweep.journal import NOT_RUN, Journal
 
 # Significant digits of variables, and of quantities without a known error.
@@ -71,7 +72,7 @@ class SweepResults(Result, SweepDefinition):
     failed : tuple of Failure
         Points that failed or crashed, in the order of the points.
     warnings : tuple of str
-        Remarks on missing points, damaged lines of the journal and other versions.
+        Remarks on missing points, damaged lines of the journal and other versions; the warnings of the points, by kind.
     folder : pathlib.Path
         Folder of the sweep.
     """
@@ -172,7 +173,7 @@ class SweepResults(Result, SweepDefinition):
         names = [*self.variables, *self._arrays]
         frame = pd.DataFrame({name: self.values(name).ravel() for name in names})
         frame = frame.set_index(list(self.variables))
-        frame.attrs["units"] = self.units
+        frame.attrs |= {"units": self.units, **self.remarks()}
         return frame
 
     def to_xarray(self, table: str | None = None) -> Any:
@@ -206,6 +207,7 @@ class SweepResults(Result, SweepDefinition):
             "run": self.run,
             "scenario": json.dumps(self.scenario),
             "source": ", ".join(map(" ".join, self.versions.items())),
+            **self.remarks(),
         }
         return dataset(columns, about)
 
@@ -221,7 +223,10 @@ class SweepResults(Result, SweepDefinition):
             failures.append(f"{len(self.failed) - _MOST_LISTED} more points failed; the attribute failed lists all")
         accuracy = accuracy_of(main, self.units, self.values).sentence
         lines = [strong(answer), *facts([("accuracy", accuracy or "not known")])]
-        lines += [*limits([*failures, *self.warnings]), *facts([("sweep", self.name), ("task", self.run)])]
+        warnings = list(self.warnings[:_MOST_LISTED])
+        if len(self.warnings) > _MOST_LISTED:
+            warnings.append(f"{len(self.warnings) - _MOST_LISTED} more; the attribute warnings lists all")
+        lines += [*limits([*failures, *warnings]), *facts([("sweep", self.name), ("task", self.run)])]
         for kind, count, names in (("variable", "values", self.variables), ("quantity", "points", numbers)):
             rows = [(name, *self._range(name)) for name in names]
             lines += ["", table((kind, "least", "greatest", count), rows, spare=[count])]
@@ -296,6 +301,10 @@ def load_sweep(folder: str | os.PathLike[str]) -> SweepResults:
         if row.problem is not None:
             failed.append(Failure(row.number, definition.point(row.number), row.status, row.problem))
         progressed("loading results", row.number + 1, journal.points)
+    groups = WarningGroups()
+    for text in found.get(NOTES, ()):
+        groups.add(filter(None, [warnings_in(text)]))
+    warnings += groups.sentences("points", numbered=True)
     arrays = {name: _array(values, texts[name]).reshape(definition.shape) for name, values in found.items()}
     for array in arrays.values():
         array.flags.writeable = False

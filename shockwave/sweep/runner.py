@@ -146,7 +146,8 @@ def run_sweep(
             except KeyboardInterrupt:
                 raise SweepInterrupt(report()) from None
             _definition(journal, points, accept_versions)  # writes again what others deleted meanwhile
-        ended = evolve(report(), files=write_tables(definition, journal))
+        files, warned = write_tables(definition, journal)
+        ended = evolve(report(), files=files, warned=warned)
         counts = (ended.done, ended.points, ended.failed, ended.crashed, ended.seconds)
         logger.info("sweep %s: %d of %d points done, %d failed, %d crashed, in %.1f s", folder, *counts)
         return ended

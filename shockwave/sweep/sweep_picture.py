@@ -9,10 +9,11 @@ import numpy as np
 from attrs import frozen
 
 from shockwave.base.errors import UnknownNameError, UsageError
-from shockwave.pictures.figure_files import SMALL, figure, settings_of
+from shockwave.pictures.figure_files import SMALL, figure, mark, settings_of
 from shockwave.pictures.picture_elements import COLOURS
 from shockwave.pictures.sweep import sweep_lines, sweep_map
 from shockwave.sweep.column_errors import accuracy_of, main_quantity
+from shockwave.sweep.definition import NOTES, warnings_in
 from shockwave.sweep.journal import NOT_RUN
 from shockwave.sweep.plotted_axes import PlottedAxes, label_of
 from shockwave.sweep.results import SweepResults
@@ -80,6 +81,10 @@ def plot(
     status = chosen.pick("status")
     failed = int(np.count_nonzero((status != "done") & (status != NOT_RUN)))
     missing = [f"{failed} of the {status.size} drawn points failed"] if failed else []
+    warned = sum(map(bool, map(warnings_in, chosen.pick(NOTES).flat))) if NOTES in results.units else 0
+    if warned:
+        with settings_of(sheet):
+            mark(sheet.axes[0], f"! {warned} of {status.size} points with warnings")
     accuracy = accuracy_of(name, results.units, chosen.pick)
     sentence = accuracy.sentence or next(one.meaning for one in results.columns if one.name == name)
     return Plot(sheet, name, (f"{name}: {sentence}", *missing, *results.warnings))

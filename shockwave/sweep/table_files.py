@@ -10,15 +10,20 @@ from typing import Any
 from shockwave.base.files import replacing
 from shockwave.base.progress import progressed
 from shockwave.base.text import admitted
-from shockwave.sweep.definition import SweepDefinition, as_text
+from shockwave.sweep.definition import NOTES, SweepDefinition, as_text, warnings_in
 from shockwave.sweep.journal import Journal
 
 # First characters of a cell that a spreadsheet may run as a formula.
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 
-def write_tables(definition: SweepDefinition, journal: Journal) -> tuple[Path, ...]:
+def write_tables(definition: SweepDefinition, journal: Journal) -> tuple[tuple[Path, ...], int]:
     """Write ``results.csv`` and ``results.jsonl``, with a row or an object for each point in the order of the points.
+
+    Returns
+    -------
+    tuple of pathlib.Path, int
+        The files, and the number of points with warnings.
 
     Raises
     ------
@@ -29,6 +34,7 @@ def write_tables(definition: SweepDefinition, journal: Journal) -> tuple[Path, .
     units = definition.units
     heads = [f"{name} [{unit}]" if unit else name for name, unit in units.items()]
     keys = ("index", *units, "status", "problem")
+    warned = 0
     with replacing(files[0]) as table, replacing(files[1]) as objects:
         writer = csv.writer(table, lineterminator="\n")
         writer.writerow((*heads, "status", "problem"))
@@ -36,9 +42,11 @@ def write_tables(definition: SweepDefinition, journal: Journal) -> tuple[Path, .
         for row in journal.rows(definition):
             values = [*row.point, *row.values, row.status, row.problem]
             writer.writerow([_cell(value) for value in values])
-            objects.write(json.dumps(dict(zip(keys, (row.number, *values), strict=True))) + "\n")
+            named = dict(zip(keys, (row.number, *values), strict=True))
+            warned += bool(warnings_in(named.get(NOTES)))
+            objects.write(json.dumps(named) + "\n")
             progressed("writing tables", row.number + 1, journal.points)
-    return files
+    return files, warned
 
 
 def _cell(value: Any) -> Any:

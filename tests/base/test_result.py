@@ -172,6 +172,36 @@ def test_the_repr_of_a_comparison_has_a_simulated_force_on_every_chain() -> None
     assert re.findall(r"([a-z_.]*)\.peak_force=", shown) == ["simulated", "predicted"]
 
 
+#: A record with notes.
+RECORD = sw.Shock(profile=sw.Tabulated([0.0, 1e-5, 2e-5, 4e-5], [0.0, 0.0, 5.0, 0.0]))
+OF_RECORDS: dict[str, Any] = {
+    "simulation": lambda: sw.simulate(RECORD, CHAIN, rtol=1e-3),
+    "chain": lambda: sw.simulate(RECORD, WALLED, rtol=1e-3),
+    "prediction": lambda: sw.Predictor().predict_many([RECORD], CHAIN)[0],
+    "comparison": lambda: sw.compare(RECORD, CHAIN, rtol=1e-3),
+    "curve": lambda: sw.UniversalCurve(RECORD.profile, rtol=1e-2, longest=1.0),
+}
+
+
+@pytest.mark.parametrize("kind", OF_RECORDS)
+def test_notes_on_a_record_are_notes_everywhere(kind: str) -> None:
+    result = OF_RECORDS[kind]()
+    assert result.notes == RECORD.profile.notes != ()
+    document, frame = result.to_dict(), result.to_pandas()
+    for note in result.notes:
+        assert note not in [*document["warnings"], *frame.attrs["warnings"], *result.warnings]
+        assert f"Note: {escape(note)}" in result._repr_html_()
+        assert f"note: {note[:20]}" in result.text()
+        assert f"! {note[:20]}" not in result.text()
+    assert frame.attrs["notes"] == list(result.notes)
+
+
+def test_tables_have_the_warnings_of_their_result() -> None:
+    both = sw.compare(CASE_B, evolve(CHAIN, radius=4.75), rtol=1e-3)
+    assert both.to_pandas().attrs["warnings"] == list(both.warnings) != []
+    assert both.to_xarray().attrs["warnings"] == "\n".join(both.warnings)
+
+
 def test_names_in_the_html_are_escaped() -> None:
     evil = sw.load_scenario(ROOT / "profiles" / "examples" / "triangular.yaml")
     shown = sw.predict(evolve(evil, name="<script>alert(1)</script>"))._repr_html_()

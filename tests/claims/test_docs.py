@@ -20,6 +20,7 @@ from jsonschema import Draft7Validator
 
 import shockwave as sw
 from shockwave import cli, hooks, pictures
+from shockwave.base import quantities
 from shockwave.base.quantity_fields import quantity_of
 from shockwave.cli.parser import KINDS, OFFERED
 from shockwave.registry import built_ins, hook_specifications, registry
@@ -29,6 +30,7 @@ from shockwave.scenario.scenario import Published
 from shockwave.scenario.schema import schema
 from shockwave.scene.force_limit import Limit
 from shockwave.scene.simulate_options import SimulateOptions
+from shockwave.studies.quantities import targets_of
 from support import pages
 from support.distributions import install
 from support.pages import DOCS, PAGES, ROOT, Block, blocks_of, code_in, table
@@ -216,6 +218,45 @@ def test_files_and_tests_of_changes_exist() -> None:
     for path, _, name in (path.partition("::") for path in sorted(paths)):
         assert (ROOT / path).exists(), path
         assert not name or re.search(rf"^(def|class) {name}\b", (ROOT / path).read_text(), re.MULTILINE), name
+
+
+#: Sweeps of the page -> their columns.
+IN_SWEEPS: dict[str, Any] = {
+    "simulate, compare": quantities.LEADING_WAVE,
+    "predict": [each for each in quantities.PREDICTED if each not in quantities.SECTION4],
+    "predict, compare": quantities.SECTION4,
+    "compare": [each for each in quantities.COMPARED if each not in quantities.SECTION4],
+    "`waves: train`": quantities.TRAIN,
+    "finite chains": quantities.FINITE,
+    "other chains": (*quantities.FORCES[1:], *quantities.FORCES_ERROR, *quantities.DISSIPATED),
+    "other chains with a wall": quantities.WALL,
+    "other chains with a striker": quantities.STRIKER,
+    "other chains, `contacts: [10]`": quantities.contact_forces([10]),
+    "`limit`": quantities.VERDICT,
+    "equal granules": quantities.SCALED,
+    "all": quantities.NOTES,
+}
+
+
+def test_table_of_columns_of_sweeps_is_that_of_the_quantities() -> None:
+    rows = [(where, each) for where, group in IN_SWEEPS.items() for each in group]
+    assert table("docs/sweep-results.md", "columns") == [
+        [f"`{each.column}`", each.unit or "-", each.meaning, where] for where, each in rows
+    ]
+
+
+@pytest.mark.parametrize("command", ["predict", "simulate"])
+def test_units_of_json_keys_are_those_of_the_quantities(command: str) -> None:
+    for keys_of_row, units, *_ in table("docs/commands.md", f"{command} --json"):
+        names, stated = code_in(keys_of_row), units.split(", ")
+        for name, unit in zip(names, stated * len(names) if len(stated) == 1 else stated, strict=units != ""):
+            if unit and not name.startswith(("scene.", "conditions", "trace", "section4.areas")):
+                assert (name, quantities.unit_of(name) or "-") == (name, unit)
+
+
+def test_targets_of_a_design_are_those_of_its_page() -> None:
+    text = (DOCS / "design.md").read_text(encoding="utf-8").partition("## Targets")[2].partition("```")[0]
+    assert set(targets_of([0])) <= set(code_in(text))
 
 
 def flat(value: Any, path: str = "") -> set[str]:

@@ -147,11 +147,11 @@ def test_a_table_of_predictions_has_the_forces_on_walls(tmp_path: Path) -> None:
         files[-1].write_text(f"name: {name}\n{SOFT.replace('radius: 1e-3', f'radius: 1e-3{more}')}")
     rows = table_of(shockwave("predict", *files, SCENE).out)
     for file in files:
-        force, unit = rows[file.stem]["force on wall"].split()
+        force, unit = rows[file.stem]["wall force"].split()
         # the digits that are printed
         assert float(force) == pytest.approx(sw.predict(file).transmitted.peak_force, rel=1e-6)
         assert unit == "N"
-    assert rows["table 2 row 1"]["force on wall"] == "-"
+    assert rows["table 2 row 1"]["wall force"] == "-"
 
 
 def table_of(text: str) -> dict[str, dict[str, str]]:

@@ -351,3 +351,14 @@ def test_a_figure_gives_the_same_element_until_it_is_changed() -> None:
     ax.set_title("two\nlines")
     assert first == again
     assert pictures.svg(figure) != again
+
+
+def test_a_picture_of_results_with_warnings_is_marked() -> None:
+    large = evolve(CHAIN, radius=4.75)  # metres for millimetres
+    _, axes = pictures.figure(rows=3)
+    pictures.train(axes[0], sw.compare(SHOCKS["train"], large, rtol=1e-3))
+    pictures.train(axes[1], compared("ejection"))
+    profile = sw.Tabulated([0.0, 1.0, 2.0], [0.0, 5.0, 3.0])  # ends with a jump
+    pictures.universal_curves(axes[2], {"jump": UniversalCurve(profile, rtol=1e-2, longest=1.0)})
+    marks = [[text.get_text() for text in ax.texts if text.get_text().startswith("!")] for ax in axes]
+    assert marks == [["! 1 warning"], [], ["! 1 warning"]]

@@ -15,11 +15,12 @@ import pytest
 import shockwave as sw
 from shockwave import cli, pictures
 from shockwave.base.progress import progress_shown
+from shockwave.base.quantities import Quantity
 from shockwave.scenario.variations import Family
 from shockwave.studies.design_one_parameter import _equals, search_interval
 from shockwave.studies.design_options import DesignScenes
 from shockwave.studies.design_result import Option, VariedParameter
-from shockwave.studies.quantities import Quantity, Requirement
+from shockwave.studies.quantities import Requirement
 from support.pages import ROOT
 from support.scenes import CASE_A, CHAIN, POWER, UNITS
 
@@ -99,7 +100,7 @@ class Curve:
     """Scenes whose quantity is a function of the share of the interval from 0 to 1, in place of simulations."""
 
     def __init__(self, height: Callable[[float], float], sign: Any = "=", value: float = 1.0) -> None:
-        quantity = Quantity("peak_force", "N", "peak force")
+        quantity = Quantity("peak_force", "N")
         parameter = VariedParameter(name="chain.radius", unit="m", between=(0.0, 1.0))
         self.count = 0
 
@@ -428,7 +429,7 @@ def test_a_wrong_argument_is_refused(arguments: list[str], message: str, capsys:
 
 @pytest.mark.parametrize(("miss", "error", "equal"), [(5e-5, 0.0, True), (2e-4, 0.0, False), (2e-4, 1.5e-4, True)])
 def test_a_value_equals_the_target_within_the_tolerance_and_its_error(miss: float, error: float, equal: bool) -> None:
-    target = Requirement(Quantity("peak_force", "N", "peak force"), "=", 60.0)
+    target = Requirement(Quantity("peak_force", "N"), "=", 60.0)
     quantities, errors = {"peak_force": 60.0 * (1 + miss)}, {"peak_force": error}
     option = Option(values=(1.0,), quantities=quantities, errors=errors, violation=miss)
     assert _equals(target, option, 1e-4) is equal

@@ -17,7 +17,7 @@ from shockwave.scene.layout import mass_and_length
 from shockwave.studies import design_several_parameters as design_best
 from shockwave.studies.design_options import DesignScenes
 from shockwave.studies.design_result import Design, Option
-from shockwave.studies.quantities import Quantity, Requirement, parts_of
+from shockwave.studies.quantities import Requirement, parts_of, target_named
 
 # Small beads in front of large ones: the wall force depends on both sizes.
 SCENE = """
@@ -153,7 +153,7 @@ def test_the_front_trades_the_mass_for_what_is_required(sign: Any, masses: list[
         for mass, force in pairs
     )
     nothing: dict[str, Any] = dict.fromkeys(("parameters", "quantities", "solutions", "table", "warnings"), ())
-    requirement = Requirement(Quantity(FORCE, "N", "wall force"), sign, 6.0)
+    requirement = Requirement(target_named(FORCE, (), "target"), sign, 6.0)
     result = Design(
         scenario="", requirements=(requirement,), least="chain.mass", nearest=None, tried=options, **nothing
     )
@@ -212,7 +212,7 @@ def test_a_search_without_a_simulation_states_the_first_reason(file: Path) -> No
     ],
 )
 def test_a_requirement_holds_with_the_error_of_its_quantity(sign: Any, value: float, error: float, holds: bool) -> None:
-    requirement = Requirement(Quantity(FORCE, "N", "wall force"), sign, 60.0)
+    requirement = Requirement(target_named(FORCE, (), "target"), sign, 60.0)
     assert (requirement.violation(value, error) <= 0) is holds
 
 

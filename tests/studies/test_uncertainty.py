@@ -16,6 +16,7 @@ from attrs import evolve
 import shockwave as sw
 from shockwave import cli
 from shockwave.base.progress import progress_shown
+from shockwave.base.quantities import Quantity
 from shockwave.scenario.dotted_names import variable
 from shockwave.scenario.uncertainty_block import Spread
 from shockwave.scenario.variations import Family
@@ -145,8 +146,7 @@ def test_each_draw_has_the_bound_of_its_later_force(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(scenes, "simulations", lambda *_: results)
     scenario: Any = SimpleNamespace(limit=Limit(force=5.0), impact=object())
     family: Any = SimpleNamespace(scenario=lambda values: scenario)
-    quantity: Any = SimpleNamespace(read=lambda result: (1.0, 0.0))
-    draws = UncertainScenes(scenario, [], None, [quantity], family)
+    draws = UncertainScenes(scenario, [], None, [Quantity("leaving.value", "N")], family)
     figures, _ = draws.evaluate({"impact.velocity": np.ones(2)}, 1e-4)
     # no bound is known where the force itself has none
     assert figures.tolist() == [[1.0, 1.0], [1.0, 1.0], [7.0, math.inf]]

@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 
 from shockwave.base.errors import FileAccessError, InvalidValueError, UnknownNameError
-from shockwave.sweep.columns import Read, row
-from shockwave.sweep.definition import Column, SweepDefinition
+from shockwave.base.quantities import Quantity
+from shockwave.sweep.columns import row
+from shockwave.sweep.definition import SweepDefinition
 from shockwave.sweep.journal import Journal
 from shockwave.sweep.results import load_sweep
 from shockwave.sweep.table_files import write_tables
@@ -105,8 +106,7 @@ def test_json_lines_have_the_same_values(folder: Path) -> None:
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
 def test_a_number_that_is_not_finite_is_no_value(value: float) -> None:
-    column = Read(Column("low", "N", "number", "a force"), lambda _: value)
-    assert row((column,), SimpleNamespace()) == [None]
+    assert row((Quantity("low", "N", source=""),), SimpleNamespace(low=value)) == [None]
 
 
 def test_tables_do_not_depend_on_the_order_of_the_journal(tmp_path: Path) -> None:

@@ -123,12 +123,12 @@ def test_every_point_has_one_line_with_the_result_of_its_own_scene(scenario: Pat
 
 SECTION4 = ["section4_regime", "section4_relation", "section4_peak_force", "section4_amplification", "section4_waves"]
 SCALED = ["scaled_rise_time", "scaled_duration", "notes"]
-SIMULATED = ["peak_force", "amplification", "error_estimate"]
+SIMULATED = ["peak_force", "amplification", "error_estimate", "momentum", "speed", "width", "foot"]
 ANSWER = ["relation", "peak_force", "low", "high", "amplification"]
 #: Columns of each kind of sweep, which are part of the public interface.
 COLUMNS = {
     "predict": [*ANSWER, *SECTION4, "section4_error", "applied_momentum", "virtual_rise_time", "added_momentum"],
-    "simulate": [*SIMULATED, "momentum", "speed", "width", "foot"],
+    "simulate": SIMULATED,
     "compare": [*SIMULATED, "relation", *SECTION4, "error"],
 }
 #: The same in a chain before a wall, which section 4 does not cover.
@@ -258,10 +258,21 @@ def test_mappings_and_lists_are_values_of_the_tables(tmp_path: Path, out: Path, 
 @pytest.mark.parametrize("run", COLUMNS)
 def test_warnings_of_a_point_are_in_its_notes(tmp_path: Path, out: Path, run: str) -> None:
     file = written(tmp_path, f"sweep: {{run: {run}, grid: {{chain.granules: [3, 100]}}}}\n")
-    swept(file, out)
+    report = swept(file, out)
+    assert (report.warned, str(report).count("! 1 point with warnings")) == (1, 1)
     notes = [json.loads(line)["notes"] for line in (out / "results.jsonl").read_text().splitlines()]
     assert notes[0].count("A longer chain shows the settled waves") == 1
     assert notes[1] is None
+    assert sw.load_sweep(out).warnings == (f"In 1 of 2 points (0): {notes[0]}",)
+
+
+def test_notes_on_a_record_are_no_warnings_of_a_sweep(tmp_path: Path, out: Path) -> None:
+    (tmp_path / "blow.csv").write_text("time [ms],force [N]\n0,0\n0.5,40\n1,20\n1.5,5\n1.6,0\n")
+    (tmp_path / "scene.yaml").write_text(CROPS.replace("1.5 ms", "1.6 ms").replace("predict", "simulate"))
+    report = swept(tmp_path / "scene.yaml", out)
+    results = sw.load_sweep(out)
+    assert all("Note: The record was cropped" in notes for notes in results.values("notes"))
+    assert (report.warned, results.warnings) == (0, ())
 
 
 @pytest.mark.parametrize(("waves", "measured"), [("", False), (", waves: train", True)], ids=["default", "train"])

@@ -15,7 +15,14 @@ from shockwave.sweep.sweep_picture import Plot, plot
 from support.figures import inside, key_of
 
 RATIO = ("shock.duration_ratio", "")
-UNITS = {"section4_regime": None, "peak_force": "N", "recoil_momentum": "N s", "recoil_error": "N s", "width": "s"}
+UNITS = {
+    "section4_regime": None,
+    "notes": None,
+    "peak_force": "N",
+    "recoil_momentum": "N s",
+    "recoil_error": "N s",
+    "width": "s",
+}
 
 
 def swept(folder: Path, axes: Any, columns: dict[str, Any], failed: tuple[int, ...] = ()) -> SweepResults:
@@ -122,6 +129,10 @@ ERRORS: dict[str, tuple[dict[str, Any], str]] = {
         {"recoil_momentum": [2.0, 3.0], "recoil_error": [0.5, 1.0]},
         "recoil_momentum: error at most 1 N s",
     ),
+    "of-forces": (
+        {"greatest_force": [2.0, 4.0], "error_estimate": [0.1, 0.25]},
+        "greatest_force: relative error at most 2.5e-01",
+    ),
     # the ends of a range are those of the peak force, of which the amplification is a multiple
     "of-range": (
         {"amplification": [2.0, 4.0], "peak_force": [20.0, 40.0], "low": [18.0, 39.0], "high": [22.0, 41.0]},
@@ -139,6 +150,16 @@ def test_the_accuracy_of_the_drawn_values_is_stated(tmp_path: Path, case: str) -
     columns, note = ERRORS[case]
     found = plot(swept(tmp_path / "out", [along(RATIO, 2.0, 3.0)], columns), next(iter(columns)))
     assert found.notes[0] == note
+
+
+def test_a_picture_of_points_with_warnings_is_marked(tmp_path: Path) -> None:
+    columns = {
+        "amplification": [2.0, 4.0],
+        "notes": ["Beyond validity. Note: The end was cut.", "Note: The end was cut."],
+    }
+    drawing = plot(swept(tmp_path / "out", [along(RATIO, 2.0, 3.0)], columns))
+    assert "! 1 of 2 points with warnings" in [text.get_text() for text in drawing.figure.axes[0].texts]
+    assert drawing.notes[1:] == ("In 1 of 2 points (0): Beyond validity.",)
 
 
 def test_an_axis_of_several_variables_is_drawn_as_markers(tmp_path: Path) -> None:

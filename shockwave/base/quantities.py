@@ -1,0 +1,226 @@
+"""Quantities of results, from which sweeps, designs, tables and data frames take names, units, labels and meanings."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any, Literal
+
+from attrs import evolve, field, frozen
+
+#: Types of values.
+Kind = Literal["number", "whole", "text"]
+
+
+@frozen(slots=False)
+class Quantity:
+    """A quantity of results.
+
+    Attributes
+    ----------
+    name : str
+        Name in the JSON of its source, such as ``waves[1].peak_force``.
+    unit : str
+        SI unit, empty without one.
+    meaning : str
+        Description in one line.
+    column : str
+        Name in sweeps; by default ``name`` with underscores.
+    label : str
+        Printed name; by default ``column`` with spaces.
+    source : str
+        The result that has it, an attribute of the answer at a point of a sweep; empty for the answer itself.
+    errors : tuple of str
+        Columns with its error, of which the first that a sweep has counts. Errors without a unit are relative.
+    kind : "number", "whole" or "text"
+        Type of the values; the whole number of a list is its length.
+    """
+
+    name: str
+    unit: str
+    meaning: str = ""
+    column: str = field()
+    label: str = field()
+    source: str = "simulated"
+    errors: tuple[str, ...] = ()
+    kind: Kind = "number"
+
+    @column.default
+    def _column_of_name(self) -> str:
+        return self.name.replace(".", "_")
+
+    @label.default
+    def _label_of_column(self) -> str:
+        return self.column.replace("_", " ")
+
+    @cached_property
+    def path(self) -> str:
+        """Dotted names of the attributes of the source."""
+        return re.sub(r"\[(\d+)\]", r".\1", self.name.replace("yield.", "yielding."))
+
+    def of(self, answer: Any) -> Any:
+        """Value in an answer, which has the source as an attribute; None if there is none."""
+        return value_at(getattr(answer, self.source) if self.source else answer, self.path)
+
+    def figures(self, result: Any) -> tuple[float, float] | None:
+        """Value in a simulation and its estimated relative error; None if there is none.
+
+        A quantity without an error estimate takes that of the simulation.
+        """
+        value = value_at(result, self.path)
+        if value is None:
+            return None
+        part, _, last = self.path.rpartition(".")
+        owner = value_at(result, part) if part else result
+        error = getattr(owner, f"{last}_error", getattr(owner, "error_estimate", result.error_estimate))
+        return float(value), float(error)
+
+
+def value_at(value: Any, path: str) -> Any:
+    """Value at a dotted path, such as ``simulated.waves.1.peak_force``; None if there is none."""
+    for step in path.split("."):
+        if step.isdigit():
+            value = value[int(step)] if value and int(step) < len(value) else None
+        else:
+            value = getattr(value, step, None)
+    return value
+
+
+def _from(source: str, *quantities: Quantity) -> tuple[Quantity, ...]:
+    return tuple(evolve(quantity, source=source) for quantity in quantities)
+
+
+_RELATION = "peak force of the leading wave less than, equal to or greater than that of the shock"
+_PEAK_ERRORS = "low", "error_estimate"
+
+#: Leading wave, where it has a limit.
+LEADING_WAVE = (
+    Quantity("peak_force", "N", "simulated, of the leading wave, accurate to error_estimate", errors=_PEAK_ERRORS),
+    Quantity("amplification", "", "simulated, peak force divided by that of the shock", errors=_PEAK_ERRORS),
+    Quantity("error_estimate", "", "relative error of the simulated peak force, estimated"),
+    Quantity("waves[0].momentum", "N s", "of the leading wave, accurate to about foot or rtol", "momentum"),
+    Quantity("waves[0].speed", "m/s", "of the leading wave, about as accurate as peak_force", "speed"),
+    Quantity("waves[0].width", "s", "full width at half maximum of the force of the leading wave", "width"),
+    Quantity("waves[0].foot", "", "residual force beside the leading wave, over its peak force", "foot"),
+)
+#: Later waves and rebounding granules, where the train was integrated.
+TRAIN = _from(
+    "train",
+    Quantity("waves", "", "number of waves above the threshold", kind="whole"),
+    Quantity("waves[1].peak_force", "N", "of the second strongest wave", "second_peak_force"),
+    Quantity("waves[1].error_estimate", "", "relative error of second_peak_force", "second_error_estimate"),
+    Quantity("recoil_momentum", "N s", "of the rebounding granules", errors=("recoil_error",)),
+    Quantity("recoil_error", "N s", "error estimate of recoil_momentum"),
+    Quantity("ejected_granules", "", "number of rebounding granules", kind="whole"),
+    Quantity("momentum_defect", "", "relative difference of momentum and impulse"),
+)
+_GREATEST = "greatest_error", "error_estimate"
+#: Greatest force of a finite chain beside the leading wave.
+FINITE = (
+    Quantity("greatest_force.peak_force", "N", "greatest contact force", "greatest_force", errors=_GREATEST),
+    Quantity("greatest_force.error_estimate", "", "relative error of greatest_force", "greatest_error"),
+)
+#: Forces in other chains, with their error.
+FORCES = (
+    FINITE[0],
+    Quantity("greatest_force.contact", "", "contact at which it acts", "greatest_contact", kind="whole"),
+    Quantity("greatest_force.time", "s", "time at which it acts", "greatest_time"),
+)
+#: Force on a wall.
+WALL = (
+    Quantity("transmitted.peak_force", "N", "greatest force on the wall", "transmitted_force", "wall force"),
+    Quantity("transmitted.impulse", "N s", "impulse on the wall", "transmitted_impulse", "wall impulse"),
+)
+FORCES_ERROR = (Quantity("forces_error", "", "relative error of these forces, estimated", "error_estimate", source=""),)
+STRIKER = (Quantity("restitution", "", "coefficient of restitution of the striker"),)
+DISSIPATED = (Quantity("dissipated_energy", "J", "energy dissipated by damping"),)
+#: Section 4 beside a prediction or a simulation.
+SECTION4 = _from(
+    "predicted",
+    Quantity("section4.regime", "", "by section 4: ejection, single or train", kind="text"),
+    Quantity("section4.relation", "", f"by section 4: {_RELATION}", kind="text"),
+    Quantity("section4.peak_force", "N", "by section 4, of the leading wave"),
+    Quantity("section4.amplification", "", "by section 4, peak force / that of the shock"),
+    Quantity("section4.waves", "", "number of waves by section 4", kind="whole"),
+)
+COMPARED = (
+    Quantity("relation", "", f"simulated: {_RELATION}", kind="text", source=""),
+    *SECTION4,
+    Quantity("error", "", "relative error of section4_peak_force, accurate to error_estimate", source=""),
+)
+PREDICTED = _from(
+    "predicted",
+    Quantity("relation", "", _RELATION, kind="text"),
+    Quantity("peak_force", "N", "of the leading wave, between low and high", errors=_PEAK_ERRORS),
+    Quantity("low", "N", "peak force less its error estimate"),
+    Quantity("high", "N", "peak force plus its error estimate"),
+    Quantity("amplification", "", "peak force divided by that of the shock", errors=_PEAK_ERRORS),
+    *SECTION4,
+    Quantity("section4.error", "", "relative difference of section4_peak_force from peak_force"),
+    Quantity("applied_momentum", "N s", "impulse of the shock"),
+    Quantity("section4.virtual_rise_time", "s", "by section 4, in the regime ejection", "virtual_rise_time"),
+    Quantity("section4.added_momentum", "N s", "by section 4, in the regime ejection", "added_momentum"),
+)
+SCALED = _from(
+    "",
+    Quantity("rise_time", "", "t0/T0, rise time divided by the characteristic time of the chain", "scaled_rise_time"),
+    Quantity("duration", "", "n t0/T0, duration divided by the characteristic time of the chain", "scaled_duration"),
+)
+VERDICT = _from("", Quantity("verdict.decision", "", "below, above or undecided, on the limit", "verdict", kind="text"))
+NOTES = _from("", Quantity("notes", "", "warnings, and notes on a record", kind="text"))
+#: Steady wave of the peak force of the leading wave, and its neighbours.
+STEADY_WAVE = _from(
+    "steady",
+    Quantity("momentum", "N s", "integral of the contact force"),
+    Quantity("energy", "J", "integral of the contact force times the velocity of the granule"),
+    Quantity("speed", "m/s", "speed along the chain"),
+    Quantity("width", "s", "full width at half maximum of the contact force in time"),
+    Quantity("granule_velocity", "m/s", "peak velocity of the granule behind the contact"),
+)
+YIELD = (
+    Quantity("yield.peak_ratio", "", "largest ratio of a peak force to first yield", label="ratio to first yield"),
+)
+#: Granules, without a simulation.
+GRANULES = _from(
+    "granules",
+    Quantity("chain.mass", "kg", "mass of the granules"),
+    Quantity("chain.length", "m", "length of the chain"),
+)
+# Units of further numbers in results.
+_OTHERS = {
+    "N": ("force", "forces", "wall_force", "static_force", "first_yield_force", "roots"),
+    "J": ("kinetic_energy", "contact_energy", "applied_energy", "end_energy"),
+    "m/s": ("velocity", "velocities", "recoil_velocities", "spall_velocities"),
+    "s": ("times", "end", "arrival_time", "seconds"),
+    "m": ("displacements",),
+}
+
+
+def contact_forces(contacts: Sequence[int]) -> tuple[Quantity, ...]:
+    """Greatest forces at the reported ``contacts``."""
+    names = ((f"contacts[{index}].peak_force", contact) for index, contact in enumerate(contacts))
+    return tuple(
+        Quantity(name, "N", f"greatest force at contact {contact}", f"force_{contact}", f"force at contact {contact}")
+        for name, contact in names
+    )
+
+
+_ALL = (
+    *(*LEADING_WAVE, *TRAIN, *FINITE, *FORCES, *WALL, *FORCES_ERROR, *STRIKER, *DISSIPATED, *COMPARED, *PREDICTED),
+    *(*SCALED, *VERDICT, *NOTES, *STEADY_WAVE, *YIELD, *GRANULES),
+)
+_UNITS = {name: unit for unit, names in _OTHERS.items() for name in names}
+_UNITS |= {each.name.rpartition(".")[2]: each.unit for each in _ALL if each.unit}
+_ERRORS = {each.column: each.errors for each in _ALL}
+
+
+def unit_of(name: str) -> str:
+    """SI unit of a quantity with this name in a result or as the last part of its name; empty without one."""
+    return _UNITS.get(name.rpartition(".")[2], "")
+
+
+def errors_of(column: str) -> tuple[str, ...]:
+    """Columns of a sweep with the error of a column, of which the first that the sweep has counts."""
+    is_force = column == WALL[0].column or column.startswith("force_")
+    return (FORCES_ERROR[0].column,) if is_force else _ERRORS.get(column, ())
