@@ -145,7 +145,6 @@ def test_another_number_of_arguments_is_refused(name: str) -> None:
 MISFITS = {
     "short-method": ("primary", "a[0] = a[0][:-1].copy()"),
     "method-of-100-stages": ("primary", "a[0][0] = 100"),
-    "short-found": ("primary", "a[6] = a[6][:-1].copy()"),
     "piece": ("primary", "a[1][-6] = 1e6"),
     "pieces": ("primary", "a[1][-5] = 1e9"),
     "begin-of-terms": ("primary", "a[2][0, 2] = 1e9"),
@@ -159,9 +158,6 @@ MISFITS = {
     "lanes": ("primary", "a[7] = 3"),
     "no-lanes": ("primary", "a[7] = None"),
     "march-with-a-short-state": ("march", "a[4] = a[4][:-1].copy()"),
-    "march-of-a-short-chain": ("march", "a[5] = a[5][:, :-1].copy()"),
-    "march-with-few-rows": ("march", "a[7] = a[7][:-1].copy()"),
-    "march-with-few-contacts": ("march", "a[10] = a[10][:10].copy()"),
     "march-of-many-granules": ("march", "a[4][4] = 1e9"),
     "march-without-a-stop": ("march", "a[4][3] = 1e18"),
     "march-without-a-force": ("march", "a[1] = a[1][:0]"),
@@ -169,18 +165,14 @@ MISFITS = {
     "march-with-short-peaks": ("march", "a[9] = np.zeros(len(a[9]), [('contact', 'i8'), ('time', 'f8')])"),
     "reading-of-one-state": ("read", "a[0], a[1] = a[0][:1].copy(), a[1][:, :1].copy()"),
     "reading-of-short-states": ("read", "a[1] = a[1][:, :-1].copy()"),
-    "reading-to-a-short-wave": ("read", "a[2] = a[2][:-1].copy()"),
     "step-without-coefficients": ("attempt", "a[2] = np.empty(0)"),
     "step-without-a-state": ("attempt", "a[3] = a[3][:0]"),
     "step-to-a-short-state": ("attempt", "a[4] = a[4][:-3].copy()"),
     "step-at-no-time": ("attempt", "a[5] = None"),
     "run-without-coefficients": ("run", "a[2] = a[2][:0]"),
-    "run-with-a-short-method": ("run", "a[0] = a[0][:-1].copy()"),
     "run-with-few-settings": ("run", "a[5] = a[5][:-1].copy()"),
     "run-of-many-contacts": ("run", "a[5][9] = 1e6"),
     "run-with-a-negative-margin": ("run", "a[5][17] = -1e6"),
-    "run-with-a-short-table": ("run", "a[6] = a[6][:-1].copy()"),
-    "run-with-few-samples": ("run", "a[7] = a[7][:-1].copy()"),
 }
 
 

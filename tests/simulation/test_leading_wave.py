@@ -16,7 +16,7 @@ from shockwave.engine.scaled_problem import Primary, Request, Status, short_limi
 from shockwave.scene.simulate_options import Backend
 from shockwave.scene.solitary_wave import SPEED
 from shockwave.simulation import leading_wave
-from support.scenes import CASE_A, CASE_B, CHAIN, FORCE, UNITS, lasting, power, triangle
+from support.scenes import CASE_A, CASE_B, CHAIN, FORCE, UNITS, lasting, power
 from support.selection import keeping
 
 pytestmark = pytest.mark.compiled
@@ -93,8 +93,6 @@ def test_passages_agree_with_the_peaks_of_recorded_forces(
     chain = attrs.evolve(CHAIN, granules=granules)
     result = sw.simulate(shock, chain, rtol=1e-8, contacts=contacts, record=["forces"], interval=interval, until=until)
     record = result.recording
-    assert record is not None
-    assert record.forces is not None
     # half an interval beside a peak of scaled curvature 1 the force is smaller by 3e-6; at a free end, where the
     # peak is a third as long, by ten times as much
     error = 1e-5 if granules is None else 3e-5
@@ -127,14 +125,6 @@ def test_contact_outside_the_chain_is_refused(contact: object) -> None:
 
 
 # ---------------------------------------------------------------- long and extreme shocks
-
-
-@pytest.mark.parametrize("duration", [1e-9, 1.0, 100.0, 300.0])
-def test_shocks_of_any_duration_meet_the_tolerance(duration: float) -> None:
-    result = sw.simulate(triangle(duration), CHAIN, waves="primary")
-    assert result.error_estimate < 1e-6
-    # rounding; longer shocks take more steps
-    assert result.momentum_defect < 1e-11
 
 
 def test_a_very_long_shock_is_known_at_a_loose_tolerance() -> None:

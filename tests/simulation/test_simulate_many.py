@@ -96,22 +96,6 @@ def test_many_shocks_on_chains_of_different_lengths_and_contacts_are_equal_to_si
     assert many == [sw.simulate(pulse, chain, rtol=1e-5) for pulse, chain in zip(FEW, chains, strict=True)]
 
 
-def test_many_and_single_runs_have_the_same_warnings() -> None:
-    shocks = [
-        attrs.evolve(FEW[0], rise_time=2.0 * FEW[0].rise_time),
-        FEW[2],
-        attrs.evolve(power(1.0), peak_force=1e-12),
-    ]
-    many = sw.simulate_many(shocks, CHAIN)
-    assert [result.warnings for result in many] == [sw.simulate(shock, CHAIN).warnings for shock in shocks]
-    assert any("shock.peak_force is 1 pN" in warning for warning in many[2].warnings)
-
-
-@pytest.mark.parametrize("backend", ["auto", "numpy"])
-def test_no_shock_gives_no_result(backend: str) -> None:
-    assert sw.simulate_many([], CHAIN, backend=backend) == []  # type: ignore[arg-type]
-
-
 def test_a_wrong_number_of_chains_is_refused() -> None:
     for number in (2, len(FEW) + 1):
         with pytest.raises(sw.InvalidValueError, match=rf"chain: must be one, or one for each shock \(got {number}\)"):

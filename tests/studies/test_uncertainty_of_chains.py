@@ -55,7 +55,6 @@ def test_draws_are_simulations_of_their_scenes(file: Path) -> None:
     errors = {one.name: one.model_error for one in found.quantities}
     for name in names:
         reached = Quantity.named(name, [0, 4], "target").read(known)
-        assert reached is not None
         # the stated error is that of the forces; other quantities are about as accurate
         assert found.outputs[name][7] == pytest.approx(reached[0], rel=10 * errors[name])
 
