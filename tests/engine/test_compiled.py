@@ -24,14 +24,14 @@ from shockwave.engine.wave_search import find_primaries
 from shockwave.profiles.free_path import FreePath, of_powers
 from shockwave.simulation.integration_stretches import Course
 from support.assemblies import uniform
-from support.scenes import CHAIN, FORCE, UNITS
+from support.scenes import CHAIN, FORCE, POWER, UNITS
 
 pytestmark = [
     pytest.mark.compiled,
     pytest.mark.skipif(backend.compiled is None, reason=backend.lack()),
 ]
 
-PROBLEM = ChainProblem(sw.PowerLaw(rise_exponent=0.5, decay_exponent=1, duration_ratio=3), 2.0, 1.0)
+PROBLEM = ChainProblem(POWER, 2.0, 1.0)
 #: Arguments by function. Buffers come first; those that are written to are in capitals.
 ARGUMENTS = {
     "primary": "method jobs rows coefficients stops WANTED FOUND lanes expired",

@@ -19,7 +19,7 @@ import shockwave as sw
 from shockwave.prediction import predictor
 from shockwave.scene.chain import Scales
 from shockwave.simulation import simulate
-from support.scenes import CHAIN, FORCE, STEEL, lasting, random_pulses
+from support.scenes import CHAIN, FORCE, STEEL, lasting, power_law, random_pulses
 
 PAPER = sw.Predictor(model="section-4")
 T0 = Scales.of(CHAIN, FORCE).time
@@ -32,10 +32,6 @@ KEYS = {
 }
 
 
-def _power(n: float, rise: float, decay: float) -> sw.PowerLaw:
-    return sw.PowerLaw(rise_exponent=rise, decay_exponent=decay, duration_ratio=n)
-
-
 def _shock(profile: sw.ShockProfile, rise_time: float) -> sw.Shock:
     """Prediction on the beads of the paper at 100 N; the rise time is in T0."""
     return sw.Shock(profile=profile, peak_force=FORCE, rise_time=rise_time * T0)
@@ -43,9 +39,9 @@ def _shock(profile: sw.ShockProfile, rise_time: float) -> sw.Shock:
 
 #: One shock that meets (3) for each regime.
 SHOCKS = {
-    "ejection": _shock(_power(3, 0.5, 1), 0.6),
-    "single": _shock(_power(3, 1 / 9, 1), 0.91),
-    "train": _shock(_power(10, 1, 5), 1.0),
+    "ejection": _shock(power_law(3, 0.5, 1), 0.6),
+    "single": _shock(power_law(3, 1 / 9, 1), 0.91),
+    "train": _shock(power_law(10, 1, 5), 1.0),
 }
 EVERY_REGIME = pytest.mark.parametrize("shock", SHOCKS.values(), ids=SHOCKS)
 EVERY_NAME = pytest.mark.parametrize("name", SHOCKS)
@@ -63,11 +59,11 @@ def _changed(chain: sw.Chain, quantity: str, factor: float) -> sw.Chain:
 #: Shocks of which every branch of the answer is taken.
 BRANCHES = {
     **SHOCKS,
-    "ejection-rectangle": _shock(_power(1.5, 0, 0), 0.5),
+    "ejection-rectangle": _shock(power_law(1.5, 0, 0), 0.5),
     "train-exponential": _shock(sw.Exponential(rise_rate=3, decay_rate=4, duration_ratio=20), 0.5),
-    "literal-root": _shock(_power(4, 0.25, 1), 1.0),
-    "literal-whole-impulse": _shock(_power(5, 2, 7), 3.0),
-    "contact-of-another-exponent": _shock(_power(3, 1, 1), 3.0),
+    "literal-root": _shock(power_law(4, 0.25, 1), 1.0),
+    "literal-whole-impulse": _shock(power_law(5, 2, 7), 3.0),
+    "contact-of-another-exponent": _shock(power_law(3, 1, 1), 3.0),
 }
 
 
@@ -235,7 +231,7 @@ def test_forces_that_take_too_long_are_left_out(monkeypatch: pytest.MonkeyPatch)
 
 def test_section_4_without_a_floating_point_answer_has_a_reason() -> None:
     chain = attrs.evolve(CHAIN, contact=sw.PowerContact(exponent=1.05, stiffness=1e7))
-    shock = sw.Shock(profile=_power(3, 1e4, 1), peak_force=FORCE, rise_time=1e5)
+    shock = sw.Shock(profile=power_law(3, 1e4, 1), peak_force=FORCE, rise_time=1e5)
     assert "too small" in (sw.predict(shock, chain).section4_reason or "")
     with pytest.raises(sw.NumericalError, match="too small"):
         sw.predict(shock, chain, model="section-4")
@@ -404,8 +400,8 @@ def test_a_shock_and_a_chain_in_the_wrong_order_are_refused() -> None:
     [
         (sw.Triangular(duration_ratio=2), 1e-12),
         (sw.Triangular(duration_ratio=2), 1e3),
-        (_power(2, 50, 50), 1e-12),
-        (_power(1 + 1e-9, 50, 50), 1.0),
+        (power_law(2, 50, 50), 1e-12),
+        (power_law(1 + 1e-9, 50, 50), 1.0),
         (sw.Exponential(rise_rate=1e4, decay_rate=1e4, duration_ratio=1 + 1e-9), 1.0),
         (sw.Exponential(rise_rate=-700, decay_rate=-700, duration_ratio=2), 1e-12),
     ],

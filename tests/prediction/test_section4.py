@@ -9,7 +9,7 @@ import pytest
 import shockwave as sw
 from shockwave.prediction.scaled_shock import ScaledShock
 from shockwave.prediction.section4 import predict
-from support.scenes import CHAIN, FORCE
+from support.scenes import CHAIN, FORCE, power_law
 
 PAPER = sw.Predictor(model="section-4", momentum_coefficient="paper")
 SCENARIOS = Path(__file__).parents[2] / "profiles" / "paper"
@@ -19,8 +19,7 @@ Row = tuple[float, float, float]
 
 
 def _power(row: Row, rise_time: float) -> sw.Shock:
-    profile = sw.PowerLaw(rise_exponent=row[1], decay_exponent=row[2], duration_ratio=row[0])
-    return sw.Shock(profile=profile, peak_force=FORCE, rise_time=rise_time)
+    return sw.Shock(profile=power_law(*row), peak_force=FORCE, rise_time=rise_time)
 
 
 def _in_units(units: float, n: float = 2.0) -> sw.Shock:

@@ -16,7 +16,7 @@ from shockwave.engine.scaled_problem import Primary, Request, Status, short_limi
 from shockwave.scene.simulate_options import Backend
 from shockwave.scene.solitary_wave import SPEED
 from shockwave.simulation import leading_wave
-from support.scenes import CASE_A, CASE_B, CHAIN, FORCE, UNITS, lasting, power
+from support.scenes import CASE_A, CASE_B, CHAIN, FORCE, UNITS, lasting, power, power_law, record
 from support.selection import keeping
 
 pytestmark = pytest.mark.compiled
@@ -73,7 +73,7 @@ def test_errors_of_passages_are_within_tolerance_and_estimate(case: str, contact
 # ---------------------------------------------------------------- passages
 
 
-SLOW = sw.PowerLaw(rise_exponent=2, decay_exponent=2, duration_ratio=2.5)
+SLOW = lasting(power_law(2.5, 2, 2), 7.5)
 
 
 @pytest.mark.parametrize(
@@ -81,7 +81,7 @@ SLOW = sw.PowerLaw(rise_exponent=2, decay_exponent=2, duration_ratio=2.5)
     [
         pytest.param(power(0.5), None, (1, 2, 6, 13), id="chain"),
         # the force still acts on the first granule when its contact has its peak
-        pytest.param(sw.Shock(profile=SLOW, peak_force=FORCE, rise_time=3 * UNITS.time), None, (0,), id="loaded"),
+        pytest.param(SLOW, None, (0,), id="loaded"),
         pytest.param(power(0.5), 10, (5, 7, 8), id="free-end"),
         pytest.param(power(0.5), 100, (98,), id="far-end", marks=pytest.mark.slow),
     ],
@@ -163,8 +163,8 @@ SHOCKS = {
 def test_leading_wave_is_not_accepted_too_early(name: str, rtol: float) -> None:
     times, forces, amplification = SHOCKS[name]
     # the knots were computed with a characteristic time of 14.58 us
-    record = sw.Tabulated(times=np.array(times) * 14.58e-6, forces=np.array(forces))
-    result = sw.simulate(sw.Shock(profile=record), CHAIN, rtol=rtol, waves="primary")
+    profile = sw.Tabulated(times=np.array(times) * 14.58e-6, forces=np.array(forces))
+    result = sw.simulate(sw.Shock(profile=profile), CHAIN, rtol=rtol, waves="primary")
     # the references have nine digits; 14.58 us differs from the characteristic time in the fifth digit
     assert abs(result.amplification / amplification - 1) <= min(rtol, result.error_estimate) + 5e-8
 
@@ -182,22 +182,20 @@ GAPS = {
 @pytest.mark.parametrize("name", GAPS)
 def test_errors_of_contacts_that_open_and_close_are_estimated(name: str, rtol: float, backend: Backend) -> None:
     times, height = GAPS[name]
-    profile = sw.Tabulated(times=np.array(times) * UNITS.time, forces=np.array([0, 1, 0, 0, height, 0]) * FORCE)
-    reference = sw.simulate(sw.Shock(profile=profile), CHAIN, rtol=1e-12, waves="primary").peak_force
-    found = sw.simulate(sw.Shock(profile=profile), CHAIN, rtol=rtol, waves="primary", backend=backend)
+    shock = record(times, [0, 1, 0, 0, height, 0])
+    reference = sw.simulate(shock, CHAIN, rtol=1e-12, waves="primary").peak_force
+    found = sw.simulate(shock, CHAIN, rtol=rtol, waves="primary", backend=backend)
     assert found.error_estimate <= rtol
     assert abs(found.peak_force / reference - 1) <= found.error_estimate
 
 
 #: Two triangular humps of 8 T0 with a gap of 2 T0: the second wave is stronger and overtakes after 1500 contacts.
-OVERTAKEN = sw.Tabulated(
-    times=np.array([0, 4, 8, 10, 14, 18]) * UNITS.time, forces=FORCE * np.array([0, 1, 0, 0, 1, 0.0])
-)
+OVERTAKEN = record([0, 4, 8, 10, 14, 18], [0, 1, 0, 0, 1, 0])
 
 
 @pytest.mark.parametrize("rtol", [1e-6, pytest.param(1e-8, marks=pytest.mark.slow)])
 def test_a_tighter_tolerance_keeps_the_answer(rtol: float) -> None:
-    found = sw.simulate(sw.Shock(profile=OVERTAKEN), CHAIN, rtol=rtol, waves="primary")
+    found = sw.simulate(OVERTAKEN, CHAIN, rtol=rtol, waves="primary")
     assert found.error_estimate <= rtol
     # the reference was found at rtol 1e-9, and at 1e-7 by the other pair
     assert abs(found.amplification / 1.58840432704 - 1) <= found.error_estimate
@@ -208,10 +206,10 @@ def test_a_search_without_enough_work_states_how_much_another_wave_is_stronger(
     backend: Backend, work: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("shockwave.engine.scaled_problem._MAX_WORK", work)
-    found = sw.simulate(sw.Shock(profile=OVERTAKEN), CHAIN, rtol=1e-4, waves="primary", backend=backend)
+    found = sw.simulate(OVERTAKEN, CHAIN, rtol=1e-4, waves="primary", backend=backend)
     assert 1e-3 < found.error_estimate < 0.2
     assert abs(found.amplification / 1.588404327 - 1) <= found.error_estimate
-    (warning,) = set(found.warnings) - set(OVERTAKEN.alarms)
+    (warning,) = set(found.warnings) - set(OVERTAKEN.profile.alarms)
     assert warning.startswith("The tolerance was not met")
     assert "A wave behind it may still exceed it" in warning
 
