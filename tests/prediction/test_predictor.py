@@ -390,38 +390,3 @@ def test_a_shock_and_a_chain_in_the_wrong_order_are_refused() -> None:
         raise error
     with pytest.raises(sw.InvalidValueError, match=rule):
         sw.simulate(CHAIN, SHOCKS["train"])  # type: ignore[arg-type]
-
-
-# ---------------------------------------------------------------- extremes
-
-
-@pytest.mark.parametrize(
-    ("profile", "rise_time"),
-    [
-        (sw.Triangular(duration_ratio=2), 1e-12),
-        (sw.Triangular(duration_ratio=2), 1e3),
-        (power_law(2, 50, 50), 1e-12),
-        (power_law(1 + 1e-9, 50, 50), 1.0),
-        (sw.Exponential(rise_rate=1e4, decay_rate=1e4, duration_ratio=1 + 1e-9), 1.0),
-        (sw.Exponential(rise_rate=-700, decay_rate=-700, duration_ratio=2), 1e-12),
-    ],
-    ids=lambda value: f"{value:g}" if isinstance(value, float) else str(value).replace("duration_ratio", "n"),
-)
-@pytest.mark.parametrize("alpha", ["constant", "literal"])
-def test_an_extreme_shock_has_a_finite_outcome(profile: sw.ShockProfile, rise_time: float, alpha: Any) -> None:
-    # Only the strongest waves are requested: a long train has a thousand.
-    predictor = sw.Predictor(model="section-4", alpha=alpha, wave_threshold=0.999)
-    outcome = predictor.predict(_shock(profile, rise_time), CHAIN)
-    assert all(0 < wave.peak_force < math.inf for wave in outcome.waves)
-    json.dumps(outcome.to_dict(), allow_nan=False)
-
-
-@EVERY_REGIME
-def test_a_finely_sampled_record_is_predicted_like_its_formula(shock: sw.Shock) -> None:
-    # Samples gather towards the start, where the slope may be unbounded.
-    s = np.concatenate((np.linspace(0, 1, 2001) ** 4, np.linspace(1, shock.profile.duration_ratio, 4001)[1:]))
-    record = sw.Shock(profile=sw.Tabulated(s * shock.rise_time, shock.profile.force(s) * FORCE))
-    sampled, exact = (PAPER.predict(each, CHAIN) for each in (record, shock))
-    assert sampled.regime == exact.regime
-    # Chords cut what is convex: second order in the spacing.
-    assert sampled.peak_force == pytest.approx(exact.peak_force, rel=1e-3)

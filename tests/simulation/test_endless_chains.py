@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import pytest
 
 import shockwave as sw
@@ -70,13 +68,13 @@ def test_leading_wave_is_the_solitary_wave(exponent: float, duration: float) -> 
     assert result.recoil_momentum <= 0
 
 
-@pytest.mark.parametrize("exponent", [1.25, 3.0])
+@pytest.mark.parametrize("exponent", [1.25, 1.5, 3.0])
 def test_passages_agree_with_an_independent_integration(exponent: float) -> None:
     chain = chain_of(exponent)
     shock, unit = shock_of(chain, 4.0), Scales.of(chain, FORCE).time
     # no wave has returned from the end of the finite chain
     peaks, times = Reference(shock, chain_of(exponent, granules=14), unit).greatest(12 * unit, 1e3)
-    result = sw.simulate(shock, chain, rtol=1e-9, contacts=(1, 3, 6))
+    result = sw.simulate(shock, chain, rtol=1e-9, contacts=(0, 1, 3, 6))
     for passage in result.passages:
         # the reference is good to 1e-9 of the force
         assert passage.peak_force == pytest.approx(peaks[passage.contact], rel=3e-9)
@@ -171,21 +169,6 @@ def test_a_precompressed_endless_chain_is_a_long_finite_one(contact: sw.PowerCon
     assert "approaches its limit too slowly" in one.all_warnings[-1]
     assert one.momentum_defect < 1e-12
     assert one.error_estimate < 1e-6
-
-
-def test_speed_under_precompression_is_that_of_coste() -> None:
-    static = 50.0
-    chain = sw.Chain(material=STEEL, radius=RADIUS, precompression=static)
-    scales = Scales.of(chain, static)
-    result = sw.simulate(shock_of(chain, 4.0), chain, contacts=(150, 200))
-    near, far = result.contacts
-    speed = 50 * scales.time / (far.time - near.time)
-    ratio = far.peak_force / static
-    sound = math.sqrt(1.5)
-    expected = math.sqrt(4 / 15 * (3 + 2 * ratio ** (5 / 3) - 5 * ratio ** (2 / 3))) / (ratio ** (2 / 3) - 1)
-    # Coste's formula is good to 0.4 % up to a ratio of 10
-    assert speed / sound == pytest.approx(expected, rel=4e-3)
-    assert speed > sound
 
 
 def test_reported_contacts_have_a_default_and_a_later_end_keeps_their_forces() -> None:

@@ -16,7 +16,7 @@ from shockwave.engine.scaled_problem import Primary, Request, Status, short_limi
 from shockwave.scene.simulate_options import Backend
 from shockwave.scene.solitary_wave import SPEED
 from shockwave.simulation import leading_wave
-from support.scenes import CASE_A, CASE_B, CHAIN, FORCE, UNITS, lasting, power, power_law, record
+from support.scenes import CASE_A, CASE_B, CHAIN, FORCE, UNITS, lasting, power, record
 from support.selection import keeping
 
 pytestmark = pytest.mark.compiled
@@ -71,36 +71,6 @@ def test_errors_of_passages_are_within_tolerance_and_estimate(case: str, contact
 
 
 # ---------------------------------------------------------------- passages
-
-
-SLOW = lasting(power_law(2.5, 2, 2), 7.5)
-
-
-@pytest.mark.parametrize(
-    ("shock", "granules", "contacts"),
-    [
-        pytest.param(power(0.5), None, (1, 2, 6, 13), id="chain"),
-        # the force still acts on the first granule when its contact has its peak
-        pytest.param(SLOW, None, (0,), id="loaded"),
-        pytest.param(power(0.5), 10, (5, 7, 8), id="free-end"),
-        pytest.param(power(0.5), 100, (98,), id="far-end", marks=pytest.mark.slow),
-    ],
-)
-def test_passages_agree_with_the_peaks_of_recorded_forces(
-    shock: sw.Shock, granules: int | None, contacts: tuple[int, ...]
-) -> None:
-    interval, until = 0.005 * UNITS.time, (2 * (granules or 10) + 10) * UNITS.time
-    chain = attrs.evolve(CHAIN, granules=granules)
-    result = sw.simulate(shock, chain, rtol=1e-8, contacts=contacts, record=["forces"], interval=interval, until=until)
-    record = result.recording
-    # half an interval beside a peak of scaled curvature 1 the force is smaller by 3e-6; at a free end, where the
-    # peak is a third as long, by ten times as much
-    error = 1e-5 if granules is None else 3e-5
-    for contact, force, passage in zip(contacts, record.forces.T, result.passages, strict=True):
-        top = int(np.argmax(force))
-        assert force[top] == pytest.approx(passage.peak_force, rel=error)
-        assert record.times[top] == pytest.approx(passage.arrival_time, abs=interval)
-        assert passage == result.passage(contact)
 
 
 def test_far_passages_follow_the_exact_wave_without_further_steps() -> None:

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import ClassVar
 
 import attrs
 import pytest
 
 import shockwave as sw
-from shockwave.base.numerics import FloatArray
 from shockwave.base.progress import progress_shown
 from support.scenes import CHAIN, power, random_pulses
 
@@ -60,32 +58,6 @@ def test_a_failed_shock_has_its_error_in_its_place(name: str, integrator: str | 
     assert isinstance(error, kind)
     assert message in str(error)
     assert (before.shock, after.shock) == (PULSES[0], PULSES[4])
-
-
-@attrs.frozen
-class Failing(sw.ShockProfile):
-    """A profile whose table can no longer be computed when it is ``broken``."""
-
-    duration_ratio: float = 2.0
-    broken: ClassVar[bool] = False
-
-    def rise(self, s: FloatArray) -> FloatArray:
-        return s
-
-    def decay(self, s: FloatArray) -> FloatArray:
-        return 2.0 - s
-
-    def closed_free_path(self) -> None:
-        if self.broken:
-            raise sw.NumericalError("no table")
-
-
-def test_a_profile_that_fails_spoils_no_other_shock(monkeypatch: pytest.MonkeyPatch) -> None:
-    failing = attrs.evolve(FEW[0], profile=Failing())
-    monkeypatch.setattr(Failing, "broken", True)
-    before, error, after = sw.simulate_many([FEW[0], failing, FEW[1]], CHAIN)
-    assert isinstance(error, sw.NumericalError)
-    assert [before, after] == singles()[:2]
 
 
 def test_many_shocks_on_chains_of_different_lengths_and_contacts_are_equal_to_single_runs() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -248,22 +247,6 @@ def test_too_many_combinations_are_refused(file: Path, monkeypatch: pytest.Monke
 
 
 # ---------------------------------------------------------------- the command
-
-
-def test_the_command_prints_and_draws_the_best_option(
-    file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    pytest.importorskip("matplotlib")
-    picture = tmp_path / "ranking.png"
-    vary = ["--vary", COUNT, "--between", "1", "6", "--vary", MATERIAL, "--among", "ptfe,brass-260"]
-    given = [*vary, "--target", f"{FORCE} <= 1 kN", "--budget", "chain.length <= 1 m"]
-    assert cli.main(["design", str(file), *given, "--json"]) == 0
-    document = json.loads(capsys.readouterr().out)
-    assert document["solutions"][0]["values"] == [1, "ptfe"]
-    assert document["least"] == "chain.mass"
-    assert cli.main(["design", str(file), *given, "-o", str(picture)]) == 0
-    assert capsys.readouterr().out.startswith("two layers: chain mass ")
-    assert picture.read_bytes().startswith(b"\x89PNG")
 
 
 def test_an_infeasible_design_ends_with_status_1(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
