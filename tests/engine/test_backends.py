@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import attrs
-import numpy as np
 import pytest
 
 import shockwave as sw
@@ -21,7 +20,17 @@ from shockwave.engine.scaled_problem import Request as SearchRequest
 from shockwave.engine.wave_search import find_primaries
 from shockwave.simulation.integration_stretches import Course
 from shockwave.simulation.wave_setup import setup_of
-from support.scenes import CASE_A, CHAIN, FORCE, UNITS, power, random_pulses, triangle
+from support.scenes import (
+    CASE_A,
+    CHAIN,
+    POWER,
+    lasting,
+    power,
+    power_law,
+    random_pulses,
+    record,
+    triangle,
+)
 from support.selection import keeping
 
 pytestmark = pytest.mark.compiled
@@ -32,24 +41,19 @@ compiled_alone = pytest.mark.skipif(backend.compiled is None, reason=backend.lac
 NAMES = ["numpy", pytest.param("compiled", marks=compiled_alone)]
 
 
-def law(rise: float, decay: float, ratio: float, rise_time: float = 1.0) -> sw.Shock:
-    profile = sw.PowerLaw(rise_exponent=rise, decay_exponent=decay, duration_ratio=ratio)
-    return sw.Shock(profile=profile, peak_force=FORCE, rise_time=rise_time * UNITS.time)
-
-
 EXPONENTIAL = sw.Exponential(rise_rate=3, decay_rate=-4, duration_ratio=5)
 # its precursor makes overlaps of 1e-3 to 2e-3, whose forces are too weak for the front
-PRECURSOR = sw.Tabulated(times=np.array([0, 0.5, 1, 41, 42, 43]) * UNITS.time, forces=[0, 0.06, 0, 0, 100, 0])
-TWO_PEAKS = sw.Tabulated(times=np.array([0, 1, 2, 8, 9, 10]) * UNITS.time, forces=[0, 50, 0, 0, 100, 0])
+PRECURSOR = record([0, 0.5, 1, 41, 42, 43], [0, 6e-4, 0, 0, 1, 0])
+TWO_PEAKS = record([0, 1, 2, 8, 9, 10], [0, 0.5, 0, 0, 1, 0])
 SCENES: dict[str, tuple[sw.Shock, int | None]] = {
     "A": (CASE_A, None),
     "long": (triangle(60), None),
-    "rectangle": (law(0, 0, 2), None),
-    "exponential": (sw.Shock(profile=EXPONENTIAL, peak_force=FORCE, rise_time=UNITS.time), None),
+    "rectangle": (lasting(power_law(2, 0, 0), 2), None),
+    "exponential": (lasting(EXPONENTIAL, 5), None),
     "record": (random_pulses(11, 3)[2], None),
-    "two-peaks": (sw.Shock(profile=TWO_PEAKS), None),
-    "precursor": (sw.Shock(profile=PRECURSOR), None),
-    "loaded": (law(2, 2, 2.5, 9.5), None),
+    "two-peaks": (TWO_PEAKS, None),
+    "precursor": (PRECURSOR, None),
+    "loaded": (lasting(power_law(2.5, 2, 2), 23.75), None),
     "two-granules": (power(0.5), 2),
     "33-granules": (power(0.5), 33),
 }
@@ -165,12 +169,12 @@ def test_without_compiled_code_auto_selects_numpy_and_compiled_is_an_error(capsy
     assert found["numpy"] is None
 
 
-PROBLEM = ChainProblem(sw.PowerLaw(rise_exponent=0.5, decay_exponent=1, duration_ratio=3), 2.0, 1.0)
+PROBLEM = ChainProblem(POWER, 2.0, 1.0)
 
 
 @pytest.mark.parametrize("compiled", [None, pytest.param(backend.compiled, marks=compiled_alone)])
 def test_a_chain_of_granules_in_free_flight_can_be_shortened(compiled: Any) -> None:
-    problem = ChainProblem(sw.PowerLaw(rise_exponent=0.5, decay_exponent=1, duration_ratio=3), 0.1, 10.0)
+    problem = ChainProblem(POWER, 0.1, 10.0)
     course = Course.of(problem, Rkn86(compiled=compiled))
     stretch = course.advance_to(60.0, "", 60.0)
     flying = free_granules(stretch.x[-1], stretch.v[-1])

@@ -11,12 +11,13 @@ from shockwave.engine.nystroem_integrators import Rkn86
 from shockwave.engine.scaled_problem import ChainProblem, chain_energy
 from shockwave.registry.registry import load
 from shockwave.simulation.peak_log import PeakLog
+from support.scenes import POWER
 
 pytestmark = pytest.mark.compiled
 
 # Case A of the references, and a short shock after which many granules rebound.
-CASE = ChainProblem(sw.PowerLaw(rise_exponent=0.5, decay_exponent=1, duration_ratio=3), 2.0, 1.0)
-SHORT = ChainProblem(sw.PowerLaw(rise_exponent=0.5, decay_exponent=1, duration_ratio=3), 0.1, 10.0)
+CASE = ChainProblem(POWER, 2.0, 1.0)
+SHORT = ChainProblem(POWER, 0.1, 10.0)
 # Peak at contact 9 of case A from two methods in quadruple precision.
 FORCE = 1.490253931405875817
 TIME = 12.118161972131167

@@ -12,7 +12,6 @@ from scipy.optimize import brentq
 
 import shockwave as sw
 from shockwave.base.errors import InvalidValueError
-from shockwave.engine.cubic_interpolation import around_tops
 from shockwave.engine.fixed_step_integrators import Verlet
 from shockwave.engine.mixed_chain_problem import Assembly, Motion, integrate
 from shockwave.engine.nystroem_integrators import Rkn64, Rkn1210
@@ -117,23 +116,6 @@ def test_few_steps_are_repeated_where_contacts_open_and_close(
     motion = integrate(chain, 1e-8, until=100.0, compiled=compiled)
     # steps that are repeated to end at a kink or at a maximum; linear interpolation of the force gave 1.4 to 2.1
     assert motion.evaluations < most * stages * motion.steps
-
-
-def test_maxima_of_random_cubics_are_enclosed() -> None:
-    draw = np.random.default_rng(1)
-    f, r = draw.uniform(-1, 1, (2, 20000)), draw.uniform(-6, 6, (2, 20000))
-    low, high, most = around_tops(f, r)
-    found = (low[2] > 0) & (high[2] <= 0) & (most > f.max(axis=0))
-    t = np.linspace(0, 1, 201)[:, None]
-    rise = f[1] - f[0]
-    values = f[0] + t * (r[0] + t * ((3 * rise - 2 * r[0] - r[1]) + t * (r[0] + r[1] - 2 * rise)))
-    top, place = values.max(axis=0), t[values.argmax(axis=0), 0]
-    inner = top > f.max(axis=0) + 1e-12
-    assert inner.sum() > 5000
-    assert found[inner].all()
-    assert (most[inner] >= top[inner] - 1e-12).all()
-    # the values are 0.005 apart
-    assert ((low[0] - 0.005 <= place) & (place <= high[0] + 0.005))[inner].all()
 
 
 #: Granules before a wall whose force has a maximum and a minimum in a step of a coarser run: exponent, masses, rise

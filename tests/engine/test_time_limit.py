@@ -12,19 +12,13 @@ from collections.abc import Callable
 from typing import Any
 
 import attrs
-import numpy as np
 import pytest
 
 import shockwave as sw
 from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import Backend
 from shockwave.simulation import simulate
-from support.scenes import CHAIN, FORCE, UNITS
-
-
-def record(times: list[float], forces: list[float]) -> sw.Shock:
-    return sw.Shock(profile=sw.Tabulated(times=np.array(times) * UNITS.time, forces=np.array(forces) * FORCE))
-
+from support.scenes import CHAIN, FORCE, power_law, record
 
 #: Takes far longer than any test waits.
 SLOW = record([0, 4, 8, 10, 14, 18], [0, 1, 0, 0, 1, 0])
@@ -60,9 +54,7 @@ def test_a_time_limit_is_that_of_each_of_many(monkeypatch: pytest.MonkeyPatch) -
 
 
 #: 4500 characteristic times.
-LONG = sw.Shock(
-    profile=sw.PowerLaw(rise_exponent=0.5, decay_exponent=2, duration_ratio=15), peak_force=FORCE, rise_time=4.4e-3
-)
+LONG = sw.Shock(profile=power_law(15, 0.5, 2), peak_force=FORCE, rise_time=4.4e-3)
 
 
 def test_a_shock_of_thousands_of_characteristic_times_ends_at_its_time_limit() -> None:

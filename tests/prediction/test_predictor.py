@@ -19,7 +19,7 @@ import shockwave as sw
 from shockwave.prediction import predictor
 from shockwave.scene.chain import Scales
 from shockwave.simulation import simulate
-from support.scenes import CHAIN, FORCE, STEEL, lasting, random_pulses
+from support.scenes import CHAIN, FORCE, STEEL, lasting, power_law, random_pulses
 
 PAPER = sw.Predictor(model="section-4")
 T0 = Scales.of(CHAIN, FORCE).time
@@ -32,10 +32,6 @@ KEYS = {
 }
 
 
-def _power(n: float, rise: float, decay: float) -> sw.PowerLaw:
-    return sw.PowerLaw(rise_exponent=rise, decay_exponent=decay, duration_ratio=n)
-
-
 def _shock(profile: sw.ShockProfile, rise_time: float) -> sw.Shock:
     """Prediction on the beads of the paper at 100 N; the rise time is in T0."""
     return sw.Shock(profile=profile, peak_force=FORCE, rise_time=rise_time * T0)
@@ -43,9 +39,9 @@ def _shock(profile: sw.ShockProfile, rise_time: float) -> sw.Shock:
 
 #: One shock that meets (3) for each regime.
 SHOCKS = {
-    "ejection": _shock(_power(3, 0.5, 1), 0.6),
-    "single": _shock(_power(3, 1 / 9, 1), 0.91),
-    "train": _shock(_power(10, 1, 5), 1.0),
+    "ejection": _shock(power_law(3, 0.5, 1), 0.6),
+    "single": _shock(power_law(3, 1 / 9, 1), 0.91),
+    "train": _shock(power_law(10, 1, 5), 1.0),
 }
 EVERY_REGIME = pytest.mark.parametrize("shock", SHOCKS.values(), ids=SHOCKS)
 EVERY_NAME = pytest.mark.parametrize("name", SHOCKS)
@@ -63,11 +59,11 @@ def _changed(chain: sw.Chain, quantity: str, factor: float) -> sw.Chain:
 #: Shocks of which every branch of the answer is taken.
 BRANCHES = {
     **SHOCKS,
-    "ejection-rectangle": _shock(_power(1.5, 0, 0), 0.5),
+    "ejection-rectangle": _shock(power_law(1.5, 0, 0), 0.5),
     "train-exponential": _shock(sw.Exponential(rise_rate=3, decay_rate=4, duration_ratio=20), 0.5),
-    "literal-root": _shock(_power(4, 0.25, 1), 1.0),
-    "literal-whole-impulse": _shock(_power(5, 2, 7), 3.0),
-    "contact-of-another-exponent": _shock(_power(3, 1, 1), 3.0),
+    "literal-root": _shock(power_law(4, 0.25, 1), 1.0),
+    "literal-whole-impulse": _shock(power_law(5, 2, 7), 3.0),
+    "contact-of-another-exponent": _shock(power_law(3, 1, 1), 3.0),
 }
 
 
@@ -108,7 +104,6 @@ def test_equal_scaled_rise_times_give_equal_amplification_on_every_chain(shock: 
 @pytest.mark.parametrize(("choice", "number"), [("exact", 4.344507853978653), ("paper", 13 / 3), (4.3, 4.3)], ids=str)
 def test_the_momentum_coefficient_is_named_or_given(choice: Any, number: float) -> None:
     outcome = sw.Predictor(model="section-4", momentum_coefficient=choice).predict(SHOCKS["single"], CHAIN)
-    assert outcome.section4 is not None
     assert outcome.section4.momentum_coefficient == number
     # (5f) with A by that number; the impulse is 0.9 + 1 rise times.
     tied = (1.9 * 0.91 * T0 * FORCE / CHAIN.momentum_parameter(number)) ** 1.2
@@ -180,14 +175,12 @@ def test_the_first_numbers_are_those_of_the_simulation(name: str) -> None:
     assert outcome.waves == (result.primary,)
     paper = sw.predict(SHOCKS[name], CHAIN, model="section-4")
     assert outcome.section4 == paper.section4
-    assert outcome.section4 is not None
     assert outcome.section4.error == paper.peak_force / result.peak_force - 1
 
 
 @EVERY_NAME
 def test_section_4_alone_states_its_own_numbers(name: str) -> None:
     outcome = PAPER.predict(SHOCKS[name], CHAIN)
-    assert outcome.section4 is not None
     assert (outcome.peak_force, outcome.waves) == (outcome.section4.peak_force, outcome.section4.waves)
     assert (outcome.low, outcome.high, outcome.transmitted, outcome.greatest_force) == (None,) * 4
     assert (outcome.method, outcome.section4.error) == ("section-4", None)
@@ -204,7 +197,6 @@ def test_the_engine_runs_once_when_a_number_is_read(monkeypatch: pytest.MonkeyPa
     assert [outcome.regime for outcome in outcomes if isinstance(outcome, sw.Outcome)] == [*SHOCKS]
     assert not calls
     for outcome in outcomes:
-        assert isinstance(outcome, sw.Outcome)
         assert outcome.peak_force > outcome.low
         assert "leading wave" in str(outcome)
     assert calls == [3]
@@ -234,13 +226,12 @@ def test_forces_that_take_too_long_are_left_out(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(predictor, "_PATIENCE", 1e-3)
     outcome = sw.predict(SHOCKS["train"], attrs.evolve(CHAIN, granules=2000), until=1.0, limit=60.0)
     assert (outcome.greatest_force, outcome.contacts) == (None, ())
-    assert outcome.verdict is not None
     assert outcome.verdict.decision == "undecided"
 
 
 def test_section_4_without_a_floating_point_answer_has_a_reason() -> None:
     chain = attrs.evolve(CHAIN, contact=sw.PowerContact(exponent=1.05, stiffness=1e7))
-    shock = sw.Shock(profile=_power(3, 1e4, 1), peak_force=FORCE, rise_time=1e5)
+    shock = sw.Shock(profile=power_law(3, 1e4, 1), peak_force=FORCE, rise_time=1e5)
     assert "too small" in (sw.predict(shock, chain).section4_reason or "")
     with pytest.raises(sw.NumericalError, match="too small"):
         sw.predict(shock, chain, model="section-4")
@@ -251,7 +242,6 @@ def test_many_predictions_are_those_of_single_ones() -> None:
     walled = attrs.evolve(CHAIN, granules=8, end=sw.Wall(material="same"))
     chains = [CHAIN] * 60 + [walled, walled, attrs.evolve(CHAIN, granules=30)]
     for outcome, scene, chain in zip(sw.Predictor().predict_many(scenes, chains), scenes, chains, strict=True):
-        assert isinstance(outcome, sw.Outcome)
         alone = sw.predict(scene, chain)
         assert (outcome.peak_force, outcome.transmitted) == (alone.peak_force, alone.transmitted)
 
@@ -317,9 +307,7 @@ def test_what_the_engine_refuses_has_a_reason_and_no_number(duration: float, opt
     assert (outcome.peak_force, outcome.low, outcome.high, outcome.amplification, outcome.relation) == (None,) * 5
     assert (outcome.transmitted, outcome.greatest_force, outcome.yielding, outcome.waves) == (None, None, None, ())
     assert reason in (outcome.reason or "")
-    assert outcome.verdict is not None
     assert outcome.verdict.decision == "undecided"
-    assert outcome.section4 is not None
     assert outcome.section4.error is None
     json.dumps(outcome.to_dict(), allow_nan=False)
     assert str(outcome).startswith("no answer: ")
@@ -362,8 +350,6 @@ def test_a_fault_of_a_plugin_is_raised_when_a_number_is_read(monkeypatch: pytest
 
 def test_an_outcome_can_be_pickled_with_its_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
     first, second = sw.Predictor().predict_many([SHOCKS["train"], SHOCKS["single"]], CHAIN)
-    assert isinstance(first, sw.Outcome)
-    assert isinstance(second, sw.Outcome)
     before = pickle.loads(pickle.dumps(second))
     peak = second.peak_force
     after = pickle.loads(pickle.dumps(second))
@@ -404,38 +390,3 @@ def test_a_shock_and_a_chain_in_the_wrong_order_are_refused() -> None:
         raise error
     with pytest.raises(sw.InvalidValueError, match=rule):
         sw.simulate(CHAIN, SHOCKS["train"])  # type: ignore[arg-type]
-
-
-# ---------------------------------------------------------------- extremes
-
-
-@pytest.mark.parametrize(
-    ("profile", "rise_time"),
-    [
-        (sw.Triangular(duration_ratio=2), 1e-12),
-        (sw.Triangular(duration_ratio=2), 1e3),
-        (_power(2, 50, 50), 1e-12),
-        (_power(1 + 1e-9, 50, 50), 1.0),
-        (sw.Exponential(rise_rate=1e4, decay_rate=1e4, duration_ratio=1 + 1e-9), 1.0),
-        (sw.Exponential(rise_rate=-700, decay_rate=-700, duration_ratio=2), 1e-12),
-    ],
-    ids=lambda value: f"{value:g}" if isinstance(value, float) else str(value).replace("duration_ratio", "n"),
-)
-@pytest.mark.parametrize("alpha", ["constant", "literal"])
-def test_an_extreme_shock_has_a_finite_outcome(profile: sw.ShockProfile, rise_time: float, alpha: Any) -> None:
-    # Only the strongest waves are requested: a long train has a thousand.
-    predictor = sw.Predictor(model="section-4", alpha=alpha, wave_threshold=0.999)
-    outcome = predictor.predict(_shock(profile, rise_time), CHAIN)
-    assert all(0 < wave.peak_force < math.inf for wave in outcome.waves)
-    json.dumps(outcome.to_dict(), allow_nan=False)
-
-
-@EVERY_REGIME
-def test_a_finely_sampled_record_is_predicted_like_its_formula(shock: sw.Shock) -> None:
-    # Samples gather towards the start, where the slope may be unbounded.
-    s = np.concatenate((np.linspace(0, 1, 2001) ** 4, np.linspace(1, shock.profile.duration_ratio, 4001)[1:]))
-    record = sw.Shock(profile=sw.Tabulated(s * shock.rise_time, shock.profile.force(s) * FORCE))
-    sampled, exact = (PAPER.predict(each, CHAIN) for each in (record, shock))
-    assert sampled.regime == exact.regime
-    # Chords cut what is convex: second order in the spacing.
-    assert sampled.peak_force == pytest.approx(exact.peak_force, rel=1e-3)

@@ -12,7 +12,7 @@ import scipy.integrate
 
 import shockwave as sw
 from shockwave.scene.chain import Scales
-from support.scenes import CHAIN, FORCE
+from support.scenes import CHAIN, FORCE, power_law
 
 pytestmark = pytest.mark.compiled
 
@@ -21,19 +21,15 @@ T0 = Scales.of(CHAIN, FORCE).time
 TIME = 4.344507853978653 * ((1 - 0.3**2) * 7958**1.5 * 4.75e-3**4 / 193e9) ** (1 / 3) * FORCE ** (-1 / 6)
 
 
-def _power(n: float, rise: float, decay: float) -> sw.PowerLaw:
-    return sw.PowerLaw(rise_exponent=rise, decay_exponent=decay, duration_ratio=n)
-
-
 #: Name -> profile, rise time over T0.
 TRAINS: dict[str, tuple[sw.ShockProfile, float]] = {
-    "table1-row1": (_power(10, 1, 5), 15e-6 / T0),
-    "table1-row2": (_power(6, 0.5, 6), 15e-6 / T0),
-    "table1-row3": (_power(4, 0.25, 1), 15e-6 / T0),
+    "table1-row1": (power_law(10, 1, 5), 15e-6 / T0),
+    "table1-row2": (power_law(6, 0.5, 6), 15e-6 / T0),
+    "table1-row3": (power_law(4, 0.25, 1), 15e-6 / T0),
     "triangle": (sw.Triangular(duration_ratio=10), 1.0),
     "long-triangle": (sw.Triangular(duration_ratio=50), 2.0),
     "slow-rise": (sw.Triangular(duration_ratio=3), 20.0),
-    "step": (_power(30, 0, 0), 0.5),
+    "step": (power_law(30, 0, 0), 0.5),
 }
 each_train = pytest.mark.parametrize("name", TRAINS)
 
@@ -124,7 +120,7 @@ def test_a_later_wave_that_is_stronger_than_the_leading_one_has_a_warning(name: 
 
 
 def test_the_list_of_later_waves_ends_after_a_thousand_with_a_warning() -> None:
-    outcome = sw.predict(_shock(_power(2, 0, 0), 2000.0), CHAIN, model="section-4")
+    outcome = sw.predict(_shock(power_law(2, 0, 0), 2000.0), CHAIN, model="section-4")
     assert len(outcome.waves) == 1001
     assert any("1000" in warning for warning in outcome.warnings)
 
@@ -143,7 +139,7 @@ def _literal(profile: sw.ShockProfile, rise_time: float) -> sw.TrainOutcome:
     [
         (sw.Triangular(duration_ratio=10), 1.0),
         (sw.Triangular(duration_ratio=1e8), 1e-7),
-        (_power(4, 0.25, 1), 1.0),
+        (power_law(4, 0.25, 1), 1.0),
         (sw.Exponential(rise_rate=2, decay_rate=3, duration_ratio=9), 1.0),
     ],
     ids=repr,
@@ -167,7 +163,7 @@ def test_5a_with_5c_as_printed_has_two_roots(profile: sw.ShockProfile, rise_time
 
 
 def test_without_a_root_the_leading_wave_takes_the_whole_impulse() -> None:
-    outcome = _literal(_power(5, 2, 7), 3.0)
+    outcome = _literal(power_law(5, 2, 7), 3.0)
     assert outcome.roots == ()
     # a1 = 1/3, a2 = 4/8; (5f); rounding
     assert outcome.amplification == pytest.approx((3 * T0 * (1 / 3 + 1 / 2) / TIME) ** 1.2, rel=1e-12)

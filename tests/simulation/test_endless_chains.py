@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import pytest
 
 import shockwave as sw
@@ -70,13 +68,13 @@ def test_leading_wave_is_the_solitary_wave(exponent: float, duration: float) -> 
     assert result.recoil_momentum <= 0
 
 
-@pytest.mark.parametrize("exponent", [1.25, 3.0])
+@pytest.mark.parametrize("exponent", [1.25, 1.5, 3.0])
 def test_passages_agree_with_an_independent_integration(exponent: float) -> None:
     chain = chain_of(exponent)
     shock, unit = shock_of(chain, 4.0), Scales.of(chain, FORCE).time
     # no wave has returned from the end of the finite chain
     peaks, times = Reference(shock, chain_of(exponent, granules=14), unit).greatest(12 * unit, 1e3)
-    result = sw.simulate(shock, chain, rtol=1e-9, contacts=(1, 3, 6))
+    result = sw.simulate(shock, chain, rtol=1e-9, contacts=(0, 1, 3, 6))
     for passage in result.passages:
         # the reference is good to 1e-9 of the force
         assert passage.peak_force == pytest.approx(peaks[passage.contact], rel=3e-9)
@@ -122,21 +120,6 @@ def test_general_exponents_join_the_fast_code_of_hertz(exponent: float) -> None:
     factor = (FORCE / 1e10) ** (1 - exponent / 1.5)
     near = chain_of(exponent, 1e10 * factor)
     assert sw.simulate(shock, near).peak_force == pytest.approx(sw.simulate(shock, chain).peak_force, rel=1e-6)
-
-
-def test_passages_and_histories_are_those_of_the_wave() -> None:
-    chain = chain_of(2.0)
-    result = sw.simulate(shock_of(chain, 2.0), chain, contacts=(0, 15, 150), record=("forces", "energies"))
-    kept = result.recording
-    assert kept is not None
-    assert kept.forces is not None
-    assert kept.kinetic_energy is not None
-    assert kept.forces[:, 2].max() == pytest.approx(result.passages[2].peak_force, rel=5e-3)  # samples
-    energy = kept.kinetic_energy + kept.contact_energy
-    assert energy[-1] == pytest.approx(energy[len(energy) // 2], rel=1e-7)
-    assert result.passages[2].exact
-    steps = (result.passages[2].arrival_time - result.passages[1].arrival_time) / 135
-    assert 2 * RADIUS / steps == pytest.approx(result.waves[0].speed, rel=1e-6)
 
 
 @pytest.mark.parametrize("integrator", ["rk4", "dop853"])
@@ -188,21 +171,6 @@ def test_a_precompressed_endless_chain_is_a_long_finite_one(contact: sw.PowerCon
     assert one.error_estimate < 1e-6
 
 
-def test_speed_under_precompression_is_that_of_coste() -> None:
-    static = 50.0
-    chain = sw.Chain(material=STEEL, radius=RADIUS, precompression=static)
-    scales = Scales.of(chain, static)
-    result = sw.simulate(shock_of(chain, 4.0), chain, contacts=(150, 200))
-    near, far = result.contacts
-    speed = 50 * scales.time / (far.time - near.time)
-    ratio = far.peak_force / static
-    sound = math.sqrt(1.5)
-    expected = math.sqrt(4 / 15 * (3 + 2 * ratio ** (5 / 3) - 5 * ratio ** (2 / 3))) / (ratio ** (2 / 3) - 1)
-    # Coste's formula is good to 0.4 % up to a ratio of 10
-    assert speed / sound == pytest.approx(expected, rel=4e-3)
-    assert speed > sound
-
-
 def test_reported_contacts_have_a_default_and_a_later_end_keeps_their_forces() -> None:
     chain = sw.Chain(material=STEEL, radius=RADIUS, precompression=5.0)
     shock = shock_of(chain, 2.0)
@@ -219,9 +187,6 @@ def test_histories_of_an_endless_precompressed_chain() -> None:
     chain = sw.Chain(material=STEEL, radius=RADIUS, precompression=5.0)
     found = sw.simulate(shock_of(chain, 2.0), chain, contacts=(0, 20), record=("forces", "field"))
     kept = found.recording
-    assert kept is not None
-    assert kept.forces is not None
-    assert kept.velocities is not None
     assert kept.forces[0].tolist() == pytest.approx([5.0, 5.0], rel=1e-12)
     assert kept.forces[:, 1].max() == pytest.approx(found.contacts[1].peak_force, rel=1e-2)
     assert kept.velocities.shape[1] == pytest.approx(len(found.velocities), abs=2)

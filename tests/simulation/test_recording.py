@@ -28,17 +28,12 @@ def result() -> sw.Simulation:
     )
 
 
-def recording_of(found: sw.Simulation) -> Recording:
-    assert found.recording is not None
-    return found.recording
-
-
 def recorded(shock: sw.Shock = SHOCK, chain: sw.Chain = CHAIN, **options: object) -> Recording:
-    return recording_of(sw.simulate(shock, chain, **options))  # type: ignore[arg-type]
+    return sw.simulate(shock, chain, **options).recording  # type: ignore[arg-type]
 
 
 def test_energy_and_momentum_after_the_force_are_its_work_and_impulse() -> None:
-    found, record = result(), recording_of(result())
+    found, record = result(), result().recording
     after = record.times > END_OF_FORCE
     energy = np.add(record.kinetic_energy, record.contact_energy)[after]
     # what steps at rtol 1e-8 lose
@@ -49,9 +44,7 @@ def test_energy_and_momentum_after_the_force_are_its_work_and_impulse() -> None:
 
 
 def test_energies_and_forces_are_those_of_the_field() -> None:
-    record = recording_of(result())
-    assert record.displacements is not None
-    assert record.forces is not None
+    record = result().recording
     # rounding
     kinetic = 0.5 * CHAIN.granule_mass * np.sum(np.square(record.velocities), axis=1)
     assert record.kinetic_energy == pytest.approx(kinetic, rel=1e-12)
@@ -61,9 +54,9 @@ def test_energies_and_forces_are_those_of_the_field() -> None:
 
 
 def test_a_recording_ends_after_the_last_contact_or_the_measurement_of_the_leading_wave() -> None:
-    assert recording_of(result()).times[-1] > result().passages[-1].arrival_time
+    assert result().recording.times[-1] > result().passages[-1].arrival_time
     found = sw.simulate(SHOCK, CHAIN, rtol=1e-4, waves="primary", record=["energies"])
-    assert recording_of(found).times[-1] > found.primary.arrival_time
+    assert found.recording.times[-1] > found.primary.arrival_time
     assert "recorded          energies: " in found.text("verbose")
 
 
@@ -74,7 +67,6 @@ def test_interval_and_end_are_those_that_are_given_and_change_no_sample() -> Non
     )
     # rounding
     assert fine.times == pytest.approx(UNITS.time * np.arange(21) / 4, rel=1e-12)
-    assert fine.forces is not None
     # the steps are the same; so is what is read within them, to rounding
     assert fine.forces[::2] == pytest.approx(coarse.forces, rel=1e-12)
     # a contact that is not reached has no force
@@ -116,5 +108,5 @@ def test_histories_and_passages_of_a_method_of_fixed_step_agree() -> None:
     options = {"contacts": [4], "record": ["forces"], "interval": 0.5 * UNITS.time, "until": 12 * UNITS.time}
     exact, verlet = (sw.simulate(CASE_A, CHAIN, integrator=name, **options) for name in ("rkn1210", "verlet"))
     # errs by the square of the step, of forces up to 140 N, and over the time to a contact
-    assert recording_of(verlet).forces == pytest.approx(recording_of(exact).forces, abs=0.05)
+    assert verlet.recording.forces == pytest.approx(exact.recording.forces, abs=0.05)
     assert verlet.passage(6).arrival_time == pytest.approx(exact.passage(6).arrival_time, rel=2e-4)

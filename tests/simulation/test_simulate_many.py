@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import ClassVar
 
 import attrs
 import pytest
 
 import shockwave as sw
-from shockwave.base.numerics import FloatArray
 from shockwave.base.progress import progress_shown
 from support.scenes import CHAIN, power, random_pulses
 
@@ -62,54 +60,12 @@ def test_a_failed_shock_has_its_error_in_its_place(name: str, integrator: str | 
     assert (before.shock, after.shock) == (PULSES[0], PULSES[4])
 
 
-@attrs.frozen
-class Failing(sw.ShockProfile):
-    """A profile whose table can no longer be computed when it is ``broken``."""
-
-    duration_ratio: float = 2.0
-    broken: ClassVar[bool] = False
-
-    def rise(self, s: FloatArray) -> FloatArray:
-        return s
-
-    def decay(self, s: FloatArray) -> FloatArray:
-        return 2.0 - s
-
-    def closed_free_path(self) -> None:
-        if self.broken:
-            raise sw.NumericalError("no table")
-
-
-def test_a_profile_that_fails_spoils_no_other_shock(monkeypatch: pytest.MonkeyPatch) -> None:
-    failing = attrs.evolve(FEW[0], profile=Failing())
-    monkeypatch.setattr(Failing, "broken", True)
-    before, error, after = sw.simulate_many([FEW[0], failing, FEW[1]], CHAIN)
-    assert isinstance(error, sw.NumericalError)
-    assert [before, after] == singles()[:2]
-
-
 def test_many_shocks_on_chains_of_different_lengths_and_contacts_are_equal_to_single_runs() -> None:
     laws = [sw.PowerContact(exponent=exponent, stiffness=1e9) for exponent in (1.3, 2.0)]
     chains = [attrs.evolve(CHAIN, granules=5), CHAIN, attrs.evolve(CHAIN, granules=100)]
     chains += [attrs.evolve(CHAIN, contact=contact) for contact in laws]
     many = sw.simulate_many(FEW, chains, rtol=1e-5)
     assert many == [sw.simulate(pulse, chain, rtol=1e-5) for pulse, chain in zip(FEW, chains, strict=True)]
-
-
-def test_many_and_single_runs_have_the_same_warnings() -> None:
-    shocks = [
-        attrs.evolve(FEW[0], rise_time=2.0 * FEW[0].rise_time),
-        FEW[2],
-        attrs.evolve(power(1.0), peak_force=1e-12),
-    ]
-    many = sw.simulate_many(shocks, CHAIN)
-    assert [result.warnings for result in many] == [sw.simulate(shock, CHAIN).warnings for shock in shocks]
-    assert any("shock.peak_force is 1 pN" in warning for warning in many[2].warnings)
-
-
-@pytest.mark.parametrize("backend", ["auto", "numpy"])
-def test_no_shock_gives_no_result(backend: str) -> None:
-    assert sw.simulate_many([], CHAIN, backend=backend) == []  # type: ignore[arg-type]
 
 
 def test_a_wrong_number_of_chains_is_refused() -> None:

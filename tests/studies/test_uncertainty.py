@@ -44,11 +44,6 @@ def result_of_case_a() -> sw.Uncertainty:
     return sw.uncertainty(CASE_A, CHAIN, SPREADS, draws=512)
 
 
-def peak_force_of(result: sw.Uncertainty) -> Any:
-    assert result.peak_force is not None
-    return result.peak_force
-
-
 @pytest.mark.parametrize(
     "spreads",
     [SPREADS, {"shock.parameters.decay_exponent": "5 %", "shock.duration_ratio": {"between": [2.5, 3.5]}}],
@@ -60,9 +55,9 @@ def test_draws_are_simulations_of_their_scenes(spreads: dict[str, Any]) -> None:
     drawn = [Family(SCENE).scenario(each) for each in values]
     known = sw.simulate_many([each.shock for each in drawn], [each.chain for each in drawn], rtol=1e-8)
     forces = [each.peak_force for each in known]
-    assert result.outputs["peak_force"][:20] == pytest.approx(forces, rel=peak_force_of(result).model_error + 1e-8)
+    assert result.outputs["peak_force"][:20] == pytest.approx(forces, rel=result.peak_force.model_error + 1e-8)
     ratios = [each.amplification for each in known]
-    assert result.outputs["amplification"][:20] == pytest.approx(ratios, rel=peak_force_of(result).model_error + 1e-8)
+    assert result.outputs["amplification"][:20] == pytest.approx(ratios, rel=result.peak_force.model_error + 1e-8)
 
 
 def test_progress_ends_with_all_scenes() -> None:
@@ -94,7 +89,7 @@ def test_a_short_shock_with_lognormal_values_is_lognormal() -> None:
     result = sw.uncertainty(SHORT, CHAIN, {name: {"factor": factor} for name, factor in factors.items()}, draws=1024)
     variances = {name: (powers[name] * math.log(factor)) ** 2 for name, factor in factors.items()}
     sigma2 = sum(variances.values())
-    force, shares = peak_force_of(result), peak_force_of(result).sensitivities
+    force, shares = result.peak_force, result.peak_force.sensitivities
     median = force.nominal
     # a 95 % interval fails once in twenty times, three times that interval practically never
     assert force.mean.value == pytest.approx(median * math.exp(sigma2 / 2), abs=3 * force.mean.error)
@@ -219,7 +214,7 @@ def test_distributions_have_the_requested_mean_and_deviation(
 def test_an_interval_need_not_contain_the_value_of_the_scenario() -> None:
     ratio, step = POWER.duration_ratio, 1e-3
     between = {"shock.duration_ratio": {"between": [1.1 * ratio, 1.4 * ratio]}}
-    (one,) = peak_force_of(sw.uncertainty(CASE_A, CHAIN, between, draws=256)).sensitivities
+    (one,) = sw.uncertainty(CASE_A, CHAIN, between, draws=256).peak_force.sensitivities
     shocks = [evolve(CASE_A, profile=evolve(POWER, duration_ratio=ratio * math.exp(step * k))) for k in (-1, 1)]
     low, high = (sw.simulate(shock, CHAIN, rtol=1e-10, waves="primary").peak_force for shock in shocks)
     # the value is below the interval: the difference to one side, over 2 % of the value, has an error of first order
@@ -262,10 +257,10 @@ def test_a_parameter_without_effect_is_refused(case: str, tmp_path: Path, capsys
 
 def test_a_wide_distribution_about_a_small_value_has_a_slope() -> None:
     wide = {"shock.rise_time": {"between": [1e-9, 4 * CASE_A.rise_time]}}
-    (one,) = peak_force_of(sw.uncertainty(CASE_A, CHAIN, wide, draws=256)).sensitivities
+    (one,) = sw.uncertainty(CASE_A, CHAIN, wide, draws=256).peak_force.sensitivities
     assert math.isfinite(one.exponent)
     spread = {"shock.rise_time": {"sd": 5 * CASE_A.rise_time}}
-    (one,) = peak_force_of(sw.uncertainty(CASE_A, CHAIN, spread, draws=256)).sensitivities
+    (one,) = sw.uncertainty(CASE_A, CHAIN, spread, draws=256).peak_force.sensitivities
     assert math.isfinite(one.exponent)
 
 
@@ -327,7 +322,7 @@ def test_a_wrong_argument_is_refused(argument: str, capsys: pytest.CaptureFixtur
 
 
 def test_numbers_have_the_digits_that_their_errors_leave() -> None:
-    text, force = str(result_of_case_a()), peak_force_of(result_of_case_a())
+    text, force = str(result_of_case_a()), result_of_case_a().peak_force
     assert max(map(len, text.splitlines())) <= 80
     mean = next(line.split() for line in text.splitlines() if line.lstrip().startswith("mean"))
     # sampling and the simulations; one digit, or two digits if the first is 1 or 2

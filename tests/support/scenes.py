@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 import shockwave as sw
 from shockwave.scene.chain import Scales
@@ -33,6 +34,16 @@ def power(rise_time: float) -> sw.Shock:
 def lasting(profile: sw.ShockProfile, duration: float) -> sw.Shock:
     """A shock of 100 N; its duration is in characteristic times."""
     return sw.Shock.of_duration(profile=profile, peak_force=FORCE, duration=duration * UNITS.time)
+
+
+def record(times: ArrayLike, forces: ArrayLike) -> sw.Shock:
+    """A recorded shock; its times are in characteristic times, its forces over 100 N."""
+    return sw.Shock(profile=sw.Tabulated(times=np.multiply(times, UNITS.time), forces=np.multiply(forces, FORCE)))
+
+
+def power_law(duration_ratio: float, rise: float, decay: float) -> sw.PowerLaw:
+    """A power law with these exponents."""
+    return sw.PowerLaw(rise_exponent=rise, decay_exponent=decay, duration_ratio=duration_ratio)
 
 
 def triangle(duration: float) -> sw.Shock:
