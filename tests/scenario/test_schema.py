@@ -100,10 +100,9 @@ _VALUES = st.sampled_from([
 
 
 @settings(
-    derandomize=True, deadline=None, max_examples=600, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    derandomize=True, deadline=None, max_examples=300, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 @given(
-    # few changes of many features are valid
     text=st.sampled_from([CONTRACT, CHAIN_LINE + RECORD, template("exponential"), *[EVERY_FEATURE] * 6]),
     changes=st.lists(st.tuples(st.floats(0, 1, exclude_max=True), _VALUES), min_size=1, max_size=2),
     left_out=st.sampled_from(["name", "shock", "rise_time", "duration_ratio", "parameters", "radius", "material"]),
@@ -111,6 +110,8 @@ _VALUES = st.sampled_from([
 def test_what_the_loader_takes_is_admitted(tmp_path: Path, text: str, changes: list[Any], left_out: str) -> None:
     document = parse_document(text, "scenario.yaml")
     paths = [path for path in document.values if path]
+    if text == EVERY_FEATURE:  # few changes of many features are valid
+        del changes[1:]
     data = document.having({paths[int(share * len(paths))]: value for share, value in changes}).data
     for block in (data, data.get("shock"), data.get("chain")):
         if isinstance(block, dict) and text != EVERY_FEATURE:

@@ -159,6 +159,10 @@ CLASHES = {
         [([N, FORCE], [[2.0, 1.0]]), ([TIME, MATERIAL], [[1e-6, "lead"], [2e-6, {"density": 1}]])],
         {"duration_ratio": "point", "shock_peak_force": "point", "rise_time": "point_2", "material": "point_2"},
     ),
+    "equal last names": (
+        [([("chain.radius", "m")], [[1.0], [2.0]]), ([("impact.radius", "m")], [[3.0]])],
+        {"chain_radius": "chain_radius", "impact_radius": "impact_radius"},
+    ),
     "nothing": ([([("chain.granules", "")], [[None], [50]])], {"granules": "granules"}),
 }
 
