@@ -9,22 +9,22 @@ from typing import TYPE_CHECKING, Any, Protocol
 from attrs import asdict, evolve, field, frozen
 
 from shockwave.base.errors import Fault, InvalidValueError, NumericalError, ShockwaveError, detached
-from shockwave.base.result import VERSION, Result, cached_property
+from shockwave.base.result import VERSION, cached_property
 from shockwave.base.text import printed
 from shockwave.prediction.scaled_shock import Inequality, Regime, Relation
 from shockwave.prediction.section4 import relation_of
 from shockwave.prediction.section4_outcome import Section4Outcome
 from shockwave.profiles.area_conditions import Condition
 from shockwave.scene.chain import Chain
-from shockwave.scene.force_limit import LAST, WALL, WAVE, LeavingForce, Limit, Verdict, plain_verdict, verdict
+from shockwave.scene.force_limit import LAST, WALL, WAVE, LeavingForce, plain_verdict
 from shockwave.scene.plausibility import unusual_warnings
 from shockwave.scene.scene import Scene
+from shockwave.scene.scene_result import SceneResult
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.yielding import Yielding, yielding_of
 
 if TYPE_CHECKING:  # a result that is only printed does not need them
-    from shockwave.scene.impact import Impact
     from shockwave.simulation.result_parts import ContactPeak, Transmitted
 
 _FAILS = (
@@ -49,7 +49,7 @@ class Relations(Protocol):
 
 
 @frozen(kw_only=True, slots=False, repr=False)
-class Outcome(Result):
+class Outcome(SceneResult):
     """The prediction for one scene.
 
     The simulation runs when one of its values is first read, and its result is kept. Only a faulty plugin raises an
@@ -72,26 +72,6 @@ class Outcome(Result):
     predictor: Relations
     options: SimulateOptions
     simulation: Callable[[], Any] | None = field(eq=False, repr=False)
-
-    @property
-    def scenario(self) -> str | None:
-        """Name of the scenario, if there is one."""
-        return self.scene.name
-
-    @property
-    def excitation(self) -> Shock | Impact:
-        """The shock or the striker."""
-        return self.scene.excitation
-
-    @property
-    def chain(self) -> Chain:
-        """The chain; equal granules are given by their number."""
-        return self.scene.line
-
-    @property
-    def limit(self) -> Limit | None:
-        """Limit on the transmitted force."""
-        return self.scene.limit
 
     # ---------------------------------------------------------------- the simulation
 
@@ -192,11 +172,6 @@ class Outcome(Result):
         if self.simulation is not None:
             unknown = evolve(unknown, remedy="simulate with a longer timeout or a larger rtol")
         return self._read("leaving") or unknown
-
-    @property
-    def verdict(self) -> Verdict | None:
-        """Verdict on the limit; None without a limit."""
-        return None if self.limit is None else verdict(self.limit, self.leaving)
 
     @property
     def yielding(self) -> Yielding | None:

@@ -7,12 +7,12 @@ from typing import Any
 from attrs import field, frozen
 
 from shockwave.base.errors import NumericalError
-from shockwave.base.result import VERSION, Result, cached_property
+from shockwave.base.result import VERSION, cached_property
 from shockwave.base.text import printed
-from shockwave.scene.chain import Chain
-from shockwave.scene.force_limit import LAST, WAVE, LeavingForce, Limit, Verdict, plain_verdict, verdict
+from shockwave.scene.force_limit import LAST, WAVE, LeavingForce, plain_verdict
 from shockwave.scene.plausibility import unusual_warnings
 from shockwave.scene.scene import Scene
+from shockwave.scene.scene_result import SceneResult
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.solitary_wave import SolitaryWave
@@ -43,7 +43,7 @@ _ENDS = ("recoil_momentum", "recoil_error", "recoil_velocities", "ejected_granul
 
 
 @frozen(kw_only=True, slots=False, repr=False)
-class Simulation(Result):
+class Simulation(SceneResult):
     """Result of a simulation of eq. (1).
 
     On a uniform chain the leading wave has a limit (``wave``), which is computed at once. The rest of the train is
@@ -131,24 +131,9 @@ class Simulation(Result):
     first_yield: Yielding | None = None
 
     @property
-    def scenario(self) -> str | None:
-        """Name of the scenario, if there is one."""
-        return self.scene.name
-
-    @property
     def shock(self) -> Shock | Any:
         """The shock; None under an impact."""
         return self.scene.shock
-
-    @property
-    def chain(self) -> Chain:
-        """The chain; equal granules are given by their number."""
-        return self.scene.line
-
-    @property
-    def limit(self) -> Limit | None:
-        """Limit on the transmitted force."""
-        return self.scene.limit
 
     @property
     def rtol(self) -> float | None:
@@ -281,11 +266,6 @@ class Simulation(Result):
         if self.wave is None or self.chain.count is not None:
             return self._forces.leaving
         return LeavingForce.measured(WAVE, self.wave.peak_force, self.wave.error_estimate * self.wave.peak_force)
-
-    @property
-    def verdict(self) -> Verdict | None:
-        """Verdict on the limit; None without a limit."""
-        return None if self.limit is None else verdict(self.limit, self.leaving)
 
     @property
     def yielding(self) -> Yielding | None:

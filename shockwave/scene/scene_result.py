@@ -1,0 +1,59 @@
+"""Base of the results for one scene: name, parts of the scene, and the verdict on its limit."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from shockwave.base.result import Result
+from shockwave.scene.chain import Chain
+from shockwave.scene.force_limit import LeavingForce, Limit, Verdict, verdict
+from shockwave.scene.scene import Scene
+
+if TYPE_CHECKING:  # a shock does not need it
+    from shockwave.scene.impact import Impact
+    from shockwave.scene.shock import Shock
+
+
+class SceneResult(Result):
+    """Base of predictions and simulations of a scene.
+
+    Attributes
+    ----------
+    scene : Scene
+        Shock or impact, and chain.
+    leaving : LeavingForce
+        The transmitted force, on the wall, at the last contact, or of the leading wave in an endless chain.
+    """
+
+    __slots__ = ()
+    scene: Scene
+
+    @property
+    def leaving(self) -> LeavingForce:
+        """The transmitted force, on the wall, at the last contact, or of the leading wave in an endless chain."""
+        raise NotImplementedError
+
+    @property
+    def scenario(self) -> str | None:
+        """Name of the scenario, if there is one."""
+        return self.scene.name
+
+    @property
+    def excitation(self) -> Shock | Impact:
+        """The shock or the striker."""
+        return self.scene.excitation
+
+    @property
+    def chain(self) -> Chain:
+        """The chain; equal granules are given by their number."""
+        return self.scene.line
+
+    @property
+    def limit(self) -> Limit | None:
+        """Limit on the transmitted force."""
+        return self.scene.limit
+
+    @property
+    def verdict(self) -> Verdict | None:
+        """Verdict on the limit; None without a limit."""
+        return None if self.limit is None else verdict(self.limit, self.leaving)
