@@ -42,6 +42,8 @@ def plain(value: Any) -> Any:
 class Recording(Result):
     """Histories at equal time intervals, in SI units; histories that were not requested are None.
 
+    Two recordings are equal if contacts and all values are equal.
+
     Attributes
     ----------
     times : array, shape (k,)
@@ -74,6 +76,15 @@ class Recording(Result):
         shapes = (f"{name} {kept.shape}" for name, kept in self._arrays.items())
         span = f"{len(self.times)} times to {self.times[-1]:g} s, {len(self.contacts)} contacts"
         return f"Recording({span}; {', '.join(shapes)})"
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Recording):
+            return NotImplemented
+        here, there = self._arrays, other._arrays
+        same = self.contacts == other.contacts and here.keys() == there.keys()
+        return same and all(np.array_equal(here[name], there[name]) for name in here)
+
+    __hash__ = None  # type: ignore[assignment]
 
     @property
     def _arrays(self) -> dict[str, FloatArray]:
