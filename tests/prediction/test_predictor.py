@@ -63,7 +63,7 @@ BRANCHES = {
     "train-exponential": _shock(sw.Exponential(rise_rate=3, decay_rate=4, duration_ratio=20), 0.5),
     "literal-root": _shock(power_law(4, 0.25, 1), 1.0),
     "literal-whole-impulse": _shock(power_law(5, 2, 7), 3.0),
-    "contact-of-another-exponent": _shock(power_law(3, 1, 1), 3.0),
+    "contact-of-another-exponent": _shock(power_law(3, 1, 1), 30.0),
 }
 
 
