@@ -134,6 +134,11 @@ def test_rows_are_in_the_order_of_the_catalogue_and_the_document_contains_no_nan
         ]
 
 
+def test_an_unknown_name_is_refused_with_the_nearest() -> None:
+    with pytest.raises(sw.UnknownNameError, match="did you mean 'steep-decay'"):
+        find(["steep-decya"])
+
+
 @pytest.mark.slow
 def test_both_backends_are_run_where_the_result_depends_on_them() -> None:
     both = ["numpy"] if compiled is None else ["compiled", "numpy"]

@@ -121,6 +121,12 @@ def test_results_that_may_change_later_have_warnings() -> None:
     assert free.warnings == ()
 
 
+def test_a_tolerance_that_is_not_met_has_a_warning() -> None:
+    # rounding of hundreds of steps
+    result = sw.simulate(SHOCK, attrs.evolve(WALLED, granules=300), rtol=1e-13)
+    assert any(warning.startswith("The tolerance was not met") for warning in result.warnings)
+
+
 def test_a_granule_that_follows_the_striker_makes_its_restitution_provisional() -> None:
     # the second granule crosses a gap, rebounds from a heavy one, and is faster than the striker
     segments = [Segment(), Segment(gap=1e-5), Segment(diameter=40e-3)]

@@ -81,6 +81,7 @@ def test_a_scene_that_section_4_does_not_cover_is_simulated_alone() -> None:
     assert "chain.end" in document["reason"]
     assert str(both).startswith("greatest force")
     assert "section 4 does not apply: chain.end (a wall)" in str(both)
+    assert (both.errors.peak_force, both.errors.waves) == (None, ())
 
 
 def test_it_takes_the_settings_of_predictions_and_simulations_and_no_others() -> None:
