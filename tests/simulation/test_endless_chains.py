@@ -68,7 +68,7 @@ def test_leading_wave_is_the_solitary_wave(exponent: float, duration: float) -> 
     assert result.recoil_momentum <= 0
 
 
-@pytest.mark.parametrize("exponent", [1.25, 1.5, 3.0])
+@pytest.mark.parametrize("exponent", [1.25, 3.0])
 def test_passages_agree_with_an_independent_integration(exponent: float) -> None:
     chain = chain_of(exponent)
     shock, unit = shock_of(chain, 4.0), Scales.of(chain, FORCE).time
