@@ -35,8 +35,7 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "profiles.shock_profile": ("ShockProfile",),
     "profiles.tabulated": ("Tabulated",),
     "profiles.triangular": ("Triangular",),
-    "scenario.loader": ("load_scenario",),
-    "scenario.scenario": ("Scenario",),
+    "scenario.scenario": ("Scenario", "load_scenario"),
     "scene.chain": ("Chain",),
     "scene.chain_end": ("Wall",),
     "scene.closed_form_laws": ("damped_decay", "striker_waves", "wall_factor"),
@@ -60,6 +59,8 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "sweep.results": ("SweepResults", "load_sweep"),
     "sweep.runner": ("run_sweep",),
 }
+# Public modules.
+_MODULES = ("hooks", "pictures", "testing")
 # Public name -> its module.
 _HOMES = {name: f"shockwave.{module}" for module, names in _NAMES.items() for name in names}
 
@@ -67,12 +68,19 @@ __all__ = sorted(_HOMES)
 
 
 def __getattr__(name: str) -> Any:
+    if name in _MODULES:
+        return importlib.import_module(f"shockwave.{name}")
     if name not in _HOMES:
         raise AttributeError(f"module 'shockwave' has no attribute {name!r}")
     value = getattr(importlib.import_module(_HOMES[name]), name)
+    if not isinstance(value, type):
+        from shockwave.base.arguments import explained
+
+        value = explained(value)
+        value.__module__ = "shockwave"  # where pickle finds it
     globals()[name] = value
     return value
 
 
 def __dir__() -> list[str]:
-    return [*__all__, "__version__"]
+    return [*__all__, *_MODULES, "__version__"]

@@ -3,6 +3,9 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # mypy resolves cycles of imports only here
+    from shockwave import hooks as hooks
+    from shockwave import pictures as pictures
+    from shockwave import testing as testing
     from shockwave.answers import compare as compare
     from shockwave.answers import predict as predict
     from shockwave.answers import simulate as simulate
@@ -26,8 +29,8 @@ if TYPE_CHECKING:  # mypy resolves cycles of imports only here
     from shockwave.profiles.shock_profile import ShockProfile as ShockProfile
     from shockwave.profiles.tabulated import Tabulated as Tabulated
     from shockwave.profiles.triangular import Triangular as Triangular
-    from shockwave.scenario.loader import load_scenario as load_scenario
     from shockwave.scenario.scenario import Scenario as Scenario
+    from shockwave.scenario.scenario import load_scenario as load_scenario
     from shockwave.scene.chain import Chain as Chain
     from shockwave.scene.chain_end import Wall as Wall
     from shockwave.scene.closed_form_laws import damped_decay as damped_decay

@@ -8,11 +8,16 @@ from typing import TYPE_CHECKING, Any, cast
 import attrs
 from attrs import evolve
 
-from shockwave.base.errors import InvalidValueError
+from shockwave.base.arguments import unknown_arguments
+from shockwave.base.errors import InvalidValueError, refuse
 from shockwave.scene.scene import Scene
-from shockwave.scene.simulate_options import SimulateOptions, options_of, refuse_unknown
+from shockwave.scene.simulate_options import SimulateOptions, options_of
 
 if TYPE_CHECKING:
+    from typing import Unpack
+
+    from shockwave.arguments import PredictArguments, SimulateArguments
+    from shockwave.base.quantity_fields import Number
     from shockwave.prediction.outcome import Outcome
     from shockwave.prediction.predictor import Predictor
     from shockwave.scenario.scenario import Scenario
@@ -20,11 +25,16 @@ if TYPE_CHECKING:
     from shockwave.scene.chain import Chain
     from shockwave.scene.force_limit import Limit
     from shockwave.scene.shock import Shock
+    from shockwave.simulation.simulation_result import Simulation
     from shockwave.studies.comparison import Comparison
 
 
 def predict(
-    scene: SceneArgument, chain: Chain | None = None, *, limit: Limit | float | str | None = None, **settings: Any
+    scene: SceneArgument,
+    chain: Chain | None = None,
+    *,
+    limit: Limit | Number | None = None,
+    **settings: Unpack[PredictArguments],
 ) -> Outcome:
     """Predict the waves that a shock or a striker generates: simulated values, with those of section 4.
 
@@ -37,8 +47,10 @@ def predict(
     limit : Limit, float or str, optional
         Limit on the transmitted force, or this force [N]; by default that of the scenario.
     **settings
-        Settings of `Predictor` and options of `SimulateOptions`, which replace those of the scenario. A
-        ``wave_threshold`` is that of both.
+        Options of `simulate`, and settings of `Predictor`: ``model``, "best" (default) or "section-4";
+        ``momentum_coefficient``, "exact" (default), "paper" or a number; ``alpha``, "constant" (default) or "literal";
+        ``equal_tolerance``, 0 to below 1, default 0.05; ``quadrature``, the name of a registered one. They replace
+        those of the scenario. A ``wave_threshold``, default 0.005, is that of the waves in both.
 
     Raises
     ------
@@ -50,7 +62,7 @@ def predict(
         As `Predictor.predict` and `load_scenario`.
     """
     case, scenario = _case(scene, chain, limit)
-    predictor, options = settings_of(scenario, settings)
+    predictor, options = settings_of(scenario, {**settings})
     with case.locating():
         return predictor.predict_scene(case, options)
 
@@ -58,15 +70,16 @@ def predict(
 def simulate(
     scene: SceneArgument,
     chain: Chain | None = None,
-    rtol: float | None = None,
+    rtol: Number | None = None,
     *,
-    limit: Limit | float | str | None = None,
-    **options: Any,
-) -> Any:
+    limit: Limit | Number | None = None,
+    **options: Unpack[SimulateArguments],
+) -> Simulation:
     """Integrate eq. (1) and measure the waves that form, or in other chains the greatest forces at the contacts.
 
     The leading wave is followed until its peak force has reached its limit along the chain. The other waves and the
-    rebounding granules are integrated when they are first accessed.
+    rebounding granules are integrated when they are first accessed. Quantities are numbers in SI units, text with a
+    unit or quantities of pint; options replace those of the scenario.
 
     Parameters
     ----------
@@ -75,17 +88,35 @@ def simulate(
     chain : Chain, optional
         The chain, if ``scene`` is a shock or a striker.
     rtol : float, optional
-        Relative error of the peak force, 1e-13 to 1e-2; default 1e-6.
+        Relative error of the peak force, 1e-13 to 1e-2. Default: 1e-6.
     limit : Limit, float or str, optional
         Limit on the transmitted force, or this force [N]; by default that of the scenario.
-    **options
-        ``integrator``, ``step``, ``wave_threshold``, ``waves``, ``backend``, ``contacts``, ``record``, ``interval``,
-        ``until`` and ``timeout`` of `SimulateOptions`; those given replace those of the scenario.
+    integrator : str, optional
+        Name of a registered integrator. Default: rkn86, or rkn1210 for a tolerance below 1e-7.
+    step : float, optional
+        Step size of a fixed-step method in characteristic times of the wave, above 0 and at most 1. Default: 0.02.
+    wave_threshold : float, optional
+        Weakest wave that counts, relative to the leading wave, 1e-3 to below 1. Default: 0.005.
+    waves : "train" or "primary", optional
+        All waves and the rebounding granules (default), or the leading wave alone.
+    backend : "auto", "compiled" or "numpy", optional
+        Code that integrates the chain. ``auto`` (default) is the compiled code if it was built.
+    contacts : sequence of int, optional
+        Contacts, from 0 to 1e12, at which the passage of the leading wave or, in a finite chain, the greatest force is
+        reported. Default: none in an endless chain, all in a finite one, evenly spaced beyond 1000.
+    record : sequence of "forces", "field", "energies", optional
+        Histories to record: forces at ``contacts``, positions and velocities of all granules, energies. Default: none.
+    interval, until : float, optional
+        Sampling interval of the histories and their end [s], 1e-30 to 1e30. Default: a tenth of the characteristic time
+        of the wave, and shortly after the leading wave has passed the last of ``contacts`` or was measured. ``until``
+        also ends the simulated time of a finite chain.
+    timeout : float, optional
+        Maximum computing time [s], above 0. Default: no limit.
 
     Returns
     -------
     Simulation
-        Result in SI units; a `Simulation` for a chain with features beyond equal spheres and free ends.
+        Result in SI units; parts that the scene does not have are None or empty.
 
     Raises
     ------
@@ -99,14 +130,18 @@ def simulate(
     """
     from shockwave.simulation.simulate import simulate_scene
 
-    options |= {} if rtol is None else {"rtol": rtol}
+    given = {**options} if rtol is None else {**options, "rtol": rtol}
     case, scenario = _case(scene, chain, limit)
     with case.locating():
-        return simulate_scene(case, options_of(options) if scenario is None else _options(scenario, options))
+        return simulate_scene(case, options_of(given) if scenario is None else _options(scenario, given))
 
 
 def compare(
-    scene: SceneArgument, chain: Chain | None = None, *, limit: Limit | float | str | None = None, **settings: Any
+    scene: SceneArgument,
+    chain: Chain | None = None,
+    *,
+    limit: Limit | Number | None = None,
+    **settings: Unpack[PredictArguments],
 ) -> Comparison:
     """Simulate a shock on a chain, and compare section 4 of the paper with the result.
 
@@ -131,7 +166,7 @@ def compare(
         return comparison.compare(case, predictor, options, None if scenario is None else scenario.published)
 
 
-def _case(scene: object, chain: object, limit: Limit | float | str | None) -> tuple[Scene, Scenario | None]:
+def _case(scene: object, chain: object, limit: Limit | Number | None) -> tuple[Scene, Scenario | None]:
     """The scene with this limit, if one is given; and its scenario, loaded if ``scene`` is a path."""
     if chain is not None and not isinstance(scene, str | os.PathLike):
         return Scene(excitation=cast("Shock", scene), chain=cast("Chain", chain), limit=limit), None
@@ -146,7 +181,7 @@ def settings_of(scenario: Scenario | None, given: dict[str, Any]) -> tuple[Predi
     from shockwave.prediction.predictor import Predictor
 
     of_predictor, of_options = (set(attrs.fields_dict(cls)) for cls in (Predictor, SimulateOptions))
-    refuse_unknown(given, of_predictor | of_options)
+    refuse(unknown_arguments(given, sorted({"limit"} | of_predictor | of_options)))
     settings = {name: value for name, value in given.items() if name in of_predictor}
     options = {name: value for name, value in given.items() if name in of_options}
     if scenario is None:
@@ -156,7 +191,7 @@ def settings_of(scenario: Scenario | None, given: dict[str, Any]) -> tuple[Predi
 
 def _options(scenario: Scenario, given: dict[str, Any]) -> SimulateOptions:
     """The scenario's options with those ``given`` in their place."""
-    refuse_unknown(given, set(attrs.fields_dict(SimulateOptions)))
+    refuse(unknown_arguments(given, ["limit", *attrs.fields_dict(SimulateOptions)]))
     # a method named here has a use for its own settings, not for those of the one that it replaces
     if "integrator" in given:
         given = {"rtol": None, "step": None} | given

@@ -8,16 +8,35 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any, Generic, SupportsFloat, TypeAlias, TypeVar, dataclass_transform
 
 import attrs
 from attrs import frozen
 
+from shockwave.base.arguments import Explained
 from shockwave.base.errors import InvalidValueError, below
 from shockwave.base.errors import text_of as text_of
 from shockwave.base.units import to_si
+
+_Value = TypeVar("_Value")
+_Argument = TypeVar("_Argument", contravariant=True)
+#: Argument for a quantity: a number in SI units, text with a unit, or a quantity of pint.
+Number: TypeAlias = SupportsFloat | str
+
+
+class Converted(Generic[_Value, _Argument]):
+    """Type of a field with a converter: of its value, and of the argument that the converter takes."""
+
+    if TYPE_CHECKING:
+
+        def __get__(self, instance: object, owner: type | None = None) -> _Value: ...
+        def __set__(self, instance: object, value: _Argument) -> None: ...
+
+
+#: Type of a field that `quantity` declares, such as ``SI[float]`` or ``SI[float | None]``.
+SI: TypeAlias = Converted[_Value, _Value | Number]
 
 _KEY = "shockwave"
 _PLAIN = "shockwave_plain_text"
@@ -28,7 +47,7 @@ _SIGNS = {">": operator.gt, ">=": operator.ge, "<": operator.lt, "<=": operator.
 
 
 @frozen
-class Quantity:
+class Quantity(Explained):
     """Declaration of a number: SI ``unit`` ("" if it is dimensionless), ``meaning``, range.
 
     ``above`` and ``below`` exclude their bound, ``at_least`` and ``at_most`` include it. ``whole`` requires an integer,
@@ -95,7 +114,9 @@ _CONVERTER: Any = attrs.Converter(
 )
 
 
-def quantity(unit: str, meaning: str, *, default: Any = attrs.NOTHING, **declared: Any) -> Any:
+def quantity(
+    unit: str, meaning: str, *, default: Any = attrs.NOTHING, within: Mapping[str, Any] | None = None, **declared: Any
+) -> Any:
     """An attrs field that holds a checked number.
 
     Parameters
@@ -106,6 +127,8 @@ def quantity(unit: str, meaning: str, *, default: Any = attrs.NOTHING, **declare
         Description in one line, shown in templates and in the schema.
     default : float, optional
         Without a default, the field is required; None makes it optional.
+    within : mapping, optional
+        Bounds that several fields share, such as `SIZES`.
     **declared
         As of `Quantity`: above, at_least, below, at_most, whole, optional, example.
 
@@ -114,7 +137,7 @@ def quantity(unit: str, meaning: str, *, default: Any = attrs.NOTHING, **declare
     InvalidValueError
         Raised by the constructor of the class, when a value is out of range.
     """
-    spec = Quantity(unit, meaning, **{"optional": default is None, **declared})
+    spec = Quantity(unit, meaning, **{"optional": default is None, **(within or {}), **declared})
     return attrs.field(default=default, converter=_CONVERTER, metadata={_KEY: spec})
 
 
@@ -136,6 +159,19 @@ def tuple_repr(values: Any) -> str:
 def plain_text(default: Any = attrs.NOTHING) -> Any:
     """An attrs field for text that is shown or compared, and is never the name of a file."""
     return attrs.field(default=default, metadata={_PLAIN: True})
+
+
+@dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(quantity, plain_text, attrs.field))
+class Value(Explained):
+    """Base class of attrs classes with fields that `quantity` declares, which type checkers read from it.
+
+    ``kw_only`` states that of the attrs class to them.
+    """
+
+    __slots__ = ()
+
+    def __init_subclass__(cls, *, kw_only: bool = True) -> None:
+        super().__init_subclass__()
 
 
 def is_plain_text(attribute: attrs.Attribute[Any]) -> bool:

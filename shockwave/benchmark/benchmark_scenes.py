@@ -14,7 +14,7 @@ from shockwave.profiles.exponential import Exponential
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.profiles.tabulated import Tabulated
-from shockwave.scenario.loader import scenario_of
+from shockwave.scenario.scenario import scenario_of
 from shockwave.scenario.yaml_document import parse_document
 from shockwave.scene.chain import Chain, Scales
 from shockwave.scene.material_library import PAPER_STEEL

@@ -63,7 +63,7 @@ def _coefficient(text: str) -> str | float:
 
 def _limit(text: str) -> Limit:
     try:
-        return Limit(force=text)  # type: ignore[arg-type]
+        return Limit(force=text)
     except InvalidValueError as error:
         raise argparse.ArgumentTypeError(error.faults[0].problem) from None
 

@@ -20,8 +20,7 @@ from shockwave.base.text import alarm, error_text, limits, notes, paragraph, si,
 from shockwave.cli.output import check_output, failure, json_text, of_arguments, written
 from shockwave.prediction.outcome_text import SHOWN_ERROR
 from shockwave.registry.registry import find
-from shockwave.scenario.loader import load_scenario
-from shockwave.scenario.scenario import Scenario
+from shockwave.scenario.scenario import Scenario, load_scenario
 from shockwave.scene.plausibility import unusual
 
 if TYPE_CHECKING:

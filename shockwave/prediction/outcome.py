@@ -210,7 +210,7 @@ class Outcome(SceneResult):
         return self._relations
 
     @property
-    def section4(self) -> Section4Outcome | None:
+    def section4(self) -> Section4Outcome | Any:
         """What section 4 of the paper predicts; None where it does not apply, see ``section4_reason``."""
         if self.simulation is None:
             return self._paper
@@ -235,7 +235,7 @@ class Outcome(SceneResult):
         return None if self.section4 is None else self.section4.regime
 
     @property
-    def conditions(self) -> tuple[Condition, ...] | None:
+    def conditions(self) -> tuple[Condition, ...] | Any:
         """Conditions (3)."""
         return None if self.section4 is None else self.section4.conditions
 

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any, Literal, cast, get_args
 
 from attrs import field, frozen
 
+from shockwave.base.arguments import explained
 from shockwave.base.errors import InvalidValueError, NumericalError, PluginError, ShockwaveError, detached
-from shockwave.base.quantity_fields import one_of, plain_text, quantity, text_of
+from shockwave.base.quantity_fields import SI, Value, one_of, plain_text, quantity, text_of
 from shockwave.prediction import section4
 from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.scaled_shock import ScaledShock
@@ -35,7 +36,7 @@ _PATIENCE = 10.0
 
 
 @frozen
-class Predictor:
+class Predictor(Value, kw_only=False):
     """Predict the waves that a shock generates: simulated values, and those of section 4 of Hasan & Nemat-Nasser.
 
     Parameters
@@ -62,10 +63,10 @@ class Predictor:
     model: Model = field(default="best", validator=one_of(*get_args(Model)))
     momentum_coefficient: str | float = plain_text(default="exact")
     alpha: section4.Alpha = field(default="constant", validator=one_of(*get_args(section4.Alpha)))
-    equal_tolerance: float = quantity(
+    equal_tolerance: SI[float] = quantity(
         "", "relative difference up to which forces count as equal", at_least=0, below=1, default=0.05
     )
-    wave_threshold: float = quantity(
+    wave_threshold: SI[float] = quantity(
         "", "weakest later wave that is listed, relative to the leading wave", above=0, below=1, default=5e-3
     )
     quadrature: str | None = None
@@ -75,6 +76,7 @@ class Predictor:
         if self.quadrature is not None:
             object.__setattr__(self, "quadrature", find("quadratures", self.quadrature).name)
 
+    @explained
     def predict(self, shock: Shock | Impact, chain: Chain, options: SimulateOptions | None = None) -> Outcome:
         """Predict the outcome of ``shock`` on ``chain``.
 
@@ -107,6 +109,7 @@ class Predictor:
             raise outcome
         return outcome
 
+    @explained
     def predict_many(
         self,
         shocks: Iterable[Shock | Impact],
@@ -153,6 +156,7 @@ class Predictor:
         outcomes = [self._attempt(engine, scene) for scene in scenes]
         return [self._elastic(outcome) for outcome in outcomes]
 
+    @explained
     def section4(self, shock: Shock, chain: Chain) -> Section4Outcome:
         """Prediction of section 4 for a shock on a chain; see `relations` for the errors."""
         return self.relations(Scene(excitation=shock, chain=chain))

@@ -90,7 +90,7 @@ class Section4Outcome(Result):
         return all(condition.holds for condition in self.conditions)
 
     @property
-    def error(self) -> float | None:
+    def error(self) -> float | Any:
         """Relative difference of the peak force from the simulated one; None where there is no simulation."""
         simulated = self.simulated_force()
         return None if simulated is None else self.peak_force / simulated - 1

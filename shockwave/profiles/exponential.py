@@ -9,7 +9,7 @@ import numpy as np
 from attrs import frozen
 
 from shockwave.base.numerics import FloatArray, elementwise
-from shockwave.base.quantity_fields import quantity
+from shockwave.base.quantity_fields import SI, Value, quantity
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.profiles.steep_edges import edges
 
@@ -24,7 +24,7 @@ _MOST_KEPT = 256
 
 
 @frozen(kw_only=True)
-class Exponential(ShockProfile):
+class Exponential(ShockProfile, Value):
     """F1 = (1 - e^(-k1 s))/(1 - e^(-k1)), F2 = (e^(-k2 u) - e^(-k2))/(1 - e^(-k2)), u = (s - 1)/(n - 1).
 
     Parameters
@@ -35,9 +35,9 @@ class Exponential(ShockProfile):
         n, total duration over rise time, above 1.
     """
 
-    rise_rate: float = quantity("", "k1, rate of the rise", at_least=-700, at_most=1e6)
-    decay_rate: float = quantity("", "k2, rate of the decay", at_least=-700, at_most=1e6)
-    duration_ratio: float = quantity("", "n, total duration over rise time", above=1, at_most=1e12)
+    rise_rate: SI[float] = quantity("", "k1, rate of the rise", at_least=-700, at_most=1e6)
+    decay_rate: SI[float] = quantity("", "k2, rate of the decay", at_least=-700, at_most=1e6)
+    duration_ratio: SI[float] = quantity("", "n, total duration over rise time", above=1, at_most=1e12)
 
     def rise(self, s: FloatArray) -> FloatArray:
         return _ramp(self.rise_rate, s)

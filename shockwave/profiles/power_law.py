@@ -9,7 +9,7 @@ import numpy as np
 from attrs import frozen
 
 from shockwave.base.numerics import FloatArray
-from shockwave.base.quantity_fields import quantity
+from shockwave.base.quantity_fields import SI, Value, quantity
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.profiles.steep_edges import edges
 
@@ -107,7 +107,7 @@ class ManyPowers(Powers):
 
 
 @frozen(kw_only=True)
-class PowerLaw(Powers):
+class PowerLaw(Powers, Value):
     """F1 = s^eta1 and F2 = ((n - s)/(n - 1))^eta2, as in the caption of Table 1.
 
     Parameters
@@ -119,6 +119,6 @@ class PowerLaw(Powers):
         n, total duration over rise time, above 1.
     """
 
-    rise_exponent: float = quantity("", "eta1, exponent of the rise", at_least=0, at_most=1e6)
-    decay_exponent: float = quantity("", "eta2, exponent of the decay", at_least=0, at_most=1e6)
-    duration_ratio: float = quantity("", "n, total duration over rise time", above=1, at_most=1e12)
+    rise_exponent: SI[float] = quantity("", "eta1, exponent of the rise", at_least=0, at_most=1e6)
+    decay_exponent: SI[float] = quantity("", "eta2, exponent of the decay", at_least=0, at_most=1e6)
+    duration_ratio: SI[float] = quantity("", "n, total duration over rise time", above=1, at_most=1e12)

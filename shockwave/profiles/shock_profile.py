@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import abc
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from types import MethodWrapperType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 
+from shockwave.base.arguments import Explained
 from shockwave.base.errors import PluginError
 from shockwave.base.numerics import FloatArray
 from shockwave.profiles.quadrature import Integral, Integrand, Quadrature
@@ -20,6 +21,11 @@ from shockwave.registry.registry import UNDECORATED, blame, lacks_decorator, loa
 
 if TYPE_CHECKING:
     from shockwave.profiles.free_path import FreePath
+
+    _Type = TypeVar("_Type")
+
+    def _member(getter: Callable[[Any], _Type]) -> _Type:
+        """A member that a subclass declares as a field or a property."""
 
 
 _DEFAULT_QUADRATURE = "gauss-legendre"
@@ -40,7 +46,7 @@ class Areas:
         return self.rise.value + self.decay.value
 
 
-class ShockProfile(abc.ABC):
+class ShockProfile(Explained, abc.ABC):
     """The shape of a shock: force in units of its peak F0 against time s = t/t0 in units of its rise time.
 
     The force rises on [0, 1], decays on [1, n] and is zero elsewhere, eq. (2).
@@ -67,7 +73,10 @@ class ShockProfile(abc.ABC):
     script returns are checked when they are used; a violation raises a `PluginError`.
     """
 
-    duration_ratio: float
+    if TYPE_CHECKING:
+
+        @_member
+        def duration_ratio(self) -> float | Any: ...
 
     def __init__(self, *values: object, **named: object) -> None:
         # the constructor of subclasses without one, such as those that attrs has not decorated

@@ -12,9 +12,10 @@ import attrs
 import numpy as np
 from attrs import frozen
 
-from shockwave.base.errors import Fault, InvalidValueError, placing
+from shockwave.base.arguments import unknown_arguments
+from shockwave.base.errors import Fault, InvalidValueError, placing, refuse
 from shockwave.base.numerics import FloatArray, running_sums
-from shockwave.base.quantity_fields import Quantity, declaration, one_of, quantity, quantity_of, text_of
+from shockwave.base.quantity_fields import SI, Quantity, Value, declaration, one_of, quantity, quantity_of, text_of
 from shockwave.base.units import to_si
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.records.record_file import Record, read_record
@@ -22,6 +23,9 @@ from shockwave.records.record_format import RecordFormat
 from shockwave.records.record_processing import CHANGE_SIGNS, Pulse, Steps, doubts, pulse_of
 
 if TYPE_CHECKING:
+    from typing import Unpack
+
+    from shockwave.arguments import RecordArguments
     from shockwave.profiles.free_path import FreePath
 
 
@@ -76,7 +80,7 @@ def _interval(meaning: str, example: str) -> Any:
 
 
 @frozen(slots=False)
-class Tabulated(ShockProfile):
+class Tabulated(ShockProfile, Value, kw_only=False):
     """A force record, linear between its samples, with its own peak force, rise time and duration ratio n.
 
     The rise ends at the first sample with the highest force; a plateau is part of the decay. The samples are taken as
@@ -111,11 +115,11 @@ class Tabulated(ShockProfile):
 
     times: Any = _column("s", "sample times, ascending")  # noqa: RUF009
     forces: Any = _column("N", "forces at these times")  # noqa: RUF009
-    duration_ratio: float = quantity(
+    duration_ratio: SI[float] = quantity(
         "", "total duration over rise time; the decay is stretched to fit", above=1.0, optional=True, default=None
     )
     baseline: Any = _interval("window whose mean force is subtracted", "-50 us, 0 us")  # noqa: RUF009
-    low_pass: float | None = quantity("Hz", "cut-off of a low-pass filter", above=0, default=None, example="20 kHz")
+    low_pass: SI[float | None] = quantity("Hz", "cut-off of a low-pass filter", above=0, default=None, example="20 kHz")
     crop: Any = _interval("window that is kept", "0 us, 200 us")  # noqa: RUF009
     negative: Literal["keep", "zero"] | None = attrs.field(default=None, validator=one_of(None, "keep", "zero"))
     _stretch: float | None = attrs.field(init=False, repr=False, eq=False)
@@ -129,7 +133,7 @@ class Tabulated(ShockProfile):
         object.__setattr__(self, "duration_ratio", float(pulse.knots[-1]))
 
     @classmethod
-    def from_file(cls, path: str | os.PathLike[str], **settings: Any) -> Tabulated:
+    def from_file(cls, path: str | os.PathLike[str], **settings: Unpack[RecordArguments]) -> Tabulated:
         """Read the profile from a text file with a time and a force column; see `read_record`.
 
         Parameters
@@ -146,10 +150,13 @@ class Tabulated(ShockProfile):
         InvalidValueError
             If the file does not contain a pulse; each error states its line.
         """
-        format_names = {field.name for field in attrs.fields(RecordFormat)}.intersection(settings)
-        record = read_record(pathlib.Path(path), RecordFormat(**{name: settings.pop(name) for name in format_names}))
+        format_names, own = ([field.name for field in attrs.fields(made) if field.init] for made in (RecordFormat, cls))
+        given: dict[str, Any] = {**settings}
+        refuse(unknown_arguments(given, format_names + own))
+        stated = {name: given.pop(name) for name in format_names if name in given}
+        record = read_record(pathlib.Path(path), RecordFormat(**stated))
         with placing(partial(_placed, path, record)):
-            profile = cls(record.times, record.forces, **settings)
+            profile = cls(record.times, record.forces, **given)
         object.__setattr__(profile, "_assumed", record.notes)
         return profile
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from attrs import frozen
 
-from shockwave.base.quantity_fields import quantity
+from shockwave.base.quantity_fields import SI, Value, quantity
 from shockwave.profiles.power_law import Powers
 
 
 @frozen(kw_only=True)
-class Triangular(Powers):
+class Triangular(Powers, Value):
     """Linear rise and linear decay.
 
     Parameters
@@ -19,4 +19,4 @@ class Triangular(Powers):
     """
 
     rise_exponent = decay_exponent = 1.0
-    duration_ratio: float = quantity("", "n, total duration over rise time", above=1, at_most=1e12)
+    duration_ratio: SI[float] = quantity("", "n, total duration over rise time", above=1, at_most=1e12)

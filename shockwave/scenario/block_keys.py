@@ -16,7 +16,7 @@ from typing import Any, Literal
 import attrs
 from attrs import evolve, frozen
 
-from shockwave.base.quantity_fields import DIAMETER, Quantity, is_plain_text, quantity_of
+from shockwave.base.quantity_fields import DIAMETER, Converted, Quantity, is_plain_text, quantity_of
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.scene.chain import Chain, Packing
@@ -85,9 +85,11 @@ def keys_of(cls: type) -> tuple[Key, ...]:
 
 def _hints(cls: Any) -> dict[str, Any]:
     try:
-        return typing.get_type_hints(cls if "__attrs_attrs__" in vars(cls) else cls.__init__)
+        hints = typing.get_type_hints(cls if "__attrs_attrs__" in vars(cls) else cls.__init__)
     except Exception:  # an annotation may use a name that is imported for type checkers only
         return {}
+    of_value = {name: typing.get_args(hint)[0] for name, hint in hints.items() if typing.get_origin(hint) is Converted}
+    return hints | of_value
 
 
 def _meanings(cls: type) -> dict[str, str]:

@@ -37,12 +37,12 @@ from shockwave.scenario.block_keys import (
     parameters_of,
     shock_keys,
 )
-from shockwave.scenario.scenario import Published, Scenario
+from shockwave.scenario.published import Published
 from shockwave.scenario.sweep_block import beginnings, first, names
 from shockwave.scenario.sweep_block import read as read_sweep
 from shockwave.scenario.uncertainty_block import read as read_spreads
 from shockwave.scenario.value_conversion import Parser, converted, items, material, names_files, structure, values_of
-from shockwave.scenario.yaml_document import Document, read_document
+from shockwave.scenario.yaml_document import Document
 from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import Limit
 from shockwave.scene.scene import faults_of, uniform_of
@@ -55,40 +55,20 @@ _MOST_TRIED = 3000  # errors after which no further point of a sweep is tried: s
 _SIZES = ("peak_force", "rise_time", "duration")
 
 
-def load_scenario(path: str | os.PathLike[str]) -> Scenario:
-    """Load the scenario in a file.
-
-    Parameters
-    ----------
-    path : path-like
-        A YAML file; messages use this name. Files that it names are searched in its folder.
-
-    Raises
-    ------
-    FileAccessError
-        When the file, or the record that it names, cannot be read.
-    ScenarioError
-        When it is not valid; all errors are listed, in the order of the file.
-    PluginError
-        When a plugin that it uses is faulty.
-    """
-    return scenario_of(read_document(path), Path(path))
-
-
-def scenario_of(document: Document, path: Path | None, tries: slice = slice(None)) -> Scenario:
-    """Scenario that ``document`` describes; see `load_scenario`.
+def parts_of(document: Document, path: Path | None, tries: slice = slice(None)) -> dict[str, Any]:
+    """Parts of the scenario that ``document`` describes; see `load_scenario` for the errors.
 
     For a sweep it is the first valid scene among ``tries`` of `beginnings`; if there is none, the reported errors are
     those of the first of them.
     """
     token = names_files.set(document.names_files)
     try:
-        return _scenario_of(document, path, tries)
+        return _parts_of(document, path, tries)
     finally:
         names_files.reset(token)
 
 
-def _scenario_of(document: Document, path: Path | None, tries: slice) -> Scenario:
+def _parts_of(document: Document, path: Path | None, tries: slice) -> dict[str, Any]:
     sweep = None
     varied: set[Steps] = set()
     errors = [*document.faults]
@@ -104,7 +84,7 @@ def _scenario_of(document: Document, path: Path | None, tries: slice) -> Scenari
         placed = [_placed(point, fault) for fault in (*errors, *faults)]
         faults = [fault for fault in placed if fault.steps not in varied]
         if not faults:
-            return Scenario(path=path, sweep=sweep, document=point, **parts)
+            return {"path": path, "sweep": sweep, "document": point, **parts}
         first_faults = first_faults or faults
         if len(faults) * number > _MOST_TRIED:
             break
@@ -141,7 +121,7 @@ def _error(faults: list[Fault], name: str) -> ShockwaveError:
 
 def _parts(document: Document, spreads: Any, path: Path | None) -> tuple[dict[str, Any], list[Fault]]:
     """Parts of the scenario in ``document``, each as far as possible, and all errors; ``spreads`` are a block of it."""
-    folder = path.parent if path is not None else Path()
+    folder = path.parent if path is not None else document.folder
     values, faults = values_of(document.data, SCENARIO, {**_PARSERS, "shock": partial(_shock, folder)})
     parts: dict[str, Any] = {name: values.get(name) for name in ("shock", "impact", "chain", "limit", "published")}
     parts["name"] = values.get("name") or (path.stem if path is not None else document.name)
@@ -270,7 +250,7 @@ def _shock(folder: Path, given: Any) -> Shock:
         raise InvalidValueError(*faults)
     sizes: dict[str, Any] = {key: values[key] for key in _SIZES if key in values}
     with collected(faults), blame("profiles", cls):
-        return (Shock.of_duration if "duration" in sizes else Shock)(profile=profile, **sizes)
+        return Shock(profile=profile, **sizes)
     raise InvalidValueError(*(fault if fault.steps else fault.below("profile") for fault in faults))
 
 

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Mapping
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any
 
 from attrs import evolve, field, frozen
 
 from shockwave.base.errors import Fault
-from shockwave.base.quantity_fields import plain_text, quantity
 from shockwave.prediction.predictor import Predictor
 from shockwave.scenario.block_keys import RECORD
+from shockwave.scenario.loader import parts_of
+from shockwave.scenario.published import Published
 from shockwave.scenario.sweep_block import Sweep
 from shockwave.scenario.uncertainty_block import Spread
-from shockwave.scenario.yaml_document import Document
+from shockwave.scenario.yaml_document import Document, document_of, parse_document, read_document
 from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import Limit
 from shockwave.scene.scene import Scene
@@ -23,28 +26,6 @@ from shockwave.scene.simulate_options import SimulateOptions
 
 if TYPE_CHECKING:  # a scenario with a shock does not need it
     from shockwave.scene.impact import Impact
-
-
-@frozen(kw_only=True)
-class Published:
-    """Results printed in a source for the same scene, for comparison.
-
-    Parameters
-    ----------
-    source : str
-        Source in which they are printed.
-    relation : "less", "equal" or "greater", optional
-        Peak force of the leading wave relative to that of the shock.
-    virtual_rise_time : float, optional
-        Virtual rise time [s].
-    error : float, optional
-        Relative error of the predicted peak force.
-    """
-
-    source: str = plain_text()
-    relation: Literal["less", "equal", "greater"] | None = None
-    virtual_rise_time: float | None = quantity("s", "virtual rise time", above=0, optional=True, default=None)
-    error: float | None = quantity("", "relative error of the peak force", optional=True, default=None)
 
 
 @frozen(kw_only=True, slots=False)
@@ -92,6 +73,32 @@ class Scenario:
     uncertainty: tuple[Spread, ...] = ()
     document: Document | None = field(default=None, eq=False, repr=False)
 
+    @classmethod
+    def from_yaml(cls, text: str, folder: str | os.PathLike[str] = "") -> Scenario:
+        """Load a scenario from text in YAML.
+
+        Parameters
+        ----------
+        text : str
+            The text that a file would have.
+        folder : path-like, optional
+            Folder of the files that it names; by default the current one.
+
+        Raises
+        ------
+        ShockwaveError
+            As `load_scenario`, with places in the text.
+        """
+        return scenario_of(parse_document(text, "text", folder=folder), None)
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any], folder: str | os.PathLike[str] = "") -> Scenario:
+        """Load a scenario from a mapping of its blocks, as YAML would give; see `from_yaml`.
+
+        Errors state the path of the value, such as ``chain.material.density``.
+        """
+        return scenario_of(document_of(data, folder), None)
+
     @property
     def excitation(self) -> Shock | Impact:
         """The shock, or the impact in its place."""
@@ -105,13 +112,20 @@ class Scenario:
         return Scene(excitation=self.excitation, chain=self.chain, name=self.name, limit=self.limit, place=place)
 
     @property
+    def folder(self) -> Path:
+        """Folder of the files that it names."""
+        if self.path is not None:
+            return self.path.parent
+        return Path() if self.document is None else self.document.folder
+
+    @property
     def files(self) -> tuple[Path, ...]:
         """Files from which the scenario was read, its own and that of its record."""
         if self.path is None or self.document is None:
             return ()
         shock = self.document.data.get("shock") or {}
         record = (shock.get("parameters") or {}).get("file") if str(shock.get("profile")).lower() == RECORD else None
-        return (self.path, self.path.parent / record) if record else (self.path,)
+        return (self.path, self.folder / record) if record else (self.path,)
 
 
 def _placed(document: Document, fault: Fault) -> Fault:
@@ -120,3 +134,28 @@ def _placed(document: Document, fault: Fault) -> Fault:
         if each.steps[:2] in document.keys:
             return document.place(evolve(each, at_key=True))
     return fault
+
+
+def load_scenario(path: str | os.PathLike[str]) -> Scenario:
+    """Load the scenario in a file.
+
+    Parameters
+    ----------
+    path : path-like
+        A YAML file; messages use this name. Files that it names are searched in its folder.
+
+    Raises
+    ------
+    FileAccessError
+        When the file, or the record that it names, cannot be read.
+    ScenarioError
+        When it is not valid; all errors are listed, in the order of the file.
+    PluginError
+        When a plugin that it uses is faulty.
+    """
+    return scenario_of(read_document(path), Path(path))
+
+
+def scenario_of(document: Document, path: Path | None, tries: slice = slice(None)) -> Scenario:
+    """Scenario that ``document`` describes; see `load_scenario`, and `parts_of` for ``tries``."""
+    return Scenario(**parts_of(document, path, tries))

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.quantity_fields import text_of
-from shockwave.scenario.loader import load_scenario
-from shockwave.scenario.scenario import Scenario
+from shockwave.scenario.scenario import Scenario, load_scenario
 from shockwave.scene.shock import Shock
 
 if TYPE_CHECKING:  # a scenario with a shock does not need it

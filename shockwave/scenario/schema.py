@@ -19,7 +19,7 @@ from shockwave.base.quantity_fields import Quantity
 from shockwave.registry import registry
 from shockwave.scenario.block_keys import BLOCKS, CHAIN, SCENARIO, SHOCK, Key, keys_of, parameters_of
 from shockwave.scenario.chain_blocks import CELL, END, IMPACT, LAWS, MODEL, SEGMENT, TAPER, models
-from shockwave.scenario.scenario import Published
+from shockwave.scenario.published import Published
 from shockwave.scenario.sweep_block import SWEEP
 from shockwave.scene.force_limit import Limit
 from shockwave.scene.material import Material

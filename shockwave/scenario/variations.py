@@ -13,8 +13,7 @@ from attrs import define, evolve, field
 from shockwave.base.errors import Fault, InvalidValueError, below, steps_of
 from shockwave.registry.registry import load
 from shockwave.scenario.block_keys import BLOCKS
-from shockwave.scenario.loader import scenario_of
-from shockwave.scenario.scenario import Scenario
+from shockwave.scenario.scenario import Scenario, scenario_of
 from shockwave.scenario.sweep_block import varied
 from shockwave.scene.chain import Chain
 from shockwave.scene.material import Material

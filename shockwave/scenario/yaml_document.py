@@ -10,6 +10,7 @@ import os
 import re
 from collections import ChainMap
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any, ClassVar
 
 import yaml
@@ -57,6 +58,8 @@ class Document:
         Places at which the values and the keys begin.
     names_files : bool
         Whether it may name files: false for text that came from elsewhere, such as over a network.
+    folder : pathlib.Path
+        Folder of these files, unless the document is a file itself.
     """
 
     name: str
@@ -65,6 +68,7 @@ class Document:
     values: dict[Steps, yaml.Mark] = Factory(dict)
     keys: dict[Steps, yaml.Mark] = Factory(dict)
     names_files: bool = True
+    folder: Path = Path()
 
     def place(self, fault: Fault) -> Fault:
         """``fault`` with the place of its value or key, or of the nearest key above, unless it has a place."""
@@ -73,7 +77,9 @@ class Document:
         at_key = fault.at_key or fault.steps not in self.values
         marks = ChainMap(self.keys, self.values) if at_key else self.values
         blocks = (fault.steps[:end] for end in range(len(fault.steps), -1, -1))
-        location = next((_location(self.name, marks[block]) for block in blocks if block in marks), f"{self.name}:1:1")
+        location = next(
+            (_location(self.name, marks[block]) for block in blocks if block in marks), self.name and f"{self.name}:1:1"
+        )
         return evolve(fault, location=location)
 
     def having(self, values: Mapping[Steps, Any], place: yaml.Mark | None = None) -> Document:
@@ -136,8 +142,8 @@ def read_document(path: str | os.PathLike[str]) -> Document:
     return parse_document(text, name)
 
 
-def parse_document(text: str, name: str, names_files: bool = True) -> Document:
-    """Document in ``text``; messages use ``name`` for it, and ``names_files`` is as in `Document`.
+def parse_document(text: str, name: str, names_files: bool = True, folder: str | os.PathLike[str] = "") -> Document:
+    """Document in ``text``; messages use ``name`` for it, and the other arguments are as in `Document`.
 
     Raises
     ------
@@ -147,7 +153,7 @@ def parse_document(text: str, name: str, names_files: bool = True) -> Document:
     if bad := _unprintable(text):
         problem = f"must be printable text (got the character U+{ord(bad[0]):04X}; delete it)"
         raise _error(name, text[: bad.start()], problem)
-    document = Document(name, {}, names_files=names_files)
+    document = Document(name, {}, names_files=names_files, folder=Path(folder))
     node = _composed(text, name)
     data = None if node is None else _value(document, node, ())
     if not isinstance(data, dict):
@@ -156,6 +162,29 @@ def parse_document(text: str, name: str, names_files: bool = True) -> Document:
         raise ScenarioError(*document.faults, document.place(Fault((), problem)))
     document.data = data
     return document
+
+
+def document_of(data: Mapping[str, Any], folder: str | os.PathLike[str] = "") -> Document:
+    """Document with the content of a mapping, without places; ``folder`` is as in `Document`.
+
+    Raises
+    ------
+    ScenarioError
+        When it is not a mapping.
+    """
+    if not isinstance(data, Mapping):
+        raise ScenarioError(Fault((), f"must be a mapping of blocks (got {text_of(data)})"))
+    return Document("", _plain(data), folder=Path(folder))
+
+
+def _plain(value: Any) -> Any:
+    """``value`` as YAML would give it: mappings, lists, text and numbers."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(inner) for key, inner in value.items()}
+    if hasattr(value, "to_base_units"):  # a quantity of pint
+        return f"{value.magnitude!r} {value.units}"
+    plain = value.tolist() if hasattr(value, "tolist") else value
+    return [_plain(inner) for inner in plain] if isinstance(plain, list | tuple) else plain
 
 
 def _unprintable(text: str) -> re.Match[str] | None:

@@ -11,7 +11,7 @@ from attrs import field, frozen
 from attrs.validators import optional
 
 from shockwave.base.errors import InvalidValueError
-from shockwave.base.quantity_fields import Quantity, declaration, one_of, quantity, radius_of, tuple_repr
+from shockwave.base.quantity_fields import Number, Quantity, Value, declaration, one_of, quantity, radius_of, tuple_repr
 from shockwave.scene.material import Material, checked_material, named_material
 
 if TYPE_CHECKING:  # a chain of equal spheres does not need them
@@ -54,7 +54,7 @@ def _contact(value: Any) -> Any:
 
 
 @frozen(kw_only=True, init=False, slots=False)
-class Chain:
+class Chain(Value):
     """A row of elastic spheres; by default they are equal and touch without compression, and both ends are free.
 
     All features beyond equal spheres need a finite chain, except a precompression and another power of the overlap as
@@ -112,12 +112,12 @@ class Chain:
         self,
         *,
         material: Material | str,
-        radius: float | None = None,
-        diameter: float | None = None,
-        granules: int | Sequence[Segment | Cell] | None = None,
+        radius: Number | None = None,
+        diameter: Number | None = None,
+        granules: int | str | Sequence[Segment | Cell] | None = None,
         end: Wall | None = None,
-        precompression: float = 0.0,
-        gravity: float = 0.0,
+        precompression: Number = 0.0,
+        gravity: Number = 0.0,
         damping: Damping | None = None,
         contact: PowerContact | ContactLaw | None = None,
         elastic_only: bool = False,
@@ -130,8 +130,8 @@ class Chain:
             radius=radius_of(radius, diameter),
             granules=granules,
             end=end,
-            precompression=precompression,
-            gravity=gravity,
+            precompression=precompression,  # type: ignore[arg-type]
+            gravity=gravity,  # type: ignore[arg-type]
             damping=damping,
             contact=contact,
             elastic_only=elastic_only,

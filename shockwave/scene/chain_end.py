@@ -8,7 +8,7 @@ from typing import Any, Literal
 from attrs import field, frozen
 
 from shockwave.base.errors import InvalidValueError
-from shockwave.base.quantity_fields import MAGNITUDES, quantity, text_of
+from shockwave.base.quantity_fields import MAGNITUDES, SI, Converted, Value, quantity, text_of
 from shockwave.scene.material import WALLS, Material, named_material
 
 
@@ -23,7 +23,7 @@ def _wall(_: object, attribute: Any, value: object) -> None:
 
 
 @frozen(kw_only=True)
-class Wall:
+class Wall(Value):
     """A flat wall at the end of a chain; it is fixed unless it has a mass.
 
     Parameters
@@ -43,12 +43,14 @@ class Wall:
         If a value is out of range, or a stiffness or a damping is given without a mass.
     """
 
-    material: Material | Literal["same", "rigid"] = field(default="same", converter=_named, validator=_wall)
-    mass: float | None = quantity("kg", "mass of a movable wall", **MAGNITUDES, default=None)
-    stiffness: float = quantity(
+    material: Converted[Material | Literal["same", "rigid"], Material | str] = field(
+        default="same", converter=_named, validator=_wall
+    )
+    mass: SI[float | None] = quantity("kg", "mass of a movable wall", within=MAGNITUDES, default=None)
+    stiffness: SI[float] = quantity(
         "N/m", "stiffness of the spring behind a movable wall", at_least=0, at_most=1e30, default=0.0
     )
-    damping: float = quantity(
+    damping: SI[float] = quantity(
         "N*s/m", "coefficient of the dashpot behind a movable wall", at_least=0, at_most=1e30, default=0.0
     )
 

@@ -7,9 +7,10 @@ from abc import ABC, abstractmethod
 import numpy as np
 from attrs import frozen
 
+from shockwave.base.arguments import Explained
 from shockwave.base.errors import PluginError
 from shockwave.base.numerics import FloatArray
-from shockwave.base.quantity_fields import quantity
+from shockwave.base.quantity_fields import SI, Value, quantity
 from shockwave.registry.registry import blame, owner_of
 
 
@@ -38,7 +39,7 @@ class Pairs:
     exponent: float = 1.5
 
 
-class ContactLaw(ABC):
+class ContactLaw(Explained, ABC):
     """Base class of contact laws that plugins add: the force between two granules in contact.
 
     A law is an immutable attrs class (``attrs.frozen``). Its fields are the parameters of the ``contact`` block of a
@@ -117,7 +118,7 @@ class BoundLaw:
 
 
 @frozen(kw_only=True)
-class PowerContact:
+class PowerContact(Value):
     """A contact law F = k d^p with the same stiffness at all contacts, in place of Hertz's.
 
     Parameters
@@ -133,8 +134,10 @@ class PowerContact:
         If a value is out of range.
     """
 
-    exponent: float = quantity("", "exponent p of F = k d^p", at_least=1, at_most=10)
-    stiffness: float = quantity("", "stiffness k of F = k d^p, a bare number in N/m**p", at_least=1e-100, at_most=1e100)
+    exponent: SI[float] = quantity("", "exponent p of F = k d^p", at_least=1, at_most=10)
+    stiffness: SI[float] = quantity(
+        "", "stiffness k of F = k d^p, a bare number in N/m**p", at_least=1e-100, at_most=1e100
+    )
 
 
 @frozen

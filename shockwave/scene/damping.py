@@ -9,7 +9,7 @@ import numpy as np
 from attrs import frozen
 
 from shockwave.base.numerics import FloatArray, bracketed_root
-from shockwave.base.quantity_fields import quantity
+from shockwave.base.quantity_fields import SI, Value, quantity
 from shockwave.scene.contact_law import Pairs
 
 #: Exponent of Hertz's law.
@@ -31,7 +31,7 @@ class Damping(ABC):
 
 
 @frozen(kw_only=True)
-class KuwabaraKono(Damping):
+class KuwabaraKono(Damping, Value):
     """Viscoelastic contact of Kuwabara and Kono (1987), (3/2) k A d^(1/2) d'; in general p k A d^(p-1) d'.
 
     Parameters
@@ -40,7 +40,7 @@ class KuwabaraKono(Damping):
         A [s], a property of the materials, at least 0.
     """
 
-    time: float = quantity("s", "viscous time A of Kuwabara and Kono", at_least=0, at_most=1e30)
+    time: SI[float] = quantity("s", "viscous time A of Kuwabara and Kono", at_least=0, at_most=1e30)
 
     def power(self, exponent: float) -> float:
         """q = p - 1."""
@@ -52,7 +52,7 @@ class KuwabaraKono(Damping):
 
 
 @frozen(kw_only=True)
-class Dashpot(Damping):
+class Dashpot(Damping, Value):
     """A linear dashpot, c d'.
 
     Parameters
@@ -61,7 +61,7 @@ class Dashpot(Damping):
         c [N s/m], at least 0.
     """
 
-    coefficient: float = quantity("N*s/m", "coefficient c of the dashpot", at_least=0, at_most=1e30)
+    coefficient: SI[float] = quantity("N*s/m", "coefficient c of the dashpot", at_least=0, at_most=1e30)
 
     def power(self, exponent: float) -> float:
         """q = 0."""
@@ -73,7 +73,7 @@ class Dashpot(Damping):
 
 
 @frozen(kw_only=True)
-class Tsuji(Damping):
+class Tsuji(Damping, Value):
     """Damping of Tsuji, Tanaka and Ishida (1992), c d^(1/4) d', with a restitution independent of the velocity.
 
     Parameters
@@ -83,7 +83,7 @@ class Tsuji(Damping):
         ends when the total force vanishes.
     """
 
-    restitution: float = quantity("", "coefficient of restitution", above=0, at_most=1)
+    restitution: SI[float] = quantity("", "coefficient of restitution", above=0, at_most=1)
 
     def power(self, exponent: float) -> float:
         """q = 1/4; `Chain` refuses elastic forces other than Hertz's."""

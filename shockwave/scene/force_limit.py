@@ -9,7 +9,7 @@ import attrs
 from attrs import asdict, evolve, frozen
 
 from shockwave.base.errors import InvalidValueError
-from shockwave.base.quantity_fields import quantity, quantity_of, text_of
+from shockwave.base.quantity_fields import SI, Number, Value, quantity, quantity_of, text_of
 from shockwave.base.text import alarm, percent, si
 
 Decision = Literal["below", "above", "undecided"]
@@ -26,7 +26,7 @@ _FINEST = 0.03
 
 
 @frozen(kw_only=True)
-class Limit:
+class Limit(Value):
     """Limit on the transmitted force.
 
     Parameters
@@ -35,7 +35,7 @@ class Limit:
         Largest admissible force [N].
     """
 
-    force: float = quantity("N", "largest admissible transmitted force", above=0, example="60 N")
+    force: SI[float] = quantity("N", "largest admissible transmitted force", above=0, example="60 N")
 
     def verdict(self, result: Any) -> Verdict:
         """Verdict on the transmitted force in ``result``, of a prediction or a simulation.
@@ -51,7 +51,7 @@ class Limit:
         return verdict(self, force)
 
 
-def limit_of(given: Limit | float | str | None) -> Limit | None:
+def limit_of(given: Limit | Number | None) -> Limit | None:
     """A limit, given as such or as its force [N] or text with a unit; None if nothing is given.
 
     Raises

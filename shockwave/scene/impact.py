@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from attrs import field, frozen
 
-from shockwave.base.quantity_fields import SIZES, quantity, radius_of
+from shockwave.base.quantity_fields import SIZES, Number, Value, quantity, radius_of
 from shockwave.scene.material import Material, checked_material, named_material
 
 
 @frozen(kw_only=True, init=False)
-class Impact:
+class Impact(Value):
     """A sphere that strikes the first granule of a finite chain.
 
     Parameters
@@ -29,15 +29,16 @@ class Impact:
 
     # up to the speed of light, from far below any that is measured, so that forces and times are floats
     velocity: float = quantity("m/s", "velocity of the striker", at_least=1e-20, at_most=299_792_458.0)
-    radius: float | None = quantity("m", "radius of the striker", **SIZES, default=None)
+    radius: float | None = quantity("m", "radius of the striker", within=SIZES, default=None)
     material: Material | None = field(default=None, converter=named_material, validator=checked_material)
 
     def __init__(
         self,
         *,
-        velocity: float,
-        radius: float | None = None,
-        diameter: float | None = None,
+        velocity: Number,
+        radius: Number | None = None,
+        diameter: Number | None = None,
         material: Material | str | None = None,
     ) -> None:
-        self.__attrs_init__(velocity=velocity, radius=radius_of(radius, diameter), material=material)
+        size = radius_of(radius, diameter)
+        self.__attrs_init__(velocity=velocity, radius=size, material=material)  # type: ignore[arg-type]

@@ -7,7 +7,7 @@ from typing import Any
 from attrs import frozen
 
 from shockwave.base.errors import InvalidValueError
-from shockwave.base.quantity_fields import MAGNITUDES, plain_text, quantity, text_of
+from shockwave.base.quantity_fields import MAGNITUDES, SI, Value, plain_text, quantity, text_of
 from shockwave.registry.registry import load
 
 #: Names of walls that are not materials.
@@ -15,7 +15,7 @@ WALLS = ("same", "rigid")
 
 
 @frozen(kw_only=True)
-class Material:
+class Material(Value):
     """The material of a granule: elastic constants and density.
 
     Parameters
@@ -37,10 +37,10 @@ class Material:
         If a value is out of range.
     """
 
-    youngs_modulus: float = quantity("Pa", "Young's modulus E", **MAGNITUDES)
-    poisson_ratio: float = quantity("", "Poisson's ratio nu", above=-1, below=0.5)
-    density: float = quantity("kg/m**3", "density rho", **MAGNITUDES)
-    yield_strength: float | None = quantity("Pa", "yield strength", **MAGNITUDES, default=None)
+    youngs_modulus: SI[float] = quantity("Pa", "Young's modulus E", within=MAGNITUDES)
+    poisson_ratio: SI[float] = quantity("", "Poisson's ratio nu", above=-1, below=0.5)
+    density: SI[float] = quantity("kg/m**3", "density rho", within=MAGNITUDES)
+    yield_strength: SI[float | None] = quantity("Pa", "yield strength", within=MAGNITUDES, default=None)
     name: str = plain_text(default="")
     source: str = plain_text(default="")
 

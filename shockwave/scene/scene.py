@@ -165,6 +165,8 @@ def faults_of(chain: Chain, impact: Impact | None) -> list[Fault]:
 
 def _mistaken(excitation: object, chain: object) -> InvalidValueError:
     got = f"got {type(excitation).__name__} and {type(chain).__name__}"
+    if isinstance(excitation, Chain):
+        got += "; the chain comes second"
     return InvalidValueError.of("shock", f"must be a Shock or an Impact, and the chain a Chain ({got})")
 
 

@@ -9,8 +9,12 @@ from attrs import field, frozen
 
 from shockwave.base.errors import InvalidValueError, Steps
 from shockwave.base.quantity_fields import (
+    SI,
     SIZES,
+    Converted,
+    Number,
     Quantity,
+    Value,
     declaration,
     one_of,
     quantity,
@@ -25,7 +29,7 @@ MOST_GRANULES = 1_000_000
 
 
 @frozen(kw_only=True)
-class Taper:
+class Taper(Value):
     """Sizes that change uniformly from the first granule of a segment to the last.
 
     Parameters
@@ -41,8 +45,8 @@ class Taper:
         If a value is out of range.
     """
 
-    first: float = quantity("m", "size of the first granule", **SIZES)
-    last: float = quantity("m", "size of the last granule", **SIZES)
+    first: SI[float] = quantity("m", "size of the first granule", within=SIZES)
+    last: SI[float] = quantity("m", "size of the last granule", within=SIZES)
     spacing: Literal["linear", "geometric"] = field(default="linear", validator=one_of("linear", "geometric"))
 
     @property
@@ -68,7 +72,7 @@ def _radius(value: Any) -> Any:
 
 
 @frozen(kw_only=True, init=False)
-class Segment:
+class Segment(Value):
     """Consecutive granules of one material, of equal or tapered size.
 
     Parameters
@@ -98,13 +102,14 @@ class Segment:
     def __init__(
         self,
         *,
-        count: int = 1,
+        count: int | str = 1,
         material: Material | str | None = None,
-        radius: float | Taper | None = None,
-        diameter: float | Taper | None = None,
-        gap: float = 0.0,
+        radius: Number | Taper | None = None,
+        diameter: Number | Taper | None = None,
+        gap: Number = 0.0,
     ) -> None:
-        self.__attrs_init__(count=count, material=material, radius=radius_of(radius, diameter), gap=gap)
+        size = radius_of(radius, diameter)
+        self.__attrs_init__(count=count, material=material, radius=size, gap=gap)  # type: ignore[arg-type]
         if isinstance(self.radius, Taper) and self.count < 2:
             raise InvalidValueError.of("count", f"must be >= 2 for a taper (got {self.count})")
 
@@ -121,7 +126,7 @@ def _segments(value: Any) -> tuple[Segment, ...]:
 
 
 @frozen(kw_only=True)
-class Cell:
+class Cell(Value):
     """A sequence of segments that is repeated.
 
     Parameters
@@ -137,8 +142,8 @@ class Cell:
         If a value is out of range.
     """
 
-    repeat: int = quantity("", "number of repetitions of the cell", at_least=1, at_most=MOST_GRANULES, whole=True)
-    cell: tuple[Segment, ...] = field(converter=_segments, repr=tuple_repr)
+    repeat: SI[int] = quantity("", "number of repetitions of the cell", at_least=1, at_most=MOST_GRANULES, whole=True)
+    cell: Converted[tuple[Segment, ...], Sequence[Segment]] = field(converter=_segments, repr=tuple_repr)
 
     @property
     def granules(self) -> int:

@@ -2,34 +2,50 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
 from attrs import field, frozen
 
-from shockwave.base.errors import InvalidValueError
-from shockwave.base.quantity_fields import Quantity, quantity, text_of
+from shockwave.base.arguments import explained
+from shockwave.base.errors import Fault, InvalidValueError, placing
+from shockwave.base.quantity_fields import Number, Quantity, Value, quantity, text_of
 from shockwave.profiles.profile_contract import examine
 from shockwave.profiles.shock_profile import ShockProfile
+from shockwave.registry.registry import blame, load
 
 #: The total duration, which can be given instead of the rise time or the duration ratio.
 DURATION = Quantity("s", "total duration n t0, instead of t0 or n", above=0)
+_RISE_TIME = Quantity("s", "rise time t0", above=0)
 
 
-@frozen(kw_only=True)
-class Shock:
+@frozen(kw_only=True, init=False)
+class Shock(Value):
     """A force pulse, F(t) = F0 F1(t/t0) during the rise and F0 F2(t/t0) during the decay, eq. (2).
 
     Parameters
     ----------
-    profile : ShockProfile
-        Shape of the shock.
+    profile : ShockProfile or str
+        Shape of the shock, or the name of a registered profile.
     peak_force : float, optional
         F0 [N], above 0; by default that of the record, for a profile that is one.
     rise_time : float, optional
         t0 [s], above 0; by default that of the record, for a profile that is one.
+    duration : float, optional
+        Total duration n t0 [s], above 0, instead of the rise time; for a profile given by its name, also beside it,
+        instead of the duration ratio.
+    duration_ratio : float, optional
+        n of a profile given by its name.
+    parameters : mapping, optional
+        Other parameters of a profile given by its name, as in a scenario; a ``file`` is searched in the current folder.
 
     Raises
     ------
     InvalidValueError
-        If a value is out of range, or missing for a profile that is not a record.
+        If a value is out of range, is not used, or is missing for a profile that is not a record.
+    UnknownNameError
+        If no profile has the name.
     PluginError
         If a profile that is not built in violates the contract of `ShockProfile`.
     """
@@ -38,8 +54,32 @@ class Shock:
     peak_force: float = quantity("N", "peak force F0", above=0, optional=True, default=None)
     rise_time: float = quantity("s", "rise time t0", above=0, optional=True, default=None)
 
+    def __init__(
+        self,
+        *,
+        profile: ShockProfile | str,
+        peak_force: Number | None = None,
+        rise_time: Number | None = None,
+        duration: Number | None = None,
+        duration_ratio: Number | None = None,
+        parameters: Mapping[str, Any] | None = None,
+    ) -> None:
+        if isinstance(profile, str):
+            if duration is not None and rise_time is not None and duration_ratio is None:
+                duration_ratio = DURATION.checked("duration", duration) / _RISE_TIME.checked("rise_time", rise_time)
+                duration = None
+            profile = _profile(profile, duration_ratio, parameters or {})
+        else:
+            _refuse("for a profile that is an object", duration_ratio=duration_ratio, parameters=parameters)
+        if not isinstance(profile, ShockProfile):
+            raise InvalidValueError.of("profile", f"must be a ShockProfile or the name of one (got {text_of(profile)})")
+        examine(profile)
+        if duration is not None:
+            _refuse("if duration is given, because the profile has its own duration ratio", rise_time=rise_time)
+            rise_time = DURATION.checked("duration", duration) / float(profile.duration_ratio)
+        self.__attrs_init__(profile=profile, peak_force=peak_force, rise_time=rise_time)  # type: ignore[arg-type]
+
     def __attrs_post_init__(self) -> None:
-        _check(self.profile)
         for name in ("peak_force", "rise_time"):
             if getattr(self, name) is None:
                 recorded = getattr(self.profile, f"recorded_{name}")
@@ -48,7 +88,7 @@ class Shock:
                 object.__setattr__(self, name, recorded)
 
     @classmethod
-    def of_duration(cls, *, profile: ShockProfile, duration: float, peak_force: float | None = None) -> Shock:
+    def of_duration(cls, *, profile: ShockProfile, duration: Number, peak_force: Number | None = None) -> Shock:
         """Make a shock from its total duration n t0 [s] instead of its rise time t0.
 
         Raises
@@ -56,9 +96,7 @@ class Shock:
         InvalidValueError
             If a value is out of range.
         """
-        _check(profile)
-        rise_time = DURATION.checked("duration", duration) / float(profile.duration_ratio)
-        return cls(profile=profile, peak_force=peak_force, rise_time=rise_time)  # type: ignore[arg-type]
+        return cls(profile=profile, peak_force=peak_force, duration=duration)
 
     @property
     def duration(self) -> float:
@@ -66,7 +104,24 @@ class Shock:
         return self.profile.duration_ratio * self.rise_time
 
 
-def _check(profile: object) -> None:
-    if not isinstance(profile, ShockProfile):
-        raise InvalidValueError.of("profile", f"must be a ShockProfile (got {text_of(profile)})")
-    examine(profile)
+def _refuse(why: str, **values: object) -> None:
+    """Refuse ``values`` that are not None."""
+    for name, value in values.items():
+        if value is not None:
+            raise InvalidValueError.of(name, f"must be left out {why} (got {text_of(value)})")
+
+
+def _profile(name: str, duration_ratio: Number | None, parameters: Mapping[str, Any]) -> Any:
+    """Make the registered profile of this name."""
+    make: Any = load("profiles", name)
+    values = dict(parameters)
+    with blame("profiles", make), placing(_within):
+        if "file" in values and hasattr(make, "from_file"):  # a record
+            make = partial(make.from_file, values.pop("file"))
+        if duration_ratio is not None:
+            values["duration_ratio"] = duration_ratio
+        return explained(make)(**values)
+
+
+def _within(fault: Fault) -> Fault:
+    return fault if fault.path == "duration_ratio" else fault.below("parameters")

@@ -11,8 +11,9 @@ from typing import Any, Literal
 import attrs
 from attrs import field, frozen
 
-from shockwave.base.errors import InvalidValueError
-from shockwave.base.quantity_fields import MAGNITUDES, one_of, quantity, text_of, tuple_repr
+from shockwave.base.arguments import unknown_arguments
+from shockwave.base.errors import InvalidValueError, refuse
+from shockwave.base.quantity_fields import MAGNITUDES, SI, Converted, Value, one_of, quantity, text_of, tuple_repr
 from shockwave.registry.registry import find
 
 Waves = Literal["train", "primary"]
@@ -45,7 +46,7 @@ def _recorded(values: Iterable[Any]) -> tuple[Any, ...]:
 
 
 @frozen(kw_only=True)
-class SimulateOptions:
+class SimulateOptions(Value):
     """Options of a simulation.
 
     Parameters
@@ -81,23 +82,23 @@ class SimulateOptions:
     """
 
     integrator: str | None = None
-    rtol: float | None = quantity(
+    rtol: SI[float | None] = quantity(
         "", "relative tolerance of the peak force, 1e-6 if omitted", default=None, at_least=1e-13, at_most=1e-2
     )
-    step: float | None = quantity(
+    step: SI[float | None] = quantity(
         "", "step of a fixed-step method, in characteristic times", default=None, above=0, at_most=1
     )
     # below a thousandth, peaks are not separable from the residual motion of the chain
-    wave_threshold: float = quantity(
+    wave_threshold: SI[float] = quantity(
         "", "weakest wave that counts, relative to the leading wave", at_least=1e-3, below=1, default=5e-3
     )
     waves: Waves = field(default="train", validator=one_of(*typing.get_args(Waves)))
     backend: Backend = field(default="auto", validator=one_of(*typing.get_args(Backend)))
-    contacts: tuple[int, ...] = field(default=(), converter=_contacts, repr=tuple_repr)
-    record: tuple[Recorded, ...] = field(default=(), converter=_recorded)
-    interval: float | None = quantity("s", "sampling interval of the histories", **MAGNITUDES, default=None)
-    until: float | None = quantity("s", "end of the histories", **MAGNITUDES, default=None)
-    timeout: float | None = quantity("s", "maximum computing time", above=0, default=None)
+    contacts: Converted[tuple[int, ...], Iterable[int]] = field(default=(), converter=_contacts, repr=tuple_repr)
+    record: Converted[tuple[Recorded, ...], Iterable[Recorded]] = field(default=(), converter=_recorded)
+    interval: SI[float | None] = quantity("s", "sampling interval of the histories", within=MAGNITUDES, default=None)
+    until: SI[float | None] = quantity("s", "end of the histories", within=MAGNITUDES, default=None)
+    timeout: SI[float | None] = quantity("s", "maximum computing time", above=0, default=None)
 
     def __attrs_post_init__(self) -> None:
         if self.interval is not None and not self.record:
@@ -134,15 +135,8 @@ class SimulateOptions:
 _kept_options = functools.lru_cache(maxsize=64, typed=True)(SimulateOptions)
 
 
-def options_of(given: dict[str, Any]) -> SimulateOptions:
-    """Options from keyword arguments; raises InvalidValueError for an unknown name."""
-    refuse_unknown(given, set(attrs.fields_dict(SimulateOptions)))
+def options_of(given: dict[str, Any], other: str = "limit") -> SimulateOptions:
+    """Options from keyword arguments of a function with an ``other``; raises InvalidValueError for an unknown name."""
+    refuse(unknown_arguments(given, [other, *attrs.fields_dict(SimulateOptions)]))
     plain = all(value is None or isinstance(value, str | int | float) for value in given.values())
     return (_kept_options if plain else SimulateOptions)(**given)
-
-
-def refuse_unknown(given: dict[str, Any], known: set[str]) -> None:
-    """Refuse keyword arguments that are not ``known``."""
-    if unknown := sorted(given.keys() - known):
-        names = ", ".join(sorted({"limit", *known}))
-        raise InvalidValueError.of(unknown[0], f"must be left out (got {text_of(given[unknown[0]])}; known: {names})")

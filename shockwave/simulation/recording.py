@@ -63,12 +63,12 @@ class Recording(Result):
 
     times: FloatArray
     contacts: tuple[int, ...]
-    forces: FloatArray | None = None
-    displacements: FloatArray | None = None
-    velocities: FloatArray | None = None
-    kinetic_energy: FloatArray | None = None
-    contact_energy: FloatArray | None = None
-    wall_force: FloatArray | None = None
+    forces: FloatArray | Any = None
+    displacements: FloatArray | Any = None
+    velocities: FloatArray | Any = None
+    kinetic_energy: FloatArray | Any = None
+    contact_energy: FloatArray | Any = None
+    wall_force: FloatArray | Any = None
 
     _tables = (("histories", "time"),)
 

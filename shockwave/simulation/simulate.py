@@ -32,7 +32,10 @@ from shockwave.simulation.wave_setup import Setup, immeasurable, scaled, setup_o
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
+    from typing import Unpack
 
+    from shockwave.arguments import SimulateArguments
+    from shockwave.base.quantity_fields import Number
     from shockwave.scene.impact import Impact
     from shockwave.simulation.contact_setup import ChainSetup
 
@@ -80,11 +83,11 @@ def simulate_scene(scene: Scene, options: SimulateOptions) -> Simulation:
 def simulate_many(
     shocks: Iterable[Shock | Impact],
     chain: Chain | Sequence[Chain],
-    rtol: float | None = None,
+    rtol: Number | None = None,
     *,
     threads: int | None = None,
-    **given: Any,
-) -> list[_Outcome]:
+    **given: Unpack[SimulateArguments],
+) -> list[Simulation | ShockwaveError]:
     """Simulate many shocks in parallel: eight at a time on each core, on all cores.
 
     Parameters
@@ -94,11 +97,11 @@ def simulate_many(
     chain : Chain or sequence of Chain
         One chain for all shocks, or one for each shock.
     rtol : float, optional
-        Relative error of the peak force, 1e-13 to 1e-2; default 1e-6.
+        Relative error of the peak force, 1e-13 to 1e-2. Default: 1e-6.
     threads : int, optional
         Number of threads that run the compiled code. By default one for each core.
     **given
-        Other options of `SimulateOptions`; ``timeout`` is the maximum computing time of one scene [s].
+        Other options of `shockwave.simulate`; ``timeout`` is the maximum computing time of one scene [s].
 
     Returns
     -------
@@ -110,7 +113,7 @@ def simulate_many(
     InvalidValueError, UnknownNameError
         If a setting is out of range, the number of chains differs from that of the shocks, or a name is unknown.
     """
-    options = options_of({"rtol": rtol, **given})
+    options = options_of({"rtol": rtol, **given}, "threads")
     setup_of(options)
     return simulate_scenes(scenes_of(shocks, chain, "simulate", threads), options, threads)
 

@@ -280,7 +280,7 @@ class Simulation(SceneResult):
         return yielding_of(self.chain, max(self.wave.peak_force, 0.0 if top is None else top.peak_force))
 
     @property
-    def recording(self) -> Recording | None:
+    def recording(self) -> Recording | Any:
         """Requested histories, integrated at the first access; None if they could not be computed."""
         return self._recording[0]
 

@@ -12,9 +12,10 @@ import numpy.typing as npt
 from attrs import asdict, frozen
 from scipy.interpolate import CubicSpline
 
+from shockwave.base.arguments import explained
 from shockwave.base.errors import InvalidValueError, NumericalError, ShockwaveError
 from shockwave.base.numerics import FloatArray
-from shockwave.base.quantity_fields import Quantity, text_of
+from shockwave.base.quantity_fields import Number, Quantity, text_of
 from shockwave.base.result import VERSION, Result, cached_property
 from shockwave.base.result_tables import evenly
 from shockwave.base.text import facts, limits, notes, si, strong, table
@@ -76,7 +77,7 @@ class CurvePoint:
     rise_time: float
     amplification: float
     error: float
-    section4_amplification: float | None
+    section4_amplification: float | Any
 
 
 @frozen(init=False, slots=False, repr=False)
@@ -122,18 +123,19 @@ class UniversalCurve(Result):
     _brief = ("profile", "rtol", "longest")
     _tables = (("points", "rise_time"),)
 
-    def __init__(self, profile: ShockProfile, rtol: float = 1e-4, longest: float = 50.0) -> None:
+    @explained
+    def __init__(self, profile: ShockProfile, rtol: Number = 1e-4, longest: Number = 50.0) -> None:
         if not isinstance(profile, ShockProfile):
             raise InvalidValueError.of("profile", f"must be a ShockProfile (got {text_of(profile)})")
         if profile.pulls:
             raise InvalidValueError.of(
                 "profile", "must not pull, because a curve covers no negative forces (got a record)"
             )
-        rtol, longest = _RTOL.checked("rtol", rtol), _LONGEST.checked("longest", longest)
+        numbers: tuple[float, float] = (_RTOL.checked("rtol", rtol), _LONGEST.checked("longest", longest))
         groups = WarningGroups()
-        points = _simulated_points(profile, rtol, longest, groups)
+        points = _simulated_points(profile, *numbers, groups)
         warnings = (*getattr(profile, "alarms", ()), *groups.sentences("simulations"))
-        self.__attrs_init__(profile, rtol, longest, points, warnings)
+        self.__attrs_init__(profile, *numbers, points, warnings)
 
     @property
     def notes(self) -> tuple[str, ...]:

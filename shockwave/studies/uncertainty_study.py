@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, SupportsFloat
 
 import numpy as np
 from attrs import define, evolve, field
@@ -56,7 +56,7 @@ def uncertainty(
     draws: int | None = None,
     seed: int = 0,
     rtol: float = 1e-4,
-    limit: Limit | float | str | None = None,
+    limit: Limit | SupportsFloat | str | None = None,
 ) -> Uncertainty:
     """Distribution of the peak force of the leading wave, or of the forces in a chain where it has no limit.
 

@@ -10,7 +10,6 @@ import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from importlib import metadata
-from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
@@ -262,13 +261,12 @@ def _used(scenario: Scenario, sweep: Sweep) -> set[tuple[str, Any]]:
 
 def _named_here(scenario: Scenario, sweep: Sweep) -> dict[str, str]:
     """Hashes of the materials and files among the values of the sweep."""
-    folder = scenario.path.parent if scenario.path is not None else Path()
     found = {}
     for name, value in sweep.pairs():
         if name.endswith(MATERIALS) and isinstance(value, str) and value.lower() not in WALLS:
             found[f"material {value}"] = _hash(repr(load("materials", value)).encode())
         elif name == "shock.parameters.file":
-            found[f"file {value}"] = _hash(read_bytes(folder / value, _MOST_RECORD))
+            found[f"file {value}"] = _hash(read_bytes(scenario.folder / value, _MOST_RECORD))
     return found
 
 

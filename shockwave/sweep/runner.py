@@ -15,8 +15,7 @@ from shockwave.base.errors import InvalidValueError, UsageError, message_of
 from shockwave.base.files import read_bytes, replacing
 from shockwave.base.log import logger
 from shockwave.base.quantity_fields import Quantity
-from shockwave.scenario.loader import load_scenario
-from shockwave.scenario.scenario import Scenario
+from shockwave.scenario.scenario import Scenario, load_scenario
 from shockwave.sweep.definition import DEFINITION, SweepDefinition, folder_path
 from shockwave.sweep.fork_server import start_server
 from shockwave.sweep.journal import NOT_RUN, Journal, line_of
@@ -53,6 +52,8 @@ def points_of(scenario: Scenario | str | os.PathLike[str]) -> Points:
         raise InvalidValueError.of("sweep", problem, str(found.path or ""))
     if found.path is not None:  # workers may run in other folders
         found = evolve(found, path=found.path.absolute())
+    elif found.document is not None:
+        found = evolve(found, document=evolve(found.document, folder=found.folder.absolute()))
     return Points(found)
 
 

@@ -26,7 +26,7 @@ from shockwave.cli.parser import KINDS, OFFERED
 from shockwave.registry import built_ins, hook_specifications, registry
 from shockwave.scenario import block_keys as keys
 from shockwave.scenario import chain_blocks
-from shockwave.scenario.scenario import Published
+from shockwave.scenario.published import Published
 from shockwave.scenario.schema import schema
 from shockwave.scene.force_limit import Limit
 from shockwave.scene.simulate_options import SimulateOptions

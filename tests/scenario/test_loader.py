@@ -15,8 +15,8 @@ from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.tabulated import Tabulated
 from shockwave.scenario import block_keys as keys
-from shockwave.scenario.loader import load_scenario
-from shockwave.scenario.scenario import Published, Scenario
+from shockwave.scenario.published import Published
+from shockwave.scenario.scenario import Scenario, load_scenario
 from shockwave.scenario.value_conversion import converted
 from shockwave.scene.chain import Chain
 from shockwave.scene.material import Material

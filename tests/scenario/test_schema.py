@@ -15,7 +15,7 @@ from test_loader import CHAIN_LINE, CONTRACT, RECORD
 
 from shockwave.base.errors import ShockwaveError
 from shockwave.scenario import block_keys as keys
-from shockwave.scenario.loader import scenario_of
+from shockwave.scenario.scenario import scenario_of
 from shockwave.scenario.scene_hash import scene_hash
 from shockwave.scenario.schema import schema
 from shockwave.scenario.template import template

@@ -7,8 +7,7 @@ from typing import Any
 from jsonschema import Draft7Validator
 
 from shockwave.prediction.predictor import Predictor
-from shockwave.scenario.loader import load_scenario
-from shockwave.scenario.scenario import Scenario
+from shockwave.scenario.scenario import Scenario, load_scenario
 from shockwave.scenario.schema import schema
 from shockwave.scenario.yaml_document import parse_document
 from shockwave.scene.chain import Chain

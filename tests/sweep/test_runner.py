@@ -18,7 +18,7 @@ from attrs import evolve
 
 import shockwave as sw
 from conftest import Install
-from shockwave.scenario.loader import load_scenario
+from shockwave.scenario.scenario import load_scenario
 from shockwave.scenario.variations import Family
 from shockwave.scene.scene import Scene
 from shockwave.simulation import simulate

@@ -22,7 +22,7 @@ import pytest
 import shockwave as sw
 from shockwave import cli
 from shockwave.registry.built_ins import ENTRIES
-from shockwave.scenario.loader import load_scenario
+from shockwave.scenario.scenario import load_scenario
 from werkzeug.test import EnvironBuilder, run_wsgi_app
 
 from shockwave_explore import answer, scene, server

@@ -13,7 +13,7 @@ import yaml
 from attrs import evolve
 from shockwave import InvalidValueError, Scenario, ScenarioError, load_scenario
 from shockwave.base.errors import Fault, steps_of, text_of
-from shockwave.scenario.loader import scenario_of
+from shockwave.scenario.scenario import scenario_of
 from shockwave.scenario.template import template
 from shockwave.scenario.yaml_document import Document, parse_document
 

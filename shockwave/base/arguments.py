@@ -1,0 +1,61 @@
+"""Arguments that a function does not take, reported like any other invalid value, with the nearest name."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Collection, Mapping, Sequence
+from functools import wraps
+from typing import Any, TypeVar, cast
+
+from shockwave.base.errors import Fault, InvalidValueError, hint_of, text_of
+
+_Function = TypeVar("_Function")
+_VARIADIC = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
+
+
+def explained(function: _Function) -> _Function:
+    """``function``, which raises `InvalidValueError` where Python raises TypeError for its arguments."""
+
+    @wraps(cast(Any, function))
+    def call(*values: Any, **named: Any) -> Any:
+        try:
+            return cast(Any, function)(*values, **named)
+        except TypeError as error:
+            faults = _misfits(function, values, named)
+            if not faults:
+                raise
+            raise InvalidValueError(*faults) from error
+
+    return cast(_Function, call)
+
+
+def _misfits(function: Any, values: Sequence[Any], named: Mapping[str, Any]) -> list[Fault]:
+    """Errors of a call; none if the function takes its arguments."""
+    signature = inspect.signature(function)
+    try:
+        signature.bind(*values, **named)
+    except TypeError as error:
+        first = [*signature.parameters][: len(values)]
+        taken = {name: each for name, each in signature.parameters.items() if name != "self"}
+        required = [name for name, each in taken.items() if each.default is each.empty and each.kind not in _VARIADIC]
+        missing = [Fault(name, "must be given (got nothing)") for name in required if name not in {*first, *named}]
+        other = Fault("arguments", f"must be those of the signature (got {error}; known: {', '.join(taken)})")
+        return unknown_arguments(named, taken) or missing or [other]
+    return []
+
+
+def unknown_arguments(named: Mapping[str, object], known: Collection[str]) -> list[Fault]:
+    """Errors of keyword arguments that are not ``known``."""
+    names = [name for name in named if name not in known]
+    return [Fault(name, f"must be left out (got {text_of(named[name])}; {hint_of(name, [*known])})") for name in names]
+
+
+class Explained:
+    """Base class of attrs classes whose constructors are `explained`, with those that plugins derive."""
+
+    __slots__ = ()
+
+    @classmethod
+    def __attrs_init_subclass__(cls) -> None:
+        if "__init__" in vars(cls):
+            cls.__init__ = explained(cls.__init__)  # type: ignore[method-assign]
