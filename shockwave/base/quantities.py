@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any, Literal
 
 from attrs import evolve, field, frozen
@@ -59,9 +59,14 @@ class Quantity:
         """Dotted names of the attributes of the source."""
         return re.sub(r"\[(\d+)\]", r".\1", self.name.replace("yield.", "yielding."))
 
+    @cached_property
+    def path_in_answer(self) -> str:
+        """Dotted names of the attributes of an answer, which has the source as an attribute."""
+        return f"{self.source}.{self.path}" if self.source else self.path
+
     def of(self, answer: Any) -> Any:
-        """Value in an answer, which has the source as an attribute; None if there is none."""
-        return value_at(getattr(answer, self.source) if self.source else answer, self.path)
+        """Value in an answer; None if there is none."""
+        return value_at(answer, self.path_in_answer)
 
     def figures(self, result: Any) -> tuple[float, float] | None:
         """Value in a simulation and its estimated relative error; None if there is none.
@@ -79,12 +84,17 @@ class Quantity:
 
 def value_at(value: Any, path: str) -> Any:
     """Value at a dotted path, such as ``simulated.waves.1.peak_force``; None if there is none."""
-    for step in path.split("."):
-        if step.isdigit():
-            value = value[int(step)] if value and int(step) < len(value) else None
-        else:
+    for step in _steps(path):
+        if isinstance(step, str):
             value = getattr(value, step, None)
+        else:
+            value = value[step] if value and step < len(value) else None
     return value
+
+
+@lru_cache(maxsize=256)  # a sweep reads the same paths at every point
+def _steps(path: str) -> tuple[str | int, ...]:
+    return tuple(int(step) if step.isdigit() else step for step in path.split("."))
 
 
 def _from(source: str, *quantities: Quantity) -> tuple[Quantity, ...]:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
-from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
@@ -29,9 +27,11 @@ _LONGEST_TEXT = 10_000
 class cached_property(functools.cached_property[_T]):  # noqa: N801
     """A cached property without the lock of Python 3.11, so that several objects can compute it at the same time."""
 
-    def __init__(self, function: Callable[[Any], _T]) -> None:
-        super().__init__(function)
-        self.lock = nullcontext()  # in place of the lock of Python 3.11
+    def __get__(self, instance: Any, owner: type | None = None) -> _T:  # type: ignore[override]
+        if instance is None:
+            return self  # type: ignore[return-value]
+        value = instance.__dict__[self.attrname] = self.func(instance)
+        return value
 
 
 class Result:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from functools import cached_property, partial
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from attrs import evolve, field, frozen
 
 from shockwave.base.errors import Fault
+from shockwave.base.result import cached_property
 from shockwave.prediction.predictor import Predictor
 from shockwave.scenario.block_keys import RECORD
 from shockwave.scenario.loader import parts_of

@@ -145,8 +145,10 @@ def _chain(chain: Chain, sizes: tuple[tuple[str, Any], ...], constants: tuple[tu
 
 def _changed(part: Any, values: Mapping[str, Any], *block: str) -> Any:
     """``part``, which ``block`` describes, with other ``values``."""
+    if not values:
+        return part
     with below(*block):
-        return evolve(part, **values) if values else part
+        return evolve(part, **values)
 
 
 def _of_file(names: Iterable[str]) -> InvalidValueError:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from contextlib import AbstractContextManager
-from functools import cached_property
+from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Any
 
 from attrs import field, frozen
 
 from shockwave.base.errors import Fault, InvalidValueError, detached, placing
 from shockwave.base.quantity_fields import text_of
+from shockwave.base.result import cached_property
 from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import Limit, limit_of
 from shockwave.scene.shock import Shock
@@ -142,7 +142,7 @@ class Scene:
 
     def locating(self) -> AbstractContextManager[None]:
         """Report an invalid value with its place in the file."""
-        return placing(self.placed)
+        return nullcontext() if self.place is None else placing(self.place)
 
 
 def uniform_of(chain: Chain) -> Chain | None:

@@ -15,7 +15,7 @@ from shockwave.simulation.measured_wave import MeasuredWave, Passage
 from shockwave.simulation.recording import Recording
 
 
-@frozen(kw_only=True)
+@frozen(kw_only=True, slots=False)  # faster to make
 class Cost:
     """Cost of a result; ``seconds`` [s] vary from run to run and are ignored in comparisons."""
 
@@ -29,7 +29,7 @@ class Cost:
         return Cost(steps=self.steps + other.steps, force_evaluations=evaluations, seconds=seconds)
 
 
-@frozen(kw_only=True)
+@frozen(kw_only=True, slots=False)  # faster to make
 class LeadingWave:
     """The leading wave far along the chain, as the search found it.
 

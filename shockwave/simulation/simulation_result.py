@@ -216,7 +216,8 @@ class Simulation(SceneResult):
         """Waves, strongest first; only the leading wave if the option ``waves`` is ``primary``."""
         if self.options.waves == "train":
             return self.train.waves
-        return () if self.primary is None else (self.primary,)
+        primary = self.primary
+        return () if primary is None else (primary,)
 
     @property
     def recoil_momentum(self) -> float | Any:
