@@ -101,7 +101,7 @@ def test_the_duration_ratio_comes_from_the_rise_fraction() -> None:
 
 
 def test_a_shock_takes_peak_and_duration() -> None:
-    shock = Shock.of_duration(profile=Friedlander(rise_fraction=0.01), peak_force=50.0, duration=2e-3)
+    shock = Shock(profile=Friedlander(rise_fraction=0.01), peak_force=50.0, duration=2e-3)
     assert shock.rise_time == pytest.approx(2e-5, rel=1e-15)
 
 
