@@ -47,7 +47,8 @@ def _misfits(function: Any, values: Sequence[Any], named: Mapping[str, Any]) -> 
 def unknown_arguments(named: Mapping[str, object], known: Collection[str]) -> list[Fault]:
     """Errors of keyword arguments that are not ``known``."""
     names = [name for name in named if name not in known]
-    return [Fault(name, f"must be left out (got {text_of(named[name])}; {hint_of(name, [*known])})") for name in names]
+    hints = {name: hint_of(name, [*known]) if known else "there are no arguments" for name in names}
+    return [Fault(name, f"must be left out (got {text_of(named[name])}; {hint})") for name, hint in hints.items()]
 
 
 class Explained:

@@ -4,7 +4,7 @@ Each function takes an ``Axes`` of matplotlib and data, draws, and returns the `
 and `save` write them. matplotlib is the extra ``plot``; it is imported when a figure is made, not with this package.
 """
 
-from shockwave.base.arguments import explained
+from shockwave.base.arguments import explained as _explained
 from shockwave.pictures.accuracy import approach as approach
 from shockwave.pictures.accuracy import balance as balance
 from shockwave.pictures.accuracy import work_precision as work_precision
@@ -26,4 +26,5 @@ from shockwave.pictures.waves import train as train
 
 for _name, _drawing in [*globals().items()]:
     if getattr(_drawing, "__module__", "").startswith("shockwave.pictures."):
-        globals()[_name] = explained(_drawing)
+        globals()[_name] = _explained(_drawing)
+del _name, _drawing, _explained

@@ -87,17 +87,6 @@ class Shock(Value):
                     raise InvalidValueError.of(name, "must be given, because this profile is not a record")
                 object.__setattr__(self, name, recorded)
 
-    @classmethod
-    def of_duration(cls, *, profile: ShockProfile, duration: Number, peak_force: Number | None = None) -> Shock:
-        """Make a shock from its total duration n t0 [s] instead of its rise time t0.
-
-        Raises
-        ------
-        InvalidValueError
-            If a value is out of range.
-        """
-        return cls(profile=profile, peak_force=peak_force, duration=duration)
-
     @property
     def duration(self) -> float:
         """Whole duration n t0 [s]."""

@@ -32,7 +32,7 @@ def chain_of(exponent: float, stiffness: float = 1e10, granules: int | None = No
 def shock_of(chain: sw.Chain, duration: float, profile: sw.ShockProfile = TRIANGLE) -> sw.Shock:
     """A shock of 100 N; its duration is in characteristic times of the chain."""
     time = Scales.of(chain, FORCE).time
-    return sw.Shock.of_duration(profile=profile, peak_force=FORCE, duration=duration * time)
+    return sw.Shock(profile=profile, peak_force=FORCE, duration=duration * time)
 
 
 # ---------------------------------------------------------------- the solitary wave

@@ -77,4 +77,4 @@ def scene(number: int, most: int = 200) -> tuple[sw.Shock | sw.Impact, sw.Chain]
     if draw.random() < 0.5:
         rise, decay = float(draw.choice([0.5, 1.0, 2.0])), float(draw.choice([0.5, 1.0, 3.0]))
         profile = sw.PowerLaw(rise_exponent=rise, decay_exponent=decay, duration_ratio=ratio)
-    return sw.Shock.of_duration(profile=profile, peak_force=between(5, 500), duration=between(3e-6, 4e-4)), chain
+    return sw.Shock(profile=profile, peak_force=between(5, 500), duration=between(3e-6, 4e-4)), chain

@@ -33,7 +33,7 @@ def power(rise_time: float) -> sw.Shock:
 
 def lasting(profile: sw.ShockProfile, duration: float) -> sw.Shock:
     """A shock of 100 N; its duration is in characteristic times."""
-    return sw.Shock.of_duration(profile=profile, peak_force=FORCE, duration=duration * UNITS.time)
+    return sw.Shock(profile=profile, peak_force=FORCE, duration=duration * UNITS.time)
 
 
 def record(times: ArrayLike, forces: ArrayLike) -> sw.Shock:

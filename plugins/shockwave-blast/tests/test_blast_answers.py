@@ -26,7 +26,7 @@ each_file = pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 def shock_of(natural_times: float, **shape: float) -> Shock:
     """A shock that lasts so many of the chain's characteristic times."""
     profile = Friedlander(**shape)
-    return Shock.of_duration(profile=profile, peak_force=PEAK_FORCE, duration=natural_times * UNIT)
+    return Shock(profile=profile, peak_force=PEAK_FORCE, duration=natural_times * UNIT)
 
 
 def test_the_scenarios_are_there() -> None:

@@ -53,9 +53,7 @@ def unit(chain: Chain) -> float:
 @pytest.fixture
 def shock_of(unit: float) -> ShockMaker:
     """Shocks from a profile and half a duration in the chain's unit of time."""
-    return lambda profile, ratio: Shock.of_duration(
-        profile=profile, peak_force=PEAK_FORCE, duration=2 * ratio * unit
-    )
+    return lambda profile, ratio: Shock(profile=profile, peak_force=PEAK_FORCE, duration=2 * ratio * unit)
 
 
 def test_half_sine_as_a_single_wave_by_5f(chain: Chain, shock_of: ShockMaker) -> None:

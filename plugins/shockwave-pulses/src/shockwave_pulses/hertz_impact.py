@@ -137,7 +137,7 @@ class HertzImpact(ShockProfile):
         problem = f"must be given with {given[0]} (got nothing; give all values of the impact or none)"
         errors = [InvalidValueError.of(name, problem) for name in _NEEDED if name not in given]
         if errors:
-            raise InvalidValueError(fault for error in errors for fault in error.faults)
+            raise InvalidValueError(*(fault for error in errors for fault in error.faults))
         object.__setattr__(self, "_impact", _impact_of(self))
 
     @property
