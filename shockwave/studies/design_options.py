@@ -60,22 +60,12 @@ class DesignScenes:
         InvalidValueError
             If a scene does not have a quantity of the design.
         """
-        scenes: list[Scenario | ShockwaveError] = []
-        for each in values:
-            try:
-                scenes.append(self.family.scenario(self.named(each)))
-            except InvalidValueError as error:
-                scenes.append(error)
-        results = iter(self._results([scene for scene in scenes if isinstance(scene, Scenario)], rtol))
-        options: list[Option | ShockwaveError] = []
-        for each, scene in zip(values, scenes, strict=True):
-            result = next(results) if isinstance(scene, Scenario) else scene
-            if isinstance(scene, ShockwaveError) or isinstance(result, ShockwaveError):
-                options.append(result)
-            else:
-                option = self._option(each, scene, result, margin, rtol <= VERIFIED_RTOL)
-                self.tried.append(option)
-                options.append(option)
+        scenes: list[Any] = [self._scene(each) for each in values]
+        options = [
+            result if isinstance(result, ShockwaveError) else self._option(each, scene, result, rtol, margin)
+            for each, scene, result in zip(values, scenes, self._results(scenes, rtol), strict=True)
+        ]
+        self.tried.extend(option for option in options if isinstance(option, Option))
         return options
 
     def possible(self, values: Sequence[Values], rtol: float) -> list[Option]:
@@ -104,13 +94,20 @@ class DesignScenes:
         """The values by the names of their parameters."""
         return {each.name: value for each, value in zip(self.parameters, values, strict=True)}
 
-    def _results(self, scenes: Sequence[Scenario], rtol: float) -> list[Any]:
-        """Results of the simulations; None for each if no quantity needs them."""
-        if not scenes or all(each in GRANULES for each in self.quantities):
-            return [None] * len(scenes)
-        return varied_scenes.simulated(scenes, rtol)
+    def _scene(self, values: Values) -> Scenario | InvalidValueError:
+        """The scene with these values, or its error."""
+        try:
+            return self.family.scenario(self.named(values))
+        except InvalidValueError as error:
+            return error
 
-    def _option(self, values: Values, scene: Scenario, result: Any, margin: float, verified: bool) -> Option:
+    def _results(self, scenes: Sequence[Scenario | ShockwaveError], rtol: float) -> list[Any]:
+        """Results of the simulations, None if no quantity needs them; or the errors."""
+        if all(each in GRANULES for each in self.quantities):
+            return [None if isinstance(scene, Scenario) else scene for scene in scenes]
+        return varied_scenes.simulate_each(scenes, self.family.base.simulate, rtol)
+
+    def _option(self, values: Values, scene: Scenario, result: Any, rtol: float, margin: float) -> Option:
         kinds = {each.quantity.name: each.kind for each in self.requirements}
         figures = {
             each.name: figures_of_scene(each, scene, result, self.named(values), kinds.get(each.name, "least"))
@@ -121,6 +118,6 @@ class DesignScenes:
             quantities={name: value for name, (value, _) in figures.items()},
             errors={name: error for name, (_, error) in figures.items()},
             violation=max(each.violation(*figures[each.quantity.name], margin) for each in self.requirements),
-            verified=verified,
+            verified=rtol <= VERIFIED_RTOL,
             warnings=() if result is None else result.wave_warnings,
         )

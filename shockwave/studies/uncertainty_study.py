@@ -131,7 +131,7 @@ class UncertainScenes:
 
     @classmethod
     def of(cls, scenario: Scenario, drawn: Sequence[Distribution], rtol: float) -> UncertainScenes:
-        (nominal,) = varied_scenes.simulations([scenario], rtol, _LONGEST)
+        (nominal,) = varied_scenes.simulate_all([scenario], scenario.simulate, rtol, _LONGEST)
         return cls(scenario, drawn, nominal, quantities_of(scenario, nominal), Family(scenario))
 
     def evaluate(self, values: Mapping[str, FloatArray], rtol: float) -> tuple[FloatArray, FloatArray]:
@@ -141,7 +141,7 @@ class UncertainScenes:
         """
         rows = zip(*(column.tolist() for column in values.values()), strict=True)
         scenes = [self.family.scenario(dict(zip(values, row, strict=True))) for row in rows]
-        results = varied_scenes.simulations(scenes, rtol, _LONGEST)
+        results = varied_scenes.simulate_all(scenes, self.scenario.simulate, rtol, _LONGEST)
         for result in results:
             self.warnings.add(result.wave_warnings)
         limited = self.scenario.limit is not None

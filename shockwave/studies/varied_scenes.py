@@ -18,6 +18,7 @@ from shockwave.scenario.scene_argument import SceneArgument, scenario_alone
 from shockwave.scenario.uncertainty_block import ends_of
 from shockwave.scene.chain import Chain, Scales
 from shockwave.scene.impact import Impact
+from shockwave.scene.scene import Scene
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.simulate import simulate_scenes
@@ -150,16 +151,11 @@ def value_of(scenario: Scenario, name: str) -> float:
     return float(found) * (2 if own != step == "diameter" or ".diameter." in name else 1)
 
 
-def rise_time_of(scenario: Scenario) -> float:
-    """t0/T0 of the scene."""
-    return Scales.of(scenario.chain, scenario.shock.peak_force).rise_time(scenario.shock.rise_time)
-
-
 # ---------------------------------------------------------------- simulations
 
 
-def simulations(scenes: Sequence[Scenario], rtol: float, longest: float = _LONGEST) -> list[Any]:
-    """Results of scenes that differ in shock, impact and chain; ``longest`` as for `simulated`.
+def simulate_all(scenes: Sequence[Scenario], options: SimulateOptions, rtol: float, longest: float) -> list[Any]:
+    """Results of scenes; arguments as for `simulate_each`.
 
     Raises
     ------
@@ -168,7 +164,7 @@ def simulations(scenes: Sequence[Scenario], rtol: float, longest: float = _LONGE
     NumericalError
         If a simulation fails.
     """
-    results = simulated(scenes, rtol, longest)
+    results = simulate_each(scenes, options, rtol, longest)
     failures = [result for result in results if isinstance(result, ShockwaveError)]
     if failures and isinstance(failures[0], InvalidValueError):
         raise failures[0]
@@ -177,26 +173,28 @@ def simulations(scenes: Sequence[Scenario], rtol: float, longest: float = _LONGE
     return results
 
 
-def simulated(scenes: Sequence[Scenario], rtol: float, longest: float = _LONGEST) -> list[Any]:
-    """Results of scenes that differ in shock, impact and chain, or their errors.
+def simulate_each(
+    scenes: Sequence[Scenario | ShockwaveError], options: SimulateOptions, rtol: float, longest: float = _LONGEST
+) -> list[Any]:
+    """Results of scenes that differ in shock, impact and chain, or their errors; errors among the scenes are passed on.
 
-    A shock on equal granules that is longer than ``longest`` [characteristic times] is an error.
+    A shock on equal granules that is longer than ``longest`` [characteristic times] is an error. Of the ``options``,
+    the backend, the contacts and the simulated time apply.
     """
-    options, errors = scenes[0].simulate, [_too_long(scene, longest) for scene in scenes]
-    possible = [scene for scene, error in zip(scenes, errors, strict=True) if error is None]
     parts = {name: getattr(options, name) for name in ("backend", "contacts", "until")}
     settings = SimulateOptions(rtol=rtol, waves="primary", **parts)
-    remaining = iter(simulate_scenes([scenario.scene for scenario in possible], settings))
-    return [next(remaining) if error is None else error for error in errors]
+    return list(simulate_scenes([_short_scene(scene, longest) for scene in scenes], settings))
 
 
-def _too_long(scene: Scenario, longest: float) -> InvalidValueError | None:
-    """The error of a shock on equal granules that lasts too long."""
-    if scene.scene.uniform is None:
-        return None
-    duration = rise_time_of(scene) * float(scene.shock.profile.duration_ratio)
+def _short_scene(scenario: Scenario | ShockwaveError, longest: float) -> Scene | ShockwaveError:
+    """The scene of a scenario; the error of a shock on equal granules that lasts too long."""
+    if isinstance(scenario, ShockwaveError):
+        return scenario
+    if scenario.scene.uniform is None:
+        return scenario.scene
+    duration = scenario.shock.duration / Scales.of(scenario.chain, scenario.shock.peak_force).time
     if duration <= longest:
-        return None
+        return scenario.scene
     remedy = "shorten the shock, or soften or enlarge the granules"
     problem = f"must last at most {longest:g} characteristic times (got {duration:.4g}; {remedy})"
     return InvalidValueError.of("shock", problem)

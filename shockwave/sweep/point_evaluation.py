@@ -36,10 +36,9 @@ from shockwave.sweep.definition import SweepDefinition
 from shockwave.sweep.journal import line_of
 
 _T = TypeVar("_T")
-_Found = Simulation | BaseException
-_Results = dict[int, _Found]
+_Simulated = Simulation | BaseException
+_Predicted = Outcome | BaseException
 _Scenes = Mapping[int, Scenario]
-_Predicted = Outcome | Exception | None
 # Largest record that is hashed [bytes]; the reader of records has its own limit.
 _MOST_RECORD = 2**28
 # Exceptions of a plugin that let only its point fail.
@@ -97,69 +96,65 @@ class Points:
     def lines(self, indices: Sequence[int]) -> str:
         """Evaluate some points, and return their lines of the journal."""
         scenes: dict[int, Scenario] = {}
-        found: dict[int, _Found] = {}
+        simulated: dict[int, _Simulated] = {}
         for index in indices:
             try:
                 scenes[index] = self._family.scenario(self.sweep.point(index))
             except _POINT_ERRORS as error:
-                found[index] = error
-        predicted: dict[int, _Predicted] = {}
-        if self.sweep.run == "predict":
-            predicted = self._predicted(scenes)
-        else:
-            found |= self._simulated(scenes)
-        if self.sweep.run == "compare":
-            predicted = self._compared(scenes)
+                simulated[index] = error
+        if self.sweep.run != "predict":
+            simulated |= self._simulate(scenes)
+        predicted = {} if self.sweep.run == "simulate" else self._predict(scenes)
         return "".join(
-            self._line(index, scenes.get(index), found.get(index), predicted.get(index)) for index in indices
+            self._line(index, scenes.get(index), simulated.get(index), predicted.get(index)) for index in indices
         )
 
-    def _line(self, index: int, scene: Scenario | None, found: _Found | None, predicted: _Predicted) -> str:
-        """Line of a point; ``found`` and ``predicted`` are its results, if any, or their errors."""
+    def _line(
+        self, index: int, scene: Scenario | None, simulated: _Simulated | None, predicted: _Predicted | None
+    ) -> str:
+        """Line of a point; ``simulated`` and ``predicted`` are its results, if any, or their errors."""
         try:
-            simulated, outcome = _valid(found), _valid(predicted)
+            simulation, outcome = _valid(simulated), _valid(predicted)
             assert scene is not None
-            return line_of(index, "done", values=row(self._columns, _answer(scene, outcome, simulated)))
+            return line_of(index, "done", values=row(self._columns, _answer(scene, outcome, simulation)))
         except _POINT_ERRORS as error:
             return line_of(index, "failed", error=message_of(error))
 
-    def _predicted(self, scenes: _Scenes) -> dict[int, _Predicted]:
-        """Outcomes by point number; scenes with the same settings are simulated in one call."""
+    def _predict(self, scenes: _Scenes) -> dict[int, _Predicted]:
+        """Outcomes by point number; those of a comparison are of section 4, without scenes that it does not cover."""
+        compares = self.sweep.run == "compare"
         outcomes: dict[int, _Predicted] = {}
         for (predictor, options), indices in _groups(scenes, lambda scene: (scene.predictor, scene.simulate)).items():
             cases = [scenes[index].scene for index in indices]
+            if compares:
+                predictor = evolve(predictor, model="section-4")
+                # the simulation judges a chain that must be elastic
+                cases = [evolve(case, chain=evolve(case.chain, elastic_only=False)) for case in cases]
             results = predictor.predict_scenes(cases, evolve(options, waves="primary"), threads=1)
-            outcomes |= dict(zip(indices, results, strict=True))
-        return outcomes
+            outcomes |= zip(indices, results, strict=True)
+        uncovered = NotCoveredError if compares else ()
+        return {index: outcome for index, outcome in outcomes.items() if not isinstance(outcome, uncovered)}
 
-    def _compared(self, scenes: _Scenes) -> dict[int, _Predicted]:
-        """Outcomes of section 4 by point number; None where it does not cover the scene."""
-        outcomes: dict[int, _Predicted] = {}
-        for index, scene in scenes.items():
-            # the simulation judges a chain that must be elastic
-            section4, elastic = evolve(scene.predictor, model="section-4"), evolve(scene.chain, elastic_only=False)
-            (outcome,) = section4.predict_scenes([evolve(scene, chain=elastic).scene])
-            outcomes[index] = None if isinstance(outcome, NotCoveredError) else outcome
-        return outcomes
-
-    def _simulated(self, scenes: _Scenes) -> _Results:
+    def _simulate(self, scenes: _Scenes) -> dict[int, _Simulated]:
         """Results by point number; scenes with the same options are simulated in one call."""
-        found: _Results = {}
+        results: dict[int, _Simulated] = {}
         for options, indices in _groups(scenes, lambda scene: scene.simulate).items():
-            found |= self._together(options, indices, scenes)
-        return found
+            results |= self._simulate_together(options, indices, scenes)
+        return results
 
-    def _together(self, options: SimulateOptions, indices: list[int], scenes: _Scenes) -> _Results:
+    def _simulate_together(
+        self, options: SimulateOptions, indices: list[int], scenes: _Scenes
+    ) -> dict[int, _Simulated]:
         try:
             waves = options.waves if self.train or self.chains else "primary"
             settings = evolve(options, waves=waves, record=(), interval=None)
-            found = simulate_scenes([scenes[index].scene for index in indices], settings, threads=1)
+            results = simulate_scenes([scenes[index].scene for index in indices], settings, threads=1)
         except _POINT_ERRORS as error:
             if len(indices) == 1:
                 return {indices[0]: error}
             # run one by one, to find the point that raises the error
-            return {index: self._together(options, [index], scenes)[index] for index in indices}
-        return dict(zip(indices, found, strict=True))
+            return {index: self._simulate_together(options, [index], scenes)[index] for index in indices}
+        return dict(zip(indices, results, strict=True))
 
 
 def _groups(scenes: _Scenes, part: Callable[[Scenario], Any]) -> dict[Any, list[int]]:
@@ -233,11 +228,11 @@ def software() -> dict[str, str]:
 
 def _versions_here(scenario: Scenario, sweep: Sweep) -> dict[str, str]:
     """The software, with the plugins that the sweep uses."""
-    found, used = software(), _used(scenario, sweep)
+    versions, used = software(), _used(scenario, sweep)
     for plugin in plugins():
         if any(used & {(kind, entry.name), (kind, entry.address)} for kind, entry in plugin.entries):
-            found[plugin.distribution] = plugin.version
-    return found
+            versions[plugin.distribution] = plugin.version
+    return versions
 
 
 def _used(scenario: Scenario, sweep: Sweep) -> set[tuple[str, Any]]:
@@ -261,13 +256,13 @@ def _used(scenario: Scenario, sweep: Sweep) -> set[tuple[str, Any]]:
 
 def _named_here(scenario: Scenario, sweep: Sweep) -> dict[str, str]:
     """Hashes of the materials and files among the values of the sweep."""
-    found = {}
+    hashes = {}
     for name, value in sweep.pairs():
         if name.endswith(MATERIALS) and isinstance(value, str) and value.lower() not in WALLS:
-            found[f"material {value}"] = _hash(repr(load("materials", value)).encode())
+            hashes[f"material {value}"] = _hash(repr(load("materials", value)).encode())
         elif name == "shock.parameters.file":
-            found[f"file {value}"] = _hash(read_bytes(scenario.folder / value, _MOST_RECORD))
-    return found
+            hashes[f"file {value}"] = _hash(read_bytes(scenario.folder / value, _MOST_RECORD))
+    return hashes
 
 
 def _hash(content: bytes) -> str:

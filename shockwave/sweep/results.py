@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -218,15 +219,14 @@ class SweepResults(Result, SweepDefinition):
         main = main_quantity(numbers)
         least, greatest, _ = self._range(main)
         answer = f"{done} of {self.points} points done" + (f"; {main} {least} to {greatest}" if least else "")
-        failures = [f"{_point(failure.point)}: {failure.problem}" for failure in self.failed[:_MOST_LISTED]]
-        if len(self.failed) > _MOST_LISTED:
-            failures.append(f"{len(self.failed) - _MOST_LISTED} more points failed; the attribute failed lists all")
+        failures = (f"{_point(failure.point)}: {failure.problem}" for failure in self.failed)
+        remarks = [
+            *_first(failures, len(self.failed), "more points failed; the attribute failed lists all"),
+            *_first(self.warnings, len(self.warnings), "more; the attribute warnings lists all"),
+        ]
         accuracy = accuracy_of(main, self.units, self.values).sentence
         lines = [strong(answer), *facts([("accuracy", accuracy or "not known")])]
-        warnings = list(self.warnings[:_MOST_LISTED])
-        if len(self.warnings) > _MOST_LISTED:
-            warnings.append(f"{len(self.warnings) - _MOST_LISTED} more; the attribute warnings lists all")
-        lines += [*limits([*failures, *warnings]), *facts([("sweep", self.name), ("task", self.run)])]
+        lines += [*limits(remarks), *facts([("sweep", self.name), ("task", self.run)])]
         for kind, count, names in (("variable", "values", self.variables), ("quantity", "points", numbers)):
             rows = [(name, *self._range(name)) for name in names]
             lines += ["", table((kind, "least", "greatest", count), rows, spare=[count])]
@@ -261,6 +261,12 @@ class SweepResults(Result, SweepDefinition):
         words, counts = np.unique(values[values != ""], return_counts=True)
         most = np.argsort(-counts, kind="stable")[:_MOST_LISTED]
         return ", ".join([f"{counts[at]} {words[at]}" for at in most] + ["..."] * (len(words) > _MOST_LISTED))
+
+
+def _first(sentences: Iterable[str], count: int, remainder: str) -> list[str]:
+    """The first of ``count`` sentences, and the number of the others before the text of the ``remainder``."""
+    more = [f"{count - _MOST_LISTED} {remainder}"] if count > _MOST_LISTED else []
+    return [*islice(sentences, _MOST_LISTED), *more]
 
 
 def _point(values: Mapping[str, Any]) -> str:

@@ -131,15 +131,16 @@ def test_a_slope_has_the_error_of_its_curvature_and_of_the_simulations() -> None
 
 @pytest.mark.parametrize(("longest", "refused"), [(5.9, True), (6.1, False)])
 def test_a_draw_that_lasts_too_long_is_an_error(longest: float, refused: bool) -> None:
-    (found,) = scenes.simulated([scenes.scenario_of(triangle(6.0), CHAIN)], 1e-4, longest)
-    assert isinstance(found, sw.InvalidValueError) == refused
+    scenario = scenes.scenario_of(triangle(6.0), CHAIN)
+    (result,) = scenes.simulate_each([scenario], scenario.simulate, 1e-4, longest)
+    assert isinstance(result, sw.InvalidValueError) == refused
 
 
 def test_each_draw_has_the_bound_of_its_later_force(monkeypatch: pytest.MonkeyPatch) -> None:
     forces = [LeavingForce(name="force", value=1.0, high=high, later=7.0) for high in (1.1, None)]
     results = [SimpleNamespace(leaving=force, error_estimate=1e-6, wave_warnings=()) for force in forces]
-    monkeypatch.setattr(scenes, "simulations", lambda *_: results)
-    scenario: Any = SimpleNamespace(limit=Limit(force=5.0), impact=object())
+    monkeypatch.setattr(scenes, "simulate_all", lambda *_: results)
+    scenario: Any = SimpleNamespace(limit=Limit(force=5.0), impact=object(), simulate=None)
     family: Any = SimpleNamespace(scenario=lambda values: scenario)
     draws = UncertainScenes(scenario, [], None, [Quantity("leaving.value", "N")], family)
     figures, _ = draws.evaluate({"impact.velocity": np.ones(2)}, 1e-4)
