@@ -25,9 +25,9 @@ from shockwave.scene.chain import Chain, Scales
 from shockwave.scene.material import Material
 from shockwave.scene.shock import Shock
 from shockwave.simulation.simulate import simulate_many
+from shockwave.studies.varied_scenes import RTOL
 from shockwave.studies.warning_groups import WarningGroups
 
-_RTOL = Quantity("", "relative error allowed", at_least=1e-7, at_most=1e-2)
 _LONGEST = Quantity("", "longest duration n t0/T0", at_least=1e-3, at_most=1e3)
 # A chain whose scales cancel in the amplification.
 _CHAIN = Chain(material=Material(youngs_modulus=1e9, poisson_ratio=0.3, density=1e3), radius=1e-3)
@@ -131,7 +131,7 @@ class UniversalCurve(Result):
             raise InvalidValueError.of(
                 "profile", "must not pull, because a curve covers no negative forces (got a record)"
             )
-        numbers: tuple[float, float] = (_RTOL.checked("rtol", rtol), _LONGEST.checked("longest", longest))
+        numbers: tuple[float, float] = (RTOL.checked("rtol", rtol), _LONGEST.checked("longest", longest))
         groups = WarningGroups()
         points = _simulated_points(profile, *numbers, groups)
         warnings = (*getattr(profile, "alarms", ()), *groups.sentences("simulations"))
@@ -232,25 +232,22 @@ def _simulated_points(
     shortest = min(math.cbrt(rtol), _SPAN * longest)
     n = float(profile.duration_ratio)
     grid = refined(partial(_simulated, profile, rtol, warnings), math.log(shortest / n), math.log(longest / n), rtol)
-    points = []
-    for x, y, error in np.transpose(grid).tolist():
-        section4 = _by_section4(_scaled_shock(profile, x))
-        points.append(
-            CurvePoint(rise_time=math.exp(x), amplification=math.exp(y), error=error, section4_amplification=section4)
+    shocks = [_scaled_shock(profile, x) for x in grid[0].tolist()]
+    outcomes: list[Any] = Predictor(model="section-4").predict_many(shocks, _CHAIN)
+    return tuple(
+        CurvePoint(
+            rise_time=math.exp(x),
+            amplification=math.exp(y),
+            error=error,
+            section4_amplification=None if isinstance(outcome, NumericalError) else outcome.amplification,
         )
-    return tuple(points)
+        for (x, y, error), outcome in zip(np.transpose(grid).tolist(), outcomes, strict=True)
+    )
 
 
 def _scaled_shock(profile: ShockProfile, x: float) -> Shock:
     """A shock with ln t0/T0 = ``x`` on the chain of the simulations."""
     return Shock(profile=profile, peak_force=1.0, rise_time=math.exp(x) * Scales.of(_CHAIN, 1.0).time)
-
-
-def _by_section4(shock: Shock) -> float | None:
-    try:
-        return Predictor(model="section-4").predict(shock, _CHAIN).amplification
-    except NumericalError:
-        return None
 
 
 def _simulated(
