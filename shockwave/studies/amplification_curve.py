@@ -166,7 +166,7 @@ class UniversalCurve(Result):
         InvalidValueError
             If a value is out of this range.
         """
-        x = np.log(self._checked(rise_time))
+        x = np.log(self._check_range(rise_time))
         shortest = self._spline.x[0]
         missing = np.minimum(x - shortest, 0.0)
         return np.asarray(np.exp(self._spline(np.maximum(x, shortest)) + _IMPULSE_POWER * missing))
@@ -176,7 +176,7 @@ class UniversalCurve(Result):
         shorter = self.points[0].error + _DEVIATION * self.rtol
         errors = [shorter, *(point.error for point in self.points)]
         starts = [point.rise_time for point in self.points]
-        return np.array(errors)[np.searchsorted(starts, self._checked(rise_time), side="right")]
+        return np.array(errors)[np.searchsorted(starts, self._check_range(rise_time), side="right")]
 
     def to_dict(self) -> dict[str, Any]:
         """The document that ``shockwave curve -o FILE.json`` writes."""
@@ -209,13 +209,13 @@ class UniversalCurve(Result):
         turns = np.exp(self._spline.derivative().roots(extrapolate=False))
         return np.array([self.points[0].rise_time, *turns, self.longest_rise_time])
 
-    def _checked(self, rise_time: npt.ArrayLike) -> FloatArray:
+    def _check_range(self, rise_time: npt.ArrayLike) -> FloatArray:
         most = self.longest_rise_time
         ratios = np.asarray(rise_time, dtype=float)
-        wrong = ratios[~((ratios > 0) & (ratios <= most))]
-        if wrong.size:
+        outside = ratios[~((ratios > 0) & (ratios <= most))]
+        if outside.size:
             rule = f"must be t0/T0 > 0 and <= {most:g}"
-            raise InvalidValueError.of("rise_time", f"{rule} (got {wrong.flat[0]:g}; increase longest)")
+            raise InvalidValueError.of("rise_time", f"{rule} (got {outside.flat[0]:g}; increase longest)")
         return ratios
 
 
@@ -231,7 +231,7 @@ def _simulated_points(
     """The points of a curve."""
     shortest = min(math.cbrt(rtol), _SPAN * longest)
     n = float(profile.duration_ratio)
-    grid = refined(partial(_simulated, profile, rtol, warnings), math.log(shortest / n), math.log(longest / n), rtol)
+    grid = refined(partial(_simulate, profile, rtol, warnings), math.log(shortest / n), math.log(longest / n), rtol)
     shocks = [_scaled_shock(profile, x) for x in grid[0].tolist()]
     outcomes: list[Any] = Predictor(model="section-4").predict_many(shocks, _CHAIN)
     return tuple(
@@ -250,7 +250,7 @@ def _scaled_shock(profile: ShockProfile, x: float) -> Shock:
     return Shock(profile=profile, peak_force=1.0, rise_time=math.exp(x) * Scales.of(_CHAIN, 1.0).time)
 
 
-def _simulated(
+def _simulate(
     profile: ShockProfile, rtol: float, warnings: WarningGroups, x: FloatArray
 ) -> tuple[FloatArray, FloatArray, int]:
     """Logarithms of the amplifications at ln t0/T0 = ``x``, their error estimates, and the force evaluations."""

@@ -170,10 +170,10 @@ class Comparison(Result):
         paper = self._paper
         if paper is None:
             return Errors()
-        promised, simulated = paper.exponents, self.exponents
+        prediction, simulated = paper.exponents, self.exponents
         exponents, added = None, None
-        if promised is not None and simulated is not None:
-            pairs = ((getattr(promised, name), getattr(simulated, name)) for name in asdict(promised))
+        if prediction is not None and simulated is not None:
+            pairs = ((getattr(prediction, name), getattr(simulated, name)) for name in asdict(prediction))
             exponents = Exponents(*(left - right for left, right in pairs))
         if isinstance(paper, EjectionOutcome) and self.added_momentum is not None:
             added = paper.added_momentum / self.added_momentum - 1

@@ -19,15 +19,15 @@ _FEW = 2
 _DIGITS = 4
 
 
-def comparison_text(both: Comparison) -> str:
+def comparison_text(result: Comparison) -> str:
     """The simulated peak force, and the error of each prediction."""
-    paper = None if both.predicted is None else both.predicted.section4
-    if paper is None or both.simulated.peak_force is None:
-        return _simulated(both)
-    name = f"{both.scenario}: " if both.scenario else ""
-    lines = table(("section 4", "predicted", "simulated", "error"), _errors(both, paper)).split("\n")
-    if both.published is not None:
-        lines += facts([("published", f"{_figures(both.published)} ({both.published.source})")])
+    paper = None if result.predicted is None else result.predicted.section4
+    if paper is None or result.simulated.peak_force is None:
+        return _simulation_text(result)
+    name = f"{result.scenario}: " if result.scenario else ""
+    lines = table(("section 4", "predicted", "simulated", "error"), _errors(result, paper)).split("\n")
+    if result.published is not None:
+        lines += facts([("published", f"{_figures(result.published)} ({result.published.source})")])
     if detail() >= Detail.EXPLAIN:
         lines += ["", *decision_lines(paper)]
     if detail() is Detail.VERBOSE:
@@ -37,44 +37,44 @@ def comparison_text(both: Comparison) -> str:
             wave_table(paper),
             "",
             "  simulated",
-            simulation_text.wave_tables(both.simulated),
+            simulation_text.wave_tables(result.simulated),
             "",
         ]
-        lines += [*facts([*simulation_text.details(both.simulated), *both.simulated.scene.summary().facts()])]
-        lines += notes(both.notes)
-    answer = [strong(f"{name}simulated {simulation_text.lead_text(both.simulated)}"), *facts(verdict_facts(both))]
-    return brief(answer, both.warnings, lines)
+        lines += facts([*simulation_text.details(result.simulated), *result.simulated.scene.summary().facts()])
+        lines += notes(result.notes)
+    lead = strong(f"{name}simulated {simulation_text.lead_text(result.simulated)}")
+    return brief([lead, *facts(verdict_facts(result))], result.warnings, lines)
 
 
-def _simulated(both: Comparison) -> str:
+def _simulation_text(result: Comparison) -> str:
     """The simulation alone, with the features that section 4 does not cover."""
-    result: Any = both.simulated
-    features = paragraph("  section 4 does not apply: ", features_text(both.faults), 4)
-    return brief(simulation_text.head(result), both.warnings, [*features, *simulation_text.lines(result)])
+    simulation: Any = result.simulated
+    features = paragraph("  section 4 does not apply: ", features_text(result.faults), 4)
+    return brief(simulation_text.head(simulation), result.warnings, [*features, *simulation_text.lines(simulation)])
 
 
-def _errors(both: Comparison, paper: Section4Outcome) -> Iterator[tuple[str, str, str, str]]:
+def _errors(result: Comparison, paper: Section4Outcome) -> Iterator[tuple[str, str, str, str]]:
     """Rows: a value of section 4, the simulated value, and the error."""
-    errors, agrees = both.errors, both.agrees
+    errors, agrees = result.errors, result.agrees
     yield (
         *("peak force", si(paper.peak_force, "N", error=SHOWN_ERROR)),
-        *(si(both.simulated.peak_force, "N", _DIGITS), error_text(errors.peak_force or 0.0)),
+        *(si(result.simulated.peak_force, "N", _DIGITS), error_text(errors.peak_force or 0.0)),
     )
-    yield "relation", paper.relation, both.relation or "-", _agreement(agrees["relation"])
-    yield "regime", paper.regime, both.regime or "-", _agreement(agrees["regime"])
-    count = str(len(both.waves)) if both.regime else "-"
+    yield "relation", paper.relation, result.relation or "-", _agreement(agrees["relation"])
+    yield "regime", paper.regime, result.regime or "-", _agreement(agrees["regime"])
+    count = str(len(result.waves)) if result.regime else "-"
     yield "waves", str(len(paper.waves)), count, _agreement(agrees["count"])
     for number, (wave, error) in enumerate([*zip(paper.waves, errors.waves, strict=True)][:_FEW], start=1):
         simulated = "-" if error.momentum is None else si(wave.momentum / (1 + error.momentum), "N s", _DIGITS)
         predicted = si(wave.momentum, "N s", error=SHOWN_ERROR)
         yield f"momentum of wave {number}", predicted, simulated, _percent(error.momentum)
     if isinstance(paper, EjectionOutcome):
-        added = "-" if both.added_momentum is None else si(both.added_momentum, "N s", _DIGITS)
-        promised = si(paper.added_momentum, "N s", error=SHOWN_ERROR)
-        yield "momentum added by ejection", promised, added, _percent(errors.added_momentum)
-    if paper.exponents is not None and both.exponents is not None and errors.exponents is not None:
+        added = "-" if result.added_momentum is None else si(result.added_momentum, "N s", _DIGITS)
+        prediction = si(paper.added_momentum, "N s", error=SHOWN_ERROR)
+        yield "momentum added by ejection", prediction, added, _percent(errors.added_momentum)
+    if paper.exponents is not None and result.exponents is not None and errors.exponents is not None:
         difference = f"{errors.exponents.radius:+.3f} (of R)"
-        yield "scaling", exponents_text(paper.exponents), exponents_text(both.exponents), difference
+        yield "scaling", exponents_text(paper.exponents), exponents_text(result.exponents), difference
 
 
 def _percent(error: float | None) -> str:

@@ -135,7 +135,7 @@ class _Line:
         limits = self.limits()
         solutions = [option for option in map(self.solution, limits) if _equals(self.target, option, self.rtol)]
         intervals = self.intervals(limits) if self.target.sign != "=" else ()
-        shown = solutions or [self.verified(min(self.options, key=lambda share: abs(self.height(share))))]
+        shown = solutions or [self.verify(min(self.options, key=lambda share: abs(self.height(share))))]
         ends = {end for both in intervals for end in both} - {option.value for option in shown}
         of_ends = self.scenes.possible([(end,) for end in sorted(ends)], VERIFIED_RTOL)
         return {
@@ -207,7 +207,7 @@ class _Line:
                 limits.append(shares[min(run, key=lambda index: abs(heights[index]))])
         return sorted(limits)
 
-    def verified(self, share: float) -> Option:
+    def verify(self, share: float) -> Option:
         """The option at a share by a more accurate simulation."""
         if share not in self.options or not self.options[share].verified:
             self.simulate([share], VERIFIED_RTOL)
@@ -215,7 +215,7 @@ class _Line:
 
     def solution(self, share: float) -> Option:
         """The verified option at a share with the error of its value, from the nearest clear difference."""
-        option = self.verified(share)
+        option = self.verify(share)
         error = abs(option.reached / self.target.value - 1) + option.reached_error
         by_distance = sorted(self.options, key=lambda other: abs(other - share))
         for other in (self.options[place] for place in by_distance):

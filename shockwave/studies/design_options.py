@@ -90,14 +90,14 @@ class DesignScenes:
             tried=tuple(self.tried),
         )
 
-    def named(self, values: Values) -> dict[str, float | str]:
+    def by_name(self, values: Values) -> dict[str, float | str]:
         """The values by the names of their parameters."""
         return {each.name: value for each, value in zip(self.parameters, values, strict=True)}
 
     def _scene(self, values: Values) -> Scenario | InvalidValueError:
         """The scene with these values, or its error."""
         try:
-            return self.family.scenario(self.named(values))
+            return self.family.scenario(self.by_name(values))
         except InvalidValueError as error:
             return error
 
@@ -110,7 +110,7 @@ class DesignScenes:
     def _option(self, values: Values, scene: Scenario, result: Any, rtol: float, margin: float) -> Option:
         kinds = {each.quantity.name: each.kind for each in self.requirements}
         figures = {
-            each.name: figures_of_scene(each, scene, result, self.named(values), kinds.get(each.name, "least"))
+            each.name: figures_of_scene(each, scene, result, self.by_name(values), kinds.get(each.name, "least"))
             for each in self.quantities
         }
         return Option(

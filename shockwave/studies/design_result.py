@@ -203,7 +203,7 @@ class Design(Result):
         target = self.requirements[0]
         bound = si(target.value, target.quantity.unit, 6)
         if self.least is not None:
-            return self._missed()
+            return self._violation_text()
         if self.spanned and self.is_ranked:
             return f"no {self.varied} gives {bound}, although it is within the reachable range"
         if self.spanned:
@@ -214,7 +214,7 @@ class Design(Result):
             f"{bound} is out of reach: the {name} is {self.shown(option, target.quantity)} at {self.value_text(option)}"
         )
 
-    def _missed(self) -> str:
+    def _violation_text(self) -> str:
         """The requirements that the nearest option violates."""
         nearest = self.nearest
         assert nearest is not None
@@ -230,11 +230,11 @@ class Design(Result):
         """Options that no other one surpasses in both the minimised quantity and the required one (Pareto front)."""
         name, sense = requirement.quantity.name, -1.0 if requirement.sign == ">=" else 1.0
         least = self.least or name
-        chosen: list[Option] = []
+        front: list[Option] = []
         for option in sorted(self.tried, key=lambda each: (each.quantities[least], sense * each.quantities[name])):
-            if not chosen or sense * option.quantities[name] < sense * chosen[-1].quantities[name]:
-                chosen.append(option)
-        return chosen
+            if not front or sense * option.quantities[name] < sense * front[-1].quantities[name]:
+                front.append(option)
+        return front
 
     def _table(self, name: str) -> Table | None:
         options: tuple[Option, ...] = getattr(self, name)

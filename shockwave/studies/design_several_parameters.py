@@ -68,9 +68,9 @@ def search_best(scenes: DesignScenes, seed: int) -> dict[str, Any]:
         raise NumericalError(f"no scene of the search could be simulated{first}")
     # the search keeps a margin, so that an option other than the first is rarely needed
     feasible = [each for each in ranked if each.violation <= 0]
-    verified = (_verified(scenes, each) for each in feasible or ranked[:1])
+    verified = (_verify(scenes, each) for each in feasible or ranked[:1])
     best = next((each for each in verified if each.violation <= 0), None)
-    answer = best or _verified(scenes, ranked[0])
+    answer = best or _verify(scenes, ranked[0])
     return {
         "solutions": () if best is None else (best,),
         "nearest": answer if best is None else None,
@@ -79,7 +79,7 @@ def search_best(scenes: DesignScenes, seed: int) -> dict[str, Any]:
     }
 
 
-def _verified(scenes: DesignScenes, option: Option) -> Option:
+def _verify(scenes: DesignScenes, option: Option) -> Option:
     """The option by a more accurate simulation, which must meet the requirements without the margin."""
     (verified,) = scenes.options([option.values], VERIFIED_RTOL)
     return option if isinstance(verified, ShockwaveError) else verified

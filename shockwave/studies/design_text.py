@@ -18,7 +18,7 @@ def text_of_design(design: Design) -> str:
     lines = [
         *map(strong, paragraph("", answer, 2)),
         *limits(design.warnings),
-        *facts(pair for pair in [*(_required(design) if best else []), *details] if pair[1]),
+        *facts(pair for pair in [*(_requirement_facts(design) if best else []), *details] if pair[1]),
     ]
     options = [*_first_options(design), *design.table]
     rows = [_row(design, option) for option in _shown_options(design)]
@@ -82,17 +82,17 @@ def _best_answer(design: Design) -> str:
     return f"{design.scenario or 'design'}: {shown if design.best else f'{design.why}: {shown}'}"
 
 
-def _required(design: Design) -> list[tuple[str, str]]:
+def _requirement_facts(design: Design) -> list[tuple[str, str]]:
     """What the answer reaches of each requirement, and what it took."""
     option = design.best or design.nearest
     assert option is not None
-    reached = [
+    answers = [
         (each.quantity.label, f"{design.shown(option, each.quantity)}, required {each.bound}")
         for each in design.requirements
     ]
     least = next(each.label for each in design.quantities if each.name == design.least)
     count = f"{len(design.tried)}, the answer verified at 1e-8"
-    return [*reached, ("minimised", least), ("simulations", count)]
+    return [*answers, ("minimised", least), ("simulations", count)]
 
 
 def _row(design: Design, option: Option) -> dict[str, str]:

@@ -129,17 +129,17 @@ def _range(spread: Spread) -> tuple[float, float]:
     return -math.inf if low is None else low, math.inf if high is None else high
 
 
-def cut_warnings(drawn: Sequence[Distribution]) -> tuple[str, ...]:
+def cut_warnings(distributions: Sequence[Distribution]) -> tuple[str, ...]:
     """Warnings of distributions that are truncated."""
-    cuts = [one for one in drawn if one.cut > _LEAST_CUT]
-    return tuple(f"{one.cut:.2g} of the distribution of {one.name} is out of range and truncated" for one in cuts)
+    cuts = [each for each in distributions if each.cut > _LEAST_CUT]
+    return tuple(f"{each.cut:.2g} of the distribution of {each.name} is out of range and truncated" for each in cuts)
 
 
-def scenes_about(one: Distribution, step: float, nominal: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+def scenes_about(distribution: Distribution, step: float, nominal: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
     """The ``nominal`` values, with one parameter at four values within ``step`` standard deviations of its own."""
-    low, high = ((one.value + bound) / 2 for bound in one.bounds)  # the range may exclude its bounds
-    ends = np.clip(one.value + step * one.sd * np.array([-1, -0.5, 0.5, 1]), low, high)
-    return {name: np.repeat(value, len(ends)) for name, value in nominal.items()} | {one.name: ends}
+    low, high = ((distribution.value + bound) / 2 for bound in distribution.bounds)  # the range may exclude its bounds
+    ends = np.clip(distribution.value + step * distribution.sd * np.array([-1, -0.5, 0.5, 1]), low, high)
+    return {name: np.repeat(value, len(ends)) for name, value in nominal.items()} | {distribution.name: ends}
 
 
 def difference(ends: FloatArray, heights: FloatArray, error: float) -> Estimate:
@@ -152,8 +152,8 @@ def difference(ends: FloatArray, heights: FloatArray, error: float) -> Estimate:
 # ---------------------------------------------------------------- sampling
 
 
-def sampled(
-    drawn: Sequence[Distribution], draws: int, seed: int, evaluate: Evaluate
+def draw_samples(
+    distributions: Sequence[Distribution], draws: int, seed: int, evaluate: Evaluate
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Samples, shape (parameters, draws); outputs; and their greatest error bounds, shape (outputs,).
 
@@ -168,11 +168,11 @@ def sampled(
     points, outputs, errors = [], [], []
     try:
         for of_batch in np.random.SeedSequence(seed).spawn(_BATCHES):
-            mixed = _mixed(drawn, np.random.default_rng(of_batch), draws // _BATCHES)
-            columns = mixed.swapaxes(0, 1).reshape(len(drawn), -1)
-            found, error = evaluate({one.name: column for one, column in zip(drawn, columns, strict=True)})
-            points.append(mixed[0])
-            outputs.append(found.reshape(len(found), len(mixed), -1))
+            samples = _draw_batch(distributions, np.random.default_rng(of_batch), draws // _BATCHES)
+            columns = samples.swapaxes(0, 1).reshape(len(distributions), -1)
+            heights, error = evaluate(dict(zip([each.name for each in distributions], columns, strict=True)))
+            points.append(samples[0])
+            outputs.append(heights.reshape(len(heights), len(samples), -1))
             errors.append(error)
             progressed(WORK, len(errors) * columns.shape[-1], _BATCHES * columns.shape[-1])
     except InvalidValueError as wrong:
@@ -181,16 +181,16 @@ def sampled(
     return np.concatenate(points, axis=-1), np.array(outputs), np.max(errors, axis=0)
 
 
-def _mixed(drawn: Sequence[Distribution], rng: np.random.Generator, count: int) -> FloatArray:
+def _draw_batch(distributions: Sequence[Distribution], rng: np.random.Generator, count: int) -> FloatArray:
     """Samples A, B, and A with each column of B in turn, shape (parameters + 2, parameters, count)."""
-    size = len(drawn)
+    size = len(distributions)
     points = qmc.Sobol(d=2 * size, scramble=True, seed=rng).random(count).T
     # excludes 0, where quantiles may be infinite
     halves = np.clip(points, 2.0**-53, 1 - 2.0**-53).reshape(2, size, count)
-    first, second = (np.array([one.at(row) for one, row in zip(drawn, half, strict=True)]) for half in halves)
-    mixed = np.repeat(first[None], size, axis=0)
-    mixed[range(size), range(size)] = second
-    return np.concatenate([first[None], second[None], mixed])
+    first, second = (np.array([each.at(row) for each, row in zip(distributions, half, strict=True)]) for half in halves)
+    samples = np.repeat(first[None], size, axis=0)
+    samples[range(size), range(size)] = second
+    return np.concatenate([first[None], second[None], samples])
 
 
 # ---------------------------------------------------------------- statistics
@@ -229,12 +229,12 @@ def _quantile(batches: FloatArray, share: float) -> Estimate:
 def indices(outputs: FloatArray) -> FloatArray:
     """First and total indices, shape (2, parameters, outputs), of outputs of shape (outputs, parameters + 2, n)."""
     # SciPy may subtract the mean in place, and does not take a single output of a single parameter
-    own = np.repeat(outputs, 2, axis=0) if outputs.shape[:2] == (1, 3) else outputs.copy()
-    parts: Any = {"f_A": own[:, 0], "f_B": own[:, 1], "f_AB": own[:, 2:].swapaxes(0, 1)}
+    doubled = np.repeat(outputs, 2, axis=0) if outputs.shape[:2] == (1, 3) else outputs.copy()
+    parts: Any = {"f_A": doubled[:, 0], "f_B": doubled[:, 1], "f_AB": doubled[:, 2:].swapaxes(0, 1)}
     with np.errstate(invalid="ignore", divide="ignore"):
-        found = sobol_indices(func=parts, n=outputs.shape[-1])
+        sobol = sobol_indices(func=parts, n=outputs.shape[-1])
     # for one parameter SciPy omits its axis; an output without variance has no shares
-    shares = [one.reshape(len(own), -1).T[:, : len(outputs)] for one in (found.first_order, found.total_order)]
+    shares = [part.reshape(len(doubled), -1).T[:, : len(outputs)] for part in (sobol.first_order, sobol.total_order)]
     return np.nan_to_num(shares, posinf=0)
 
 
@@ -246,13 +246,13 @@ def exceedance(
     NaN is a force that is not known. After the simulated time the forces are less than ``later``. The range of the
     verdict contains 98 % of the scenes.
     """
-    known, forces = ~np.isnan(batches), np.nan_to_num(batches)
+    is_known, forces = ~np.isnan(batches), np.nan_to_num(batches)
     least, most = (1 - error) * forces, (1 + error) * forces
-    bound = np.where(known, np.maximum(most, later), math.inf)
-    reached = [(ends >= limit.force).astype(float) for ends in (least, forces, bound)]
-    (certain, below), (value, _), (possible, above) = (estimates(np.mean, one).tolist() for one in reached)
+    bound = np.where(is_known, np.maximum(most, later), math.inf)
+    exceeded = [(ends >= limit.force).astype(float) for ends in (least, forces, bound)]
+    (certain, below), (value, _), (possible, above) = (estimates(np.mean, values).tolist() for values in exceeded)
     floor = _LEAST_DRAWS / batches.size
-    found = Exceedance(
+    result = Exceedance(
         limit=limit.force,
         probability=value,
         low=max(certain - max(below, floor), 0.0),
@@ -262,10 +262,10 @@ def exceedance(
     )
     force = LeavingForce(
         name=name,
-        value=float(np.median(forces)) if known.all() else None,
+        value=float(np.median(forces)) if is_known.all() else None,
         low=float(np.quantile(least, _RANGE[0])),
         high=float(np.quantile(most, _RANGE[1], method="higher")),
         remedy="narrow the distributions",
         later=float(np.quantile(bound, _RANGE[1], method="higher")),
     )
-    return found, verdict(limit, force)
+    return result, verdict(limit, force)

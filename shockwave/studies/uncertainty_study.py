@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any, SupportsFloat
 
 import numpy as np
@@ -98,22 +99,22 @@ def uncertainty(
     seed, rtol = varied_scenes.SEED.checked("seed", seed), varied_scenes.RTOL.checked("rtol", rtol)
     if draws.bit_count() > 1:
         raise InvalidValueError.of("draws", f"must be a power of 2, such as 1024 (got {draws})")
-    drawn = [Distribution.of(spread, scenario) for spread in _spreads(scenario, spreads)]
-    progressed(WORK, 0, draws * (len(drawn) + 2))
-    logger.info("uncertainty of %s: %d scenes", scenario.name or "the scene", draws * (len(drawn) + 2))
-    return _result(UncertainScenes.of(scenario, drawn, rtol), draws, seed, rtol)
+    distributions = [Distribution.of(spread, scenario) for spread in _spreads(scenario, spreads)]
+    progressed(WORK, 0, draws * (len(distributions) + 2))
+    logger.info("uncertainty of %s: %d scenes", scenario.name or "the scene", draws * (len(distributions) + 2))
+    return _result(UncertainScenes.of(scenario, distributions, rtol), draws, seed, rtol)
 
 
-def _spreads(scenario: Scenario, given: Mapping[str, Any] | None) -> tuple[Spread, ...]:
-    if given is None and scenario.uncertainty:
+def _spreads(scenario: Scenario, block: Mapping[str, Any] | None) -> tuple[Spread, ...]:
+    if block is None and scenario.uncertainty:
         return scenario.uncertainty
-    if given is None:
+    if block is None:
         remedy = "add a block such as uncertainty: {shock.peak_force: 5 %}"
         raise InvalidValueError.of("uncertainty", f"must name the uncertain parameters (got nothing; {remedy})")
-    for name in given if isinstance(given, Mapping) else ():
+    for name in block if isinstance(block, Mapping) else ():
         varied_scenes.check_parameter(name, scenario, "uncertainty")
     with below("uncertainty"):
-        return read(given, varied_scenes.data_of(scenario))
+        return read(block, varied_scenes.data_of(scenario))
 
 
 @define
@@ -121,7 +122,7 @@ class UncertainScenes:
     """Scenes about that of a scenario, with what is read from their simulations."""
 
     scenario: Scenario
-    drawn: Sequence[Distribution]
+    distributions: Sequence[Distribution]
     #: Simulation of the scenario itself.
     nominal: Any
     #: Quantities that are read.
@@ -130,9 +131,9 @@ class UncertainScenes:
     warnings: WarningGroups = field(factory=WarningGroups)
 
     @classmethod
-    def of(cls, scenario: Scenario, drawn: Sequence[Distribution], rtol: float) -> UncertainScenes:
+    def of(cls, scenario: Scenario, distributions: Sequence[Distribution], rtol: float) -> UncertainScenes:
         (nominal,) = varied_scenes.simulate_all([scenario], scenario.simulate, rtol, _LONGEST)
-        return cls(scenario, drawn, nominal, quantities_of(scenario, nominal), Family(scenario))
+        return cls(scenario, distributions, nominal, quantities_of(scenario, nominal), Family(scenario))
 
     def evaluate(self, values: Mapping[str, FloatArray], rtol: float) -> tuple[FloatArray, FloatArray]:
         """Quantities, shape (quantities, n), and their greatest relative errors; see `quasi_monte_carlo.Evaluate`.
@@ -154,9 +155,9 @@ class UncertainScenes:
 
     def slopes(self) -> list[list[Estimate]]:
         """Derivatives of the quantities with respect to each parameter, at the nominal values."""
-        nominal = {each.name: np.array([each.value]) for each in self.drawn}
+        nominal = {each.name: np.array([each.value]) for each in self.distributions}
         slopes = []
-        for each in self.drawn:
+        for each in self.distributions:
             ends = sampling.scenes_about(each, _STEP, nominal)
             heights = self.evaluate(ends, _STEP_RTOL)[0][: len(self.quantities)]
             slopes.append([sampling.difference(ends[each.name], row, _STEP_RTOL * abs(row[0])) for row in heights])
@@ -164,8 +165,8 @@ class UncertainScenes:
 
     def check_effects(self, rtol: float) -> None:
         """Raise `InvalidValueError` for a parameter that changes none of the quantities."""
-        nominal = {each.name: np.repeat(each.value, 2) for each in self.drawn}
-        for each in self.drawn:
+        nominal = {each.name: np.repeat(each.value, 2) for each in self.distributions}
+        for each in self.distributions:
             ends = each.at(np.array(_ENDS))
             try:
                 figures, _ = self.evaluate(nominal | {each.name: ends}, rtol)
@@ -186,24 +187,24 @@ class UncertainScenes:
 
 def _result(scenes: UncertainScenes, draws: int, seed: int, rtol: float) -> Uncertainty:
     """Simulate the drawn scenes and those around the nominal one."""
-    scenario, drawn, nominal = scenes.scenario, scenes.drawn, scenes.nominal
+    scenario, distributions, nominal = scenes.scenario, scenes.distributions, scenes.nominal
     scenes.check_effects(rtol)
-    points, outputs, errors = sampling.sampled(drawn, draws, seed, lambda values: scenes.evaluate(values, rtol))
-    evaluations = draws * (len(drawn) + 2)
-    warnings, exceedance, decided = scenes.all_warnings(), None, None
+    points, outputs, errors = sampling.draw_samples(distributions, draws, seed, partial(scenes.evaluate, rtol=rtol))
+    evaluations = draws * (len(distributions) + 2)
+    warnings, exceedance, judgement = scenes.all_warnings(), None, None
     if scenario.limit is not None:
         forces, later, leaving = outputs[:, -2, 0], outputs[:, -1, 0], nominal.leaving
-        outputs, decided = outputs[:, :-2], verdict(scenario.limit, leaving)
+        outputs, judgement = outputs[:, :-2], verdict(scenario.limit, leaving)
         if not np.isnan(forces).all():
-            exceedance, decided = sampling.exceedance(scenario.limit, leaving.name, forces, float(errors[-2]), later)
+            exceedance, judgement = sampling.exceedance(scenario.limit, leaving.name, forces, float(errors[-2]), later)
     slopes, shares = scenes.slopes(), sampling.estimates(sampling.indices, outputs)
     statistics, notes = [], []
-    for index, quantity in enumerate(scenes.quantities):
-        own = [of_parameter[index] for of_parameter in slopes]
-        if not (np.isfinite(outputs[:, index]).all() and all(math.isfinite(slope.value) for slope in own)):
+    gradients = zip(scenes.quantities, zip(*slopes, strict=True), strict=True)
+    for index, (quantity, gradient) in enumerate(gradients):
+        if not (np.isfinite(outputs[:, index]).all() and all(math.isfinite(slope.value) for slope in gradient)):
             notes.append(f"the {quantity.label} is left out, because some scenes have none")
             continue
-        each = _statistics(scenes, quantity, outputs[:, index, 0], float(errors[index]), own, shares[:, :, index])
+        each = _statistics(scenes, quantity, outputs[:, index, 0], float(errors[index]), gradient, shares[:, :, index])
         statistics.append(each)
         if each.sd.value <= _NOISE * each.model_error * abs(each.nominal):
             notes.append(f"the spread of the {quantity.label} is within the error of the simulations")
@@ -212,12 +213,12 @@ def _result(scenes: UncertainScenes, draws: int, seed: int, rtol: float) -> Unce
         draws=draws,
         seed=seed,
         evaluations=evaluations,
-        parameters=tuple(map(_parameter, drawn)),
+        parameters=tuple(map(_parameter, distributions)),
         quantities=tuple(statistics),
-        warnings=(*warnings, *notes, *sampling.cut_warnings(drawn)),
+        warnings=(*warnings, *notes, *sampling.cut_warnings(distributions)),
         exceedance=exceedance,
-        verdict=decided,
-        values=dict(zip([each.name for each in drawn], points, strict=True)),
+        verdict=judgement,
+        values=dict(zip([each.name for each in distributions], points, strict=True)),
         outputs={each.name: outputs[:, i, 0].ravel() for i, each in enumerate(scenes.quantities)},
     )
 
@@ -232,7 +233,7 @@ def _statistics(
 ) -> QuantityStatistics:
     """Statistics of one quantity, from its draws and the slopes and indices of shape (2, parameters, 2)."""
     value, _ = figures_of(quantity, scenes.nominal) or (0.0, 0.0)
-    pairs = zip(scenes.drawn, slopes, indices.swapaxes(0, 1), strict=True)
+    pairs = zip(scenes.distributions, slopes, indices.swapaxes(0, 1), strict=True)
     return QuantityStatistics(
         name=quantity.name,
         unit=quantity.unit.replace(" ", "*"),

@@ -27,7 +27,7 @@ def text_of_uncertainty(result: Uncertainty) -> str:
     """The distributions in short, warnings, the table of variances, the table of statistics, and the cost."""
     leads = []
     for each in result.quantities[:_LEADING]:
-        mean, low, high = (_shown(part, each) for part in (each.mean, each.quantiles[0.05], each.quantiles[0.95]))
+        mean, low, high = (_text(part, each) for part in (each.mean, each.quantiles[0.05], each.quantiles[0.95]))
         unit = _unit(each)
         leads += paragraph("", f"{each.label}: mean {mean}{unit}, 90 % between {low} and {high}{unit}", 2)
     errors = ", ".join(f"{each.label} {each.model_error:.0e}" for each in result.quantities)
@@ -77,8 +77,8 @@ def _statistics(result: Uncertainty) -> list[str]:
 def _column(each: QuantityStatistics) -> dict[str, str]:
     """Printed statistics of one quantity."""
     nominal = si(each.nominal, "", error=each.model_error)
-    quantiles = {_percentile(share): _shown(estimate, each) for share, estimate in each.quantiles.items()}
-    moments = {"nominal": nominal, "mean": _shown(each.mean, each), "sd": _shown(each.sd, each)}
+    quantiles = {_percentile(share): _text(estimate, each) for share, estimate in each.quantiles.items()}
+    moments = {"nominal": nominal, "mean": _text(each.mean, each), "sd": _text(each.sd, each)}
     return moments | quantiles
 
 
@@ -87,7 +87,7 @@ def _unit(each: QuantityStatistics) -> str:
     return each.unit and f" {each.unit.replace('*', ' ')}"
 
 
-def _shown(estimate: Estimate, each: QuantityStatistics) -> str:
+def _text(estimate: Estimate, each: QuantityStatistics) -> str:
     """A statistic with its sampling error and the relative error of the simulations together."""
     return str(Estimate(estimate.value, math.hypot(estimate.error, each.model_error * estimate.value)))
 

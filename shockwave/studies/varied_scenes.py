@@ -78,7 +78,7 @@ def check_parameter(name: object, scenario: Scenario, kind: str) -> None:
         raise InvalidValueError.of(kind, f"must be a parameter of the chain or the impact (got {name})")
 
 
-def varied(name: str, scenario: Scenario) -> Variable:
+def varied_parameter(name: str, scenario: Scenario) -> Variable:
     """The parameter of the chain, the shock or the impact with this dotted name.
 
     Raises
@@ -91,7 +91,7 @@ def varied(name: str, scenario: Scenario) -> Variable:
         return variable(name, data_of(scenario), lambda other: other.startswith(_VARIED))
 
 
-def interval(parameter: Variable, given: Sequence[Any] | None) -> tuple[float, float]:
+def interval(parameter: Variable, ends: Sequence[Any] | None) -> tuple[float, float]:
     """Ends of the interval of a number.
 
     Raises
@@ -99,15 +99,15 @@ def interval(parameter: Variable, given: Sequence[Any] | None) -> tuple[float, f
     InvalidValueError
         If they are not given, or not two values in ascending order.
     """
-    if given is None:
+    if ends is None:
         problem = f"must be the lower and the upper end of the interval of {parameter.name} (got nothing)"
         raise InvalidValueError.of("between", problem)
     with placing(lambda fault: Fault("between", f"{fault.problem} for {parameter.name}")):
-        low, high = ends_of(parameter, given)
+        low, high = ends_of(parameter, ends)
         return low, high
 
 
-def materials_of(given: Any) -> tuple[str, ...]:
+def materials_of(materials: Any) -> tuple[str, ...]:
     """Names of materials, one or several; by default, of all materials of the library.
 
     Raises
@@ -115,11 +115,11 @@ def materials_of(given: Any) -> tuple[str, ...]:
     InvalidValueError, UnknownNameError
         If there are none, one is not a name, or a name is unknown.
     """
-    if given is None:
+    if materials is None:
         return tuple(entry.name for entry in entries("materials"))
-    names = (given,) if isinstance(given, str) else tuple(given) if isinstance(given, Iterable) else ()
+    names = (materials,) if isinstance(materials, str) else tuple(materials) if isinstance(materials, Iterable) else ()
     if not names or not all(isinstance(name, str) for name in names):
-        raise InvalidValueError.of("among", f"must be names of materials, such as ['ptfe'] (got {text_of(given)})")
+        raise InvalidValueError.of("among", f"must be names of materials, such as ['ptfe'] (got {text_of(materials)})")
     for name in names:
         if name.lower() not in WALLS:
             find("materials", name)
@@ -135,20 +135,20 @@ def value_of(scenario: Scenario, name: str) -> float:
         If the scenario gives no value, as for the mass of a fixed wall.
     """
     path = name.replace("shock.duration_ratio", "shock.profile.duration_ratio")
-    found: Any = scenario
+    value: Any = scenario
     for step in steps_of(path.replace("shock.parameters", "shock.profile")):
-        own = step if isinstance(step, int) or name.startswith("shock.") else _ATTRIBUTES.get(step, step)
-        found = found[own] if isinstance(own, int) else getattr(found, own, None)
-        if found is None:  # a segment or a striker without a size or a material of its own
-            found = getattr(scenario.chain, str(own), None)
-    if found is None and name.startswith(_OF_SHOCK) and scenario.document is not None:
+        attribute = step if isinstance(step, int) or name.startswith("shock.") else _ATTRIBUTES.get(step, step)
+        value = value[attribute] if isinstance(attribute, int) else getattr(value, attribute, None)
+        if value is None:  # a segment or a striker without a size or a material of its own
+            value = getattr(scenario.chain, str(attribute), None)
+    if value is None and name.startswith(_OF_SHOCK) and scenario.document is not None:
         # the parameters of a record file, which its profile does not have
-        given = (data_of(scenario)["shock"].get("parameters") or {}).get(name.removeprefix(_OF_SHOCK))
-        found = None if given is None else varied(name, scenario).converted(given)
-    if found is None:
+        number = (data_of(scenario)["shock"].get("parameters") or {}).get(name.removeprefix(_OF_SHOCK))
+        value = None if number is None else varied_parameter(name, scenario).converted(number)
+    if value is None:
         problem = "must have a value in the scenario (got none; state it there)"
         raise InvalidValueError.of(("uncertainty", name), problem)
-    return float(found) * (2 if own != step == "diameter" or ".diameter." in name else 1)
+    return float(value) * (2 if attribute != step == "diameter" or ".diameter." in name else 1)
 
 
 # ---------------------------------------------------------------- simulations

@@ -46,8 +46,8 @@ class WarningGroups:
         numbered : bool
             Whether the first numbers of the scenes are stated.
         """
-        known = set(map(kind_of, besides))
-        groups = [group for kind, group in self.groups.items() if kind not in known]
+        others = set(map(kind_of, besides))
+        groups = [group for kind, group in self.groups.items() if kind not in others]
         sentences = []
         for first, places in sorted(groups, key=lambda group: -len(group[1])):
             shown = ", ".join([*map(str, places[:_MOST_LISTED]), *["..."] * (len(places) > _MOST_LISTED)])

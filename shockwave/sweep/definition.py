@@ -106,11 +106,11 @@ class SweepDefinition(Sweep):
         """Array names of the variables by dotted names: the last part, if it is unique."""
         lasts = [name.rpartition(".")[2] for name in self.variables]
         taken = _RESERVED.union(column.name for column in self.columns)
-        found = {}
+        short = {}
         for dotted, last in zip(self.variables, lasts, strict=True):
             name = last if lasts.count(last) == 1 and last not in taken else dotted
-            found[dotted] = re.sub(r"\W", "_", name)
-        return found
+            short[dotted] = re.sub(r"\W", "_", name)
+        return short
 
     @property
     def version_notes(self) -> list[str]:
@@ -171,17 +171,17 @@ class SweepDefinition(Sweep):
         ordered = sorted(changes, key=lambda change: "columns" in change[0])
         return {name: f"{text_of(here)}, now {text_of(there)}" for name, here, there in ordered}
 
-    def resumed(self, there: SweepDefinition, folder: Path, accept_versions: bool) -> SweepDefinition:
-        """Return the definition with which this sweep resumes the one in ``folder``, with the definition ``there``.
+    def resumed(self, earlier: SweepDefinition, folder: Path, accept_versions: bool) -> SweepDefinition:
+        """Return the definition with which this sweep resumes the one in ``folder``, with the definition ``earlier``.
 
         Raises
         ------
         InvalidValueError
             If the folder holds another sweep, or one of other versions and ``accept_versions`` is false.
         """
-        changes = there.differences(self)
+        changes = earlier.differences(self)
         if not changes:
-            return there
+            return earlier
         file = str(folder / DEFINITION)
         got = "; ".join([" ".join(change) for change in changes.items()][:_MOST_LISTED])
         if not all(name.startswith("versions.") for name in changes):
@@ -190,7 +190,7 @@ class SweepDefinition(Sweep):
         if not accept_versions:
             remedy = "use --accept-versions to resume with the installed versions, or choose a new folder"
             raise InvalidValueError.of((), f"must hold the installed versions (got {got}; {remedy})", file)
-        return evolve(self, earlier_versions=(*there.earlier_versions, there.versions))
+        return evolve(self, earlier_versions=(*earlier.earlier_versions, earlier.versions))
 
 
 def _by_number(axis: dict[str, Any]) -> dict[str, Any]:
@@ -200,13 +200,13 @@ def _by_number(axis: dict[str, Any]) -> dict[str, Any]:
     return {"units": axis["units"], "number of values": len(values), "value": dict(enumerate(by_name, start=1))}
 
 
-def _changes(there: Any, here: Any, name: str = "") -> Iterator[tuple[str, Any, Any]]:
+def _changes(left: Any, right: Any, name: str = "") -> Iterator[tuple[str, Any, Any]]:
     """Dotted names of all differences, with both values."""
-    if isinstance(there, Mapping) and isinstance(here, Mapping):
-        for key in sorted(there.keys() | here.keys()):
-            yield from _changes(there.get(key), here.get(key), f"{name}.{key}" if name else key)
-    elif there != here:
-        yield name, there, here
+    if isinstance(left, Mapping) and isinstance(right, Mapping):
+        for key in sorted(left.keys() | right.keys()):
+            yield from _changes(left.get(key), right.get(key), f"{name}.{key}" if name else key)
+    elif left != right:
+        yield name, left, right
 
 
 def remarks_of(warnings: Iterable[str], notes: Iterable[str]) -> str | None:

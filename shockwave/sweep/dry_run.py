@@ -52,7 +52,7 @@ def dry_run(
     if left:
         # a reproducible sample of the whole sweep
         sample = random.Random(0).sample(range(count), min(count, _MOST_MEASURED))
-        seconds, failures = _measured(points, sample)
+        seconds, failures = _measure(points, sample)
         workers = workers or cores()
         plural = "" if workers == 1 else "s"
         span = timedelta(seconds=round(_OVERHEAD + seconds * left / workers))
@@ -62,7 +62,7 @@ def dry_run(
     return "\n".join([answer, *limits(failures[:1]), *facts([("task", points.sweep.run), ("axes", axes)])])
 
 
-def _measured(points: Points, sample: Sequence[int]) -> tuple[float, list[str]]:
+def _measure(points: Points, sample: Sequence[int]) -> tuple[float, list[str]]:
     """Mean time of a point of the sample [s], and the errors of its points."""
     points.lines(sample[:1])  # loads the code
     begin = time.perf_counter()

@@ -95,7 +95,7 @@ class Journal:
         warnings = []
         ignored = 0
         types = [_TYPES[column.kind] for column in columns]
-        with self._opened() as file:
+        with self._open() as file:
             for number, line in enumerate(file):
                 progressed("reading the journal", min(number, self.points - 1), self.points)
                 if line.endswith(b"\n"):
@@ -107,7 +107,7 @@ class Journal:
             warnings.append(f"ignored lines of {JOURNAL} that are damaged or belong to no point: {ignored}")
         return warnings
 
-    def _opened(self) -> IO[bytes]:
+    def _open(self) -> IO[bytes]:
         # a sweep that was killed before its first point has no journal
         return open_regular(self.path) if self.path.exists() else BytesIO()
 
@@ -137,7 +137,7 @@ class Journal:
         """
         places = product(*(axis.values for axis in definition.axes))
         nothing, types = [None] * len(definition.columns), [_TYPES[column.kind] for column in definition.columns]
-        with self._opened() as file:
+        with self._open() as file:
             for index, positions in enumerate(places):
                 point = tuple(chain(*positions))
                 status = _STATUSES[self._states[index]]
@@ -147,7 +147,7 @@ class Journal:
                     try:
                         values, problem = _content(file.readline(), types, index)
                     except _DAMAGES:
-                        raise self._changed(f"no line of point {index} where it was") from None
+                        raise self._change_error(f"no line of point {index} where it was") from None
                 yield Row(index, point, status, values or nothing, problem)
 
     # ---------------------------------------------------------------- writing
@@ -209,7 +209,7 @@ class Journal:
         size = os.path.getsize(self.path) if os.path.exists(self.path) else 0
         if size == self._size or (self._file is None and size > self._size):
             return
-        changed = self._changed(f"{size} of {self._size} bytes")
+        changed = self._change_error(f"{size} of {self._size} bytes")
         if self._held != _identity(self.folder / _LOCK):  # another sweep may run in a new folder
             raise changed
         try:
@@ -229,7 +229,7 @@ class Journal:
             self._file.close()
             self._file = None
 
-    def _changed(self, got: str) -> FileAccessError:
+    def _change_error(self, got: str) -> FileAccessError:
         remedy = "run the same command to run the lost points again"
         return FileAccessError(f"{self.path}: must not be changed by others during a sweep (got {got}; {remedy})")
 

@@ -65,9 +65,9 @@ class Points:
     def __init__(self, scenario: Scenario) -> None:
         assert scenario.sweep is not None
         self.scenario, self.sweep = scenario, scenario.sweep
-        given = scenario.document.data.get("simulate") if scenario.document else None
+        block = scenario.document.data.get("simulate") if scenario.document else None
         #: Whether all waves are measured, or the leading wave only.
-        self.train = isinstance(given, dict) and given.get("waves") == "train"
+        self.train = isinstance(block, dict) and block.get("waves") == "train"
         #: Whether scenes may have features beyond a shock on equal granules, so that forces at contacts are measured.
         names = [name for axis in self.sweep.axes for name in axis.names]
         finite = scenario.chain.granules is not None or "chain.granules" in names
@@ -75,11 +75,11 @@ class Points:
         run = self.sweep.run
         self._columns = columns_of(run, self.train, finite)
         if self.chains:
-            refused = _refused(scenario, self.sweep)
-            if refused and run == "predict" and scenario.predictor.model == "section-4":
-                raise NotCoveredError(*refused)
+            refusals = _refusals(scenario, self.sweep)
+            if refusals and run == "predict" and scenario.predictor.model == "section-4":
+                raise NotCoveredError(*refusals)
             if run != "predict" or scenario.predictor.model != "section-4":
-                self._columns = chain_columns(scenario, run, section4=not refused)
+                self._columns = chain_columns(scenario, run, section4=not refusals)
         if scenario.limit is not None:
             self._columns = (*self._columns[:-1], *VERDICT, self._columns[-1])
         self._family = Family(scenario)
@@ -187,7 +187,7 @@ def _is_feature(name: str, finite: bool) -> bool:
     )
 
 
-def _refused(scenario: Scenario, sweep: Sweep) -> list[Fault]:
+def _refusals(scenario: Scenario, sweep: Sweep) -> list[Fault]:
     """Features for which the prediction refuses all points: those of the first scene that do not vary."""
     names = [name for axis in sweep.axes for name in axis.names]
     try:
@@ -228,30 +228,30 @@ def software() -> dict[str, str]:
 
 def _versions_here(scenario: Scenario, sweep: Sweep) -> dict[str, str]:
     """The software, with the plugins that the sweep uses."""
-    versions, used = software(), _used(scenario, sweep)
+    versions, objects = software(), _registered_objects(scenario, sweep)
     for plugin in plugins():
-        if any(used & {(kind, entry.name), (kind, entry.address)} for kind, entry in plugin.entries):
+        if any(objects & {(kind, entry.name), (kind, entry.address)} for kind, entry in plugin.entries):
             versions[plugin.distribution] = plugin.version
     return versions
 
 
-def _used(scenario: Scenario, sweep: Sweep) -> set[tuple[str, Any]]:
+def _registered_objects(scenario: Scenario, sweep: Sweep) -> set[tuple[str, Any]]:
     """Kinds and names of the registered objects in use; for a profile also the address of its class."""
-    used: set[tuple[str, Any]] = {
+    objects: set[tuple[str, Any]] = {
         ("materials", scenario.chain.material.name),
         ("integrators", scenario.simulate.integrator),
         ("quadratures", scenario.predictor.quadrature),
     }
     if scenario.shock is not None:
         cls = type(scenario.shock.profile)
-        used.add(("profiles", f"{cls.__module__}:{cls.__qualname__}"))
+        objects.add(("profiles", f"{cls.__module__}:{cls.__qualname__}"))
         if scenario.document is not None:
-            used.add(("profiles", scenario.document.data["shock"]["profile"]))
+            objects.add(("profiles", scenario.document.data["shock"]["profile"]))
     laws = scenario.chain.damping, scenario.chain.contact
-    used |= {("contacts", f"{type(law).__module__}:{type(law).__qualname__}") for law in laws}
+    objects |= {("contacts", f"{type(law).__module__}:{type(law).__qualname__}") for law in laws}
     texts = {(name, value) for name, value in sweep.pairs() if isinstance(value, str)}
-    used |= {(_KINDS[name], value) for name, value in texts if name in _KINDS}
-    return used | {("materials", value) for name, value in texts if name.endswith(MATERIALS)}
+    objects |= {(_KINDS[name], value) for name, value in texts if name in _KINDS}
+    return objects | {("materials", value) for name, value in texts if name.endswith(MATERIALS)}
 
 
 def _named_here(scenario: Scenario, sweep: Sweep) -> dict[str, str]:
@@ -288,7 +288,7 @@ def run_batch(content: bytes, indices: Sequence[int], first: int | None = None) 
         If this worker has other versions, materials or files than the client.
     """
     if getattr(_cache, "content", None) != content:
-        _cache.points = _received(content)
+        _cache.points = _receive_points(content)
         _cache.content, _cache.size = content, 1
     begin = time.perf_counter()
     lines = ""
@@ -318,7 +318,7 @@ def content_of(points: Points) -> bytes:
         raise UsageError(f"the scenario must be serialisable for other processes ({got})") from error
 
 
-def _received(content: bytes) -> Points:
+def _receive_points(content: bytes) -> Points:
     scenario, definition = pickle.loads(content)
     points = Points(scenario)
     changes = points.definition.differences(definition)

@@ -239,12 +239,12 @@ class SweepResults(Result, SweepDefinition):
         values = self.coordinate(name) if name in self.variables else self.values(name).ravel()
         if self.units[name] is None:
             return "", "", str(len(values))
-        known = np.flatnonzero(np.isfinite(values))
-        if not known.size:
+        finite = np.flatnonzero(np.isfinite(values))
+        if not finite.size:
             return "", "", "0"
-        ends = known[[values[known].argmin(), values[known].argmax()]].tolist()
+        ends = finite[[values[finite].argmin(), values[finite].argmax()]].tolist()
         least, greatest = (self._text(name, float(values[end]) + 0.0, end) for end in ends)  # no sign of zero
-        return least, greatest, str(known.size)
+        return least, greatest, str(finite.size)
 
     def _text(self, name: str, value: float, index: int) -> str:
         """A value of a variable, or of a column at a point, with the digits that its error allows."""
@@ -299,19 +299,19 @@ def load_sweep(folder: str | os.PathLike[str]) -> SweepResults:
     if left:
         warnings.append(f"{left} of {journal.points} points have not been run; run the sweep again to resume it")
     texts = {column.name: column.kind == "text" for column in definition.columns} | {"status": True}
-    found: dict[str, list[Any]] = {name: [] for name in texts}
+    contents: dict[str, list[Any]] = {name: [] for name in texts}
     failed = []
     for row in journal.rows(definition):
-        for values, value in zip(found.values(), [*row.values, row.status], strict=True):
+        for values, value in zip(contents.values(), [*row.values, row.status], strict=True):
             values.append(value)
         if row.problem is not None:
             failed.append(Failure(row.number, definition.point(row.number), row.status, row.problem))
         progressed("loading results", row.number + 1, journal.points)
     groups = WarningGroups()
-    for text in found.get(NOTES, ()):
+    for text in contents.get(NOTES, ()):
         groups.add(filter(None, [warnings_in(text)]))
     warnings += groups.sentences("points", numbered=True)
-    arrays = {name: _array(values, texts[name]).reshape(definition.shape) for name, values in found.items()}
+    arrays = {name: _array(values, texts[name]).reshape(definition.shape) for name, values in contents.items()}
     for array in arrays.values():
         array.flags.writeable = False
     return SweepResults(

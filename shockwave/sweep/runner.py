@@ -46,15 +46,15 @@ def points_of(scenario: Scenario | str | os.PathLike[str]) -> Points:
     InvalidValueError
         If the scenario has no sweep.
     """
-    found = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
-    if found.sweep is None:
+    base = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
+    if base.sweep is None:
         problem = "must be given (got nothing; a mapping of grid, zip or points)"
-        raise InvalidValueError.of("sweep", problem, str(found.path or ""))
-    if found.path is not None:  # workers may run in other folders
-        found = evolve(found, path=found.path.absolute())
-    elif found.document is not None:
-        found = evolve(found, document=evolve(found.document, folder=found.folder.absolute()))
-    return Points(found)
+        raise InvalidValueError.of("sweep", problem, str(base.path or ""))
+    if base.path is not None:  # workers may run in other folders
+        base = evolve(base, path=base.path.absolute())
+    elif base.document is not None:
+        base = evolve(base, document=evolve(base.document, folder=base.folder.absolute()))
+    return Points(base)
 
 
 def run_sweep(
@@ -148,18 +148,18 @@ def run_sweep(
                 raise SweepInterrupt(report()) from None
             _definition(journal, points, accept_versions)  # writes again what others deleted meanwhile
         files, warned = write_tables(definition, journal)
-        ended = evolve(report(), files=files, warned=warned)
-        counts = (ended.done, ended.points, ended.failed, ended.crashed, ended.seconds)
+        outcome = evolve(report(), files=files, warned=warned)
+        counts = (outcome.done, outcome.points, outcome.failed, outcome.crashed, outcome.seconds)
         logger.info("sweep %s: %d of %d points done, %d failed, %d crashed, in %.1f s", folder, *counts)
-        return ended
+        return outcome
 
 
 def _definition(journal: Journal, points: Points, accept_versions: bool) -> SweepDefinition:
     """Definition of the sweep; it is written to the folder, with a copy of the scenario."""
     folder = journal.folder
-    there = SweepDefinition.read(folder) if (folder / DEFINITION).exists() else None
-    definition = points.definition.resumed(there, folder, accept_versions) if there else points.definition
-    if definition is not there:
+    earlier = SweepDefinition.read(folder) if (folder / DEFINITION).exists() else None
+    definition = points.definition.resumed(earlier, folder, accept_versions) if earlier else points.definition
+    if definition is not earlier:
         definition.write(folder)
     copy = folder / "scenario.yaml"
     if points.scenario.path is not None and not copy.exists():

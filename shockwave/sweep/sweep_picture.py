@@ -68,44 +68,44 @@ def plot(
         If no axis or more than two axes remain, if no point has the fixed values, if points of a map coincide, or if
         matplotlib is not installed.
     """
-    numbers = [one.name for one in results.columns if one.kind != "text"]
+    numbers = [each.name for each in results.columns if each.kind != "text"]
     if column is not None and column not in numbers:
         raise UnknownNameError.of("numeric column", column, numbers)
-    chosen = PlottedAxes(results, at or {}, x)
-    known = [one for one in numbers if np.isfinite(chosen.pick(one)).any()]
+    axes = PlottedAxes(results, at or {}, x)
+    known = [each for each in numbers if np.isfinite(axes.pick(each)).any()]
     name = column or main_quantity(known or numbers)
-    sheet = _drawn(chosen, name)
-    if caption := chosen.caption():
+    sheet = _draw(axes, name)
+    if caption := axes.caption():
         with settings_of(sheet):
             sheet.suptitle(caption, fontsize=SMALL, parse_math=False)
-    status = chosen.pick("status")
+    status = axes.pick("status")
     failed = int(np.count_nonzero((status != "done") & (status != NOT_RUN)))
     missing = [f"{failed} of the {status.size} drawn points failed"] if failed else []
-    warned = sum(map(bool, map(warnings_in, chosen.pick(NOTES).flat))) if NOTES in results.units else 0
+    warned = sum(map(bool, map(warnings_in, axes.pick(NOTES).flat))) if NOTES in results.units else 0
     if warned:
         with settings_of(sheet):
             mark(sheet.axes[0], f"! {warned} of {status.size} points with warnings")
-    accuracy = accuracy_of(name, results.units, chosen.pick)
-    sentence = accuracy.sentence or next(one.meaning for one in results.columns if one.name == name)
+    accuracy = accuracy_of(name, results.units, axes.pick)
+    sentence = accuracy.sentence or next(each.meaning for each in results.columns if each.name == name)
     return Plot(sheet, name, (f"{name}: {sentence}", *missing, *results.warnings))
 
 
-def _drawn(chosen: PlottedAxes, name: str) -> Figure:
+def _draw(axes: PlottedAxes, name: str) -> Figure:
     """The figure with lines or a map of the column ``name``."""
-    results, values = chosen.results, chosen.pick(name)
+    results, values = axes.results, axes.pick(name)
     quantity = label_of(name), results.units[name] or ""
-    across, *up = [axis.drawn for axis in chosen.axes]
+    across, *up = [axis.drawn for axis in axes.axes]
     if not up or len(up[0].places) <= min(len(COLOURS) - 1, len(across.places)):
         sheet, (ax,) = figure(size=(5.0, 3.2))
-        lines = zip(chosen.labels(), values.reshape(len(values), -1).T, strict=True)
+        lines = zip(axes.labels(), values.reshape(len(values), -1).T, strict=True)
         sweep_lines(ax, across, list(lines), quantity)
         return sheet
-    for axis in chosen.axes:
+    for axis in axes.axes:
         if (np.diff(axis.drawn.places) <= 0).any():
             remedy = "fix another variable of that axis with --at NAME=VALUE, or choose another with --x"
             got = f"got {axis.name}, which repeats a value; {remedy}"
             raise UsageError(f"points of a map must have different coordinates ({got})")
-    regimes = chosen.pick("section4_regime") if "section4_regime" in results.units else None
+    regimes = axes.pick("section4_regime") if "section4_regime" in results.units else None
     sheet, (ax,) = figure(size=(5.0, 3.6))
     sweep_map(ax, across, up[0], values, quantity, regimes)
     return sheet
