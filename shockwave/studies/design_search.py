@@ -121,17 +121,17 @@ def _search(scenes: DesignScenes, points: int, rtol: float, seed: int) -> dict[s
     return search_interval(scenes, points, rtol)
 
 
-def _requirements(requirements: Any, kind: str, contacts: Sequence[int]) -> list[Requirement]:
+def _requirements(argument: Any, kind: str, contacts: Sequence[int]) -> list[Requirement]:
     """Requirements of an argument; ``kind`` is its name."""
-    if isinstance(requirements, Mapping):
-        if len(requirements) != 1:
+    if isinstance(argument, Mapping):
+        if len(argument) != 1:
             rule = 'must be one property and its value, such as {"peak_force": "60 N"}'
-            raise InvalidValueError.of(kind, f"{rule} (got {text_of(requirements)})")
-        ((name, value),) = requirements.items()
+            raise InvalidValueError.of(kind, f"{rule} (got {text_of(argument)})")
+        ((name, value),) = argument.items()
         return [Requirement.of(name, "=", value, contacts, kind)]
-    if requirements is None:
+    if argument is None:
         return []
-    texts = [requirements] if isinstance(requirements, str) or not isinstance(requirements, Iterable) else requirements
+    texts = [argument] if isinstance(argument, str) or not isinstance(argument, Iterable) else argument
     parts = [parts_of(text, kind) for text in texts]
     return [Requirement.of(name, sign, value, contacts, kind) for name, sign, value in parts]
 
@@ -155,7 +155,7 @@ def _parameters(scenario: Scenario, vary: Any, between: Any, among: Any) -> list
 
 
 def _parameter(scenario: Scenario, name: str, values: Any) -> VariedParameter:
-    variable = varied_scenes.varied_parameter(name, scenario)
+    variable = varied_scenes.find_parameter(name, scenario)
     if name.endswith(MATERIALS):
         return VariedParameter(name=name, among=varied_scenes.materials_of(values))
     if variable.unit is None or not name.startswith(("chain.", "shock.", "impact.")):

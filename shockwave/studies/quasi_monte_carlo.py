@@ -135,11 +135,11 @@ def cut_warnings(distributions: Sequence[Distribution]) -> tuple[str, ...]:
     return tuple(f"{each.cut:.2g} of the distribution of {each.name} is out of range and truncated" for each in cuts)
 
 
-def scenes_about(distribution: Distribution, step: float, nominal: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-    """The ``nominal`` values, with one parameter at four values within ``step`` standard deviations of its own."""
-    low, high = ((distribution.value + bound) / 2 for bound in distribution.bounds)  # the range may exclude its bounds
-    ends = np.clip(distribution.value + step * distribution.sd * np.array([-1, -0.5, 0.5, 1]), low, high)
-    return {name: np.repeat(value, len(ends)) for name, value in nominal.items()} | {distribution.name: ends}
+def scenes_about(parameter: Distribution, step: float, nominal: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    """The ``nominal`` values, with one ``parameter`` at four values within ``step`` standard deviations of its own."""
+    low, high = ((parameter.value + bound) / 2 for bound in parameter.bounds)  # the range may exclude its bounds
+    ends = np.clip(parameter.value + step * parameter.sd * np.array([-1, -0.5, 0.5, 1]), low, high)
+    return {name: np.repeat(value, len(ends)) for name, value in nominal.items()} | {parameter.name: ends}
 
 
 def difference(ends: FloatArray, heights: FloatArray, error: float) -> Estimate:

@@ -69,7 +69,7 @@ class PlottedAxes:
         if not 1 <= len(free) <= 2:
             got = "got one point; see results.csv, or omit an --at"
             if free:
-                known = "; ".join(f"{name}={self._list_values(name, 3)}" for name in map(self._longest, free))
+                known = "; ".join(f"{name}={self._listing(name, 3)}" for name in map(self._longest, free))
                 got = f"got {len(free)}; fix {len(free) - 2} of them with --at NAME=VALUE: {known}"
             raise UsageError(f"a plot must have one or two axes ({got})")
         if x is not None and self._count(x) < 2:
@@ -95,7 +95,7 @@ class PlottedAxes:
         values = self.results.axes[self.results.place(name)].along(name)
         return [_text(values[position], unit, position) for position in positions.tolist()]
 
-    def _list_values(self, name: str, most: int = _MOST_LISTED) -> str:
+    def _listing(self, name: str, most: int = _MOST_LISTED) -> str:
         texts = list(dict.fromkeys(self._texts(name, self.positions[self.results.place(name)])))
         return ", ".join(texts[:most] + ["..."] * (len(texts) > most))
 
@@ -111,7 +111,7 @@ class PlottedAxes:
                 raise UsageError(f"{name}: {error}") from None
             equal = np.isclose(self._values(name), number, rtol=_CLOSE, atol=0)
         if not equal.any():
-            raise UsageError(f"{name}: must be one of its values (got {value}; they are {self._list_values(name)})")
+            raise UsageError(f"{name}: must be one of its values (got {value}; they are {self._listing(name)})")
         return np.asarray(equal)
 
     def _plotted_axis(self, name: str) -> PlottedAxis:

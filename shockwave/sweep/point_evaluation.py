@@ -18,7 +18,7 @@ from attrs import evolve
 import shockwave
 from shockwave.base.errors import Fault, NotCoveredError, UsageError, message_of
 from shockwave.base.files import read_bytes
-from shockwave.base.quantities import VERDICT
+from shockwave.base.quantities import VERDICT, Quantity
 from shockwave.engine.backend import lack
 from shockwave.prediction.outcome import Outcome
 from shockwave.registry.registry import load, plugins
@@ -72,16 +72,8 @@ class Points:
         names = [name for axis in self.sweep.axes for name in axis.names]
         finite = scenario.chain.granules is not None or "chain.granules" in names
         self.chains = _has_features(scenario, finite) or any(_is_feature(name, finite) for name in names)
-        run = self.sweep.run
-        self._columns = columns_of(run, self.train, finite)
-        if self.chains:
-            refusals = _refusals(scenario, self.sweep)
-            if refusals and run == "predict" and scenario.predictor.model == "section-4":
-                raise NotCoveredError(*refusals)
-            if run != "predict" or scenario.predictor.model != "section-4":
-                self._columns = chain_columns(scenario, run, section4=not refusals)
-        if scenario.limit is not None:
-            self._columns = (*self._columns[:-1], *VERDICT, self._columns[-1])
+        *columns, remarks = self._chain_columns() or columns_of(self.sweep.run, self.train, finite)
+        self._columns = (*columns, *(() if scenario.limit is None else VERDICT), remarks)
         self._family = Family(scenario)
         self.definition = SweepDefinition(
             name=scenario.name,
@@ -92,6 +84,15 @@ class Points:
             named=_named_here(scenario, self.sweep),
             versions=_versions_here(scenario, self.sweep),
         )
+
+    def _chain_columns(self) -> tuple[Quantity, ...]:
+        """Columns for chains beyond equal granules; none if section 4 alone predicts all points."""
+        scenario, run = self.scenario, self.sweep.run
+        refusals = _refusals(scenario, self.sweep) if self.chains else []
+        by_section4 = run == "predict" and scenario.predictor.model == "section-4"
+        if refusals and by_section4:
+            raise NotCoveredError(*refusals)
+        return chain_columns(scenario, run, section4=not refusals) if self.chains and not by_section4 else ()
 
     def lines(self, indices: Sequence[int]) -> str:
         """Evaluate some points, and return their lines of the journal."""
@@ -139,12 +140,10 @@ class Points:
         """Results by point number; scenes with the same options are simulated in one call."""
         results: dict[int, _Simulated] = {}
         for options, indices in _groups(scenes, lambda scene: scene.simulate).items():
-            results |= self._simulate_together(options, indices, scenes)
+            results |= self._run_group(options, indices, scenes)
         return results
 
-    def _simulate_together(
-        self, options: SimulateOptions, indices: list[int], scenes: _Scenes
-    ) -> dict[int, _Simulated]:
+    def _run_group(self, options: SimulateOptions, indices: list[int], scenes: _Scenes) -> dict[int, _Simulated]:
         try:
             waves = options.waves if self.train or self.chains else "primary"
             settings = evolve(options, waves=waves, record=(), interval=None)
@@ -153,7 +152,7 @@ class Points:
             if len(indices) == 1:
                 return {indices[0]: error}
             # run one by one, to find the point that raises the error
-            return {index: self._simulate_together(options, [index], scenes)[index] for index in indices}
+            return {index: self._run_group(options, [index], scenes)[index] for index in indices}
         return dict(zip(indices, results, strict=True))
 
 
@@ -228,14 +227,14 @@ def software() -> dict[str, str]:
 
 def _versions_here(scenario: Scenario, sweep: Sweep) -> dict[str, str]:
     """The software, with the plugins that the sweep uses."""
-    versions, objects = software(), _registered_objects(scenario, sweep)
+    versions, objects = software(), _objects(scenario, sweep)
     for plugin in plugins():
         if any(objects & {(kind, entry.name), (kind, entry.address)} for kind, entry in plugin.entries):
             versions[plugin.distribution] = plugin.version
     return versions
 
 
-def _registered_objects(scenario: Scenario, sweep: Sweep) -> set[tuple[str, Any]]:
+def _objects(scenario: Scenario, sweep: Sweep) -> set[tuple[str, Any]]:
     """Kinds and names of the registered objects in use; for a profile also the address of its class."""
     objects: set[tuple[str, Any]] = {
         ("materials", scenario.chain.material.name),

@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from functools import partial
 from typing import Any
 
 from attrs import define, evolve, field
@@ -125,19 +126,7 @@ def run_sweep(
         if retry_failed:
             journal.reopen()
         before = journal.points - journal.count(NOT_RUN)
-
-        def report() -> SweepReport:
-            return SweepReport(
-                folder=journal.folder,
-                points=journal.points,
-                done=journal.count("done"),
-                failed=journal.count("failed"),
-                crashed=journal.count("crashed"),
-                before=before,
-                seconds=time.perf_counter() - begin,
-                notes=tuple(notes),
-            )
-
+        report = partial(_report, journal, before, begin, notes)
         if before < journal.points:
             content = content_of(points)
             try:
@@ -152,6 +141,20 @@ def run_sweep(
         counts = (outcome.done, outcome.points, outcome.failed, outcome.crashed, outcome.seconds)
         logger.info("sweep %s: %d of %d points done, %d failed, %d crashed, in %.1f s", folder, *counts)
         return outcome
+
+
+def _report(journal: Journal, before: int, begin: float, notes: Sequence[str]) -> SweepReport:
+    """Progress of a sweep that began at the time ``begin``, when ``before`` points had been finished."""
+    return SweepReport(
+        folder=journal.folder,
+        points=journal.points,
+        done=journal.count("done"),
+        failed=journal.count("failed"),
+        crashed=journal.count("crashed"),
+        before=before,
+        seconds=time.perf_counter() - begin,
+        notes=tuple(notes),
+    )
 
 
 def _definition(journal: Journal, points: Points, accept_versions: bool) -> SweepDefinition:
