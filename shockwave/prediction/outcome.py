@@ -148,10 +148,9 @@ class Outcome(SceneResult):
     # ---------------------------------------------------------------- other forces
 
     @property
-    def greatest_force(self) -> ContactPeak | None:
+    def greatest_force(self) -> ContactPeak | Any:
         """Greatest contact force, as of a simulation."""
-        peak: ContactPeak | None = self._read("greatest_force")
-        return peak
+        return self._read("greatest_force")
 
     @property
     def contacts(self) -> tuple[ContactPeak, ...]:
@@ -159,10 +158,9 @@ class Outcome(SceneResult):
         return self._read("contacts") or ()
 
     @property
-    def transmitted(self) -> Transmitted | None:
+    def transmitted(self) -> Transmitted | Any:
         """Force on the wall; None without a wall."""
-        force: Transmitted | None = self._read("transmitted")
-        return force
+        return self._read("transmitted")
 
     @property
     def leaving(self) -> LeavingForce:
@@ -250,11 +248,6 @@ class Outcome(SceneResult):
         return None if self.section4 is None else self.section4.trace
 
     # ---------------------------------------------------------------- text and documents
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Changes that were made to a record."""
-        return self.scene.notes
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -54,13 +54,16 @@ class Scene:
 
     def __attrs_post_init__(self) -> None:
         excitation, chain = self.excitation, self.chain
+        mistaken = not isinstance(chain, Chain)
         if not isinstance(excitation, Shock):
             from shockwave.scene.impact import Impact  # a shock does not need it
 
-            if not (isinstance(excitation, Impact) and isinstance(chain, Chain)):
-                raise _mistaken(excitation, chain)
-        elif not isinstance(chain, Chain):
-            raise _mistaken(excitation, chain)
+            mistaken = mistaken or not isinstance(excitation, Impact)
+        if mistaken:
+            got = f"got {type(excitation).__name__} and {type(chain).__name__}"
+            if isinstance(excitation, Chain):
+                got += "; the chain comes second"
+            raise InvalidValueError.of("shock", f"must be a Shock or an Impact, and the chain a Chain ({got})")
 
     @property
     def impact(self) -> Impact | None:
@@ -161,13 +164,6 @@ def faults_of(chain: Chain, impact: Impact | None) -> list[Fault]:
     from shockwave.scene.coverage_rules import scene_faults  # equal granules do not need it
 
     return scene_faults(chain, impact)
-
-
-def _mistaken(excitation: object, chain: object) -> InvalidValueError:
-    got = f"got {type(excitation).__name__} and {type(chain).__name__}"
-    if isinstance(excitation, Chain):
-        got += "; the chain comes second"
-    return InvalidValueError.of("shock", f"must be a Shock or an Impact, and the chain a Chain ({got})")
 
 
 def scenes_of(shocks: Iterable[Any], chain: Any, single: str, threads: object) -> list[Scene | InvalidValueError]:

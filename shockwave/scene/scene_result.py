@@ -49,6 +49,11 @@ class SceneResult(Result):
         return self.scene.line
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """Changes that were made to a record."""
+        return self.scene.notes
+
+    @property
     def limit(self) -> Limit | None:
         """Limit on the transmitted force."""
         return self.scene.limit

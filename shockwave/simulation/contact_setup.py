@@ -104,7 +104,8 @@ class ChainSetup:
         if layout.law and options.backend == "compiled":
             name = type(layout.law).__name__
             raise InvalidValueError.of("backend", f"must be auto or numpy for the contact law {name} (got 'compiled')")
-        compiled = None if layout.law else _compiled(options.backend)
+        numpy_alone = layout.law is not None or chosen(options.backend) is None
+        compiled = None if numpy_alone else import_module("shockwave.engine._chains")
         filled = options if method is not None and not method.adaptive else evolve(options, rtol=options.rtol or RTOL)
         reported = np.array(reported_contacts(options, len(layout.pairs.stiffnesses)), dtype=np.intp)
         check_end(options, excitation)
@@ -205,11 +206,6 @@ def _granules_within(part: ChainSetup, end: float) -> int:
         problem = f"must be less, since the waves reach {granules} granules, more than {MOST_GRANULES} ({got})"
         raise InvalidValueError.of(name, problem)
     return granules
-
-
-def _compiled(backend: str) -> ModuleType | None:
-    """The compiled module for chains, or None for NumPy."""
-    return None if chosen(backend) is None else import_module("shockwave.engine._chains")
 
 
 def _scales(layout: Layout, excitation: Shock | Impact, chain: Chain) -> Scales:

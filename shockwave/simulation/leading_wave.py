@@ -54,11 +54,11 @@ def search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, Answer]
     """Find the leading waves, with the keys of their problems; of several results, keep the most accurate."""
     if setup.search is None:
         return {}
-    found: dict[int, Answer] = {}
+    answers: dict[int, Answer] = {}
     tried: dict[int, Primary] = {}
     if len(problems) > 1 and setup.compiled is not None and not expired():
-        found, tried = _search_short(problems, setup, setup.search, setup.compiled)
-    rest = {key: each for key, each in problems.items() if key not in found} if found else problems
+        answers, tried = _search_short(problems, setup, setup.search, setup.compiled)
+    rest = {key: each for key, each in problems.items() if key not in answers} if answers else problems
     shares = {key: _tolerance_share(each) for key, each in rest.items()}
     # a tolerance whose contribution to the error estimate exceeds what was requested is not tried
     left = {key: int(shares[key] * setup.accuracy(each)[0] > setup.rtol) for key, each in rest.items()}
@@ -73,10 +73,10 @@ def search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, Answer]
             problem, primary = problems[key], primaries[key]
             if primary.status in (Status.KNOWN, Status.TOO_LONG) and primary.doubt < 1:
                 error = _error(primary, problem.path.error, shares[key] * setup.accuracy(problem, decades)[0])
-                if key not in found or error < found[key].error_estimate:
-                    found[key] = Answer(primary, error)
+                if key not in answers or error < answers[key].error_estimate:
+                    answers[key] = Answer(primary, error)
                 if primary.doubt < _OUTGROWN:
-                    if found[key].error_estimate > setup.rtol and 0 <= decades < _REPEATS:
+                    if answers[key].error_estimate > setup.rtol and 0 <= decades < _REPEATS:
                         left[key] = decades + 1
                     continue
             elif primary.status not in (Status.TOO_LONG, Status.FAILED):
@@ -88,8 +88,8 @@ def search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, Answer]
         repeats += 1
     for key, primary in unknown.items():
         if problems[key].duration > LONGEST_MEASURED and primary.impulse and primary.peak:
-            found.setdefault(key, Answer(primary, 1.0))
-    return found
+            answers.setdefault(key, Answer(primary, 1.0))
+    return answers
 
 
 def _search_short(

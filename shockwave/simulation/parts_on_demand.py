@@ -41,18 +41,18 @@ _ROUNDING = 2e-13
 def passages_at(result: Simulation, contacts: Iterable[int]) -> list[Passage | NumericalError]:
     """Compute `Simulation.passage` at several contacts; the error where there is none."""
     numbers = [checked_contact(result.chain, contact) for contact in contacts]
-    found, granules, setup = result.wave.scaled, result.chain.count, setup_of(result.options)
+    primary, granules, setup = result.wave.scaled, result.chain.count, setup_of(result.options)
     # contacts that the free end does not affect before the front arrives
     last = math.inf if granules is None else -1 if result.measured is not None else granules - 2 - _REACH
     wave = wave_law(result.chain.exponent)
     passages: dict[int, Passage] = {}
     for contact in numbers:
-        if found.contact <= contact <= last:
-            beyond = contact - found.contact
-            time = found.time + beyond / (wave.speed * found.peak**wave.of_speed)
+        if primary.contact <= contact <= last:
+            beyond = contact - primary.contact
+            time = primary.time + beyond / (wave.speed * primary.peak**wave.of_speed)
             # The deviation from the limit where the peak was measured decreases at least by this factor per contact.
-            error = result.error_estimate + abs(found.last / found.peak - 1) * _DECREASE**beyond
-            passages[contact] = Passage.of(contact, time, found.peak, error, exact=True)
+            error = result.error_estimate + abs(primary.last / primary.peak - 1) * _DECREASE**beyond
+            passages[contact] = Passage.of(contact, time, primary.peak, error, exact=True)
     near = [contact for contact in numbers if contact <= last and contact not in passages]
     if near and setup.search is not None:
         _integrate(result, passages, near, setup.search)

@@ -114,7 +114,7 @@ def check_requests(options: SimulateOptions, shock: Shock, chain: Chain, scales:
         reported_contacts(options, chain.count - 1)
     if chain.count is not None:
         check_end(options, shock)
-    if chain.count is None and "forces" in options.record and not options.contacts:
+    elif "forces" in options.record and not options.contacts:
         raise InvalidValueError.of("contacts", "must be given if record includes forces (got none)")
     if options.record:
         until = AFTER if options.until is None else options.until / scales.time

@@ -292,11 +292,6 @@ class Simulation(SceneResult):
         return self.run_cost + self.train.cost if later else self.run_cost
 
     @property
-    def notes(self) -> tuple[str, ...]:
-        """Changes that were made to a record."""
-        return self.scene.notes
-
-    @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings of unusual values, the accuracy of the first numbers, and their first yield.
 
