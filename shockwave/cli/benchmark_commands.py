@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from shockwave.cli.output import check_output, print_result, written
-from shockwave.cli.scenario_commands import loaded
+from shockwave.cli.output import check_output, print_result, write_output
+from shockwave.cli.scenario_commands import load_scenarios
 
 
 def bench(options: argparse.Namespace) -> int:
@@ -15,13 +15,13 @@ def bench(options: argparse.Namespace) -> int:
     from shockwave.pictures import figure
 
     check_output(options.output, ".html", ".htm")
-    scenarios = loaded(options.files, output=options.output)
+    scenarios = load_scenarios(options.files, output=options.output)
     if options.output:
         figure()  # fails early without matplotlib
     found = run(scenarios, options.family, options.quick, options.longest)
     print_result(found, options.json)
     if options.output:  # last, so that a page that cannot be written costs no result
-        return written(page(found), options.output)
+        return write_output(page(found), options.output)
     return 0
 
 

@@ -7,8 +7,8 @@ from argparse import Namespace
 
 from shockwave import pictures
 from shockwave.base.text import limits, si, strong
-from shockwave.cli.output import check_output, json_text, written
-from shockwave.cli.scenario_commands import loaded
+from shockwave.cli.output import check_output, json_text, write_output
+from shockwave.cli.scenario_commands import load_scenarios
 from shockwave.scene.chain import Scales
 from shockwave.studies.amplification_curve import UniversalCurve
 
@@ -16,14 +16,14 @@ from shockwave.studies.amplification_curve import UniversalCurve
 def curve(options: Namespace) -> int:
     """Print or write the universal curve for the shape of a scenario's shock."""
     check_output(options.output, ".json", ".svg", ".png", ".pdf")
-    (scenario,) = loaded([options.file], output=options.output)
+    (scenario,) = load_scenarios([options.file], output=options.output)
     with scenario.scene.locating():
         chain = scenario.scene.covered("the universal curve")
     shock = scenario.shock
     ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
     universal = UniversalCurve(shock.profile, rtol=options.rtol, longest=options.longest)
     if options.output and options.output.lower().endswith(".json"):
-        return written(json_text(universal.to_dict()) + "\n", options.output)
+        return write_output(json_text(universal.to_dict()) + "\n", options.output)
     if options.output:
         figure, (ax,) = pictures.figure()
         pictures.universal_curves(ax, {"simulated": universal}, ratio)

@@ -11,7 +11,7 @@ from attrs import evolve
 from shockwave.base.errors import InvalidValueError, ScenarioError, UnknownNameError, UsageError
 from shockwave.base.quantity_fields import listed
 from shockwave.cli.output import check_output, of_arguments, print_result
-from shockwave.cli.scenario_commands import loaded
+from shockwave.cli.scenario_commands import load_scenarios
 from shockwave.scenario.block_keys import MATERIALS
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def design(options: argparse.Namespace) -> int:
 
     check_output(options.output, ".svg", ".png", ".pdf")
     vary = _varied(options)
-    (scenario,) = loaded([options.file], _SWEPT, options.output)
+    (scenario,) = load_scenarios([options.file], _SWEPT, options.output)
     try:
         with of_arguments(options), scenario.scene.locating():
             result = run(
@@ -89,7 +89,7 @@ def uncertainty(options: argparse.Namespace) -> int:
     """Print the distribution of the peak force for uncertain parameters."""
     from shockwave.studies.uncertainty_study import uncertainty as run
 
-    (scenario,) = loaded([options.file], _SWEPT)
+    (scenario,) = load_scenarios([options.file], _SWEPT)
     try:
         with of_arguments(options), scenario.scene.locating():
             result = run(scenario, draws=options.draws, seed=options.seed, rtol=options.rtol, limit=options.limit)

@@ -105,7 +105,7 @@ def progress_on_stderr() -> Iterator[None]:
             _BAR_SHOWN.close()
 
 
-def written(text: str, output: str | None, anew: bool = False) -> int:
+def write_output(text: str, output: str | None, anew: bool = False) -> int:
     """Write ``text`` to stdout or to the file ``output``, which must not exist if ``anew`` is true."""
     if output:
         write_file(output, text, anew)

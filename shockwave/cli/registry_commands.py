@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import json
 from typing import Any
 
 from shockwave import OWN_DISTRIBUTION
 from shockwave.base.errors import PluginError, UsageError
 from shockwave.base.result import VERSION
 from shockwave.base.text import alarm, paragraph, strong, table
-from shockwave.cli.output import json_text, written
+from shockwave.cli.output import json_text, write_output
 from shockwave.cli.parser import KINDS
 from shockwave.engine.backend import BACKENDS, lack
 from shockwave.registry.registry import Plugin, checked, entries, plugins
@@ -85,10 +84,10 @@ def _plugin(plugin: Plugin, check: bool) -> dict[str, Any]:
 def new(options: argparse.Namespace) -> int:
     from shockwave.scenario.template import template
 
-    return written(template(options.profile), options.output, anew=True)
+    return write_output(template(options.profile), options.output, anew=True)
 
 
 def schema(options: argparse.Namespace) -> int:
     from shockwave.scenario.schema import schema as of_scenarios
 
-    return written(json.dumps(of_scenarios(), indent=2, allow_nan=False) + "\n", options.output)
+    return write_output(json_text(of_scenarios()) + "\n", options.output)

@@ -17,7 +17,7 @@ from shockwave.base.progress import counted
 from shockwave.base.quantities import FORCES, LEADING_WAVE, WALL, Quantity
 from shockwave.base.result import VERSION
 from shockwave.base.text import alarm, error_text, limits, notes, paragraph, si, table
-from shockwave.cli.output import check_output, failure, json_text, of_arguments, written
+from shockwave.cli.output import check_output, failure, json_text, of_arguments, write_output
 from shockwave.prediction.outcome_text import SHOWN_ERROR
 from shockwave.registry.registry import find
 from shockwave.scenario.scenario import Scenario, load_scenario
@@ -35,7 +35,7 @@ _GREATEST = FORCES[0]
 _Row = dict[str, str]
 
 
-def loaded(files: Sequence[str], remedy: str = "", output: str | None = None) -> list[Scenario]:
+def load_scenarios(files: Sequence[str], remedy: str = "", output: str | None = None) -> list[Scenario]:
     """Load scenarios of single scenes; ``remedy`` is the hint of the error for a sweep.
 
     Raises
@@ -73,11 +73,11 @@ def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any]
     done = []
     documents = []
     problems = []
-    scenarios = loaded(options.files)
+    scenarios = load_scenarios(options.files)
     single = len(scenarios) == 1
     for scenario in scenarios if single else counted(options.command.partition(":")[2], scenarios):
         try:
-            result = one(_limited(scenario, options))
+            result = one(_limit_scenario(scenario, options))
             # parts of a result that are computed when they are used may fail, too
             documents.append(result.to_dict())
             done.append(result)
@@ -106,18 +106,18 @@ def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any]
 
 
 def predict(options: Namespace) -> int:
-    given = _given(options)
-    return _run(options, lambda scenario: answers.predict(scenario, **given), _outcome_row, _OUTCOME_LEGEND)
+    settings = _settings(options)
+    return _run(options, lambda scenario: answers.predict(scenario, **settings), _outcome_row, _OUTCOME_LEGEND)
 
 
 def simulate(options: Namespace) -> int:
-    given = _given(options)
-    return _run(options, lambda scenario: answers.simulate(scenario, **given), _simulation_row)
+    settings = _settings(options)
+    return _run(options, lambda scenario: answers.simulate(scenario, **settings), _simulation_row)
 
 
 def compare(options: Namespace) -> int:
-    given = _given(options)
-    return _run(options, lambda scenario: answers.compare(scenario, **given), _comparison_row, _LEGEND)
+    settings = _settings(options)
+    return _run(options, lambda scenario: answers.compare(scenario, **settings), _comparison_row, _LEGEND)
 
 
 # Options whose values are settings of a prediction or options of a simulation, with the registry of those that are
@@ -128,21 +128,21 @@ _SETTINGS = {"integrator": "integrators", "quadrature": "quadratures"} | dict.fr
 )
 
 
-def _given(options: Namespace) -> dict[str, Any]:
+def _settings(options: Namespace) -> dict[str, Any]:
     """Settings and options on the command line."""
-    given = {name: getattr(options, name) for name in _SETTINGS if getattr(options, name, None) is not None}
-    for name in given:
+    settings = {name: getattr(options, name) for name in _SETTINGS if getattr(options, name, None) is not None}
+    for name in settings:
         try:
             if (kind := _SETTINGS[name]) is not None:
-                find(kind, given[name])
+                find(kind, settings[name])
         except UnknownNameError as error:
             raise UsageError(f"--{name}: {error}") from None
     with of_arguments(options):  # before a scenario is blamed for them
-        answers.settings_of(None, {name: given[name] for name in _PREDICTOR if name in given})
-    return given | ({"waves": "primary"} if options.primary else {})
+        answers.settings_of(None, {name: settings[name] for name in _PREDICTOR if name in settings})
+    return settings | ({"waves": "primary"} if options.primary else {})
 
 
-def _limited(scenario: Scenario, options: Namespace) -> Scenario:
+def _limit_scenario(scenario: Scenario, options: Namespace) -> Scenario:
     """The scenario with the limit of the command line, if there is one."""
     return scenario if options.limit is None else evolve(scenario, limit=options.limit)
 
@@ -183,13 +183,13 @@ def report(options: Namespace) -> int:
 
     if Path(options.output or "").suffix:
         check_output(options.output, ".html", ".htm", hint="; print this page to a PDF in a browser")
-    (scenario,) = loaded([options.file], output=options.output)
+    (scenario,) = load_scenarios([options.file], output=options.output)
     figure()  # fails early without matplotlib
-    found = findings(_limited(scenario, options))
-    for failed in found.failures:
+    results = findings(_limit_scenario(scenario, options))
+    for failed in results.failures:
         print(f"{options.file}: {failed}", file=sys.stderr)
-    written(page(found), options.output)
-    return found.exit_code
+    write_output(page(results), options.output)
+    return results.exit_code
 
 
 # ---------------------------------------------------------------- tables of several results, then their warnings
@@ -309,8 +309,10 @@ def _greatest_cell(result: Simulation) -> _Row:
 
 def _verdict_cell(result: Any) -> _Row:
     """The decision on the limit, if there is one."""
-    found = result.verdict
-    return {} if found is None else {"verdict": found.decision if found.decision == "below" else alarm(found.decision)}
+    if result.verdict is None:
+        return {}
+    decision = result.verdict.decision
+    return {"verdict": decision if decision == "below" else alarm(decision)}
 
 
 def _wave_count(result: Simulation) -> str:

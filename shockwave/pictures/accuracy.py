@@ -18,8 +18,6 @@ from shockwave.simulation.simulation_result import Simulation
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from shockwave.simulation.simulation_result import Simulation
-
 
 # Most contacts of an approach; each one costs up to as much as the simulation.
 _CONTACTS = 15

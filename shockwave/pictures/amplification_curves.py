@@ -13,6 +13,8 @@ from shockwave.pictures.picture_elements import BLACK, BLUE, GREY, VERMILION, fi
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from shockwave.base.numerics import FloatArray
+
 
 # Points of a universal curve.
 _CURVE_POINTS = 600
@@ -27,6 +29,13 @@ def _frame(ax: Axes, ends: tuple[float, float], highest: float, mark: float | No
         ax.axvline(mark, color=BLACK, linewidth=0.9, linestyle="-.", label="this shock")
     ax.set(xscale="log", xlim=ends, ylim=(0, 1.14 * highest))
     return finish(ax, ("rise time / characteristic time, t₀/T₀", ""), ("amplification", ""))
+
+
+def _scale_axes(ax: Axes, x: FloatArray, y: FloatArray) -> None:
+    """Make an axis logarithmic if its values have a wide range."""
+    for set_scale, values in ((ax.set_xscale, x), (ax.set_yscale, y)):
+        if 0 < _WIDE * values.min() < values.max():
+            set_scale("log")
 
 
 @picture
@@ -83,10 +92,7 @@ def design(ax: Axes, design: Any) -> Axes:
     if places := [option.value for option in design.solutions]:
         ax.plot(places, [target.value] * len(places), "o", color=VERMILION, markersize=4, label="solutions")
     ax.set_xlim(values[0], values[-1])
-    if 0 < _WIDE * values.min() < values.max():
-        ax.set_xscale("log")
-    if 0 < _WIDE * reached.min() < reached.max():
-        ax.set_yscale("log")
+    _scale_axes(ax, values, reached)
     return finish(ax, (design.varied, parameter.unit), (quantity.label, quantity.unit))
 
 
@@ -140,7 +146,5 @@ def pareto(ax: Axes, design: Any) -> Axes:
     if design.best is not None:
         place = design.best.quantities[least.name], design.best.quantities[quantity.name]
         ax.plot(*place, "o", color=VERMILION, markersize=4, label="best")
-    for set_scale, values in ((ax.set_xscale, every[:, 0]), (ax.set_yscale, every[:, 1])):
-        if 0 < _WIDE * values.min() < values.max():
-            set_scale("log")
+    _scale_axes(ax, *every.T)
     return finish(ax, (least.label, least.unit), (quantity.label, quantity.unit))

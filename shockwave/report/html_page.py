@@ -20,7 +20,7 @@ from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.registry.built_ins import Entry
 from shockwave.registry.registry import entry_of, find
 from shockwave.report.number_text import formula, percent, quantity, small
-from shockwave.report.page_pictures import drawn
+from shockwave.report.page_pictures import draw_pictures
 from shockwave.report.page_results import Findings, findings
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_hash import parameters, scene_hash
@@ -56,20 +56,15 @@ def written(found: Findings) -> str:
     UsageError
         If matplotlib is not installed.
     """
-    shown = drawn(found)
     simulated = (answer, balances, chosen, greatest_text, lead_text, span)
     filters: tuple[Callable[..., object], ...] = (formula, percent, quantity, small, *simulated)
-    if found.is_beyond:
-        scene = found.scenario.scene.summary()
-        about: dict[str, Any] = {"conditions": (), "scene": scene}
-    else:
-        about = _of_shock(found.scenario)
     return html_of(
         Path(__file__).with_name("report.html.jinja"),
         filters,
         found=found,
-        **about,
-        pictures=shown,
+        scene=found.scenario.scene.summary(),
+        **({"conditions": ()} if found.is_beyond else _of_shock(found.scenario)),
+        pictures=draw_pictures(found),
         described=described,
         versions=_versions(found),
         hash=scene_hash(found.scenario),

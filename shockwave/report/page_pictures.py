@@ -28,7 +28,7 @@ _LONGEST_OF_ALL = 1000.0
 _SIZE = (3.4, 2.7)
 
 
-def drawn(found: Findings) -> Iterator[tuple[str, str, str]]:
+def draw_pictures(found: Findings) -> Iterator[tuple[str, str, str]]:
     """Draw the pictures of a scene.
 
     Yields

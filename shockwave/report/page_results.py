@@ -43,7 +43,7 @@ class Findings:
         The scenario.
     predicted : Outcome or None
         The prediction by section 4; None if it failed or does not cover the scene.
-    simulated : Simulation, Simulation or None
+    simulated : Simulation or None
         The simulation, with histories unless the shock is too long; None if it failed.
     comparison : Comparison or None
         The comparison; None if either failed, or for a chain beyond equal spheres.
@@ -61,7 +61,7 @@ class Findings:
 
     scenario: Scenario
     predicted: Outcome | None
-    simulated: Simulation | Any | None
+    simulated: Simulation | None
     comparison: Comparison | None
     passages: tuple[Passage, ...]
     failures: tuple[str, ...]
@@ -132,7 +132,7 @@ def _attempt(failures: dict[str, int], failure: str, compute: Callable[..., _T],
         return None
 
 
-def _simulate(scenario: Scenario) -> Simulation | Any:
+def _simulate(scenario: Scenario) -> Simulation:
     """Simulate as requested, with the histories that are drawn."""
     problem, scales = scaled(scenario.scene)
     if immeasurable(problem):
@@ -151,10 +151,10 @@ def _simulate(scenario: Scenario) -> Simulation | Any:
     return simulate_scene(scenario.scene, options)
 
 
-def _simulate_chain(scenario: Scenario) -> Any:
+def _simulate_chain(scenario: Scenario) -> Simulation:
     """Simulate a chain beyond equal spheres, with the forces that are drawn."""
     plain = evolve(scenario.simulate, contacts=(), record=(), interval=None)
-    result: Any = simulate_scene(scenario.scene, plain)
+    result = simulate_scene(scenario.scene, plain)
     contacts = result.scene.contact_count or len(result.velocities)
     options = evolve(
         result.options,
