@@ -102,7 +102,7 @@ def named(family: str, quick: bool) -> Iterator[Callable[[], Experiment]]:
 
 def _of_scenario(family: str, scenario: Scenario) -> Experiment:
     with scenario.scene.locating():
-        scenario.scene.covered("bench")
+        scenario.scene.covered("bench", laws=True)
     if family == "quadratures":
         profile = scenario.shock.profile
         return quadratures(scenario.name, type(profile).__name__, areas_of(profile))

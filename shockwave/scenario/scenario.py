@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from attrs import evolve, field, frozen
 
-from shockwave.base.errors import Fault
+from shockwave.base.errors import Fault, InvalidValueError, text_of
 from shockwave.base.result import cached_property
 from shockwave.prediction.predictor import Predictor
 from shockwave.scenario.block_keys import RECORD
@@ -88,8 +88,10 @@ class Scenario:
         Raises
         ------
         ShockwaveError
-            As `load_scenario`, with places in the text.
+            As `load_scenario`, with places in the text, or if ``text`` is not text.
         """
+        if not isinstance(text, str):
+            raise InvalidValueError.of("text", f"must be text in YAML (got {text_of(text)})")
         return scenario_of(parse_document(text, "text", folder=folder), None)
 
     @classmethod

@@ -47,10 +47,10 @@ def reduced(chain: Chain) -> Chain | None:
     return evolve(chain, material=first.material or chain.material, radius=radius, granules=chain.count)
 
 
-def covered(chain: Chain, excitation: object, method: str, packings: bool = False) -> Chain:
+def covered(chain: Chain, excitation: object, method: str, laws: bool, packings: bool) -> Chain:
     """The chain as one of equal granules, given by their number, for a ``method`` that covers no others.
 
-    It covers other contact laws than Hertz's in endless chains, and ``packings`` if stated.
+    It covers other contact ``laws`` than Hertz's in endless chains, and ``packings``, if stated.
 
     Raises
     ------
@@ -59,11 +59,11 @@ def covered(chain: Chain, excitation: object, method: str, packings: bool = Fals
     """
     equal = reduced(chain)
     pulls = getattr(getattr(excitation, "profile", None), "pulls", False)
-    packed = chain.packing is not None and not packings
-    if equal is not None and not packed and not isinstance(excitation, Impact) and not pulls:
+    refused = (chain.packing and not packings) or (chain.contact and not laws)
+    if equal is not None and not refused and not isinstance(excitation, Impact) and not pulls:
         return equal
     line = evolve(chain, packing=None) if packings else chain
-    features = [] if line.is_uniform else [(("chain", *steps), reason) for steps, reason in _further(line)]
+    features = [] if line.is_uniform else [(("chain", *steps), reason) for steps, reason in _further(line, laws)]
     if isinstance(excitation, Impact):
         features.append((("impact",), "a striker"))
     if not features and not pulls:
@@ -76,8 +76,11 @@ def covered(chain: Chain, excitation: object, method: str, packings: bool = Fals
     raise NotCoveredError(*faults)
 
 
-def _further(chain: Chain) -> Iterator[tuple[Steps, str]]:
-    """Path below ``chain`` and description of every feature beyond equal granules with free ends."""
+def _further(chain: Chain, laws: bool = True) -> Iterator[tuple[Steps, str]]:
+    """Path below ``chain`` and description of every feature beyond equal granules with free ends.
+
+    ``laws`` states whether endless chains may have other contact laws than Hertz's.
+    """
     segments = [*each_segment(chain.granules)] if isinstance(chain.granules, Sequence) else []
     for place, segment in segments:
         if segment.gap:
@@ -90,8 +93,8 @@ def _further(chain: Chain) -> Iterator[tuple[Steps, str]]:
             break
     names = {"end": "a wall", "precompression": "a static force", "gravity": "gravity", "damping": "damping"}
     names["packing"] = "a packing"
-    if chain.count is not None:
-        names["contact"] = "another contact law; without granules it is covered"
+    if chain.count is not None or not laws:
+        names["contact"] = f"another contact law{'; without granules it is covered' if laws else ''}"
     for name, text in names.items():
         if getattr(chain, name):
             yield (name,), text

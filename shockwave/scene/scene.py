@@ -89,10 +89,10 @@ class Scene:
         """The chain in its simplest form: as equal granules where it is uniform."""
         return self.uniform or self.chain
 
-    def covered(self, method: str, packings: bool = False) -> Chain:
+    def covered(self, method: str, laws: bool = False, packings: bool = False) -> Chain:
         """The chain as equal granules, given by their number, for a ``method`` that covers no others.
 
-        It covers other contact laws than Hertz's in endless chains, and ``packings`` if stated.
+        It covers other contact ``laws`` than Hertz's in endless chains, and ``packings``, if stated.
 
         Raises
         ------
@@ -103,7 +103,7 @@ class Scene:
             return self.chain
         from shockwave.scene.coverage_rules import covered  # equal granules do not need it
 
-        return covered(self.chain, self.excitation, method, packings)
+        return covered(self.chain, self.excitation, method, laws, packings)
 
     @property
     def contact_count(self) -> int | None:

@@ -190,7 +190,7 @@ def _refusals(scenario: Scenario, sweep: Sweep) -> list[Fault]:
     """Features for which the prediction refuses all points: those of the first scene that do not vary."""
     names = [name for axis in sweep.axes for name in axis.names]
     try:
-        scenario.scene.covered("section 4", packings=True)
+        scenario.scene.covered("section 4", laws=True, packings=True)
     except NotCoveredError as error:
         faults = error.placed(scenario.scene.placed).faults
         return [fault for fault in faults if not any(name.startswith(fault.path) for name in names)]

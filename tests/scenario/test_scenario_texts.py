@@ -60,3 +60,8 @@ def test_errors_of_a_mapping_have_the_paths_of_its_values() -> None:
     assert paths == {"chain.granules[0].cuont", "shock.peak_force", "shock.rise_time", "shock.duration_ratio"}
     with pytest.raises(sw.ScenarioError, match=r"^must be a mapping of blocks .got 'a'"):
         sw.Scenario.from_dict("a")  # type: ignore[arg-type]
+
+
+def test_text_must_be_text() -> None:
+    with pytest.raises(sw.InvalidValueError, match=r"^text: must be text in YAML \(got b'"):
+        sw.Scenario.from_yaml(b"chain: {}")  # type: ignore[arg-type]

@@ -46,6 +46,13 @@ FURTHER: dict[str, dict[str, Any]] = {
 }
 
 
+def test_another_contact_law_is_refused_by_methods_that_know_hertz_alone() -> None:
+    scene = Scene(excitation=SHOCK, chain=attrs.evolve(CHAIN, contact=sw.PowerContact(exponent=2, stiffness=1e7)))
+    assert scene.covered("a test", laws=True) == scene.chain
+    with pytest.raises(NotCoveredError, match=r"^chain\.contact: must be left out .*\(got another contact law\)$"):
+        scene.covered("a test")
+
+
 @pytest.mark.parametrize("path", FURTHER)
 def test_methods_for_equal_granules_refuse_every_further_feature(path: str) -> None:
     made = sw.Chain(material=STEEL, radius=RADIUS, **{"granules": 4, **FURTHER[path]})

@@ -186,6 +186,17 @@ def test_a_curve_is_written_as_json_or_as_a_picture(tmp_path: Path) -> None:
     assert (tmp_path / "curve.svg").read_text(encoding="utf-8").startswith("<?xml")
 
 
+def test_the_command_refuses_another_contact_law(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "linear.yaml"
+    law = "contact: {exponent: 2, stiffness: 1e7}"
+    file.write_text(
+        f"chain: {{material: copper, radius: 1 mm, {law}}}\n"
+        "shock: {profile: triangular, peak_force: 1 N, rise_time: 1 us, duration_ratio: 2}\n"
+    )
+    assert cli.main(["curve", str(file)]) == 3
+    assert "chain.contact: must be left out for the universal curve" in capsys.readouterr().err
+
+
 def test_the_command_prints_the_curve_and_its_scene(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["curve", PROTECTOR]) == 0
     first, second, *_ = capsys.readouterr().out.splitlines()
