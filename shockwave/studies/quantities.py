@@ -40,11 +40,8 @@ _ROUNDING = 1e-12
 
 def contacts_of(scenario: Scenario) -> tuple[int, ...]:
     """Numbers of the contacts that a simulation of the scenario reports."""
-    count = scenario.chain.count
-    if count is None:
-        return scenario.simulate.contacts
-    contacts = count - 1 + (scenario.impact is not None) + (scenario.chain.end is not None)
-    return reported_contacts(scenario.simulate, contacts)
+    count = scenario.scene.contact_count
+    return scenario.simulate.contacts if count is None else reported_contacts(scenario.simulate, count)
 
 
 def target_named(name: object, contacts: Sequence[int], kind: str) -> Quantity:
