@@ -63,7 +63,7 @@ def predict(
     """
     case, scenario = _case(scene, chain, limit)
     predictor, options = settings_of(scenario, {**settings})
-    with case.locating():
+    with case.locate_errors():
         return predictor.predict_scene(case, options)
 
 
@@ -132,7 +132,7 @@ def simulate(
 
     given = {**options} if rtol is None else {**options, "rtol": rtol}
     case, scenario = _case(scene, chain, limit)
-    with case.locating():
+    with case.locate_errors():
         return simulate_scene(case, options_of(given) if scenario is None else _options(scenario, given))
 
 
@@ -162,7 +162,7 @@ def compare(
         raise InvalidValueError.of("model", f"{rule} (got {settings['model']!r})")
     case, scenario = _case(scene, chain, limit)
     predictor, options = settings_of(scenario, {**settings, "model": "section-4"})
-    with case.locating():
+    with case.locate_errors():
         return comparison.compare(case, predictor, options, None if scenario is None else scenario.published)
 
 

@@ -27,7 +27,7 @@ from shockwave.scene.chain import Scales
 from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation import wave_train_run
-from shockwave.simulation.wave_setup import scaled, setup_of
+from shockwave.simulation.wave_setup import scale_scene, setup_of
 
 sys.path.append(str(Path(__file__).parents[2] / "tests"))
 from support.pulse_families import FAMILIES
@@ -82,12 +82,12 @@ def shock_of(kind: str, number: int) -> sw.Shock:
 
 def reference(shock: sw.Shock) -> tuple[wave_train_run.ChainRun, Scales]:
     """The chain, integrated more finely and further, in scaled units."""
-    problem, scales = scaled(Scene(excitation=shock, chain=CHAIN))
+    problem, scales = scale_scene(Scene(excitation=shock, chain=CHAIN))
     usual = wave_train_run._BUDGET, wave_train_run._BUDGET_RATE
     wave_train_run._BUDGET, wave_train_run._BUDGET_RATE = WAY, WAY_RATE
     try:
         integrator = setup_of(SimulateOptions(rtol=FINE)).integrator()
-        return wave_train_run.ChainRun(problem, integrator, THRESHOLD, FIRST, LATER, FARTHEST).finished(), scales
+        return wave_train_run.ChainRun(problem, integrator, THRESHOLD, FIRST, LATER, FARTHEST).finish(), scales
     finally:
         wave_train_run._BUDGET, wave_train_run._BUDGET_RATE = usual
 

@@ -37,7 +37,7 @@ from shockwave.registry.registry import entries, load, plugins
 from shockwave.scenario.scenario import Scenario
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.simulate import simulate_scene
-from shockwave.simulation.wave_setup import scaled
+from shockwave.simulation.wave_setup import scale_scene
 from shockwave.sweep.point_evaluation import software
 
 FAMILIES = ("quadratures", "predictors", "integrators")
@@ -101,8 +101,8 @@ def named(family: str, quick: bool) -> Iterator[Callable[[], Experiment]]:
 
 
 def _of_scenario(family: str, scenario: Scenario) -> Experiment:
-    with scenario.scene.locating():
-        scenario.scene.covered("bench", laws=True)
+    with scenario.scene.locate_errors():
+        scenario.scene.covered_chain("bench", laws=True)
     if family == "quadratures":
         profile = scenario.shock.profile
         return quadratures(scenario.name, type(profile).__name__, areas_of(profile))
@@ -233,7 +233,7 @@ def predictors(case: Case) -> Experiment:
 def integrators(case: Case) -> Experiment:
     """The function simulate, and every registered integrator on a window that grows with the front."""
     best = reference(case)
-    _, scales = scaled(case.scene)
+    _, scales = scale_scene(case.scene)
 
     def simulated(rtol: float, _: Clock) -> Answer:
         result = simulate_scene(case.scene, SimulateOptions(rtol=rtol, waves="primary", contacts=(case.contact,)))

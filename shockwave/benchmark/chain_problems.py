@@ -19,9 +19,9 @@ from shockwave.scenario.scenario import Scenario
 from shockwave.scene.chain import HERTZ
 from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
-from shockwave.simulation.peak_log import located_peak
+from shockwave.simulation.peak_log import locate_peak
 from shockwave.simulation.simulate import simulate_scene
-from shockwave.simulation.wave_setup import scaled
+from shockwave.simulation.wave_setup import scale_scene
 
 # Smallest maximum of a contact force that counts as that of the front, in units of the peak force of the shock.
 _FLOOR = 0.05
@@ -146,7 +146,7 @@ def read_front(case: Case, integrator: Integrator, clock: Clock) -> Reading:
     NumericalError
         If the integrator fails or takes too long, or the front has no peak at the contact.
     """
-    problem, _ = scaled(case.scene)
+    problem, _ = scale_scene(case.scene)
     initial = None
     for steps, span in enumerate(march(problem, integrator, problem.duration + _LONGEST), start=1):
         clock.check()
@@ -166,6 +166,6 @@ def _peak(span: Span, contact: int) -> tuple[float, float] | None:
     before, after = (v[contact] - v[contact + 1] for v in (span.v0, span.v1))
     if not before > 0 >= after:
         return None
-    time, overlap = located_peak(span, contact)
+    time, overlap = locate_peak(span, contact)
     force = contact_force(overlap, HERTZ)
     return (force, time) if force > _FLOOR else None

@@ -17,8 +17,8 @@ def curve(options: Namespace) -> int:
     """Print or write the universal curve for the shape of a scenario's shock."""
     check_output(options.output, ".json", ".svg", ".png", ".pdf")
     (scenario,) = load_scenarios([options.file], output=options.output)
-    with scenario.scene.locating():
-        chain = scenario.scene.covered("the universal curve")
+    with scenario.scene.locate_errors():
+        chain = scenario.scene.covered_chain("the universal curve")
     shock = scenario.shock
     ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
     universal = UniversalCurve(shock.profile, rtol=options.rtol, longest=options.longest)

@@ -33,7 +33,7 @@ def design(options: argparse.Namespace) -> int:
     vary = _varied(options)
     (scenario,) = load_scenarios([options.file], _SWEPT, options.output)
     try:
-        with of_arguments(options), scenario.scene.locating():
+        with of_arguments(options), scenario.scene.locate_errors():
             result = run(
                 scenario,
                 **vary,
@@ -91,7 +91,7 @@ def uncertainty(options: argparse.Namespace) -> int:
 
     (scenario,) = load_scenarios([options.file], _SWEPT)
     try:
-        with of_arguments(options), scenario.scene.locating():
+        with of_arguments(options), scenario.scene.locate_errors():
             result = run(scenario, draws=options.draws, seed=options.seed, rtol=options.rtol, limit=options.limit)
     except InvalidValueError as error:
         # errors of the block are errors of the file

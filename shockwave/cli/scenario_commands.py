@@ -84,7 +84,7 @@ def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any]
             if documents[-1].get("method") == "simulation" and result.reason:  # of a prediction, which is shown as well
                 status = max(status, NumericalError.exit_code)
         except Exception as error:
-            text, code = failure(scenario.scene.located(error))
+            text, code = failure(scenario.scene.locate_error(error))
             located = text.startswith(f"{scenario.path}:")
             problems.append(text if located else f"{scenario.path}: {text}")
             warnings = getattr(error, "__notes__", [])
@@ -155,7 +155,7 @@ def validate(options: Namespace) -> int:
         warnings: list[str] = []
         try:
             scene = load_scenario(file).scene
-            warnings = [str(scene.placed(fault)) for fault in unusual(scene.excitation, scene.chain)]
+            warnings = [str(scene.place_fault(fault)) for fault in unusual(scene.excitation, scene.chain)]
         except ShockwaveError as error:
             faults = error.faults
             status = max(status, error.exit_code)

@@ -220,7 +220,7 @@ class Outcome(SceneResult):
         error = self._relations
         if not isinstance(error, ShockwaveError):
             return ()
-        return tuple(map(self.scene.placed, error.faults))
+        return tuple(map(self.scene.place_fault, error.faults))
 
     @property
     def section4_reason(self) -> str | None:

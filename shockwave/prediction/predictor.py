@@ -171,7 +171,7 @@ class Predictor(Value, kw_only=False):
         NumericalError
             If a root of the relations for trains is not found, or the peak force is too small.
         """
-        chain = scene.covered("section 4", laws=True, packings=True)
+        chain = scene.covered_chain("section 4", laws=True, packings=True)
         shock = cast(Shock, scene.shock)
         scales = Scales.of(chain, shock.peak_force)
         coefficient = coefficient_of(self.momentum_coefficient)

@@ -241,12 +241,12 @@ def _literal_primary(shock: ScaledShock) -> tuple[float, float, tuple[float, ...
     # Only a root with a time within the shock is a train; rounding errors may place the end itself just inside.
     inside = [root for root in roots if time(root) < shock.duration * (1 - 1e-9)]
     if not inside:
-        whole = (shock.impulse / unit) ** shock.of_force
+        full_impulse_force = (shock.impulse / unit) ** shock.of_force
         sentence = (
             "(5c) as printed has no root within the shock, so the leading wave is assumed to carry the entire impulse."
             " Set alpha: constant, or simulate, to obtain a reliable peak force."
         )
-        return whole, shock.duration, roots, [sentence]
+        return full_impulse_force, shock.duration, roots, [sentence]
     listed = ", ".join(f"{root:.6g}" for root in roots)
     sentence = (
         f"(5c) as printed has the roots {listed} (times the peak force of the shock), of which the last one within the"

@@ -5,6 +5,6 @@ It needs the extra ``plot``. The page loads no other file, and every value in it
 
 from shockwave.report.html_page import page, written
 from shockwave.report.page_results import Findings, findings
-from shockwave.scenario.scene_hash import normalised, scene_hash
+from shockwave.scenario.scene_hash import normalise, scene_hash
 
-__all__ = ["Findings", "findings", "normalised", "page", "scene_hash", "written"]
+__all__ = ["Findings", "findings", "normalise", "page", "scene_hash", "written"]

@@ -25,7 +25,7 @@ from shockwave.report.page_results import Findings, findings
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_hash import parameters, scene_hash
 from shockwave.scene.chain import Scales
-from shockwave.simulation.simulation_text import answer, balances, chosen, greatest_text, lead_text, span
+from shockwave.simulation.simulation_text import answer, balances, choose_items, greatest_text, lead_text, span
 
 
 def page(scenario: Scenario) -> str:
@@ -56,7 +56,7 @@ def written(found: Findings) -> str:
     UsageError
         If matplotlib is not installed.
     """
-    simulated = (answer, balances, chosen, greatest_text, lead_text, span)
+    simulated = (answer, balances, choose_items, greatest_text, lead_text, span)
     filters: tuple[Callable[..., object], ...] = (formula, percent, quantity, small, *simulated)
     return html_of(
         Path(__file__).with_name("report.html.jinja"),

@@ -15,7 +15,7 @@ from shockwave.scene.plausibility import unusual_warnings
 from shockwave.simulation.measured_wave import Passage
 from shockwave.simulation.simulate import simulate_scene
 from shockwave.simulation.simulation_result import Simulation
-from shockwave.simulation.wave_setup import immeasurable, scaled
+from shockwave.simulation.wave_setup import immeasurable, scale_scene
 from shockwave.studies.comparison import Comparison
 
 # Least duration of the histories [characteristic times].
@@ -96,7 +96,7 @@ def findings(scenario: Scenario) -> Findings:
     except NotCoveredError as error:
         reason = f"it does not cover {listed([fault.path for fault in error.faults], 'and')}"
     except ShockwaveError as error:
-        failures[f"The prediction failed: {scene.located(error)}."] = error.exit_code
+        failures[f"The prediction failed: {scene.locate_error(error)}."] = error.exit_code
     simulate = _simulate_chain if scene.uniform is None else _simulate
     simulated = _attempt(failures, "The simulation failed", simulate, scenario)
     passages = []
@@ -127,14 +127,14 @@ def _attempt(failures: dict[str, int], failure: str, compute: Callable[..., _T],
     try:
         return compute(*arguments)
     except ShockwaveError as error:
-        located = arguments[0].scene.located(error) if isinstance(arguments[0], Scenario) else error
+        located = arguments[0].scene.locate_error(error) if isinstance(arguments[0], Scenario) else error
         failures[f"{failure}: {located}."] = error.exit_code
         return None
 
 
 def _simulate(scenario: Scenario) -> Simulation:
     """Simulate as requested, with the histories that are drawn."""
-    problem, scales = scaled(scenario.scene)
+    problem, scales = scale_scene(scenario.scene)
     if immeasurable(problem):
         primary = evolve(scenario.simulate, waves="primary", record=(), interval=None, until=None)
         return simulate_scene(scenario.scene, primary)

@@ -98,7 +98,7 @@ def _meanings(cls: type) -> dict[str, str]:
     return {name: " ".join(text.split()).rstrip(".") for names, text in entries for name in names.split(", ")}
 
 
-def _needed(name: str, example: str) -> Key:
+def _key_of_field(name: str, example: str) -> Key:
     """Key of a field of `Shock` that may come from the profile; in a file it is a number."""
     spec = quantity_of(attrs.fields_dict(Shock)[name])
     assert spec is not None
@@ -158,8 +158,8 @@ MATERIALS = ("material", "wall")
 #: Keys for an unknown profile; `shock_keys` gives those for a known one.
 SHOCK = (
     Key("profile", required=True, annotation=str, kind="profiles", meaning="a name from `shockwave list profiles`"),
-    _needed("peak_force", "100 N"),
-    _needed("rise_time", "15 us"),
+    _key_of_field("peak_force", "100 N"),
+    _key_of_field("rise_time", "15 us"),
     Key("duration", spec=evolve(DURATION, example="150 us"), one_of=("rise_time", "duration_ratio")),
     Key("duration_ratio", spec=_RATIO),
     Key("parameters", default=None, meaning="parameters of the profile"),
@@ -182,12 +182,12 @@ def shock_keys(cls: type[ShockProfile] | None) -> tuple[Key, ...]:
     """
     if cls is None:
         return SHOCK
-    own = {key.name: key for key in keys_of(cls) if key.name == "duration_ratio"}
+    replaced = {key.name: key for key in keys_of(cls) if key.name == "duration_ratio"}
     for key in SHOCK:
         recorded = f"recorded_{key.name}"
         if hasattr(ShockProfile, recorded) and getattr(cls, recorded) is getattr(ShockProfile, recorded):
-            own[key.name] = evolve(key, required=True)
-    return tuple(own.get(key.name, key) for key in SHOCK)
+            replaced[key.name] = evolve(key, required=True)
+    return tuple(replaced.get(key.name, key) for key in SHOCK)
 
 
 @cache

@@ -14,7 +14,7 @@ from shockwave.base.errors import InvalidValueError, ShockwaveError, UnknownName
 from shockwave.base.quantity_fields import SIZES, Quantity, listed, text_of
 from shockwave.registry.registry import blame, entries, load
 from shockwave.scenario.block_keys import BLOCKS, GRANULES, WALLS, Key, keys_of
-from shockwave.scenario.value_conversion import Parser, converted, items, material, structure
+from shockwave.scenario.value_conversion import Parser, convert, items, material, structure
 from shockwave.scene.chain_end import Wall
 from shockwave.scene.contact_law import PowerContact
 from shockwave.scene.impact import Impact
@@ -62,13 +62,13 @@ _MODEL_OR_POWER = evolve(MODEL, required=False, instead_of=("exponent", "stiffne
 LAWS = {"damping": "damping", "contact": ""}
 
 
-def granules(given: Any) -> Any:
+def granules(content: Any) -> Any:
     """Segments, or the number of equal granules."""
-    if not isinstance(given, list):
-        return converted(GRANULES, given)
-    if not given:
+    if not isinstance(content, list):
+        return convert(GRANULES, content)
+    if not content:
         raise InvalidValueError("must be a list of one or more segments, or a whole number (got [])")
-    return tuple(items(given, _part))
+    return tuple(items(content, _part))
 
 
 def _part(given: Any) -> Segment | Cell:
@@ -83,30 +83,30 @@ def _cell(given: Any) -> list[Segment]:
     return items(given, _segment)
 
 
-def _segment(given: Any) -> Segment:
-    if given is None:
+def _segment(content: Any) -> Segment:
+    if content is None:
         raise InvalidValueError(f"must be a mapping of {', '.join(key.name for key in SEGMENT)} (got nothing)")
     sizes = {key.name: partial(_size, key) for key in SEGMENT if key.name in _SIZES}
-    return Segment(**structure(given, SEGMENT, {"material": material, **sizes}))
+    return Segment(**structure(content, SEGMENT, {"material": material, **sizes}))
 
 
 def _size(key: Key, given: Any) -> Any:
     if not isinstance(given, dict):
-        return converted(key, given)
+        return convert(key, given)
     values = structure(given, TAPER)
     return Taper(first=values.pop("from"), last=values.pop("to"), **values)
 
 
-def end(given: Any) -> Wall | None:
+def end(content: Any) -> Wall | None:
     """The wall; None for a free end."""
-    if given is None or (isinstance(given, str) and given.lower() == "free"):
+    if content is None or (isinstance(content, str) and content.lower() == "free"):
         return None
-    if not isinstance(given, dict):
+    if not isinstance(content, dict):
         keys = ", ".join(key.name for key in END)
         raise InvalidValueError(
-            f"must be free, or a mapping of {keys} (got {text_of(given)}; for a wall, {{wall: same}})"
+            f"must be free, or a mapping of {keys} (got {text_of(content)}; for a wall, {{wall: same}})"
         )
-    values = structure(given, END, {"wall": _wall})
+    values = structure(content, END, {"wall": _wall})
     return Wall(material=values.pop("wall"), **values)
 
 
@@ -115,38 +115,38 @@ def _wall(given: Any) -> Any:
     return name if name in WALLS else material(given)
 
 
-def law(block: str, given: Any) -> Any:
+def law(block: str, content: Any) -> Any:
     """Contact law or damping of the ``block`` damping or contact; None for an empty block."""
-    if given is None:
+    if content is None:
         return None
-    known = models(block)
-    if not isinstance(given, dict):
-        raise InvalidValueError(f"must be a mapping such as {{model: {known[0]}}} (got {text_of(given)})")
-    if block == "contact" and "model" not in given:
-        return PowerContact(**structure(given, (_MODEL_OR_POWER, *keys_of(PowerContact)), _PARSERS[PowerContact]))
+    names = models(block)
+    if not isinstance(content, dict):
+        raise InvalidValueError(f"must be a mapping such as {{model: {names[0]}}} (got {text_of(content)})")
+    if block == "contact" and "model" not in content:
+        return PowerContact(**structure(content, (_MODEL_OR_POWER, *keys_of(PowerContact)), _PARSERS[PowerContact]))
     # the other keys are those of the model
-    named = {key: value for key, value in given.items() if key == "model"}
-    cls = structure(named, (MODEL,), {"model": partial(_model, known)})["model"]
-    values = structure(given, (MODEL, *keys_of(cls)), _PARSERS.get(cls))
+    named = {key: value for key, value in content.items() if key == "model"}
+    cls = structure(named, (MODEL,), {"model": partial(_model, names)})["model"]
+    values = structure(content, (MODEL, *keys_of(cls)), _PARSERS.get(cls))
     del values["model"]
     with blame("contacts", cls):
         return cls(**values)
 
 
-def _model(known: Sequence[str], given: Any) -> Any:
-    """Class of a model that is one of those ``known``."""
-    name: str = converted(MODEL, given)
+def _model(names: Sequence[str], value: Any) -> Any:
+    """Class of a model that is one of those ``names``."""
+    name: str = convert(MODEL, value)
     with suppress(UnknownNameError):
         cls = load("contacts", name)
-        if name.lower() in map(str.lower, known):
+        if name.lower() in map(str.lower, names):
             return cls
-    raise InvalidValueError(f"must be {listed(known)} (got {text_of(name)}; {nearest(name, known)}".rstrip("; ") + ")")
+    raise InvalidValueError(f"must be {listed(names)} (got {text_of(name)}; {nearest(name, names)}".rstrip("; ") + ")")
 
 
 def _stiffness(given: Any) -> Any:
     if isinstance(given, str) and not re.fullmatch(r"[-+.\deE]+", given.strip()):
         raise InvalidValueError(f"must be a bare number, in N/m^p (got {text_of(given)})")
-    return converted(_keys(PowerContact)["stiffness"], given)
+    return convert(_keys(PowerContact)["stiffness"], given)
 
 
 # Conversions of the parameters of a law, where they differ from those of their declarations.
@@ -180,21 +180,21 @@ def keys_below(data: Mapping[str, Any]) -> Iterator[tuple[str, Key]]:
     chain = _mapping(data.get("chain"))
     parts = chain.get("granules")
     for index, part in enumerate(parts if isinstance(parts, list) else ()):
-        place, own = f"chain.granules[{index}]", _mapping(part)
-        if "cell" in own:
+        place, block_content = f"chain.granules[{index}]", _mapping(part)
+        if "cell" in block_content:
             yield f"{place}.repeat", CELL[0]
-            for inner, segment in enumerate(own["cell"] if isinstance(own["cell"], list) else ()):
+            for inner, segment in enumerate(block_content["cell"] if isinstance(block_content["cell"], list) else ()):
                 yield from _of_block(f"{place}.cell[{inner}]", SEGMENT, _mapping(segment))
         else:
-            yield from _of_block(place, SEGMENT, own)
+            yield from _of_block(place, SEGMENT, block_content)
     if isinstance(chain.get("end"), dict):
         yield from _of_block("chain.end", END, chain["end"])
     for block in LAWS:
-        own = _mapping(chain.get(block))
+        block_content = _mapping(chain.get(block))
         with suppress(ShockwaveError):  # reported at the place of the name
-            name = own.get("model", "power-law" if block == "contact" and own else None)
+            name = block_content.get("model", "power-law" if block == "contact" and block_content else None)
             if isinstance(name, str):
-                yield from _of_block(f"chain.{block}", keys_of(load("contacts", name)), own)
+                yield from _of_block(f"chain.{block}", keys_of(load("contacts", name)), block_content)
     if "impact" in data:
         yield from _of_block("impact", IMPACT, _mapping(data["impact"]))
 
@@ -203,14 +203,14 @@ def _mapping(given: Any) -> dict[str, Any]:
     return given if isinstance(given, dict) else {}
 
 
-def _of_block(place: str, keys: Sequence[Key], given: Mapping[str, Any]) -> Iterator[tuple[str, Key]]:
+def _of_block(place: str, keys: Sequence[Key], content: Mapping[str, Any]) -> Iterator[tuple[str, Key]]:
     for key in keys:
         name = f"{place}.{key.name}"
         if key.kind == "materials":
             yield name, evolve(key, annotation=str)
-            if str(given.get(key.name)).lower() not in WALLS:
+            if str(content.get(key.name)).lower() not in WALLS:
                 yield from ((f"{name}.{own.name}", own) for own in BLOCKS["chain.material"])
-        elif key.name in _SIZES and (tapers := [one for one in _SIZES if isinstance(given.get(one), dict)]):
+        elif key.name in _SIZES and (tapers := [one for one in _SIZES if isinstance(content.get(one), dict)]):
             name = f"{place}.{tapers[0]}"
             yield from ((f"{name}.{end.name}", end) for end in TAPER[:2])
         else:

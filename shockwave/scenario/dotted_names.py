@@ -13,7 +13,7 @@ from shockwave.base.errors import InvalidValueError, ShockwaveError, hint_of
 from shockwave.base.quantity_fields import text_of
 from shockwave.registry.registry import find, load
 from shockwave.scenario.block_keys import BLOCKS, SHOCK, Key, has_chain_blocks, parameters_of, shock_keys
-from shockwave.scenario.value_conversion import converted
+from shockwave.scenario.value_conversion import convert
 
 
 @frozen
@@ -44,9 +44,9 @@ class Variable:
         """Whether it is a whole number."""
         return self.key.annotation is int if self.key.spec is None else self.key.spec.whole
 
-    def converted(self, given: Any) -> Any:
+    def convert(self, given: Any) -> Any:
         """``given``, as written in a scenario, converted: a float in SI units if it has a unit."""
-        return converted(self.key, given)
+        return convert(self.key, given)
 
 
 def variable(name: str, data: Mapping[str, Any], fits: Callable[[str], bool] = bool) -> Variable:
@@ -66,12 +66,12 @@ def variable(name: str, data: Mapping[str, Any], fits: Callable[[str], bool] = b
     InvalidValueError
         When a scenario has no such key.
     """
-    known = variables(data)
-    if name not in known:
-        names = [other for other in known if fits(other)]
+    all_variables = variables(data)
+    if name not in all_variables:
+        names = [other for other in all_variables if fits(other)]
         hint = hint_of(str(name), names)
         raise InvalidValueError(f"must be the dotted name of a key (got {text_of(name)}; {hint})")
-    return known[name]
+    return all_variables[name]
 
 
 def variables(data: Mapping[str, Any], profiles: Sequence[Any] = ()) -> dict[str, Variable]:
@@ -86,14 +86,14 @@ def variables(data: Mapping[str, Any], profiles: Sequence[Any] = ()) -> dict[str
                 cls = load("profiles", name)
                 of_shock += shock_keys(cls)
                 parameters += parameters_of(find("profiles", name).name, cls)
-    found: dict[str, Variable] = {}
+    by_name: dict[str, Variable] = {}
     for block, keys in (BLOCKS | {"shock": (*of_shock, *SHOCK), "shock.parameters": tuple(parameters)}).items():
         for key in keys:
             name = f"{block}.{key.name}"
-            found.setdefault(name, Variable(name, key))
-    del found["shock.parameters"]
+            by_name.setdefault(name, Variable(name, key))
+    del by_name["shock.parameters"]
     if has_chain_blocks(data):
         from shockwave.scenario.chain_blocks import keys_below  # not needed for a shock on equal granules
 
-        found |= {name: Variable(name, key) for name, key in keys_below(data)}
-    return found
+        by_name |= {name: Variable(name, key) for name, key in keys_below(data)}
+    return by_name

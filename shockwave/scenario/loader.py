@@ -41,7 +41,7 @@ from shockwave.scenario.published import Published
 from shockwave.scenario.sweep_block import beginnings, first, names
 from shockwave.scenario.sweep_block import read as read_sweep
 from shockwave.scenario.uncertainty_block import read as read_spreads
-from shockwave.scenario.value_conversion import Parser, converted, items, material, names_files, structure, values_of
+from shockwave.scenario.value_conversion import Parser, convert, items, material, names_files, structure, values_of
 from shockwave.scenario.yaml_document import Document
 from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import Limit
@@ -81,7 +81,7 @@ def _parts_of(document: Document, path: Path | None, tries: slice) -> dict[str, 
     for number, index in enumerate(beginnings(sweep)[tries], 1):
         point = first(document, sweep, index)
         parts, faults = _parts(point, document.data.get("uncertainty"), path)
-        placed = [_placed(point, fault) for fault in (*errors, *faults)]
+        placed = [_place(point, fault) for fault in (*errors, *faults)]
         faults = [fault for fault in placed if fault.steps not in varied]
         if not faults:
             return {"path": path, "sweep": sweep, "document": point, **parts}
@@ -91,7 +91,7 @@ def _parts_of(document: Document, path: Path | None, tries: slice) -> dict[str, 
     raise _error(first_faults, document.name)
 
 
-def _placed(document: Document, fault: Fault) -> Fault:
+def _place(document: Document, fault: Fault) -> Fault:
     """``fault`` with its place in the document, which may have a diameter in place of a radius."""
     *block, last = fault.steps or ("",)
     if last == "radius" and fault.steps not in document.keys and (*block, "diameter") in document.keys:
@@ -152,14 +152,14 @@ def _of_combination(chain: Chain, impact: Any, options: SimulateOptions, data: M
     return faults
 
 
-def _version(given: Any) -> int:
-    if type(given) is not int or given not in VERSIONS:  # True and 1.0 are equal to 1
-        newer = "; a newer shockwave may read it" if type(given) is int and given > VERSIONS[-1] else ""
-        raise InvalidValueError(f"must be {listed(VERSIONS)} for shockwave {__version__} (got {text_of(given)}{newer})")
-    return given
+def _version(value: Any) -> int:
+    if type(value) is not int or value not in VERSIONS:  # True and 1.0 are equal to 1
+        newer = "; a newer shockwave may read it" if type(value) is int and value > VERSIONS[-1] else ""
+        raise InvalidValueError(f"must be {listed(VERSIONS)} for shockwave {__version__} (got {text_of(value)}{newer})")
+    return value
 
 
-def _requires(given: Any) -> list[str]:
+def _requires(content: Any) -> list[str]:
     """Names of installed distributions."""
     from importlib.metadata import PackageNotFoundError, version
 
@@ -171,16 +171,16 @@ def _requires(given: Any) -> list[str]:
             raise InvalidValueError(problem) from None
         return name
 
-    return items(converted(_KEYS["requires"], given) or (), installed)
+    return items(convert(_KEYS["requires"], content) or (), installed)
 
 
-def _chain(given: Any) -> Chain:
+def _chain(content: Any) -> Chain:
     parsers: dict[str, Parser] = {"material": material}
-    if has_chain_blocks({"chain": given}):
+    if has_chain_blocks({"chain": content}):
         from shockwave.scenario import chain_blocks  # not needed for equal granules
 
         parsers |= chain_blocks.PARSERS
-    return Chain(**structure(given, CHAIN, parsers))
+    return Chain(**structure(content, CHAIN, parsers))
 
 
 def _impact(given: Any) -> Any:
@@ -194,13 +194,13 @@ def _optional(cls: Any, given: Any) -> Any:
     return None if given is None else cls(**structure(given, keys_of(cls)))
 
 
-def _predict(given: Any) -> Predictor:
+def _predict(content: Any) -> Predictor:
     others = []
-    if isinstance(given, dict) and "rtol" in given:
-        problem = f"must be left out (got {text_of(given['rtol'])}; simulate.rtol is the tolerance of all forces)"
+    if isinstance(content, dict) and "rtol" in content:
+        problem = f"must be left out (got {text_of(content['rtol'])}; simulate.rtol is the tolerance of all forces)"
         others.append(Fault("rtol", problem, at_key=True))
-        given = {key: value for key, value in given.items() if key != "rtol"}
-    predictor: Predictor = _settings(Predictor, "predict", given, others)
+        content = {key: value for key, value in content.items() if key != "rtol"}
+    predictor: Predictor = _settings(Predictor, "predict", content, others)
     return predictor
 
 
@@ -231,15 +231,15 @@ _PARSERS: Mapping[str, Parser] = {
 # ---------------------------------------------------------------- shock
 
 
-def _shock(folder: Path, given: Any) -> Shock:
+def _shock(folder: Path, content: Any) -> Shock:
     """The shock; its profile is built even if another key has an error, so that its errors are reported too."""
-    block = given if isinstance(given, dict) else {}
+    block = content if isinstance(content, dict) else {}
     cls: Any = None
     profile = None
     faults: list[Fault] = []
     with collected(faults, "profile"):
         cls = load("profiles", block["profile"]) if isinstance(block.get("profile"), str) else None
-    values, others = values_of(given, shock_keys(cls))
+    values, others = values_of(content, shock_keys(cls))
     faults += others
     if cls is not None:
         with collected(faults):
@@ -273,12 +273,12 @@ def _profile(cls: Any, folder: Path, block: Mapping[str, Any], shock: Mapping[st
     name = find("profiles", block["profile"]).name
     values, faults = values_of(block.get("parameters"), parameters_of(name, cls))
     faults = [fault.below("parameters") for fault in faults]
-    own = [key for key in keys_of(cls) if key.name == "duration_ratio"]
+    duration_keys = [key for key in keys_of(cls) if key.name == "duration_ratio"]
     if "duration_ratio" not in shock:
         # a wrong or missing one is reported with the keys of the block
-        if not faults and ("duration_ratio" in block or any(key.required for key in own)):
+        if not faults and ("duration_ratio" in block or any(key.required for key in duration_keys)):
             return None
-    elif own:
+    elif duration_keys:
         values["duration_ratio"] = shock["duration_ratio"]
     else:
         problem = f"must be left out, because profile {name!r} has its own (got {shock['duration_ratio']:g})"

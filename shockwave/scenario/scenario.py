@@ -111,7 +111,7 @@ class Scenario:
     def scene(self) -> Scene:
         """The shock or the impact on the chain, with name and limit."""
         # a method of this object would be a reference to itself
-        place = None if self.document is None else partial(_placed, self.document)
+        place = None if self.document is None else partial(_place, self.document)
         return Scene(excitation=self.excitation, chain=self.chain, name=self.name, limit=self.limit, place=place)
 
     @property
@@ -131,7 +131,7 @@ class Scenario:
         return (self.path, self.folder / record) if record else (self.path,)
 
 
-def _placed(document: Document, fault: Fault) -> Fault:
+def _place(document: Document, fault: Fault) -> Fault:
     """``fault`` with its place in the document, if its path, alone or below ``shock``, begins with a key there."""
     for each in (fault, fault.below("shock")):
         if each.steps[:2] in document.keys:

@@ -28,11 +28,11 @@ def scenario_alone(scene: object, chain: object) -> Scenario:
         As `load_scenario`.
     """
     named = isinstance(scene, str | os.PathLike)
-    found = load_scenario(scene) if chain is None and named else scene  # type: ignore[arg-type]
-    if chain is not None or not isinstance(found, Scenario):
+    scenario = load_scenario(scene) if chain is None and named else scene  # type: ignore[arg-type]
+    if chain is not None or not isinstance(scenario, Scenario):
         rule = "must be a scenario or its file alone, or a shock or an impact together with a chain"
         raise InvalidValueError.of("scene", f"{rule} (got {text_of(scene)} {'and' if chain else 'without'} a chain)")
-    if found.sweep is not None:
-        got = f"got a sweep of {len(found.sweep)}; shockwave.run_sweep runs it"
+    if scenario.sweep is not None:
+        got = f"got a sweep of {len(scenario.sweep)}; shockwave.run_sweep runs it"
         raise InvalidValueError.of("scene", f"must describe a single case ({got})")
-    return found
+    return scenario

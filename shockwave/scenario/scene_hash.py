@@ -27,10 +27,10 @@ _POINTS = 129
 
 def scene_hash(scenario: Scenario) -> str:
     """SHA-256 of the normalised scenario, in hexadecimal digits."""
-    return hashlib.sha256(normalised(scenario).encode()).hexdigest()
+    return hashlib.sha256(normalise(scenario).encode()).hexdigest()
 
 
-def normalised(scenario: Scenario) -> str:
+def normalise(scenario: Scenario) -> str:
     """Scenario as canonical JSON: sorted keys, SI units, numbers to 12 digits, defaults written out.
 
     It contains everything on which the results depend. Names, comments, sources and published results are left out, and
@@ -77,13 +77,13 @@ def _excitation(scenario: Scenario) -> dict[str, Any]:
         return {"impact": plain(scenario.impact, names=False)}
     shock = scenario.shock
     cls = type(shock.profile)
-    own = {
+    excitation = {
         "parameters": parameters(shock.profile),
         "peak_force": shock.peak_force,
         "profile": f"{cls.__module__}:{cls.__qualname__}",
         "rise_time": shock.rise_time,
     }
-    return {"shock": own}
+    return {"shock": excitation}
 
 
 def parameters(profile: ShockProfile) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from shockwave.base.quantity_fields import Quantity, text_of, tuple_repr
 from shockwave.registry.registry import load
 from shockwave.scenario.block_keys import BLOCKS, MATERIALS, Key, keys_of
 from shockwave.scenario.dotted_names import Variable, variables
-from shockwave.scenario.value_conversion import converted, gathered, items, structure
+from shockwave.scenario.value_conversion import convert, gather, items, structure
 from shockwave.scenario.yaml_document import Document
 from shockwave.scene.material import Material
 
@@ -136,23 +136,23 @@ def read(data: Mapping[str, Any]) -> Sweep:
     InvalidValueError
         When the block is not valid; it contains all errors.
     """
-    given = data["sweep"]
-    if not isinstance(given, dict):
-        structure(given, SWEEP)  # raises
-    varied = list(_varied(given))
+    content = data["sweep"]
+    if not isinstance(content, dict):
+        structure(content, SWEEP)  # raises
+    varied = list(_list_varied(content))
     count = sum(_count(values) for _, _, values in varied)
     if count > _MOST_VALUES:  # before they are made
         raise InvalidValueError(f"must have at most {_MOST_VALUES} values in all (got {count})")
-    known = variables(data, [value for _, name, values in varied if name == "shock.profile" for value in values])
+    by_name = variables(data, [value for _, name, values in varied if name == "shock.profile" for value in values])
     converters = {
-        "run": partial(converted, SWEEP[0]),
-        "grid": partial(_grid, known),
-        "zip": partial(_zip, known),
-        "points": partial(_points, known),
+        "run": partial(convert, SWEEP[0]),
+        "grid": partial(_grid, by_name),
+        "zip": partial(_zip, by_name),
+        "points": partial(_points, by_name),
     }
-    found = gathered(given.items(), converters, _repeated(varied))
-    run = found.pop("run", None) or _run(data)
-    return Sweep(run, tuple(axis for axes in found.values() for axis in axes))
+    blocks = gather(content.items(), converters, _check_repeated(varied))
+    run = blocks.pop("run", None) or _run(data)
+    return Sweep(run, tuple(axis for axes in blocks.values() for axis in axes))
 
 
 def _run(data: Mapping[str, Any]) -> Run:
@@ -163,7 +163,7 @@ def _run(data: Mapping[str, Any]) -> Run:
     return "predict" if predict else "simulate"
 
 
-def _varied(block: Any) -> Iterator[tuple[str, str, list[Any]]]:
+def _list_varied(block: Any) -> Iterator[tuple[str, str, list[Any]]]:
     """Part, dotted name and values of everything that a block varies, whether valid or not."""
     for part, content in block.items() if isinstance(block, dict) else ():
         for mapping in content if isinstance(content, list) else [content]:
@@ -178,7 +178,7 @@ def _count(values: list[Any]) -> int:
     return number if type(number) is int and 0 < number <= _MOST_VALUES else len(values)
 
 
-def _repeated(varied: list[tuple[str, str, list[Any]]]) -> Iterator[Fault]:
+def _check_repeated(varied: list[tuple[str, str, list[Any]]]) -> Iterator[Fault]:
     """Errors of names that occur in several parts of the block."""
     parts: dict[str, str] = {}
     for part, name, _ in varied:
@@ -189,15 +189,15 @@ def _repeated(varied: list[tuple[str, str, list[Any]]]) -> Iterator[Fault]:
 
 def names(block: Any) -> set[Steps]:
     """Paths of the values that a block varies, whether valid or not."""
-    return {steps_of(name) for _, name, _ in _varied(block)}
+    return {steps_of(name) for _, name, _ in _list_varied(block)}
 
 
-def _columns(known: Mapping[str, Variable], given: Any) -> list[tuple[Variable, list[Any]]]:
+def _columns(by_name: Mapping[str, Variable], content: Any) -> list[tuple[Variable, list[Any]]]:
     """Variables and their values."""
-    if not isinstance(given, dict) or not given:
-        raise InvalidValueError(f"must be a mapping of dotted names to values (got {text_of(given)})")
-    found = gathered(given.items(), {name: partial(_values, of) for name, of in known.items()})
-    return [(known[name], values) for name, values in found.items()]
+    if not isinstance(content, dict) or not content:
+        raise InvalidValueError(f"must be a mapping of dotted names to values (got {text_of(content)})")
+    columns = gather(content.items(), {name: partial(_values, of) for name, of in by_name.items()})
+    return [(by_name[name], values) for name, values in columns.items()]
 
 
 def _grid(known: Mapping[str, Variable], given: Any) -> list[SweepAxis]:
@@ -214,55 +214,55 @@ def _zip(known: Mapping[str, Variable], given: Any) -> list[SweepAxis]:
     return [SweepAxis.of(variables, zip(*columns, strict=True))]
 
 
-def _points(known: Mapping[str, Variable], given: Any) -> list[SweepAxis]:
+def _points(by_name: Mapping[str, Variable], content: Any) -> list[SweepAxis]:
     """One axis, on which each point gives a value of every name."""
-    if not isinstance(given, list) or not given or not all(isinstance(point, dict) and point for point in given):
-        raise InvalidValueError(f"must be a list of mappings of dotted names to values (got {text_of(given)})")
-    names = list(given[0])
-    converters = {name: partial(_value, of) for name, of in known.items()}
+    if not isinstance(content, list) or not content or not all(isinstance(point, dict) and point for point in content):
+        raise InvalidValueError(f"must be a list of mappings of dotted names to values (got {text_of(content)})")
+    names = list(content[0])
+    converters = {name: partial(_value, of) for name, of in by_name.items()}
 
-    def point(one: dict[str, Any]) -> tuple[Any, ...]:
-        if one.keys() != given[0].keys():
-            raise InvalidValueError(f"must give {', '.join(names)}, as the first point does (got {', '.join(one)})")
-        found = gathered(one.items(), converters)
-        return tuple(found[name] for name in names)
+    def point(mapping: dict[str, Any]) -> tuple[Any, ...]:
+        if mapping.keys() != content[0].keys():
+            raise InvalidValueError(f"must give {', '.join(names)}, as the first point does (got {', '.join(mapping)})")
+        values_of_point = gather(mapping.items(), converters)
+        return tuple(values_of_point[name] for name in names)
 
-    values = items(given, point)
-    return [SweepAxis.of((known[name] for name in names), values)]
+    values = items(content, point)
+    return [SweepAxis.of((by_name[name] for name in names), values)]
 
 
-def _values(of: Variable, given: Any) -> list[Any]:
-    """Values that the list or the spacing ``given`` describes."""
-    if isinstance(given, list):
-        if not given or len(given) > _MOST_VALUES:
-            raise InvalidValueError(f"must be a list of 1 to {_MOST_VALUES} values (got {len(given)})")
-        return items(given, partial(_value, of))
-    kind, parts = next(iter(given.items())) if isinstance(given, dict) and len(given) == 1 else (None, None)
+def _values(of: Variable, content: Any) -> list[Any]:
+    """Values that the list or the spacing ``content`` describes."""
+    if isinstance(content, list):
+        if not content or len(content) > _MOST_VALUES:
+            raise InvalidValueError(f"must be a list of 1 to {_MOST_VALUES} values (got {len(content)})")
+        return items(content, partial(_value, of))
+    kind, parts = next(iter(content.items())) if isinstance(content, dict) and len(content) == 1 else (None, None)
     listed = isinstance(parts, list) and len(parts) == 3 and None not in parts
     if kind not in _SPACINGS or not listed or of.unit is None:
-        raise InvalidValueError(f"{_VALUES} (got {text_of(given)})")
-    return list(gathered(given.items(), {kind: partial(_spaced, of, kind)})[kind])
+        raise InvalidValueError(f"{_VALUES} (got {text_of(content)})")
+    return list(gather(content.items(), {kind: partial(_space, of, kind)})[kind])
 
 
-def _value(of: Variable, given: Any) -> Any:
+def _value(of: Variable, content: Any) -> Any:
     """Value of ``of`` in SI units; a material may be a mapping."""
-    if of.key.kind == "materials" and isinstance(given, dict):
-        return structure(given, keys_of(Material))
-    return of.converted(given)
+    if of.key.kind == "materials" and isinstance(content, dict):
+        return structure(content, keys_of(Material))
+    return of.convert(content)
 
 
-def _spaced(of: Variable, kind: str, parts: list[Any]) -> list[Any]:
-    converters = (of.converted, of.converted, partial(converted, _LENGTH))
-    first, last, number = gathered(enumerate(parts), dict(enumerate(converters))).values()
+def _space(of: Variable, kind: str, parts: list[Any]) -> list[Any]:
+    converters = (of.convert, of.convert, partial(convert, _LENGTH))
+    first, last, number = gather(enumerate(parts), dict(enumerate(converters))).values()
     if kind == "logspace" and not first * last > 0:
         raise InvalidValueError(f"must have ends of the same sign, other than 0 (got {text_of(parts)}; use linspace)")
     # values between two valid ends are valid, too
-    found: list[Any] = _SPACINGS[kind](first, last, number).tolist()
+    values: list[Any] = _SPACINGS[kind](first, last, number).tolist()
     if not of.whole:
-        return found
-    if any(value != int(value) for value in found):
+        return values
+    if any(value != int(value) for value in values):
         raise InvalidValueError(f"must give whole numbers (got {text_of(parts)}; list the values)")
-    return [int(value) for value in found]
+    return [int(value) for value in values]
 
 
 # ---------------------------------------------------------------- the first scene
@@ -280,28 +280,28 @@ def first(document: Document, sweep: Sweep | None, index: int = 0) -> Document:
     document = evolve(document, data=rest)
     if sweep is None:
         return document
-    return varied(document, sweep.point(index), document.keys.get(("sweep",)))
+    return vary_document(document, sweep.point(index), document.keys.get(("sweep",)))
 
 
-def varied(document: Document, values: Mapping[str, Any], place: Any = None) -> Document:
+def vary_document(document: Document, values: Mapping[str, Any], place: Any = None) -> Document:
     """The document with other values at their dotted names; ``place`` is their place."""
     changes: dict[Steps, Any] = {steps_of(name): value for name, value in values.items()}
     # the materials first, because their constants may be varied too
     materials = {steps: value for steps, value in changes.items() if steps[-1] in MATERIALS}
-    document = document.having(materials, place)
+    document = document.with_values(materials, place)
     for steps in {steps[:-1]: None for steps in changes if len(steps) > 1 and steps[-2] in MATERIALS}:
-        document = document.having(_constants(document, steps))
-    return document.having({steps: value for steps, value in changes.items() if steps not in materials}, place)
+        document = document.with_values(_constants(document, steps))
+    return document.with_values({steps: value for steps, value in changes.items() if steps not in materials}, place)
 
 
 def _constants(document: Document, steps: Steps) -> dict[Steps, Any]:
     """Constants of the material at a path of a document; by default that of the chain."""
-    given = _at(document.data, steps) or _at(document.data, ("chain", "material"))
-    if isinstance(given, str):
+    constants = _at(document.data, steps) or _at(document.data, ("chain", "material"))
+    if isinstance(constants, str):
         with suppress(PluginError, UnknownNameError):  # reported where the material is built
-            material = load("materials", given)
-            given = {key.name: getattr(material, key.name) for key in BLOCKS["chain.material"]}
-    return {steps: given} if isinstance(given, dict) else {}
+            material = load("materials", constants)
+            constants = {key.name: getattr(material, key.name) for key in BLOCKS["chain.material"]}
+    return {steps: constants} if isinstance(constants, dict) else {}
 
 
 def _at(block: Any, steps: Steps) -> Any:

@@ -50,16 +50,16 @@ def template(profile: str | None = None) -> str:
     entry = find("profiles", profile or "power-law")
     name, owner, cls = entry.name, entry.distribution, load("profiles", entry.name)
     text = resources.files(__package__).joinpath("template.yaml").read_text(encoding="utf-8")
-    whole = string.Template(text).substitute(
+    filled = string.Template(text).substitute(
         profile=_text(name),
         shock="\n".join([*_sizes(cls), *_parameters(name, cls)]),
         distribution=_text(owner),
         comment="# " if owner == OWN_DISTRIBUTION else "",
     )
-    return "".join(f"{part}\n" for line in whole.splitlines() for part in _wrapped(line))
+    return "".join(f"{part}\n" for line in filled.splitlines() for part in _wrap(line))
 
 
-def _wrapped(line: str) -> list[str]:
+def _wrap(line: str) -> list[str]:
     """``line`` with a long comment continued below itself."""
     match = _COMMENTED.fullmatch(line)
     if len(line) <= _WIDTH or match is None:
@@ -71,11 +71,11 @@ def _wrapped(line: str) -> list[str]:
 
 def _sizes(cls: Any) -> Iterator[str]:
     """Lines of peak force, rise time, duration and duration ratio, as far as the profile takes them."""
-    own, keys = keys_of(cls), shock_keys(cls)
+    parameter_keys, keys = keys_of(cls), shock_keys(cls)
     # A profile that can define its own force and time, but does not with its defaults.
-    brings_none = not any(key.required for key in (*keys[1:], *own)) and cls().recorded_rise_time is None
+    brings_none = not any(key.required for key in (*keys[1:], *parameter_keys)) and cls().recorded_rise_time is None
     for key in keys[1:-1]:
-        if key.name != "duration_ratio" or key in own:
+        if key.name != "duration_ratio" or key in parameter_keys:
             needed = key.required or (key.name in ("peak_force", "rise_time") and brings_none)
             yield _line("  ", needed, key, _example(key))
 
@@ -85,7 +85,7 @@ def _parameters(name: str, cls: Any) -> list[str]:
     keys = parameters_of(name, cls)
     examples = {key.name: _example(key) for key in keys} | (_RECORD_EXAMPLES if name == RECORD else {})
     # those of a file are comments
-    live = {key.name for key in keys_of(cls) if key.required or _stated(key)}
+    live = {key.name for key in keys_of(cls) if key.required or _has_printable_default(key)}
     lines = [_line("    ", key.name in live, key, examples[key.name]) for key in keys]
     return ["  parameters:", *lines] if lines else []
 
@@ -95,17 +95,17 @@ def _line(indent: str, live: bool, key: Key, value: str) -> str:
     return f"{indent}{'' if live else '# '}{key.name}: {value}{purpose}"
 
 
-def _stated(key: Key) -> bool:
+def _has_printable_default(key: Key) -> bool:
     """Whether ``key`` has a default that can be written."""
     return isinstance(key.default, bool | int | float | str) and "inf" not in repr(key.default)
 
 
 def _example(key: Key) -> str:
     """A value that ``key`` accepts, as YAML: its default, its example, or any other."""
-    if _stated(key):
+    if _has_printable_default(key):
         return _text(key.default)
     if key.spec is not None:
-        fit = key.spec.example or f"{_fitting(key.spec):g}"
+        fit = key.spec.example or f"{_example_number(key.spec):g}"
         return f"[{fit}]" if key.spec.samples else fit
     # of a union, the first type
     kind = next((one for one in typing.get_args(key.annotation) if typing.get_origin(one) is Literal), key.annotation)
@@ -113,7 +113,7 @@ def _example(key: Key) -> str:
     return _text(typing.get_args(kind)[0] if origin is Literal else _BY_KIND.get(origin, 1))
 
 
-def _fitting(spec: Quantity) -> float:
+def _example_number(spec: Quantity) -> float:
     """A number in the range of ``spec``."""
     middle = sum(bound for _, bound in spec.bounds) / max(len(spec.bounds), 1)
     return next(number for number in (1.0, 10.0, middle, middle + 1, middle - 1) if spec.problem(number) is None)

@@ -13,7 +13,7 @@ from shockwave.base.quantity_fields import Quantity, text_of
 from shockwave.base.text import si
 from shockwave.scenario.block_keys import Key
 from shockwave.scenario.dotted_names import Variable, variables
-from shockwave.scenario.value_conversion import converted, gathered, items
+from shockwave.scenario.value_conversion import convert, gather, items
 
 Kind = Literal["relative", "sd", "factor", "between"]
 
@@ -58,12 +58,12 @@ class Spread:
         return f"sd {shown[0]}" if self.kind == "sd" else " to ".join(shown)
 
 
-def read(given: Any, data: Mapping[str, Any]) -> tuple[Spread, ...]:
+def read(content: Any, data: Mapping[str, Any]) -> tuple[Spread, ...]:
     """Distributions of the ``uncertainty`` block.
 
     Parameters
     ----------
-    given : object
+    content : object
         Content of the block; None if there is no block.
     data : mapping
         Content of the document.
@@ -73,37 +73,37 @@ def read(given: Any, data: Mapping[str, Any]) -> tuple[Spread, ...]:
     InvalidValueError
         When the block is not valid; it contains all errors.
     """
-    if given is None:
+    if content is None:
         return ()
-    if not isinstance(given, Mapping) or not given:
-        raise InvalidValueError(f"must be a mapping of dotted names to distributions (got {text_of(given)})")
+    if not isinstance(content, Mapping) or not content:
+        raise InvalidValueError(f"must be a mapping of dotted names to distributions (got {text_of(content)})")
     twins = [
-        Fault((one,), f"must be left out if {other} is given (got both; delete one)", at_key=True)
-        for one, other in dict.fromkeys((*TWINS, *((name, name.replace("diameter", "radius")) for name in given)))
-        if one != other and one in given and other in given
+        Fault((name,), f"must be left out if {other} is given (got both; delete one)", at_key=True)
+        for name, other in dict.fromkeys((*TWINS, *((name, name.replace("diameter", "radius")) for name in content)))
+        if name != other and name in content and other in content
     ]
     converters = {name: partial(_spread, of) for name, of in variables(data).items()}
-    return tuple(gathered(given.items(), converters, twins).values())
+    return tuple(gather(content.items(), converters, twins).values())
 
 
-def _spread(of: Variable, given: Any) -> Spread:
+def _spread(of: Variable, content: Any) -> Spread:
     if of.unit is None or of.whole or not of.name.startswith(("chain.", "shock.", "impact.")):
         problem = f"must be a continuous value of the chain or the shock (got {of.name})"
         raise InvalidValueError(Fault((), problem, at_key=True))
-    if isinstance(given, str) and given.strip().endswith("%"):
-        return Spread(of, "relative", (converted(_RELATIVE, given),))
+    if isinstance(content, str) and content.strip().endswith("%"):
+        return Spread(of, "relative", (convert(_RELATIVE, content),))
     forms: dict[str, Callable[[Any], Any]] = {
-        "sd": partial(converted, Key("sd", spec=Quantity(of.unit or "", "standard deviation", above=0))),
-        "factor": partial(converted, _FACTOR),
+        "sd": partial(convert, Key("sd", spec=Quantity(of.unit or "", "standard deviation", above=0))),
+        "factor": partial(convert, _FACTOR),
         "between": partial(ends_of, of),
     }
-    if not isinstance(given, Mapping) or len(given) != 1:
-        raise InvalidValueError(f"{_RULE} (got {text_of(given)})")
-    ((kind, numbers),) = gathered(given.items(), forms).items()
+    if not isinstance(content, Mapping) or len(content) != 1:
+        raise InvalidValueError(f"{_RULE} (got {text_of(content)})")
+    ((kind, numbers),) = gather(content.items(), forms).items()
     return Spread(of, kind, numbers if kind == "between" else (numbers,))
 
 
-def ends_of(of: Variable, given: Any) -> tuple[float, ...]:
+def ends_of(of: Variable, interval: Any) -> tuple[float, ...]:
     """Lower and upper end of an interval.
 
     Raises
@@ -111,10 +111,12 @@ def ends_of(of: Variable, given: Any) -> tuple[float, ...]:
     InvalidValueError
         When it is not a pair of values in ascending order.
     """
-    given = given.tolist() if hasattr(given, "tolist") else given  # an array
-    if not isinstance(given, list | tuple) or len(given) != 2:
-        raise InvalidValueError(f"must be a list of two values, the lower and the upper limit (got {text_of(given)})")
-    ends = items(given, of.converted)
+    interval = interval.tolist() if hasattr(interval, "tolist") else interval  # an array
+    if not isinstance(interval, list | tuple) or len(interval) != 2:
+        raise InvalidValueError(
+            f"must be a list of two values, the lower and the upper limit (got {text_of(interval)})"
+        )
+    ends = items(interval, of.convert)
     if not ends[0] < ends[1]:
-        raise InvalidValueError(f"must ascend (got {text_of(given)})")
+        raise InvalidValueError(f"must ascend (got {text_of(interval)})")
     return tuple(ends)

@@ -41,13 +41,13 @@ def values_of(
     parsers : mapping, optional
         Conversions of keys whose values are blocks themselves.
     """
-    given = {} if data is None else data
-    if not isinstance(given, dict):
+    content = {} if data is None else data
+    if not isinstance(content, dict):
         names = ", ".join(key.name for key in keys) or "nothing"
-        return {}, [Fault((), f"must be a mapping of {names} (got {text_of(given)})")]
-    converters = {key.name: partial(converted, key) for key in keys} | dict(parsers or {})
-    values, faults = _each(given.items(), converters)
-    return values, [*faults, *_of_keys(given, keys)]
+        return {}, [Fault((), f"must be a mapping of {names} (got {text_of(content)})")]
+    converters = {key.name: partial(convert, key) for key in keys} | dict(parsers or {})
+    values, faults = _each(content.items(), converters)
+    return values, [*faults, *_of_keys(content, keys)]
 
 
 def material(given: Any) -> Material:
@@ -62,23 +62,23 @@ def structure(data: Any, keys: Sequence[Key], parsers: Mapping[str, Parser] | No
     return values
 
 
-def _of_keys(given: Mapping[str, Any], keys: Sequence[Key]) -> Iterator[Fault]:
+def _of_keys(content: Mapping[str, Any], keys: Sequence[Key]) -> Iterator[Fault]:
     """Errors of missing keys, and of values given twice under different keys."""
     substitutes = [(name, key.name) for key in keys for name in key.instead_of]
     for name, other in substitutes:
-        if name in given and other in given:
+        if name in content and other in content:
             yield Fault((other,), f"must be left out if {name} is given (got both; delete one)", at_key=True)
     for key in keys:
         if not key.one_of:
             continue
-        if given.keys() >= {key.name, *key.one_of}:
+        if content.keys() >= {key.name, *key.one_of}:
             problem = f"must be left out if {listed(key.one_of, 'and')} are given (got all; delete one)"
             yield Fault((key.name,), problem, at_key=True)
-        missing = [other.name for other in keys if other.required and other.name in {*key.one_of}.difference(given)]
-        substitutes += [(name, key.name) for name in missing if key.name not in given or len(missing) == 1]
+        missing = [other.name for other in keys if other.required and other.name in {*key.one_of}.difference(content)]
+        substitutes += [(name, key.name) for name in missing if key.name not in content or len(missing) == 1]
     for key in keys:
         other = dict(substitutes).get(key.name, "")
-        if key.required and key.name not in given and other not in given:
+        if key.required and key.name not in content and other not in content:
             words = filter(None, ("got nothing", key.purpose, other and f"or give {other}"))
             yield Fault((key.name,), f"must be given ({'; '.join(words)})")
 
@@ -98,7 +98,7 @@ def _each(pairs: Iterable[tuple[Any, Any]], converters: Mapping[Any, Parser]) ->
     return values, faults
 
 
-def gathered(
+def gather(
     pairs: Iterable[tuple[Any, Any]], converters: Mapping[Any, Parser], others: Iterable[Fault] = ()
 ) -> dict[Any, Any]:
     """Values, each converted by the function of its key or index.
@@ -115,7 +115,7 @@ def gathered(
 
 def items(values: Sequence[Any], convert: Parser) -> list[Any]:
     """All values, converted; raises an `InvalidValueError` with all errors."""
-    found = gathered(enumerate(values), dict.fromkeys(range(len(values)), convert))
+    found = gather(enumerate(values), dict.fromkeys(range(len(values)), convert))
     return list(found.values())
 
 
@@ -128,7 +128,7 @@ def _unknown(name: str, known: Sequence[str], helpful: bool) -> Fault:
 # ---------------------------------------------------------------- one value
 
 
-def converted(key: Key, value: Any) -> Any:
+def convert(key: Key, value: Any) -> Any:
     """Value of ``key`` as an argument of the constructor, if it is valid."""
     spec = key.spec
     if value is None and key.may_be_none:
@@ -151,7 +151,7 @@ def _quantity(value: Any, spec: Quantity) -> int | float:
             raise
         si = math.nan
     if spec.problem(si) is not None:
-        raise InvalidValueError(f"must be {spec.rule} (got {_shown(value)})")
+        raise InvalidValueError(f"must be {spec.rule} (got {_text_or_nothing(value)})")
     return int(si) if spec.whole else si
 
 
@@ -172,13 +172,13 @@ def _of_kind(value: Any, annotation: Any, text: bool) -> Any:
     if origin is Literal:
         same = [one for one in members if one == value or str(one).lower() == str(value).lower()]
         if not same:
-            raise InvalidValueError(f"must be {listed(map(repr, members))} (got {_shown(value)})")
+            raise InvalidValueError(f"must be {listed(map(repr, members))} (got {_text_or_nothing(value)})")
         return same[0]
     if origin is bool and not isinstance(value, bool):
-        raise InvalidValueError(f"must be true or false (got {_shown(value)})")
+        raise InvalidValueError(f"must be true or false (got {_text_or_nothing(value)})")
     if origin is str and not isinstance(value, str):
         hint = "" if value is None or isinstance(value, list | dict) else "; put it in quotes if it is text"
-        raise InvalidValueError(f"must be text (got {_shown(value)}{hint})")
+        raise InvalidValueError(f"must be text (got {_text_or_nothing(value)}{hint})")
     if text:
         return value
     if isinstance(value, str | dict):
@@ -189,7 +189,7 @@ def _of_kind(value: Any, annotation: Any, text: bool) -> Any:
 
 def _list(value: Any, convert: Parser) -> list[Any]:
     if not isinstance(value, list | tuple):  # a tuple was converted before
-        raise InvalidValueError(f"must be a list (got {_shown(value)})")
+        raise InvalidValueError(f"must be a list (got {_text_or_nothing(value)})")
     return items(value, convert)
 
 
@@ -205,5 +205,5 @@ def _any_of(value: Any, members: Sequence[Any], text: bool) -> Any:
     return _of_kind(value, last, text)
 
 
-def _shown(value: Any) -> str:
+def _text_or_nothing(value: Any) -> str:
     return "nothing" if value is None else text_of(value)

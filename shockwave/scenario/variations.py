@@ -14,7 +14,7 @@ from shockwave.base.errors import Fault, InvalidValueError, below, steps_of
 from shockwave.registry.registry import load
 from shockwave.scenario.block_keys import BLOCKS
 from shockwave.scenario.scenario import Scenario, scenario_of
-from shockwave.scenario.sweep_block import varied
+from shockwave.scenario.sweep_block import vary_document
 from shockwave.scene.chain import Chain
 from shockwave.scene.material import Material
 from shockwave.scene.shock import Shock
@@ -52,7 +52,7 @@ class Family:
         Parameters
         ----------
         values : mapping
-            Dotted names to values, numbers in SI units, as `Variable.converted` gives them.
+            Dotted names to values, numbers in SI units, as `Variable.convert` gives them.
 
         Raises
         ------
@@ -65,20 +65,20 @@ class Family:
         for name, value in values.items():
             block, key = self._places.get(name) or self._place(name)
             if not block:
-                return self._loaded(values)
+                return self._load(values)
             parts[block][key] = value
         material = parts["chain"].get("material")
         if isinstance(material, Mapping):
             parts["chain"]["material"] = Material(**material)
-        shock = self._reshaped(parts[_SHAPE]) if _SHAPE in parts else self.base.shock
+        shock = self._with_profile(parts[_SHAPE]) if _SHAPE in parts else self.base.shock
         chain, constants = tuple(parts["chain"].items()), tuple(parts["chain.material"].items())
         return evolve(
             self.base,
             shock=_shock(shock, parts["shock"]),
             impact=_impact(self.base.impact, parts[_IMPACT]),
             chain=_chain(self.base.chain, chain, constants) if chain or constants else self.base.chain,
-            predictor=_changed(self.base.predictor, parts["predict"], "predict"),
-            simulate=_changed(self.base.simulate, parts["simulate"], "simulate"),
+            predictor=_change(self.base.predictor, parts["predict"], "predict"),
+            simulate=_change(self.base.simulate, parts["simulate"], "simulate"),
         )
 
     def _place(self, name: str) -> tuple[str, str]:
@@ -94,13 +94,13 @@ class Family:
         self._places[name] = (block if directly else "", last)
         return self._places[name]
 
-    def _loaded(self, values: Mapping[str, Any]) -> Scenario:
+    def _load(self, values: Mapping[str, Any]) -> Scenario:
         """The scenario of the document with other values, some of them below the blocks of the chain."""
         if self.base.document is None:
             raise _of_file(values)
-        return scenario_of(varied(self.base.document, values), self.base.path)
+        return scenario_of(vary_document(self.base.document, values), self.base.path)
 
-    def _reshaped(self, values: Mapping[str, Any]) -> Shock:
+    def _with_profile(self, values: Mapping[str, Any]) -> Shock:
         """The shock with another profile; kept, because a grid uses it repeatedly."""
         key = repr(values)
         if key not in self._known:
@@ -110,7 +110,7 @@ class Family:
             if document is None:
                 self._known[key] = _of_profile(self.base.shock, values)
             else:
-                changed = document.having({steps_of(name): value for name, value in values.items()})
+                changed = document.with_values({steps_of(name): value for name, value in values.items()})
                 self._known[key] = scenario_of(changed, self.base.path).shock
         return self._known[key]
 
@@ -118,14 +118,14 @@ class Family:
 def _shock(shock: Shock, values: dict[str, Any]) -> Shock:
     if "duration" in values:
         values["rise_time"] = values.pop("duration") / float(shock.profile.duration_ratio)
-    made: Shock = _changed(shock, values, "shock")
+    made: Shock = _change(shock, values, "shock")
     return made
 
 
 def _impact(impact: Impact | None, values: dict[str, Any]) -> Impact | None:
     if "diameter" in values:
         values["radius"] = values.pop("diameter") / 2
-    made: Impact | None = _changed(impact, values, "impact")
+    made: Impact | None = _change(impact, values, "impact")
     return made
 
 
@@ -138,12 +138,12 @@ def _chain(chain: Chain, sizes: tuple[tuple[str, Any], ...], constants: tuple[tu
         values["radius"] = values.pop("diameter") / 2
     if constants:
         own = {"name": "", "source": "", **dict(constants)}
-        values["material"] = _changed(values.get("material", chain.material), own, "chain", "material")
-    made: Chain = _changed(chain, values, "chain")
+        values["material"] = _change(values.get("material", chain.material), own, "chain", "material")
+    made: Chain = _change(chain, values, "chain")
     return made
 
 
-def _changed(part: Any, values: Mapping[str, Any], *block: str) -> Any:
+def _change(part: Any, values: Mapping[str, Any], *block: str) -> Any:
     """``part``, which ``block`` describes, with other ``values``."""
     if not values:
         return part
@@ -161,4 +161,4 @@ def _of_profile(shock: Shock, values: Mapping[str, Any]) -> Shock:
     if "shock.profile" in values or not attrs.has(type(shock.profile)):
         raise _of_file(values)
     own = {name.rpartition(".")[2]: value for name, value in values.items()}
-    return evolve(shock, profile=_changed(shock.profile, own, "shock", "parameters"))
+    return evolve(shock, profile=_change(shock.profile, own, "shock", "parameters"))

@@ -82,7 +82,7 @@ class Document:
         )
         return evolve(fault, location=location)
 
-    def having(self, values: Mapping[Steps, Any], place: yaml.Mark | None = None) -> Document:
+    def with_values(self, values: Mapping[Steps, Any], place: yaml.Mark | None = None) -> Document:
         """The document with other ``values`` at their paths; missing mappings on the way are created.
 
         A value below something that is not a mapping, or beyond the end of a list, is ignored, because the loader
@@ -99,7 +99,7 @@ class Document:
 
 def _with(block: Any, path: Steps, value: Any) -> Any:
     """A copy of ``block``, which other documents share, with ``value`` at ``path``."""
-    step, rest = path[0], path[1:]
+    step, inner_path = path[0], path[1:]
     copy: Any
     if isinstance(block, list) and isinstance(step, int) and step < len(block):
         copy, inner = [*block], block[step]
@@ -108,7 +108,7 @@ def _with(block: Any, path: Steps, value: Any) -> Any:
         inner = copy.get(step)
     else:
         return block
-    copy[step] = _with(inner, rest, value) if rest else value
+    copy[step] = _with(inner, inner_path, value) if inner_path else value
     return copy
 
 
@@ -154,7 +154,7 @@ def parse_document(text: str, name: str, names_files: bool = True, folder: str |
         problem = f"must be printable text (got the character U+{ord(bad[0]):04X}; delete it)"
         raise _error(name, text[: bad.start()], problem)
     document = Document(name, {}, names_files=names_files, folder=Path(folder))
-    node = _composed(text, name)
+    node = _compose(text, name)
     data = None if node is None else _value(document, node, ())
     if not isinstance(data, dict):
         got = "nothing" if data is None else text_of(data)
@@ -226,7 +226,7 @@ for _tag, _pattern, _first in (
     _Loader.add_implicit_resolver(_tag, re.compile(rf"({_pattern})\Z"), list(_first))
 
 
-def _composed(text: str, name: str) -> yaml.Node | None:
+def _compose(text: str, name: str) -> yaml.Node | None:
     """Node at the top of the document, if there is one."""
     loader = _Loader(text)
     try:

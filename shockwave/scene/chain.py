@@ -12,7 +12,7 @@ from attrs.validators import optional
 
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.quantity_fields import Number, Quantity, Value, declaration, one_of, quantity, radius_of, tuple_repr
-from shockwave.scene.material import Material, checked_material, named_material
+from shockwave.scene.material import Material, check_material, material_of
 
 if TYPE_CHECKING:  # a chain of equal spheres does not need them
     from shockwave.scene.chain_end import Wall
@@ -39,9 +39,9 @@ GRANULES = Quantity("", "number of granules", at_least=1, at_most=1e9, whole=Tru
 
 def _granules(value: Any) -> Any:
     if isinstance(value, Sequence) and not isinstance(value, str):
-        from shockwave.scene.segments import checked_segments  # a chain of equal granules does not need it
+        from shockwave.scene.segments import check_segments  # a chain of equal granules does not need it
 
-        return checked_segments(value)
+        return check_segments(value)
     return GRANULES.checked("granules", value)
 
 
@@ -95,7 +95,7 @@ class Chain(Value):
         exclude each other; all errors are listed.
     """
 
-    material: Material = field(converter=named_material, validator=checked_material)
+    material: Material = field(converter=material_of, validator=check_material)
     radius: float = quantity("m", "radius R of the granules", above=0)
     granules: int | tuple[Segment | Cell, ...] | None = field(
         default=None, converter=_granules, repr=tuple_repr, metadata=declaration(GRANULES)

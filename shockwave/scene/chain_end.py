@@ -9,11 +9,11 @@ from attrs import field, frozen
 
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.quantity_fields import MAGNITUDES, SI, Converted, Value, quantity, text_of
-from shockwave.scene.material import WALLS, Material, named_material
+from shockwave.scene.material import WALLS, Material, material_of
 
 
-def _named(given: Material | str) -> Any:
-    return given.lower() if isinstance(given, str) and given.lower() in WALLS else named_material(given)
+def _convert_material(given: Material | str) -> Any:
+    return given.lower() if isinstance(given, str) and given.lower() in WALLS else material_of(given)
 
 
 def _wall(_: object, attribute: Any, value: object) -> None:
@@ -44,7 +44,7 @@ class Wall(Value):
     """
 
     material: Converted[Material | Literal["same", "rigid"], Material | str] = field(
-        default="same", converter=_named, validator=_wall
+        default="same", converter=_convert_material, validator=_wall
     )
     mass: SI[float | None] = quantity("kg", "mass of a movable wall", within=MAGNITUDES, default=None)
     stiffness: SI[float] = quantity(

@@ -48,7 +48,7 @@ def _polynomial(table: Any, x: FloatArray) -> FloatArray:
     return np.asarray(chebval((2 * x - begin - end) / (end - begin), coefficients[:, piece], tensor=False))
 
 
-def _checked(name: str, values: npt.ArrayLike, low: float, high: float, rule: str) -> FloatArray:
+def _check_range(name: str, values: npt.ArrayLike, low: float, high: float, rule: str) -> FloatArray:
     array = np.asarray(values, dtype=float)
     outside = ~((array >= low) & (array <= high))
     if outside.any():
@@ -61,8 +61,8 @@ def impulse_peak(strength: npt.ArrayLike, exponent: float = HERTZ) -> FloatArray
 
     ``strength`` is S, the impulse of the shock over the momentum of a wave of its peak force F0.
     """
-    strength = _checked("strength", strength, 0.0, math.inf, "at least 0")
-    p = _checked("exponent", exponent, 1.05, 6.0, "from 1.05 to 6")
+    strength = _check_range("strength", strength, 0.0, math.inf, "at least 0")
+    p = _check_range("exponent", exponent, 1.05, 6.0, "from 1.05 to 6")
     return np.asarray((1 + np.exp(_polynomial(_table("impulse"), np.log(p - 1)))) * strength ** (2 * p / (p + 1)))
 
 
@@ -72,8 +72,8 @@ def short_peak(strength: npt.ArrayLike, spread: npt.ArrayLike, skewness: npt.Arr
     ``spread`` is tau = (sigma/t_A) S^(1/5), up to 0.7, and ``skewness`` is g, from -1.5 to 1.5. sigma and g are the
     standard deviation and skewness of the force as a density in time; t_A is the momentum of a wave of F0 over F0.
     """
-    tau = _checked("spread", spread, 0.0, MOST_SPREAD, f"from 0 to {MOST_SPREAD}")
-    g = _checked("skewness", skewness, -MOST_SKEWNESS, MOST_SKEWNESS, f"from {-MOST_SKEWNESS} to {MOST_SKEWNESS}")
+    tau = _check_range("spread", spread, 0.0, MOST_SPREAD, f"from 0 to {MOST_SPREAD}")
+    g = _check_range("skewness", skewness, -MOST_SKEWNESS, MOST_SKEWNESS, f"from {-MOST_SKEWNESS} to {MOST_SKEWNESS}")
     terms = zip(_table("short")["coefficients"], _table("short")["powers"], strict=True)
     return np.asarray(impulse_peak(strength) * np.exp(-sum(c * tau**a * g**b for c, (a, b) in terms)))
 
@@ -83,12 +83,12 @@ def wall_factor(stiffness_ratio: npt.ArrayLike) -> FloatArray:
 
     ``stiffness_ratio`` is kappa, from 0 to 2 sqrt(2): stiffness of the contact with the wall over that of the others.
     """
-    kappa = _checked("stiffness_ratio", stiffness_ratio, 0.0, RIGID * (1 + 1e-12), "from 0 to 2 sqrt(2)")
+    kappa = _check_range("stiffness_ratio", stiffness_ratio, 0.0, RIGID * (1 + 1e-12), "from 0 to 2 sqrt(2)")
     return np.asarray(kappa**0.4 * _polynomial(_table("wall"), kappa))
 
 
 def _log_mass(mass_ratio: npt.ArrayLike) -> FloatArray:
-    return np.log(_checked("mass_ratio", mass_ratio, 1e-300, HEAVIEST, f"above 0, at most {HEAVIEST:g}"))
+    return np.log(_check_range("mass_ratio", mass_ratio, 1e-300, HEAVIEST, f"above 0, at most {HEAVIEST:g}"))
 
 
 def striker_waves(mass_ratio: npt.ArrayLike) -> FloatArray:
@@ -114,7 +114,7 @@ def damped_decay(contacts: npt.ArrayLike, damping_ratio: npt.ArrayLike) -> Float
 
     ``damping_ratio``, from 0 to 0.05, is the time A of the model over T = m^(1/2) k^(-1/3) F^(-1/6) of the first force.
     """
-    n = _checked("contacts", contacts, 0.0, math.inf, "at least 0")
-    ratio = _checked("damping_ratio", damping_ratio, 0.0, MOST_DAMPING, f"from 0 to {MOST_DAMPING:g}")
+    n = _check_range("contacts", contacts, 0.0, math.inf, "at least 0")
+    ratio = _check_range("damping_ratio", damping_ratio, 0.0, MOST_DAMPING, f"from 0 to {MOST_DAMPING:g}")
     longer = _table("damping")["slope"] * ratio * n
     return np.asarray((1 + longer - _table("damping")["shortfall"] * ratio * np.log1p(longer)) ** -6.0)

@@ -29,7 +29,7 @@ def scene_faults(chain: Chain, excitation: object) -> list[Fault]:
     return []
 
 
-def reduced(chain: Chain) -> Chain | None:
+def reduce_chain(chain: Chain) -> Chain | None:
     """The chain as equal granules with free ends, given by their number, or a packing; None for further features.
 
     An endless chain keeps its contact law.
@@ -47,7 +47,7 @@ def reduced(chain: Chain) -> Chain | None:
     return evolve(chain, material=first.material or chain.material, radius=radius, granules=chain.count)
 
 
-def covered(chain: Chain, excitation: object, method: str, laws: bool, packings: bool) -> Chain:
+def check_coverage(chain: Chain, excitation: object, method: str, laws: bool, packings: bool) -> Chain:
     """The chain as one of equal granules, given by their number, for a ``method`` that covers no others.
 
     It covers other contact ``laws`` than Hertz's in endless chains, and ``packings``, if stated.
@@ -57,7 +57,7 @@ def covered(chain: Chain, excitation: object, method: str, laws: bool, packings:
     NotCoveredError
         If the scene has further features; it lists all of them.
     """
-    equal = reduced(chain)
+    equal = reduce_chain(chain)
     pulls = getattr(getattr(excitation, "profile", None), "pulls", False)
     refused = (chain.packing and not packings) or (chain.contact and not laws)
     if equal is not None and not refused and not isinstance(excitation, Impact) and not pulls:

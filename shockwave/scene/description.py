@@ -32,20 +32,20 @@ def plain(part: Any, names: bool = True) -> Any:
         return part
     keys = _KEYS.get(type(part), {})
     hidden = () if names or not isinstance(part, Material) else ("name", "source")
-    form = {keys.get(name, name): plain(value, names) for name, value, _ in _stated(part) if name not in hidden}
+    form = {keys.get(name, name): plain(value, names) for name, value, _ in _list_stated(part) if name not in hidden}
     entry = entry_of("contacts", type(part))
     return {"model": entry.name, **form} if entry else {"wall": "same", **form} if isinstance(part, Wall) else form
 
 
 def lines(chain: Chain) -> list[tuple[str, str]]:
     """Label and text of the granules and of every further feature."""
-    stated = {name: text(value, unit) for name, value, unit in _stated(chain) if not isinstance(value, int)}
+    stated = {name: text(value, unit) for name, value, unit in _list_stated(chain) if not isinstance(value, int)}
     count = "1 granule" if chain.count == 1 else "endless" if chain.count is None else f"{chain.count} granules"
     head = f"{count}, R {stated.pop('radius')}, {stated.pop('material')}"
     return [("chain", head), *stated.items()]
 
 
-def _stated(part: Any) -> Iterator[tuple[str, Any, str]]:
+def _list_stated(part: Any) -> Iterator[tuple[str, Any, str]]:
     """Name, value and unit of the fields that differ from their defaults."""
     for field in attrs.fields(type(part)):
         value, spec = getattr(part, field.name), quantity_of(field)
@@ -64,7 +64,7 @@ def text(value: Any, unit: str = "") -> str:
     if isinstance(value, Taper):
         return f"{si(value.first, 'm')} to {si(value.last, 'm')}, {value.spacing}"
     if attrs.has(type(value)):
-        own = [f"{_KEYS.get(type(value), {}).get(name, name)} {text(one, of)}" for name, one, of in _stated(value)]
+        own = [f"{_KEYS.get(type(value), {}).get(name, name)} {text(one, of)}" for name, one, of in _list_stated(value)]
         entry = entry_of("contacts", type(value))
         defaults = "wall same" if isinstance(value, Wall) and value.material == "same" else ""
         return ", ".join(filter(None, (entry.name if entry else defaults, *own))) or "count 1"

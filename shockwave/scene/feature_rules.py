@@ -33,42 +33,44 @@ def check_features(granules: Granules, **features: Any) -> None:
     InvalidValueError
         If there are errors; it contains all of them.
     """
-    given = {name: value for name, value in features.items() if value}
+    features = {name: value for name, value in features.items() if value}
     faults = [
-        Fault(name, f"must be {rule} (got {text_of(given[name])})")
+        Fault(name, f"must be {rule} (got {text_of(features[name])})")
         for name, (types, rule) in _TYPES.items()
-        if name in given and not isinstance(given[name], types)
+        if name in features and not isinstance(features[name], types)
     ]
-    refuse(faults or [*_of_length(granules, given), *_of_pairs(granules, given)])
+    refuse(faults or [*_of_length(granules, features), *_of_pairs(granules, features)])
 
 
-def _of_length(granules: Granules, given: Mapping[str, Any]) -> Iterator[Fault]:
+def _of_length(granules: Granules, features: Mapping[str, Any]) -> Iterator[Fault]:
     """Errors of features that need a finite chain, or one that is not too long."""
-    contact = given.get("contact")
+    contact = features.get("contact")
     if granules is None:
-        for name in given:
+        for name in features:
             if name == "precompression" or (name == "contact" and isinstance(contact, PowerContact)):
                 continue
             yield Fault(name, "must be left out for an endless chain (give the number of granules)")
-        if isinstance(contact, PowerContact) and "precompression" not in given:
+        if isinstance(contact, PowerContact) and "precompression" not in features:
             least, most = WAVE_EXPONENTS
             if not least <= contact.exponent <= most:
                 rule = f"must be >= {least:g} and <= {most:g} for the waves of an endless chain"
                 yield Fault("contact.exponent", f"{rule} (got {contact.exponent:g}; give the number of granules)")
     elif isinstance(granules, int) and granules > MOST_GRANULES:
-        names = ", ".join(given)
+        names = ", ".join(features)
         yield Fault("granules", f"must be <= {MOST_GRANULES} for a chain with {names} (got {granules})")
 
 
-def _of_pairs(granules: Granules, given: Mapping[str, Any]) -> Iterator[Fault]:
+def _of_pairs(granules: Granules, features: Mapping[str, Any]) -> Iterator[Fault]:
     """Errors of features that exclude each other."""
-    static = [name for name in ("precompression", "gravity") if name in given]
-    if "gravity" in given and "end" not in given:
-        yield Fault("gravity", f"must be 0 for a chain with a free end (got {given['gravity']:g}; give a wall as end)")
+    static = [name for name in ("precompression", "gravity") if name in features]
+    if "gravity" in features and "end" not in features:
+        yield Fault(
+            "gravity", f"must be 0 for a chain with a free end (got {features['gravity']:g}; give a wall as end)"
+        )
     for place, segment in each_segment(granules) if static and isinstance(granules, Sequence) else ():
         if segment.gap:
             yield Fault(("granules", *place, "gap"), f"must be 0 under {' and '.join(static)} (got {segment.gap:g} m)")
-    contact, damping = given.get("contact"), given.get("damping")
+    contact, damping = features.get("contact"), features.get("damping")
     if isinstance(contact, ContactLaw):
         rule = f"must be left out for the contact law {type(contact).__name__}, which cannot be combined with it"
         for name in (*static, *(["damping"] if damping else [])):

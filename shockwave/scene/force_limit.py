@@ -51,7 +51,7 @@ class Limit(Value):
         return verdict(self, force)
 
 
-def limit_of(given: Limit | Number | None) -> Limit | None:
+def limit_of(limit: Limit | Number | None) -> Limit | None:
     """A limit, given as such or as its force [N] or text with a unit; None if nothing is given.
 
     Raises
@@ -59,11 +59,11 @@ def limit_of(given: Limit | Number | None) -> Limit | None:
     InvalidValueError
         If it is something else.
     """
-    if given is None or isinstance(given, Limit):
-        return given
+    if limit is None or isinstance(limit, Limit):
+        return limit
     spec = quantity_of(attrs.fields(Limit).force)
     assert spec is not None
-    return Limit(force=spec.checked("limit", given))
+    return Limit(force=spec.checked("limit", limit))
 
 
 @frozen(kw_only=True)
@@ -90,7 +90,7 @@ class LeavingForce:
     later: float = 0.0
 
     @classmethod
-    def measured(cls, name: str, value: float, error: float) -> LeavingForce:
+    def from_simulation(cls, name: str, value: float, error: float) -> LeavingForce:
         """The force by simulation with the estimate of its absolute ``error`` [N]; an error of 100 % is not known."""
         ends = {"low": value - error, "high": value + error} if error < value else {}
         return cls(name=name, value=value, **ends, remedy="simulate with a smaller tolerance")

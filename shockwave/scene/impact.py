@@ -5,7 +5,7 @@ from __future__ import annotations
 from attrs import field, frozen
 
 from shockwave.base.quantity_fields import SIZES, Number, Value, quantity, radius_of
-from shockwave.scene.material import Material, checked_material, named_material
+from shockwave.scene.material import Material, check_material, material_of
 
 
 @frozen(kw_only=True, init=False)
@@ -30,7 +30,7 @@ class Impact(Value):
     # up to the speed of light, from far below any that is measured, so that forces and times are floats
     velocity: float = quantity("m/s", "velocity of the striker", at_least=1e-20, at_most=299_792_458.0)
     radius: float | None = quantity("m", "radius of the striker", within=SIZES, default=None)
-    material: Material | None = field(default=None, converter=named_material, validator=checked_material)
+    material: Material | None = field(default=None, converter=material_of, validator=check_material)
 
     def __init__(
         self,

@@ -139,14 +139,14 @@ def _pairs(
     chain: Chain, materials: tuple[Material, ...], radii: FloatArray, masses: FloatArray, wall: Wall | None
 ) -> Pairs:
     """Properties of all contacts: E* and R* of two bodies, k = 4/3 E* sqrt(R*), and reduced masses."""
-    compliances = np.array([one.compliance for one in materials])
+    compliances = np.array([material.compliance for material in materials])
     curvatures, inverse_masses = 1 / radii, 1 / masses
     if wall is not None:
-        own = wall.material
-        compliances = np.append(compliances, own.compliance if isinstance(own, Material) else 0.0)
+        wall_material = wall.material
+        compliances = np.append(compliances, wall_material.compliance if isinstance(wall_material, Material) else 0.0)
         curvatures = np.append(curvatures, 0.0)
         inverse_masses = np.append(inverse_masses, 0.0 if wall.mass is None else 1 / wall.mass)
-    moduli, reduced, shared = (1 / (one[:-1] + one[1:]) for one in (compliances, curvatures, inverse_masses))
+    moduli, reduced, shared = (1 / (values[:-1] + values[1:]) for values in (compliances, curvatures, inverse_masses))
     contacts, cosine = chain.next_contacts
     stiffnesses = 4 / 3 * moduli * np.sqrt(reduced) * (contacts * math.pow(cosine, 2.5))
     if isinstance(chain.contact, PowerContact):

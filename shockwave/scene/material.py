@@ -64,12 +64,12 @@ def material(name: str) -> Material:
     return found
 
 
-def named_material(given: Material | str | None) -> Any:
+def material_of(given: Material | str | None) -> Any:
     """Return the material named ``given``; return any other value unchanged."""
     return material(given) if isinstance(given, str) else given
 
 
-def checked_material(_: object, attribute: Any, value: Any) -> None:
+def check_material(_: object, attribute: Any, value: Any) -> None:
     """Validator of an attrs field that holds a `Material`, or None if that is its default."""
     if not (isinstance(value, Material) or (value is None and attribute.default is None)):
         raise InvalidValueError.of(attribute.name, f"must be a Material or the name of one (got {text_of(value)})")

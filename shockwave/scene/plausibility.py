@@ -39,14 +39,14 @@ USUAL = {
 
 def unusual(excitation: Any, chain: Any) -> list[Fault]:
     """Sentences on the unusual values of a shock or an impact and a chain, with their places in a scenario."""
-    found = []
+    faults = []
     for place, name, value in _values(excitation, chain):
         low, high, unit, reason = USUAL[name]
         if not low <= value <= high:
             bounds = " to ".join(si(end, unit, 6) for end in (low, high))
             problem = f"is {si(value, unit)}; usual values are {bounds} ({reason}). Check the unit."
-            found.append(Fault(f"{place}.{name}", problem))
-    return found
+            faults.append(Fault(f"{place}.{name}", problem))
+    return faults
 
 
 def unusual_warnings(excitation: Any, chain: Any) -> tuple[str, ...]:

@@ -21,7 +21,7 @@ _MOST = 3000
 
 
 @lru_cache(maxsize=64)
-def solved(exponent: float) -> tuple[float, float, float, float, float]:
+def solve_wave(exponent: float) -> tuple[float, float, float, float, float]:
     """Speed, momentum, peak granule velocity, energy and width of the wave, for mass, stiffness and peak force 1.
 
     The overlap r as a function of the granule number is the fixed point of ``c^2 r = Tri * r^p``, with the unit

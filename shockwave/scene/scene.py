@@ -89,7 +89,7 @@ class Scene:
         """The chain in its simplest form: as equal granules where it is uniform."""
         return self.uniform or self.chain
 
-    def covered(self, method: str, laws: bool = False, packings: bool = False) -> Chain:
+    def covered_chain(self, method: str, laws: bool = False, packings: bool = False) -> Chain:
         """The chain as equal granules, given by their number, for a ``method`` that covers no others.
 
         It covers other contact ``laws`` than Hertz's in endless chains, and ``packings``, if stated.
@@ -101,9 +101,9 @@ class Scene:
         """
         if self.chain.is_uniform and self.shock is not None and not self.shock.profile.pulls:
             return self.chain
-        from shockwave.scene.coverage_rules import covered  # equal granules do not need it
+        from shockwave.scene.coverage_rules import check_coverage  # equal granules do not need it
 
-        return covered(self.chain, self.excitation, method, laws, packings)
+        return check_coverage(self.chain, self.excitation, method, laws, packings)
 
     @property
     def contact_count(self) -> int | None:
@@ -135,15 +135,15 @@ class Scene:
         """Changes that were made to a record."""
         return () if self.shock is None else tuple(self.shock.profile.notes)
 
-    def placed(self, fault: Fault) -> Fault:
+    def place_fault(self, fault: Fault) -> Fault:
         """``fault`` with its place in the file, if there is one."""
         return fault if self.place is None else self.place(fault)
 
-    def located(self, error: Exception) -> Exception:
+    def locate_error(self, error: Exception) -> Exception:
         """``error``, with the places of its faults in the file where they concern a key there."""
-        return error.placed(self.placed) if isinstance(error, InvalidValueError) else error
+        return error.placed(self.place_fault) if isinstance(error, InvalidValueError) else error
 
-    def locating(self) -> AbstractContextManager[None]:
+    def locate_errors(self) -> AbstractContextManager[None]:
         """Report an invalid value with its place in the file."""
         return nullcontext() if self.place is None else placing(self.place)
 
@@ -152,9 +152,9 @@ def uniform_of(chain: Chain) -> Chain | None:
     """The chain as equal granules with free ends, given by their number, or a packing; None for others."""
     if chain.is_uniform:
         return chain
-    from shockwave.scene.coverage_rules import reduced  # equal granules do not need it
+    from shockwave.scene.coverage_rules import reduce_chain  # equal granules do not need it
 
-    return reduced(chain)
+    return reduce_chain(chain)
 
 
 def faults_of(chain: Chain, impact: Impact | None) -> list[Fault]:

@@ -22,7 +22,7 @@ from shockwave.base.quantity_fields import (
     text_of,
     tuple_repr,
 )
-from shockwave.scene.material import Material, checked_material, named_material
+from shockwave.scene.material import Material, check_material, material_of
 
 #: Greatest number of granules in segments: a bound on memory, far beyond what can be integrated.
 MOST_GRANULES = 1_000_000
@@ -93,7 +93,7 @@ class Segment(Value):
     """
 
     count: int = quantity("", "number of granules", at_least=1, at_most=MOST_GRANULES, whole=True, default=1)
-    material: Material | None = field(default=None, converter=named_material, validator=checked_material)
+    material: Material | None = field(default=None, converter=material_of, validator=check_material)
     radius: float | Taper | None = field(default=None, converter=_radius, metadata=declaration(RADIUS))
     gap: float = quantity(
         "m", "initial distance between each granule and the next one", at_least=0, at_most=1e6, default=0.0
@@ -151,7 +151,7 @@ class Cell(Value):
         return self.repeat * sum(segment.count for segment in self.cell)
 
 
-def checked_segments(value: Sequence[Any]) -> tuple[Segment | Cell, ...]:
+def check_segments(value: Sequence[Any]) -> tuple[Segment | Cell, ...]:
     """``value`` as the segments of a chain.
 
     Raises

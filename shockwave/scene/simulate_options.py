@@ -37,7 +37,7 @@ def _contacts(values: Any) -> tuple[int, ...]:
     return tuple(numbers)
 
 
-def _recorded(values: Iterable[Any]) -> tuple[Any, ...]:
+def _check_record(values: Iterable[Any]) -> tuple[Any, ...]:
     known = typing.get_args(Recorded)
     names = tuple(values)
     if not set(names) <= set(known):
@@ -95,7 +95,7 @@ class SimulateOptions(Value):
     waves: Waves = field(default="train", validator=one_of(*typing.get_args(Waves)))
     backend: Backend = field(default="auto", validator=one_of(*typing.get_args(Backend)))
     contacts: Converted[tuple[int, ...], Iterable[int]] = field(default=(), converter=_contacts, repr=tuple_repr)
-    record: Converted[tuple[Recorded, ...], Iterable[Recorded]] = field(default=(), converter=_recorded)
+    record: Converted[tuple[Recorded, ...], Iterable[Recorded]] = field(default=(), converter=_check_record)
     interval: SI[float | None] = quantity("s", "sampling interval of the histories", within=MAGNITUDES, default=None)
     until: SI[float | None] = quantity("s", "end of the histories", within=MAGNITUDES, default=None)
     timeout: SI[float | None] = quantity("s", "maximum computing time", above=0, default=None)
@@ -135,8 +135,8 @@ class SimulateOptions(Value):
 _kept_options = functools.lru_cache(maxsize=64, typed=True)(SimulateOptions)
 
 
-def options_of(given: dict[str, Any], other: str = "limit") -> SimulateOptions:
+def options_of(arguments: dict[str, Any], other: str = "limit") -> SimulateOptions:
     """Options from keyword arguments of a function with an ``other``; raises InvalidValueError for an unknown name."""
-    refuse(unknown_arguments(given, [other, *attrs.fields_dict(SimulateOptions)]))
-    plain = all(value is None or isinstance(value, str | int | float) for value in given.values())
-    return (_kept_options if plain else SimulateOptions)(**given)
+    refuse(unknown_arguments(arguments, [other, *attrs.fields_dict(SimulateOptions)]))
+    plain = all(value is None or isinstance(value, str | int | float) for value in arguments.values())
+    return (_kept_options if plain else SimulateOptions)(**arguments)

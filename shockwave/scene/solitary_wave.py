@@ -106,9 +106,9 @@ def wave_law(exponent: float) -> WaveLaw:
     """The solitary wave for contact forces d^p with this exponent p > 1."""
     if exponent == HERTZ:
         return HERTZ_WAVE
-    from shockwave.scene.power_law_wave import solved  # Hertz's contact force does not need it
+    from shockwave.scene.power_law_wave import solve_wave  # Hertz's contact force does not need it
 
-    return WaveLaw(exponent, *solved(exponent))
+    return WaveLaw(exponent, *solve_wave(exponent))
 
 
 @frozen

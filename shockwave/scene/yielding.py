@@ -82,14 +82,14 @@ def beyond_elastic(chain: Chain, yielding: Callable[[], Yielding | None]) -> Inv
 
     ``yielding`` is called only if ``chain.elastic_only`` is set.
     """
-    found = yielding() if chain.elastic_only else None
-    if not chain.elastic_only or (found is not None and found.peak_ratio <= 1):
+    result = yielding() if chain.elastic_only else None
+    if not chain.elastic_only or (result is not None and result.peak_ratio <= 1):
         return None
     rule, got = (
         "must be left out where a yield strength is not known",
         "got true; state yield_strength of each material",
     )
-    if found is not None:
+    if result is not None:
         rule = "must be left out for forces beyond first yield"
-        got = f"got a peak force of {rounded(found.peak_ratio, 3)} times the force of first yield"
+        got = f"got a peak force of {rounded(result.peak_ratio, 3)} times the force of first yield"
     return InvalidValueError.of("chain.elastic_only", f"{rule} ({got})")

@@ -36,7 +36,7 @@ from shockwave.simulation.result_parts import (
     last_force,
 )
 from shockwave.simulation.simulation_result import Simulation
-from shockwave.simulation.wave_setup import scaled
+from shockwave.simulation.wave_setup import scale_scene
 
 _Flags: TypeAlias = npt.NDArray[np.bool_]
 
@@ -98,14 +98,14 @@ def simulate_chain(
     velocities, masses = scales.velocity * motion.v[:count], case.layout.masses
     apart = _apart(motion.x[:count], motion.v[:count], case.assembly.overlaps)
     loaded = bool(case.layout.static_forces.any())
-    rebounding = None if loaded else _flying(-velocities, apart)
-    spalls = None if loaded or case.has_wall else _flying(velocities[::-1], apart[::-1])
+    rebounding = None if loaded else _leaving_velocities(-velocities, apart)
+    spalls = None if loaded or case.has_wall else _leaving_velocities(velocities[::-1], apart[::-1])
     chain = scene.chain
-    yielding = _yielding(case, motion)
+    yielding = _first_yield(case, motion)
     if error := beyond_elastic(chain, lambda: yielding):
         raise error
     endless, later = chain.count is None, _later_force(case, motion)
-    reached = _reached(motion.v) if endless else count
+    reached = _count_reached(motion.v) if endless else count
     leaving = LeavingForce(name=WAVE, remedy="simulate a finite chain")
     if not endless:
         leaving = last_force(WALL if case.has_wall else LAST, runs.peak(-1), motion.arrival is not None, later)
@@ -138,12 +138,12 @@ def simulate_chain(
         characteristic_time=scales.time,
         run_cost=Cost(steps=runs.steps, force_evaluations=runs.evaluations, seconds=time.perf_counter() - begin),
         run_warnings=(
-            *_fixed(case),
-            *_missed(runs),
+            *_note_fixed_wall(case),
+            *_warn_missed(runs),
             *_unphysical(case, motion),
-            *_unfinished(case, motion, velocities, apart),
+            *_warn_unfinished(case, motion, velocities, apart),
             *_later_warning(case, motion, later),
-            *_unjudged(case, yielding),
+            *_warn_unjudged(case, yielding),
             *[NO_LIMIT] * endless,
         ),
         computation=computation,
@@ -168,7 +168,7 @@ def forces_of(result: Simulation) -> ContactForces:
     options = evolve(options, step=None, integrator=None if warnings else integrator, backend=options.wanted_backend)
     code = "numpy" if chosen(options.backend) is None else "compiled"
     if options.timeout is None and options.until is None:
-        duration = max(scaled(result.scene)[0].duration, _SINGLE)
+        duration = max(scale_scene(result.scene)[0].duration, _SINGLE)
         pairs = granules * granules * max(min(duration, _MANY) - _SINGLE, _FREE)
         pairs += (_ROW * granules + _STEP_PAIRS[code]) * duration
         seconds = _PAIR_SECONDS * (_NUMPY if code == "numpy" else 1) * pairs
@@ -183,17 +183,17 @@ def forces_of(result: Simulation) -> ContactForces:
 # ---------------------------------------------------------------- parts of the result
 
 
-def _fixed(case: ChainSetup) -> Iterator[str]:
+def _note_fixed_wall(case: ChainSetup) -> Iterator[str]:
     """Note on a movable wall that is integrated as a fixed one."""
     if case.scene.chain.end is not None and case.scene.chain.end.mass is not None and case.assembly.fixed_wall:
         yield "The wall is integrated as a fixed one: its spring or dashpot holds it to rtol/100 of the overlap."
 
 
-def _missed(runs: Runs) -> list[str]:
+def _warn_missed(runs: Runs) -> list[str]:
     """Warning if a reported force does not meet the tolerance."""
     if not runs.missed:
         return []
-    judged = runs.case.judged(runs.motion.forces)
+    judged = runs.case.judged_contacts(runs.motion.forces)
     worst = int(judged[np.argmax(runs.errors[judged])])
     reached = f"the relative error of the greatest force at contact {worst} is estimated as {runs.errors[worst]:.1e}"
     return [f"The tolerance was not met: {reached}, not {runs.case.rtol:.1e}."]
@@ -210,7 +210,7 @@ def _unphysical(case: ChainSetup, motion: Motion) -> Iterator[str]:
             yield f"{overlap}: Hertz's law holds for small overlaps only."
 
 
-def _unfinished(case: ChainSetup, motion: Motion, velocities: FloatArray, apart: _Flags) -> Iterator[str]:
+def _warn_unfinished(case: ChainSetup, motion: Motion, velocities: FloatArray, apart: _Flags) -> Iterator[str]:
     """Warnings of results that may change after the end of the simulated time."""
     if motion.arrival is None and case.scene.chain.count is not None:
         last = "wall" if case.has_wall else "last contact"
@@ -293,7 +293,7 @@ def _later_warning(case: ChainSetup, motion: Motion, later: float) -> Iterator[s
             yield "The striker may fall on the chain again, with a greater force on the wall (extend until)."
 
 
-def _reached(v: FloatArray) -> int:
+def _count_reached(v: FloatArray) -> int:
     """Number of granules that the waves have reached."""
     return 1 + int(np.flatnonzero(v).max(initial=0))
 
@@ -317,7 +317,7 @@ def _apart(x: FloatArray, v: FloatArray, overlaps: FloatArray) -> _Flags:
     return np.asarray((gaps >= 0) & (v[:-1] <= v[1:]))
 
 
-def _flying(outwards: FloatArray, apart: _Flags) -> FloatArray:
+def _leaving_velocities(outwards: FloatArray, apart: _Flags) -> FloatArray:
     """Velocities of the granules that fly off an end, outermost first, from the outward velocities of all granules."""
     free = len(outwards) if apart.all() else int(np.argmin(apart))
     slow = outwards[:free] <= _EJECTED * np.abs(outwards).max()
@@ -342,7 +342,7 @@ def _strengths(case: ChainSetup) -> FloatArray:
     return np.minimum(strengths[:-1], strengths[1:])
 
 
-def _unjudged(case: ChainSetup, yielding: Yielding | None) -> Iterator[str]:
+def _warn_unjudged(case: ChainSetup, yielding: Yielding | None) -> Iterator[str]:
     """Warning of contacts that are not compared with first yield."""
     unknown = int(np.isnan(_strengths(case)).sum())
     if yielding is not None and unknown:
@@ -350,7 +350,7 @@ def _unjudged(case: ChainSetup, yielding: Yielding | None) -> Iterator[str]:
         yield f"{UNJUDGED} at {where}, because a yield strength is not known (state yield_strength)."
 
 
-def _yielding(case: ChainSetup, motion: Motion) -> Yielding | None:
+def _first_yield(case: ChainSetup, motion: Motion) -> Yielding | None:
     """First yield in the weaker material of each contact, where both yield strengths are known."""
     layout, softer = case.layout, _strengths(case)
     at = np.flatnonzero(np.isfinite(softer))
@@ -380,7 +380,7 @@ def record_chain(result: Simulation) -> Recording:
     times = sample_times(options, scales, end / scales.time, count)
     motion = run(case, tolerances_for(case.rtol)[0], end / scales.time, times)
     if result.chain.count is None:
-        count = _reached(motion.v)
+        count = _count_reached(motion.v)
     recorded: dict[str, FloatArray] = {}
     if "forces" in options.record:
         forces = scales.force * motion.samples_forces

@@ -27,7 +27,7 @@ from shockwave.scene.segments import MOST_GRANULES
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.solitary_wave import MOMENTUM
-from shockwave.simulation.recording import check_end, reported_contacts, sample_times
+from shockwave.simulation.recording import check_end, sample_times, select_contacts
 from shockwave.simulation.wave_setup import RTOL
 
 # Contacts of an endless chain that are reported unless they are requested.
@@ -107,7 +107,7 @@ class ChainSetup:
         numpy_alone = layout.law is not None or chosen(options.backend) is None
         compiled = None if numpy_alone else import_module("shockwave.engine._chains")
         filled = options if method is not None and not method.adaptive else evolve(options, rtol=options.rtol or RTOL)
-        reported = np.array(reported_contacts(options, len(layout.pairs.stiffnesses)), dtype=np.intp)
+        reported = np.array(select_contacts(options, len(layout.pairs.stiffnesses)), dtype=np.intp)
         check_end(options, excitation)
         if options.record and options.until is not None:
             sample_times(options, scales, options.until / scales.time, len(layout.masses))
@@ -134,13 +134,13 @@ class ChainSetup:
         """Requested relative error."""
         return self.options.rtol or RTOL
 
-    def judged(self, forces: FloatArray) -> npt.NDArray[np.intp]:
+    def judged_contacts(self, forces: FloatArray) -> npt.NDArray[np.intp]:
         """Contacts whose errors decide whether the tolerance is met: those that the result shows."""
         wall = [len(forces) - 1] if self.has_wall else []
         return np.unique(np.concatenate((self.reported, [np.argmax(forces)], wall)).astype(np.intp))
 
 
-def checked_setup(options: SimulateOptions, scene: Scene) -> ChainSetup | None:
+def check_setup(options: SimulateOptions, scene: Scene) -> ChainSetup | None:
     """Setup of a finite chain, None for an endless one, whose length is found by integration; nothing is integrated.
 
     Raises

@@ -128,7 +128,7 @@ def runs_of(case: ChainSetup) -> Runs:
             change = abs(float(fine.impulses[-1] - coarse.impulses[-1]))
             impulse_error = _IMPULSE_FACTOR * change / max(abs(float(fine.impulses[-1])), _TINY) + tolerance
             best = Runs(case, fine, errors, impulse_error, missed, steps, evaluations)
-        reached = float(errors[case.judged(fine.forces)].max())
+        reached = float(errors[case.judged_contacts(fine.forces)].max())
         if not missed or tolerance <= _TIGHTEST or reached * _TIGHTER**left > _HOPELESS * case.rtol:
             break
         coarse, tolerance = fine, max(tolerance * _TIGHTER, _TIGHTEST)
@@ -166,7 +166,7 @@ def _errors(case: ChainSetup, coarse: Motion, fine: Motion, tolerance: float) ->
     own = caution * tolerance + (0.0 if case.assembly.force is None else case.assembly.force.path.error)
     errors = caution * _ESTIMATE_FACTOR * relative + own + _ROUNDING * forces / base
     errors[forces <= 0] = 0.0
-    judged = case.judged(forces)
+    judged = case.judged_contacts(forces)
     late = np.abs(fine.force_times - coarse.force_times)[judged]
     late = late[late < _OTHER_PEAK].max(initial=0.0)
     return errors, bool(errors[judged].max() > rtol or late > _TIME_SHARE * rtol)

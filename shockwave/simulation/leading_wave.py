@@ -99,19 +99,19 @@ def _search_short(
 
     Returns the answers that meet the tolerance, and the other leading waves.
     """
-    found: dict[int, Answer] = {}
+    answers: dict[int, Answer] = {}
     tried: dict[int, Primary] = {}
     by_exponent: dict[float, list[int]] = {}
     for key, problem in problems.items():
         if not problem.is_long:
             by_exponent.setdefault(problem.exponent, []).append(key)
     for keys in by_exponent.values():
-        own = [problems[key] for key in keys]
-        shares = np.array([_tolerance_share(each) for each in own])
-        usual, tighter = setup.accuracy(own[0]), setup.accuracy(own[0], decades=1)
+        batch = [problems[key] for key in keys]
+        shares = np.array([_tolerance_share(each) for each in batch])
+        usual, tighter = setup.accuracy(batch[0]), setup.accuracy(batch[0], decades=1)
         tight = shares * usual[0] > setup.rtol
         tolerances, uncertainties = (np.where(tight, *pair) for pair in zip(tighter, usual, strict=True))
-        rows, errors_of_paths = find_short(own, tolerances, uncertainties, method, compiled)
+        rows, errors_of_paths = find_short(batch, tolerances, uncertainties, method, compiled)
         columns = Primary(*rows.T)
         with np.errstate(divide="ignore", invalid="ignore"):  # of searches without a result
             errors = _error(columns, errors_of_paths, shares * tolerances)
@@ -119,10 +119,10 @@ def _search_short(
         for key, row, error, known in zip(keys, rows.tolist(), errors.tolist(), meets.tolist(), strict=True):
             primary = Primary(*row)
             if known:
-                found[key] = Answer(primary, error)
+                answers[key] = Answer(primary, error)
             else:
                 tried[key] = primary
-    return found, tried
+    return answers, tried
 
 
 def _error(primary: Primary, path_error: Any, step_error: Any) -> Any:

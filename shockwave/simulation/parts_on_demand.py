@@ -19,9 +19,9 @@ from shockwave.engine.wave_search import find_primaries
 from shockwave.scene.solitary_wave import wave_law
 from shockwave.simulation.integration_stretches import Course
 from shockwave.simulation.measured_wave import Passage
-from shockwave.simulation.recording import AFTER, Recording, checked_contact, reported_contacts, sample_times
+from shockwave.simulation.recording import AFTER, Recording, check_contact, sample_times, select_contacts
 from shockwave.simulation.simulation_result import Simulation
-from shockwave.simulation.wave_setup import Setup, scaled, setup_of
+from shockwave.simulation.wave_setup import Setup, scale_scene, setup_of
 
 # Slowest decrease, from contact to contact, of the deviation of a peak from its limit.
 _DECREASE = 0.98**0.25
@@ -40,7 +40,7 @@ _ROUNDING = 2e-13
 
 def passages_at(result: Simulation, contacts: Iterable[int]) -> list[Passage | NumericalError]:
     """Compute `Simulation.passage` at several contacts; the error where there is none."""
-    numbers = [checked_contact(result.chain, contact) for contact in contacts]
+    numbers = [check_contact(result.chain, contact) for contact in contacts]
     primary, granules, setup = result.wave.scaled, result.chain.count, setup_of(result.options)
     # contacts that the free end does not affect before the front arrives
     last = math.inf if granules is None else -1 if result.measured is not None else granules - 2 - _REACH
@@ -77,7 +77,7 @@ def _integrate(
     The errors follow from the differences of two runs, there and at neighbouring contacts, since they may vanish by
     chance at one of them.
     """
-    problem, setup = scaled(result.scene)[0], setup_of(result.options)
+    problem, setup = scale_scene(result.scene)[0], setup_of(result.options)
     missed, coarse = contacts, _peaks(problem, setup, contacts, search, 0)[0]
     for decades in range(1, _RUNS if setup.method.adaptive else 2):
         fine, tolerance = _peaks(problem, setup, missed, search, decades)
@@ -135,10 +135,10 @@ def record(result: Simulation) -> Recording:
     options, scales = result.options, result.wave.scales
     until = _end(result) / scales.time
     times = sample_times(options, scales, until, result.primary.contact + until)
-    spans = march(scaled(result.scene)[0], setup_of(options).integrator())
+    spans = march(scale_scene(result.scene)[0], setup_of(options).integrator())
     x, v = _states(spans, times.tolist())
     kept: dict[str, FloatArray] = {}
-    contacts = options.contacts if result.chain.count is None else reported_contacts(options, result.chain.count - 1)
+    contacts = options.contacts if result.chain.count is None else select_contacts(options, result.chain.count - 1)
     if "forces" in options.record:
         forces = contact_forces(x, result.chain.exponent)
         at = [forces[contact] if contact < len(forces) else 0 * times for contact in contacts]

@@ -128,7 +128,7 @@ class PeakLog:
         """Among the peaks at a contact, the one nearest to ``time``; None if there is none."""
         return min(self.at(contact), key=lambda peak: abs(peak.time - time), default=None)
 
-    def following(self, peak: Peak) -> float:
+    def next_time(self, peak: Peak) -> float:
         """Time of the next peak at the contact of ``peak``; infinite if there is none."""
         return next((later.time for later in self.at(peak.contact) if later.previous == peak.row), math.inf)
 
@@ -154,9 +154,9 @@ class PeakLog:
             force = max(overlap, 0.0) ** exponent
             loss = _LOSS * force * ((span.end - span.begin) / self.wave.time(force)) ** 8
             if contact == 0:  # the shock acts on one of its granules, which the polynomial does not include
-                time, overlap = located_peak(span, contact)
+                time, overlap = locate_peak(span, contact)
             elif loss > _NEGLIGIBLE * self.tolerance:
-                time, overlap = _corrected(span, contact, time, exponent)
+                time, overlap = _correct(span, contact, time, exponent)
             self.add(contact, time, max(overlap, 0.0) ** exponent)
 
     def add(self, contact: int, time: float, force: float) -> None:
@@ -180,7 +180,7 @@ class PeakLog:
         """
         contact, since, most = self.removed
         # the log is in the order of time but for the length of a step
-        begin = bisect_left(self._copied()[1], now - self._patience(_FLOOR * self.strongest) - LONGEST_STEP)
+        begin = bisect_left(self._copy_columns()[1], now - self._patience(_FLOOR * self.strongest) - LONGEST_STEP)
         peaks = self.table[begin : self.count]
         time, force, at = peaks["time"], peaks["force"], peaks["contact"]
         under_way = now - time < _PATIENCE * np.maximum(force, 1e-30) ** -self.wave.of_speed
@@ -204,7 +204,7 @@ class PeakLog:
 
     def trail(self, head: Peak, contacts: int) -> Trail:
         """Peaks of the wave at ``head`` and at the preceding ``contacts``, as far as it can be traced back."""
-        behind, times, forces = self._copied()
+        behind, times, forces = self._copy_columns()
         rows, row, time, patience = [head.row], head.behind, head.time, self._patience(_SAME_WAVE * head.force)
         for _ in range(contacts):
             if row < 0 or time - times[row] >= patience:
@@ -213,9 +213,9 @@ class PeakLog:
             row, time = behind[row], times[row]
         return Trail(rows, [times[row] for row in rows], [forces[row] for row in rows])
 
-    def traced(self, waves: list[tuple[int, float]], since: float) -> list[Peak]:
+    def trace(self, waves: list[tuple[int, float]], since: float) -> list[Peak]:
         """Earliest peaks after ``since`` of the waves that have peaks at these contacts and times, or these peaks."""
-        behind, times, _ = self._copied()
+        behind, times, _ = self._copy_columns()
         earliest = []
         for contact, time in waves:
             peak = self.nearest(contact, time)
@@ -230,7 +230,7 @@ class PeakLog:
         """Longest time of a wave of this peak force to the next contact."""
         return _PATIENCE * self.wave.time(force)
 
-    def _copied(self) -> tuple[list[int], list[float], list[float]]:
+    def _copy_columns(self) -> tuple[list[int], list[float], list[float]]:
         """Columns ``behind``, ``time`` and ``force`` as lists, of which single elements are found faster."""
         behind, times, forces = self._lists
         if len(times) < self.count:
@@ -287,7 +287,7 @@ def _maxima(
     return stretch.times[steps] + share * size, polyval(share, powers, tensor=False)
 
 
-def _corrected(span: Span, contact: int, time: float, exponent: float) -> tuple[float, float]:
+def _correct(span: Span, contact: int, time: float, exponent: float) -> tuple[float, float]:
     """Time and value of the largest overlap near ``time``, by Newton's method on the integrator's interpolant."""
     first = contact - 1
     for _ in range(_CORRECTIONS):
@@ -304,7 +304,7 @@ def _corrected(span: Span, contact: int, time: float, exponent: float) -> tuple[
     return end, near[1] - near[2] + shift * (closing - shift * slowing / 2)
 
 
-def located_peak(span: Span, contact: int) -> tuple[float, float]:
+def locate_peak(span: Span, contact: int) -> tuple[float, float]:
     """Time and value of the largest overlap, at which the two velocities are equal, by secants within a bracket."""
     before, time, x = span.begin, span.end, span.x1
     there, closing = (float(v[contact] - v[contact + 1]) for v in (span.v0, span.v1))

@@ -9,7 +9,7 @@ from shockwave.engine.equal_chain_run import free_granules
 EJECTED = 1e-3
 
 
-def rebounding(v: FloatArray, ejected: float) -> tuple[tuple[float, ...], float]:
+def find_rebounding(v: FloatArray, ejected: float) -> tuple[tuple[float, ...], float]:
     """Velocities of the rebounding granules, and the momentum that they may still exchange with others.
 
     They extend from the loaded end to the last ejected granule and the granules that follow it backwards. Further on,
@@ -23,6 +23,6 @@ def rebounding(v: FloatArray, ejected: float) -> tuple[tuple[float, ...], float]
     return tuple(region[region < 0].tolist()), loose
 
 
-def departed(x: FloatArray, v: FloatArray) -> int:
+def count_departed(x: FloatArray, v: FloatArray) -> int:
     """Number of granules that have left the free end: out of contact, and no two of them approaching each other."""
     return free_granules(-x[::-1], -v[::-1])

@@ -111,7 +111,7 @@ class Recording(Result):
 def check_requests(options: SimulateOptions, shock: Shock, chain: Chain, scales: Scales) -> None:
     """Refuse contacts that the chain does not have, and histories that have too many values in any case."""
     if options.contacts and chain.count is not None:
-        reported_contacts(options, chain.count - 1)
+        select_contacts(options, chain.count - 1)
     if chain.count is not None:
         check_end(options, shock)
     elif "forces" in options.record and not options.contacts:
@@ -130,7 +130,7 @@ def check_end(options: SimulateOptions, excitation: object) -> None:
             raise InvalidValueError.of("until", problem)
 
 
-def checked_contact(chain: Chain, contact: int) -> int:
+def check_contact(chain: Chain, contact: int) -> int:
     """Check that ``contact`` is a contact of the chain."""
     granules = chain.count
     whole = isinstance(contact, int | np.integer) and not isinstance(contact, bool)
@@ -140,7 +140,7 @@ def checked_contact(chain: Chain, contact: int) -> int:
     return int(contact)
 
 
-def reported_contacts(options: SimulateOptions, contacts: int) -> tuple[int, ...]:
+def select_contacts(options: SimulateOptions, contacts: int) -> tuple[int, ...]:
     """The requested contacts; by default all ``contacts`` of the chain or, in a long chain, evenly spaced ones.
 
     Raises

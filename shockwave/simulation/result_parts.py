@@ -103,7 +103,7 @@ def last_force(name: str, peak: ContactPeak | None, arrived: bool = True, later:
     if peak is None:
         return LeavingForce(name=name, remedy="simulate with a longer timeout")
     error = peak.error_estimate * (peak.peak_force - peak.static_force)
-    found = LeavingForce.measured(name, peak.peak_force, error)
+    found = LeavingForce.from_simulation(name, peak.peak_force, error)
     return evolve(found, later=later) if arrived else evolve(found, later=later, high=None, remedy=LATER)
 
 

@@ -28,7 +28,7 @@ from shockwave.simulation.measured_wave import Passage
 from shockwave.simulation.recording import Recording, check_requests
 from shockwave.simulation.result_parts import ContactForces, Cost, LeadingWave, Train
 from shockwave.simulation.simulation_result import Simulation
-from shockwave.simulation.wave_setup import Setup, immeasurable, scaled, setup_of
+from shockwave.simulation.wave_setup import Setup, immeasurable, scale_scene, setup_of
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -86,7 +86,7 @@ def simulate_many(
     rtol: Number | None = None,
     *,
     threads: int | None = None,
-    **given: Unpack[SimulateArguments],
+    **options: Unpack[SimulateArguments],
 ) -> list[Simulation | ShockwaveError]:
     """Simulate many shocks in parallel: eight at a time on each core, on all cores.
 
@@ -113,9 +113,9 @@ def simulate_many(
     InvalidValueError, UnknownNameError
         If a setting is out of range, the number of chains differs from that of the shocks, or a name is unknown.
     """
-    options = options_of({"rtol": rtol, **given}, "threads")
-    setup_of(options)
-    return simulate_scenes(scenes_of(shocks, chain, "simulate", threads), options, threads)
+    all_options = options_of({"rtol": rtol, **options}, "threads")
+    setup_of(all_options)
+    return simulate_scenes(scenes_of(shocks, chain, "simulate", threads), all_options, threads)
 
 
 def simulate_scenes(
@@ -167,11 +167,11 @@ def job_of(options: SimulateOptions, scene: Scene) -> Job:
         If the profile violates its contract.
     """
     if scene.shock is None or scene.uniform is None:
-        from shockwave.simulation.contact_setup import checked_setup  # a shock on equal granules does not need it
+        from shockwave.simulation.contact_setup import check_setup  # a shock on equal granules does not need it
 
-        return Job(scene, case=checked_setup(options, scene))
+        return Job(scene, case=check_setup(options, scene))
     try:
-        problem, scales = scaled(scene)
+        problem, scales = scale_scene(scene)
     except NumericalError as error:
         return Job(scene, refusal=detached(error))
     check_requests(options, scene.shock, scene.uniform, scales)
@@ -272,7 +272,7 @@ def _result(job: Job, setup: Setup, answer: Answer | None, begin: float, limit: 
         from shockwave.simulation.contact_forces import simulate_chain  # equal granules do not need it
 
         return simulate_chain(setup.given, job.scene, computation, job.case)
-    answer = answer or _measured(job.problem, job.scales, setup)
+    answer = answer or _measure(job.problem, job.scales, setup)
     wave, scales = answer.primary, job.scales
     spent = time.perf_counter() - begin
     result = Simulation(
@@ -286,7 +286,7 @@ def _result(job: Job, setup: Setup, answer: Answer | None, begin: float, limit: 
         energy_defect=wave.energy_defect,
         characteristic_time=scales.time,
         run_cost=Cost(steps=int(wave.steps), force_evaluations=int(wave.evaluations), seconds=spent),
-        run_warnings=answer.warnings + _missed(setup.options, answer),
+        run_warnings=answer.warnings + _warn_missed(setup.options, answer),
         computation=computation,
         measured=answer.train,
     )
@@ -295,7 +295,7 @@ def _result(job: Job, setup: Setup, answer: Answer | None, begin: float, limit: 
     return result
 
 
-def _missed(options: SimulateOptions, answer: Answer) -> tuple[str, ...]:
+def _warn_missed(options: SimulateOptions, answer: Answer) -> tuple[str, ...]:
     """Warning if the peak force of the leading wave does not meet the tolerance, or the step is too large."""
     error = answer.error_estimate
     if error <= (_UNSETTLED if options.rtol is None else options.rtol):
@@ -315,7 +315,7 @@ def _missed(options: SimulateOptions, answer: Answer) -> tuple[str, ...]:
     return (f"The tolerance was not met: {reached}. {advice}",)
 
 
-def _measured(problem: ChainProblem, scales: Scales, setup: Setup) -> Answer:
+def _measure(problem: ChainProblem, scales: Scales, setup: Setup) -> Answer:
     """The leading wave that the search has not found, measured on the whole chain."""
     from shockwave.simulation.wave_train import measure_primary
 

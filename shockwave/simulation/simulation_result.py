@@ -166,19 +166,19 @@ class Simulation(SceneResult):
             return None
         if self.measured is not None:
             return self.measured.waves[0]
-        found, scales = self.wave.scaled, self.wave.scales
+        scaled_wave, scales = self.wave.scaled, self.wave.scales
         exact = SolitaryWave.of(self.wave.peak_force, self.chain)
         return MeasuredWave(
             peak_force=self.wave.peak_force,
-            momentum=found.momentum * scales.momentum,
-            energy=found.energy * scales.energy,
-            speed=found.speed * scales.wave_speed,
+            momentum=scaled_wave.momentum * scales.momentum,
+            energy=scaled_wave.energy * scales.energy,
+            speed=scaled_wave.speed * scales.wave_speed,
             width=exact.width,
             granule_velocity=exact.granule_velocity,
-            contact=int(found.contact),
-            arrival_time=found.time * scales.time,
+            contact=int(scaled_wave.contact),
+            arrival_time=scaled_wave.time * scales.time,
             error_estimate=self.wave.error_estimate,
-            foot=found.foot / found.peak,
+            foot=scaled_wave.foot / scaled_wave.peak,
         )
 
     def passage(self, contact: int) -> Passage:
@@ -266,7 +266,7 @@ class Simulation(SceneResult):
         """The transmitted force, on the wall, at the last contact, or of the leading wave in an endless chain."""
         if self.wave is None or self.chain.count is not None:
             return self._forces.leaving
-        return LeavingForce.measured(WAVE, self.wave.peak_force, self.wave.error_estimate * self.wave.peak_force)
+        return LeavingForce.from_simulation(WAVE, self.wave.peak_force, self.wave.error_estimate * self.wave.peak_force)
 
     @property
     def yielding(self) -> Yielding | None:

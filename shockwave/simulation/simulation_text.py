@@ -71,7 +71,7 @@ def lines(result: Simulation) -> list[str]:
 def _lines_of_forces(result: Simulation) -> list[str]:
     parts = facts(answer(result))
     if detail() >= Detail.EXPLAIN or result.options.contacts:
-        contacts = _shortened(_CONTACTS, result.contacts, lambda peak: _row(peak, place_of(result, peak.contact)))
+        contacts = _short_table(_CONTACTS, result.contacts, lambda peak: _row(peak, place_of(result, peak.contact)))
         parts += ["", *contacts.split("\n")]
     if detail() is Detail.VERBOSE:
         parts += [*_energies(result), "", *facts([*details(result), *result.scene.summary().facts()])]
@@ -262,16 +262,16 @@ def span(segment: SegmentEnergy) -> str:
     return f"{segment.first}" if segment.first == segment.last else f"{segment.first} to {segment.last}"
 
 
-def chosen(items: Sequence[_Item]) -> Sequence[_Item]:
+def choose_items(items: Sequence[_Item]) -> Sequence[_Item]:
     """All items on a wide screen, otherwise the first, the last, and evenly spaced ones between them."""
     if is_wide():
         return items
     return [items[index] for index in evenly(len(items), _MOST_ROWS)]
 
 
-def _shortened(header: Sequence[str], items: Sequence[_Item], row: Callable[[_Item], Sequence[str]]) -> str:
-    """A table of the `chosen` items, and their number if some are omitted."""
-    shown = chosen(items)
+def _short_table(header: Sequence[str], items: Sequence[_Item], row: Callable[[_Item], Sequence[str]]) -> str:
+    """A table of the `choose_items` selection, and their number if some are omitted."""
+    shown = choose_items(items)
     note = f"\n  ({len(shown)} of {len(items)} rows; --wide shows all)" if len(shown) < len(items) else ""
     return table(header, map(row, shown)) + note
 
@@ -291,7 +291,7 @@ def _energies(result: Simulation) -> list[str]:
     if len(parts) == 1:
         return []
     whole = result.applied_energy
-    return ["", _shortened(_ENERGIES, parts, lambda part: (part[0], si(part[1], "J", 4), f"{part[1] / whole:.1%}"))]
+    return ["", _short_table(_ENERGIES, parts, lambda part: (part[0], si(part[1], "J", 4), f"{part[1] / whole:.1%}"))]
 
 
 def _speeds(velocities: Sequence[float], which: str) -> str:

@@ -82,7 +82,7 @@ class Outlook:
         self._length: dict[int, int] = {}
         self._bounds: dict[int, float] = {}
 
-    def passed(self, wave: int) -> Trail:
+    def passed_trail(self, wave: int) -> Trail:
         """The peaks of a wave from the foremost contact through which all of it has passed, if there is one."""
         if wave not in self._trails:
             trail = self._log.trail(self.heads[wave], 2 * _STRIDE + _STEP + int(PASSING * self._log.wave.spread))
@@ -93,7 +93,7 @@ class Outlook:
         return self._trails[wave]
 
     def bound(self, wave: int) -> float:
-        """Bound on the relative deviation of a wave from its limit, at the first peak of `passed`.
+        """Bound on the relative deviation of a wave from its limit, at the first peak of `passed_trail`.
 
         It is infinite for a wave that will collide with another one, or is followed by one that may still become
         stronger.
@@ -108,13 +108,16 @@ class Outlook:
             return math.inf
         for behind in range(wave + 1, len(self.heads)):
             other, most = self.heads[behind].force, _TALLER * force
-            if 2 * other > most and other * (1 + min(_doubt(self.passed(behind).forces, self._noise), 1.0)) > most:
+            if (
+                2 * other > most
+                and other * (1 + min(_doubt(self.passed_trail(behind).forces, self._noise), 1.0)) > most
+            ):
                 return math.inf
-        return _doubt(self.passed(wave).forces, self._noise)
+        return _doubt(self.passed_trail(wave).forces, self._noise)
 
     def wait(self, wave: int, allowed: float) -> float:
         """Least time until the bound of a wave decreases to ``allowed``; 0 if it is not known."""
-        trail = self.passed(wave)
+        trail = self.passed_trail(wave)
         contacts = 2 * _STRIDE + _STEP + 1 - float(len(trail.rows))
         if not trail.rows:  # all of the wave passes a contact later
             contacts += passage_time(self._log.wave, 1.0) * self._log.wave.speed - self._length.get(wave, 0)
@@ -164,9 +167,9 @@ def distance_from_limit(peak: Peak, log: PeakLog) -> float:
     it may change again as much as on the last third of its way.
     """
     forces = log.trail(peak, max(_FAR, peak.contact // 3)).forces
-    whole = _span(forces) / peak.force
+    total = _span(forces) / peak.force
     if len(forces) <= 2 * _STRIDE:
-        return whole
+        return total
     near = _span(forces[: _STRIDE + 1]) / peak.force
     if near * peak.force <= log.tolerance:
         return near * max(3.0, _HIDDEN * peak.contact)
@@ -175,7 +178,7 @@ def distance_from_limit(peak: Peak, log: PeakLog) -> float:
     changes = (*halves, before, forces[0] - forces[2], forces[2 * _STRIDE] - forces[:_FAR][-1])
     turning = halves[0] * halves[2] < _TURNING * halves[1] ** 2
     if any(change * last < 0 for change in changes) or turning or abs(last) >= abs(before):
-        return min(whole, _MOST_CHANGE * near)
+        return min(total, _MOST_CHANGE * near)
     exponent = math.log(before / last) / math.log((peak.contact - 0.5 * _STRIDE) / (peak.contact - 1.5 * _STRIDE)) - 1
     return _MARGIN * abs(last) * peak.contact / (_STRIDE * max(exponent, 1.0)) / peak.force
 

@@ -67,19 +67,19 @@ class Probe:
             return
         # At an end of the chain a granule is repeated, without force between the two.
         first, last = self.contact - 1, self.contact + 3
-        known = 1 if self._times else 0
-        states = np.array((stretch.x[known:, max(first, 0) : last], stretch.v[known:, max(first, 0) : last]))
+        skipped = 1 if self._times else 0
+        states = np.array((stretch.x[skipped:, max(first, 0) : last], stretch.v[skipped:, max(first, 0) : last]))
         if states.shape[2] < 4:
             states = states[:, :, np.clip(np.arange(first, last), 0, stretch.x.shape[1] - 1) - max(first, 0)]
         states[0] -= origin
-        self._times.append(stretch.times[known:])
+        self._times.append(stretch.times[skipped:])
         self._states.append(states)
 
     def transit(self, peak: Peak, log: PeakLog, doubt: float) -> Transit:
         """The wave with the maximum ``peak``; ``doubt`` is the bound on its distance from the limit."""
         reach = 2 * passage_time(log.wave, peak.force)
         begin = max(log.peak(peak.previous).time if peak.previous >= 0 else 0.0, peak.time - reach)
-        end = min(log.following(peak), peak.time + reach)
+        end = min(log.next_time(peak), peak.time + reach)
         # of a long history only the end matters
         first = max(bisect_right(self._times, begin, key=lambda times: times.item(0)) - 1, 0)
         times, states = np.concatenate(self._times[first:]), np.concatenate(self._states[first:], axis=1)
@@ -90,11 +90,11 @@ class Probe:
         return Transit(peak, begin, end, times[used], states[:, used], speed, doubt)
 
 
-def measured(transit: Transit, problem: ChainProblem, compiled: Any = None) -> MeasuredWave:
+def measure_wave(transit: Transit, problem: ChainProblem, compiled: Any = None) -> MeasuredWave:
     """Measure a wave, in scaled units; ``compiled`` is the compiled module, or None for NumPy."""
     # the motion of the first contact is smooth only relative to the free-particle displacement
     if compiled is None or not transit.peak.contact:
-        return _measured(transit, *_samples(transit, problem))
+        return _measure(transit, *_samples(transit, problem))
     wave = array("d", (transit.begin, transit.end, transit.peak.time, transit.peak.force, 0, 0, 0, 0, 0))
     compiled.read(transit.times, np.ascontiguousarray(transit.states), wave)
     return _wave(transit, *wave[4:])
@@ -112,14 +112,14 @@ def _samples(transit: Transit, problem: ChainProblem) -> tuple[FloatArray, ...]:
     if driven:
         jets[:2, :, 0] -= _free(problem, times)
     size = np.diff(times)[:, None]
-    known = hermite_data(jets[:, :-1], jets[:, 1:], size[:, 0])
+    jets_between = hermite_data(jets[:, :-1], jets[:, 1:], size[:, 0])
     nodes = times[:-1, None] + size * _NODES
-    positions = _between(_VALUES_BETWEEN, known)
+    positions = _between(_VALUES_BETWEEN, jets_between)
     if driven:
         positions[..., 0] += _free(problem, nodes.T.ravel())[0].reshape(len(_NODES), -1)
     force = np.maximum(positions[..., 0] - positions[..., 1], 0.0).T
-    velocity = _between(_SLOPES_BETWEEN, known[..., 1]).T / size
-    return nodes, power_force(force, problem.exponent), velocity, size * _WEIGHTS, known[..., 1].T
+    velocity = _between(_SLOPES_BETWEEN, jets_between[..., 1]).T / size
+    return nodes, power_force(force, problem.exponent), velocity, size * _WEIGHTS, jets_between[..., 1].T
 
 
 def _between(weights: FloatArray, known: FloatArray) -> FloatArray:
@@ -135,8 +135,8 @@ def _free(problem: ChainProblem, times: FloatArray) -> FloatArray:
     return np.array([problem.free(time) for time in times.tolist()]).T
 
 
-def _measured(
-    transit: Transit, time: FloatArray, force: FloatArray, velocity: FloatArray, weight: FloatArray, known: FloatArray
+def _measure(
+    transit: Transit, time: FloatArray, force: FloatArray, velocity: FloatArray, weight: FloatArray, slopes: FloatArray
 ) -> MeasuredWave:
     """Measure a wave, from the `_samples` of its steps."""
     time, force, velocity, weight = time.ravel(), force.ravel(), velocity.ravel(), weight.ravel()
@@ -147,8 +147,8 @@ def _measured(
     end = top + int(force[top : max(right, top + 1)].argmin())
     inside = slice(begin, end + 1)
     pushed = weight[inside] * force[inside]
-    rise = _crossing(time[begin : top + 1], force[begin : top + 1], peak.force / 2)
-    fall = _crossing(time[top : end + 1][::-1], force[top : end + 1][::-1], peak.force / 2)
+    rise = _find_crossing(time[begin : top + 1], force[begin : top + 1], peak.force / 2)
+    fall = _find_crossing(time[top : end + 1][::-1], force[top : end + 1][::-1], peak.force / 2)
     fastest = begin + int(velocity[inside].argmax())
     step, node = divmod(fastest, len(_NODES))
     size = transit.times.item(step + 1) - transit.times.item(step)
@@ -157,7 +157,7 @@ def _measured(
         float(pushed.sum()),
         float((pushed * velocity[inside]).sum()),
         fall - rise,
-        max(velocity.item(fastest), _fastest(known[step], _NODES.item(node)) / size),
+        max(velocity.item(fastest), _fastest(slopes[step], _NODES.item(node)) / size),
         max(force.item(begin), force.item(end)) / peak.force,
     )
 
@@ -179,7 +179,7 @@ def _wave(
     )
 
 
-def _crossing(time: FloatArray, force: FloatArray, level: float) -> float:
+def _find_crossing(time: FloatArray, force: FloatArray, level: float) -> float:
     """Time at which the rising samples pass ``level``, by inverse interpolation."""
     below = (force < level).nonzero()[0]
     last = below.item(-1) + 1 if len(below) else 0

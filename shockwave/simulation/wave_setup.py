@@ -160,7 +160,7 @@ def setup_of(options: SimulateOptions) -> Setup:
     return Setup(filled, method, search, compiled, options)
 
 
-def scaled(scene: Scene) -> tuple[ChainProblem, Scales]:
+def scale_scene(scene: Scene) -> tuple[ChainProblem, Scales]:
     """Scale the problem of a shock on equal granules by F0, or by the smaller peak force of its wave.
 
     Raises
@@ -171,14 +171,14 @@ def scaled(scene: Scene) -> tuple[ChainProblem, Scales]:
     shock, chain = scene.shock, scene.uniform
     assert shock is not None
     assert chain is not None
-    own = Scales.of(chain, shock.peak_force)
+    shock_scales = Scales.of(chain, shock.peak_force)
     # The scaled rise time determines the result. Its last digits depend on the units in use; they are rounded off, so
     # that the same scene in other units, or scaled to another chain, is the same problem to the last bit.
-    ratio = float(f"{own.rise_time(shock.rise_time):.{_DIGITS}g}")
+    ratio = float(f"{shock_scales.rise_time(shock.rise_time):.{_DIGITS}g}")
     exponent, wave = chain.exponent, wave_law(chain.exponent)
     strength = ratio * shock.profile.total_area / wave.momentum
     force = min(1.0, strength ** (2 * exponent / (exponent + 1)))
-    scales = own if force == 1.0 else Scales.of(chain, shock.peak_force * force)
+    scales = shock_scales if force == 1.0 else Scales.of(chain, shock.peak_force * force)
     problem = ChainProblem(shock.profile, ratio * force**wave.of_speed, 1 / force, chain.count, exponent)
     cost = _COST * problem.duration**2
     if _MAX_COST / _NEAR_PEAK_FACTOR < cost <= _MAX_COST:

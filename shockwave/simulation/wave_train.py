@@ -15,10 +15,10 @@ from shockwave.scene.chain import Scales
 from shockwave.simulation.integration_stretches import Course
 from shockwave.simulation.measured_wave import MeasuredWave
 from shockwave.simulation.peak_log import Peak, PeakLog
-from shockwave.simulation.rebounding_granules import EJECTED, rebounding
+from shockwave.simulation.rebounding_granules import EJECTED, find_rebounding
 from shockwave.simulation.result_parts import ContactPeak, Cost, Train
 from shockwave.simulation.simulation_result import Simulation
-from shockwave.simulation.wave_setup import Setup, immeasurable, scaled, setup_of
+from shockwave.simulation.wave_setup import Setup, immeasurable, scale_scene, setup_of
 from shockwave.simulation.wave_train_run import ChainRun
 
 # Tolerance of the second run over that of the first.
@@ -44,7 +44,7 @@ _MOST_RATE = 10
 
 def train_of(result: Simulation) -> Train:
     """Integrate and measure the train of a result whose leading wave is known."""
-    problem, scales = scaled(result.scene)
+    problem, scales = scale_scene(result.scene)
     if result.options.timeout is None and (reason := immeasurable(problem)):
         return _primary_alone(result, f"The train is not integrated, because {reason}.")
     try:
@@ -109,18 +109,18 @@ def measure_primary(
 
 
 def _train(
-    problem: ChainProblem, scales: Scales, setup: Setup, share: float, found: Primary | None = None
+    problem: ChainProblem, scales: Scales, setup: Setup, share: float, primary: Primary | None = None
 ) -> tuple[Train, ChainRun]:
     """Measure the train; a second, coarser run of half the time shows the step errors. The train, and the first run.
 
-    ``share`` is the allowed deviation of the leading wave from its limit, over the tolerance, and ``found`` the wave if
-    it is known.
+    ``share`` is the allowed deviation of the leading wave from its limit, over the tolerance, and ``primary`` the wave
+    if it is known.
     """
     begin = time.perf_counter()
     most = int((_MOST_CONTACTS + _MOST_RATE * problem.duration) * problem.wave.spread**2)
     first, later = (max(min(each * setup.rtol, _MOST_DOUBT), _LEAST_DOUBT) for each in (share, _LATER_DOUBT))
     arguments = (setup.options.wave_threshold, first, later, most)
-    fine = ChainRun(problem, setup.integrator(), *arguments, "wave train, run 1 of 2", found).finished()
+    fine = ChainRun(problem, setup.integrator(), *arguments, "wave train, run 1 of 2", primary).finish()
     if not fine.waves:
         raise NumericalError(
             f"no wave formed within {most} contacts: the shock is too slow for its peak force"
@@ -128,7 +128,7 @@ def _train(
         )
     slowest = EJECTED * max(wave.granule_velocity for wave in fine.waves)
     compared, then = fine.compared
-    traced = fine.log.traced([(wave.contact, wave.arrival_time) for wave in fine.waves], compared)
+    traced = fine.log.trace([(wave.contact, wave.arrival_time) for wave in fine.waves], compared)
     coarse = Course.of(problem, setup.integrator(_COARSE), kept=False)
     # granules of a finite chain may collide until the end
     end = fine.end if problem.granules else max(compared, *(peak.time + LONGEST_STEP for peak in traced))
@@ -140,7 +140,7 @@ def _train(
         if granules:
             coarse.shorten(granules)
         elif until == compared:
-            difference = sum(rebounding(then, slowest)[0]) - sum(rebounding(stretch.v[-1], slowest)[0])
+            difference = sum(find_rebounding(then, slowest)[0]) - sum(find_rebounding(stretch.v[-1], slowest)[0])
     waves = _waves(fine, traced, coarse.log, scales)
     ejected = EJECTED * waves[0].granule_velocity
     recoil = sum(fine.recoils)

@@ -16,9 +16,9 @@ from shockwave.scene.chain import HERTZ
 from shockwave.simulation.integration_stretches import Course
 from shockwave.simulation.measured_wave import MeasuredWave
 from shockwave.simulation.peak_log import Peak, PeakLog
-from shockwave.simulation.rebounding_granules import EJECTED, departed, rebounding
+from shockwave.simulation.rebounding_granules import EJECTED, count_departed, find_rebounding
 from shockwave.simulation.travelling_waves import PASSING, Outlook, distance_from_limit, passage_time
-from shockwave.simulation.wave_properties import Probe, Transit, measured
+from shockwave.simulation.wave_properties import Probe, Transit, measure_wave
 
 # Interval at which the waves are examined, in characteristic times.
 _INTERVAL = 12.0
@@ -156,7 +156,7 @@ class ChainRun:
     def steps(self) -> int:
         return self._course.steps
 
-    def finished(self) -> ChainRun:
+    def finish(self) -> ChainRun:
         """Integrate until all waves are known and, in a finite chain, until they have left the chain.
 
         Raises
@@ -180,15 +180,15 @@ class ChainRun:
         transits = {(each.peak.contact, each.peak.time): each for each in self._transits}
         # the compiled code reads waves of Hertz's law
         compiled = getattr(self.integrator, "compiled", None) if self.problem.exponent == HERTZ else None
-        self.waves = tuple(measured(each, self.problem, compiled) for each in transits.values())
+        self.waves = tuple(measure_wave(each, self.problem, compiled) for each in transits.values())
         self.measured = stretch.end
         self._keep_velocities(self.problem.duration + _COMPARED * (self.measured - self.problem.duration))
         self.momentum += float(np.sum(v))
         self.energy += chain_energy(x, v, self.problem.exponent)
         ejected = EJECTED * max((wave.granule_velocity for wave in self.waves), default=0.0)
-        self.recoils, loose = rebounding(v, ejected)
+        self.recoils, loose = find_rebounding(v, ejected)
         since = stretch.end - _LATE * (stretch.end - self.problem.duration)
-        late = [sum(rebounding(velocities, ejected)[0]) for time, velocities in self._velocities if time >= since]
+        late = [sum(find_rebounding(velocities, ejected)[0]) for time, velocities in self._velocities if time >= since]
         remaining = float(np.abs(v[free_granules(x, v) : self._rearmost]).sum())
         self.unfinished_recoil = (
             _CHANGE_SHARE * float(np.ptp(late)) + _BACKWARD_SHARE * loose + _REMAINING_SHARE * remaining
@@ -199,7 +199,7 @@ class ChainRun:
                 stretch = self._course.advance(stretch.end + _INTERVAL)
             x, v = stretch.x[-1], stretch.v[-1]
             # granules that hardly move relative to one another depart, though some will exchange their velocities
-            leaving = v[::-1] if self.unfollowed_force == 0 else v[::-1][: departed(x, v)]
+            leaving = v[::-1] if self.unfollowed_force == 0 else v[::-1][: count_departed(x, v)]
             self.spalls = tuple(leaving[leaving > ejected].tolist())
         self.end = stretch.end
         progressed(self.label, math.ceil(self.end), math.ceil(self.end))
@@ -296,11 +296,11 @@ class ChainRun:
                 most, allowed = budget, self.later_doubt * math.sqrt(outlook.strongest / force)
             if place in self._ready or front > most:
                 continue
-            if not outlook.passed(wave).rows or outlook.bound(wave) > allowed:
+            if not outlook.passed_trail(wave).rows or outlook.bound(wave) > allowed:
                 self._wait = outlook.wait(wave, allowed)
                 self._shorten(outlook, strong[: place - self._removed], stretch)
                 return False
-            self._ready[place] = self._reading(outlook, place, wave)
+            self._ready[place] = self._read_wave(outlook, place, wave)
         complete = outlook.is_complete(stretch.x[-1], stretch.v[-1])
         self.settled = complete or front <= budget
         if not complete and self.settled:
@@ -337,7 +337,7 @@ class ChainRun:
     def _measure(self, outlook: Outlook, waves: list[int]) -> None:
         """Keep what is needed to measure these waves."""
         for place, wave in enumerate(waves, start=self._removed):
-            if outlook.passed(wave).rows:
+            if outlook.passed_trail(wave).rows:
                 transit = self._transit(outlook, place, wave)
                 if self._transits and place not in self._ready:  # it may gain what the wave ahead loses, as they meet
                     ahead = self._transits[-1]
@@ -347,9 +347,9 @@ class ChainRun:
             else:
                 self.unread += 1
 
-    def _reading(self, outlook: Outlook, place: int, wave: int) -> tuple[Peak, float]:
+    def _read_wave(self, outlook: Outlook, place: int, wave: int) -> tuple[Peak, float]:
         """The peak at which a wave is read, and a bound on its distance from the limit."""
-        peak, doubt = self.log.peak(outlook.passed(wave).rows[0]), outlook.bound(wave)
+        peak, doubt = self.log.peak(outlook.passed_trail(wave).rows[0]), outlook.bound(wave)
         # The first wave meets no other, so that its deviation decreases geometrically. Without a bound a wave may still
         # collide with others.
         if (wave or self._removed) and math.isfinite(doubt):
@@ -365,7 +365,7 @@ class ChainRun:
 
     def _transit(self, outlook: Outlook, place: int, wave: int) -> Transit:
         """Where a wave is measured, in general far beyond the contact where it settled."""
-        peak, distance = reading = self._reading(outlook, place, wave)
+        peak, distance = reading = self._read_wave(outlook, place, wave)
         settled, before = self._ready.get(place, reading)
         probe = Probe(peak.contact)
         for stretch, origin in self._recent:
@@ -375,7 +375,7 @@ class ChainRun:
     def _is_spent(self, stretch: Stretch) -> bool:
         """Whether nothing more can leave a finite chain: its granules move apart, or have had enough steps to."""
         x, v = stretch.x[-1], stretch.v[-1]
-        first, last = free_granules(x, v), len(x) - departed(x, v)
+        first, last = free_granules(x, v), len(x) - count_departed(x, v)
         self.unfollowed_force = 0.0
         if first >= last:
             return True

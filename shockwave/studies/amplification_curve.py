@@ -133,7 +133,7 @@ class UniversalCurve(Result):
             )
         numbers: tuple[float, float] = (RTOL.checked("rtol", rtol), _LONGEST.checked("longest", longest))
         groups = WarningGroups()
-        points = _simulated_points(profile, *numbers, groups)
+        points = _simulate_points(profile, *numbers, groups)
         warnings = (*getattr(profile, "alarms", ()), *groups.sentences("simulations"))
         self.__attrs_init__(profile, *numbers, points, warnings)
 
@@ -225,14 +225,14 @@ def _row(point: CurvePoint) -> tuple[str, str, str]:
     return si(point.rise_time, "", 4), si(point.amplification, "", 4), by_section4
 
 
-def _simulated_points(
+def _simulate_points(
     profile: ShockProfile, rtol: float, longest: float, warnings: WarningGroups
 ) -> tuple[CurvePoint, ...]:
     """The points of a curve."""
     shortest = min(math.cbrt(rtol), _SPAN * longest)
     n = float(profile.duration_ratio)
-    grid = refined(partial(_simulate, profile, rtol, warnings), math.log(shortest / n), math.log(longest / n), rtol)
-    shocks = [_scaled_shock(profile, x) for x in grid[0].tolist()]
+    grid = refine(partial(_simulate, profile, rtol, warnings), math.log(shortest / n), math.log(longest / n), rtol)
+    shocks = [_scale_shock(profile, x) for x in grid[0].tolist()]
     outcomes: list[Any] = Predictor(model="section-4").predict_many(shocks, _CHAIN)
     return tuple(
         CurvePoint(
@@ -245,7 +245,7 @@ def _simulated_points(
     )
 
 
-def _scaled_shock(profile: ShockProfile, x: float) -> Shock:
+def _scale_shock(profile: ShockProfile, x: float) -> Shock:
     """A shock with ln t0/T0 = ``x`` on the chain of the simulations."""
     return Shock(profile=profile, peak_force=1.0, rise_time=math.exp(x) * Scales.of(_CHAIN, 1.0).time)
 
@@ -254,7 +254,7 @@ def _simulate(
     profile: ShockProfile, rtol: float, warnings: WarningGroups, x: FloatArray
 ) -> tuple[FloatArray, FloatArray, int]:
     """Logarithms of the amplifications at ln t0/T0 = ``x``, their error estimates, and the force evaluations."""
-    shocks = [_scaled_shock(profile, place) for place in x.tolist()]
+    shocks = [_scale_shock(profile, place) for place in x.tolist()]
     results: list[Any] = simulate_many(shocks, _CHAIN, _SIMULATION_RTOL * rtol, waves="primary")
     for shock, result in zip(shocks, results, strict=True):
         if isinstance(result, NumericalError):
@@ -268,7 +268,7 @@ def _simulate(
     return heights, errors, sum(result.cost.force_evaluations for result in results)
 
 
-def refined(
+def refine(
     simulated: Callable[[FloatArray], tuple[FloatArray, FloatArray, int]], begin: float, end: float, rtol: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Grid, values and error from each point to the next, such that a cubic spline meets the tolerance.

@@ -276,5 +276,5 @@ def compare(
         simulated=simulated,
         equal_tolerance=predictor.equal_tolerance,
         published=published,
-        faults=tuple(map(scene.placed, faults)),
+        faults=tuple(map(scene.place_fault, faults)),
     )

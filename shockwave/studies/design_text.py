@@ -21,7 +21,7 @@ def text_of_design(design: Design) -> str:
         *facts(pair for pair in [*(_requirement_facts(design) if best else []), *details] if pair[1]),
     ]
     options = [*_first_options(design), *design.table]
-    rows = [_row(design, option) for option in _shown_options(design)]
+    rows = [_row(design, option) for option in _select_options(design)]
     if rows:
         spare = [name for name in reversed(rows[0]) if name not in (next(iter(rows[0])), "")]
         lines += ["", table(list(rows[0]), [list(row.values()) for row in rows], spare)]
@@ -35,15 +35,15 @@ def _first_options(design: Design) -> list[Option]:
     return [] if design.is_ranked or design.least is not None else list(design.solutions)
 
 
-def _shown_options(design: Design) -> list[Option]:
+def _select_options(design: Design) -> list[Option]:
     """Options of the printed table: the solutions of a number first, then the trade-off or the ranking."""
-    first, rest = _first_options(design), list(design.table)
+    first, others = _first_options(design), list(design.table)
     if not is_wide():
         first = first[:_MOST_ROWS]
-        left = min(_MOST_ROWS - len(first), len(rest))
-        chosen = range(left) if design.is_ranked else evenly(len(rest), left).tolist() if left else []
-        rest = [rest[index] for index in chosen]
-    return [*first, *rest]
+        left = min(_MOST_ROWS - len(first), len(others))
+        chosen = range(left) if design.is_ranked else evenly(len(others), left).tolist() if left else []
+        others = [others[index] for index in chosen]
+    return [*first, *others]
 
 
 def _answer(design: Design) -> str:

@@ -16,11 +16,11 @@ from shockwave.base.quantity_fields import text_of
 from shockwave.base.text import si
 from shockwave.scenario.block_keys import Key
 from shockwave.scenario.scenario import Scenario
-from shockwave.scenario.value_conversion import converted
+from shockwave.scenario.value_conversion import convert
 from shockwave.scene.layout import mass_and_length
 from shockwave.scene.solitary_wave import SolitaryWave
 from shockwave.scene.yielding import UNJUDGED
-from shockwave.simulation.recording import reported_contacts
+from shockwave.simulation.recording import select_contacts
 
 _CONTACT = re.compile(r"contacts\[\d+\]\.peak_force")
 _OF_LIMIT = table.LEADING_WAVE[:2]
@@ -41,7 +41,7 @@ _ROUNDING = 1e-12
 def contacts_of(scenario: Scenario) -> tuple[int, ...]:
     """Numbers of the contacts that a simulation of the scenario reports."""
     count = scenario.scene.contact_count
-    return scenario.simulate.contacts if count is None else reported_contacts(scenario.simulate, count)
+    return scenario.simulate.contacts if count is None else select_contacts(scenario.simulate, count)
 
 
 def target_named(name: object, contacts: Sequence[int], kind: str) -> Quantity:
@@ -170,7 +170,7 @@ class Requirement:
         """
         quantity = target_named(name, contacts, kind)
         with below(kind, *steps_of(name)):
-            number = float(converted(Key(name, spec=Number(quantity.unit.replace(" ", "*"), "", above=0)), value))
+            number = float(convert(Key(name, spec=Number(quantity.unit.replace(" ", "*"), "", above=0)), value))
         return cls(quantity, sign, number, kind)
 
     def violation(self, value: float, error: float, margin: float = 0.0) -> float:

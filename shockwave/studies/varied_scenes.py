@@ -144,7 +144,7 @@ def value_of(scenario: Scenario, name: str) -> float:
     if value is None and name.startswith(_OF_SHOCK) and scenario.document is not None:
         # the parameters of a record file, which its profile does not have
         number = (data_of(scenario)["shock"].get("parameters") or {}).get(name.removeprefix(_OF_SHOCK))
-        value = None if number is None else find_parameter(name, scenario).converted(number)
+        value = None if number is None else find_parameter(name, scenario).convert(number)
     if value is None:
         problem = "must have a value in the scenario (got none; state it there)"
         raise InvalidValueError.of(("uncertainty", name), problem)

@@ -24,7 +24,7 @@ from shockwave.prediction.outcome import Outcome
 from shockwave.registry.registry import load, plugins
 from shockwave.scenario.block_keys import BLOCKS, MATERIALS, WALLS
 from shockwave.scenario.scenario import Scenario
-from shockwave.scenario.scene_hash import normalised
+from shockwave.scenario.scene_hash import normalise
 from shockwave.scenario.sweep_block import Sweep
 from shockwave.scenario.variations import Family
 from shockwave.scene.chain import Scales
@@ -80,7 +80,7 @@ class Points:
             run=self.sweep.run,
             axes=self.sweep.axes,
             columns=tuple(map(column_of, self._columns)),
-            scenario=json.loads(normalised(scenario)),
+            scenario=json.loads(normalise(scenario)),
             named=_named_here(scenario, self.sweep),
             versions=_versions_here(scenario, self.sweep),
         )
@@ -190,9 +190,9 @@ def _refusals(scenario: Scenario, sweep: Sweep) -> list[Fault]:
     """Features for which the prediction refuses all points: those of the first scene that do not vary."""
     names = [name for axis in sweep.axes for name in axis.names]
     try:
-        scenario.scene.covered("section 4", laws=True, packings=True)
+        scenario.scene.covered_chain("section 4", laws=True, packings=True)
     except NotCoveredError as error:
-        faults = error.placed(scenario.scene.placed).faults
+        faults = error.placed(scenario.scene.place_fault).faults
         return [fault for fault in faults if not any(name.startswith(fault.path) for name in names)]
     return []
 

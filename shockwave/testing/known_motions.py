@@ -180,4 +180,4 @@ def peak_with(method: Integrator) -> float:
     """Peak force of the leading wave of a triangular shock of three characteristic times, over that of the shock."""
     problem = ChainProblem(Triangular(duration_ratio=3), rise_time=1.0, peak_force=1.0)
     found = ChainRun(problem, method, wave_threshold=0.05, primary_doubt=1e-4, later_doubt=1e-2, most_contacts=200)
-    return max(wave.peak_force for wave in found.finished().waves)
+    return max(wave.peak_force for wave in found.finish().waves)

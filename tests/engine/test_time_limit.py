@@ -74,10 +74,10 @@ def test_a_train_that_takes_too_long_leaves_the_leading_wave() -> None:
 
 
 def test_the_train_of_a_flat_top_is_not_integrated_and_its_cost_is_stated() -> None:
-    from shockwave.simulation.wave_setup import immeasurable, scaled
+    from shockwave.simulation.wave_setup import immeasurable, scale_scene
 
-    assert "about 10 s or more" in immeasurable(scaled(Scene(excitation=FLAT, chain=CHAIN))[0])
-    assert immeasurable(scaled(Scene(excitation=record([0, 100, 300], [0, 1, 0]), chain=CHAIN))[0]) == ""
+    assert "about 10 s or more" in immeasurable(scale_scene(Scene(excitation=FLAT, chain=CHAIN))[0])
+    assert immeasurable(scale_scene(Scene(excitation=record([0, 100, 300], [0, 1, 0]), chain=CHAIN))[0]) == ""
 
 
 INTERRUPTED: dict[str, Callable[[], object]] = {

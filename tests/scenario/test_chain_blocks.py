@@ -238,8 +238,8 @@ def test_predict_answers_for_chains_that_section_4_does_not_cover(
 
 def test_a_refusal_names_all_features(whole: sw.Scenario) -> None:
     with pytest.raises(NotCoveredError) as caught:
-        whole.scene.covered("a test")
-    faults = map(whole.scene.placed, caught.value.faults)
+        whole.scene.covered_chain("a test")
+    faults = map(whole.scene.place_fault, caught.value.faults)
     assert [(fault.path, fault.location.rpartition("scene.yaml")[2]) for fault in faults] == [
         ("chain.granules[1]", ":6:7"),
         ("chain.end", ":10:3"),

@@ -17,7 +17,7 @@ from shockwave.profiles.tabulated import Tabulated
 from shockwave.scenario import block_keys as keys
 from shockwave.scenario.published import Published
 from shockwave.scenario.scenario import Scenario, load_scenario
-from shockwave.scenario.value_conversion import converted
+from shockwave.scenario.value_conversion import convert
 from shockwave.scene.chain import Chain
 from shockwave.scene.material import Material
 from shockwave.scene.material_library import PAPER_STEEL
@@ -167,4 +167,4 @@ def test_any_two_times_describe_a_shock(tmp_path: Path, profile: str, times: str
 
 def test_a_large_whole_number_keeps_all_its_digits() -> None:
     key = keys.Key("seed", spec=Quantity("", "a seed", whole=True))
-    assert converted(key, 2**53 + 1) == 2**53 + 1
+    assert convert(key, 2**53 + 1) == 2**53 + 1

@@ -7,7 +7,7 @@ import numpy as np
 from attrs import evolve
 
 import shockwave as sw
-from shockwave.scenario.scene_hash import normalised, scene_hash
+from shockwave.scenario.scene_hash import normalise, scene_hash
 from shockwave.scene.simulate_options import SimulateOptions
 from support.scenes import CHAIN, power
 from support.texts import load, scenario_in_python
@@ -22,8 +22,8 @@ shock: {profile: power-law, peak_force: %s, %s, duration_ratio: 3,
 
 
 def test_units_and_names_do_not_change_the_hash(tmp_path: Path) -> None:
-    one = normalised(load(tmp_path, TEXT % ("a", "diameter: 9.5 mm", "100 N", "rise_time: 1.9 us")))
-    other = normalised(load(tmp_path, TEXT % ("another", "radius: 4.75e-3", "0.1 kN", "duration: 5.7 us")))
+    one = normalise(load(tmp_path, TEXT % ("a", "diameter: 9.5 mm", "100 N", "rise_time: 1.9 us")))
+    other = normalise(load(tmp_path, TEXT % ("another", "radius: 4.75e-3", "0.1 kN", "duration: 5.7 us")))
     assert one == other
 
 

@@ -112,7 +112,7 @@ def test_what_the_loader_takes_is_admitted(tmp_path: Path, text: str, changes: l
     paths = [path for path in document.values if path]
     if text == EVERY_FEATURE:  # few changes of many features are valid
         del changes[1:]
-    data = document.having({paths[int(share * len(paths))]: value for share, value in changes}).data
+    data = document.with_values({paths[int(share * len(paths))]: value for share, value in changes}).data
     for block in (data, data.get("shock"), data.get("chain")):
         if isinstance(block, dict) and text != EVERY_FEATURE:
             block.pop(left_out, None)

@@ -16,7 +16,7 @@ from shockwave.scenario.chain_blocks import CELL, END, IMPACT, MODEL, SEGMENT, T
 from shockwave.scenario.published import Published
 from shockwave.scenario.scenario import Scenario, scenario_of
 from shockwave.scenario.sweep_block import SWEEP
-from shockwave.scenario.value_conversion import converted
+from shockwave.scenario.value_conversion import convert
 from shockwave.scenario.variations import Family
 from shockwave.scenario.yaml_document import parse_document
 from shockwave.scene.force_limit import Limit
@@ -108,7 +108,7 @@ def free(keys: tuple[Key, ...]) -> list[str]:
     names = []
     for key in keys:
         try:
-            names += [key.name] * (key.spec is None and not key.kind and converted(key, SECRET) == SECRET)
+            names += [key.name] * (key.spec is None and not key.kind and convert(key, SECRET) == SECRET)
         except ValueError:
             continue
     return names

@@ -80,9 +80,9 @@ def test_a_variable_has_unit_and_range(tmp_path: Path) -> None:
     document = by_file(tmp_path, {}).document
     assert document is not None
     diameter = variable("chain.diameter", document.data)
-    assert (diameter.unit, diameter.converted("5 mm")) == ("m", 0.005)
+    assert (diameter.unit, diameter.convert("5 mm")) == ("m", 0.005)
     assert variable("chain.material", document.data).unit is None
     with pytest.raises(ValueError, match=r"must be > 0 m"):
-        diameter.converted(0)
+        diameter.convert(0)
     with pytest.raises(InvalidValueError, match=r"must be the dotted name of a key .* did you mean"):
         variable("chain.diametre", document.data)

@@ -10,7 +10,7 @@ import pytest
 import shockwave as sw
 from shockwave.base.errors import NotCoveredError
 from shockwave.scene.contact_law import Hertz
-from shockwave.scene.coverage_rules import reduced
+from shockwave.scene.coverage_rules import reduce_chain
 from shockwave.scene.scene import Scene
 from support.scenes import CHAIN, STEEL, triangle
 
@@ -28,9 +28,9 @@ def test_segments_of_equal_granules_are_a_number_of_granules() -> None:
     )
     assert not made.is_uniform
     assert made.count == 7
-    assert reduced(made) == attrs.evolve(CHAIN, granules=7)
+    assert reduce_chain(made) == attrs.evolve(CHAIN, granules=7)
     smaller = segments(sw.Segment(count=5, radius=1e-3))
-    assert reduced(smaller) == sw.Chain(material=STEEL, radius=1e-3, granules=5)
+    assert reduce_chain(smaller) == sw.Chain(material=STEEL, radius=1e-3, granules=5)
     assert attrs.evolve(CHAIN, granules=4, contact=Hertz()) == attrs.evolve(CHAIN, granules=4)
 
 
@@ -48,21 +48,21 @@ FURTHER: dict[str, dict[str, Any]] = {
 
 def test_another_contact_law_is_refused_by_methods_that_know_hertz_alone() -> None:
     scene = Scene(excitation=SHOCK, chain=attrs.evolve(CHAIN, contact=sw.PowerContact(exponent=2, stiffness=1e7)))
-    assert scene.covered("a test", laws=True) == scene.chain
+    assert scene.covered_chain("a test", laws=True) == scene.chain
     with pytest.raises(NotCoveredError, match=r"^chain\.contact: must be left out .*\(got another contact law\)$"):
-        scene.covered("a test")
+        scene.covered_chain("a test")
 
 
 @pytest.mark.parametrize("path", FURTHER)
 def test_methods_for_equal_granules_refuse_every_further_feature(path: str) -> None:
     made = sw.Chain(material=STEEL, radius=RADIUS, **{"granules": 4, **FURTHER[path]})
-    assert reduced(made) is None
+    assert reduce_chain(made) is None
     message = r"must be left out for a test, which covers only shocks on chains of equal granules with free ends \(got "
     with pytest.raises(NotCoveredError, match=message) as caught:
-        Scene(excitation=SHOCK, chain=made).covered("a test")
+        Scene(excitation=SHOCK, chain=made).covered_chain("a test")
     assert [fault.path for fault in caught.value.faults] == [f"chain.{path}"]
     with pytest.raises(NotCoveredError, match=r"^impact: must be left out"):
-        Scene(excitation=sw.Impact(velocity=1.0), chain=attrs.evolve(CHAIN, granules=4)).covered("a test")
+        Scene(excitation=sw.Impact(velocity=1.0), chain=attrs.evolve(CHAIN, granules=4)).covered_chain("a test")
     predictor = sw.Predictor(model="section-4")
     with pytest.raises(NotCoveredError, match="must be left out for section 4"):
         predictor.predict(SHOCK, made)

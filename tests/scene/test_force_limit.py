@@ -63,7 +63,7 @@ def test_a_greater_later_force_is_the_upper_end_of_the_range(limit: float, decis
 
 @pytest.mark.parametrize("error", [50.0, 60.0])
 def test_a_force_of_unknown_error_decides_nothing(error: float) -> None:
-    found = verdict(sw.Limit(force=60.0), LeavingForce.measured("force", 50.0, error))
+    found = verdict(sw.Limit(force=60.0), LeavingForce.from_simulation("force", 50.0, error))
     assert (found.low, found.high, found.decision) == (None, None, "undecided")
 
 

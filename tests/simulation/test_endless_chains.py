@@ -6,7 +6,7 @@ import pytest
 
 import shockwave as sw
 from shockwave.scene.chain import Scales
-from shockwave.scene.power_law_wave import solved
+from shockwave.scene.power_law_wave import solve_wave
 from shockwave.scene.solitary_wave import HERTZ_WAVE, SolitaryWave, WaveLaw, wave_law
 from support.chain_reference import Reference
 from support.scenes import FORCE, STEEL
@@ -40,13 +40,13 @@ def shock_of(chain: sw.Chain, duration: float, profile: sw.ShockProfile = TRIANG
 
 @pytest.mark.parametrize("exponent", REFERENCES)
 def test_solitary_wave_agrees_with_the_reference(exponent: float) -> None:
-    law = WaveLaw(exponent, *solved(exponent))
+    law = WaveLaw(exponent, *solve_wave(exponent))
     # half of the last digit of the reference
     assert [law.speed, law.momentum, law.energy] == pytest.approx(REFERENCES[exponent][:3], abs=6e-11)
 
 
 def test_solitary_wave_of_hertz_is_the_known_one() -> None:
-    assert solved(1.5) == pytest.approx(
+    assert solve_wave(1.5) == pytest.approx(
         [getattr(HERTZ_WAVE, name) for name in ("speed", "momentum", "granule_velocity", "energy", "width")], rel=1e-12
     )
 

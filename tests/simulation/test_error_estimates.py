@@ -21,7 +21,7 @@ from shockwave.simulation import parts_on_demand as histories
 from shockwave.simulation import wave_train as train
 from shockwave.simulation.measured_wave import MeasuredWave, Passage
 from shockwave.simulation.peak_log import Peak
-from shockwave.simulation.wave_setup import scaled, setup_of
+from shockwave.simulation.wave_setup import scale_scene, setup_of
 from shockwave.simulation.wave_train_run import ChainRun
 from support.pulse_families import FAMILIES
 from support.random_chains import scene as random_scene
@@ -40,7 +40,7 @@ def motion(contacts: int, changes: dict[int, float] | None = None, late: float =
 
 def estimates(coarse: Any, fine: Any, tolerance: float = 1e-12, damping: float = 0.0) -> tuple[FloatArray, bool]:
     assembly = SimpleNamespace(force=None, damping=np.full(len(fine.forces), damping))
-    case: Any = SimpleNamespace(rtol=1e-5, assembly=assembly, judged=lambda forces: np.arange(len(forces)))
+    case: Any = SimpleNamespace(rtol=1e-5, assembly=assembly, judged_contacts=lambda forces: np.arange(len(forces)))
     return repeated_runs._errors(case, coarse, fine, tolerance)
 
 
@@ -105,14 +105,14 @@ def test_the_estimate_of_a_wave_contains_each_part_in_full(values: Any, runs: An
 
 def end_with(monkeypatch: pytest.MonkeyPatch, name: str, value: Any) -> None:
     """Give all runs of a chain another value at their end."""
-    finished = ChainRun.finished
+    finished = ChainRun.finish
 
     def changed(run: ChainRun) -> ChainRun:
         ended = finished(run)
         setattr(ended, name, value)
         return ended
 
-    monkeypatch.setattr(ChainRun, "finished", changed)
+    monkeypatch.setattr(ChainRun, "finish", changed)
 
 
 def test_the_error_of_the_recoil_contains_what_may_still_rebound(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -122,7 +122,7 @@ def test_the_error_of_the_recoil_contains_what_may_still_rebound(monkeypatch: py
 
 def test_the_error_of_the_recoil_contains_the_difference_of_two_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     runs = iter([-1.0, -1.5])
-    monkeypatch.setattr(train, "rebounding", lambda *_: ((next(runs),), 0.0))
+    monkeypatch.setattr(train, "find_rebounding", lambda *_: ((next(runs),), 0.0))
     assert sw.simulate(CASE_A, CHAIN, rtol=1e-4).recoil_error >= 0.5 * UNITS.momentum
 
 
@@ -171,7 +171,7 @@ def test_a_strongest_wave_other_than_the_leading_one_has_a_warning(
 @pytest.mark.parametrize("rtol", [1e-2, 1e-4])
 def test_waves_are_separated_from_noise_however_loose_the_tolerance(rtol: float) -> None:
     setup = setup_of(SimulateOptions(rtol=rtol))
-    step, doubt = setup.accuracy(scaled(Scene(excitation=CASE_A, chain=CHAIN))[0])
+    step, doubt = setup.accuracy(scale_scene(Scene(excitation=CASE_A, chain=CHAIN))[0])
     assert step <= 2e-4
     assert doubt <= 3e-5
 

@@ -16,7 +16,7 @@ from shockwave.engine.scaled_problem import ChainProblem
 from shockwave.scene.solitary_wave import HERTZ_WAVE
 from shockwave.simulation import wave_train as train
 from shockwave.simulation.peak_log import PeakLog, Trail
-from shockwave.simulation.rebounding_granules import rebounding
+from shockwave.simulation.rebounding_granules import find_rebounding
 from shockwave.simulation.travelling_waves import Outlook, _nothing_to_come, distance_from_limit
 from shockwave.simulation.wave_train_run import ChainRun
 from support.scenes import CHAIN, FORCE, POWER, UNITS, record, triangle
@@ -37,7 +37,7 @@ def test_the_nearest_peak_at_a_contact_and_the_next_one_are_found() -> None:
     times = {time: peak.time for time in (0.0, 2.1, 3.4, 9.0) if (peak := log.nearest(2, time))}
     assert times == {0.0: 1.0, 2.1: 3.0, 3.4: 3.0, 9.0: 4.0}
     assert log.nearest(1, 0.0) is None
-    assert [log.following(peak) for peak in log.at(2)] == [np.inf, 4.0, 3.0]
+    assert [log.next_time(peak) for peak in log.at(2)] == [np.inf, 4.0, 3.0]
 
 
 @pytest.mark.parametrize(
@@ -93,7 +93,7 @@ def test_a_wave_may_come_while_the_energy_behind_the_others_suffices(share: floa
 
 def test_waves_are_not_followed_to_a_far_end() -> None:
     found, further = (
-        ChainRun(attrs.evolve(CASE, granules=granules), Rkn86(tolerance=1e-9), 5e-3, 1e-6, 1e-5, 1000).finished()
+        ChainRun(attrs.evolve(CASE, granules=granules), Rkn86(tolerance=1e-9), 5e-3, 1e-6, 1e-5, 1000).finish()
         for granules in (3000, 4000)
     )
     assert found.spalls is None
@@ -143,7 +143,7 @@ def test_rebound_that_goes_on_when_it_is_read_is_within_its_estimate() -> None:
 
 def test_rebounding_granules_end_with_the_last_that_is_fast() -> None:
     v = np.array([-0.3, 0.01, -0.2, -5e-4, 0.5, -4e-4, 0.7])
-    velocities, loose = rebounding(v, 1e-3)
+    velocities, loose = find_rebounding(v, 1e-3)
     assert velocities == (-0.3, -0.2, -5e-4)
     # that of the granule between them, which they may catch, and of the one that drifts backwards behind a wave
     assert loose == pytest.approx(0.01 + 4e-4, rel=1e-12)
@@ -165,12 +165,12 @@ def test_the_estimate_of_the_greatest_force_contains_the_difference_of_two_runs(
 
 
 def test_a_wave_that_cannot_be_measured_is_counted_in_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
-    passed = Outlook.passed
+    passed = Outlook.passed_trail
 
     def passed_by_strong_waves(outlook: Outlook, wave: int) -> Trail:
         return passed(outlook, wave) if outlook.heads[wave].force > 0.5 else Trail([], [], [])
 
-    monkeypatch.setattr(Outlook, "passed", passed_by_strong_waves)
+    monkeypatch.setattr(Outlook, "passed_trail", passed_by_strong_waves)
     found = sw.simulate(triangle(4), CHAIN).train
     assert len(found.waves) == 1
     assert "Waves that could not be measured and are left out: 1." in found.warnings

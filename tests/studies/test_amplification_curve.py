@@ -20,7 +20,7 @@ from shockwave.base.numerics import FloatArray
 from shockwave.scene.chain import Scales
 from shockwave.scene.solitary_wave import IMPULSE_LIMIT, MOMENTUM
 from shockwave.studies import amplification_curve as studied
-from shockwave.studies.amplification_curve import UniversalCurve, refined
+from shockwave.studies.amplification_curve import UniversalCurve, refine
 from support.pages import ROOT
 from support.pulse_families import Composed
 from support.scenes import CHAIN, FORCE, UNITS
@@ -110,7 +110,7 @@ def test_wrong_arguments_are_refused(name: str, value: Any) -> None:
 
 @pytest.mark.parametrize("place", [0.3, -1.234])
 def test_the_grid_is_fine_near_a_kink(place: float) -> None:
-    x, y, errors = refined(lambda at: (np.abs(at - place), np.zeros(len(at)), 0), -2.0, 3.0, 1e-4)
+    x, y, errors = refine(lambda at: (np.abs(at - place), np.zeros(len(at)), 0), -2.0, 3.0, 1e-4)
     between = np.linspace(-2, 3, 20001)[1:-1]
     differences = np.abs(CubicSpline(x, y)(between) - np.abs(between - place))
     assert (differences <= errors[np.searchsorted(x, between) - 1]).all()
@@ -120,7 +120,7 @@ def test_the_grid_is_fine_near_a_kink(place: float) -> None:
 
 
 def test_a_jump_is_stated_as_the_error_of_narrow_intervals() -> None:
-    x, _, errors = refined(lambda at: ((at > 0.3) * 1.0, np.zeros(len(at)), 0), -2.0, 3.0, 1e-4)
+    x, _, errors = refine(lambda at: ((at > 0.3) * 1.0, np.zeros(len(at)), 0), -2.0, 3.0, 1e-4)
     wide = errors[:-1] > 1e-4
     assert np.diff(x)[wide].max() < 1e-2
     assert errors.max() > 0.5
@@ -128,13 +128,13 @@ def test_a_jump_is_stated_as_the_error_of_narrow_intervals() -> None:
 
 def test_noise_within_the_errors_of_simulations_is_not_refined() -> None:
     noise = np.random.default_rng(1)
-    x, _, errors = refined(lambda at: (noise.uniform(-1e-3, 1e-3, len(at)), np.full(len(at), 1e-2), 0), -2.0, 3.0, 1e-4)
+    x, _, errors = refine(lambda at: (noise.uniform(-1e-3, 1e-3, len(at)), np.full(len(at), 1e-2), 0), -2.0, 3.0, 1e-4)
     assert len(x) == 41
     assert errors.min() >= 1e-2
 
 
 def test_a_spent_budget_leaves_larger_errors() -> None:
-    _, _, errors = refined(lambda at: (np.abs(at), np.zeros(len(at)), 1_000_000), -2.0, 3.0, 1e-4)
+    _, _, errors = refine(lambda at: (np.abs(at), np.zeros(len(at)), 1_000_000), -2.0, 3.0, 1e-4)
     assert errors.max() > 1e-3
 
 

@@ -106,7 +106,7 @@ def edited(text: str, edits: Mapping[str, Any]) -> str:
     document = _parsed(text)
     for name, value in edits.items():
         for path, new in _changes(document.data, name, value):
-            document = document.having({path: new})
+            document = document.with_values({path: new})
     return _written(document.data) if edits else text
 
 
