@@ -13,7 +13,7 @@ _Function = TypeVar("_Function")
 _VARIADIC = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
 
 
-def explained(function: _Function) -> _Function:
+def explain_arguments(function: _Function) -> _Function:
     """``function``, which raises `InvalidValueError` where Python raises TypeError for its arguments."""
 
     @wraps(cast(Any, function))
@@ -52,11 +52,11 @@ def unknown_arguments(named: Mapping[str, object], known: Collection[str]) -> li
 
 
 class Explained:
-    """Base class of attrs classes whose constructors are `explained`, with those that plugins derive."""
+    """Base class of attrs classes whose constructors explain their arguments, with those that plugins derive."""
 
     __slots__ = ()
 
     @classmethod
     def __attrs_init_subclass__(cls) -> None:
         if "__init__" in vars(cls):
-            cls.__init__ = explained(cls.__init__)  # type: ignore[method-assign]
+            cls.__init__ = explain_arguments(cls.__init__)  # type: ignore[method-assign]

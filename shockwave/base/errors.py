@@ -27,7 +27,7 @@ _PLAIN_KEY = re.compile(r"[\w-]{1,60}")
 _INVALID = 3
 
 
-def dotted(path: Steps) -> str:
+def dotted_name(path: Steps) -> str:
     """``path`` as messages write it, such as ``shock.parameters.times[3]``."""
     text = ""
     for step in path:
@@ -39,7 +39,7 @@ def dotted(path: Steps) -> str:
 
 
 def steps_of(name: str | Steps) -> Steps:
-    """Path that ``name`` writes, such as ``chain.granules[1].diameter``; the inverse of `dotted` for plain keys."""
+    """Path that ``name`` writes, such as ``chain.granules[1].diameter``; inverse of `dotted_name` for plain keys."""
     if not isinstance(name, str):
         return name
     return tuple(int(index) if index else step for step, index in _STEP.findall(name))
@@ -72,7 +72,7 @@ class Fault:
     @property
     def path(self) -> str:
         """Dotted name of the value, such as ``chain.material.density``."""
-        return dotted(self.steps)
+        return dotted_name(self.steps)
 
     def below(self, *steps: str | int) -> Fault:
         """The fault with ``steps`` before its path, unless it has a place, to which its path belongs."""
@@ -131,7 +131,7 @@ class InvalidValueError(ShockwaveError, ValueError):
         """Error with a single fault."""
         return cls(Fault(path, problem, location))
 
-    def placed(self, place: Callable[[Fault], Fault]) -> Self:
+    def with_places(self, place: Callable[[Fault], Fault]) -> Self:
         """The error with ``place`` applied to its faults."""
         error = type(self)(*map(place, self.faults))
         vars(error).update(vars(self))  # its notes
@@ -181,7 +181,7 @@ def refuse(faults: Iterable[Fault]) -> None:
 
 
 @contextmanager
-def collected(faults: list[Fault], *steps: str | int) -> Iterator[None]:
+def collect_faults(faults: list[Fault], *steps: str | int) -> Iterator[None]:
     """Add the faults of an error that is raised meanwhile to ``faults``, with ``steps`` before their paths."""
     try:
         yield
@@ -190,20 +190,20 @@ def collected(faults: list[Fault], *steps: str | int) -> Iterator[None]:
 
 
 @contextmanager
-def placing(place: Callable[[Fault], Fault]) -> Iterator[None]:
+def locate(place: Callable[[Fault], Fault]) -> Iterator[None]:
     """Apply ``place`` to the faults of an invalid value that is reported meanwhile."""
     try:
         yield
     except InvalidValueError as error:
-        raise error.placed(place) from None
+        raise error.with_places(place) from None
 
 
 def below(*steps: str | int) -> AbstractContextManager[None]:
     """Put ``steps`` before the paths of the faults of an invalid value that is reported meanwhile."""
-    return placing(lambda fault: fault.below(*steps))
+    return locate(lambda fault: fault.below(*steps))
 
 
-def detached(error: _Error) -> _Error:
+def detach(error: _Error) -> _Error:
     """``error`` prepared for storage: without its traceback, whose frames hold scenes and arrays.
 
     That of a plugin is kept, because its author needs the cause.
@@ -228,10 +228,10 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
 def text_of(value: object, limit: int = 60) -> str:
     """``value`` for a message: its repr, shortened to fit a line."""
-    return shortened(repr(value), limit)
+    return shorten(repr(value), limit)
 
 
-def shortened(text: str, limit: int = 60) -> str:
+def shorten(text: str, limit: int = 60) -> str:
     """The beginning of ``text``, with dots if it is longer than ``limit``."""
     return text if len(text) <= limit else text[: limit - 3] + "..."
 

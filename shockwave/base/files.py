@@ -113,7 +113,7 @@ def parse_json(text: str | bytes, name: str, remedy: str = "") -> Any:
         raise InvalidValueError.of((), f"must be JSON (got {error}{_hint(remedy)})", name) from None
 
 
-def structured(document: Any, cls: type[_Type], name: str, rule: str, remedy: str = "") -> _Type:
+def structure_document(document: Any, cls: type[_Type], name: str, rule: str, remedy: str = "") -> _Type:
     """Instance of an attrs class from plain data.
 
     Parameters
@@ -185,14 +185,14 @@ def write_file(path: _Path, content: str | bytes, anew: bool = False) -> None:
             raise ValueError("it is read-only")
         if target.is_symlink():
             target = target.resolve()
-        with replacing(target) as new:
+        with replace_file(target) as new:
             new.buffer.write(data)
     except (OSError, ValueError) as error:
         raise not_writable(path, error) from error
 
 
 @contextmanager
-def replacing(path: Path) -> Iterator[TextIOWrapper]:
+def replace_file(path: Path) -> Iterator[TextIOWrapper]:
     """A new text file that replaces ``path`` when it is complete, and is deleted otherwise.
 
     A link of this name is replaced, not followed. The new file gets the permissions of the old one.

@@ -14,20 +14,20 @@ _Item = TypeVar("_Item")
 _show: ContextVar[Show | None] = ContextVar("show", default=None)
 
 
-def progressed(work: str, done: int, total: int | None = None) -> None:
+def report_progress(work: str, done: int, total: int | None = None) -> None:
     """Report that ``done`` of ``total`` parts of ``work`` are done."""
     if (show := _show.get()) is not None:
         show(work, done, total)
 
 
-def counted(work: str, items: Sequence[_Item]) -> Iterator[_Item]:
+def track(work: str, items: Sequence[_Item]) -> Iterator[_Item]:
     """Yield the items, with a report of progress before each one and at the end, however it is reached."""
     try:
         for done, item in enumerate(items):
-            progressed(work, done, len(items))
+            report_progress(work, done, len(items))
             yield item
     finally:
-        progressed(work, len(items), len(items))
+        report_progress(work, len(items), len(items))
 
 
 @contextmanager

@@ -92,7 +92,7 @@ class Quantity(Explained):
             fits = fits and _SIGNS[sign](number, bound)
         return None if fits else f"must be {self.rule} (got {text_of(value)})"
 
-    def checked(self, name: str, value: Any) -> Any:
+    def check(self, name: str, value: Any) -> Any:
         """``value`` of ``name`` as a float or int; raises `InvalidValueError` if it is wrong.
 
         A value may also be text with a unit or a quantity of pint.
@@ -109,9 +109,7 @@ class Quantity(Explained):
 
 
 # one for all fields, because attrs inspects the signature of each converter
-_CONVERTER: Any = attrs.Converter(
-    lambda value, field: field.metadata[_KEY].checked(field.name, value), takes_field=True
-)
+_CONVERTER: Any = attrs.Converter(lambda value, field: field.metadata[_KEY].check(field.name, value), takes_field=True)
 
 
 def quantity(
@@ -184,7 +182,7 @@ def one_of(*known: object) -> Any:
 
     def check(_: object, attribute: attrs.Attribute[Any], value: object) -> None:
         if value not in known:
-            raise InvalidValueError.of(attribute.name, f"must be {listed(known)} (got {text_of(value)})")
+            raise InvalidValueError.of(attribute.name, f"must be {join(known)} (got {text_of(value)})")
 
     return check
 
@@ -210,7 +208,7 @@ def radius_of(radius: Any, diameter: Any) -> Any:
     if radius is not None:
         raise InvalidValueError.of("diameter", "must be left out if radius is given (got both; delete one)")
     # a taper of diameters is one of radii with half the sizes
-    return diameter.half if hasattr(diameter, "half") else DIAMETER.checked("diameter", diameter) / 2
+    return diameter.half if hasattr(diameter, "half") else DIAMETER.check("diameter", diameter) / 2
 
 
 def quantity_of(attribute: attrs.Attribute[Any]) -> Quantity | None:
@@ -219,7 +217,7 @@ def quantity_of(attribute: attrs.Attribute[Any]) -> Quantity | None:
     return spec if isinstance(spec, Quantity) else None
 
 
-def listed(names: Iterable[object], conjunction: str = "or") -> str:
+def join(names: Iterable[object], conjunction: str = "or") -> str:
     """``names`` for a sentence, such as ``a, b or c``."""
     *most, last = map(str, names)
     return f"{', '.join(most)} {conjunction} {last}" if most else last

@@ -6,9 +6,9 @@ import functools
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
-from shockwave.base.errors import InvalidValueError, UnknownNameError, UsageError, shortened, text_of
+from shockwave.base.errors import InvalidValueError, UnknownNameError, UsageError, shorten, text_of
 from shockwave.base.quantities import unit_of, value_at
-from shockwave.base.quantity_fields import listed
+from shockwave.base.quantity_fields import join
 from shockwave.base.text import Detail, html_of, on_screen, si
 
 if TYPE_CHECKING:  # a result that is only printed needs no arrays
@@ -65,7 +65,7 @@ class Result:
         """
         names = [each.name.lower() for each in Detail]
         if detail not in names:
-            raise InvalidValueError.of("detail", f"must be {listed(names)} (got {text_of(detail)})")
+            raise InvalidValueError.of("detail", f"must be {join(names)} (got {text_of(detail)})")
         return on_screen(self, detail=Detail[detail.upper()])
 
     def _repr_html_(self) -> str:
@@ -77,7 +77,7 @@ class Result:
 
             rows = cells(table, _MOST_ROWS, _MOST_COLUMNS)
         remarks = {kind: sentences[:_MOST_WARNINGS] for kind, sentences in self.remarks().items()}
-        text = shortened(self.text(), _LONGEST_TEXT)
+        text = shorten(self.text(), _LONGEST_TEXT)
         template = Path(__file__).with_name("notebook.html.jinja")
         return html_of(template, answer=answer, remarks=remarks, rows=rows, text=text)
 
@@ -98,7 +98,7 @@ class Result:
     def _main_table(self) -> Table | None:
         return next(filter(None, map(self._table, dict(self._tables))), None)
 
-    def _named(self, name: str | None) -> Table:
+    def _find_table(self, name: str | None) -> Table:
         known = [one for one in dict(self._tables) if name in (None, one)]
         table = next(filter(None, map(self._table, known)), None)
         if table is None:
@@ -127,7 +127,7 @@ class Result:
         """
         from shockwave.base.result_tables import frame
 
-        return frame(self._named(table), self.remarks())
+        return frame(self._find_table(table), self.remarks())
 
     def to_xarray(self, table: str | None = None) -> Any:
         """Return a table as an `xarray.Dataset`, in which each variable has the attribute ``units``.
@@ -136,7 +136,7 @@ class Result:
         """
         from shockwave.base.result_tables import dataset
 
-        return dataset(self._named(table), {"title": type(self).__name__, **self.remarks()})
+        return dataset(self._find_table(table), {"title": type(self).__name__, **self.remarks()})
 
 
 def _text(name: str, value: Any) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shockwave import OWN_DISTRIBUTION, __version__
-from shockwave.base.errors import UsageError, message_of, shortened
+from shockwave.base.errors import UsageError, message_of, shorten
 from shockwave.base.quantities import unit_of
 from shockwave.base.text import si
 
@@ -47,10 +47,10 @@ def column(name: str, values: npt.ArrayLike, *axes: str, unit: str | None = None
 
 def along(row: str, places: Any, quantities: Mapping[str, Any], units: Mapping[str, str | None] | None = None) -> Table:
     """Table of ``quantities`` at the ``places`` of its rows; ``units`` are those that differ from `unit_of`."""
-    own = units or {}
-    table = coordinate(row, places, own.get(row))
+    units_by_name = units or {}
+    table = coordinate(row, places, units_by_name.get(row))
     for name, values in quantities.items():
-        table |= column(name, values, row, unit=own.get(name))
+        table |= column(name, values, row, unit=units_by_name.get(name))
     return table
 
 
@@ -59,35 +59,35 @@ def table_of(objects: Sequence[Any], row: str) -> Table:
 
     NaN stands for None in a column of numbers.
     """
-    kept = {}
+    columns = {}
     for name in (one.name for one in attrs.fields(type(objects[0]))):
         values = [getattr(one, name) for one in objects]
         if all(isinstance(value, _SCALARS) for value in values) and any(value is not None for value in values):
             blank: Any = "" if any(isinstance(value, str) for value in values) else np.nan
-            kept[name] = [blank if value is None else value for value in values]
-    return along(row, kept.pop(row, range(len(objects))), kept)
+            columns[name] = [blank if value is None else value for value in values]
+    return along(row, columns.pop(row, range(len(objects))), columns)
 
 
 def dataset(table: Table, about: Mapping[str, Any]) -> Any:
     """The `xarray.Dataset` of a table, with attributes ``about``, lists as lines; raises UsageError without xarray."""
     xarray = library("xarray")
-    made: dict[bool, dict[str, Any]] = {False: {}, True: {}}
+    variables: dict[bool, dict[str, Any]] = {False: {}, True: {}}
     for name, (values, unit, axes, meaning, is_coordinate) in table.items():
         units = {} if unit is None else {"units": unit or "1"}
-        made[is_coordinate][name] = (axes, values, {"long_name": meaning or name.replace("_", " "), **units})
+        variables[is_coordinate][name] = (axes, values, {"long_name": meaning or name.replace("_", " "), **units})
     texts = {name: text if isinstance(text, str) else "\n".join(text) for name, text in about.items()}
-    return xarray.Dataset(made[False], made[True], {"source": f"shockwave {__version__}"} | texts)
+    return xarray.Dataset(variables[False], variables[True], {"source": f"shockwave {__version__}"} | texts)
 
 
 def frame(table: Table, about: Mapping[str, Any]) -> Any:
     """The `pandas.DataFrame` of a table, with units and ``about`` in ``attrs``; raises UsageError without pandas."""
     pandas = library("pandas")
     (row, index), *rest = _flat(table)
-    made = pandas.DataFrame(
+    data_frame = pandas.DataFrame(
         {name: one.values for name, one in rest}, index=pandas.Index(index.values, name=row), copy=True
     )
-    made.attrs |= {"units": {name: one.unit for name, one in [(row, index), *rest]}, **about}
-    return made
+    data_frame.attrs |= {"units": {name: one.unit for name, one in [(row, index), *rest]}, **about}
+    return data_frame
 
 
 def cells(table: Table, most: int, most_columns: int) -> dict[str, Any]:
@@ -106,18 +106,18 @@ def evenly(count: int, most: int) -> npt.NDArray[np.intp]:
 
 
 def _cell(value: Any, unit: str | None) -> str:
-    return si(value, unit or "") if isinstance(value, float) else shortened(str(value))
+    return si(value, unit or "") if isinstance(value, float) else shorten(str(value))
 
 
 def _flat(table: Table) -> Iterator[tuple[str, TableColumn]]:
     """Columns along the rows; a quantity with another axis gives a column for each of its values."""
     row = next(iter(table))
-    for name, one in table.items():
-        if one.axes == (row,):
-            yield name, one
-        elif one.axes[:1] == (row,):
-            for index, label in enumerate(table[one.axes[1]].values):
-                yield f"{name}[{label}]", one._replace(values=one.values[:, index], axes=(row,))
+    for name, table_column in table.items():
+        if table_column.axes == (row,):
+            yield name, table_column
+        elif table_column.axes[:1] == (row,):
+            for index, label in enumerate(table[table_column.axes[1]].values):
+                yield f"{name}[{label}]", table_column._replace(values=table_column.values[:, index], axes=(row,))
 
 
 def library(name: str, extra: str = "notebook") -> Any:

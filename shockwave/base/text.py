@@ -99,15 +99,15 @@ def brief(answer: Iterable[str], warnings: Iterable[str], rest: Iterable[str]) -
     head, tail = [line for part in answer for line in part.split("\n")], list(rest)
     if detail() is Detail.VERBOSE:
         return "\n".join([*head, *limits(warnings), *tail])
-    shown = [limits([warning]) for warning in dict.fromkeys(warnings)]
-    left, count = MOST_LINES - len(head) - 1, len(shown)
-    while shown and sum(map(len, shown)) > max(left - min(len(tail), _LEAST_FACTS), 3):
-        shown.pop()
-    lines = [*head, *(line for part in shown for line in part)]
-    if len(shown) < count:
-        lines += limits([f"{count - len(shown)} more; --verbose shows all"])
-    if detail() is not Detail.EXPLAIN and len(tail) > (left := max(MOST_LINES - len(lines), 0)):
-        tail = tail[: max(left - 1, 0)]
+    warning_lines = [limits([warning]) for warning in dict.fromkeys(warnings)]
+    room, count = MOST_LINES - len(head) - 1, len(warning_lines)
+    while warning_lines and sum(map(len, warning_lines)) > max(room - min(len(tail), _LEAST_FACTS), 3):
+        warning_lines.pop()
+    lines = [*head, *(line for part in warning_lines for line in part)]
+    if len(warning_lines) < count:
+        lines += limits([f"{count - len(warning_lines)} more; --verbose shows all"])
+    if detail() is not Detail.EXPLAIN and len(tail) > (room := max(MOST_LINES - len(lines), 0)):
+        tail = tail[: max(room - 1, 0)]
         # no part of a table without its rest
         tail = [*(tail[: tail.index("")] if "" in tail else tail), "  (--verbose shows more)"]
     return "\n".join([*lines, *tail])
@@ -115,16 +115,16 @@ def brief(answer: Iterable[str], warnings: Iterable[str], rest: Iterable[str]) -
 
 def strong(text: str) -> str:
     """``text``, bold where the screen has colour, and wrapped: the answer."""
-    lines = wrapped(text, _screen.get().columns, "  ")
-    return "\n".join(_styled(line, _STRONG) for line in lines)
+    lines = wrap(text, _screen.get().columns, "  ")
+    return "\n".join(_style(line, _STRONG) for line in lines)
 
 
 def alarm(text: str) -> str:
     """``text``, red where the screen has colour: a failed condition, an error."""
-    return _styled(text, _ALARM)
+    return _style(text, _ALARM)
 
 
-def _styled(text: str, style: str) -> str:
+def _style(text: str, style: str) -> str:
     return f"\x1b[{style}m{text}\x1b[0m" if _screen.get().colour else text
 
 
@@ -149,14 +149,14 @@ def si(value: float, unit: str, digits: int = 5, error: float | None = None) -> 
     return f"{scaled:.{decimals}f} {_PREFIXES[exponent]}{unit}"
 
 
-def rounded(value: float, digits: int = 2, sign: str = "") -> str:
+def round_digits(value: float, digits: int = 2, sign: str = "") -> str:
     """``value`` to ``digits`` digits, without a power of ten unless it is tiny or huge; ``sign`` is "" or "+"."""
     return f"{float(f'{value:.{digits}g}'):{sign}.15g}"
 
 
 def percent(share: float, sign: str = "") -> str:
     """``share`` in percent, to two digits."""
-    return f"{rounded(100 * share, sign=sign)} %"
+    return f"{round_digits(100 * share, sign=sign)} %"
 
 
 def significant_digits(value: float, error: float) -> int:
@@ -187,26 +187,26 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]], spare: Sequence[
     room = sys.maxsize if screen.wide else screen.columns - margin
     out: list[str] = []
     left = [name for name in spare if name in header]
-    widths, over = _fitted(lines, room)
+    widths, over = _fit_columns(lines, room)
     while left and over > 0:
         out.append(left.pop())
         column = lines[0].index(out[-1])
         lines = [line[:column] + line[column + 1 :] for line in lines]
-        widths, over = _fitted(lines, room)
+        widths, over = _fit_columns(lines, room)
     while over > 0 and max(widths) > _NARROW:
         widest = widths.index(max(widths))
         widths[widest] -= 1
         over -= 1
-    shown = [*_cells(lines[0], widths), "  ".join("-" * width for width in widths)]
+    text_lines = [*_cells(lines[0], widths), "  ".join("-" * width for width in widths)]
     for line in lines[1:]:
-        shown += _cells(line, widths)
+        text_lines += _cells(line, widths)
     if out:
         names = [name for name in header if name in out]
-        shown += wrapped(f"(not shown: {', '.join(names)}; --wide shows all columns)", room)
-    return "\n".join(" " * margin + line for line in shown)
+        text_lines += wrap(f"(not shown: {', '.join(names)}; --wide shows all columns)", room)
+    return "\n".join(" " * margin + line for line in text_lines)
 
 
-def _fitted(lines: Sequence[Sequence[str]], room: int) -> tuple[list[int], int]:
+def _fit_columns(lines: Sequence[Sequence[str]], room: int) -> tuple[list[int], int]:
     """Widths of the columns, the first one narrowed as far as need and `_NAME` go, and what is still too wide."""
     widths = [max(map(_width, column)) for column in zip(*lines, strict=True)]
     over = sum(widths) + 2 * (len(widths) - 1) - room
@@ -217,21 +217,19 @@ def _fitted(lines: Sequence[Sequence[str]], room: int) -> tuple[list[int], int]:
 
 def _cells(line: Sequence[str], widths: Sequence[int]) -> list[str]:
     """The lines of a row: cells that are too wide are wrapped."""
-    parts = [
-        [cell] if _width(cell) <= width else wrapped(cell, width) for cell, width in zip(line, widths, strict=True)
-    ]
-    shown = []
+    parts = [[cell] if _width(cell) <= width else wrap(cell, width) for cell, width in zip(line, widths, strict=True)]
+    text_lines = []
     for cells in zip_longest(*parts, fillvalue=""):
         padded = [cell + " " * (width - _width(cell)) for cell, width in zip(cells, widths, strict=True)]
-        shown.append("  ".join(padded).rstrip())
-    return shown
+        text_lines.append("  ".join(padded).rstrip())
+    return text_lines
 
 
 def _width(cell: str) -> int:
     return len(_STYLE.sub("", cell))
 
 
-def wrapped(text: str, width: int, rest: str = "") -> list[str]:
+def wrap(text: str, width: int, rest: str = "") -> list[str]:
     """Lines of ``text`` of at most ``width`` columns, if its words are no longer; ``rest`` begins all but the first."""
     return textwrap.wrap(text, width, subsequent_indent=rest, break_on_hyphens=False) or [""]
 
@@ -244,9 +242,9 @@ def facts(pairs: Iterable[tuple[str, str]]) -> list[str]:
 def paragraph(label: str, text: str, indent: int = 0) -> list[str]:
     """Lines of ``text`` behind ``label``, all but the first moved in by ``indent``; as wide as the screen."""
     blank = " " * indent
-    lines = wrapped(text, max(_screen.get().columns - len(label), _NARROW))
+    lines = wrap(text, max(_screen.get().columns - len(label), _NARROW))
     if len(lines) > 1 and len(label) > indent:
-        lines = [lines[0], *wrapped(" ".join(lines[1:]), _screen.get().columns - indent)]
+        lines = [lines[0], *wrap(" ".join(lines[1:]), _screen.get().columns - indent)]
     return [label + lines[0], *(blank + line for line in lines[1:])]
 
 
@@ -268,7 +266,7 @@ def error_text(error: float) -> str:
     return f"{error:+.2%}" if abs(error) < 0.1 else f"{error:+.1%}"
 
 
-def printed(result: object, writer: str) -> str:
+def render(result: object, writer: str) -> str:
     """Text of ``result`` by the function at the address ``writer``, imported when it is used: results know no text."""
     module, _, name = writer.partition(":")
     return str(getattr(importlib.import_module(module), name)(result))
@@ -296,7 +294,7 @@ def _template(file: Path, filters: tuple[Callable[..., object], ...]) -> Templat
         loader=FileSystemLoader(file.parent),
         autoescape=True,
         undefined=StrictUndefined,
-        finalize=lambda value: admitted(value) if type(value) is str else value,
+        finalize=lambda value: replace_unfit(value) if type(value) is str else value,
         trim_blocks=True,
         lstrip_blocks=True,
         optimized=False,  # compiling takes longer than rendering
@@ -305,6 +303,6 @@ def _template(file: Path, filters: tuple[Callable[..., object], ...]) -> Templat
     return environment.get_template(file.name)
 
 
-def admitted(text: str) -> str:
+def replace_unfit(text: str) -> str:
     """``text`` with a replacement sign for each character that HTML does not admit or that turns its direction."""
     return re.sub(_UNFIT, "\N{REPLACEMENT CHARACTER}", text)

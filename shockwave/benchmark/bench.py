@@ -14,7 +14,7 @@ import numpy as np
 from attrs import evolve
 
 from shockwave.base.numerics import FloatArray
-from shockwave.base.progress import counted
+from shockwave.base.progress import track
 from shockwave.benchmark.chain_problems import CASES, Case, at_setting, case_of, read_front, reference
 from shockwave.benchmark.work_precision import (
     Answer,
@@ -24,7 +24,7 @@ from shockwave.benchmark.work_precision import (
     Method,
     Problem,
     WorkPrecision,
-    measured,
+    measure,
 )
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.exponential import Exponential
@@ -74,16 +74,16 @@ def run(
     rows: list[Any] = []
     experiments: list[Callable[[], Experiment]] = []
     for family in sorted(families or FAMILIES, key=FAMILIES.index):
-        experiments += [partial(_of_scenario, family, each) for each in scenarios] or named(family, quick)
-    for experiment in counted("bench", experiments):
+        experiments += [partial(_of_scenario, family, each) for each in scenarios] or named_problems(family, quick)
+    for experiment in track("bench", experiments):
         problem, methods = experiment()
         problems.append(problem)
         for method in methods:
-            rows.extend(measured(problem, method, limits))
+            rows.extend(measure(problem, method, limits))
     return WorkPrecision(provenance=_provenance(quick, limits), problems=tuple(problems), rows=tuple(rows))
 
 
-def named(family: str, quick: bool) -> Iterator[Callable[[], Experiment]]:
+def named_problems(family: str, quick: bool) -> Iterator[Callable[[], Experiment]]:
     """The named problems of a family; each is set up, with its reference, when it is called."""
     if family == "quadratures":
         for text, profile in PROFILES.items():
@@ -110,14 +110,14 @@ def _of_scenario(family: str, scenario: Scenario) -> Experiment:
 
 
 def _provenance(quick: bool, limits: Limits) -> dict[str, str]:
-    found = software() | {
+    provenance = software() | {
         "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
         "round": "quick" if quick else "full",
         "longest run": f"{limits.run:g} s",
         "clock": f"time.perf_counter, {time.get_clock_info('perf_counter').resolution:g} s",
     }
     others = ", ".join(f"{p.distribution} {p.version}" for p in plugins() if not p.disabled and not p.problem)
-    return found | ({"plugins": others} if others else {})
+    return provenance | ({"plugins": others} if others else {})
 
 
 # ---------------------------------------------------------------- quadratures: areas and impulse of pulses
@@ -159,8 +159,8 @@ def areas_of(profile: ShockProfile) -> Areas:
     rising = [point for point in profile.breakpoints if point <= 1]
     decaying = [point for point in profile.breakpoints if point >= 1]
     pieces = ((profile.rise, rising), (profile.decay, decaying))
-    gauss, _ = _integrated(pieces, "gauss-legendre", _TIGHTEST_AREA)
-    tanh_sinh, _ = _integrated(pieces, "tanh-sinh", _TIGHTEST_AREA)
+    gauss, _ = _integrate(pieces, "gauss-legendre", _TIGHTEST_AREA)
+    tanh_sinh, _ = _integrate(pieces, "tanh-sinh", _TIGHTEST_AREA)
     closed = profile.closed_areas()
     if closed is None:
         error = max(_greatest(tanh_sinh, gauss), _ROUNDING)
@@ -173,7 +173,7 @@ def areas_of(profile: ShockProfile) -> Areas:
     return Areas(pieces, values, source, max(error, _ROUNDING))
 
 
-def _integrated(pieces: _Pieces, quadrature: str, tolerance: float) -> tuple[FloatArray, int]:
+def _integrate(pieces: _Pieces, quadrature: str, tolerance: float) -> tuple[FloatArray, int]:
     """The integrals by a registered quadrature, and the number of evaluations."""
     method = load("quadratures", quadrature)()
     found = [method.integrate(integrand, points, tolerance) for integrand, points in pieces]
@@ -190,7 +190,7 @@ def quadratures(name: str, description: str, areas: Areas) -> Experiment:
     """Every registered quadrature, applied to these areas."""
 
     def run(quadrature: str, tolerance: float, _: Clock) -> Answer:
-        found, evaluations = _integrated(areas.pieces, quadrature, tolerance)
+        found, evaluations = _integrate(areas.pieces, quadrature, tolerance)
         impulse = float(abs(found.sum() / areas.values.sum() - 1))
         return Answer({"areas": _greatest(found, areas.values), "impulse": impulse}, evaluations)
 
@@ -209,20 +209,20 @@ def predictors(case: Case) -> Experiment:
     source = "simulation by rkn1210 at rtol 1e-12, checked by rkn86 at 1e-11"
     error = max(best.error_estimate, abs(other.peak_force / best.peak_force - 1))
 
-    def predicted(reading: dict[str, Any], _: None, __: Clock) -> Answer:
+    def predict(reading: dict[str, Any], _: None, __: Clock) -> Answer:
         outcome: Any = Predictor(model="section-4", **reading).predict_scene(case.scene)
         return Answer({"peak force": abs(outcome.peak_force / best.peak_force - 1)})
 
-    def simulated(rtol: float, _: Clock) -> Answer:
+    def simulate(rtol: float, _: Clock) -> Answer:
         result = simulate_scene(case.scene, SimulateOptions(rtol=rtol, waves="primary"))
         difference = abs(result.peak_force / best.peak_force - 1)
         return Answer({"peak force": difference}, result.cost.force_evaluations, result.cost.steps)
 
     methods = []
     for alpha, coefficient in product(("constant", "literal"), ("exact", "paper")):
-        run = partial(predicted, {"alpha": alpha, "momentum_coefficient": coefficient})
+        run = partial(predict, {"alpha": alpha, "momentum_coefficient": coefficient})
         methods.append(Method(f"section-4, {alpha}", run, f"alpha {alpha}, {coefficient} A"))
-    methods.append(Method("simulate", simulated, "rtol", _TOLERANCES[:8]))
+    methods.append(Method("simulate", simulate, "rtol", _TOLERANCES[:8]))
     description = f"{case.description}: peak force of the leading wave far along the chain"
     return Problem("predictors", case.name, description, ("peak force",), source, error), methods
 
@@ -235,14 +235,14 @@ def integrators(case: Case) -> Experiment:
     best = reference(case)
     _, scales = scale_scene(case.scene)
 
-    def simulated(rtol: float, _: Clock) -> Answer:
+    def simulate(rtol: float, _: Clock) -> Answer:
         result = simulate_scene(case.scene, SimulateOptions(rtol=rtol, waves="primary", contacts=(case.contact,)))
         passage = result.passage(case.contact)
         errors = best.errors(passage.peak_force / scales.force, passage.arrival_time / scales.time)
         errors["energy"] = result.energy_defect
         return Answer(errors, result.cost.force_evaluations, result.cost.steps)
 
-    def integrated(name: str, setting: float, clock: Clock) -> Answer:
+    def integrate(name: str, setting: float, clock: Clock) -> Answer:
         integrator = at_setting(load("integrators", name), setting)
         reading = read_front(case, integrator, clock)
         errors = best.errors(reading.force, reading.time) | {"energy": reading.drift}
@@ -251,8 +251,8 @@ def integrators(case: Case) -> Experiment:
     description = f"{case.description}: front at contact {case.contact}"
     quantities = ("peak force", "arrival time", "energy")
     problem = Problem("integrators", case.name, description, quantities, best.source, best.error)
-    methods = [Method("simulate", simulated, "rtol", _TOLERANCES)]
+    methods = [Method("simulate", simulate, "rtol", _TOLERANCES)]
     for entry in entries("integrators"):
         setting, values = ("step", _STEPS) if entry.takes == "step" else ("tolerance", _TOLERANCES)
-        methods.append(Method(entry.name, partial(integrated, entry.name), setting, values))
+        methods.append(Method(entry.name, partial(integrate, entry.name), setting, values))
     return problem, methods

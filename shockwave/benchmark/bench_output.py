@@ -100,11 +100,11 @@ def _drawings(result: WorkPrecision, problem: Problem) -> list[str]:
         rows = [evolve(row, errors={quantity: error}) for row, error in errors if error is not None]
         if rows:
             title = f"relative error: {quantity} ({problem.name})"
-            drawn, (ax,) = figure(size=_SIZE)
+            canvas, (ax,) = figure(size=_SIZE)
             work_precision(ax, rows, title)
             bottom, top = ax.get_ylim()
             if bottom < problem.reference_error < top:
                 ax.axhline(problem.reference_error, color="0.4", linewidth=0.7, linestyle=(0, (4, 3)))
             # ids must be unique within the page
-            drawings.append(svg(drawn, f"p{index}q{number}", title))
+            drawings.append(svg(canvas, f"p{index}q{number}", title))
     return drawings

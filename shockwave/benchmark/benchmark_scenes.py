@@ -32,7 +32,7 @@ BEADS = Chain(material=PAPER_STEEL, radius=4.75e-3)
 UNITS = Scales.of(BEADS, FORCE)
 
 
-def made(scene: dict[str, Any]) -> tuple[Any, Chain]:
+def make_scene(scene: dict[str, Any]) -> tuple[Any, Chain]:
     """Build a scene by the name of one of the functions below and its arguments."""
     ((name, given),) = scene.items()
     scene_of = _SCENES[name]

@@ -87,7 +87,7 @@ _POWER_LAWS = {
 }
 
 
-def _named(name: str) -> Case:
+def _paper_case(name: str) -> Case:
     """A power law with the peak force of the paper, on the chain of the paper."""
     rise, decay, ratio, rise_time, contact, remark = _POWER_LAWS[name]
     shock, chain = power(rise, decay, ratio, rise_time)
@@ -97,7 +97,7 @@ def _named(name: str) -> Case:
 
 
 #: The named problems.
-CASES = {name: _named(name) for name in _POWER_LAWS}
+CASES = {name: _paper_case(name) for name in _POWER_LAWS}
 
 
 def case_of(scenario: Scenario) -> Case:

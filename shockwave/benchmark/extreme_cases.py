@@ -16,7 +16,7 @@ import numpy as np
 from attrs import Factory, evolve, field, frozen
 
 from shockwave.base.errors import ShockwaveError, UnknownNameError
-from shockwave.benchmark.benchmark_scenes import FORCE, UNITS, made
+from shockwave.benchmark.benchmark_scenes import FORCE, UNITS, make_scene
 from shockwave.engine.backend import Backend
 from shockwave.prediction.predictor import Predictor
 from shockwave.scene.solitary_wave import IMPULSE_LIMIT, MOMENTUM
@@ -100,11 +100,11 @@ def find(names: Iterable[str]) -> tuple[Case, ...]:
     UnknownNameError
         If a name is neither a case nor a theme.
     """
-    wanted = set(names)
+    requested = set(names)
     known = [*dict.fromkeys(case.theme for case in CASES), *(case.name for case in CASES)]
-    for name in wanted.difference(known):
+    for name in requested.difference(known):
         raise UnknownNameError.of("case", name, known, "the page on extreme cases lists all")
-    return tuple(case for case in CASES if not wanted or {case.name, case.theme} & wanted)
+    return tuple(case for case in CASES if not requested or {case.name, case.theme} & requested)
 
 
 # ---------------------------------------------------------------- findings
@@ -149,55 +149,55 @@ def _unsound(result: Simulation) -> list[str]:
     return faults
 
 
-def _judged(
-    case: Case, result: Simulation, outcome: str, found: float, reference: float, more: Iterable[str] = ()
+def _judge(
+    case: Case, result: Simulation, outcome: str, value: float, reference: float, more: Iterable[str] = ()
 ) -> Finding:
     """The finding on a result with a value that must equal the reference; ``more`` are other faults."""
-    error = abs(found / reference - 1)
+    error = abs(value / reference - 1)
     faults = _unsound(result)
     if not error <= case.bound:
-        faults.append(f"the error is {error:.1e}: {found:.10g} should be {reference:.10g}")
+        faults.append(f"the error is {error:.1e}: {value:.10g} should be {reference:.10g}")
     return Finding(outcome, (*faults, *more), error, case.bound, result.momentum_defect)
 
 
-def _compared(case: Case, result: Simulation, reference: float, note: str = "", more: Iterable[str] = ()) -> Finding:
+def _compare(case: Case, result: Simulation, reference: float, note: str = "", more: Iterable[str] = ()) -> Finding:
     """The finding on a result with an amplification that must equal the reference."""
-    return _judged(case, result, _summary(result) + note, result.amplification, reference, more)
+    return _judge(case, result, _summary(result) + note, result.amplification, reference, more)
 
 
 def _summary(result: Simulation) -> str:
     return f"{result.amplification:.8g} F0 by {result.integrator}, {result.cost.force_evaluations} evaluations"
 
 
-def _simulated(case: Case, backend: Backend, **options: Any) -> Simulation:
-    return simulate(*made(case.scene), **{"backend": backend, **case.options, **options})
+def _simulate(case: Case, backend: Backend, **options: Any) -> Simulation:
+    return simulate(*make_scene(case.scene), **{"backend": backend, **case.options, **options})
 
 
-def _predicted(scene: dict[str, Any]) -> float:
+def _predict(scene: dict[str, Any]) -> float:
     """The predicted amplification; raises `ValueError` if the prediction is not finite."""
-    outcome: Any = Predictor(model="section-4").predict(*made(scene))
+    outcome: Any = Predictor(model="section-4").predict(*make_scene(scene))
     json.dumps(outcome.to_dict(), allow_nan=False)
     return float(outcome.amplification)
 
 
 def law(case: Case, backend: Backend) -> Finding:
     """Impulse limit, F = 1.1681817 F0 S^(6/5), with S the impulse over that of a solitary wave of F0."""
-    result = _simulated(case, backend)
+    result = _simulate(case, backend)
     impulse = result.shock.profile.areas("tanh-sinh").total * result.shock.rise_time / UNITS.time
     reference = IMPULSE_LIMIT * (impulse / MOMENTUM) ** 1.2
-    return _compared(case, result, reference, f"; predicted {_predicted(case.scene):.4g} F0")
+    return _compare(case, result, reference, f"; predicted {_predict(case.scene):.4g} F0")
 
 
 def method(case: Case, backend: Backend) -> Finding:
     """DOP853 from SciPy on the whole chain, with waves that are measured by other code."""
-    result, other = _simulated(case, backend), simulate(*made(case.scene), integrator="dop853", waves="primary")
+    result, other = _simulate(case, backend), simulate(*make_scene(case.scene), integrator="dop853", waves="primary")
     faults = [f"{fault} (dop853)" for fault in _unsound(other)]
-    return _compared(case, result, other.amplification, f"; predicted {_predicted(case.scene):.4g} F0", faults)
+    return _compare(case, result, other.amplification, f"; predicted {_predict(case.scene):.4g} F0", faults)
 
 
 def like(case: Case, backend: Backend) -> Finding:
     """Another scene with the same simulated and predicted amplification."""
-    first, second = _predicted(case.scene), _predicted(case.other)
+    first, second = _predict(case.scene), _predict(case.other)
     fault = f"the predictions are {first:.10g} F0, and {second:.10g} F0 for the other case"
     faults = [] if abs(first / second - 1) <= case.bound else [fault]
     return like_simulated(case, backend, f"; predicted {first:.4g} F0", faults)
@@ -205,20 +205,20 @@ def like(case: Case, backend: Backend) -> Finding:
 
 def like_simulated(case: Case, backend: Backend, note: str = "", more: Iterable[str] = ()) -> Finding:
     """Another scene with the same simulated amplification."""
-    other = _simulated(evolve(case, scene=case.other), backend)
-    return _compared(case, _simulated(case, backend), other.amplification, note, more)
+    other = _simulate(evolve(case, scene=case.other), backend)
+    return _compare(case, _simulate(case, backend), other.amplification, note, more)
 
 
 def number(case: Case, backend: Backend) -> Finding:
     """Amplification that was computed at tighter tolerances."""
-    result = _simulated(case, backend)
-    return _compared(case, result, case.reference, f"; estimated error {result.error_estimate:.0e}")
+    result = _simulate(case, backend)
+    return _compare(case, result, case.reference, f"; estimated error {result.error_estimate:.0e}")
 
 
 def refused(case: Case, backend: Backend) -> Finding:
     """Error of the required class and message, raised by the simulation or by a requested passage."""
     try:
-        result = _simulated(case, backend, waves="primary")
+        result = _simulate(case, backend, waves="primary")
         for contact in case.options.get("contacts", ()):
             result.passage(contact)
     except ShockwaveError as error:
@@ -230,54 +230,54 @@ def refused(case: Case, backend: Backend) -> Finding:
 
 def late_meeting(case: Case, backend: Backend) -> Finding:
     """A collision of two granules swaps their velocities: half the square of their difference goes into the contact."""
-    result = _simulated(case, backend)
+    result = _simulate(case, backend)
     fast, slow = (velocity / UNITS.velocity for velocity in result.spall_velocities or (0.0, 0.0))
     met = result.waves[-1]
     outcome = f"meet after {met.arrival_time / UNITS.time:.4g} T0, {_summary(result)}"
-    return _judged(case, result, outcome, met.peak_force / FORCE, (5 / 8 * (fast - slow) ** 2) ** 0.6)
+    return _judge(case, result, outcome, met.peak_force / FORCE, (5 / 8 * (fast - slow) ** 2) ** 0.6)
 
 
 def far_passage(case: Case, backend: Backend) -> Finding:
     """Arrival time at contact 1e5, whose relative error is a sixth of that of the peak force."""
-    passage = _simulated(case, backend).passages[0]
-    result = _simulated(case, backend, rtol=1e-11)
+    passage = _simulate(case, backend).passages[0]
+    result = _simulate(case, backend, rtol=1e-11)
     outcome = f"arrives after {passage.arrival_time / UNITS.time:.9g} T0"
     bounded = evolve(case, bound=min(passage.error_estimate, 1e-6))
-    return _judged(bounded, result, outcome, passage.arrival_time, result.passages[0].arrival_time)
+    return _judge(bounded, result, outcome, passage.arrival_time, result.passages[0].arrival_time)
 
 
 def rebound(case: Case, backend: Backend) -> Finding:
     """Rebound of eight granules; the velocities of the first four are known to seven digits."""
-    result = _simulated(case, backend)
+    result = _simulate(case, backend)
     impulse = result.shock.profile.areas("tanh-sinh").total * result.shock.rise_time * FORCE
     found = np.array(result.recoil_velocities[: len(_REBOUNDS)]) * result.chain.granule_mass / impulse
     shown = ", ".join(f"{share:.6f}" for share in found)
     outcome = f"{result.ejected_granules} granules rebound, velocities {shown} times that of a single granule"
     worst = max(found / _REBOUNDS, key=lambda share: abs(share - 1))
-    return _judged(case, result, outcome, worst, 1.0)
+    return _judge(case, result, outcome, worst, 1.0)
 
 
 def flying_apart(case: Case, backend: Backend) -> Finding:
     """The granules that leave both ends carry the entire impulse."""
-    result = _simulated(case, backend)
+    result = _simulate(case, backend)
     spalls = result.spall_velocities or ()
     carried = result.chain.granule_mass * sum(spalls) + result.recoil_momentum
     # granules slower than a thousandth of the fastest are not listed
     outcome = f"{len(spalls)} granules leave the free end, {_summary(result)}"
-    return _judged(case, result, outcome, carried, result.applied_momentum)
+    return _judge(case, result, outcome, carried, result.applied_momentum)
 
 
 def tighter(case: Case, backend: Backend) -> Finding:
     """The same chain at rtol 1e-9, by the compiled code if it was built: the greatest force at every contact."""
-    result: Any = _simulated(case, backend)
-    exact: Any = simulate(*made(case.scene), **{**case.options, "backend": "auto", "rtol": 1e-9})
+    result: Any = _simulate(case, backend)
+    exact: Any = simulate(*make_scene(case.scene), **{**case.options, "backend": "auto", "rtol": 1e-9})
     # contacts that the wave reaches at the end only have forces of no accuracy
     least = case.bound * exact.greatest_force.peak_force
     pairs = [pair for pair in zip(result.contacts, exact.contacts, strict=True) if pair[1].peak_force > least]
     found, reference = max(pairs, key=lambda pair: abs(pair[0].peak_force / pair[1].peak_force - 1))
     greatest = result.greatest_force
     outcome = f"{greatest.peak_force / FORCE:.8g} F0 at contact {greatest.contact} by {result.integrator}"
-    return _judged(case, result, outcome, found.peak_force, reference.peak_force)
+    return _judge(case, result, outcome, found.peak_force, reference.peak_force)
 
 
 _GENERIC = (law, method, like, like_simulated, number, refused, tighter)

@@ -12,7 +12,7 @@ from typing import Any
 from attrs import asdict, frozen
 from pebble import ProcessExpired, ProcessPool
 
-from shockwave.base.progress import counted
+from shockwave.base.progress import track
 from shockwave.base.result import VERSION
 from shockwave.base.text import alarm, limits, si, strong, table
 from shockwave.benchmark.extreme_cases import CHECKS, Case, Finding, find
@@ -60,30 +60,30 @@ class Row:
 
     def cells(self) -> list[str]:
         """The row as text, a cell for each column of the table."""
-        found = self.finding
+        finding = self.finding
         return [
             self.case.name,
             self.backend,
             "passed" if self.passed else alarm("FAILED"),
-            _shown(found.error),
-            _shown(found.bound),
+            _cell(finding.error),
+            _cell(finding.bound),
             "-" if self.seconds is None else si(self.seconds, "s", error=_SINGLE),
             self.case.description,
-            _shown(found.momentum_defect),
-            found.outcome.partition("\n")[0],
+            _cell(finding.momentum_defect),
+            finding.outcome.partition("\n")[0],
         ]
 
     def failures(self) -> list[str]:
         """A sentence for each fault."""
-        found = self.finding
+        finding = self.finding
         return [
-            f"{self.case.name} ({self.backend}), {self.case.description}: {fault} (result: {found.outcome}; "
+            f"{self.case.name} ({self.backend}), {self.case.description}: {fault} (result: {finding.outcome}; "
             f"required: {self.case.must})"
-            for fault in found.faults
+            for fault in finding.faults
         ]
 
 
-def _shown(value: float | None) -> str:
+def _cell(value: float | None) -> str:
     return "-" if value is None else f"{value:.0e}" if value else "0"
 
 
@@ -139,7 +139,7 @@ def stress(names: Iterable[str] = (), backend: str | None = None) -> Stress:
     with ProcessPool(os.cpu_count() or 1, context=start_server(_MODULES)) as pool:
         futures = [pool.schedule(_in_process, (case.name, own), timeout=case.limit * len(own)) for case, own in jobs]
         try:
-            for (case, own), future in zip(counted("stress", jobs), futures, strict=True):
+            for (case, own), future in zip(track("stress", jobs), futures, strict=True):
                 rows += _rows(case, own, future)
         except KeyboardInterrupt:
             pool.stop()  # type: ignore[no-untyped-call]
@@ -155,14 +155,14 @@ def _backends(backend: str | None) -> tuple[Backend, ...]:
 
 def _in_process(name: str, backends: tuple[Backend, ...]) -> list[tuple[Finding, float]]:
     (case,) = find([name])
-    found = []
+    findings = []
     for each in backends:
         begin = time.perf_counter()
-        found.append((checked(case, each), time.perf_counter() - begin))
-    return found
+        findings.append((check(case, each), time.perf_counter() - begin))
+    return findings
 
 
-def checked(case: Case, backend: Backend) -> Finding:
+def check(case: Case, backend: Backend) -> Finding:
     """The finding of a case; an exception of its check is a fault."""
     try:
         return CHECKS[case.check](case, backend)

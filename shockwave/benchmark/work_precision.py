@@ -13,7 +13,7 @@ from attrs import asdict, evolve, field, frozen
 
 from shockwave.base.errors import NumericalError, PluginError, message_of
 from shockwave.base.result import VERSION
-from shockwave.base.text import printed
+from shockwave.base.text import render
 
 # Estimated ratio of the run times of one setting and the next coarser one.
 _GROWTH = 2.0
@@ -97,7 +97,7 @@ class WorkPrecision:
         return VERSION | document
 
     def __str__(self) -> str:
-        return printed(self, "shockwave.benchmark.bench_output:text")
+        return render(self, "shockwave.benchmark.bench_output:text")
 
 
 # ---------------------------------------------------------------- timed runs
@@ -174,7 +174,7 @@ class Method:
 Experiment: TypeAlias = tuple[Problem, Iterable[Method]]
 
 
-def measured(problem: Problem, method: Method, limits: Limits) -> Iterator[Row]:
+def measure(problem: Problem, method: Method, limits: Limits) -> Iterator[Row]:
     """A row for each value of the setting; runs that fail or would take too long have rows with the reason.
 
     A plugin that breaks its contract is not run at further settings.
@@ -188,7 +188,7 @@ def measured(problem: Problem, method: Method, limits: Limits) -> Iterator[Row]:
             continue
         begin = time.perf_counter()
         try:
-            row = _timed(row, method, limits)
+            row = _time(row, method, limits)
         except PluginError as error:
             yield evolve(row, problem=str(error))
             return
@@ -198,7 +198,7 @@ def measured(problem: Problem, method: Method, limits: Limits) -> Iterator[Row]:
         yield row
 
 
-def _timed(row: Row, method: Method, limits: Limits) -> Row:
+def _time(row: Row, method: Method, limits: Limits) -> Row:
     """The row with errors, cost and times; garbage collection is off during the runs."""
     answers: list[Answer] = []
     timer = Timer(lambda: answers.append(method.run(row.value, Clock(limits.run))))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from attrs import evolve
 
 from shockwave.base.errors import InvalidValueError, ScenarioError, UnknownNameError, UsageError
-from shockwave.base.quantity_fields import listed
+from shockwave.base.quantity_fields import join
 from shockwave.cli.output import check_output, of_arguments, print_result
 from shockwave.cli.scenario_commands import load_scenarios
 from shockwave.scenario.block_keys import MATERIALS
@@ -60,13 +60,13 @@ def design(options: argparse.Namespace) -> int:
 def _varied(options: argparse.Namespace) -> dict[str, Any]:
     """The arguments of `design` that name the parameters, their intervals and materials."""
     if len(set(options.vary)) < len(options.vary):
-        raise UsageError(f"--vary must name different parameters (got {listed(options.vary, 'and')})")
+        raise UsageError(f"--vary must name different parameters (got {join(options.vary, 'and')})")
     numbers = [name for name in options.vary if not name.endswith(MATERIALS)]
     if len(options.between) != len(numbers):
-        got = f"got {len(options.between)} for {listed(numbers, 'and') if numbers else 'materials alone'}"
+        got = f"got {len(options.between)} for {join(numbers, 'and') if numbers else 'materials alone'}"
         raise UsageError(f"--between must be given once for each number that varies ({got})")
     if options.among is not None and len(numbers) == len(options.vary):
-        raise UsageError(f"--among must be omitted for {listed(numbers, 'and')} (got {options.among})")
+        raise UsageError(f"--among must be omitted for {join(numbers, 'and')} (got {options.among})")
     among = options.among and [part.strip() for part in options.among.split(",") if part.strip()]
     if len(options.vary) == 1:
         return {"vary": options.vary[0], "between": next(iter(options.between), None), "among": among}

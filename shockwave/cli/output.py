@@ -13,7 +13,7 @@ from typing import Any
 from shockwave.base.errors import FileAccessError, InvalidValueError, ShockwaveError, UsageError, message_of
 from shockwave.base.files import write_file
 from shockwave.base.progress import progress_shown
-from shockwave.base.quantity_fields import listed
+from shockwave.base.quantity_fields import join
 
 #: Environment variable that makes internal errors raise, with a traceback.
 _DEBUG = "SHOCKWAVE_DEBUG"
@@ -47,7 +47,7 @@ def of_arguments(options: argparse.Namespace) -> Iterator[None]:
 def check_output(output: str | None, *endings: str, hint: str = "") -> None:
     """Refuse an output file with another ending, before anything is computed."""
     if output and not output.lower().endswith(endings):
-        raise UsageError(f"--output: must end in {listed(endings)} (got {output}{hint})")
+        raise UsageError(f"--output: must end in {join(endings)} (got {output}{hint})")
 
 
 def json_text(document: object) -> str:

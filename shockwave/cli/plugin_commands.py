@@ -6,7 +6,7 @@ import argparse
 
 from shockwave.base.errors import PluginError, ShockwaveError, UnknownNameError, UsageError
 from shockwave.cli.parser import OFFERED, parser
-from shockwave.registry.registry import described, find, load
+from shockwave.registry.registry import describe, find, load
 
 
 def run(options: argparse.Namespace) -> int:
@@ -25,5 +25,5 @@ def run(options: argparse.Namespace) -> int:
     except ShockwaveError:
         raise
     except Exception as error:
-        problem = f"must not raise (got {described(error):.200})"
+        problem = f"must not raise (got {describe(error):.200})"
         raise PluginError(f"command {entry.name!r} of {entry.distribution}: {problem}") from error

@@ -12,7 +12,7 @@ from shockwave.base.text import alarm, paragraph, strong, table
 from shockwave.cli.output import json_text, write_output
 from shockwave.cli.parser import KINDS
 from shockwave.engine.backend import BACKENDS, lack
-from shockwave.registry.registry import Plugin, checked, entries, plugins
+from shockwave.registry.registry import Plugin, check_plugin, entries, plugins
 
 
 def list_registered(options: argparse.Namespace) -> int:
@@ -55,7 +55,7 @@ def _names(entries: list[dict[str, str]]) -> str:
 
 def _rows(kind: str, check: bool) -> list[dict[str, Any]]:
     if kind == "plugins":
-        return [_plugin(plugin, check) for plugin in (map(checked, plugins()) if check else plugins())]
+        return [_plugin(plugin, check) for plugin in (map(check_plugin, plugins()) if check else plugins())]
     if kind == "backends":
         problems = {"compiled": lack() or None, "numpy": None}
         return [

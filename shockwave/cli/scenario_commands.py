@@ -13,7 +13,7 @@ from attrs import evolve
 from shockwave import answers
 from shockwave.base.errors import Fault, NumericalError, ShockwaveError, UnknownNameError, UsageError
 from shockwave.base.files import refuse_inputs
-from shockwave.base.progress import counted
+from shockwave.base.progress import track
 from shockwave.base.quantities import FORCES, LEADING_WAVE, WALL, Quantity
 from shockwave.base.result import VERSION
 from shockwave.base.text import alarm, error_text, limits, notes, paragraph, si, table
@@ -75,7 +75,7 @@ def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any]
     problems = []
     scenarios = load_scenarios(options.files)
     single = len(scenarios) == 1
-    for scenario in scenarios if single else counted(options.command.partition(":")[2], scenarios):
+    for scenario in scenarios if single else track(options.command.partition(":")[2], scenarios):
         try:
             result = one(_limit_scenario(scenario, options))
             # parts of a result that are computed when they are used may fail, too

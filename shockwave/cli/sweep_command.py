@@ -11,7 +11,7 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 from shockwave.base.errors import UsageError
-from shockwave.base.progress import progressed
+from shockwave.base.progress import report_progress
 from shockwave.base.text import paragraph
 from shockwave.cli.output import print_result, progress_on_stderr
 from shockwave.sweep.fork_server import start_server
@@ -78,4 +78,4 @@ def _sweep(options: argparse.Namespace) -> int:
 
 
 def _show(report: SweepReport) -> None:
-    progressed("points", report.points - report.left - report.before, report.points - report.before)
+    report_progress("points", report.points - report.left - report.before, report.points - report.before)

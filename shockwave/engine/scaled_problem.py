@@ -24,7 +24,7 @@ from shockwave.base.numerics import FloatArray
 from shockwave.engine.force_law import contact_force, power_force, stiffenings
 from shockwave.profiles.power_law import ManyPowers, Powers
 from shockwave.profiles.shock_profile import ShockProfile
-from shockwave.registry.plugin_check import trusted
+from shockwave.registry.plugin_check import is_built_in
 from shockwave.scene.chain import HERTZ
 from shockwave.scene.solitary_wave import WaveLaw, wave_law
 
@@ -164,7 +164,7 @@ class ChainProblem:
 
 def prepare(problems: Sequence[ChainProblem]) -> None:
     """Compute `ChainProblem.path` of power laws together, once for each shape, and `course` of long ones."""
-    own = [each for each in problems if isinstance(each.profile, Powers) and trusted(each.profile)]
+    own = [each for each in problems if isinstance(each.profile, Powers) and is_built_in(each.profile)]
     places: dict[ShockProfile, int] = {}
     place_of = [places.setdefault(each.profile, len(places)) for each in own]
     shapes = cast("list[Powers]", list(places))

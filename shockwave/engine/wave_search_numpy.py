@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from shockwave.base.numerics import FloatArray
-from shockwave.base.progress import progressed
+from shockwave.base.progress import report_progress
 from shockwave.engine.force_law import contact_force, power_force
 from shockwave.engine.nystroem_integrators import Nystroem, kink
 from shockwave.engine.one_step import Attempt
@@ -59,8 +59,8 @@ def search(request: Request, method: Nystroem) -> Primary:
         while window.status is Status.RUNNING and not expired():
             window.step()
             if not window.steps % 64:  # rarely enough to cost nothing
-                progressed("leading wave", window.steps)
-    progressed("leading wave", window.steps, window.steps)
+                report_progress("leading wave", window.steps)
+    report_progress("leading wave", window.steps, window.steps)
     return window.primary()
 
 

@@ -4,7 +4,7 @@ Each function takes an ``Axes`` of matplotlib and data, draws, and returns the `
 and `save` write them. matplotlib is the extra ``plot``; it is imported when a figure is made, not with this package.
 """
 
-from shockwave.base.arguments import explained as _explained
+from shockwave.base.arguments import explain_arguments as _explained
 from shockwave.pictures.accuracy import approach as approach
 from shockwave.pictures.accuracy import balance as balance
 from shockwave.pictures.accuracy import work_precision as work_precision

@@ -16,7 +16,7 @@ from weakref import WeakSet
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.files import write_file
 from shockwave.base.result_tables import library
-from shockwave.base.text import admitted
+from shockwave.base.text import replace_unfit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -171,7 +171,7 @@ def svg(figure: Figure, name: str = "picture", description: str = "") -> str:
 
 def described(picture: str, description: str) -> str:
     """Return a picture of `svg` with a description for readers who cannot see it; unchanged if it is empty."""
-    label = f' aria-label="{escape(admitted(description))}"' if description else ""
+    label = f' aria-label="{escape(replace_unfit(description))}"' if description else ""
     return f"{_BEGIN}{label}{picture.removeprefix(_BEGIN)}"
 
 

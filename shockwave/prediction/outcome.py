@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from attrs import asdict, evolve, field, frozen
 
-from shockwave.base.errors import Fault, InvalidValueError, NumericalError, ShockwaveError, detached
+from shockwave.base.errors import Fault, InvalidValueError, NumericalError, ShockwaveError, detach
 from shockwave.base.result import VERSION, cached_property
-from shockwave.base.text import printed
+from shockwave.base.text import render
 from shockwave.prediction.scaled_shock import Inequality, Regime, Relation
 from shockwave.prediction.section4 import relation_of
 from shockwave.prediction.section4_outcome import Section4Outcome
@@ -198,7 +198,7 @@ class Outcome(SceneResult):
             force = partial(_peak_force, self.simulation)
             return self.predictor.relations(self.scene, force)
         except (InvalidValueError, NumericalError) as error:
-            return detached(error)
+            return detach(error)
 
     @property
     def _paper(self) -> Section4Outcome:
@@ -290,7 +290,7 @@ class Outcome(SceneResult):
         return document | {"warnings": list(self.warnings), "notes": list(self.notes)}
 
     def __str__(self) -> str:
-        return printed(self, "shockwave.prediction.outcome_text:outcome_text")
+        return render(self, "shockwave.prediction.outcome_text:outcome_text")
 
 
 def _peak_force(simulation: Callable[[], Any] | None) -> float | None:

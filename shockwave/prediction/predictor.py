@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Literal, cast, get_args
 
 from attrs import field, frozen
 
-from shockwave.base.arguments import explained
-from shockwave.base.errors import InvalidValueError, NumericalError, PluginError, ShockwaveError, detached
+from shockwave.base.arguments import explain_arguments
+from shockwave.base.errors import InvalidValueError, NumericalError, PluginError, ShockwaveError, detach
 from shockwave.base.quantity_fields import SI, Value, one_of, plain_text, quantity, text_of
 from shockwave.prediction import section4
 from shockwave.prediction.outcome import Outcome
@@ -76,7 +76,7 @@ class Predictor(Value, kw_only=False):
         if self.quadrature is not None:
             object.__setattr__(self, "quadrature", find("quadratures", self.quadrature).name)
 
-    @explained
+    @explain_arguments
     def predict(self, shock: Shock | Impact, chain: Chain, options: SimulateOptions | None = None) -> Outcome:
         """Predict the outcome of ``shock`` on ``chain``.
 
@@ -109,7 +109,7 @@ class Predictor(Value, kw_only=False):
             raise outcome
         return outcome
 
-    @explained
+    @explain_arguments
     def predict_many(
         self,
         shocks: Iterable[Shock | Impact],
@@ -156,7 +156,7 @@ class Predictor(Value, kw_only=False):
         outcomes = [self._attempt(engine, scene) for scene in scenes]
         return [self._elastic(outcome) for outcome in outcomes]
 
-    @explained
+    @explain_arguments
     def section4(self, shock: Shock, chain: Chain) -> Section4Outcome:
         """Prediction of section 4 for a shock on a chain; see `relations` for the errors."""
         return self.relations(Scene(excitation=shock, chain=chain))
@@ -212,7 +212,7 @@ class Predictor(Value, kw_only=False):
             _ = outcome.section4 if alone else None
             return outcome
         except ShockwaveError as error:
-            return detached(error)
+            return detach(error)
 
     def _elastic(self, outcome: Outcome | ShockwaveError) -> Outcome | ShockwaveError:
         """The outcome, or the error of one with forces beyond first yield in a chain that must be elastic."""

@@ -7,7 +7,7 @@ from typing import Literal
 from attrs import frozen
 
 from shockwave.profiles.shock_profile import Areas, ShockProfile
-from shockwave.registry.plugin_check import trusted
+from shockwave.registry.plugin_check import is_built_in
 from shockwave.scene.solitary_wave import HERTZ_WAVE, WaveLaw
 
 Regime = Literal["ejection", "single", "train"]
@@ -57,7 +57,7 @@ class ScaledShock:
         if s >= self.profile.duration_ratio:
             return self.impulse, 0.0
         quadrature = None if self.areas.rise.method == "closed form" else self.areas.rise.method
-        closed = self.profile.closed_at(s) if quadrature is None and trusted(self.profile) else None
+        closed = self.profile.closed_at(s) if quadrature is None and is_built_in(self.profile) else None
         impulse, force = closed or (float(self.profile.running_impulse(s, quadrature)), float(self.profile.force(s)))
         return self.rise_time * impulse, force
 

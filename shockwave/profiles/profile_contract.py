@@ -12,11 +12,9 @@ import numpy as np
 
 from shockwave.base.numerics import FloatArray
 from shockwave.base.quantity_fields import Quantity, text_of
-
-# Largest relative difference between a closed form and the quadrature; a larger one is an error in the formula.
 from shockwave.profiles.quadrature import Integral
 from shockwave.profiles.shock_profile import ShockProfile
-from shockwave.registry.plugin_check import ROUNDING, ViolationError, array_of, blamed, guarded, kept, trusted
+from shockwave.registry.plugin_check import ROUNDING, ViolationError, array_of, enforce, guard, is_built_in, memoize
 
 # Largest relative difference between a closed form and the quadrature; a larger one is an error in the formula.
 _MISPRINT = 1e-6
@@ -25,7 +23,7 @@ _RATIO = Quantity("", "n", above=1)
 _RECORDED = Quantity("", "newtons or seconds", above=0, optional=True)
 
 
-@kept
+@memoize
 def examine(profile: ShockProfile) -> None:
     """Check the contract of a profile that is not built in, before it is used.
 
@@ -34,7 +32,7 @@ def examine(profile: ShockProfile) -> None:
     ViolationError
         If the profile violates the contract.
     """
-    if not trusted(profile):
+    if not is_built_in(profile):
         for check in CLAUSES.values():
             check(profile)
 
@@ -59,7 +57,7 @@ def _require(holds: object, profile: ShockProfile, problem: str, s: float | None
 
 
 def _value(profile: ShockProfile, name: str) -> Any:
-    with blamed(profile, f"{name} must be a property or a field that does not raise"):
+    with enforce(profile, f"{name} must be a property or a field that does not raise"):
         return getattr(profile, name)
 
 
@@ -99,7 +97,7 @@ def _check_vectorised(profile: ShockProfile) -> None:
 
 def _check_values(profile: ShockProfile) -> None:
     for name, s in _branches(profile):
-        values = guarded(profile, name, s)
+        values = guard(profile, name, s)
         peak = values[-1 if name == "rise" else 0]
         _require(abs(peak - 1) <= ROUNDING, profile, f"{name}(1) must be 1, the peak (got {peak:.9g})", 1.0)
 
@@ -112,18 +110,18 @@ def check_closed_integrals(
     The integrals are compared at the fractions ``shares`` of rise and decay.
     """
     exact = profile.areas(_QUADRATURE)
-    with blamed(profile, "closed_areas() must return a1 and a2 without raising"):
+    with enforce(profile, "closed_areas() must return a1 and a2 without raising"):
         areas = profile.areas()
     for name, area, right in (("rise", areas.rise, exact.rise), ("decay", areas.decay, exact.decay)):
         _require_near(profile, f"closed_areas(): area under the {name}", area.value, right, error * right.value)
     s = np.array([*shares, *(1.0 + (profile.duration_ratio - 1) * share for share in shares)])
-    with blamed(profile, "closed_free_path() must return a FreePath without raising"):
+    with enforce(profile, "closed_free_path() must return a FreePath without raising"):
         table = profile.closed_free_path()
         if table is not None:
             table.check()
         columns = (None, None) if table is None else np.transpose([table.at(end) for end in s.tolist()])
     for name, column in zip(("double_integral", "running_impulse"), columns, strict=True):
-        with blamed(profile, f"closed_{name}(s) must accept an array of any shape without raising"):
+        with enforce(profile, f"closed_{name}(s) must accept an array of any shape without raising"):
             values = np.append(getattr(profile, name)(s[:-1]), getattr(profile, name)(s[-1]))
         known = [profile.integral(0.0, end, _QUADRATURE, name == "double_integral") for end in s.tolist()]
         whole = error * known[-1].value

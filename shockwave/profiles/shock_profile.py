@@ -16,7 +16,7 @@ from shockwave.base.arguments import Explained
 from shockwave.base.errors import PluginError
 from shockwave.base.numerics import FloatArray
 from shockwave.profiles.quadrature import Integral, Integrand, Quadrature
-from shockwave.registry.plugin_check import guarded, kept
+from shockwave.registry.plugin_check import guard, memoize
 from shockwave.registry.registry import UNDECORATED, blame, lacks_decorator, load, owner_of
 
 if TYPE_CHECKING:
@@ -149,8 +149,8 @@ class ShockProfile(Explained, abc.ABC):
         rising = (s >= 0) & (s <= 1)
         decaying = (s > 1) & (s <= self.duration_ratio)
         result = np.zeros_like(s)
-        result[rising] = guarded(self, "rise", s[rising])
-        result[decaying] = guarded(self, "decay", s[decaying])
+        result[rising] = guard(self, "rise", s[rising])
+        result[decaying] = guard(self, "decay", s[decaying])
         return result
 
     def areas(self, quadrature: str | None = None) -> Areas:
@@ -232,14 +232,14 @@ class ShockProfile(Explained, abc.ABC):
         return np.array(found)[places.ravel()[1:]].reshape(ends.shape)
 
 
-@kept
+@memoize
 def _areas(profile: ShockProfile, quadrature: str | None) -> Areas:
     before = [p for p in profile.breakpoints if p <= 1]
     after = [p for p in profile.breakpoints if p >= 1]
     return Areas(_integral(quadrature, profile.force, before), _integral(quadrature, profile.force, after))
 
 
-@kept
+@memoize
 def _fitted(profile: ShockProfile) -> FreePath:
     # Imported late because only simulations need it.
     from shockwave.profiles.free_path import fitted

@@ -13,14 +13,14 @@ import numpy as np
 from attrs import frozen
 
 from shockwave.base.arguments import unknown_arguments
-from shockwave.base.errors import Fault, InvalidValueError, placing, refuse
+from shockwave.base.errors import Fault, InvalidValueError, locate, refuse
 from shockwave.base.numerics import FloatArray, running_sums
 from shockwave.base.quantity_fields import SI, Quantity, Value, declaration, one_of, quantity, quantity_of, text_of
 from shockwave.base.units import to_si
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.records.record_file import Record, read_record
 from shockwave.records.record_format import RecordFormat
-from shockwave.records.record_processing import CHANGE_SIGNS, Pulse, Steps, doubts, pulse_of
+from shockwave.records.record_processing import CHANGE_SIGNS, Pulse, Steps, pulse_of, pulse_warnings
 
 if TYPE_CHECKING:
     from typing import Unpack
@@ -67,7 +67,7 @@ def _window(value: Any, attribute: attrs.Attribute[Any]) -> tuple[float, float] 
     if value is None:
         return None
     spec = Quantity("s", "")
-    times = [spec.checked(attribute.name, time) for time in value] if isinstance(value, list | tuple) else []
+    times = [spec.check(attribute.name, time) for time in value] if isinstance(value, list | tuple) else []
     if len(times) != 2 or not times[0] < times[1]:
         raise InvalidValueError.of(attribute.name, f"must be two times, the earlier one first (got {text_of(value)})")
     return times[0], times[1]
@@ -155,7 +155,7 @@ class Tabulated(ShockProfile, Value, kw_only=False):
         refuse(unknown_arguments(given, format_names + own))
         stated = {name: given.pop(name) for name in format_names if name in given}
         record = read_record(pathlib.Path(path), RecordFormat(**stated))
-        with placing(partial(_placed, path, record)):
+        with locate(partial(_placed, path, record)):
             profile = cls(record.times, record.forces, **given)
         object.__setattr__(profile, "_assumed", record.notes)
         return profile
@@ -182,7 +182,7 @@ class Tabulated(ShockProfile, Value, kw_only=False):
     @cached_property
     def alarms(self) -> tuple[str, ...]:
         """Warnings about the pulse, with the keys to set."""
-        return tuple(doubts(self.times, self.forces, self._stretch, self._steps, self._pulse))
+        return tuple(pulse_warnings(self.times, self.forces, self._stretch, self._steps, self._pulse))
 
     @property
     def _steps(self) -> Steps:

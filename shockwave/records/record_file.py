@@ -19,8 +19,8 @@ from attrs import evolve, frozen
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.files import read_text
 from shockwave.base.numerics import FloatArray
-from shockwave.base.quantity_fields import listed, text_of
-from shockwave.records.record_format import Label, RecordFormat, factors, labels_of, measured
+from shockwave.base.quantity_fields import join, text_of
+from shockwave.records.record_format import Label, RecordFormat, factors, kind_of, labels_of
 
 # Largest file [bytes]: a larger one is not a force record, and reading it would exhaust the memory.
 _MOST_BYTES = 128 * 2**20
@@ -190,7 +190,7 @@ def _picks(table: _Table, labels: Sequence[Label]) -> list[int]:
     With a sampling interval, the column of the force stands for both.
     """
     every, fewest = range(1, len(labels) + 1), 1 if table.form.interval else 2
-    kinds = [measured(label.unit) for label in labels]
+    kinds = [kind_of(label.unit) for label in labels]
     times = [at for at in every if kinds[at - 1] == "time"]
     # numbers without a unit may be forces, but for those before columns with units: they count samples or are dates
     plain = {at for at in _numeric(table.body[0][1], table.separator) if not labels[at - 1].unit}
@@ -202,7 +202,7 @@ def _picks(table: _Table, labels: Sequence[Label]) -> list[int]:
     if not fewest <= len(columns) <= (2 if table.form.columns else fewest) or not set(columns) <= set(every):
         pairs = [[(*times, 1)[0], at][-fewest:] for at in values or every]
         hints = [f"columns: {pair} {labels[pair[-1] - 1].text}".rstrip() for pair in pairs if len({*pair}) == fewest]
-        hint = listed(hints[:_MOST_LISTED] or ["without times, set interval"])
+        hint = join(hints[:_MOST_LISTED] or ["without times, set interval"])
         problem = f"must be the columns of time and force, of {len(labels)} (got {table.form.columns}; {hint})"
         table.refuse(table.body[0][0], "columns", problem)
     return [columns[-fewest] - 1, columns[-1] - 1]

@@ -119,7 +119,7 @@ def labels_of(cells: Sequence[str], width: int) -> list[Label]:
     if any(len(cell) > _LONGEST_LABEL or _VALUE.fullmatch(cell) for cell in cells):
         return []
     units = [cell.strip("()[] ") for cell in cells]
-    if not all(map(measured, units)):
+    if not all(map(kind_of, units)):
         units = [_unit(cell) for cell in cells]
     return [Label(unit, cell) for unit, cell in zip(units, cells, strict=True)]
 
@@ -127,12 +127,12 @@ def labels_of(cells: Sequence[str], width: int) -> list[Label]:
 def _unit(cell: str) -> str:
     """The unit in a label: of several brackets that in which values are measured, if there is one."""
     inside = ["".join(groups).strip() for groups in _BRACKETS.findall(cell) or _SUFFIX.findall(cell)]
-    units = [each for each in inside if measured(each)] or inside[:1]
+    units = [each for each in inside if kind_of(each)] or inside[:1]
     return units[0] if len(set(units)) == 1 else ""
 
 
 @cache
-def measured(unit: str | None) -> str | None:
+def kind_of(unit: str | None) -> str | None:
     """The quantity that is measured in a unit: time, force, pressure, acceleration or voltage; None for others."""
     return next((kind for kind, base in _UNITS.items() if not math.isnan(_factor(unit or "", base))), None)
 
@@ -183,12 +183,12 @@ def factors(
     kind = "pressure" if form.area is not None else "acceleration" if form.mass is not None else "force"
     base, unit = _UNITS[kind], form.unit or force.unit
     per_time, per_force = _factor(form.time_unit or time.unit, "s"), _factor(unit, base)
-    if form.interval is None and (math.isnan(per_time) or measured(time.unit) not in (None, "time")):
+    if form.interval is None and (math.isnan(per_time) or kind_of(time.unit) not in (None, "time")):
         faults.append(_fault("time_unit", "time", (time.text, form.time_unit), _time_hint(numbers[:, 0]), place))
     # a load in kg and lbs, or in g, which is else an acceleration, is one in kgf, lbf and gf
     is_weight = form.unit in (f"{force.unit}f", f"{force.unit[:-1]}f")
-    stated = "force" if is_weight else measured(force.unit)
-    other = next((each for each in (stated, measured(form.unit)) if each in (*_KEYS, "force") and each != kind), None)
+    stated = "force" if is_weight else kind_of(force.unit)
+    other = next((each for each in (stated, kind_of(form.unit)) if each in (*_KEYS, "force") and each != kind), None)
     hint = f"unit: {base} makes the greatest value {np.abs(numbers[:, 1]).max():.4g} {base}; a voltage needs scale"
     if other is not None:
         per_force, hint = math.nan, f"set {_KEYS[other]}" if kind == "force" else f"delete {_KEYS[kind]}"

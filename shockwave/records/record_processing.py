@@ -13,7 +13,7 @@ from attrs import define, field, frozen
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.numerics import FloatArray
 from shockwave.base.text import si
-from shockwave.records.record_proposals import glitches, proposed, sample_doubts
+from shockwave.records.record_proposals import glitches, propose, sample_warnings
 
 #: Advice for a record in which compression is negative, unless it is a file.
 CHANGE_SIGNS = "change the signs of forces"
@@ -101,11 +101,11 @@ def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None, steps: 
         window = "{:g} to {:g} s".format(*steps["baseline"])
         process.step(f"A baseline of {level:.4g} N, the mean from {window}, was subtracted", lowered)
     if steps["low_pass"] is not None:
-        filtered = _filtered(times, process.forces, steps["low_pass"])
+        filtered = _filter_forces(times, process.forces, steps["low_pass"])
         process.step(f"A low-pass filter at {steps['low_pass']:g} Hz was applied", filtered)
     if steps["crop"] is not None:
-        kept = _within(times, "crop", steps["crop"], 3)
-        process.step("The record was cropped to {:g} to {:g} s".format(*steps["crop"]), process.forces, kept)
+        samples = _within(times, "crop", steps["crop"], 3)
+        process.step("The record was cropped to {:g} to {:g} s".format(*steps["crop"]), process.forces, samples)
     if process.forces.max() <= 0:
         got = f"got at most {process.forces.max() + 0.0:g} N; if compression is negative, {CHANGE_SIGNS}"
         raise InvalidValueError.of("forces", f"must be > 0 N somewhere ({got})")
@@ -122,9 +122,9 @@ def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None, steps: 
     elif not count:
         process.forces = above
     inside = np.flatnonzero(process.forces)
-    kept = slice(max(int(inside[0]) - 1, 0), int(inside[-1]) + 2)
-    if kept.start > 0 or kept.stop < process.forces.size:  # without them the force is the same
-        process.step("Samples of zero force before and after the pulse were removed", process.forces, kept)
+    samples = slice(max(int(inside[0]) - 1, 0), int(inside[-1]) + 2)
+    if samples.start > 0 or samples.stop < process.forces.size:  # without them the force is the same
+        process.step("Samples of zero force before and after the pulse were removed", process.forces, samples)
     return _scaled_pulse(process, ratio, share)
 
 
@@ -183,7 +183,7 @@ def _within(times: FloatArray, name: str, window: tuple[float, float], fewest: i
     return slice(start, stop)
 
 
-def _filtered(times: FloatArray, forces: FloatArray, low_pass: float) -> FloatArray:
+def _filter_forces(times: FloatArray, forces: FloatArray, low_pass: float) -> FloatArray:
     """The forces after a Butterworth filter that is applied forwards and backwards, so that it shifts no phase."""
     from scipy import signal  # needed only here
 
@@ -201,13 +201,13 @@ def _filtered(times: FloatArray, forces: FloatArray, low_pass: float) -> FloatAr
 # ---------------------------------------------------------------- warnings
 
 
-def doubts(times: FloatArray, forces: FloatArray, ratio: float | None, steps: Steps, pulse: Pulse) -> list[str]:
+def pulse_warnings(times: FloatArray, forces: FloatArray, ratio: float | None, steps: Steps, pulse: Pulse) -> list[str]:
     """Warnings that a record may not be a pulse alone, or not the whole pulse, with the keys that would change it."""
-    kept = slice(None) if steps["crop"] is None else _within(times, "crop", steps["crop"], 3)
-    if wrong := glitches(forces[kept]):
-        value = f"{forces[kept][wrong[0]]:.4g} N at {si(times[kept][wrong[0]], 's')}"
+    samples = slice(None) if steps["crop"] is None else _within(times, "crop", steps["crop"], 3)
+    if wrong := glitches(forces[samples]):
+        value = f"{forces[samples][wrong[0]]:.4g} N at {si(times[samples][wrong[0]], 's')}"
         return [f"A sample, {value}, is far from those beside it: correct or delete it."]
-    sentences, advice = sample_doubts(times[kept], forces[kept]), _advice(times, forces, ratio, steps)
+    sentences, advice = sample_warnings(times[samples], forces[samples]), _advice(times, forces, ratio, steps)
     with suppress(InvalidValueError):  # unfiltered, it may be no pulse
         full = pulse_of(times, forces, ratio, {**steps, "low_pass": None, "negative": steps["negative"] or "zero"})
         if abs(pulse.peak_force - full.peak_force) > _DISTORTED * full.peak_force:
@@ -219,7 +219,7 @@ def doubts(times: FloatArray, forces: FloatArray, ratio: float | None, steps: St
         sentences.append(f"The impulse of the samples set to zero is {share}: set baseline to a window without force.")
     if advice:
         sentences.append(f"The record is longer than its pulse, has a second one or an offset ({advice}).")
-    elif steps["crop"] is None or times[kept].size < times.size:  # a crop can state that all is the pulse
+    elif steps["crop"] is None or times[samples].size < times.size:  # a crop can state that all is the pulse
         first, last = abs(pulse.values[0]), abs(pulse.values[-1])
         if max(first, last) > (_NOTICEABLE if steps["crop"] is None else _CUT):
             hint = f"set baseline for an offset; crop: {_window(times[0], times[-1])} keeps all of it"
@@ -229,7 +229,7 @@ def doubts(times: FloatArray, forces: FloatArray, ratio: float | None, steps: St
 
 def _advice(times: FloatArray, forces: FloatArray, ratio: float | None, steps: Steps) -> str:
     """Keys that reduce the record to its pulse, and their effect; empty if the effect is small."""
-    windows = proposed(times, forces, steps["baseline"] is None, steps["crop"] is None)
+    windows = propose(times, forces, steps["baseline"] is None, steps["crop"] is None)
     present = {**steps, "negative": steps["negative"] or "zero"}
     with suppress(InvalidValueError):  # a proposal that leaves no pulse is none
         before, after = (pulse_of(times, forces, ratio, each) for each in (present, present | windows))

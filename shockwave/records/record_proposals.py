@@ -30,7 +30,7 @@ _LEVEL = 0.002
 _BAND = 0.01
 
 
-def proposed(times: FloatArray, forces: FloatArray, baseline: bool, crop: bool) -> dict[str, tuple[float, float]]:
+def propose(times: FloatArray, forces: FloatArray, baseline: bool, crop: bool) -> dict[str, tuple[float, float]]:
     """Time windows [s] for the keys ``baseline`` and ``crop``, as far as they are requested and useful.
 
     Parameters
@@ -83,7 +83,7 @@ def _crossing(forces: FloatArray, begin: int, force: float) -> float:
     return at - float((force - behind) / (before - behind)) if before > force >= behind else float(at)
 
 
-def sample_doubts(times: FloatArray, forces: FloatArray) -> list[str]:
+def sample_warnings(times: FloatArray, forces: FloatArray) -> list[str]:
     """Warnings of lost samples and of a clipped top."""
     sentences, steps = list[str](), np.diff(times)
     usual, at = float(np.median(steps)), int(np.argmax(steps))

@@ -38,7 +38,7 @@ class ViolationError(PluginError):
         super().__init__(f"profile {owner_of('profiles', type(profile))}: {problem}{at}")
 
 
-def trusted(profile: object) -> bool:
+def is_built_in(profile: object) -> bool:
     """Whether the class of ``profile`` is built in."""
     return type(profile).__module__.startswith("shockwave.")
 
@@ -46,8 +46,8 @@ def trusted(profile: object) -> bool:
 def is_value(profile: object) -> bool:
     """Whether equal profiles give equal results: hash and equality take every parameter into account."""
     cls: Any = type(profile)
-    if trusted(profile) or not attrs.has(cls):
-        return trusted(profile)
+    if is_built_in(profile) or not attrs.has(cls):
+        return is_built_in(profile)
     try:
         hash(profile)
     except TypeError:
@@ -55,19 +55,19 @@ def is_value(profile: object) -> bool:
     return cls.__eq__ is not object.__eq__ and all(field.eq or not field.init for field in attrs.fields(cls))
 
 
-def kept(function: _Function) -> _Function:
+def memoize(function: _Function) -> _Function:
     """Cache the latest results of a function of a profile, for profiles with `is_value`."""
     keeping = lru_cache(maxsize=_MOST_KEPT)(function)
 
     @wraps(function)
-    def called(profile: object, *rest: Any) -> Any:
+    def call(profile: object, *rest: Any) -> Any:
         return keeping(profile, *rest) if is_value(profile) else function(profile, *rest)
 
-    called.cache_clear = keeping.cache_clear  # type: ignore[attr-defined]
-    return called  # type: ignore[return-value]
+    call.cache_clear = keeping.cache_clear  # type: ignore[attr-defined]
+    return call  # type: ignore[return-value]
 
 
-def guarded(profile: object, name: str, s: FloatArray) -> FloatArray:
+def guard(profile: object, name: str, s: FloatArray) -> FloatArray:
     """Values of the method ``name``, rise or decay, at ``s``: finite, from 0 to 1, of the shape of ``s``.
 
     Raises
@@ -75,7 +75,7 @@ def guarded(profile: object, name: str, s: FloatArray) -> FloatArray:
     ViolationError
         If a value of a profile that is not built in violates this.
     """
-    if trusted(profile):
+    if is_built_in(profile):
         return np.asarray(getattr(profile, name)(s))
     values = array_of(profile, name, s)
     wrong = ~((values >= -ROUNDING) & (values <= 1 + ROUNDING))  # true for NaN
@@ -95,7 +95,7 @@ def array_of(profile: object, name: str, s: FloatArray) -> FloatArray:
     ViolationError
         If the method raises or returns anything else.
     """
-    with blamed(profile, f"{name}(s) must accept an array of any shape without raising"):
+    with enforce(profile, f"{name}(s) must accept an array of any shape without raising"):
         values = np.asarray(getattr(profile, name)(s.copy()))
     if values.shape != s.shape or values.dtype.kind not in "fiub":
         got = f"{values.dtype} of shape {values.shape} for s of shape {s.shape}"
@@ -104,7 +104,7 @@ def array_of(profile: object, name: str, s: FloatArray) -> FloatArray:
 
 
 @contextmanager
-def blamed(profile: object, rule: str) -> Iterator[None]:
+def enforce(profile: object, rule: str) -> Iterator[None]:
     """Convert an exception of the profile's own code to a violation of ``rule`` that states the line of that code."""
     try:
         yield

@@ -82,9 +82,9 @@ def find(kind: str, name: str) -> Entry:
     PluginError
         When two plugins register it, or when it is unknown but may belong to a plugin that cannot be read.
     """
-    own = _built_in(kind).get(name) or _built_in(kind).get(str(name).lower())
-    if own is not None:
-        return own
+    built_in = _built_in_entries(kind).get(name) or _built_in_entries(kind).get(str(name).lower())
+    if built_in is not None:
+        return built_in
     owners = [entry for entry in _plugin_entries(kind) if entry.name == name]
     owners = owners or [entry for entry in _plugin_entries(kind) if entry.name.lower() == str(name).lower()]
     if not owners:
@@ -97,15 +97,15 @@ def find(kind: str, name: str) -> Entry:
 
 
 def _unknown(kind: str, name: str) -> ShockwaveError:
-    known = [entry.name for entry in entries(kind)]
+    names = [entry.name for entry in entries(kind)]
     faulty = [f"plugin {plugin.distribution} is faulty: {plugin.problem}" for plugin in plugins() if plugin.problem]
-    if faulty and not nearest(name, known):
+    if faulty and not nearest(name, names):
         return PluginError(f"unknown {KINDS[kind]} (got {name!r}; {'; '.join(faulty)})")
     disabled = ", ".join(plugin.distribution for plugin in plugins() if plugin.disabled)
-    hints = [f"`shockwave list {kind}` shows all"] if len(known) > MOST_NAMES else []
-    hints += [] if nearest(name, known) else ["others need a plugin"]
+    hints = [f"`shockwave list {kind}` shows all"] if len(names) > MOST_NAMES else []
+    hints += [] if nearest(name, names) else ["others need a plugin"]
     hints += [f"disabled plugins: {disabled}"] if disabled else []
-    return UnknownNameError.of(KINDS[kind], name, known, "; ".join(hints))
+    return UnknownNameError.of(KINDS[kind], name, names, "; ".join(hints))
 
 
 @cache
@@ -123,15 +123,15 @@ def load(kind: str, name: str) -> Any:
     if entry.distribution == OWN_DISTRIBUTION:
         return _at(entry.address)
     try:
-        return loaded_entry(kind, entry)
+        return load_entry(kind, entry)
     except PLUGIN_FAULTS as error:
-        problem = described(error, kind, entry)
+        problem = describe(error, kind, entry)
         raise PluginError(f"plugin {entry.distribution} is faulty: {problem}") from error
 
 
 def entries(kind: str) -> list[Entry]:
     """All entries of ``kind``, built-in ones first; nothing of it is imported."""
-    return [*_built_in(kind).values(), *sorted(_plugin_entries(kind))]
+    return [*_built_in_entries(kind).values(), *sorted(_plugin_entries(kind))]
 
 
 def entry_of(kind: str, noun: Any) -> Entry | None:
@@ -144,7 +144,7 @@ def entry_of(kind: str, noun: Any) -> Entry | None:
 
 
 @cache
-def _built_in(kind: str) -> dict[str, Entry]:
+def _built_in_entries(kind: str) -> dict[str, Entry]:
     return {entry.name: entry._replace(distribution=OWN_DISTRIBUTION) for entry in built_ins.ENTRIES[kind]}
 
 
@@ -164,26 +164,26 @@ def forget() -> None:
 @cache
 def plugins() -> tuple[Plugin, ...]:
     """All installed plugins; only their modules of hooks are imported."""
-    return tuple(map(read, installed()))
+    return tuple(map(read, installed_plugins()))
 
 
-def installed() -> list[Plugin]:
+def installed_plugins() -> list[Plugin]:
     """All plugins as described by their metadata, sorted by name; of two copies on the path, the first."""
     from importlib.metadata import distributions
 
-    found: dict[str, list[Plugin]] = {}
-    for of_distribution in map(_described, distributions()):
+    plugins_by_name: dict[str, list[Plugin]] = {}
+    for of_distribution in map(_plugins_of, distributions()):
         if of_distribution:
-            found.setdefault(_canonical(of_distribution[0].distribution), of_distribution)
+            plugins_by_name.setdefault(_canonical(of_distribution[0].distribution), of_distribution)
     disabled = set(map(_canonical, os.environ.get(DISABLE, "").split(",")))
     return [
         evolve(plugin, disabled=not disabled.isdisjoint((EVERY, name)))
-        for name in sorted(found)
-        for plugin in found[name]
+        for name in sorted(plugins_by_name)
+        for plugin in plugins_by_name[name]
     ]
 
 
-def _described(distribution: Any) -> list[Plugin]:
+def _plugins_of(distribution: Any) -> list[Plugin]:
     """The entry points of a distribution, or its problem if its metadata cannot be read."""
     try:
         points = distribution.entry_points.select(group="shockwave")
@@ -191,7 +191,7 @@ def _described(distribution: Any) -> list[Plugin]:
     except Exception as error:
         folder = getattr(distribution, "_path", None)  # such as shockwave_pulses-0.1.dist-info
         name = "an installed distribution" if folder is None else folder.name.partition("-")[0]
-        return [Plugin(name, "", "", problem=f"its metadata cannot be read ({described(error)})")]
+        return [Plugin(name, "", "", problem=f"its metadata cannot be read ({describe(error)})")]
 
 
 def _canonical(distribution: str) -> str:
@@ -205,23 +205,23 @@ def read(plugin: Plugin) -> Plugin:
         return plugin
     try:
         with redirect_stdout(sys.stderr):
-            return evolve(plugin, entries=tuple(_registered(plugin)))
+            return evolve(plugin, entries=tuple(_entries_of(plugin)))
     except PLUGIN_FAULTS as error:
-        return evolve(plugin, problem=described(error))
+        return evolve(plugin, problem=describe(error))
 
 
-def checked(plugin: Plugin) -> Plugin:
+def check_plugin(plugin: Plugin) -> Plugin:
     """``plugin`` with the problems of everything that it registers, which is imported."""
     problems = [plugin.problem] if plugin.problem else []
     for kind, entry in plugin.entries:
         try:
-            loaded_entry(kind, entry)
+            load_entry(kind, entry)
         except PLUGIN_FAULTS as error:
-            problems.append(described(error, kind, entry))
+            problems.append(describe(error, kind, entry))
     return evolve(plugin, problem="; ".join(problems))
 
 
-def _registered(plugin: Plugin) -> list[tuple[str, Entry]]:
+def _entries_of(plugin: Plugin) -> list[tuple[str, Entry]]:
     """Kind and entry of everything that ``plugin`` registers; pluggy checks names and arguments of the hooks."""
     import pluggy
 
@@ -237,7 +237,7 @@ def _registered(plugin: Plugin) -> list[tuple[str, Entry]]:
         for entry in chain.from_iterable(getattr(manager.hook, hook)()):
             if not (isinstance(entry, Entry) and all(isinstance(text, str) for text in entry)):
                 raise TypeError(f"{hook} must return a list of entries with text in all fields (got {entry!r:.80})")
-            if entry.name.lower() in _built_in(kind):
+            if entry.name.lower() in _built_in_entries(kind):
                 raise ValueError(f"{KINDS[kind]} {entry.name!r} is a built-in name: choose another")
             claims.append((kind, entry._replace(distribution=plugin.distribution)))
     if not claims:
@@ -245,7 +245,7 @@ def _registered(plugin: Plugin) -> list[tuple[str, Entry]]:
     return claims
 
 
-def described(error: BaseException, kind: str = "", entry: Entry | None = None) -> str:
+def describe(error: BaseException, kind: str = "", entry: Entry | None = None) -> str:
     """Error of a plugin in one line, with the entry that it concerns."""
     place = f"{KINDS[kind]} {entry.name!r}: {entry.address}: " if entry else ""
     return f"{place}{type(error).__name__}: {' '.join(str(error).split())}"
@@ -259,7 +259,7 @@ def _at(address: str) -> Any:
     return getattr(importlib.import_module(module), attribute)
 
 
-def loaded_entry(kind: str, entry: Entry) -> Any:
+def load_entry(kind: str, entry: Entry) -> Any:
     """Object that a plugin registers, checked against the rules of its kind.
 
     Raises
@@ -268,27 +268,27 @@ def loaded_entry(kind: str, entry: Entry) -> Any:
         When it breaks a rule. Other exceptions come from the module itself.
     """
     with redirect_stdout(sys.stderr):
-        found = _at(entry.address)
-    if rule := _broken_rule(kind, entry, found):
-        raise TypeError(f"{rule} (got {found!r:.80})")
-    return found
+        noun = _at(entry.address)
+    if rule := _broken_rule(kind, entry, noun):
+        raise TypeError(f"{rule} (got {noun!r:.80})")
+    return noun
 
 
-def _broken_rule(kind: str, entry: Entry, found: Any) -> str:
+def _broken_rule(kind: str, entry: Entry, noun: Any) -> str:
     if kind == "materials":
-        return "" if isinstance(found, _at("shockwave.scene.material:Material")) else "must be a Material"
+        return "" if isinstance(noun, _at("shockwave.scene.material:Material")) else "must be a Material"
     if kind == "commands":
-        return "" if callable(found) else "must be a function of a list of arguments"
+        return "" if callable(noun) else "must be a function of a list of arguments"
     base = _at(_BASES[kind])
-    if not (isinstance(found, type) and issubclass(found, base)):
+    if not (isinstance(noun, type) and issubclass(noun, base)):
         return f"must be a subclass of {base.__name__}"
-    if missing := sorted(getattr(found, "__abstractmethods__", ())):
+    if missing := sorted(getattr(noun, "__abstractmethods__", ())):
         return f"must also define {' and '.join(missing)}"
     if kind == "integrators":
-        setting = "rtol" if getattr(found, "adaptive", False) else "step"
+        setting = "rtol" if getattr(noun, "adaptive", False) else "step"
         if entry.takes != setting:
             return f"must be registered with takes={setting!r}"
-    return UNDECORATED if lacks_decorator(found) else ""
+    return UNDECORATED if lacks_decorator(noun) else ""
 
 
 #: Rule violated by a class for which `lacks_decorator` is true.
@@ -313,7 +313,7 @@ def blame(kind: str, noun: Any) -> Iterator[None]:
     except PLUGIN_FAULTS as error:
         if noun.__module__.startswith("shockwave."):
             raise
-        got = f"got {described(error):.200}"
+        got = f"got {describe(error):.200}"
         raise PluginError(f"{KINDS[kind]} {owner_of(kind, noun)}: must not raise ({got})") from error
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from shockwave import pictures
 from shockwave.base.errors import ShockwaveError
-from shockwave.base.progress import counted
+from shockwave.base.progress import track
 from shockwave.prediction.section4_outcome import EjectionOutcome
 from shockwave.report.page_results import Findings
 from shockwave.scene.chain import HERTZ, Chain, Scales
@@ -41,7 +41,7 @@ def draw_pictures(found: Findings) -> Iterator[tuple[str, str, str]]:
     UsageError
         If matplotlib is not installed.
     """
-    for name, draw in counted("pictures", list(drawings(found).items())):
+    for name, draw in track("pictures", list(drawings(found).items())):
         figure, (ax,) = pictures.figure(size=_SIZE)
         try:
             draw(ax)

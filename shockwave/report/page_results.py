@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 from attrs import evolve, frozen
 
 from shockwave.base.errors import NotCoveredError, ShockwaveError
-from shockwave.base.quantity_fields import listed
+from shockwave.base.quantity_fields import join
 from shockwave.prediction.outcome import Outcome
 from shockwave.scenario.scenario import Scenario
 from shockwave.scene.plausibility import unusual_warnings
@@ -94,7 +94,7 @@ def findings(scenario: Scenario) -> Findings:
     try:
         predicted = evolve(scenario.predictor, model="section-4").predict_scene(scene)
     except NotCoveredError as error:
-        reason = f"it does not cover {listed([fault.path for fault in error.faults], 'and')}"
+        reason = f"it does not cover {join([fault.path for fault in error.faults], 'and')}"
     except ShockwaveError as error:
         failures[f"The prediction failed: {scene.locate_error(error)}."] = error.exit_code
     simulate = _simulate_chain if scene.uniform is None else _simulate

@@ -11,7 +11,7 @@ from typing import Any
 from attrs import evolve
 
 from shockwave.base.errors import InvalidValueError, ShockwaveError, UnknownNameError, nearest
-from shockwave.base.quantity_fields import SIZES, Quantity, listed, text_of
+from shockwave.base.quantity_fields import SIZES, Quantity, join, text_of
 from shockwave.registry.registry import blame, entries, load
 from shockwave.scenario.block_keys import BLOCKS, GRANULES, WALLS, Key, keys_of
 from shockwave.scenario.value_conversion import Parser, convert, items, material, structure
@@ -140,7 +140,7 @@ def _model(names: Sequence[str], value: Any) -> Any:
         cls = load("contacts", name)
         if name.lower() in map(str.lower, names):
             return cls
-    raise InvalidValueError(f"must be {listed(names)} (got {text_of(name)}; {nearest(name, names)}".rstrip("; ") + ")")
+    raise InvalidValueError(f"must be {join(names)} (got {text_of(name)}; {nearest(name, names)}".rstrip("; ") + ")")
 
 
 def _stiffness(given: Any) -> Any:

@@ -19,10 +19,10 @@ from shockwave.base.errors import (
     ScenarioError,
     ShockwaveError,
     Steps,
-    collected,
+    collect_faults,
     refuse,
 )
-from shockwave.base.quantity_fields import listed, text_of
+from shockwave.base.quantity_fields import join, text_of
 from shockwave.base.units import to_si
 from shockwave.prediction.predictor import Predictor
 from shockwave.registry.registry import blame, find, load
@@ -73,7 +73,7 @@ def _parts_of(document: Document, path: Path | None, tries: slice) -> dict[str, 
     varied: set[Steps] = set()
     errors = [*document.faults]
     if document.data.get("sweep") is not None:
-        with collected(errors, "sweep"):
+        with collect_faults(errors, "sweep"):
             sweep = read_sweep(document.data)
         # not reported as missing
         varied = set() if sweep is not None else names(document.data["sweep"])
@@ -127,7 +127,7 @@ def _parts(document: Document, spreads: Any, path: Path | None) -> tuple[dict[st
     parts["name"] = values.get("name") or (path.stem if path is not None else document.name)
     parts["predictor"] = values.get("predict") or Predictor()
     parts["simulate"] = values.get("simulate") or SimulateOptions()
-    with collected(faults, "uncertainty"):
+    with collect_faults(faults, "uncertainty"):
         parts["uncertainty"] = read_spreads(spreads, document.data)
     if "chain" in values:
         faults += _of_combination(parts["chain"], parts["impact"], parts["simulate"], document.data)
@@ -155,7 +155,7 @@ def _of_combination(chain: Chain, impact: Any, options: SimulateOptions, data: M
 def _version(value: Any) -> int:
     if type(value) is not int or value not in VERSIONS:  # True and 1.0 are equal to 1
         newer = "; a newer shockwave may read it" if type(value) is int and value > VERSIONS[-1] else ""
-        raise InvalidValueError(f"must be {listed(VERSIONS)} for shockwave {__version__} (got {text_of(value)}{newer})")
+        raise InvalidValueError(f"must be {join(VERSIONS)} for shockwave {__version__} (got {text_of(value)}{newer})")
     return value
 
 
@@ -208,7 +208,7 @@ def _settings(cls: Any, block: str, given: Any, others: Sequence[Fault] = ()) ->
     """Instance of ``cls`` from a block; errors that the constructor finds in valid values are reported as well."""
     values, faults = values_of(given, BLOCKS[block])
     faults += others
-    with collected(faults):
+    with collect_faults(faults):
         settings = cls(**values)
     refuse(faults)
     return settings
@@ -237,19 +237,19 @@ def _shock(folder: Path, content: Any) -> Shock:
     cls: Any = None
     profile = None
     faults: list[Fault] = []
-    with collected(faults, "profile"):
+    with collect_faults(faults, "profile"):
         cls = load("profiles", block["profile"]) if isinstance(block.get("profile"), str) else None
     values, others = values_of(content, shock_keys(cls))
     faults += others
     if cls is not None:
-        with collected(faults):
+        with collect_faults(faults):
             _join_times(cls, values)
-        with collected(faults):
+        with collect_faults(faults):
             profile = _profile(cls, folder, block, values)
     if profile is None or faults:
         raise InvalidValueError(*faults)
     sizes: dict[str, Any] = {key: values[key] for key in _SIZES if key in values}
-    with collected(faults), blame("profiles", cls):
+    with collect_faults(faults), blame("profiles", cls):
         return Shock(profile=profile, **sizes)
     raise InvalidValueError(*(fault if fault.steps else fault.below("profile") for fault in faults))
 
@@ -292,7 +292,7 @@ def _profile(cls: Any, folder: Path, block: Mapping[str, Any], shock: Mapping[st
             problem = f"must be left out without file (got {text_of(values.pop(key))})"
             faults.append(Fault(("parameters", key), problem, at_key=True))
     built: list[Fault] = []
-    with collected(built), blame("profiles", cls):
+    with collect_faults(built), blame("profiles", cls):
         profile = make(**values)
     refuse([*faults, *map(_within_shock, built)])
     return profile

@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 from shockwave import OWN_DISTRIBUTION
 from shockwave.base.quantity_fields import Quantity
-from shockwave.base.text import wrapped
+from shockwave.base.text import wrap
 from shockwave.registry.registry import find, load
 from shockwave.scenario.block_keys import RECORD, Key, keys_of, parameters_of, shock_keys
 
@@ -64,7 +64,7 @@ def _wrap(line: str) -> list[str]:
     match = _COMMENTED.fullmatch(line)
     if len(line) <= _WIDTH or match is None:
         return [line]
-    first, *rest = wrapped(_BOUND.sub("\\1\xa0", match[2]), max(_WIDTH - len(match[1]), _NARROW))
+    first, *rest = wrap(_BOUND.sub("\\1\xa0", match[2]), max(_WIDTH - len(match[1]), _NARROW))
     comment = " " * (len(match[1]) - 2) + "# "
     return [part.replace("\xa0", " ") for part in (match[1] + first, *(comment + part for part in rest))]
 

@@ -12,7 +12,7 @@ from functools import partial
 from typing import Any, Literal
 
 from shockwave.base.errors import Fault, InvalidValueError, ShockwaveError, hint_of, refuse
-from shockwave.base.quantity_fields import Quantity, listed, text_of
+from shockwave.base.quantity_fields import Quantity, join, text_of
 from shockwave.base.units import COMMA, to_si
 from shockwave.registry.registry import find, load
 from shockwave.scenario.block_keys import Key, keys_of
@@ -72,7 +72,7 @@ def _of_keys(content: Mapping[str, Any], keys: Sequence[Key]) -> Iterator[Fault]
         if not key.one_of:
             continue
         if content.keys() >= {key.name, *key.one_of}:
-            problem = f"must be left out if {listed(key.one_of, 'and')} are given (got all; delete one)"
+            problem = f"must be left out if {join(key.one_of, 'and')} are given (got all; delete one)"
             yield Fault((key.name,), problem, at_key=True)
         missing = [other.name for other in keys if other.required and other.name in {*key.one_of}.difference(content)]
         substitutes += [(name, key.name) for name in missing if key.name not in content or len(missing) == 1]
@@ -172,7 +172,7 @@ def _of_kind(value: Any, annotation: Any, text: bool) -> Any:
     if origin is Literal:
         same = [one for one in members if one == value or str(one).lower() == str(value).lower()]
         if not same:
-            raise InvalidValueError(f"must be {listed(map(repr, members))} (got {_text_or_nothing(value)})")
+            raise InvalidValueError(f"must be {join(map(repr, members))} (got {_text_or_nothing(value)})")
         return same[0]
     if origin is bool and not isinstance(value, bool):
         raise InvalidValueError(f"must be true or false (got {_text_or_nothing(value)})")

@@ -42,7 +42,7 @@ def _granules(value: Any) -> Any:
         from shockwave.scene.segments import check_segments  # a chain of equal granules does not need it
 
         return check_segments(value)
-    return GRANULES.checked("granules", value)
+    return GRANULES.check("granules", value)
 
 
 def _contact(value: Any) -> Any:

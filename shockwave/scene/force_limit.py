@@ -63,7 +63,7 @@ def limit_of(limit: Limit | Number | None) -> Limit | None:
         return limit
     spec = quantity_of(attrs.fields(Limit).force)
     assert spec is not None
-    return Limit(force=spec.checked("limit", limit))
+    return Limit(force=spec.check("limit", limit))
 
 
 @frozen(kw_only=True)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from attrs import field, frozen
 
-from shockwave.base.errors import Fault, InvalidValueError, detached, placing
+from shockwave.base.errors import Fault, InvalidValueError, detach, locate
 from shockwave.base.quantity_fields import text_of
 from shockwave.base.result import cached_property
 from shockwave.scene.chain import Chain
@@ -141,11 +141,11 @@ class Scene:
 
     def locate_error(self, error: Exception) -> Exception:
         """``error``, with the places of its faults in the file where they concern a key there."""
-        return error.placed(self.place_fault) if isinstance(error, InvalidValueError) else error
+        return error.with_places(self.place_fault) if isinstance(error, InvalidValueError) else error
 
     def locate_errors(self) -> AbstractContextManager[None]:
         """Report an invalid value with its place in the file."""
-        return nullcontext() if self.place is None else placing(self.place)
+        return nullcontext() if self.place is None else locate(self.place)
 
 
 def uniform_of(chain: Chain) -> Chain | None:
@@ -193,4 +193,4 @@ def _scene(excitation: Any, chain: Any) -> Scene | InvalidValueError:
     try:
         return Scene(excitation=excitation, chain=chain)
     except InvalidValueError as error:
-        return detached(error)
+        return detach(error)

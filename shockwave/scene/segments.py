@@ -68,7 +68,7 @@ RADIUS = Quantity("m", "radius of the granules", **SIZES, optional=True)
 
 
 def _radius(value: Any) -> Any:
-    return value if isinstance(value, Taper) else RADIUS.checked("radius", value)
+    return value if isinstance(value, Taper) else RADIUS.check("radius", value)
 
 
 @frozen(kw_only=True, init=False)

@@ -8,8 +8,8 @@ from typing import Any
 
 from attrs import field, frozen
 
-from shockwave.base.arguments import explained
-from shockwave.base.errors import Fault, InvalidValueError, placing
+from shockwave.base.arguments import explain_arguments
+from shockwave.base.errors import Fault, InvalidValueError, locate
 from shockwave.base.quantity_fields import Number, Quantity, Value, quantity, text_of
 from shockwave.profiles.profile_contract import examine
 from shockwave.profiles.shock_profile import ShockProfile
@@ -66,7 +66,7 @@ class Shock(Value):
     ) -> None:
         if isinstance(profile, str):
             if duration is not None and rise_time is not None and duration_ratio is None:
-                duration_ratio = DURATION.checked("duration", duration) / _RISE_TIME.checked("rise_time", rise_time)
+                duration_ratio = DURATION.check("duration", duration) / _RISE_TIME.check("rise_time", rise_time)
                 duration = None
             profile = _profile(profile, duration_ratio, parameters or {})
         else:
@@ -76,7 +76,7 @@ class Shock(Value):
         examine(profile)
         if duration is not None:
             _refuse("if duration is given, because the profile has its own duration ratio", rise_time=rise_time)
-            rise_time = DURATION.checked("duration", duration) / float(profile.duration_ratio)
+            rise_time = DURATION.check("duration", duration) / float(profile.duration_ratio)
         self.__attrs_init__(profile=profile, peak_force=peak_force, rise_time=rise_time)  # type: ignore[arg-type]
 
     def __attrs_post_init__(self) -> None:
@@ -104,12 +104,12 @@ def _profile(name: str, duration_ratio: Number | None, parameters: Mapping[str, 
     """Make the registered profile of this name."""
     make: Any = load("profiles", name)
     values = dict(parameters)
-    with blame("profiles", make), placing(_within):
+    with blame("profiles", make), locate(_within):
         if "file" in values and hasattr(make, "from_file"):  # a record
             make = partial(make.from_file, values.pop("file"))
         if duration_ratio is not None:
             values["duration_ratio"] = duration_ratio
-        return explained(make)(**values)
+        return explain_arguments(make)(**values)
 
 
 def _within(fault: Fault) -> Fault:

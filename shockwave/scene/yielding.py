@@ -10,7 +10,7 @@ from attrs import frozen
 
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.numerics import FloatArray
-from shockwave.base.text import rounded, si
+from shockwave.base.text import round_digits, si
 from shockwave.scene.chain import Chain
 
 _Number = TypeVar("_Number", float, FloatArray)
@@ -48,7 +48,7 @@ class Yielding:
 
     def facts(self) -> list[tuple[str, str]]:
         """Label and text."""
-        ratio = f"largest ratio of a peak force to the force of first yield {rounded(self.peak_ratio, 3)}"
+        ratio = f"largest ratio of a peak force to the force of first yield {round_digits(self.peak_ratio, 3)}"
         return [("first yield", f"at {si(self.first_yield_force, 'N', 4)}; {ratio}")]
 
 
@@ -91,5 +91,5 @@ def beyond_elastic(chain: Chain, yielding: Callable[[], Yielding | None]) -> Inv
     )
     if result is not None:
         rule = "must be left out for forces beyond first yield"
-        got = f"got a peak force of {rounded(result.peak_ratio, 3)} times the force of first yield"
+        got = f"got a peak force of {round_digits(result.peak_ratio, 3)} times the force of first yield"
     return InvalidValueError.of("chain.elastic_only", f"{rule} ({got})")

@@ -14,7 +14,7 @@ from attrs import asdict, evolve
 
 from shockwave.base.errors import NumericalError
 from shockwave.base.numerics import FloatArray, bracketed_root
-from shockwave.base.text import rounded, si
+from shockwave.base.text import round_digits, si
 from shockwave.engine.backend import chosen
 from shockwave.engine.mixed_chain_problem import Motion
 from shockwave.engine.nystroem_integrators import Rkn86
@@ -206,7 +206,7 @@ def _unphysical(case: ChainSetup, motion: Motion) -> Iterator[str]:
         ratios = (motion.forces * case.scales.force / pairs.stiffnesses) ** (1 / pairs.exponent) / pairs.radii
         worst = int(np.argmax(ratios))
         if ratios[worst] > _LARGE_OVERLAP:
-            overlap = f"The overlap at contact {worst} is about {rounded(ratios[worst])} times the reduced radius"
+            overlap = f"The overlap at contact {worst} is about {round_digits(ratios[worst])} times the reduced radius"
             yield f"{overlap}: Hertz's law holds for small overlaps only."
 
 

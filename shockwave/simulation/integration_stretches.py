@@ -13,7 +13,7 @@ from typing import cast, final
 import numpy as np
 
 from shockwave.base.errors import NumericalError
-from shockwave.base.progress import progressed
+from shockwave.base.progress import report_progress
 from shockwave.engine.equal_chain_run import FIRST_WINDOW, March, Span, Stretch, overdue
 from shockwave.engine.integrator import Integrator
 from shockwave.engine.nystroem_integrators import Nystroem
@@ -74,7 +74,7 @@ class Course(abc.ABC):
         """Integrate to the end of the first step at or after ``until``, and report progress; the last stretch."""
         while self.now < until:
             self.stretch = self.advance(until)
-            progressed(label, int(self.now), int(total) + 1)
+            report_progress(label, int(self.now), int(total) + 1)
         return self.stretch
 
 

@@ -10,7 +10,7 @@ from attrs import evolve
 
 from shockwave.base.errors import NumericalError
 from shockwave.base.numerics import FloatArray
-from shockwave.base.progress import progressed
+from shockwave.base.progress import report_progress
 from shockwave.engine.equal_chain_run import Span, march
 from shockwave.engine.nystroem_integrators import Nystroem
 from shockwave.engine.scaled_problem import ChainProblem, contact_energies, contact_forces
@@ -169,9 +169,9 @@ def _states(spans: Iterator[Span], times: list[float]) -> tuple[FloatArray, Floa
     for time in times[1:]:
         while time > span.end:
             span = next(spans)
-            progressed("histories", len(states), len(times))
+            report_progress("histories", len(states), len(times))
         states.append((span.x1, span.v1) if time == span.end else span.at(time))
-    progressed("histories", len(times), len(times))
+    report_progress("histories", len(times), len(times))
     # The window grows with the front; granules ahead of it are at rest.
     x, v = np.zeros((2, max(2, len(span.x1)), len(times)))
     for index, (positions, velocities) in enumerate(states):

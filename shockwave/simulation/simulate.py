@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from attrs import frozen
 
-from shockwave.base.errors import NumericalError, ShockwaveError, detached
-from shockwave.base.progress import progressed
+from shockwave.base.errors import NumericalError, ShockwaveError, detach
+from shockwave.base.progress import report_progress
 from shockwave.engine.scaled_problem import ChainProblem, prepare
 from shockwave.engine.time_limit import expired, time_limit
 from shockwave.profiles.power_law import Powers
@@ -127,7 +127,7 @@ def simulate_scenes(
         try:
             jobs.append(job_of(options, scene) if isinstance(scene, Scene) else scene)
         except ShockwaveError as error:
-            jobs.append(detached(error))
+            jobs.append(detach(error))
     return run_jobs(jobs, options, threads)
 
 
@@ -173,7 +173,7 @@ def job_of(options: SimulateOptions, scene: Scene) -> Job:
     try:
         problem, scales = scale_scene(scene)
     except NumericalError as error:
-        return Job(scene, refusal=detached(error))
+        return Job(scene, refusal=detach(error))
     check_requests(options, scene.shock, scene.uniform, scales)
     if not isinstance(problem.profile, Powers):  # those of power laws are computed together
         _ = problem.path
@@ -204,7 +204,7 @@ def run_jobs(
     results: list[_Outcome] = []
     many = len(jobs) > 1
     if many:
-        progressed("simulations", 0, len(jobs))
+        report_progress("simulations", 0, len(jobs))
     # A thread does all the work for its share: while it runs the compiled code, which releases the global interpreter
     # lock, another thread prepares its problems.
     with _pool(threads) as pool:
@@ -213,7 +213,7 @@ def run_jobs(
             for share in (pool.map if pool else map)(lambda share: _run(share, setup, limit, allowed), shares):
                 results += share
                 if many:
-                    progressed("simulations", len(results), len(jobs))
+                    report_progress("simulations", len(results), len(jobs))
         finally:  # after Ctrl-C the other threads stop as well
             interrupted.set()
     return results
@@ -259,7 +259,7 @@ def _run(
                     answer = search({0: problems[index]}, setup).get(0)
                 results.append(_result(job, setup, answer, begin, limit))
         except ShockwaveError as error:
-            results.append(detached(error))
+            results.append(detach(error))
     return results
 
 

@@ -8,7 +8,7 @@ from attrs import field, frozen
 
 from shockwave.base.errors import NumericalError
 from shockwave.base.result import VERSION, cached_property
-from shockwave.base.text import printed
+from shockwave.base.text import render
 from shockwave.scene.force_limit import LAST, WAVE, LeavingForce, plain_verdict
 from shockwave.scene.plausibility import unusual_warnings
 from shockwave.scene.scene import Scene
@@ -379,4 +379,4 @@ class Simulation(SceneResult):
         return {**document, **ends, **options, **others}
 
     def __str__(self) -> str:
-        return printed(self, "shockwave.simulation.simulation_text:simulation_text")
+        return render(self, "shockwave.simulation.simulation_text:simulation_text")

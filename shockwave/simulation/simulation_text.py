@@ -14,7 +14,7 @@ from shockwave.base.text import (
     facts,
     is_wide,
     notes,
-    rounded,
+    round_digits,
     si,
     significant_digits,
     strong,
@@ -195,7 +195,7 @@ def details(result: Simulation) -> Iterator[tuple[str, str]]:
         yield "recorded", f"{', '.join(result.options.record)}: {len(times)} samples to {si(times[-1], 's')}"
     cost = result.cost
     yield "method", f"{result.integrator} ({result.backend})"
-    yield "cost", f"{cost.steps} steps, {cost.force_evaluations} force evaluations, {rounded(cost.seconds)} s"
+    yield "cost", f"{cost.steps} steps, {cost.force_evaluations} force evaluations, {round_digits(cost.seconds)} s"
 
 
 def balances(result: Simulation) -> Iterator[tuple[str, str]]:

@@ -8,7 +8,7 @@ import numpy as np
 from attrs import define, evolve, field
 
 from shockwave.base.numerics import FloatArray
-from shockwave.base.progress import progressed
+from shockwave.base.progress import report_progress
 from shockwave.engine.equal_chain_run import Stretch, free_granules
 from shockwave.engine.integrator import Integrator
 from shockwave.engine.scaled_problem import ChainProblem, Primary, chain_energy
@@ -202,7 +202,7 @@ class ChainRun:
             leaving = v[::-1] if self.unfollowed_force == 0 else v[::-1][: count_departed(x, v)]
             self.spalls = tuple(leaving[leaving > ejected].tolist())
         self.end = stretch.end
-        progressed(self.label, math.ceil(self.end), math.ceil(self.end))
+        report_progress(self.label, math.ceil(self.end), math.ceil(self.end))
         return self
 
     @property
@@ -249,7 +249,7 @@ class ChainRun:
         """Integrate to ``until``; the last stretch."""
         while True:
             stretch = self._course.advance(until, 0.0 if self._free_end else max(until - self._kept, 0.0))
-            progressed(self.label, int(stretch.end), None)
+            report_progress(self.label, int(stretch.end), None)
             while self._recent and self._recent[0][0].end <= stretch.end - self._kept:
                 del self._recent[0]
             self._recent.append((stretch, 0.0))

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from attrs import asdict, frozen
 from scipy.interpolate import CubicSpline
 
-from shockwave.base.arguments import explained
+from shockwave.base.arguments import explain_arguments
 from shockwave.base.errors import InvalidValueError, NumericalError, ShockwaveError
 from shockwave.base.numerics import FloatArray
 from shockwave.base.quantity_fields import Number, Quantity, text_of
@@ -123,7 +123,7 @@ class UniversalCurve(Result):
     _brief = ("profile", "rtol", "longest")
     _tables = (("points", "rise_time"),)
 
-    @explained
+    @explain_arguments
     def __init__(self, profile: ShockProfile, rtol: Number = 1e-4, longest: Number = 50.0) -> None:
         if not isinstance(profile, ShockProfile):
             raise InvalidValueError.of("profile", f"must be a ShockProfile (got {text_of(profile)})")
@@ -131,7 +131,7 @@ class UniversalCurve(Result):
             raise InvalidValueError.of(
                 "profile", "must not pull, because a curve covers no negative forces (got a record)"
             )
-        numbers: tuple[float, float] = (RTOL.checked("rtol", rtol), _LONGEST.checked("longest", longest))
+        numbers: tuple[float, float] = (RTOL.check("rtol", rtol), _LONGEST.check("longest", longest))
         groups = WarningGroups()
         points = _simulate_points(profile, *numbers, groups)
         warnings = (*getattr(profile, "alarms", ()), *groups.sentences("simulations"))

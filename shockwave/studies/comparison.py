@@ -11,7 +11,7 @@ from attrs import asdict, evolve, field, frozen
 from shockwave.base.errors import Fault, NotCoveredError, ShockwaveError
 from shockwave.base.result import VERSION, Result, cached_property
 from shockwave.base.result_tables import Table, column, coordinate
-from shockwave.base.text import printed
+from shockwave.base.text import render
 from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.predictor import Predictor
 from shockwave.prediction.scaled_shock import Regime, Relation
@@ -247,7 +247,7 @@ class Comparison(Result):
         }
 
     def __str__(self) -> str:
-        return printed(self, "shockwave.studies.comparison_text:comparison_text")
+        return render(self, "shockwave.studies.comparison_text:comparison_text")
 
 
 def compare(

@@ -12,7 +12,7 @@ from attrs import define, evolve, field
 
 from shockwave.base.errors import InvalidValueError, ShockwaveError
 from shockwave.base.numerics import bracketed_root
-from shockwave.base.progress import progressed
+from shockwave.base.progress import report_progress
 from shockwave.studies.design_options import VERIFIED_RTOL, DesignScenes
 from shockwave.studies.design_result import Option
 from shockwave.studies.quantities import Requirement
@@ -150,7 +150,7 @@ class _Line:
         """Simulate scenes at shares of the interval."""
         values = [(self.scenes.parameters[0].at(share),) for share in shares]
         self.options |= zip(shares, self.scenes.possible(values, rtol), strict=True)
-        progressed("simulations", len(self.options))
+        report_progress("simulations", len(self.options))
 
     def height(self, share: float) -> float:
         """Excess of the quantity over the target, on a scale on which it is finite also where no force arrives.

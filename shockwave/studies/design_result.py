@@ -11,7 +11,7 @@ from attrs import asdict, evolve, field, frozen
 from shockwave.base.quantities import Quantity
 from shockwave.base.result import VERSION, Result
 from shockwave.base.result_tables import Table, along
-from shockwave.base.text import printed, si
+from shockwave.base.text import render, si
 from shockwave.studies.quantities import Requirement
 
 # Positive intervals whose ends have a larger ratio are divided logarithmically.
@@ -259,7 +259,7 @@ class Design(Result):
         return {**VERSION, **document, "evaluations": len(self.tried), "reachable": self.reachable, "why": self.why}
 
     def __str__(self) -> str:
-        return printed(self, "shockwave.studies.design_text:text_of_design")
+        return render(self, "shockwave.studies.design_text:text_of_design")
 
     @property
     def varied(self) -> str:

@@ -84,8 +84,8 @@ def design(
     NumericalError
         If a simulation fails, or all of those of a search for the best option.
     """
-    points, rtol = _POINTS.checked("points", points), varied_scenes.RTOL.checked("rtol", rtol)
-    seed = varied_scenes.SEED.checked("seed", seed)
+    points, rtol = _POINTS.check("points", points), varied_scenes.RTOL.check("rtol", rtol)
+    seed = varied_scenes.SEED.check("seed", seed)
     scenario = varied_scenes.scenario_of(scene, chain)
     contacts = contacts_of(scenario)
     requirements = (*_requirements(target, "target", contacts), *_requirements(budget, "budget", contacts))

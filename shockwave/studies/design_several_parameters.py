@@ -17,7 +17,7 @@ from scipy.stats import qmc
 
 from shockwave.base.errors import InvalidValueError, NumericalError, ShockwaveError
 from shockwave.base.numerics import FloatArray
-from shockwave.base.progress import counted
+from shockwave.base.progress import track
 from shockwave.studies.design_options import VERIFIED_RTOL, DesignScenes, Values
 from shockwave.studies.design_result import Option, VariedParameter
 
@@ -60,7 +60,7 @@ def search_best(scenes: DesignScenes, seed: int) -> dict[str, Any]:
         problem = f"must have at most {_COMBINATIONS} combinations of materials (got {len(combinations)}; name fewer)"
         raise InvalidValueError.of("among", problem)
     groups = [_Group(scenes, parameters) for parameters in combinations]
-    for index, group in enumerate(counted("combinations", groups)):
+    for index, group in enumerate(track("combinations", groups)):
         group.search(np.random.default_rng([seed, index]))
     ranked = sorted((group.ranked[0] for group in groups if group.options), key=groups[0].rank)
     if not ranked:

@@ -17,7 +17,7 @@ from scipy.stats import norm, qmc, sobol_indices, truncnorm, uniform
 
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.numerics import FloatArray
-from shockwave.base.progress import progressed
+from shockwave.base.progress import report_progress
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.uncertainty_block import Spread
 from shockwave.scene.force_limit import Exceedance, LeavingForce, Limit, Verdict, verdict
@@ -174,7 +174,7 @@ def draw_samples(
             points.append(samples[0])
             outputs.append(heights.reshape(len(heights), len(samples), -1))
             errors.append(error)
-            progressed(WORK, len(errors) * columns.shape[-1], _BATCHES * columns.shape[-1])
+            report_progress(WORK, len(errors) * columns.shape[-1], _BATCHES * columns.shape[-1])
     except InvalidValueError as wrong:
         problem = f"must give only valid samples ({wrong.faults[0]}; narrow the distributions or use {{factor: ...}})"
         raise InvalidValueError.of("uncertainty", problem) from None

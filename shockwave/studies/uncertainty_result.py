@@ -11,7 +11,7 @@ from attrs import Attribute, asdict, field, frozen
 from shockwave.base.numerics import FloatArray
 from shockwave.base.result import VERSION, Result
 from shockwave.base.result_tables import Table, along
-from shockwave.base.text import printed
+from shockwave.base.text import render
 from shockwave.scene.force_limit import Exceedance, Verdict
 
 
@@ -169,7 +169,7 @@ class Uncertainty(Result):
         return VERSION | asdict(self, filter=lambda attribute, _: bool(attribute.repr), value_serializer=_plain)
 
     def __str__(self) -> str:
-        return printed(self, "shockwave.studies.uncertainty_text:text_of_uncertainty")
+        return render(self, "shockwave.studies.uncertainty_text:text_of_uncertainty")
 
 
 def _plain(_: object, attribute: Attribute[Any] | None, value: Any) -> Any:

@@ -13,10 +13,10 @@ from attrs import define, evolve, field
 from shockwave.base.errors import InvalidValueError, ShockwaveError, below
 from shockwave.base.log import logger
 from shockwave.base.numerics import FloatArray
-from shockwave.base.progress import progressed
+from shockwave.base.progress import report_progress
 from shockwave.base.quantities import Quantity
 from shockwave.base.quantity_fields import Quantity as Number
-from shockwave.base.quantity_fields import listed
+from shockwave.base.quantity_fields import join
 from shockwave.base.text import si
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_argument import SceneArgument
@@ -95,12 +95,12 @@ def uncertainty(
     scenario = varied_scenes.scenario_of(scene, chain)
     scenario = evolve(scenario, limit=limit_of(limit) or scenario.limit)
     equal = scenario.scene.uniform is not None
-    draws = _DRAWS.checked("draws", (_EQUAL_DRAWS if equal else _CHAIN_DRAWS) if draws is None else draws)
-    seed, rtol = varied_scenes.SEED.checked("seed", seed), varied_scenes.RTOL.checked("rtol", rtol)
+    draws = _DRAWS.check("draws", (_EQUAL_DRAWS if equal else _CHAIN_DRAWS) if draws is None else draws)
+    seed, rtol = varied_scenes.SEED.check("seed", seed), varied_scenes.RTOL.check("rtol", rtol)
     if draws.bit_count() > 1:
         raise InvalidValueError.of("draws", f"must be a power of 2, such as 1024 (got {draws})")
     distributions = [Distribution.of(spread, scenario) for spread in _spreads(scenario, spreads)]
-    progressed(WORK, 0, draws * (len(distributions) + 2))
+    report_progress(WORK, 0, draws * (len(distributions) + 2))
     logger.info("uncertainty of %s: %d scenes", scenario.name or "the scene", draws * (len(distributions) + 2))
     return _result(UncertainScenes.of(scenario, distributions, rtol), draws, seed, rtol)
 
@@ -173,7 +173,7 @@ class UncertainScenes:
             except ShockwaveError:
                 continue  # reported for the samples
             if np.array_equal(figures[:, 0], figures[:, 1], equal_nan=True):
-                same = listed((quantity.label for quantity in self.quantities), "and")
+                same = join((quantity.label for quantity in self.quantities), "and")
                 low, high = (si(end, each.spread.variable.unit or "") for end in ends.tolist())
                 problem = f"must change a quantity of the result (got the same {same} for {low} and {high}; delete it)"
                 raise InvalidValueError.of(("uncertainty", each.name), problem)

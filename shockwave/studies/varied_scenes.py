@@ -7,7 +7,7 @@ from typing import Any
 
 from attrs import evolve
 
-from shockwave.base.errors import Fault, InvalidValueError, NumericalError, ShockwaveError, below, placing, steps_of
+from shockwave.base.errors import Fault, InvalidValueError, NumericalError, ShockwaveError, below, locate, steps_of
 from shockwave.base.quantity_fields import Quantity, text_of
 from shockwave.prediction.predictor import Predictor
 from shockwave.registry.registry import entries, entry_of, find
@@ -102,7 +102,7 @@ def interval(parameter: Variable, ends: Sequence[Any] | None) -> tuple[float, fl
     if ends is None:
         problem = f"must be the lower and the upper end of the interval of {parameter.name} (got nothing)"
         raise InvalidValueError.of("between", problem)
-    with placing(lambda fault: Fault("between", f"{fault.problem} for {parameter.name}")):
+    with locate(lambda fault: Fault("between", f"{fault.problem} for {parameter.name}")):
         low, high = ends_of(parameter, ends)
         return low, high
 

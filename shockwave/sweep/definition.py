@@ -13,7 +13,7 @@ from attrs import asdict, evolve, field, frozen
 from attrs.validators import in_
 
 from shockwave.base.errors import InvalidValueError
-from shockwave.base.files import parse_json, read_bytes, replacing, structured
+from shockwave.base.files import parse_json, read_bytes, replace_file, structure_document
 from shockwave.base.quantities import Kind
 from shockwave.base.quantity_fields import text_of
 from shockwave.scenario.sweep_block import Sweep
@@ -149,7 +149,7 @@ class SweepDefinition(Sweep):
         if isinstance(document, dict) and document.get("format") in range(_FORMAT):
             got = f"got format {document['format']} of an earlier version; run the sweep again in a new folder"
             raise InvalidValueError.of((), f"must be of format {_FORMAT} ({got})", file)
-        return structured(document, SweepDefinition, file, "the definition of a sweep", _REMEDY)
+        return structure_document(document, SweepDefinition, file, "the definition of a sweep", _REMEDY)
 
     def write(self, folder: Path) -> None:
         """Write the definition, one attribute on each line.
@@ -161,7 +161,7 @@ class SweepDefinition(Sweep):
         """
         document = self._content() | {"name": self.name, "earlier_versions": self.earlier_versions}
         lines = ",\n".join(f"{json.dumps(name)}: {json.dumps(value)}" for name, value in document.items())
-        with replacing(folder / DEFINITION) as file:
+        with replace_file(folder / DEFINITION) as file:
             file.write(f"{{\n{lines}\n}}\n")
 
     def differences(self, other: SweepDefinition) -> dict[str, str]:
@@ -171,7 +171,7 @@ class SweepDefinition(Sweep):
         ordered = sorted(changes, key=lambda change: "columns" in change[0])
         return {name: f"{text_of(here)}, now {text_of(there)}" for name, here, there in ordered}
 
-    def resumed(self, earlier: SweepDefinition, folder: Path, accept_versions: bool) -> SweepDefinition:
+    def resume(self, earlier: SweepDefinition, folder: Path, accept_versions: bool) -> SweepDefinition:
         """Return the definition with which this sweep resumes the one in ``folder``, with the definition ``earlier``.
 
         Raises

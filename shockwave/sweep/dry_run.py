@@ -42,23 +42,23 @@ def dry_run(
     count = len(points.sweep)
     journal = Journal(folder_path(folder), count)
     if os.path.exists(journal.folder / DEFINITION):  # false also where the folder cannot be searched
-        points.definition.resumed(SweepDefinition.read(journal.folder), journal.folder, accept_versions)
+        points.definition.resume(SweepDefinition.read(journal.folder), journal.folder, accept_versions)
         journal.read(points.definition.columns)
     if retry_failed:
         journal.reopen()
-    left = journal.count(NOT_RUN)
+    remaining = journal.count(NOT_RUN)
     estimate = ""
     failures: list[str] = []
-    if left:
+    if remaining:
         # a reproducible sample of the whole sweep
         sample = random.Random(0).sample(range(count), min(count, _MOST_MEASURED))
         seconds, failures = _measure(points, sample)
         workers = workers or cores()
         plural = "" if workers == 1 else "s"
-        span = timedelta(seconds=round(_OVERHEAD + seconds * left / workers))
+        span = timedelta(seconds=round(_OVERHEAD + seconds * remaining / workers))
         estimate = f", about {span} on {workers} worker{plural}"
     axes = ", ".join(f"{len(axis)} values of {', '.join(axis.names)}" for axis in points.sweep.axes)
-    answer = strong(f"{left} of {count} points to run{estimate}")
+    answer = strong(f"{remaining} of {count} points to run{estimate}")
     return "\n".join([answer, *limits(failures[:1]), *facts([("task", points.sweep.run), ("axes", axes)])])
 
 
@@ -66,11 +66,11 @@ def _measure(points: Points, sample: Sequence[int]) -> tuple[float, list[str]]:
     """Mean time of a point of the sample [s], and the errors of its points."""
     points.lines(sample[:1])  # loads the code
     begin = time.perf_counter()
-    done, elapsed, lines = 0, 0.0, ""
-    while done < len(sample) and elapsed < _TIME_LIMIT:
-        size = _GROUP if done and elapsed / done < _TIME_LIMIT / _GROUP else 1
-        lines += points.lines(sample[done : done + size])
-        done = min(done + size, len(sample))
+    evaluated, elapsed, lines = 0, 0.0, ""
+    while evaluated < len(sample) and elapsed < _TIME_LIMIT:
+        size = _GROUP if evaluated and elapsed / evaluated < _TIME_LIMIT / _GROUP else 1
+        lines += points.lines(sample[evaluated : evaluated + size])
+        evaluated = min(evaluated + size, len(sample))
         elapsed = time.perf_counter() - begin
     entries = map(json.loads, lines.splitlines())
-    return elapsed / done, [f"a measured point failed: {entry['error']}" for entry in entries if "error" in entry]
+    return elapsed / evaluated, [f"a measured point failed: {entry['error']}" for entry in entries if "error" in entry]

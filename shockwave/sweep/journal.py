@@ -18,7 +18,7 @@ import numpy as np
 
 from shockwave.base.errors import FileAccessError
 from shockwave.base.files import not_writable, open_regular, refuse_link
-from shockwave.base.progress import progressed
+from shockwave.base.progress import report_progress
 from shockwave.sweep.definition import DEFINITION, Column, SweepDefinition
 
 JOURNAL = "journal.jsonl"
@@ -97,12 +97,12 @@ class Journal:
         types = [_TYPES[column.kind] for column in columns]
         with self._open() as file:
             for number, line in enumerate(file):
-                progressed("reading the journal", min(number, self.points - 1), self.points)
+                report_progress("reading the journal", min(number, self.points - 1), self.points)
                 if line.endswith(b"\n"):
                     ignored += not self._record(line, types)
                 else:
                     warnings.append(f"the last line of {JOURNAL} is incomplete and was ignored: its point is run again")
-        progressed("reading the journal", self.points, self.points)
+        report_progress("reading the journal", self.points, self.points)
         if ignored:
             warnings.append(f"ignored lines of {JOURNAL} that are damaged or belong to no point: {ignored}")
         return warnings
@@ -153,7 +153,7 @@ class Journal:
     # ---------------------------------------------------------------- writing
 
     @contextmanager
-    def locked(self) -> Iterator[None]:
+    def lock(self) -> Iterator[None]:
         """Create the folder if necessary, and lock it against other clients.
 
         Raises
@@ -194,10 +194,10 @@ class Journal:
         if self._file is None:
             self._file = open_regular(self.path, mode="a+b", buffering=0)
             self._file.truncate(self._size)  # removes an incomplete last line
-        left = memoryview(content)
+        remaining = memoryview(content)
         try:
-            while left:
-                left = left[self._file.write(left) :]
+            while remaining:
+                remaining = remaining[self._file.write(remaining) :]
         except OSError as error:
             self._file.truncate(self._size)
             raise not_writable(self.path, error) from error

@@ -127,10 +127,10 @@ class PlottedAxes:
 
     def pick(self, name: str) -> npt.NDArray[Any]:
         """Return a quantity at the drawn points, in the order of `axes`."""
-        chosen = [here[:1] for here in self.positions]
+        indices = [here[:1] for here in self.positions]
         for axis in self.axes:
-            chosen[axis.place] = axis.positions
-        picked = self.results.values(name)[np.ix_(*chosen)].squeeze()
+            indices[axis.place] = axis.positions
+        picked = self.results.values(name)[np.ix_(*indices)].squeeze()
         return picked if self.axes[0].place <= self.axes[-1].place else picked.T
 
     def labels(self) -> list[str]:

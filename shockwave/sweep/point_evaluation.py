@@ -81,7 +81,7 @@ class Points:
             axes=self.sweep.axes,
             columns=tuple(map(column_of, self._columns)),
             scenario=json.loads(normalise(scenario)),
-            named=_named_here(scenario, self.sweep),
+            named=_hashes_of_values(scenario, self.sweep),
             versions=_versions_here(scenario, self.sweep),
         )
 
@@ -192,7 +192,7 @@ def _refusals(scenario: Scenario, sweep: Sweep) -> list[Fault]:
     try:
         scenario.scene.covered_chain("section 4", laws=True, packings=True)
     except NotCoveredError as error:
-        faults = error.placed(scenario.scene.place_fault).faults
+        faults = error.with_places(scenario.scene.place_fault).faults
         return [fault for fault in faults if not any(name.startswith(fault.path) for name in names)]
     return []
 
@@ -253,7 +253,7 @@ def _objects(scenario: Scenario, sweep: Sweep) -> set[tuple[str, Any]]:
     return objects | {("materials", value) for name, value in texts if name.endswith(MATERIALS)}
 
 
-def _named_here(scenario: Scenario, sweep: Sweep) -> dict[str, str]:
+def _hashes_of_values(scenario: Scenario, sweep: Sweep) -> dict[str, str]:
     """Hashes of the materials and files among the values of the sweep."""
     hashes = {}
     for name, value in sweep.pairs():

@@ -15,8 +15,8 @@ import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 
-from shockwave.base.errors import UnknownNameError, shortened
-from shockwave.base.progress import progressed
+from shockwave.base.errors import UnknownNameError, shorten
+from shockwave.base.progress import report_progress
 from shockwave.base.result import VERSION, Result
 from shockwave.base.result_tables import Table, TableColumn, along, dataset, library
 from shockwave.base.text import facts, limits, si, significant_digits, strong, table
@@ -169,7 +169,7 @@ class SweepResults(Result, SweepDefinition):
         UsageError
             If pandas is not installed.
         """
-        self._named(table)
+        self._find_table(table)
         pd = library("pandas")
         names = [*self.variables, *self._arrays]
         frame = pd.DataFrame({name: self.values(name).ravel() for name in names})
@@ -190,7 +190,7 @@ class SweepResults(Result, SweepDefinition):
         UsageError
             If xarray is not installed.
         """
-        self._named(table)
+        self._find_table(table)
         short = self.short_names
         meanings = {column.name: column.meaning for column in self.columns}
         dimensions: list[str] = []
@@ -270,9 +270,7 @@ def _first(sentences: Iterable[str], count: int, remainder: str) -> list[str]:
 
 
 def _point(values: Mapping[str, Any]) -> str:
-    texts = {
-        name: f"{value:g}" if isinstance(value, float) else shortened(str(value)) for name, value in values.items()
-    }
+    texts = {name: f"{value:g}" if isinstance(value, float) else shorten(str(value)) for name, value in values.items()}
     return ", ".join(f"{name} {text}" for name, text in texts.items())
 
 
@@ -306,7 +304,7 @@ def load_sweep(folder: str | os.PathLike[str]) -> SweepResults:
             values.append(value)
         if row.problem is not None:
             failed.append(Failure(row.number, definition.point(row.number), row.status, row.problem))
-        progressed("loading results", row.number + 1, journal.points)
+        report_progress("loading results", row.number + 1, journal.points)
     groups = WarningGroups()
     for text in contents.get(NOTES, ()):
         groups.add(filter(None, [warnings_in(text)]))

@@ -13,7 +13,7 @@ from typing import Any
 from attrs import define, evolve, field
 
 from shockwave.base.errors import InvalidValueError, UsageError, message_of
-from shockwave.base.files import read_bytes, replacing
+from shockwave.base.files import read_bytes, replace_file
 from shockwave.base.log import logger
 from shockwave.base.quantity_fields import Quantity
 from shockwave.scenario.scenario import Scenario, load_scenario
@@ -114,13 +114,13 @@ def run_sweep(
         A KeyboardInterrupt, raised after the finished points have been saved.
     """
     begin = time.perf_counter()
-    place, limit = folder_path(folder), _TIMEOUT.checked("timeout", timeout)
+    place, limit = folder_path(folder), _TIMEOUT.check("timeout", timeout)
     check_workers(executor, workers, limit)
     if executor is None:
         start_server()
     points = points_of(scenario)
     journal = Journal(place, len(points.sweep))
-    with journal.locked():
+    with journal.lock():
         definition = _definition(journal, points, accept_versions)
         notes = [*journal.read(definition.columns), *definition.version_notes]
         if retry_failed:
@@ -161,12 +161,12 @@ def _definition(journal: Journal, points: Points, accept_versions: bool) -> Swee
     """Definition of the sweep; it is written to the folder, with a copy of the scenario."""
     folder = journal.folder
     earlier = SweepDefinition.read(folder) if (folder / DEFINITION).exists() else None
-    definition = points.definition.resumed(earlier, folder, accept_versions) if earlier else points.definition
+    definition = points.definition.resume(earlier, folder, accept_versions) if earlier else points.definition
     if definition is not earlier:
         definition.write(folder)
     copy = folder / "scenario.yaml"
     if points.scenario.path is not None and not copy.exists():
-        with replacing(copy) as file:  # a link of this name is not followed
+        with replace_file(copy) as file:  # a link of this name is not followed
             file.buffer.write(read_bytes(points.scenario.path, _MOST_SCENARIO))
     return definition
 

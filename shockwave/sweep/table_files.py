@@ -7,9 +7,9 @@ import json
 from pathlib import Path
 from typing import Any
 
-from shockwave.base.files import replacing
-from shockwave.base.progress import progressed
-from shockwave.base.text import admitted
+from shockwave.base.files import replace_file
+from shockwave.base.progress import report_progress
+from shockwave.base.text import replace_unfit
 from shockwave.sweep.definition import NOTES, SweepDefinition, as_text, warnings_in
 from shockwave.sweep.journal import Journal
 
@@ -35,7 +35,7 @@ def write_tables(definition: SweepDefinition, journal: Journal) -> tuple[tuple[P
     heads = [f"{name} [{unit}]" if unit else name for name, unit in units.items()]
     keys = ("index", *units, "status", "problem")
     warned = 0
-    with replacing(files[0]) as table, replacing(files[1]) as objects:
+    with replace_file(files[0]) as table, replace_file(files[1]) as objects:
         writer = csv.writer(table, lineterminator="\n")
         writer.writerow((*heads, "status", "problem"))
         # point by point, so that memory does not grow with their number
@@ -45,7 +45,7 @@ def write_tables(definition: SweepDefinition, journal: Journal) -> tuple[tuple[P
             named = dict(zip(keys, (row.number, *values), strict=True))
             warned += bool(warnings_in(named.get(NOTES)))
             objects.write(json.dumps(named) + "\n")
-            progressed("writing tables", row.number + 1, journal.points)
+            report_progress("writing tables", row.number + 1, journal.points)
     return files, warned
 
 
@@ -60,4 +60,4 @@ def _cell(value: Any) -> Any:
         except ValueError:
             text = f"'{value}"
     # not all versions of Python quote a carriage return; a terminal that shows the file would obey control characters
-    return text and admitted(text.replace("\r", "\n"))
+    return text and replace_unfit(text.replace("\r", "\n"))

@@ -55,7 +55,7 @@ def check_registered(kind: str, cls: Any) -> None:
     assert isinstance(name, str), f"name must be a string (got {name!r})"
     remedy = f"return an Entry with it and the address of the class from shockwave_{kind} in your hooks, and install"
     try:
-        found = load(kind, name)
+        noun = load(kind, name)
     except UnknownNameError:
         pytest.fail(f"no {KINDS[kind]} is registered as {name!r}: {remedy}", pytrace=False)
-    assert found is cls, f"{name!r} is registered for another class, {find(kind, name).address}: {remedy}"
+    assert noun is cls, f"{name!r} is registered for another class, {find(kind, name).address}: {remedy}"

@@ -15,7 +15,7 @@ from shockwave.base.errors import NumericalError
 from shockwave.engine.integrator import Integrator
 from shockwave.engine.one_step import Attempt, OneStep
 from shockwave.testing.contract_clauses import Contract, check_registered
-from shockwave.testing.known_motions import Watched, coupled, distance, hertz, smooth_motion
+from shockwave.testing.known_motions import Watched, distance, hertz, smooth_force, smooth_motion
 
 # Largest difference between the slope of the error and the order.
 _SLOPE = 0.75
@@ -88,7 +88,7 @@ class IntegratorContract(Contract):
     def test_clause_3_steps_join_from_begin_to_until(
         self, integrator: type[Integrator], begin: float, until: float, size: float
     ) -> None:
-        watched = Watched(coupled)
+        watched = Watched(smooth_force)
         steps = motion.all_steps(integrator(size=size), watched, until, begin=begin)
         ends = [begin, *(step.end for step in steps)]
         for step, end in zip(steps, ends, strict=False):
@@ -113,7 +113,7 @@ class IntegratorContract(Contract):
         assert error <= _OPENING, message
 
     def test_clause_5_evaluations_are_counted(self, integrator: type[Integrator]) -> None:
-        method, watched = integrator(), Watched(coupled)
+        method, watched = integrator(), Watched(smooth_force)
         for until in (1.0, 2.0):
             for step in motion.all_steps(method, watched, until):
                 step.interpolate((step.begin + step.end) / 2)
@@ -123,12 +123,12 @@ class IntegratorContract(Contract):
 
     def test_clause_6_arrays_stay_as_they_were(self, integrator: type[Integrator]) -> None:
         x, v = smooth_motion(0.0)
-        kept = []
-        for step in integrator().steps(coupled, 0.0, 1.0, x, v, None):
+        copies = []
+        for step in integrator().steps(smooth_force, 0.0, 1.0, x, v, None):
             step.interpolate((step.begin + step.end) / 2)
-            kept.append((step, np.array((step.x, step.v, step.a))))
+            copies.append((step, np.array((step.x, step.v, step.a))))
         assert np.array_equal((x, v), smooth_motion(0.0)), "the input arrays x, v were changed"
-        for step, arrays in kept:
+        for step, arrays in copies:
             same = np.array_equal((step.x, step.v, step.a), arrays)
             assert same, f"x, v or a of the step that ends at t = {step.end!r} was changed after it was yielded"
 
@@ -158,29 +158,29 @@ class IntegratorContract(Contract):
         assert again == fresh, "an object that was used for two steps takes different steps than a new one"
 
     def test_one_step_clause_1_attempt_stays_within_the_step(self, integrator: type[Integrator]) -> None:
-        method, watched = _one_step(integrator)(), Watched(coupled)
+        method, watched = _one_step(integrator)(), Watched(smooth_force)
         x, v = smooth_motion(0.3)
-        given = np.array((x, v, coupled(0.3, x)))
-        before = given.copy()
-        tried = method.attempt(watched, 0.3, 0.1, *given)
+        start = np.array((x, v, smooth_force(0.3, x)))
+        before = start.copy()
+        tried = method.attempt(watched, 0.3, 0.1, *start)
         assert isinstance(tried, Attempt), f"attempt must return an Attempt (got a {type(tried).__name__})"
         watched.check_within(0.3, 0.4 + _ROUNDING)
         assert not method.evaluations, f"attempt must not count evaluations (got {method.evaluations})"
-        new = np.array_equal(given, before) and not any(np.shares_memory(array, given) for array in tried[:3])
+        new = np.array_equal(start, before) and not any(np.shares_memory(array, start) for array in tried[:3])
         assert new, "attempt changes or returns the input arrays x, v, a"
-        error = distance(tried.a, coupled(0.4, tried.x))
+        error = distance(tried.a, smooth_force(0.4, tried.x))
         assert error <= _ROUNDING, "the returned acceleration is not that at the end of the step"
         with np.errstate(all="ignore"):  # the caller checks for such numbers
-            method.attempt(motion.broken(0.0, math.nan), 0.3, 0.1, *given)
+            method.attempt(motion.broken(0.0, math.nan), 0.3, 0.1, *start)
 
     def test_one_step_clause_2_a_batch_is_its_chains_side_by_side(self, integrator: type[Integrator]) -> None:
         method = _one_step(integrator)()
         times, sizes = np.array([0.0, 0.3, 1.1]), np.array([0.1, 0.25, 0.0])
         x, v = smooth_motion(times)
-        batch = method.attempt(coupled, times, sizes, x, v, coupled(times, x))
+        batch = method.attempt(smooth_force, times, sizes, x, v, smooth_force(times, x))
         for chain, (time, size) in enumerate(zip(times.tolist(), sizes.tolist(), strict=True)):
             x, v = smooth_motion(time)
-            alone = method.attempt(coupled, time, size, x, v, coupled(time, x))
+            alone = method.attempt(smooth_force, time, size, x, v, smooth_force(time, x))
             error = distance(np.array(batch[:3])[..., chain], alone[:3])
             assert error <= _ROUNDING, f"chain {chain} of a batch differs by {error:.1e} from the same chain alone"
             still = size > 0 or distance((alone.x, alone.v), (x, v)) <= _ROUNDING

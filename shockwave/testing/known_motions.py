@@ -50,7 +50,7 @@ def _between_neighbours(x: FloatArray) -> FloatArray:
     return np.asarray(-np.diff(np.sin(x[:-1] - x[1:]), axis=0, prepend=0.0, append=0.0))
 
 
-def coupled(time: Any, x: FloatArray) -> FloatArray:
+def smooth_force(time: Any, x: FloatArray) -> FloatArray:
     """Acceleration of a driven chain, of which the smooth motion is the solution."""
     angle = time + _PHASES.reshape(-1, *[1] * (x.ndim - 1))
     driven = np.cos(angle) + 1.2 * np.sin(2 * angle)
@@ -65,7 +65,7 @@ def hertz(_: Any, x: FloatArray) -> FloatArray:
 
 def broken(since: float, value: float) -> Acceleration:
     """An acceleration that equals ``value`` after the time ``since``."""
-    return lambda time, x: coupled(time, x) if time < since else np.full_like(x, value)
+    return lambda time, x: smooth_force(time, x) if time < since else np.full_like(x, value)
 
 
 @define
@@ -92,7 +92,7 @@ class Watched:
 
 def all_steps(
     method: Integrator,
-    acceleration: Acceleration = coupled,
+    acceleration: Acceleration = smooth_force,
     until: float = 3.0,
     state: tuple[FloatArray, FloatArray] | None = None,
     begin: float = 0.0,
@@ -132,7 +132,9 @@ def slope_of_estimate(integrator: type[OneStep]) -> float:
 
     def estimate(size: float) -> float:
         states = ((begin, *smooth_motion(begin)) for begin in _BEGINS)
-        return float(np.mean([integrator().attempt(coupled, t, size, x, v, coupled(t, x)).error for t, x, v in states]))
+        return float(
+            np.mean([integrator().attempt(smooth_force, t, size, x, v, smooth_force(t, x)).error for t, x, v in states])
+        )
 
     return _power(estimate)
 
@@ -153,9 +155,9 @@ def _error_of_attempts(method: OneStep, size: float) -> float:
     """Error of the smooth motion after steps of equal size, root mean square over the runs."""
     count, squares = round(_SPAN / size), []
     for begin in _BEGINS:
-        (x, v), a = smooth_motion(begin), coupled(begin, smooth_motion(begin)[0])
+        (x, v), a = smooth_motion(begin), smooth_force(begin, smooth_motion(begin)[0])
         for index in range(count):
-            x, v, a, _ = method.attempt(coupled, begin + index * size, size, x, v, a)
+            x, v, a, _ = method.attempt(smooth_force, begin + index * size, size, x, v, a)
         squares.append(np.mean(np.subtract((x, v), smooth_motion(begin + count * size)) ** 2))
     return float(np.sqrt(np.mean(squares)))
 

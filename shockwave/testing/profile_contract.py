@@ -122,13 +122,13 @@ def rough_place(force: Integrand, breakpoints: Sequence[float]) -> float | None:
     """Time of a jump or kink other than a breakpoint, where a quadrature needs a very narrow panel."""
     panels: list[tuple[float, float]] = []
 
-    def watched(s: FloatArray) -> FloatArray:
+    def watch(s: FloatArray) -> FloatArray:
         panels.append((s.min(), s.max()))
         return force(s)
 
     # An uneven division, so that a kink at a simple fraction does not fall between two panels.
     between = [a + _CUT * (b - a) for a, b in pairwise(breakpoints)]
-    GaussLegendre().integrate(watched, sorted([*breakpoints, *between]))
+    GaussLegendre().integrate(watch, sorted([*breakpoints, *between]))
     begin, end = np.transpose(panels)
     middle, width = (begin + end) / 2, end - begin
     nearest = np.min([np.abs(middle - point) for point in breakpoints], axis=0)

@@ -106,13 +106,13 @@ class QuadratureContract(Contract):
     def test_clause_2_smooth_pieces_with_singular_ends_are_integrated(
         self, quadrature: type[Quadrature], case: _Case
     ) -> None:
-        found, _ = _integrated(quadrature(), case)
+        found, _ = _integrate(quadrature(), case)
         error, allowed = abs(found.value - case.area), case.error * (case.upper - case.lower)
         assert error <= allowed, f"{case} is {found.value:.12g}, with an error of {error:.1e} (limit {allowed:.1e})"
 
     @_each_case
     def test_clause_3_the_integrand_is_called_with_arrays(self, quadrature: type[Quadrature], case: _Case) -> None:
-        _, watched = _integrated(quadrature(), case)
+        _, watched = _integrate(quadrature(), case)
         assert watched.dimensions == {1}, f"{case}: s must have one dimension (got {watched.dimensions})"
 
     @pytest.mark.parametrize("tolerance", _TOLERANCES)
@@ -120,7 +120,7 @@ class QuadratureContract(Contract):
     def test_clause_4_the_estimate_bounds_the_error(
         self, quadrature: type[Quadrature], case: _Case, tolerance: float
     ) -> None:
-        found, _ = _integrated(quadrature(), case, tolerance)
+        found, _ = _integrate(quadrature(), case, tolerance)
         # Rounding error of the exact value.
         error = abs(found.value - case.area) - 2 * math.ulp(case.area)
         assert error <= found.error < math.inf, f"{case}: the error is {error:.2e}, its estimate {found.error:.2e}"
@@ -128,15 +128,15 @@ class QuadratureContract(Contract):
     @pytest.mark.parametrize("case", [*_SMOOTH_CASES[:2], *_SINGULAR_CASES[:2], *_ROUGH_CASES], ids=str)
     def test_clause_5_work_is_bounded_and_no_state_is_kept(self, quadrature: type[Quadrature], case: _Case) -> None:
         rule = quadrature()
-        found, watched = _integrated(rule, case, 0.0)
+        found, watched = _integrate(rule, case, 0.0)
         message = f"{case}: evaluations is {found.evaluations}, but {watched.count} points were evaluated"
         assert found.evaluations == watched.count, message
-        again, _ = _integrated(rule, case, 0.0)
+        again, _ = _integrate(rule, case, 0.0)
         assert again == found, f"{case}: {found!r} at first, and {again!r} when repeated"
 
 
-def _integrated(rule: Quadrature, case: _Case, tolerance: float = 1e-14) -> tuple[Integral, _Watched]:
+def _integrate(rule: Quadrature, case: _Case, tolerance: float = 1e-14) -> tuple[Integral, _Watched]:
     watched = _Watched(case.integrand)
-    found = rule.integrate(watched, (case.lower, case.upper), tolerance)
-    assert isinstance(found, Integral), f"{case}: must be an Integral (got {found!r})"
-    return found, watched
+    integral = rule.integrate(watched, (case.lower, case.upper), tolerance)
+    assert isinstance(integral, Integral), f"{case}: must be an Integral (got {integral!r})"
+    return integral, watched

@@ -9,7 +9,7 @@ import pytest
 from attrs import frozen
 
 import shockwave as sw
-from shockwave.base.arguments import explained
+from shockwave.base.arguments import explain_arguments
 
 #: Public classes that users construct.
 CONSTRUCTED = [
@@ -66,7 +66,7 @@ def test_too_many_arguments_are_reported_with_the_names() -> None:
 
 
 def test_a_type_error_inside_a_function_stays_one() -> None:
-    @explained
+    @explain_arguments
     def length(values: Any) -> int:
         return len(values)
 

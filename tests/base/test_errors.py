@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 import shockwave as sw
-from shockwave.base.errors import Fault, ShockwaveError, below, placing
+from shockwave.base.errors import Fault, ShockwaveError, below, locate
 from shockwave.registry.registry import find
 
 SCENARIO = """\
@@ -99,7 +99,7 @@ def test_a_key_with_dots_is_one_step_of_a_path() -> None:
 def test_notes_of_an_error_stay_with_its_places() -> None:
     error = sw.InvalidValueError.of("chain.radius", "must be > 0 m")
     error.add_note("a warning of the scene")
-    with pytest.raises(sw.InvalidValueError) as caught, placing(lambda fault: fault.below("scenes", 3)):
+    with pytest.raises(sw.InvalidValueError) as caught, locate(lambda fault: fault.below("scenes", 3)):
         raise error
     assert str(caught.value) == "scenes[3].chain.radius: must be > 0 m"
     assert caught.value.__notes__ == error.__notes__

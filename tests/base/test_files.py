@@ -13,7 +13,7 @@ import pytest
 
 import shockwave as sw
 from shockwave.base.errors import FileAccessError, InvalidValueError
-from shockwave.base.files import open_regular, parse_json, read_bytes, read_text, replacing, write_file
+from shockwave.base.files import open_regular, parse_json, read_bytes, read_text, replace_file, write_file
 from support.command_line import shockwave
 from support.texts import CHAIN, SHOCK, TABULATED
 
@@ -76,7 +76,7 @@ def test_a_link_is_replaced_and_never_written_through(tmp_path: Path) -> None:
     (tmp_path / "a").symlink_to("other")
     with pytest.raises(FileAccessError, match=r"a: is not a file \(got a link; delete it\)"):
         open_regular(tmp_path / "a", mode="r+b")
-    with replacing(tmp_path / "a") as file:
+    with replace_file(tmp_path / "a") as file:
         file.write("new")
     assert ((tmp_path / "other").read_bytes(), (tmp_path / "a").read_bytes()) == (b"kept", b"new")
 

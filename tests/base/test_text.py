@@ -5,7 +5,7 @@ import math
 import pytest
 
 from shockwave.base.result_tables import evenly
-from shockwave.base.text import percent, rounded, si
+from shockwave.base.text import percent, round_digits, si
 
 
 @pytest.mark.parametrize(
@@ -40,4 +40,4 @@ def test_percentages_have_two_digits_and_no_power_of_ten_unless_they_are_tiny(sh
 
 
 def test_long_runs_and_large_ratios_are_printed_without_a_power_of_ten() -> None:
-    assert (rounded(123.4), rounded(1234.5, 3), rounded(0.057)) == ("120", "1230", "0.057")
+    assert (round_digits(123.4), round_digits(1234.5, 3), round_digits(0.057)) == ("120", "1230", "0.057")

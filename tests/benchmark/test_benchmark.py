@@ -20,7 +20,7 @@ from conftest import HOOKS, Install
 from shockwave.base.errors import NumericalError
 from shockwave.benchmark import bench, bench_output
 from shockwave.benchmark.chain_problems import CASES, at_setting, case_of, read_front, reference
-from shockwave.benchmark.work_precision import Answer, Clock, Limits, Method, Problem, Row, WorkPrecision, measured
+from shockwave.benchmark.work_precision import Answer, Clock, Limits, Method, Problem, Row, WorkPrecision, measure
 from shockwave.cli import main
 from shockwave.registry.registry import entries, load
 
@@ -47,7 +47,7 @@ def run(function: Callable[[Any, Clock], Any], *values: float, limits: Limits = 
         function(value, clock)
         return Answer({"state": 0.0})
 
-    return list(measured(PROBLEM, Method("m", answered, "step", values or (1.0,)), limits))
+    return list(measure(PROBLEM, Method("m", answered, "step", values or (1.0,)), limits))
 
 
 def test_runs_are_repeated_after_a_warm_up_without_garbage_collection() -> None:
@@ -94,7 +94,7 @@ def test_failed_run_states_the_reason_and_later_settings_are_run(error: Exceptio
 
 
 def test_error_that_is_not_finite_is_reported() -> None:
-    (row,) = measured(PROBLEM, Method("m", lambda *_: Answer({"state": float("nan")})), ONCE)
+    (row,) = measure(PROBLEM, Method("m", lambda *_: Answer({"state": float("nan")})), ONCE)
     assert (row.errors, row.problem) == ({"state": None}, "not finite")
 
 
@@ -142,10 +142,10 @@ def test_front_of_a_finite_chain_is_measured_before_the_end() -> None:
 
 
 def test_gauss_legendre_reaches_rounding_on_all_areas() -> None:
-    for experiment in bench.named("quadratures", quick=False):
+    for experiment in bench.named_problems("quadratures", quick=False):
         problem, methods = experiment()
         (gauss,) = (method for method in methods if method.name == "gauss-legendre")
-        tightest = list(measured(problem, gauss, ONCE))[-1]
+        tightest = list(measure(problem, gauss, ONCE))[-1]
         # 1e-14 if the position of the kink is not given
         assert max(error or 0.0 for error in tightest.errors.values()) < 3e-14
 
@@ -210,7 +210,7 @@ def test_broken_plugin_has_a_single_row(install: Install) -> None:
     install("broken", hooks=hooks, pulse="1 / 0")
     _, methods = bench.integrators(CASES["A"])
     (broken,) = [method for method in methods if method.name == "broken"]
-    (row,) = measured(PROBLEM, broken, ONCE)
+    (row,) = measure(PROBLEM, broken, ONCE)
     assert "plugin broken is faulty" in row.problem
 
 

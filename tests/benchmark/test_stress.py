@@ -15,7 +15,7 @@ import shockwave as sw
 from shockwave.benchmark import extreme_cases, stress
 from shockwave.benchmark.benchmark_scenes import noisy, sampled
 from shockwave.benchmark.extreme_cases import CASES, CHECKS, Case, Finding, find
-from shockwave.benchmark.stress import Row, Stress, checked
+from shockwave.benchmark.stress import Row, Stress, check
 from shockwave.engine.backend import compiled
 from support.pages import table
 from support.scenes import CHAIN, lasting, power
@@ -34,13 +34,13 @@ def case(check: str, scene: tuple[float, ...] = (0.5, 1, 3, 0.5), **fields: obje
 
 @pytest.mark.parametrize("one", thinned(QUICK, 8), ids=lambda one: one.name)
 def test_quick_cases_pass(one: Case) -> None:
-    assert checked(one, "numpy" if compiled is None else "compiled").faults == ()
+    assert check(one, "numpy" if compiled is None else "compiled").faults == ()
 
 
 @pytest.mark.parametrize("name", WITH_NUMPY)
 def test_cases_of_every_kind_pass_in_numpy(name: str) -> None:
     (one,) = find([name])
-    assert checked(one, "numpy").faults == ()
+    assert check(one, "numpy").faults == ()
 
 
 def test_names_are_unique_checks_exist_and_the_page_lists_every_case() -> None:
@@ -62,7 +62,7 @@ def test_names_are_unique_checks_exist_and_the_page_lists_every_case() -> None:
     ],
 )
 def test_wrong_result_is_a_fault(one: Case, count: int) -> None:
-    assert len(checked(one, "numpy").faults) == count
+    assert len(check(one, "numpy").faults) == count
 
 
 @pytest.mark.parametrize(
@@ -83,7 +83,7 @@ def test_unsound_result_is_a_fault(
     wave = attrs.evolve(result.wave, scaled=scaled)
     broken = attrs.evolve(result, wave=wave, momentum_defect=scaled.momentum_defect)
     monkeypatch.setattr(extreme_cases, "simulate", lambda *_, **__: broken)
-    (found,) = checked(case("number", reference=result.amplification), "numpy").faults
+    (found,) = check(case("number", reference=result.amplification), "numpy").faults
     assert found.startswith(fault)
 
 

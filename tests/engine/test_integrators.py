@@ -17,7 +17,7 @@ from shockwave.engine.nystroem_integrators import Nystroem, Rkn64, Rkn86, Rkn121
 from shockwave.engine.one_step import OneStep
 from shockwave.registry.registry import entries, load
 from shockwave.testing import IntegratorContract
-from shockwave.testing.known_motions import all_steps, coupled, smooth_motion
+from shockwave.testing.known_motions import all_steps, smooth_force, smooth_motion
 
 BUILT_IN = [entry.name for entry in entries("integrators") if entry.distribution == "granular-shockwave"]
 PAIRS = [Rkn64, Rkn86, Rkn1210]
@@ -52,7 +52,7 @@ def test_tolerance_below_rounding_is_an_error(method: type[OneStep]) -> None:
 @pytest.mark.parametrize(("method", "cost"), [(Rkn64, 5), (Rkn86, 8), (Rkn1210, 17), (Verlet, 1), (Pefrl, 5), (Rk4, 4)])
 def test_cost_of_a_step_is_as_documented(method: type[OneStep], cost: int) -> None:
     integrator = method(tolerance=1.0)
-    assert len(list(integrator.steps(coupled, 0.0, 0.04, *smooth_motion(0.0), 0.04))) == 1
+    assert len(list(integrator.steps(smooth_force, 0.0, 0.04, *smooth_motion(0.0), 0.04))) == 1
     # and one evaluation for the acceleration at the beginning
     assert integrator.evaluations == 1 + cost
 

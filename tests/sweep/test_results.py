@@ -294,7 +294,7 @@ def test_points_that_are_added_to_a_journal_that_was_cut_are_kept(tmp_path: Path
     place = folder_of(tmp_path / "out", lines=[])
     definition = SweepDefinition.read(place)
     journal, again = (Journal(place, definition.points) for _ in range(2))
-    with journal.locked():
+    with journal.lock():
         journal.add(LINES[0])
         journal.add(LINES[1])
         os.truncate(place / "journal.jsonl", len(LINES[0]) + 5)

@@ -430,7 +430,7 @@ def test_a_sweep_depends_only_on_the_plugins_of_its_points(tmp_path: Path, insta
 def test_the_lock_of_a_killed_client_is_released(scenario: Path, out: Path) -> None:
     program = (
         "import sys, time; from pathlib import Path; from shockwave.sweep.journal import Journal\n"
-        "with Journal(Path(sys.argv[1]), 1).locked(): print('held', flush=True); time.sleep(60)"
+        "with Journal(Path(sys.argv[1]), 1).lock(): print('held', flush=True); time.sleep(60)"
     )
     with subprocess.Popen([sys.executable, "-c", program, out], stdout=subprocess.PIPE) as other:
         assert other.stdout is not None
