@@ -1,7 +1,7 @@
-"""Configuration of Sphinx; the lists of materials, integrators, quadratures and contact laws come from the registry.
+"""Configuration of Sphinx.
 
-The pages are built and read without a network: formulas become MathML, which browsers draw themselves, and the
-inventories of other projects are files of this folder.
+The pages are built and read without a network: formulas become MathML, which browsers draw with the font in `_static`,
+and the inventories of other projects are files of this folder.
 """
 
 from __future__ import annotations
@@ -9,13 +9,12 @@ from __future__ import annotations
 from typing import Any
 
 from docutils import nodes
-from docutils.utils.math.latex2mathml import tex2mathml
+from latex2mathml.converter import convert
 from sphinx.application import Sphinx
 from sphinx.ext import autosummary
 
 import shockwave
-from shockwave import OWN_DISTRIBUTION, __version__
-from shockwave.registry import registry
+from shockwave import __version__
 
 project = "shockwave"
 author = "The shockwave developers"
@@ -36,7 +35,7 @@ templates_path = ["_templates"]
 html_theme = "furo"
 html_title = f"shockwave {__version__}"
 html_static_path = ["_static"]
-html_css_files = ["narrow.css"]
+html_css_files = ["site.css"]
 html_math_renderer = "mathml"
 default_role = "py:obj"
 
@@ -58,7 +57,7 @@ nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 120
 
-myst_enable_extensions = ["dollarmath", "substitution"]
+myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
 
 napoleon_google_docstring = False
@@ -88,9 +87,11 @@ intersphinx_mapping = {
 
 
 def _formula(translator: Any, node: nodes.math | nodes.math_block) -> None:
-    """Write a formula as MathML; one that cannot be converted ends the build."""
+    """Write a formula as MathML; a command that the converter does not know ends the build."""
     block = isinstance(node, nodes.math_block)
-    formula = tex2mathml(node.astext(), as_block=block)
+    formula = convert(node.astext(), display="block" if block else "inline")
+    if "\\" in formula:
+        raise ValueError(f"unknown command in {node.astext()}")
     translator.body.append(f'<div class="math">{formula}</div>' if block else formula)
     raise nodes.SkipNode
 
@@ -104,27 +105,3 @@ def setup(app: Sphinx) -> None:
     """Register the writer of formulas and the choice of bases."""
     app.connect("autodoc-process-bases", _public)
     app.add_html_math_renderer("mathml", (_formula, None), (_formula, None))
-
-
-def _materials() -> str:
-    rows = ["| name | E, GPa | nu | density, kg/m^3 | yield, MPa | source |", "|---|---|---|---|---|---|"]
-    for entry in registry.entries("materials"):
-        if entry.distribution == OWN_DISTRIBUTION:
-            m = registry.load("materials", entry.name)
-            strength = "-" if m.yield_strength is None else f"{m.yield_strength / 1e6:g}"
-            figures = f"{m.youngs_modulus / 1e9:g} | {m.poisson_ratio:g} | {m.density:g} | {strength}"
-            rows.append(f"| `{entry.name}` | {figures} | {m.source} |")
-    return "\n".join(rows)
-
-
-def _listed(kind: str) -> str:
-    own = (entry for entry in registry.entries(kind) if entry.distribution == OWN_DISTRIBUTION)
-    return "\n".join(f"- `{entry.name}`: {entry.summary}" for entry in own)
-
-
-myst_substitutions = {
-    "materials": _materials(),
-    "integrators": _listed("integrators"),
-    "quadratures": _listed("quadratures"),
-    "contacts": _listed("contacts"),
-}

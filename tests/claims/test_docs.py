@@ -205,6 +205,27 @@ def test_table_of_profiles_is_the_registry() -> None:
         assert rows[profile] == own
 
 
+@pytest.mark.parametrize("kind", ["contacts", "integrators", "quadratures"])
+def test_tables_of_registered_names_are_the_registry(kind: str) -> None:
+    entries = (entry for entry in registry.entries(kind) if entry.distribution == sw.OWN_DISTRIBUTION)
+    assert table("docs/scenarios.md", kind) == [[f"`{entry.name}`", entry.summary] for entry in entries]
+
+
+def test_table_of_materials_is_the_library() -> None:
+    rows = {code_in(name)[0]: cells for name, *cells in table("docs/scenarios.md", "materials")}
+    entries = (entry for entry in registry.entries("materials") if entry.distribution == sw.OWN_DISTRIBUTION)
+    assert list(rows) == [entry.name for entry in entries]
+    for name, (modulus, poisson_ratio, density, strength, source) in rows.items():
+        material = sw.material(name)
+        assert (float(modulus), float(poisson_ratio), float(density), source) == (
+            material.youngs_modulus / 1e9,
+            material.poisson_ratio,
+            material.density,
+            material.source,
+        )
+        assert (None if strength == "-" else float(strength) * 1e6) == material.yield_strength
+
+
 def test_table_of_dampings_is_the_registry() -> None:
     rows = {code_in(row[0])[0]: set(code_in(row[2])) for row in table("docs/scenarios.md", "dampings")}
     models = [entry.name for entry in built_ins.ENTRIES["contacts"] if entry.takes == "damping"]
