@@ -1,7 +1,7 @@
 """Configuration of Sphinx.
 
-The pages are built and read without a network: formulas become MathML, which browsers draw with the font in `_static`,
-and the inventories of other projects are files of this folder.
+The pages are built and read without a network: formulas become MathML, which browsers
+draw with the font in `_static`, and the inventories of other projects are files here.
 """
 
 from __future__ import annotations
@@ -62,12 +62,18 @@ myst_heading_anchors = 3
 
 napoleon_google_docstring = False
 napoleon_use_ivar = False
-napoleon_custom_sections = ["Contract for implementers", "Contract for implementers, beside that of `Integrator`"]
+napoleon_custom_sections = [
+    "Contract for implementers",
+    "Contract for implementers, beside that of `Integrator`",
+]
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
-autodoc_type_aliases = {"ArrayLike": "numpy.typing.ArrayLike", "FloatArray": "numpy.ndarray"}
+autodoc_type_aliases = {
+    "ArrayLike": "numpy.typing.ArrayLike",
+    "FloatArray": "numpy.ndarray",
+}
 # Sentences do not end after these.
 autosummary.WELL_KNOWN_ABBREVIATIONS += ("eq.", "eqs.", "sec.")
 python_maximum_signature_line_length = 88
@@ -77,7 +83,8 @@ autosummary_filename_map = {
     for name in shockwave.__all__
     if name.islower() and name.capitalize() in shockwave.__all__
 }
-# Lists of the few objects that signatures name, in the plain format of version 1: the published ones need a network.
+# Lists of the few objects that signatures name, in the plain format of version 1: the
+# published ones need a network.
 intersphinx_mapping = {
     "python": ("https://docs.python.org/3", "inventories/python.txt"),
     "numpy": ("https://numpy.org/doc/stable", "inventories/numpy.txt"),
@@ -87,7 +94,7 @@ intersphinx_mapping = {
 
 
 def _formula(translator: Any, node: nodes.math | nodes.math_block) -> None:
-    """Write a formula as MathML; a command that the converter does not know ends the build."""
+    """Write a formula as MathML; an unknown command ends the build."""
     block = isinstance(node, nodes.math_block)
     formula = convert(node.astext(), display="block" if block else "inline")
     if "\\" in formula:
@@ -96,9 +103,13 @@ def _formula(translator: Any, node: nodes.math | nodes.math_block) -> None:
     raise nodes.SkipNode
 
 
-def _public(_app: Sphinx, _name: str, _what: object, _options: object, bases: list[Any]) -> None:
+def _public(
+    _app: Sphinx, _name: str, _what: object, _options: object, bases: list[Any]
+) -> None:
     """Leave private classes out of the bases of a class."""
-    bases[:] = [base for base in bases if not getattr(base, "__name__", "").startswith("_")] or [object]
+    bases[:] = [
+        base for base in bases if not getattr(base, "__name__", "").startswith("_")
+    ] or [object]
 
 
 def setup(app: Sphinx) -> None:

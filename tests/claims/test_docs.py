@@ -121,6 +121,18 @@ def test_blocks_have_a_known_language(page: Path) -> None:
     assert not re.search(rf"{os.sep}(?:home|tmp|work|Users)/", page.read_text(encoding="utf-8"))
 
 
+#: Columns of code that a page of the documentation shows without scrolling; `docs/ruff.toml` has the same number.
+WIDEST = 88
+
+
+@pytest.mark.parametrize("page", sorted(DOCS.glob("*.md")), ids=lambda page: page.stem)
+def test_code_is_not_wider_than_the_page(page: Path) -> None:
+    shown = {"console": r"^\$ (?:.*\\\n)*.*", "pycon": r"^(?:>>>|\.\.\.) .*"}
+    for block in blocks_of(page):
+        code = re.findall(shown.get(block.language, ".+"), block.text, flags=re.MULTILINE)
+        assert [line for part in code for line in part.splitlines() if len(line) > WIDEST] == [], str(block)
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_links_lead_somewhere(page: Path) -> None:
     for target in set(re.findall(r"\]\(([^)\s]+)\)", pages.prose(page))):
