@@ -1,7 +1,7 @@
-"""Configuration of Sphinx; the lists of materials, integrators, quadratures and contact laws come from the registry.
+"""Configuration of Sphinx.
 
-The pages are built and read without a network: formulas become MathML, which browsers draw themselves, and the
-inventories of other projects are files of this folder.
+The pages are built and read without a network: formulas become MathML, which browsers
+draw with the font in `_static`, and the inventories of other projects are files here.
 """
 
 from __future__ import annotations
@@ -9,13 +9,12 @@ from __future__ import annotations
 from typing import Any
 
 from docutils import nodes
-from docutils.utils.math.latex2mathml import tex2mathml
+from latex2mathml.converter import convert
 from sphinx.application import Sphinx
 from sphinx.ext import autosummary
 
 import shockwave
-from shockwave import OWN_DISTRIBUTION, __version__
-from shockwave.registry import registry
+from shockwave import __version__
 
 project = "shockwave"
 author = "The shockwave developers"
@@ -36,7 +35,7 @@ templates_path = ["_templates"]
 html_theme = "furo"
 html_title = f"shockwave {__version__}"
 html_static_path = ["_static"]
-html_css_files = ["narrow.css"]
+html_css_files = ["site.css"]
 html_math_renderer = "mathml"
 default_role = "py:obj"
 
@@ -58,17 +57,23 @@ nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 120
 
-myst_enable_extensions = ["dollarmath", "substitution"]
+myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
 
 napoleon_google_docstring = False
 napoleon_use_ivar = False
-napoleon_custom_sections = ["Contract for implementers", "Contract for implementers, beside that of `Integrator`"]
+napoleon_custom_sections = [
+    "Contract for implementers",
+    "Contract for implementers, beside that of `Integrator`",
+]
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
-autodoc_type_aliases = {"ArrayLike": "numpy.typing.ArrayLike", "FloatArray": "numpy.ndarray"}
+autodoc_type_aliases = {
+    "ArrayLike": "numpy.typing.ArrayLike",
+    "FloatArray": "numpy.ndarray",
+}
 # Sentences do not end after these.
 autosummary.WELL_KNOWN_ABBREVIATIONS += ("eq.", "eqs.", "sec.")
 python_maximum_signature_line_length = 88
@@ -78,7 +83,8 @@ autosummary_filename_map = {
     for name in shockwave.__all__
     if name.islower() and name.capitalize() in shockwave.__all__
 }
-# Lists of the few objects that signatures name, in the plain format of version 1: the published ones need a network.
+# Lists of the few objects that signatures name, in the plain format of version 1: the
+# published ones need a network.
 intersphinx_mapping = {
     "python": ("https://docs.python.org/3", "inventories/python.txt"),
     "numpy": ("https://numpy.org/doc/stable", "inventories/numpy.txt"),
@@ -88,43 +94,25 @@ intersphinx_mapping = {
 
 
 def _formula(translator: Any, node: nodes.math | nodes.math_block) -> None:
-    """Write a formula as MathML; one that cannot be converted ends the build."""
+    """Write a formula as MathML; an unknown command ends the build."""
     block = isinstance(node, nodes.math_block)
-    formula = tex2mathml(node.astext(), as_block=block)
+    formula = convert(node.astext(), display="block" if block else "inline")
+    if "\\" in formula:
+        raise ValueError(f"unknown command in {node.astext()}")
     translator.body.append(f'<div class="math">{formula}</div>' if block else formula)
     raise nodes.SkipNode
 
 
-def _public(_app: Sphinx, _name: str, _what: object, _options: object, bases: list[Any]) -> None:
+def _public(
+    _app: Sphinx, _name: str, _what: object, _options: object, bases: list[Any]
+) -> None:
     """Leave private classes out of the bases of a class."""
-    bases[:] = [base for base in bases if not getattr(base, "__name__", "").startswith("_")] or [object]
+    bases[:] = [
+        base for base in bases if not getattr(base, "__name__", "").startswith("_")
+    ] or [object]
 
 
 def setup(app: Sphinx) -> None:
     """Register the writer of formulas and the choice of bases."""
     app.connect("autodoc-process-bases", _public)
     app.add_html_math_renderer("mathml", (_formula, None), (_formula, None))
-
-
-def _materials() -> str:
-    rows = ["| name | E, GPa | nu | density, kg/m^3 | yield, MPa | source |", "|---|---|---|---|---|---|"]
-    for entry in registry.entries("materials"):
-        if entry.distribution == OWN_DISTRIBUTION:
-            m = registry.load("materials", entry.name)
-            strength = "-" if m.yield_strength is None else f"{m.yield_strength / 1e6:g}"
-            figures = f"{m.youngs_modulus / 1e9:g} | {m.poisson_ratio:g} | {m.density:g} | {strength}"
-            rows.append(f"| `{entry.name}` | {figures} | {m.source} |")
-    return "\n".join(rows)
-
-
-def _listed(kind: str) -> str:
-    own = (entry for entry in registry.entries(kind) if entry.distribution == OWN_DISTRIBUTION)
-    return "\n".join(f"- `{entry.name}`: {entry.summary}" for entry in own)
-
-
-myst_substitutions = {
-    "materials": _materials(),
-    "integrators": _listed("integrators"),
-    "quadratures": _listed("quadratures"),
-    "contacts": _listed("contacts"),
-}

@@ -303,6 +303,34 @@ def fit_damping() -> dict[str, Any]:
     return {"slope": round(slope, 5), "shortfall": round(shortfall, 3)}
 
 
+# ---------------------------------------------------------------- tapers
+
+# Reductions of the radius; granules by which the ratio is constant to 3e-8, and contact at which it is read, before
+# the end of the chain changes the force. A weak reduction needs more granules, as the wave adapts slowly.
+TAPERED = [max(0.002, q) for q in (laws.MOST_TAPERED / 2 * (1 + chebyshev.chebpts1(16))).tolist()]
+LONGEST_TAPER = 400
+BEFORE_END = 16
+
+
+def taper_ratio(reduction: float) -> float:
+    """Peak force at a contact far along a geometric taper over that at the contact before."""
+    granules = round(min(max(100, 12 + 1.2 / reduction**0.8), LONGEST_TAPER))
+    first = 10 * CHAIN.radius
+    taper = sw.Taper(first=first, last=first * (1 - reduction) ** (granules - 1), spacing="geometric")
+    chain = evolve(CHAIN, radius=first, granules=[sw.Segment(count=granules, radius=taper)])
+    last = granules - BEFORE_END
+    result: Any = sw.simulate(sw.Impact(velocity=0.01), chain, rtol=1e-11, contacts=[last - 1, last])
+    return float(result.contacts[1].peak_force / result.contacts[0].peak_force)
+
+
+def fit_taper() -> dict[str, Any]:
+    """Coefficients of P in (1 - q)^(1/5 + q P(q)), by the least squares of the logarithm of the ratio."""
+    q = np.array(TAPERED)
+    losses = np.log([taper_ratio(each) for each in TAPERED]) / np.log1p(-q) - 0.2
+    polynomial = Polynomial.fit(q, losses / q, 5, w=-q * np.log1p(-q)).convert()
+    return {"coefficients": [round(float(c), 3) for c in polynomial.coef]}
+
+
 LAWS: dict[str, Callable[[], Any]] = {
     "impulse": fit_impulse,
     "short": fit_short,
@@ -311,6 +339,7 @@ LAWS: dict[str, Callable[[], Any]] = {
     "later": fit_later,
     "rebound": fit_rebound,
     "damping": fit_damping,
+    "taper": fit_taper,
 }
 
 

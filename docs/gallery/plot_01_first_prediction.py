@@ -2,7 +2,8 @@
 A first prediction
 ==================
 
-The leading wave of a triangular blow on steel beads, and what section 4 of the paper predicts for it.
+The leading wave of a triangular blow on steel beads, and what section 4 of the paper
+predicts for it.
 """
 
 import matplotlib.pyplot as plt
@@ -11,11 +12,15 @@ import shockwave as sw
 from shockwave import pictures
 
 chain = sw.Chain(material="stainless-steel-302", diameter="9.5 mm")
-shock = sw.Shock(profile=sw.Triangular(duration_ratio=4), peak_force="10 N", rise_time="30 us")
+shock = sw.Shock(
+    profile=sw.Triangular(duration_ratio=4), peak_force="10 N", rise_time="30 us"
+)
 
 outcome = sw.predict(shock, chain)
-print(f"leading wave {outcome.peak_force:.5f} N, between {outcome.low:.6f} and {outcome.high:.6f} N")
-print(f"section 4    {outcome.section4.peak_force:.2f} N, error {outcome.section4.error:+.1%}, regime {outcome.regime}")
+print(f"leading wave {outcome.peak_force:.5f} N")
+print(f"between {outcome.low:.6f} and {outcome.high:.6f} N")
+paper = outcome.section4
+print(f"section 4 {paper.peak_force:.2f} N, error {paper.error:+.1%}, {outcome.regime}")
 
 # %%
 # The shock with its areas of rise and decay, and the waves that it generates.

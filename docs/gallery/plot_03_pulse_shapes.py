@@ -2,8 +2,9 @@
 Triangle and half-sine
 ======================
 
-Two pulses of the same peak force and duration. While the pulse is short, only its impulse counts, so the half-sine
-gives the larger force, by the ratio of the areas to the power 6/5; for a long pulse the shape matters.
+Two pulses of the same peak force and duration. While the pulse is short, only its
+impulse counts, so the half-sine gives the larger force, by the ratio of the areas to
+the power 6/5; for a long pulse the shape matters.
 """
 
 import matplotlib.pyplot as plt
@@ -19,8 +20,12 @@ half_sine = sw.Tabulated(times=times, forces=np.maximum(np.sin(np.pi * times), 0
 rises = np.geomspace(2e-6, 300e-6, 21)
 forces = {}
 for name, profile in {"triangle": triangle, "half-sine": half_sine}.items():
-    shocks = [sw.Shock(profile=profile, peak_force=10.0, rise_time=rise) for rise in rises]
-    forces[name] = [one.peak_force for one in sw.simulate_many(shocks, chain, waves="primary")]
+    shocks = [
+        sw.Shock(profile=profile, peak_force=10.0, rise_time=rise) for rise in rises
+    ]
+    forces[name] = [
+        one.peak_force for one in sw.simulate_many(shocks, chain, waves="primary")
+    ]
 
 ratio = np.array(forces["half-sine"]) / forces["triangle"]
 print(f"shortest pulse: {ratio[0]:.4f}, limit (4/pi)^(6/5) = {(4 / np.pi) ** 1.2:.4f}")

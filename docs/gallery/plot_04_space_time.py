@@ -11,7 +11,9 @@ import shockwave as sw
 from shockwave import pictures
 
 chain = sw.Chain(material="stainless-steel-302", diameter="9.5 mm")
-shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force="20 N", rise_time="80 us")
+shock = sw.Shock(
+    profile=sw.Triangular(duration_ratio=3), peak_force="20 N", rise_time="80 us"
+)
 result = sw.simulate(shock, chain, contacts=range(80), record=["forces"])
 for wave in result.waves[:4]:
     print(f"{wave.peak_force:8.3f} N  {wave.speed:6.1f} m/s")

@@ -2,9 +2,9 @@
 Force on a wall against its stiffness
 =====================================
 
-A solitary wave exerts on a wall W times its own peak force. The law W depends on kappa alone, the stiffness of the
-contact with the wall over that of the other contacts. It is compared with simulated chains before walls of several
-materials.
+A solitary wave exerts on a wall W times its own peak force. The law W depends on kappa
+alone, the stiffness of the contact with the wall over that of the other contacts. It is
+compared with simulated chains before walls of several materials.
 """
 
 import matplotlib.pyplot as plt
@@ -13,17 +13,26 @@ import numpy as np
 import shockwave as sw
 
 steel = sw.material("stainless-steel-302")
-shock = sw.Shock(profile=sw.Triangular(duration_ratio=2), peak_force="10 N", rise_time="5 us")
-wave = sw.simulate(shock, sw.Chain(material=steel, diameter="9.5 mm"), waves="primary").peak_force
+shock = sw.Shock(
+    profile=sw.Triangular(duration_ratio=2), peak_force="10 N", rise_time="5 us"
+)
+wave = sw.simulate(
+    shock, sw.Chain(material=steel, diameter="9.5 mm"), waves="primary"
+).peak_force
 
 figure, ax = plt.subplots(figsize=(6, 3.6), layout="constrained")
 kappa = np.linspace(0, 2 * np.sqrt(2), 400)
 ax.plot(kappa, sw.wall_factor(kappa), label="law")
-for name in ("ptfe", "pmma", "lead", "aluminium-6061-t6", "brass-260", "tungsten-carbide", "rigid"):
+soft, hard = ("ptfe", "pmma", "lead"), ("aluminium-6061-t6", "brass-260", "rigid")
+for name in (*soft, *hard, "tungsten-carbide"):
     wall = sw.Wall(material=name)
     chain = sw.Chain(material=steel, diameter="9.5 mm", granules=60, end=wall)
     ratio = sw.simulate(shock, chain).transmitted.peak_force / wave
     ax.plot(wall.stiffness_ratio(steel), ratio, "o", label=name)
-ax.set(xlabel="stiffness ratio kappa", ylabel="force on the wall over peak force of the wave", ylim=(0, None))
+ax.set(
+    xlabel="stiffness ratio kappa",
+    ylabel="force on the wall over peak force of the wave",
+    ylim=(0, None),
+)
 ax.legend(ncols=2)
 plt.show()

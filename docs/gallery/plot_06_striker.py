@@ -2,8 +2,8 @@
 Mass of a striker
 =================
 
-A striker that is lighter than a granule bounces back after one wave. A heavier one pushes the chain and generates a
-train: the more waves, the heavier it is.
+A striker that is lighter than a granule bounces back after one wave. A heavier one
+pushes the chain and generates a train: the more waves, the heavier it is.
 """
 
 import matplotlib.pyplot as plt
@@ -23,11 +23,15 @@ figure, ax = plt.subplots(figsize=(6, 3.6), layout="constrained")
 for number in range(6):
     shown = np.where(waves[:, number] > 0, waves[:, number], np.nan)
     ax.plot(ratios, shown, label=f"wave {number + 1}")
-# the same materials; the size of the striker changes its contact, too, which the law does not contain
+# the size of the striker changes its contact, too, which the law does not contain
 for ratio in (0.3, 1, 3, 10):
     striker = sw.Impact(velocity=speed, radius=chain.radius * ratio ** (1 / 3))
     result = sw.simulate(striker, chain, contacts=[45])
     ax.plot(ratio, result.contacts[0].peak_force / unit, "ko")
-ax.set(xscale="log", xlabel="mass of the striker over that of a granule", ylabel="peak force, scaled")
+ax.set(
+    xscale="log",
+    xlabel="mass of the striker over that of a granule",
+    ylabel="peak force, scaled",
+)
 ax.legend(ncols=2)
 plt.show()

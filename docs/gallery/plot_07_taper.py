@@ -2,8 +2,9 @@
 A tapered chain as a protector
 ==============================
 
-In a chain with decreasing beads each collision passes on only a part of the momentum at once: the force arrives later
-and weaker than behind equal beads. The greatest force at each contact shows where it drops.
+In a chain with decreasing beads each collision passes on only a part of the momentum at
+once: the force arrives later and weaker than behind equal beads. The greatest force at
+each contact shows where it drops.
 """
 
 import matplotlib.pyplot as plt
@@ -12,7 +13,9 @@ import shockwave as sw
 from shockwave import pictures
 
 steel = sw.material("stainless-steel-302")
-shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force="10 N", rise_time="10 us")
+shock = sw.Shock(
+    profile=sw.Triangular(duration_ratio=3), peak_force="10 N", rise_time="10 us"
+)
 
 forces = {}
 for ratio in (1.0, 0.8, 0.6, 0.4):
@@ -25,13 +28,22 @@ for ratio in (1.0, 0.8, 0.6, 0.4):
     )
     result = sw.simulate(shock, chain)
     forces[ratio] = result.transmitted
-    print(f"last bead {ratio:.0%} of the first: {result.transmitted.peak_force:.3f} N on the wall")
+    print(
+        f"last bead {ratio:.0%} of the first: "
+        f"{result.transmitted.peak_force:.3f} N on the wall"
+    )
 
 # %%
 # The most tapered chain, with the greatest force at every contact.
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
-left.plot([100 * ratio for ratio in forces], [one.peak_force for one in forces.values()], "o-")
-left.set(xlabel="last bead over first bead (%)", ylabel="force on the wall (N)", ylim=(0, None))
+left.plot(
+    [100 * ratio for ratio in forces], [one.peak_force for one in forces.values()], "o-"
+)
+left.set(
+    xlabel="last bead over first bead (%)",
+    ylabel="force on the wall (N)",
+    ylim=(0, None),
+)
 pictures.peak_forces(right, result)
 plt.show()

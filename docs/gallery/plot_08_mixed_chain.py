@@ -2,8 +2,8 @@
 A granular container of steel and PTFE
 ======================================
 
-Soft beads between hard ones trap the pulse: it leaks out of them in portions, and the wall sees several small blows
-instead of a large one.
+Soft beads between hard ones trap the pulse: it leaks out of them in portions, and the
+wall sees several small blows instead of a large one.
 """
 
 import matplotlib.pyplot as plt
@@ -12,7 +12,9 @@ import shockwave as sw
 from shockwave import pictures
 
 steel, ptfe = sw.material("stainless-steel-302"), sw.material("ptfe")
-shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force="20 N", rise_time="10 us")
+shock = sw.Shock(
+    profile=sw.Triangular(duration_ratio=3), peak_force="20 N", rise_time="10 us"
+)
 
 
 def container(soft):

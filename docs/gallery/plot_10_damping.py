@@ -2,8 +2,9 @@
 Decay in viscoelastic granules
 ==============================
 
-With the damping of Kuwabara and Kono a wave decays from contact to contact. The decay law depends on one number, the
-time A of the model over the characteristic time of the wave.
+With the damping of Kuwabara and Kono a wave decays from contact to contact. The decay
+law depends on one number, the time A of the model over the characteristic time of the
+wave.
 """
 
 import matplotlib.pyplot as plt
@@ -12,7 +13,9 @@ import numpy as np
 import shockwave as sw
 
 ptfe = sw.material("ptfe")
-shock = sw.Shock(profile=sw.Triangular(duration_ratio=2), peak_force="10 N", rise_time="20 us")
+shock = sw.Shock(
+    profile=sw.Triangular(duration_ratio=2), peak_force="10 N", rise_time="20 us"
+)
 passed = np.arange(0, 41)
 
 figure, ax = plt.subplots(figsize=(6, 3.6), layout="constrained")
@@ -21,8 +24,14 @@ for time in (0.2e-6, 0.5e-6, 1e-6):
     chain = sw.Chain(material=ptfe, diameter="9.5 mm", granules=80, damping=damping)
     result = sw.simulate(shock, chain, contacts=[15 + int(n) for n in passed])
     forces = np.array([one.peak_force for one in result.contacts])
-    unit = np.sqrt(chain.granule_mass) / chain.contact_stiffness ** (1 / 3) / forces[0] ** (1 / 6)
-    (line,) = ax.plot(passed, sw.damped_decay(passed, time / unit), label=f"A = {1e6 * time:g} µs")
+    unit = (
+        np.sqrt(chain.granule_mass)
+        / chain.contact_stiffness ** (1 / 3)
+        / forces[0] ** (1 / 6)
+    )
+    (line,) = ax.plot(
+        passed, sw.damped_decay(passed, time / unit), label=f"A = {1e6 * time:g} µs"
+    )
     ax.plot(passed[::4], (forces / forces[0])[::4], "o", color=line.get_color())
 ax.set(xlabel="contacts passed", ylabel="peak force over the first", ylim=(0, 1.05))
 ax.legend(title="law (lines), simulation (dots)")

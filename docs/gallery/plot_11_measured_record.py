@@ -2,7 +2,8 @@
 From a record to a verdict
 ==========================
 
-A measured force, here a noisy half-sine, becomes a shock. The force behind the beads is compared with a limit.
+A measured force, here a noisy half-sine, becomes a shock. The force behind the beads is
+compared with a limit.
 """
 
 import matplotlib.pyplot as plt
@@ -16,9 +17,16 @@ times = np.arange(0, 121) * 2e-6
 noise = np.random.default_rng(3).normal(0, 0.1, times.shape)
 forces = np.where(times < 120e-6, 25 * np.sin(np.pi * times / 120e-6), 0) + noise
 end = int(np.argmax(times >= 120e-6))
-record = sw.Tabulated(times=times[: end + 1], forces=np.clip(forces[: end + 1], 0, None))
+record = sw.Tabulated(
+    times=times[: end + 1], forces=np.clip(forces[: end + 1], 0, None)
+)
 
-chain = sw.Chain(material="aluminium-6061-t6", diameter="12 mm", granules=60, end=sw.Wall(material="rigid"))
+chain = sw.Chain(
+    material="aluminium-6061-t6",
+    diameter="12 mm",
+    granules=60,
+    end=sw.Wall(material="rigid"),
+)
 shock = sw.Shock(profile=record)
 
 limit = sw.Limit(force="70 N")

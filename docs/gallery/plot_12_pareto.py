@@ -2,8 +2,9 @@
 The lightest protector for a limit
 ==================================
 
-Which beads keep the force on the wall below a limit, within the space that there is, with the least mass? The search
-simulates the options, ranks the materials and shows the trade-off between force and mass.
+Which beads keep the force on the wall below a limit, within the space that there is,
+with the least mass? The search simulates the options, ranks the materials and shows the
+trade-off between force and mass.
 """
 
 import matplotlib.pyplot as plt
@@ -11,8 +12,15 @@ import matplotlib.pyplot as plt
 import shockwave as sw
 from shockwave import pictures
 
-chain = sw.Chain(material="stainless-steel-302", diameter="9.5 mm", granules=20, end=sw.Wall(material="rigid"))
-shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force="20 N", rise_time="10 us")
+chain = sw.Chain(
+    material="stainless-steel-302",
+    diameter="9.5 mm",
+    granules=20,
+    end=sw.Wall(material="rigid"),
+)
+shock = sw.Shock(
+    profile=sw.Triangular(duration_ratio=3), peak_force="20 N", rise_time="10 us"
+)
 
 result = sw.design(
     shock,

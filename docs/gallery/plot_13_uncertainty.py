@@ -2,8 +2,8 @@
 Uncertain beads, uncertain force
 ================================
 
-Tolerances of radius and modulus and the scatter of the blow spread the force of the leading wave. Sobol indices state
-which of them matters.
+Tolerances of radius and modulus and the scatter of the blow spread the force of the
+leading wave. Sobol indices state which of them matters.
 """
 
 import matplotlib.pyplot as plt
@@ -11,14 +11,21 @@ import matplotlib.pyplot as plt
 import shockwave as sw
 
 chain = sw.Chain(material="stainless-steel-302", diameter="9.5 mm")
-shock = sw.Shock(profile=sw.Triangular(duration_ratio=4), peak_force="10 N", rise_time="30 us")
+shock = sw.Shock(
+    profile=sw.Triangular(duration_ratio=4), peak_force="10 N", rise_time="30 us"
+)
 result = sw.uncertainty(
     shock,
     chain,
-    {"chain.radius": "2 %", "chain.material.youngs_modulus": "5 %", "shock.peak_force": {"sd": "0.5 N"}},
+    {
+        "chain.radius": "2 %",
+        "chain.material.youngs_modulus": "5 %",
+        "shock.peak_force": {"sd": "0.5 N"},
+    },
 )
 force = result.quantities[0]
-print(f"{force.label}: {force.mean.value:.3f} N, standard deviation {force.sd.value:.3f} N")
+print(f"{force.label}: mean {force.mean.value:.3f} N")
+print(f"standard deviation {force.sd.value:.3f} N")
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
 left.hist(result.outputs["peak_force"], bins=40)

@@ -2,8 +2,8 @@
 A profile of one's own
 ======================
 
-Any pulse with a formula is a class with two functions. Prediction, simulation, pictures and studies take it like a
-built-in profile.
+Any pulse with a formula is a class with two functions. Prediction, simulation, pictures
+and studies take it like a built-in profile.
 """
 
 import math
@@ -20,7 +20,9 @@ from shockwave import pictures
 class Bell(sw.ShockProfile):
     """F1 = sin^p(pi s/2), F2 = cos^p(pi/2 (s-1)/(n-1))."""
 
-    power: float = sw.quantity("", "p, power of the sine", default=2, at_least=0.1, at_most=100)
+    power: float = sw.quantity(
+        "", "p, power of the sine", default=2, at_least=0.1, at_most=100
+    )
     duration_ratio: float = sw.quantity("", "n, total duration over rise time", above=1)
 
     def rise(self, s):
@@ -37,7 +39,9 @@ for power in (1, 2, 4):
     shock = sw.Shock(profile=bell, peak_force="10 N", rise_time="60 us")
     print(f"p = {power}: leading wave {sw.predict(shock, chain).peak_force:.4f} N")
     s = np.linspace(0, 2, 300)
-    left.plot(60 * s, 10 * np.where(s < 1, bell.rise(s), bell.decay(s)), label=f"p = {power}")
+    left.plot(
+        60 * s, 10 * np.where(s < 1, bell.rise(s), bell.decay(s)), label=f"p = {power}"
+    )
 left.set(xlabel="time (µs)", ylabel="force (N)")
 left.legend()
 pictures.train(right, sw.compare(shock, chain))

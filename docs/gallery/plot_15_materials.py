@@ -2,18 +2,21 @@
 Ranking of materials
 ====================
 
-The same blow on beads of every material of the library: soft and heavy granules pass on the least force, hard and light
-ones the most.
+The same blow on beads of every material of the library: soft and heavy granules pass on
+the least force, hard and light ones the most.
 """
 
 import matplotlib.pyplot as plt
 
 import shockwave as sw
 
-shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force="10 N", rise_time="20 us")
+shock = sw.Shock(
+    profile=sw.Triangular(duration_ratio=3), peak_force="10 N", rise_time="20 us"
+)
 names = [
-    *("stainless-steel-302", "aluminium-6061-t6", "brass-260", "titanium-ti-6al-4v", "tungsten", "lead"),
-    *("tungsten-carbide", "alumina", "soda-lime-glass", "ptfe", "nylon-66", "pmma", "polycarbonate"),
+    *("stainless-steel-302", "aluminium-6061-t6", "brass-260", "titanium-ti-6al-4v"),
+    *("tungsten", "lead", "tungsten-carbide", "alumina", "soda-lime-glass"),
+    *("ptfe", "nylon-66", "pmma", "polycarbonate"),
 ]
 chains = [sw.Chain(material=sw.material(name), diameter="9.5 mm") for name in names]
 results = sw.simulate_many([shock] * len(chains), chains, waves="primary")

@@ -1,4 +1,4 @@
-"""Laws of short shocks, walls, strikers and damping in chains of equal granules of mass m and contact stiffness k.
+"""Laws of short shocks, walls, strikers, damping and tapers; m and k are mass and contact stiffness of equal granules.
 
 Fits of ``research/fit_laws.py`` to simulations, shown in ``docs/universal.md``; predictions do not use them.
 """
@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from numpy.polynomial.chebyshev import chebval
+from numpy.polynomial.polynomial import polyval
 
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.numerics import FloatArray
@@ -33,6 +34,8 @@ MOST_SPREAD = 0.7
 MOST_SKEWNESS = 1.5
 #: Greatest ratio A/T of the law of damping.
 MOST_DAMPING = 0.05
+#: Greatest reduction q of the radius from granule to granule in the law of tapers.
+MOST_TAPERED = 0.2
 
 
 @cache
@@ -118,3 +121,13 @@ def damped_decay(contacts: npt.ArrayLike, damping_ratio: npt.ArrayLike) -> Float
     ratio = _check_range("damping_ratio", damping_ratio, 0.0, MOST_DAMPING, f"from 0 to {MOST_DAMPING:g}")
     longer = _table("damping")["slope"] * ratio * n
     return np.asarray((1 + longer - _table("damping")["shortfall"] * ratio * np.log1p(longer)) ** -6.0)
+
+
+def taper_ratio(reduction: npt.ArrayLike) -> FloatArray:
+    """(1 - q)^(1/5 + q P(q)), peak force at a contact over that at the previous one far along a geometric taper.
+
+    ``reduction`` is q, from 0 to 0.2: each radius is 1 - q times the one before it. The exponent 1/5 alone is that of a
+    wave that keeps its energy; the polynomial P is the loss to the granules behind it.
+    """
+    q = _check_range("reduction", reduction, 0.0, MOST_TAPERED, f"from 0 to {MOST_TAPERED:g}")
+    return np.asarray((1 - q) ** (0.2 + q * polyval(q, _table("taper")["coefficients"])))

@@ -121,6 +121,18 @@ def test_blocks_have_a_known_language(page: Path) -> None:
     assert not re.search(rf"{os.sep}(?:home|tmp|work|Users)/", page.read_text(encoding="utf-8"))
 
 
+#: Columns of code that a page of the documentation shows without scrolling; `docs/ruff.toml` has the same number.
+WIDEST = 88
+
+
+@pytest.mark.parametrize("page", sorted(DOCS.glob("*.md")), ids=lambda page: page.stem)
+def test_code_is_not_wider_than_the_page(page: Path) -> None:
+    shown = {"console": r"^\$ (?:.*\\\n)*.*", "pycon": r"^(?:>>>|\.\.\.) .*"}
+    for block in blocks_of(page):
+        code = re.findall(shown.get(block.language, ".+"), block.text, flags=re.MULTILINE)
+        assert [line for part in code for line in part.splitlines() if len(line) > WIDEST] == [], str(block)
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_links_lead_somewhere(page: Path) -> None:
     for target in set(re.findall(r"\]\(([^)\s]+)\)", pages.prose(page))):
@@ -203,6 +215,27 @@ def test_table_of_profiles_is_the_registry() -> None:
         fields = registry.load("profiles", profile).__attrs_attrs__
         own = [field.name for field in fields if field.name != "duration_ratio" and quantity_of(field)]
         assert rows[profile] == own
+
+
+@pytest.mark.parametrize("kind", ["contacts", "integrators", "quadratures"])
+def test_tables_of_registered_names_are_the_registry(kind: str) -> None:
+    entries = (entry for entry in registry.entries(kind) if entry.distribution == sw.OWN_DISTRIBUTION)
+    assert table("docs/scenarios.md", kind) == [[f"`{entry.name}`", entry.summary] for entry in entries]
+
+
+def test_table_of_materials_is_the_library() -> None:
+    rows = {code_in(name)[0]: cells for name, *cells in table("docs/scenarios.md", "materials")}
+    entries = (entry for entry in registry.entries("materials") if entry.distribution == sw.OWN_DISTRIBUTION)
+    assert list(rows) == [entry.name for entry in entries]
+    for name, (modulus, poisson_ratio, density, strength, source) in rows.items():
+        material = sw.material(name)
+        assert (float(modulus), float(poisson_ratio), float(density), source) == (
+            material.youngs_modulus / 1e9,
+            material.poisson_ratio,
+            material.density,
+            material.source,
+        )
+        assert (None if strength == "-" else float(strength) * 1e6) == material.yield_strength
 
 
 def test_table_of_dampings_is_the_registry() -> None:

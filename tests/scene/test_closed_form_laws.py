@@ -1,4 +1,4 @@
-"""Laws of short shocks, walls, strikers and damping: reference figures, limits, and points not used in their fits."""
+"""Laws of shocks, walls, strikers, damping and tapers: reference figures, limits, points not used in their fits."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from shockwave.scene.closed_form_laws import (
     short_peak,
     striker_velocity,
     striker_waves,
+    taper_ratio,
     wall_factor,
 )
 from shockwave.scene.layout import Layout
@@ -193,6 +194,30 @@ def test_the_law_of_damping_is_the_formula_of_the_page() -> None:
     assert damped_decay(n, damping / time) == pytest.approx((time / later) ** 6, rel=1e-12)
 
 
+# ---------------------------------------------------------------- tapers
+
+
+@pytest.mark.parametrize(("reduction", "ratio"), [(0.0, 1.0), (0.02, 0.99504), (0.05, 0.98220), (0.1, 0.93623)])
+def test_the_ratio_of_a_taper_meets_the_reference(reduction: float, ratio: float) -> None:
+    assert taper_ratio(reduction) == pytest.approx(ratio, abs=2e-5)  # the reference is accurate to 1e-5
+
+
+@pytest.mark.parametrize("reduction", [0.013, 0.072, 0.19])
+def test_forces_in_a_taper_decrease_by_the_law(reduction: float) -> None:
+    count = 90
+    taper = sw.Taper(first=0.05, last=0.05 * (1 - reduction) ** (count - 1), spacing="geometric")
+    chain = attrs.evolve(CHAIN, radius=0.05, granules=[sw.Segment(count=count, radius=taper)])
+    result: Any = sw.simulate(sw.Impact(velocity=VELOCITY), chain, rtol=1e-9, contacts=[70, 71])
+    before, after = (peak.peak_force for peak in result.contacts)
+    assert after / before == pytest.approx(taper_ratio(reduction), rel=5e-6)  # of docs/universal.md
+
+
+def test_the_law_of_tapers_is_the_formula_of_the_page() -> None:
+    q = 0.15
+    loss = 1.926 + 17.049 * q + 126.995 * q**2 - 858.502 * q**3 + 2373.195 * q**4 - 2741.935 * q**5
+    assert taper_ratio(q) == pytest.approx((1 - q) ** (0.2 + q * loss), rel=1e-12)
+
+
 # ---------------------------------------------------------------- values out of range
 
 
@@ -204,6 +229,7 @@ def test_the_law_of_damping_is_the_formula_of_the_page() -> None:
         (striker_velocity, ([1.0, 2e3],), r"mass_ratio: must be above 0, at most 1000 \(got 2000\)"),
         (damped_decay, (1, 0.2), r"damping_ratio: must be from 0 to 0.05 \(got 0.2\)"),
         (damped_decay, (-1, 0.02), r"contacts: must be at least 0 \(got -1\)"),
+        (taper_ratio, ([0.1, 0.3],), r"reduction: must be from 0 to 0.2 \(got 0.3\)"),
         (impulse_peak, (-1.0,), r"strength: must be at least 0 \(got -1\)"),
         (impulse_peak, (1.0, 1.0), r"exponent: must be from 1.05 to 6 \(got 1\)"),
         (short_peak, (1.0, 0.8), r"spread: must be from 0 to 0.7 \(got 0.8\)"),

@@ -76,8 +76,9 @@ class Block:
 
     @property
     def commands(self) -> list[tuple[str, str]]:
-        """The commands of a console block, and the output that is shown for each."""
-        return re.findall(r"^\$ (.*)\n((?:(?!\$ ).*\n)*)", self.text, flags=re.MULTILINE)
+        """The commands of a console block, and the output that is shown for each; a backslash continues a line."""
+        found = re.findall(r"^\$ ((?:.*\\\n)*.*)\n((?:(?!\$ ).*\n)*)", self.text, flags=re.MULTILINE)
+        return [(re.sub(r" *\\\n *", " ", command), shown) for command, shown in found]
 
 
 @cache
