@@ -119,6 +119,10 @@ def test_the_recipe_needs_what_the_distribution_needs() -> None:
     ]
 
 
+def test_the_readme_is_short() -> None:
+    assert len(read("README.md").split()) <= 500
+
+
 @pytest.mark.parametrize("extra", EXTRAS)
 def test_every_dependency_has_a_lowest_version(extra: str) -> None:
     """The environment of lowest versions is made from them."""
