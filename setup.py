@@ -1,7 +1,10 @@
-"""The compiled parts of shockwave: C files, left out where they cannot be built. All else stands in pyproject.toml."""
+"""What pyproject.toml cannot state: C files, left out where they cannot be built, and README.md with absolute links."""
 
 import os
+import re
 import sysconfig
+import tomllib
+from pathlib import Path
 
 from setuptools import Extension, setup
 from setuptools.command.bdist_wheel import bdist_wheel
@@ -16,6 +19,17 @@ class BdistWheel(bdist_wheel):
             self.distribution.ext_modules = None
             self.root_is_pure = True
         super().run()
+
+
+def long_description() -> str:
+    """README.md for a package index: its relative links lead to the files of this version in the repository."""
+    project = tomllib.loads(Path("pyproject.toml").read_text(encoding="utf-8"))["project"]
+
+    def absolute(link: re.Match[str]) -> str:
+        view = "raw" if link[1].endswith((".svg", ".png")) else "blob"
+        return f"]({project['urls']['Repository']}/{view}/v{project['version']}/{link[1]})"
+
+    return re.sub(r"\]\((?!\w+:|#)([^)]+)\)", absolute, Path("README.md").read_text(encoding="utf-8"))
 
 
 # Without a C compiler, the NumPy code gives the same results. It is also used where the files cannot be compiled yet:
@@ -38,6 +52,8 @@ EXTENSIONS = [
 ]
 
 setup(
+    long_description=long_description(),
+    long_description_content_type="text/markdown",
     cmdclass={"bdist_wheel": BdistWheel},
     ext_modules=EXTENSIONS if COMPILES else [],
     options={"bdist_wheel": {"py_limited_api": "cp311"}} if COMPILES else {},

@@ -120,12 +120,12 @@ def _flat(table: Table) -> Iterator[tuple[str, TableColumn]]:
                 yield f"{name}[{label}]", table_column._replace(values=table_column.values[:, index], axes=(row,))
 
 
-def library(name: str, extra: str = "notebook") -> Any:
+def library(name: str, extra: str = "tables") -> Any:
     """An optional package; raises UsageError if it cannot be imported; ``extra`` installs it."""
     try:
         return importlib.import_module(name)
     except ImportError as missing:
-        remedy = f"pip install '{OWN_DISTRIBUTION}[{extra}]'"
+        remedy = f'python -m pip install "{OWN_DISTRIBUTION}[{extra}]"'
         raise UsageError(f"{name} must be installed (got {missing}; {remedy})") from missing
     except Exception as error:  # for example, matplotlib rejects a setting of the environment
         raise UsageError(f"{name} must be importable (got {message_of(error)})") from error

@@ -286,5 +286,5 @@ def test_a_missing_library_is_named_with_its_installation(
 ) -> None:
     monkeypatch.setitem(sys.modules, library, None)
     for result in (result_of("chain"), sweep):
-        with pytest.raises(UsageError, match=rf"{library} must be installed .*'granular-shockwave\[notebook\]'"):
+        with pytest.raises(UsageError, match=rf"{library} must be installed .*\"granular-shockwave\[tables\]\""):
             getattr(result, f"to_{library}")()

@@ -1,5 +1,8 @@
 """The distribution: its name, its declared dependencies, what the sdist holds and how wheels are tagged."""
 
+import ast
+import inspect
+import json
 import os
 import re
 import shutil
@@ -8,6 +11,7 @@ import sys
 import tarfile
 import tomllib
 import zipfile
+from importlib.metadata import packages_distributions
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +19,12 @@ import pytest
 import yaml
 from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
+from packaging.utils import canonicalize_name
 
 import shockwave as sw
 from shockwave import hooks
-from support.pages import ROOT
+from shockwave.base.result_tables import library
+from support.pages import ROOT, code_in, table
 
 #: The distribution of another project, as it would be named in a command, a hint or a requirement.
 FOREIGN = re.compile(
@@ -37,6 +43,12 @@ def tree() -> list[str]:
 if not (ROOT / ".git").exists():
     pytest.skip("the source tree is no clone", allow_module_level=True)
 
+
+def read(name: str) -> str:
+    """The text of a file of the source tree."""
+    return (ROOT / name).read_text(encoding="utf-8")
+
+
 TEXTS = [name for name in tree() if not name.endswith(".png") and not name.startswith("tests/")]
 
 
@@ -46,31 +58,142 @@ def project(folder: Path = ROOT) -> dict[str, Any]:
     return found
 
 
-def floors(requirements: list[str]) -> dict[str, str]:
-    """Name -> what is required of it."""
-    return {made.name: str(made.specifier) for made in map(Requirement, requirements)}
+BUILD = tomllib.loads(read("pyproject.toml"))["build-system"]["requires"]
+
+
+def requirements(*extras: str, folder: Path = ROOT) -> dict[str, str]:
+    """Name -> versions of what a distribution needs, with these extras and those that they include."""
+    about = project(folder)
+    needs = {need.name: str(need.specifier) for need in map(Requirement, about["dependencies"])}
+    for need in [Requirement(line) for extra in extras for line in about["optional-dependencies"][extra]]:
+        needs |= requirements(*need.extras) if need.name == about["name"] else {need.name: str(need.specifier)}
+    return needs
+
+
+EXTRAS = list(project()["optional-dependencies"])
 
 
 def test_nothing_names_the_distribution_of_another_project() -> None:
     assert FOREIGN.search("pip install shockwave\n")
     assert not FOREIGN.search("pip install granular-shockwave ./plugins/shockwave-blast\n")
-    named = {name: found[0] for name in TEXTS if (found := FOREIGN.search((ROOT / name).read_text(encoding="utf-8")))}
+    named = {name: found[0] for name in TEXTS if (found := FOREIGN.search(read(name)))}
     assert named == {}
 
 
-def test_name_and_version_are_the_same_everywhere() -> None:
-    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
-    about = project()
-    assert about["name"] == citation["title"] == sw.OWN_DISTRIBUTION
-    assert about["version"] == citation["version"] == sw.__version__
+RECIPE = yaml.safe_load(read("conda/recipe.yaml"))
 
 
-def test_every_dependency_has_a_floor_and_the_tests_have_those_of_the_extras() -> None:
+def test_name_version_and_addresses_are_the_same_everywhere() -> None:
+    about, citation, recipe = project(), yaml.safe_load(read("CITATION.cff")), RECIPE["about"]
+    assert about["name"] == citation["title"] == RECIPE["package"]["name"] == sw.OWN_DISTRIBUTION
+    assert about["version"] == citation["version"] == RECIPE["context"]["version"] == sw.__version__
+    assert about["urls"]["Repository"] == citation["repository-code"] == recipe["repository"]
+    assert about["urls"]["Documentation"] == citation["url"] == recipe["documentation"]
+    assert about["description"] == recipe["summary"]
+    named = {
+        address
+        for name in TEXTS
+        for address in re.findall(r"https?://[^\s\"')>\]]*granular.shockwave[^\s\"')>\]]*", read(name))
+    }
+    known = (*about["urls"].values(), "https://pypi.org/", "https://img.shields.io/", "https://app.readthedocs.org/")
+    assert [address for address in named if not address.startswith(known)] == []
+
+
+def test_the_citation_and_the_paper_have_the_same_reference() -> None:
+    (reference,) = yaml.safe_load(read("CITATION.cff"))["references"]
+    authors = " and ".join(f"{author['family-names']}, {author['given-names']}" for author in reference["authors"])
+    entry = read("paper.bib").partition("\n}\n")[0]
+    assert entry.startswith(f"@{reference['type']}{{")
+    assert f"author = {{{authors}}},\n  title = {{{reference['title']}}}" in entry
+
+
+def test_the_recipe_needs_what_the_distribution_needs() -> None:
+    needs = RECIPE["requirements"]
+    listed = {
+        name.removesuffix("-base"): versions
+        for name, _, versions in (line.partition(" ") for line in (*needs["run"], *needs["run_constraints"]))
+    }
+    assert listed == {"python": "", **requirements("plot", "tables")}
+    assert [line for line in needs["host"] if line.startswith("setuptools")] == [
+        need.replace(">", " >") for need in BUILD
+    ]
+
+
+def test_the_readme_is_short() -> None:
+    assert len(read("README.md").split()) <= 500
+
+
+@pytest.mark.parametrize("extra", EXTRAS)
+def test_every_dependency_has_a_lowest_version(extra: str) -> None:
     """The environment of lowest versions is made from them."""
-    extras = {name: floors(needs) for name, needs in project()["optional-dependencies"].items()}
-    needed = floors(project()["dependencies"]) | extras["test"]
-    assert [name for name, floor in needed.items() if not floor.startswith(">=")] == []
-    assert extras["test"].items() >= extras["plot"].items()
+    assert [name for name, versions in requirements(extra).items() if not versions.startswith(">=")] == []
+
+
+def test_the_page_lists_every_extra() -> None:
+    assert {code_in(row[0])[0] for row in table("docs/installation.md", "extras")} == set(EXTRAS)
+
+
+#: Extra -> the code that it serves; that of the package alone is all other code of shockwave.
+SERVED = {
+    "plot": ["shockwave/pictures/*.py", "shockwave/*/*_picture*.py", "docs/gallery/*.py"],
+    "notebook": ["docs/notebooks/*.ipynb"],
+    "docs": ["shockwave/testing/*.py", "docs/conf.py", "docs/gallery/*.py", "docs/notebooks/*.ipynb"],
+    "test": ["tests/**/*.py"],
+}
+FILES = {extra: [file for pattern in patterns for file in ROOT.glob(pattern)] for extra, patterns in SERVED.items()}
+FILES["package"] = sorted({*ROOT.glob("shockwave/**/*.py")}.difference(*FILES.values()))
+HOMES = packages_distributions()
+#: Modules that are installed from nowhere.
+LOCAL = {"granular-shockwave", "shockwave", *(canonicalize_name(path.stem) for path in (ROOT / "tests").rglob("*"))}
+
+
+def imported(file: Path) -> set[str]:
+    """Distributions that a file of Python, a notebook or the configuration of Sphinx imports, late imports included."""
+    text = file.read_text(encoding="utf-8")
+    if file.suffix == ".ipynb":
+        cells = [cell for cell in json.loads(text)["cells"] if cell["cell_type"] == "code"]
+        text = "\n".join("".join(cell["source"]) for cell in cells)
+    nodes = list(ast.walk(ast.parse(text)))
+    names = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+    names |= {str(node.module) for node in nodes if isinstance(node, ast.ImportFrom) and not node.level}
+    if file.name == "conf.py":
+        (listed,) = re.findall(r"^extensions = \[(.*?)\]", text, re.MULTILINE | re.DOTALL)
+        names |= {*re.findall(r'"(.*?)"', listed), *re.findall(r'^html_theme = "(.*)"', text, re.MULTILINE)}
+    modules = {name.partition(".")[0] for name in names} - set(sys.stdlib_module_names)
+    return {canonicalize_name(HOMES.get(module, [module])[0]) for module in modules}
+
+
+@pytest.mark.parametrize("extra", FILES)
+def test_each_extra_alone_has_what_its_code_imports(extra: str) -> None:
+    assert len(FILES[extra]) > 1
+    needed = set().union(*map(imported, FILES[extra])) - LOCAL
+    assert needed - requirements(*[] if extra == "package" else [extra]).keys() == set()
+
+
+def test_errors_on_missing_packages_name_an_extra_that_installs_them() -> None:
+    """``library`` imports them by name."""
+    code = "".join(file.read_text(encoding="utf-8") for file in sorted((ROOT / "shockwave").rglob("*.py")))
+    named = re.findall(r'library\("(\w+)"(?:, "(\w+)")?\)', code)
+    default = inspect.signature(library).parameters["extra"].default
+    assert {name for name, _ in named} == {"matplotlib", "pandas", "xarray"}
+    assert [name for name, extra in named if name not in requirements(extra or default)] == []
+
+
+PAGES_AND_CODE = [name for name in TEXTS if name.endswith((".md", ".py")) and not name.startswith("research/")]
+
+
+@pytest.mark.parametrize("name", [name for name in PAGES_AND_CODE if "pip install " in read(name)])
+def test_installation_commands_work_before_and_after_a_release(name: str) -> None:
+    """A path in the source tree, or an extra by name, which adds it to what is installed; on every system."""
+    for before, command in re.findall(r"(.*)pip install ([^\n`)&]*)", read(name)):
+        assert before.endswith("python -m ")
+        assert not re.search(r"(^|\s)'", command)  # cmd.exe passes it on
+        for place, extras in re.findall(r"(granular-shockwave|\.(?:/[\w-]+)*)(?:\[([\w,]+)\])?(?=[\s\"]|$)", command):
+            if place.startswith("./my-"):  # written on its page
+                continue
+            assert extras or place != sw.OWN_DISTRIBUTION or "Install the release" in before
+            folder = ROOT / place if place.startswith(".") else ROOT
+            assert {*extras.split(",")} - {""} <= {*project(folder).get("optional-dependencies", {})}
 
 
 @pytest.mark.parametrize("module", [sw, hooks], ids=lambda module: module.__name__)
@@ -83,15 +206,14 @@ def test_type_checkers_and_python_have_the_same_public_names(module: Any) -> Non
     assert [name for name in dir(module) if getattr(module, name, None) is None] == []
 
 
-def workflow() -> dict[str, Any]:
-    """The jobs of the public forge."""
-    document = yaml.safe_load((ROOT / ".github" / "workflows" / "ci.yml").read_text(encoding="utf-8"))
-    jobs: dict[str, Any] = document["jobs"]
+def workflow(name: str) -> dict[str, Any]:
+    """The jobs of a workflow of the public forge."""
+    jobs: dict[str, Any] = yaml.safe_load(read(f".github/workflows/{name}.yml"))["jobs"]
     return jobs
 
 
 def test_the_public_checks_cover_every_system_and_python_version_of_the_classifiers() -> None:
-    matrix = workflow()["tests"]["strategy"]["matrix"]
+    matrix = workflow("ci")["tests"]["strategy"]["matrix"]
     classifiers = project()["classifiers"]
     versions = [name.rpartition(" ")[2] for name in classifiers if re.fullmatch(r".*:: 3\.\d+", name)]
     assert matrix["python-version"] == versions
@@ -102,9 +224,18 @@ def test_the_public_checks_cover_every_system_and_python_version_of_the_classifi
 def test_the_public_checks_run_every_stage() -> None:
     run = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     (stages,) = re.findall(r"\$\{\*:-(.*?)\}", run)
-    jobs = workflow()
+    jobs = workflow("ci")
     called = [step["run"] for step in jobs["slow"]["steps"] if "run" in step]
     assert {*jobs["stages"]["strategy"]["matrix"]["stage"], *(one.split()[-1] for one in called)} == {*stages.split()}
+
+
+def test_only_a_tag_is_published_after_all_builds_by_a_trusted_publisher() -> None:
+    jobs = workflow("publish")
+    upload = jobs.pop("upload")
+    assert upload["if"] == "github.ref_type == 'tag'"
+    assert {*upload["needs"]} == {*jobs}
+    assert upload["permissions"] == {"id-token": "write"}
+    assert [job for job in jobs.values() if "permissions" in job or "secrets" in str(job)] == []
 
 
 def test_the_paper_has_what_the_journal_asks_for_and_cites_what_it_lists() -> None:
@@ -121,8 +252,8 @@ def test_the_paper_has_what_the_journal_asks_for_and_cites_what_it_lists() -> No
 @pytest.mark.parametrize("folder", sorted((ROOT / "plugins").glob("*/")), ids=lambda folder: folder.name)
 def test_sample_plugins_need_the_same_versions_as_shockwave(folder: Path) -> None:
     about = project()
-    own = floors([*about["dependencies"], *about["optional-dependencies"]["test"]])
-    needed = floors([*project(folder)["dependencies"], *project(folder)["optional-dependencies"]["test"]])
+    own = requirements("test")
+    needed = requirements("test", folder=folder)
     assert SpecifierSet(needed.pop(sw.OWN_DISTRIBUTION)).contains(about["version"], prereleases=True)
     assert {name: floor for name, floor in needed.items() if name in own}.items() <= own.items()
 
@@ -140,8 +271,7 @@ WINDOWS = "import sysconfig; sysconfig.get_platform = lambda: 'win-amd64'\n"
 def setuptools(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with what builds need, of a version that reads the project file."""
     folder = tmp_path_factory.mktemp("setuptools")
-    build = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["build-system"]["requires"]
-    command = [sys.executable, "-m", "pip", "install", "--quiet", "--target", str(folder), *build]
+    command = [sys.executable, "-m", "pip", "install", "--quiet", "--target", str(folder), *BUILD]
     subprocess.run(command, check=True, capture_output=True)
     return folder
 
@@ -190,3 +320,31 @@ def test_the_sdist_holds_the_source_tree_and_nothing_else(source: Path, setuptoo
         held = {member.name.partition("/")[2] for member in archive if member.isfile()}
     made = {name for name in held if name.startswith("granular_shockwave.egg-info/")} | {"PKG-INFO", "setup.cfg"}
     assert held - made == set(tree())
+
+
+@pytest.mark.slow
+def test_links_of_the_page_on_a_package_index_are_those_of_the_readme_made_absolute(
+    source: Path, setuptools: Path
+) -> None:
+    with tarfile.open(build(source, setuptools, "sdist")) as archive:
+        (member,) = (member for member in archive if re.fullmatch("[^/]*/PKG-INFO", member.name))
+        text = archive.extractfile(member).read().decode()  # type: ignore[union-attr]
+    about, link = project(), r"\]\(([^)]*)\)"
+    place = rf"{about['urls']['Repository']}/(?:raw|blob)/v{about['version']}/"
+    shown = [re.sub(place, "", target) for target in re.findall(link, text.partition("\n\n")[2])]
+    assert [target for target in re.findall(link, text) if "://" not in target] == []
+    assert shown == re.findall(link, read("README.md"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("job", ["sdist", "wheels"])
+def test_steps_of_a_release_run_here_up_to_the_upload(job: str, source: Path, tmp_path: Path) -> None:
+    """Wheels are not built, which takes hours: cibuildwheel lists those that it would build."""
+    subprocess.run([sys.executable, "-m", "venv", tmp_path / "venv"], check=True)
+    path = f"{tmp_path / 'venv' / 'bin'}{os.pathsep}{os.environ['PATH']}"
+    environment = {**os.environ, "PATH": path, "GITHUB_REF_NAME": f"v{project()['version']}"}
+    for step in workflow("publish")[job]["steps"]:
+        if (command := step.get("run", "")) and not (job == "wheels" and command.startswith("twine")):
+            command = command.replace("--output-dir dist", "--print-build-identifiers")
+            done = subprocess.run(["bash", "-ec", command], cwd=source, env=environment, text=True, capture_output=True)
+            assert done.returncode == 0, f"$ {command}\n{done.stdout}{done.stderr}"

@@ -214,7 +214,7 @@ def test_a_contact_beyond_the_chain_is_reported() -> None:
 def test_a_missing_matplotlib_is_reported_before_any_computation(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     monkeypatch.setattr("shockwave.report.html_page.findings", None)
-    with pytest.raises(sw.UsageError, match=r"matplotlib must be installed .*pip install 'granular-shockwave\[plot\]'"):
+    with pytest.raises(sw.UsageError, match=r'matplotlib must .*python -m pip install "granular-shockwave\[plot\]"'):
         page(SCENES["ejection"])
 
 
