@@ -25,9 +25,15 @@ if TYPE_CHECKING:  # mypy resolves cycles of imports only here
     from shockwave.prediction.section4_outcome import SingleOutcome as SingleOutcome
     from shockwave.prediction.section4_outcome import TrainOutcome as TrainOutcome
     from shockwave.profiles.exponential import Exponential as Exponential
+    from shockwave.profiles.half_sine import HalfSine as HalfSine
+    from shockwave.profiles.haversine import Haversine as Haversine
     from shockwave.profiles.power_law import PowerLaw as PowerLaw
+    from shockwave.profiles.rectangular import Rectangular as Rectangular
+    from shockwave.profiles.sawtooth import FinalPeakSawtooth as FinalPeakSawtooth
+    from shockwave.profiles.sawtooth import InitialPeakSawtooth as InitialPeakSawtooth
     from shockwave.profiles.shock_profile import ShockProfile as ShockProfile
     from shockwave.profiles.tabulated import Tabulated as Tabulated
+    from shockwave.profiles.trapezoid import Trapezoid as Trapezoid
     from shockwave.profiles.triangular import Triangular as Triangular
     from shockwave.scenario.scenario import Scenario as Scenario
     from shockwave.scenario.scenario import load_scenario as load_scenario

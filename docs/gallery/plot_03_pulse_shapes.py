@@ -13,19 +13,16 @@ import numpy as np
 import shockwave as sw
 
 chain = sw.Chain(material="stainless-steel-302", diameter="9.5 mm")
-times = np.linspace(0, 1, 401)
-triangle = sw.Triangular(duration_ratio=2)
-half_sine = sw.Tabulated(times=times, forces=np.maximum(np.sin(np.pi * times), 0))
+profiles = {"triangle": sw.Triangular(duration_ratio=2), "half-sine": sw.HalfSine()}
 
 rises = np.geomspace(2e-6, 300e-6, 21)
 forces = {}
-for name, profile in {"triangle": triangle, "half-sine": half_sine}.items():
+for name, profile in profiles.items():
     shocks = [
         sw.Shock(profile=profile, peak_force=10.0, rise_time=rise) for rise in rises
     ]
-    forces[name] = [
-        one.peak_force for one in sw.simulate_many(shocks, chain, waves="primary")
-    ]
+    results = sw.simulate_many(shocks, chain, waves="primary")
+    forces[name] = [result.peak_force for result in results]
 
 ratio = np.array(forces["half-sine"]) / forces["triangle"]
 print(f"shortest pulse: {ratio[0]:.4f}, limit (4/pi)^(6/5) = {(4 / np.pi) ** 1.2:.4f}")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import pathlib
-from bisect import bisect_right
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -14,10 +13,10 @@ from attrs import frozen
 
 from shockwave.base.arguments import unknown_arguments
 from shockwave.base.errors import Fault, InvalidValueError, locate, refuse
-from shockwave.base.numerics import FloatArray, running_sums
+from shockwave.base.numerics import FloatArray
 from shockwave.base.quantity_fields import SI, Quantity, Value, declaration, one_of, quantity, quantity_of, text_of
 from shockwave.base.units import to_si
-from shockwave.profiles.shock_profile import ShockProfile
+from shockwave.profiles.piecewise_linear import PiecewiseLinear
 from shockwave.records.record_file import Record, read_record
 from shockwave.records.record_format import RecordFormat
 from shockwave.records.record_processing import CHANGE_SIGNS, Pulse, Steps, pulse_of, pulse_warnings
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
     from typing import Unpack
 
     from shockwave.arguments import RecordArguments
-    from shockwave.profiles.free_path import FreePath
 
 
 def _samples(value: Any, attribute: attrs.Attribute[Any]) -> FloatArray:
@@ -80,7 +78,7 @@ def _interval(meaning: str, example: str) -> Any:
 
 
 @frozen(slots=False)
-class Tabulated(ShockProfile, Value, kw_only=False):
+class Tabulated(PiecewiseLinear, Value, kw_only=False):
     """A force record, linear between its samples, with its own peak force, rise time and duration ratio n.
 
     The rise ends at the first sample with the highest force; a plateau is part of the decay. The samples are taken as
@@ -163,9 +161,9 @@ class Tabulated(ShockProfile, Value, kw_only=False):
     def __hash__(self) -> int:
         return hash((self.times.size, self.duration_ratio, self.recorded_peak_force, self.recorded_rise_time))
 
-    @cached_property
-    def breakpoints(self) -> tuple[float, ...]:
-        return tuple(self._pulse.knots.tolist())
+    @property
+    def corners(self) -> tuple[FloatArray, FloatArray]:
+        return self._pulse.knots, self._pulse.values
 
     @property
     def recorded_peak_force(self) -> float:
@@ -191,57 +189,6 @@ class Tabulated(ShockProfile, Value, kw_only=False):
     @cached_property
     def pulls(self) -> bool:
         return bool((self._pulse.values < 0).any())
-
-    def rise(self, s: FloatArray) -> FloatArray:
-        return np.asarray(self._at(s)[2])
-
-    def decay(self, s: FloatArray) -> FloatArray:
-        return np.asarray(self._at(s)[2])
-
-    def closed_areas(self) -> tuple[float, float]:
-        return self._sums[2]
-
-    def closed_running_impulse(self, s: FloatArray) -> FloatArray:
-        before, step, force = self._at(s)
-        return np.asarray(self._sums[0][before] + 0.5 * step * (self._pulse.values[before] + force))
-
-    def closed_double_integral(self, s: FloatArray) -> FloatArray:
-        before, step, force = self._at(s)
-        rest = step * (2.0 * self._pulse.values[before] + force) / 6.0
-        return np.asarray(self._sums[1][before] + step * (self._sums[0][before] + rest))
-
-    def closed_at(self, s: float) -> tuple[float, float]:
-        before = min(bisect_right(self.breakpoints, s), len(self.breakpoints) - 1) - 1
-        begin, end = self.breakpoints[before : before + 2]
-        left, right = self._pulse.values[before : before + 2].tolist()
-        force = left + (s - begin) / (end - begin) * (right - left)
-        return float(self._sums[0][before]) + 0.5 * (s - begin) * (left + force), force
-
-    def closed_free_path(self) -> FreePath:
-        from shockwave.profiles.free_path import FreePath
-
-        return FreePath.of_samples(self._pulse.knots, self._pulse.values, *self._sums[:2])
-
-    @cached_property
-    def _sums(self) -> tuple[FloatArray, FloatArray, tuple[float, float]]:
-        """Running impulse and double integral at the samples; a1 and a2."""
-        widths = np.diff(self._pulse.knots)
-        left, right = self._pulse.values[:-1], self._pulse.values[1:]
-        areas = 0.5 * widths * (left + right)
-        impulses = running_sums(areas)
-        paths = running_sums(widths * (impulses[:-1] + widths * (2.0 * left + right) / 6.0))
-        peak = int(np.argmax(self._pulse.values))
-        # The decay is summed separately: a difference of two sums would lose digits of a short decay.
-        return impulses, paths, (float(impulses[peak]), float(running_sums(areas[peak:])[-1]))
-
-    def _at(self, s: FloatArray) -> tuple[Any, Any, Any]:
-        """Index of the sample before ``s``, distance from it, and force at ``s``, each of the shape of ``s``."""
-        knots, values = self._pulse.knots, self._pulse.values
-        before = np.clip(np.searchsorted(knots, s, side="right") - 1, 0, knots.size - 2)
-        step = s - knots[before]
-        left, right = values[before], values[before + 1]
-        # A fraction of the interval instead of a slope, which could overflow for close samples.
-        return before, step, left + step / (knots[before + 1] - knots[before]) * (right - left)
 
 
 def _placed(path: str | os.PathLike[str], record: Record, fault: Fault) -> Fault:

@@ -54,6 +54,12 @@ ENTRIES = {
         Entry("power-law", f"{_PROFILES}.power_law:PowerLaw", "rise s^eta1, decay ((n-s)/(n-1))^eta2"),
         Entry("triangular", f"{_PROFILES}.triangular:Triangular", "linear rise, linear decay"),
         Entry("exponential", f"{_PROFILES}.exponential:Exponential", "exponential rise and decay, scaled to [0, 1]"),
+        Entry("half-sine", f"{_PROFILES}.half_sine:HalfSine", "half a period of a sine"),
+        Entry("haversine", f"{_PROFILES}.haversine:Haversine", "square of half a period of a sine"),
+        Entry("trapezoid", f"{_PROFILES}.trapezoid:Trapezoid", "linear rise, plateau, linear fall"),
+        Entry("rectangular", f"{_PROFILES}.rectangular:Rectangular", "constant force, short linear ends"),
+        Entry("initial-peak-sawtooth", f"{_PROFILES}.sawtooth:InitialPeakSawtooth", "short rise, long linear decay"),
+        Entry("final-peak-sawtooth", f"{_PROFILES}.sawtooth:FinalPeakSawtooth", "long linear rise, short fall"),
         Entry("tabulated", f"{_PROFILES}.tabulated:Tabulated", "a force record, piecewise linear"),
     ],
     "integrators": [

@@ -7,7 +7,7 @@ functions below, marked with `hookimpl`, and must not import slow modules::
 
     @hookimpl
     def shockwave_profiles():
-        return [Entry("half-sine", "shockwave_pulses.half_sine:HalfSine", "half a period of a sine")]
+        return [Entry("bell", "my_pulses.bell:Bell", "a power of a sine")]
 """
 
 from __future__ import annotations

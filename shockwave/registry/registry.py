@@ -238,7 +238,8 @@ def _entries_of(plugin: Plugin) -> list[tuple[str, Entry]]:
             if not (isinstance(entry, Entry) and all(isinstance(text, str) for text in entry)):
                 raise TypeError(f"{hook} must return a list of entries with text in all fields (got {entry!r:.80})")
             if entry.name.lower() in _built_in_entries(kind):
-                raise ValueError(f"{KINDS[kind]} {entry.name!r} is a built-in name: choose another")
+                remedy = f"uninstall {plugin.distribution}, or install a version without this name"
+                raise ValueError(f"{KINDS[kind]} {entry.name!r} is a built-in name ({remedy})")
             claims.append((kind, entry._replace(distribution=plugin.distribution)))
     if not claims:
         raise ValueError("registers nothing (is @hookimpl missing, or does a hook return nothing?)")

@@ -21,7 +21,6 @@ from jsonschema import Draft7Validator
 import shockwave as sw
 from shockwave import cli, hooks, pictures
 from shockwave.base import quantities
-from shockwave.base.quantity_fields import quantity_of
 from shockwave.cli.parser import KINDS, OFFERED
 from shockwave.registry import built_ins, hook_specifications, registry
 from shockwave.scenario import block_keys as keys
@@ -183,6 +182,11 @@ def kind_and_rule(key: keys.Key) -> tuple[str, str]:
     return "list of whole numbers" if listed and int in members else "list of text" if listed else "text", "-"
 
 
+#: Parameters of each built-in profile.
+OF_PROFILES = {
+    entry.name: keys.parameters_of(entry.name, registry.load("profiles", entry.name))
+    for entry in built_ins.ENTRIES["profiles"]
+}
 KEYS = {
     "scenario": keys.SCENARIO,
     "chain": keys.CHAIN,
@@ -193,9 +197,7 @@ KEYS = {
     "end": chain_blocks.END,
     "impact": chain_blocks.IMPACT,
     "shock": keys.shock_keys(sw.PowerLaw),
-    "power-law": keys.parameters_of("power-law", sw.PowerLaw),
-    "exponential": keys.parameters_of("exponential", sw.Exponential),
-    "tabulated": keys.parameters_of("tabulated", sw.Tabulated),
+    **{name: parameters for name, parameters in OF_PROFILES.items() if parameters},
     "predict": keys.keys_of(sw.Predictor),
     "simulate": keys.keys_of(SimulateOptions),
     "limit": keys.keys_of(Limit),
@@ -210,11 +212,9 @@ def test_tables_of_keys_are_those_of_the_loader(name: str) -> None:
 
 def test_table_of_profiles_is_the_registry() -> None:
     rows = {code_in(row[0])[0]: code_in(row[-1]) for row in table("docs/scenarios.md", "profiles")}
-    assert list(rows) == [entry.name for entry in built_ins.ENTRIES["profiles"]]
-    for profile in ("power-law", "triangular", "exponential"):
-        fields = registry.load("profiles", profile).__attrs_attrs__
-        own = [field.name for field in fields if field.name != "duration_ratio" and quantity_of(field)]
-        assert rows[profile] == own
+    listed = {name: [key.name for key in parameters] for name, parameters in OF_PROFILES.items()}
+    assert list(rows) == list(listed)
+    assert rows | {"tabulated": []} == listed | {"tabulated": []}
 
 
 @pytest.mark.parametrize("kind", ["contacts", "integrators", "quadratures"])

@@ -35,6 +35,8 @@ SETTINGS: dict[str, Any] = {
     ),
     "law": sw.PowerContact(exponent=2.0, stiffness=1e7),
     "predictor": sw.Predictor(model="section-4"),
+    "pulses": (sw.HalfSine(), sw.Haversine(), sw.InitialPeakSawtooth(), sw.FinalPeakSawtooth()),
+    "plateaus": (sw.Trapezoid(), sw.Rectangular()),
     "record": sw.Shock(profile=sw.Tabulated(times=[0, 1e-6, 2e-6], forces=[0, 1, 0])),
     "restitution": sw.Tsuji(restitution=0.9),
     "triangle": triangle(1.0),
@@ -101,7 +103,8 @@ def test_every_public_class_is_among_them() -> None:
     abstract = {"ContactLaw", "ShockProfile"}
     classes = {name: each for name in sw.__all__ if isinstance(each := getattr(sw, name), type)}
     errors = {name for name, each in classes.items() if issubclass(each, Exception)}  # tested with the errors
-    held = [value for whole in values().values() for value in (whole, *_parts(whole))]
+    wholes = [each for value in values().values() for each in (value if isinstance(value, tuple) else (value,))]
+    held = [value for whole in wholes for value in (whole, *_parts(whole))]
     absent = {name for name, each in classes.items() if not any(isinstance(value, each) for value in held)}
     assert absent <= abstract | errors
 

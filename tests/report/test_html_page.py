@@ -245,9 +245,9 @@ def test_provenance_has_versions_and_parts(sample_plugins: None) -> None:
     assert f"NumPy{metadata.version('numpy')}" in part
     assert f"integratorrkn86granular-shockwave {sw.__version__}" in part
     assert scene_hash(sw.load_scenario(ROW1)) in part
-    shock = sw.Shock(profile=load("profiles", "half-sine")(), peak_force=100.0, rise_time=1e-5)
+    shock = sw.Shock(profile=load("profiles", "hertz-impact")(), peak_force=100.0, rise_time=1e-5)
     version = metadata.version("shockwave-pulses")
-    assert ("profile", "half-sine", f"shockwave-pulses {version}") in parts_in_use(findings(scenario(shock)))
+    assert ("profile", "hertz-impact", f"shockwave-pulses {version}") in parts_in_use(findings(scenario(shock)))
 
 
 @pytest.mark.parametrize(

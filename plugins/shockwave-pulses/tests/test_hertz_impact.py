@@ -9,7 +9,7 @@ import mpmath
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from shockwave import Chain, InvalidValueError, Material, Shock, simulate
+from shockwave import Chain, InvalidValueError, Material, Predictor, Shock, simulate
 from shockwave.hooks import FloatArray
 
 from shockwave_pulses.hertz_impact import HertzImpact
@@ -99,6 +99,16 @@ def test_the_table_for_simulations_agrees_with_the_integrals() -> None:
     expected = np.stack((PROFILE.double_integral(s), PROFILE.running_impulse(s)))
     errors = np.abs(found - expected) / expected[:, -1:]
     assert errors.max() <= table.error < 1e-14
+
+
+def test_it_fails_the_third_condition_by_the_margin_of_the_docstring() -> None:
+    chain = Chain(material=Material(density=7958.0, **STEEL), radius=4.75e-3)
+    shock = Shock(profile=PROFILE, peak_force=100.0, rise_time=2e-5)
+    found = Predictor(model="section-4").predict(shock, chain).conditions
+    # Roundings of areas of order 1.
+    margins = [0, 0.8 / TURN - 0.5, 0.5 - 0.8 / TURN]
+    assert [condition.margin for condition in found] == pytest.approx(margins, rel=1e-13, abs=1e-13)
+    assert [condition.holds for condition in found] == [True, True, False]
 
 
 # ---------------------------------------------------------------- from the ball to the force

@@ -1,1 +1,1 @@
-"""Standard shock-test pulses for shockwave: sines, straight lines, and the impact of a ball."""
+"""Impact of a ball on a fixed body, as a shock profile for shockwave."""

@@ -73,7 +73,7 @@ class HertzImpact(ShockProfile):
     ratio of peak forces     1.02   1.06   1.12   1.23   1.54   1.96
     =======================  =====  =====  =====  =====  =====  =====
 
-    Use the pulse only for a ball much lighter than a granule, otherwise a measured force.
+    Use the pulse only for a ball much lighter than a granule, otherwise `shockwave.Impact`.
 
     Areas are a1 = a2 = 0.8/turn = 0.5436. The third of the conditions (3) fails:
 

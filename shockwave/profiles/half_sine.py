@@ -1,0 +1,52 @@
+"""The half-sine pulse of shock tests."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from attrs import frozen
+
+from shockwave.base.numerics import FloatArray, elementwise
+from shockwave.base.quantity_fields import Value
+from shockwave.profiles.shock_profile import ShockProfile
+
+# Coefficients of (x - sin x)/x^3 in x^2, highest power first; the remainder at x = 2 pi is below the rounding error.
+_SERIES = [(-1) ** k / math.factorial(2 * k + 3) for k in reversed(range(20))]
+
+
+@frozen
+class HalfSine(ShockProfile, Value):
+    """F1 = F2 = sin(pi s/2) on 0 <= s <= 2, symmetric about the peak; n = 2, no parameters.
+
+    The areas are a1 = a2 = 2/pi. The third of the conditions (3) fails by 2/pi - 1/2 rise times, so section 4 is
+    applied outside its assumptions.
+
+    References
+    ----------
+    IEC 60068-2-27:2008. Environmental testing - Part 2-27: Tests - Test Ea and guidance: Shock.
+    """
+
+    duration_ratio = 2.0
+
+    def rise(self, s: FloatArray) -> FloatArray:
+        return elementwise(math.sin, math.pi / 2 * s)
+
+    def decay(self, s: FloatArray) -> FloatArray:
+        # Reversed in time, the decay is the rise; this avoids cancellation near the end.
+        return self.rise(2.0 - s)
+
+    def closed_areas(self) -> tuple[float, float]:
+        return 2 / math.pi, 2 / math.pi
+
+    def closed_running_impulse(self, s: FloatArray) -> FloatArray:
+        # (2/pi) (1 - cos(pi s/2)) without cancellation
+        return 4 / math.pi * elementwise(math.sin, math.pi / 4 * s) ** 2
+
+    def closed_double_integral(self, s: FloatArray) -> FloatArray:
+        return 4 / math.pi**2 * subtract_sine(math.pi / 2 * s)
+
+
+def subtract_sine(x: FloatArray) -> FloatArray:
+    """x - sin(x) for 0 <= x <= 2 pi, without cancellation; same shape as ``x``."""
+    return np.asarray(x**3 * np.polyval(_SERIES, x**2))

@@ -1,0 +1,245 @@
+"""Standard shock-test pulses: contract, shape, digits, conditions (3), limits, and the same pulse as a record."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+
+import shockwave as sw
+from conftest import Install
+from shockwave.testing import ProfileContract
+from support.command_line import scenario, shockwave
+from support.scenes import CHAIN, FORCE, UNITS, lasting, power_law
+from support.texts import load, schema_faults
+
+R, F = 0.25, 0.125
+#: Pulses of straight lines, with their corners: times over the total duration, and the forces there.
+LINES: dict[str, tuple[sw.ShockProfile, list[float], list[float]]] = {
+    "trapezoid": (sw.Trapezoid(), [0, 0.1, 0.9, 1], [0, 1, 1, 0]),
+    "uneven trapezoid": (sw.Trapezoid(rise_fraction=R, fall_fraction=F), [0, R, 1 - F, 1], [0, 1, 1, 0]),
+    "jump at the end": (sw.Trapezoid(rise_fraction=0.2, fall_fraction=0), [0, 0.2, 1], [0, 1, 1]),
+    "no plateau": (sw.Trapezoid(rise_fraction=0.3, fall_fraction=0.7), [0, 0.3, 1], [0, 1, 0]),
+    "rectangular": (sw.Rectangular(), [0, 0.01, 0.99, 1], [0, 1, 1, 0]),
+    "ideal rectangle": (sw.Rectangular(rise_fraction=1e-6, fall_fraction=0), [0, 1e-6, 1], [0, 1, 1]),
+    "initial-peak-sawtooth": (sw.InitialPeakSawtooth(), [0, 0.05, 1], [0, 1, 0]),
+    "ideal initial peak": (sw.InitialPeakSawtooth(rise_fraction=1e-6), [0, 1e-6, 1], [0, 1, 0]),
+    "final-peak-sawtooth": (sw.FinalPeakSawtooth(), [0, 0.95, 1], [0, 1, 0]),
+    "ideal final peak": (sw.FinalPeakSawtooth(fall_fraction=1e-6), [0, 1 - 1e-6, 1], [0, 1, 0]),
+}
+STRAIGHT = pytest.mark.parametrize(("profile", "times", "forces"), LINES.values(), ids=LINES)
+CURVES: dict[str, sw.ShockProfile] = {"half-sine": sw.HalfSine(), "haversine": sw.Haversine()}
+PULSES = CURVES | {name: profile for name, (profile, *_) in LINES.items()}
+EACH = pytest.mark.parametrize("profile", PULSES.values(), ids=PULSES)
+
+#: Margins of the conditions (3), in rise times, by the formulas of the docstrings.
+MARGINS: dict[str, list[float]] = {
+    "half-sine": [0, 2 / math.pi - 1 / 2, 1 / 2 - 2 / math.pi],
+    "haversine": [0, 0, 0],
+    "trapezoid": [8, 0, -4],
+    "uneven trapezoid": [(1 - 1.5 * R - F / 2) / R, 0, -(1 - R - F) / (2 * R)],
+    "no plateau": [2 / 3, 0, 0],
+    "rectangular": [98, 0, -49],
+    "initial-peak-sawtooth": [9, 0, 0],
+    "final-peak-sawtooth": [(1 / 0.95 - 2) / 2, 0, 0],
+}
+
+
+class TestContract(ProfileContract):
+    profiles = tuple(PULSES.values())
+
+
+# ---------------------------------------------------------------- shape
+
+
+@STRAIGHT
+def test_the_force_is_linear_between_its_corners(profile: Any, times: list[float], forces: list[float]) -> None:
+    n = profile.duration_ratio
+    np.testing.assert_allclose(np.array(profile.breakpoints) / n, times, rtol=4e-16)
+    shares = np.array(times)[:, None] + np.linspace(0, 1, 20, endpoint=False) * np.diff(times, append=1)[:, None]
+    # A rounding of the time, 1e-16, is multiplied by the steepest slope, 1e6.
+    np.testing.assert_allclose(profile.force(shares * n), np.interp(shares, times, forces), rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("rise", [0.1, 0.3, 0.7, 0.9, 1 / 3, 1e-6])
+def test_rounding_makes_no_plateau(rise: float) -> None:
+    assert sw.Trapezoid(rise_fraction=rise, fall_fraction=1 - rise).breakpoints == (0.0, 1.0, 1 / rise)
+
+
+@pytest.mark.parametrize(
+    ("make", "force", "path"),
+    [
+        (sw.HalfSine, mpmath.sin, lambda x: (x - mpmath.sin(x)) * 4 / mpmath.pi**2),
+        (sw.Haversine, lambda x: mpmath.sin(x) ** 2, lambda x: (x**2 - mpmath.sin(x) ** 2) / mpmath.pi**2),
+    ],
+    ids=CURVES,
+)
+def test_curved_pulses_keep_their_digits(make: Any, force: Any, path: Any) -> None:
+    profile, s = make(), [1e-50, 1e-9, 1e-3, 0.3, 1.0, 1.4, 1.999, 2.0]
+    with mpmath.workdps(250):
+        x = [mpmath.pi / 2 * mpmath.mpf(each) for each in s]
+        forces, paths = ([float(function(each)) for each in x] for function in (force, path))
+        impulses = [float(mpmath.diff(lambda t: path(mpmath.pi / 2 * t), mpmath.mpf(each), h=1e-90)) for each in s]
+    # Of the peak, as the decay is close to zero at its end; the integrals relatively, however small.
+    np.testing.assert_allclose(profile.force(s), forces, rtol=0, atol=2e-16)
+    np.testing.assert_allclose(profile.running_impulse(s), impulses, rtol=4e-15)
+    np.testing.assert_allclose(profile.double_integral(s), paths, rtol=4e-15)
+
+
+def test_a_sawtooth_is_a_triangle() -> None:
+    saw, triangle = sw.InitialPeakSawtooth(rise_fraction=0.2), sw.Triangular(duration_ratio=5)
+    assert sw.simulate(lasting(saw, 3.0), CHAIN).peak_force == sw.simulate(lasting(triangle, 3.0), CHAIN).peak_force
+
+
+@pytest.mark.parametrize(
+    ("make", "values", "message"),
+    [
+        (sw.Trapezoid, {"rise_fraction": 0}, "rise_fraction: must be >= 1e-06 and < 1 (got 0)"),
+        (sw.Trapezoid, {"rise_fraction": 0.6, "fall_fraction": 0.5}, "fall_fraction: must be <= 0.4, the time after"),
+        (sw.Rectangular, {"fall_fraction": 0.2}, "fall_fraction: must be >= 0 and <= 0.1 (got 0.2)"),
+        (sw.InitialPeakSawtooth, {"rise_fraction": 0.6}, "rise_fraction: must be >= 1e-06 and <= 0.5 (got 0.6)"),
+        (sw.FinalPeakSawtooth, {"fall_fraction": 0.5}, "fall_fraction: must be >= 1e-06 and < 0.5 (got 0.5)"),
+        (sw.HalfSine, {"duration_ratio": 3}, "duration_ratio: must be left out"),
+        (sw.Trapezoid, {"duration_ratio": 3}, "duration_ratio: must be left out"),
+    ],
+    ids=lambda value: ", ".join(value) if isinstance(value, dict) else "",
+)
+def test_a_wrong_parameter_of_a_pulse_is_named(make: Any, values: dict[str, float], message: str) -> None:
+    with pytest.raises(sw.InvalidValueError) as caught:
+        make(**values)
+    assert str(caught.value).startswith(message)
+
+
+# ---------------------------------------------------------------- section 4
+
+
+@pytest.mark.parametrize("name", MARGINS)
+def test_conditions_hold_or_fail_by_the_margin_of_the_formula(name: str) -> None:
+    outcome = sw.predict(lasting(PULSES[name], 3.0), CHAIN, model="section-4")
+    # Roundings of areas and n, at most 100.
+    assert [condition.margin for condition in outcome.conditions] == pytest.approx(MARGINS[name], rel=1e-13, abs=1e-13)
+    fails = min(MARGINS[name]) < 0
+    assert [condition.holds for condition in outcome.conditions] == [margin >= 0 for margin in MARGINS[name]]
+    assert any("fails conditions (3)" in warning for warning in outcome.warnings) is fails
+
+
+def test_a_half_sine_as_one_wave_by_5f_and_a_haversine_that_ejects_by_5h() -> None:
+    # In characteristic times the momentum of a wave of unit peak force is 1.652066518648.
+    share = 1.5 / 1.652066518648
+    single = sw.predict(lasting(sw.HalfSine(), 3.0), CHAIN, model="section-4")
+    assert single.peak_force == pytest.approx(FORCE * (share * 4 / math.pi) ** 1.2, rel=1e-12)
+    # (5h) adds the impulse in the window before the end of the virtual shock.
+    added = (1 - share) - math.sin(math.pi * (1 - share)) / math.pi
+    ejection = sw.predict(lasting(sw.Haversine(), 3.0), CHAIN, model="section-4")
+    assert ejection.peak_force == pytest.approx(FORCE * (share + added) ** 1.2, rel=1e-12)
+
+
+# ---------------------------------------------------------------- simulation
+
+
+@EACH
+def test_a_simulation_agrees_with_the_same_pulse_as_a_record(profile: sw.ShockProfile) -> None:
+    shock, curved = lasting(profile, 3.0), profile in CURVES.values()
+    s = np.linspace(0, 2, 4001) if curved else np.array(profile.breakpoints)
+    # A record ends at zero, so a jump at the end takes it 1e-9 of the duration.
+    times, forces = np.append(s, s[-1] * (1 + 1e-9)), np.append(profile.force(s), 0.0)
+    record = sw.Shock(profile=sw.Tabulated(times=shock.rise_time * times, forces=FORCE * forces))
+    found, expected = (sw.simulate(each, CHAIN, rtol=1e-8).peak_force for each in (shock, record))
+    # 4000 chords lie below a curve by 1e-7 of the impulse at most.
+    assert found == pytest.approx(expected, rel=2e-7 if curved else 3e-8)
+
+
+@EACH
+def test_a_short_pulse_is_an_impulse(profile: sw.ShockProfile) -> None:
+    shock = lasting(profile, 0.01)
+    result = sw.simulate(shock, CHAIN)
+    # Only the impulse counts as the duration goes to zero, with deviations of its power 5/2.
+    impulse = profile.total_area * shock.rise_time / UNITS.time / 1.652066518648
+    assert result.amplification == pytest.approx(1.1681817 * impulse**1.2, rel=2e-6)
+    assert result.momentum_defect < 1e-12
+
+
+#: Power laws with a jump in place of a side of 1e-6.
+JUMPS = {
+    "ideal rectangle": power_law(2, 0, 0),
+    "ideal initial peak": power_law(1e6, 0, 1),
+    "ideal final peak": power_law(1 + 1e-6, 1, 0),
+}
+
+
+@pytest.mark.parametrize("duration", [0.3, 3.0, 30.0])
+@pytest.mark.parametrize("name", JUMPS)
+def test_a_side_of_no_duration_is_a_jump(name: str, duration: float) -> None:
+    found, expected = (
+        sw.simulate(lasting(profile, duration), CHAIN, waves="primary").amplification
+        for profile in (PULSES[name], JUMPS[name])
+    )
+    # The impulses differ by 1e-6 at most; each run has this tolerance.
+    assert found == pytest.approx(expected, rel=4e-6)
+
+
+def test_a_long_rectangle_drives_the_first_wave_of_a_step() -> None:
+    # A force that is switched on for ever makes a first wave of 2.33 times its value.
+    result = sw.simulate(lasting(sw.Rectangular(), 40.0), CHAIN, waves="primary")
+    assert result.amplification == pytest.approx(2.33, rel=5e-3)
+
+
+# ---------------------------------------------------------------- scenarios
+
+PARAMETERS = {
+    "half-sine": ("{}", sw.HalfSine()),
+    "haversine": ("{}", sw.Haversine()),
+    "trapezoid": ("{rise_fraction: 20 %, fall_fraction: 0}", sw.Trapezoid(rise_fraction=0.2, fall_fraction=0)),
+    "rectangular": ("{rise_fraction: 0.02}", sw.Rectangular(rise_fraction=0.02)),
+    "initial-peak-sawtooth": ("{rise_fraction: 0.1}", sw.InitialPeakSawtooth(rise_fraction=0.1)),
+    "final-peak-sawtooth": ("{fall_fraction: 0.1}", sw.FinalPeakSawtooth(fall_fraction=0.1)),
+}
+STEEL = "chain: {material: bearing-steel-52100, diameter: 9.5 mm}"
+
+
+@pytest.mark.parametrize("name", PARAMETERS)
+def test_a_scenario_with_peak_and_duration_is_the_shock_in_python(name: str, tmp_path: Path) -> None:
+    parameters, profile = PARAMETERS[name]
+    text = f"{STEEL}\nshock: {{profile: {name}, peak_force: 30 N, duration: 60 us, parameters: {parameters}}}\n"
+    assert load(tmp_path, text).shock == sw.Shock(profile=profile, peak_force=30.0, duration=60e-6)
+    assert schema_faults(text) == []
+
+
+def test_a_parameter_of_a_pulse_is_swept(tmp_path: Path) -> None:
+    shock = "shock: {profile: trapezoid, peak_force: 30 N, duration: 60 us}"
+    sweep = "sweep: {run: predict, grid: {shock.parameters.rise_fraction: [0.1, 0.4], shock.duration: [20 us, 60 us]}}"
+    file = scenario(tmp_path, STEEL, shock, sweep)
+    assert shockwave("sweep", file, "--out", tmp_path / "out", "--workers", "1").status == 0
+    peaks = sw.load_sweep(tmp_path / "out").to_pandas()["peak_force"]
+    chain = sw.Chain(material="bearing-steel-52100", diameter="9.5 mm")
+    assert len(peaks) == 4
+    for (rise, duration), peak in peaks.items():
+        shock = sw.Shock(profile=sw.Trapezoid(rise_fraction=rise), peak_force=30.0, duration=duration)
+        assert peak == pytest.approx(sw.predict(shock, chain).peak_force, rel=1e-9)
+
+
+def test_a_comparison_states_that_a_half_sine_fails_a_condition(tmp_path: Path) -> None:
+    file = scenario(tmp_path, STEEL, "shock: {profile: half-sine, peak_force: 30 N, duration: 60 us}")
+    document = shockwave("compare", "--json", file).document
+    assert [row["holds"] for row in document["predicted"]["conditions"]] == [True, True, False]
+    assert abs(document["errors"]["peak_force"]) < 0.1
+
+
+# ---------------------------------------------------------------- a plugin with the same names
+
+
+def test_an_old_plugin_that_registers_these_names_is_refused(install: Install, tmp_path: Path) -> None:
+    entries = ", ".join(f"Entry({name!r}, 'a:B', 'a pulse')" for name in ("half-sine", "old-bell"))
+    hooks = (
+        f"from shockwave.hooks import Entry, hookimpl\n@hookimpl\ndef shockwave_profiles():\n    return [{entries}]\n"
+    )
+    install("old-pulses", hooks=hooks)
+    shock = "shock: {profile: PROFILE, peak_force: 30 N, duration: 60 us}"
+    assert shockwave("predict", scenario(tmp_path, STEEL, shock.replace("PROFILE", "half-sine"))).status == 0
+    answer = shockwave("predict", scenario(tmp_path, STEEL, shock.replace("PROFILE", "old-bell")))
+    assert answer.status == shockwave("list", "plugins", "--check").status == 4
+    assert "profile 'half-sine' is a built-in name (uninstall old-pulses, or install a version" in answer.err
