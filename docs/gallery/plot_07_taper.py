@@ -33,5 +33,5 @@ for ratio in (1.0, 0.8, 0.6, 0.4):
 figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
 left.plot([100 * ratio for ratio in forces], [one.peak_force for one in forces.values()], "o-")
 left.set(xlabel="last bead over first bead (%)", ylabel="force on the wall (N)", ylim=(0, None))
-pictures.peak_forces(right, result)
+pictures.peak_forces(result, ax=right)
 plt.show()

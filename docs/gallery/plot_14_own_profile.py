@@ -40,5 +40,5 @@ for power in (1, 2, 4):
     left.plot(60 * s, 10 * np.where(s < 1, bell.rise(s), bell.decay(s)), label=f"p = {power}")
 left.set(xlabel="time (µs)", ylabel="force (N)")
 left.legend()
-pictures.train(right, sw.compare(shock, chain))
+pictures.train(sw.compare(shock, chain), ax=right)
 plt.show()
