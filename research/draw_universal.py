@@ -16,8 +16,7 @@ import fit_laws as fit
 import numpy as np
 
 from shockwave import pictures
-from shockwave.pictures.figure_files import SMALL
-from shockwave.pictures.picture_elements import BLACK, COLOURS, LINES, label_axis
+from shockwave.pictures.picture_elements import BLACK, COLOURS, LINES, SMALL, label_axis
 from shockwave.scene import closed_form_laws as laws
 
 FOLDER = Path(__file__).parent.parent / "docs" / "universal"

@@ -26,6 +26,6 @@ print(f"section 4 {paper.peak_force:.2f} N, error {paper.error:+.1%}, {outcome.r
 # The shock with its areas of rise and decay, and the waves that it generates.
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.2), layout="constrained")
-pictures.pulse(left, shock)
-pictures.train(right, sw.compare(shock, chain))
+pictures.pulse(shock, ax=left)
+pictures.train(sw.compare(shock, chain), ax=right)
 plt.show()

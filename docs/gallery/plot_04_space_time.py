@@ -22,12 +22,12 @@ for wave in result.waves[:4]:
 # The dashed lines are the fronts of the measured waves.
 
 figure, ax = plt.subplots(figsize=(8, 4), layout="constrained")
-pictures.space_time(ax, result)
+pictures.space_time(result, ax=ax)
 plt.show()
 
 # %%
 # The same train as force against time at three contacts.
 
 figure, ax = plt.subplots(figsize=(8, 3.2), layout="constrained")
-pictures.contact_forces(ax, result, contacts=[10, 40, 79])
+pictures.contact_forces(result, contacts=[10, 40, 79], ax=ax)
 plt.show()

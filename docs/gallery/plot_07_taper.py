@@ -45,5 +45,5 @@ left.set(
     ylabel="force on the wall (N)",
     ylim=(0, None),
 )
-pictures.peak_forces(right, result)
+pictures.peak_forces(result, ax=right)
 plt.show()

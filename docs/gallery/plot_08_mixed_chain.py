@@ -42,5 +42,5 @@ plt.show()
 # Contact force over time and contacts.
 
 figure, ax = plt.subplots(figsize=(8, 3.8), layout="constrained")
-pictures.chain_map(ax, result)
+pictures.chain_map(result, ax=ax)
 plt.show()

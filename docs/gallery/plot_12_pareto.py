@@ -35,5 +35,5 @@ print(result)
 # The line joins the options that no other one beats in both quantities.
 
 figure, ax = plt.subplots(figsize=(6, 3.8), layout="constrained")
-pictures.pareto(ax, result)
+pictures.pareto(result, ax=ax)
 plt.show()

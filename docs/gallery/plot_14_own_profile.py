@@ -44,5 +44,5 @@ for power in (1, 2, 4):
     )
 left.set(xlabel="time (µs)", ylabel="force (N)")
 left.legend()
-pictures.train(right, sw.compare(shock, chain))
+pictures.train(sw.compare(shock, chain), ax=right)
 plt.show()

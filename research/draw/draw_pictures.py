@@ -63,8 +63,8 @@ def landing() -> Figure:
     shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=20.0, rise_time=80e-6)
     result = sw.simulate(shock, chain, contacts=range(80), record=["forces"])
     figure, (left, right) = pictures.figure(1, 2, (7.6, 3.0))
-    pictures.space_time(left, result)
-    pictures.contact_forces(right, result, contacts=[10, 79])
+    pictures.space_time(result, ax=left)
+    pictures.contact_forces(result, contacts=[10, 79], ax=right)
     return figure
 
 
@@ -77,51 +77,51 @@ def compared(name: str) -> sw.Comparison:
 def pulse() -> Figure:
     """Record of a hammer with its areas."""
     figure, (ax,) = pictures.figure()
-    pictures.pulse(ax, scene(RECORD).shock)
+    pictures.pulse(scene(RECORD).shock, ax=ax)
     return figure
 
 
 def contact_forces() -> Figure:
     """Contact forces at five contacts after a blow of the hammer."""
     figure, (ax,) = pictures.figure(size="page")
-    pictures.contact_forces(ax, recorded(RECORD, ("forces",), (0, 5, 10, 20, 30)))
+    pictures.contact_forces(recorded(RECORD, ("forces",), (0, 5, 10, 20, 30)), ax=ax)
     return figure
 
 
 def space_time() -> Figure:
     """Contact forces at sixty contacts after the same blow."""
     figure, (ax,) = pictures.figure(size="page")
-    pictures.space_time(ax, recorded(RECORD, ("forces",), tuple(range(60))))
+    pictures.space_time(recorded(RECORD, ("forces",), tuple(range(60))), ax=ax)
     return figure
 
 
 def train() -> Figure:
     """Waves of a hammer and of a power law."""
     figure, (left, right) = pictures.figure(1, 2, "page")
-    pictures.train(left, compared(RECORD))
-    pictures.train(right, compared("examples/power-law"))
+    pictures.train(compared(RECORD), ax=left)
+    pictures.train(compared("examples/power-law"), ax=right)
     return figure
 
 
 def correction_area() -> Figure:
     """Figure 1 of the paper, for the first row of its Table 2."""
     figure, (ax,) = pictures.figure(size=(5.0, 3.0))
-    pictures.correction_area(ax, scene(EJECTION).shock, compared(EJECTION).predicted.section4)
+    pictures.correction_area(scene(EJECTION).shock, compared(EJECTION).predicted.section4, ax=ax)
     return figure
 
 
 def approach() -> Figure:
     """Approach to the limit for a short shock and for a longer one."""
     figure, (left, right) = pictures.figure(1, 2, "page")
-    pictures.approach(left, compared(EJECTION).simulated)
-    pictures.approach(right, compared(RECORD).simulated)
+    pictures.approach(compared(EJECTION).simulated, ax=left)
+    pictures.approach(compared(RECORD).simulated, ax=right)
     return figure
 
 
 def balance() -> Figure:
     """Energy for the first row of Table 2, where the first granule rebounds."""
     figure, (ax,) = pictures.figure()
-    pictures.balance(ax, recorded(EJECTION, ("energies",), (3,)))
+    pictures.balance(recorded(EJECTION, ("energies",), (3,)), ax=ax)
     return figure
 
 
@@ -129,7 +129,7 @@ def amplification() -> Figure:
     """Amplification for a triangle with n = 10 and for the shape of the first row of Table 2."""
     figure, (ax,) = pictures.figure()
     profiles = {"triangle": sw.Triangular(duration_ratio=10), "table 2, row 1": scene(EJECTION).shock.profile}
-    pictures.universal_curves(ax, {name: UniversalCurve(profile) for name, profile in profiles.items()})
+    pictures.universal_curves({name: UniversalCurve(profile) for name, profile in profiles.items()}, ax=ax)
     return figure
 
 
@@ -145,7 +145,7 @@ def work_precision() -> Figure:
     runs += [Run("formula", 0.03, 2e-5), Run("order 12", 0.0, 0.02), Run("order 4", None, 0.08, "too many steps")]
     figure, (ax,) = pictures.figure(size=(5.0, 3.2))
     pictures.work_precision(
-        ax, [*runs, Run("another", None, None, "not installed")], "relative error of the peak force"
+        [*runs, Run("another", None, None, "not installed")], "relative error of the peak force", ax=ax
     )
     return figure
 
@@ -173,7 +173,7 @@ def materials() -> Figure:
     names = ["ptfe", "nylon-66", "delrin", "pmma", "lead", "brass-260", "copper", "aluminium-6061-t6"]
     result = sw.design(scene("examples/protector"), vary="chain.material", target="peak_force <= 110 N", among=names)
     figure, (ax,) = pictures.figure(size=(4.6, 1.0 + 0.17 * len(result.table)))
-    pictures.materials(ax, result)
+    pictures.materials(result, ax=ax)
     return figure
 
 

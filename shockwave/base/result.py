@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 from shockwave.base.errors import InvalidValueError, UnknownNameError, UsageError, shorten, text_of
 from shockwave.base.quantities import unit_of, value_at
 from shockwave.base.quantity_fields import join
-from shockwave.base.text import Detail, html_of, on_screen, si
+from shockwave.base.text import Detail, function_at, html_of, on_screen, si
 
 if TYPE_CHECKING:  # a result that is only printed needs no arrays
+    from matplotlib.axes import Axes
+
     from shockwave.base.result_tables import Table
 
 #: Version of the JSON documents: the next one when a key is removed or changes its meaning; new keys do not count.
@@ -44,11 +46,14 @@ class Result:
     _tables : tuple of (str, str)
         Names of the tables, the main one first, with the names of their rows. The default `_table` reads the attribute
         of this name: a tuple of attrs objects, or a result that is a table itself.
+    _picture : str
+        Address of the function that draws the result.
     """
 
     __slots__ = ()
     _brief: ClassVar[tuple[str, ...]] = ()
     _tables: ClassVar[tuple[tuple[str, str], ...]] = ()
+    _picture: ClassVar[str] = ""
 
     def __repr__(self) -> str:
         found = ((name, value_at(self, name)) for name in self._brief)
@@ -80,6 +85,26 @@ class Result:
         text = shorten(self.text(), _LONGEST_TEXT)
         template = Path(__file__).with_name("notebook.html.jinja")
         return html_of(template, answer=answer, remarks=remarks, rows=rows, text=text)
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """Draw the picture of the result; `shockwave.pictures` has others.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Axes of matplotlib to draw on; default: those of a new figure, ``ax.figure``, which ``pyplot.show`` shows.
+
+        Raises
+        ------
+        InvalidValueError
+            If the result does not have what the picture shows.
+        UsageError
+            If there is no picture of such a result, or matplotlib is not installed.
+        """
+        if not self._picture:
+            raise UsageError(f"{type(self).__name__} has no picture")
+        drawn: Axes = function_at(self._picture)(self, ax=ax)
+        return drawn
 
     def remarks(self) -> dict[str, list[str]]:
         """All ``warnings``, which limit the result, and its ``notes`` on a record."""

@@ -268,8 +268,13 @@ def error_text(error: float) -> str:
 
 def render(result: object, writer: str) -> str:
     """Text of ``result`` by the function at the address ``writer``, imported when it is used: results know no text."""
-    module, _, name = writer.partition(":")
-    return str(getattr(importlib.import_module(module), name)(result))
+    return str(function_at(writer)(result))
+
+
+def function_at(address: str) -> Any:
+    """The function at ``module:name``."""
+    module, _, name = address.partition(":")
+    return getattr(importlib.import_module(module), name)
 
 
 def on_screen(result: object, **changes: Any) -> str:

@@ -101,7 +101,7 @@ def _drawings(result: WorkPrecision, problem: Problem) -> list[str]:
         if rows:
             title = f"relative error: {quantity} ({problem.name})"
             canvas, (ax,) = figure(size=_SIZE)
-            work_precision(ax, rows, title)
+            work_precision(rows, title, ax=ax)
             bottom, top = ax.get_ylim()
             if bottom < problem.reference_error < top:
                 ax.axhline(problem.reference_error, color="0.4", linewidth=0.7, linestyle=(0, (4, 3)))

@@ -26,7 +26,7 @@ def curve(options: Namespace) -> int:
         return write_output(json_text(universal.to_dict()) + "\n", options.output)
     if options.output:
         figure, (ax,) = pictures.figure()
-        pictures.universal_curves(ax, {"simulated": universal}, ratio)
+        pictures.universal_curves({"simulation": universal}, ratio, ax=ax)
         pictures.save(figure, options.output)
         print(f"{options.output}: written", file=sys.stderr)
         return 0

@@ -75,13 +75,12 @@ def _varied(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _draw(result: Design, output: str) -> None:
-    """Write a picture: all options of a design that minimises a quantity, a ranking of materials, or the quantity."""
+    """Write the picture of a design; that of a ranking has a row for each entry."""
     from shockwave import pictures
 
     ranked = result.is_ranked and result.least is None
     sheet, (ax,) = pictures.figure(size=(_WIDTH, _HEIGHT + _ROW_HEIGHT * len(result.table)) if ranked else "column")
-    draw = pictures.materials if ranked else pictures.design if result.least is None else pictures.pareto
-    draw(ax, result)
+    result.plot(ax=ax)
     pictures.save(sheet, output)
 
 

@@ -15,10 +15,13 @@ from shockwave.pictures import figure, save
 from shockwave.sweep.results import load_sweep
 from shockwave.sweep.sweep_picture import plot as drawn
 
+# Width and height [in].
+_SIZE = (5.0, 3.4)
+
 
 def plot(options: argparse.Namespace) -> int:
     """Draw lines or a map."""
-    figure()  # fails early without matplotlib
+    sheet, (ax,) = figure(size=_SIZE)  # fails early without matplotlib
     check_output(options.output, ".svg", ".png", ".pdf")
     fixed = {}
     for text in options.at:
@@ -28,14 +31,14 @@ def plot(options: argparse.Namespace) -> int:
         if name.strip() in fixed:
             raise UsageError(f"--at: must name a variable once (got {name.strip()} twice)")
         fixed[name.strip()] = value.strip()
-    found = drawn(load_sweep(options.folder), options.column, options.x, fixed)
+    found = drawn(load_sweep(options.folder), options.column, options.x, fixed, ax=ax)
     file = Path(options.output or Path(options.folder) / _name(found.column, options.x, fixed))
     if not options.output:  # the folder may come from elsewhere
         refuse_link(file)
     results = (each for each in Path(options.folder).iterdir() if each.suffix != file.suffix)
     refuse_inputs(file, results)
     state = "replaced" if file.exists() else "written"
-    save(found.figure, file)
+    save(sheet, file)
     accuracy, *missing = found.notes
     lines = [f"{file}: {state}", *limits(missing), *paragraph("  ", accuracy, 2)]
     print("\n".join(lines), file=sys.stderr)

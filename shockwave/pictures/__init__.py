@@ -1,7 +1,8 @@
 """Pictures of shocks, predictions, simulations and sweeps.
 
-Each function takes an ``Axes`` of matplotlib and data, draws, and returns the ``Axes``. `figure` makes figures; `svg`
-and `save` write them. matplotlib is the extra ``plot``; it is imported when a figure is made, not with this package.
+Each function takes data, draws them on the ``ax`` of the call or on a new figure, and returns the ``Axes``. `figure`
+makes figures; `svg` and `save` write them; `style` has their settings, `METHODS` the colours of simulation, section 4,
+shocks and warnings. matplotlib is the extra ``plot``; it is imported when something is drawn, not with this package.
 """
 
 from shockwave.base.arguments import explain_arguments as _explained
@@ -18,8 +19,11 @@ from shockwave.pictures.figure_files import svg as svg
 from shockwave.pictures.finite_chains import chain_map as chain_map
 from shockwave.pictures.finite_chains import peak_forces as peak_forces
 from shockwave.pictures.finite_chains import wall_force as wall_force
+from shockwave.pictures.picture_elements import METHODS as METHODS
+from shockwave.pictures.picture_elements import style as style
 from shockwave.pictures.shock import correction_area as correction_area
 from shockwave.pictures.shock import pulse as pulse
+from shockwave.pictures.uncertainty import distribution as distribution
 from shockwave.pictures.waves import contact_forces as contact_forces
 from shockwave.pictures.waves import space_time as space_time
 from shockwave.pictures.waves import train as train

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from shockwave.base.errors import NotCoveredError, NumericalError
-from shockwave.pictures.figure_files import picture
-from shockwave.pictures.picture_elements import BLACK, BLUE, GREY, MINUS, ORANGE, SKY, area, finish, literal, style
-from shockwave.pictures.waves import recorded, shock_of
+from shockwave.pictures.figure_files import canvas
+from shockwave.pictures.picture_elements import BLUE, GREY, METHODS, MINUS, ORANGE, SKY, area, ink, literal, series
+from shockwave.pictures.waves import recorded
 from shockwave.simulation.simulation_result import Simulation
 
 if TYPE_CHECKING:
@@ -27,8 +27,7 @@ _LOWEST = 1 / 30
 _ROUNDING = 1e-16
 
 
-@picture
-def approach(ax: Axes, result: Simulation) -> Axes:
+def approach(result: Simulation, *, ax: Axes | None = None) -> Axes:
     """Draw the relative distance of the peak force of the leading wave from its limit, contact by contact.
 
     Distances below the error estimate of the limit, which is shaded, carry no information. Contacts at which the front
@@ -36,10 +35,10 @@ def approach(ax: Axes, result: Simulation) -> Axes:
 
     Parameters
     ----------
-    ax : Axes
-        Axes to draw on.
     result : Simulation
         Result of any simulation of equal spheres. At most fifteen contacts are computed by simulating again.
+    ax : Axes, optional
+        Axes to draw on; default: those of a new figure.
 
     Raises
     ------
@@ -58,16 +57,16 @@ def approach(ax: Axes, result: Simulation) -> Axes:
             if not passage.exact:
                 distances[contact] = passage.peak_force / result.peak_force - 1
     sizes = np.abs(list(distances.values()))
-    ax.plot(list(distances), sizes, "o", color=BLUE, markersize=4, label="simulation")
     bottom = max(sizes.min(initial=floor) / 5, floor * _LOWEST)
-    ax.set(yscale="log", ylim=(bottom, 4 * sizes.max(initial=floor)), xlim=(-0.5, last + 1.5))
-    ax.axhspan(bottom, floor, color=GREY, alpha=0.2, linewidth=0, label="error estimate of the limit")
-    ax.axvline(last, color=GREY, linewidth=1.0, linestyle=":", label="measurement of the limit")
-    return finish(ax, ("contact", ""), ("relative distance from the limit", ""))
+    with canvas(ax, result, x="contact", y="relative distance from the limit") as ax:
+        ax.plot(list(distances), sizes, "o", color=METHODS["simulation"], markersize=4, label="simulation")
+        ax.set(yscale="log", ylim=(bottom, 4 * sizes.max(initial=floor)), xlim=(-0.5, last + 1.5))
+        ax.axhspan(bottom, floor, color=GREY, alpha=0.2, linewidth=0, label="error estimate of the limit")
+        ax.axvline(last, color=GREY, linewidth=1.0, linestyle=":", label="measurement of the limit")
+        return ax
 
 
-@picture
-def balance(ax: Axes, result: Simulation) -> Axes:
+def balance(result: Simulation, *, ax: Axes | None = None) -> Axes:
     """Draw the energy of the chain against time, with the input of the shock.
 
     The energy is stacked, contact energy on kinetic energy, with the work of the shock from its end on; in chains
@@ -76,10 +75,10 @@ def balance(ax: Axes, result: Simulation) -> Axes:
 
     Parameters
     ----------
-    ax : Axes
-        Axes to draw on.
     result : Simulation
         Result with ``energies`` recorded; time in s, energy in J.
+    ax : Axes, optional
+        Axes to draw on; default: those of a new figure.
 
     Raises
     ------
@@ -90,46 +89,47 @@ def balance(ax: Axes, result: Simulation) -> Axes:
     times = kept.times
     kinetic = np.asarray(kept.kinetic_energy)
     total = kinetic + np.asarray(kept.contact_energy)
-    area(ax, times, 0.0, kinetic, SKY, "", "kinetic energy")
-    area(ax, times, kinetic, total, ORANGE, "////", "contact energy")
-    ax.plot(times, total, color=BLUE, linewidth=1.2, label="total")
     work = result.applied_energy if result.wave is None else result.wave.applied_energy
-    begin, name, shock = 0.0, "energy of the striker", shock_of(result)
-    if shock is not None:
-        begin, name = min(shock.duration, times[-1]), "work of the shock"
-    ax.plot([begin, times[-1]], [work, work], color=BLACK, linewidth=1.2, linestyle="--", label=name)
-    ax.set(xlim=(0, times[-1]), ylim=(0, 1.1 * max(work, float(total.max()))))
-    if shock is not None:
-        ax.axvline(shock.duration, color=GREY, linewidth=0.8, linestyle=":", label="end of the shock")
-    ax.plot([], [], " ", label=f"defect {result.energy_defect:.1e}".replace("-", MINUS))
-    return finish(ax, ("time", "s"), ("energy", "J"))
+    begin, name = 0.0, "energy of the striker"
+    if result.shock is not None:
+        begin, name = min(result.shock.duration, times[-1]), "work of the shock"
+    with canvas(ax, result, x="time", y="energy") as ax:
+        area(ax, times, 0.0, kinetic, SKY, "", "kinetic energy")
+        area(ax, times, kinetic, total, ORANGE, "////", "contact energy")
+        ax.plot(times, total, color=BLUE, linewidth=1.2, label="total")
+        ax.plot([begin, times[-1]], [work, work], color=ink(), linewidth=1.2, linestyle="--", label=name)
+        ax.set(xlim=(0, times[-1]), ylim=(0, 1.1 * max(work, float(total.max()))))
+        if result.shock is not None:
+            ax.axvline(result.shock.duration, color=GREY, linewidth=0.8, linestyle=":", label="end of the shock")
+        ax.plot([], [], " ", color="none", label=f"defect {result.energy_defect:.1e}".replace("-", MINUS))
+        return ax
 
 
-@picture
-def work_precision(ax: Axes, rows: Iterable[Any], name: str = "relative error") -> Axes:
+def work_precision(rows: Iterable[Any], name: str = "relative error", *, ax: Axes | None = None) -> Axes:
     """Draw a work-precision diagram: error against run time, with a line for each method.
 
     The legend counts runs that failed or have no finite error. Errors below 1e-16 are drawn at 1e-16.
 
     Parameters
     ----------
-    ax : Axes
-        Axes to draw on.
     rows : iterable
         Runs, in the order in which a line connects those of a method: objects with a ``method``, an ``error`` and a
         run time in ``seconds`` (or None), and a ``problem``, empty unless the run failed.
     name : str
         Label of the error.
+    ax : Axes, optional
+        Axes to draw on; default: those of a new figure.
     """
     runs: dict[str, list[Any]] = {}
     for row in rows:
         runs.setdefault(row.method, []).append(row)
-    for index, (method, own) in enumerate(runs.items()):
-        good = [row for row in own if not row.problem and row.error is not None and math.isfinite(row.error)]
-        seconds = [row.seconds or math.nan for row in good]
-        errors = [max(abs(row.error), _ROUNDING) for row in good]
-        failed = len(own) - len(good)
-        label = literal(method) + (f" ({failed} failed)" if failed else "")
-        ax.plot(seconds, errors, markersize=3.5, linewidth=1.0, label=label, **style(index, marked=True))
-    ax.set(xscale="log", yscale="log")
-    return finish(ax, ("run time", "s"), (literal(name), ""))
+    with canvas(ax, x="run time", y=(literal(name), "")) as ax:
+        for index, (method, attempts) in enumerate(runs.items()):
+            good = [row for row in attempts if not row.problem and row.error is not None and math.isfinite(row.error)]
+            seconds = [row.seconds or math.nan for row in good]
+            errors = [max(abs(row.error), _ROUNDING) for row in good]
+            failed = len(attempts) - len(good)
+            label = literal(method) + (f" ({failed} failed)" if failed else "")
+            ax.plot(seconds, errors, markersize=3.5, linewidth=1.0, label=label, **series(index, marked=True))
+        ax.set(xscale="log", yscale="log")
+        return ax

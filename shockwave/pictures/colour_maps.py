@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from shockwave.pictures.picture_elements import BLACK, FIELD, SIGNED, place_name
+from shockwave.pictures.picture_elements import FIELD, SIGNED, ink, paper, place_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -79,8 +79,8 @@ def regime_borders(ax: Axes, edges: Edges, regimes: npt.NDArray[np.str_]) -> Non
     x, y = edges
     across = np.nonzero(regimes[1:] != regimes[:-1])
     up = np.nonzero(regimes[:, 1:] != regimes[:, :-1])
-    # with a white outline, to be visible on dark colours
-    for colour, width in (("white", 2.6), (BLACK, 1.2)):
+    # with an outline, to be visible on all colours
+    for colour, width in ((paper(), 2.6), (ink(), 1.2)):
         i, j = across
         ax.vlines(x[i + 1], y[j], y[j + 1], color=colour, linewidth=width)
         i, j = up

@@ -5,24 +5,22 @@ from __future__ import annotations
 import io
 import re
 import threading
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from functools import wraps
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any
 from weakref import WeakSet
 
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.files import write_file
 from shockwave.base.result_tables import library
 from shockwave.base.text import replace_unfit
+from shockwave.pictures.picture_elements import BLACK, Label, add_legend, label_axis, mark_warnings, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-_Draw = TypeVar("_Draw", bound=Callable[..., Any])
 
 # Widths of a column and a page in print [in].
 _WIDTHS = {"column": 3.4, "page": 7.0}
@@ -30,78 +28,72 @@ _WIDTHS = {"column": 3.4, "page": 7.0}
 _HEIGHT = 2.6
 # Resolution of PNG files and rasterised maps [dots per inch].
 _DOTS = 200
-#: Points per inch; a point is the unit of SVG files.
-POINTS = 72
 _FORMATS = ("svg", "png", "pdf")
 # Start of an SVG picture in a page.
 _BEGIN = '<svg role="img"'
 #: Held while a picture is drawn: matplotlib's settings are those of the process, not of a thread.
 DRAWING = threading.RLock()
-# Colour of the mark of warnings: the vermilion of the other colours.
-_ALARM = "#D55E00"
-#: Size of small text [pt], legible in a column.
-SMALL = 7.0
-_STYLE: Any = {
-    "axes.axisbelow": True,
-    "axes.grid": True,
-    "axes.labelsize": 8.0,
-    "axes.linewidth": 0.6,
-    "axes.spines.right": False,
-    "axes.spines.top": False,
-    "grid.color": "#D9D9D9",
-    "grid.linewidth": 0.4,
-    "xtick.labelsize": SMALL,
-    "xtick.major.width": 0.6,
-    "ytick.labelsize": SMALL,
-    "ytick.major.width": 0.6,
-}
-#: Figures made by `figure`: all of their parts have its settings, not those of the user's matplotlibrc.
+# Luminance of the background below which text is light: there, black and white have the same contrast.
+_DARK = 0.18
+# Settings that make no picture more legible.
+_PLAIN = {"text.usetex": False, "lines.linestyle": "-", "lines.marker": "None"}
+#: Figures made here: all of their parts have the settings of `style`, not those of the user's matplotlibrc.
 _FIGURES: WeakSet[Any] = WeakSet()
 
 
+def is_dark(colours: Sequence[Any]) -> bool:
+    """Whether the first of these colours that is not transparent is dark."""
+    from matplotlib.colors import to_rgba
+
+    red, green, blue = next((each[:3] for each in map(to_rgba, colours) if each[3]), (1.0, 1.0, 1.0))
+    return bool(0.2126 * red**2.2 + 0.7152 * green**2.2 + 0.0722 * blue**2.2 < _DARK)
+
+
 @contextmanager
-def settings_of(figure: Any, changes: Any = ()) -> Iterator[None]:
+def settings_of(figure: Any, changes: Any = (), dark: bool = False) -> Iterator[None]:
     """Use, within the context, the settings of ``figure``, or of a new one if it is None, with ``changes``."""
     from matplotlib import rc_context, rcdefaults, rcParams
 
     with DRAWING, rc_context():
         if figure is None or figure in _FIGURES:
             rcdefaults()
-            rcParams.update(_STYLE)
+            rcParams.update(style(dark if figure is None else is_dark([figure.get_facecolor()])))
         rcParams.update(changes)
         yield
 
 
-def picture(draw: _Draw) -> _Draw:
-    """Decorate a function that draws on axes: it uses the settings of their figure, and marks warnings of results."""
+@contextmanager
+def canvas(
+    ax: Axes | None, *results: Any, x: str | Label = "", y: str | Label = "", legend: bool = True
+) -> Iterator[Axes]:
+    """Draw, within the context, on ``ax`` or, if it is None, on the axes of a new figure of pyplot.
 
-    @wraps(draw)
-    def drawn(ax: Axes, *arguments: Any, **options: Any) -> Any:
-        with settings_of(ax.get_figure()):
-            drawn = draw(ax, *arguments, **options)
-            mark_warnings(ax, arguments)
-            return drawn
+    Text and outlines are visible on the background of the axes. At the end the axes get their labels, ``x`` and ``y``,
+    and a legend, and the picture is marked with the number of warnings of ``results``.
+    """
+    if ax is None:
+        library("matplotlib", "plot")
+        from matplotlib import pyplot, rcParams
 
-    return cast(_Draw, drawn)
-
-
-def mark_warnings(ax: Axes, results: Iterable[Any]) -> None:
-    """Mark a picture of ``results`` with the number of their warnings, if they have some."""
-    if count := len({warning for result in results for warning in getattr(result, "warnings", ())}):
-        mark(ax, f"! {count} warning{'s' * (count > 1)}")
-
-
-def mark(ax: Axes, text: str) -> None:
-    """Write ``text`` in the upper right corner of the axes."""
-    from matplotlib.patheffects import withStroke
-
-    look: dict[str, Any] = {"fontsize": SMALL, "color": _ALARM, "ha": "right", "va": "top", "zorder": 6}
-    outline = [withStroke(linewidth=2.0, foreground="white")]
-    ax.text(0.99, 0.98, text, transform=ax.transAxes, path_effects=outline, **look)
+        with settings_of(None, dark=is_dark([rcParams["figure.facecolor"]])):
+            sheet, ax = pyplot.subplots(figsize=(_WIDTHS["column"], _HEIGHT), layout="constrained")
+        _FIGURES.add(sheet)
+    figure = ax.get_figure()
+    back = [ax.get_facecolor(), *([figure.get_facecolor()] if figure else [])]
+    colours = {"text.color": "white" if is_dark(back) else BLACK, "axes.facecolor": ax.get_facecolor()}
+    with settings_of(figure, _PLAIN | colours):
+        yield ax
+        if x:
+            label_axis(ax, "x", x)
+        if y:
+            label_axis(ax, "y", y)
+        if legend:
+            add_legend(ax, ax.get_legend_handles_labels()[0])
+        mark_warnings(ax, results)
 
 
 def figure(
-    rows: int = 1, columns: int = 1, size: str | tuple[float, float] = "column"
+    rows: int = 1, columns: int = 1, size: str | tuple[float, float] = "column", dark: bool = False
 ) -> tuple[Figure, tuple[Axes, ...]]:
     """Make a figure with ``rows`` times ``columns`` axes.
 
@@ -111,6 +103,8 @@ def figure(
         Numbers of rows and columns, at least 1.
     size : "column", "page" or (float, float)
         Width of a column (3.4 in) or a page (7 in) in print, with a height for the rows; or width and height [in].
+    dark : bool
+        Whether the background is dark.
 
     Returns
     -------
@@ -132,7 +126,7 @@ def figure(
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
 
-    with settings_of(None):
+    with settings_of(None, dark=dark):
         drawn = Figure(figsize=size, layout="constrained")
         FigureCanvasSVG(drawn)  # text is measured as it is written
         places: Any = drawn.subplots(rows, columns, squeeze=False)
@@ -140,13 +134,13 @@ def figure(
     return drawn, tuple(places.flat)
 
 
-def svg(figure: Figure, name: str = "picture", description: str = "") -> str:
+def svg(figure: Figure | Axes, name: str = "picture", description: str = "") -> str:
     """Return the figure as an ``<svg>`` element for a web page, reproducible to the byte.
 
     Parameters
     ----------
-    figure : Figure
-        The figure.
+    figure : Figure or Axes
+        The figure, or axes on it.
     name : str
         Prefix of all names in the element, unique in a page: a letter, then letters, digits and hyphens.
     description : str
@@ -160,10 +154,11 @@ def svg(figure: Figure, name: str = "picture", description: str = "") -> str:
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9-]*", name):
         raise InvalidValueError.of("name", f"must be a letter, then letters, digits and hyphens (got {name!r})")
     written = io.StringIO()
+    sheet: Any = figure.figure.figure
     unsigned = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     # without a salt, the names of shared shapes differ from run to run
-    with settings_of(figure, {"svg.hashsalt": "shockwave", "svg.fonttype": "path"}):
-        figure.savefig(written, format="svg", dpi=_DOTS, metadata=unsigned)
+    with settings_of(sheet, {"svg.hashsalt": "shockwave", "svg.fonttype": "path"}):
+        sheet.savefig(written, format="svg", dpi=_DOTS, metadata=unsigned)
     text = re.sub(r"\s*<!--.*?-->", "", written.getvalue().partition("<svg ")[2], flags=re.DOTALL)
     text = re.sub(r'( id="|href="#|url\(#)', rf"\1{name}-", text)
     return described(f"{_BEGIN} {text}", description)
@@ -175,8 +170,8 @@ def described(picture: str, description: str) -> str:
     return f"{_BEGIN}{label}{picture.removeprefix(_BEGIN)}"
 
 
-def save(figure: Figure, file: str | Path) -> None:
-    """Write the figure to ``file`` in the format of its extension: svg, png or pdf.
+def save(figure: Figure | Axes, file: str | Path) -> None:
+    """Write the figure, or that of the axes, to ``file`` in the format of its extension: svg, png or pdf.
 
     Raises
     ------
@@ -193,6 +188,7 @@ def save(figure: Figure, file: str | Path) -> None:
         write_file(file, '<?xml version="1.0" encoding="utf-8"?>\n' + svg(figure))
         return
     drawn = io.BytesIO()
-    with settings_of(figure):
-        figure.savefig(drawn, format=kind, metadata={"CreationDate" if kind == "pdf" else "Software": None}, dpi=_DOTS)
+    sheet: Any = figure.figure.figure
+    with settings_of(sheet):
+        sheet.savefig(drawn, format=kind, metadata={"CreationDate" if kind == "pdf" else "Software": None}, dpi=_DOTS)
     write_file(file, drawn.getvalue())

@@ -9,8 +9,8 @@ import numpy as np
 
 from shockwave.base.errors import InvalidValueError
 from shockwave.pictures.colour_maps import reach_of
-from shockwave.pictures.figure_files import SMALL, picture
-from shockwave.pictures.picture_elements import BLUE, GREY, VERMILION, add_legend, finish, halo, label_axis
+from shockwave.pictures.figure_files import canvas
+from shockwave.pictures.picture_elements import GREEN, GREY, METHODS, SMALL, add_legend, draw_limit, halo, label_axis
 from shockwave.pictures.waves import field_of_forces, recorded
 from shockwave.simulation.simulation_result import Simulation
 
@@ -21,17 +21,16 @@ if TYPE_CHECKING:
 _MOST_BORDERS = 12
 
 
-@picture
-def peak_forces(ax: Axes, result: Simulation) -> Axes:
+def peak_forces(result: Simulation, *, ax: Axes | None = None) -> Axes:
     """Draw the greatest force at the reported contacts along the chain, with the borders of materials.
 
     Parameters
     ----------
-    ax : Axes
-        Axes to draw on.
     result : Simulation
         Result of a simulation; force in N. A static force is a dotted line, the force on a wall a square. Contacts that
-        are far apart are not connected.
+        are far apart are not connected. A limit is that of the transmitted force.
+    ax : Axes, optional
+        Axes to draw on; default: those of a new figure.
 
     Raises
     ------
@@ -44,52 +43,54 @@ def peak_forces(ax: Axes, result: Simulation) -> Axes:
     forces = np.array([peak.peak_force for peak in result.contacts])
     joined = np.diff(contacts).max(initial=1) <= reach_of(contacts)  # no line through contacts without a value
     marker = "o" if len(contacts) <= 100 or not joined else ""
-    form = marker + ("-" if joined else "")
-    ax.plot(contacts, forces, form, color=BLUE, linewidth=1.1, markersize=2.5, label="greatest force")
+    look: dict[str, Any] = {"color": METHODS["simulation"], "linewidth": 1.1}
     static = np.array([peak.static_force for peak in result.contacts])
-    if static.any():
-        ax.plot(contacts, static, ":" if joined else "_", color=GREY, linewidth=1.0, label="static force")
-    if result.transmitted is not None:
-        wall = result.transmitted
-        ax.plot([wall.contact], [wall.peak_force], "s", color=VERMILION, markersize=4.5, label="wall")
-    _borders(ax, result, vertical=True)
-    last = max(contacts[-1], (getattr(result, "contact_count", None) or 0) - 1)
-    ax.set(xlim=(-0.5, last + 0.5), ylim=(0, 1.08 * float(forces.max()) or 1.0))
-    ax.locator_params(axis="x", integer=True)
-    return finish(ax, ("contact", ""), ("greatest force", "N"))
+    with canvas(ax, result, x="contact", y="greatest force") as ax:
+        ax.plot(contacts, forces, marker + ("-" if joined else ""), markersize=2.5, label="greatest force", **look)
+        if static.any():
+            ax.plot(contacts, static, ":" if joined else "_", color=GREY, linewidth=1.0, label="static force")
+        if result.transmitted is not None:
+            wall = result.transmitted
+            ax.plot([wall.contact], [wall.peak_force], "s", markersize=4.5, label="wall", **look)
+        draw_limit(ax, result.limit)
+        _borders(ax, result, vertical=True)
+        last = max(contacts[-1], (getattr(result, "contact_count", None) or 0) - 1)
+        ax.set(xlim=(-0.5, last + 0.5), ylim=(0, None if forces.any() else 1.0))
+        ax.locator_params(axis="x", integer=True)
+        return ax
 
 
-@picture
-def chain_map(ax: Axes, result: Simulation) -> Axes:
+def chain_map(result: Simulation, *, ax: Axes | None = None) -> Axes:
     """Draw a space-time diagram: contact force over contacts and time, with the borders of materials.
 
     Parameters
     ----------
-    ax : Axes
-        Axes to draw on; a colour bar is added beside it.
     result : Simulation
         Result with ``forces`` recorded at many contacts; time in s, force in N. Contacts without a force are grey.
+    ax : Axes, optional
+        Axes to draw on, by default those of a new figure; a colour bar is added beside them.
 
     Raises
     ------
     InvalidValueError
         If no forces were recorded.
     """
-    field_of_forces(ax, recorded(result, "forces"))
-    _borders(ax, result, vertical=False)
-    return finish(ax, ("time", "s"), ("contact", ""), legend=False)
+    kept = recorded(result, "forces")
+    with canvas(ax, result, x="time", y="contact", legend=False) as ax:
+        field_of_forces(ax, kept)
+        _borders(ax, result, vertical=False)
+        return ax
 
 
-@picture
-def wall_force(ax: Axes, result: Simulation) -> Axes:
+def wall_force(result: Simulation, *, ax: Axes | None = None) -> Axes:
     """Draw the force on the wall against time and, on a second axis, its impulse.
 
     Parameters
     ----------
-    ax : Axes
-        Axes to draw on; an axis of the impulse is added at the right.
     result : Simulation
         Result of a chain with a wall, with ``forces`` recorded; force in N, impulse in N s.
+    ax : Axes, optional
+        Axes to draw on, by default those of a new figure; an axis of the impulse is added at the right.
 
     Raises
     ------
@@ -102,22 +103,21 @@ def wall_force(ax: Axes, result: Simulation) -> Axes:
     times, forces = np.asarray(kept.times), np.asarray(kept.wall_force)
     excess = forces - result.transmitted.static_force
     impulse = np.append(0.0, np.cumsum(np.diff(times) * (excess[1:] + excess[:-1]) / 2))
-    ax.plot(times, forces, color=BLUE, linewidth=1.1, label="force")
-    ax.set(xlim=(0, times[-1]), ylim=(0, 1.08 * max(float(forces.max()), result.transmitted.peak_force) or 1.0))
-    right = ax.twinx()
-    right.plot(times, impulse, color=VERMILION, linewidth=1.1, linestyle="--", label="impulse")
-    right.grid(False)
-    right.tick_params(labelsize=SMALL)
-    right.spines["right"].set_visible(True)
     low, high = min(0.0, float(impulse.min())), max(float(impulse.max()), result.transmitted.impulse)
-    right.set_ylim(1.08 * low, 1.08 * high if high > low else 1.0)
-    label_axis(right, "y", "impulse", "N s")
-    right.yaxis.label.set_fontsize(ax.yaxis.label.get_fontsize())
-    label_axis(ax, "x", "time", "s")
-    label_axis(ax, "y", "force on the wall", "N")
-    handles = [*ax.get_legend_handles_labels()[0], *right.get_legend_handles_labels()[0]]
-    add_legend(ax, handles)
-    return ax
+    with canvas(ax, result, x="time", y="force on the wall", legend=False) as ax:
+        ax.plot(times, forces, color=METHODS["simulation"], linewidth=1.1, label="force")
+        draw_limit(ax, result.limit)
+        ax.set(xlim=(0, times[-1]), ylim=(0, None if forces.any() else 1.0))
+        right = ax.twinx()
+        right.plot(times, impulse, color=GREEN, linewidth=1.1, linestyle="--", label="impulse")
+        right.grid(False)
+        right.tick_params(labelsize=SMALL)
+        right.spines["right"].set_visible(True)
+        right.set_ylim(1.08 * low, 1.08 * high if high > low else 1.0)
+        label_axis(right, "y", "impulse")
+        right.yaxis.label.set_fontsize(ax.yaxis.label.get_fontsize())
+        add_legend(ax, [*ax.get_legend_handles_labels()[0], *right.get_legend_handles_labels()[0]])
+        return ax
 
 
 def _borders(ax: Axes, result: Simulation, vertical: bool) -> None:

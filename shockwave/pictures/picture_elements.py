@@ -1,16 +1,16 @@
-"""Common elements of pictures: colours, axis labels, legends, colour bars, shaded areas, regime names."""
+"""Common elements of pictures: colours, settings, axis labels, legends, colour bars, shaded areas, names, marks."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, Literal
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from shockwave.base.text import si
-from shockwave.pictures.figure_files import POINTS, SMALL
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,7 +27,25 @@ ORANGE = "#E69F00"
 SKY = "#56B4E9"
 PURPLE = "#CC79A7"
 GREY = "#767676"
-COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
+COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, GREY)
+#: Colour of a number by its origin, the same in every picture. They are distinct under deuteranopia, protanopia and
+#: tritanopia, and their contrast to white and to black is at least 3. A limit has the colour of the text.
+METHODS: Mapping[str, str] = MappingProxyType(
+    {"simulation": BLUE, "section 4": VERMILION, "shock": GREY, "warning": "#C0002A"}
+)
+#: Points per inch; a point is the unit of SVG files.
+POINTS = 72
+#: Size of small text [pt], legible in a column.
+SMALL = 7.0
+#: Name and unit of a number along an axis; a name alone has its usual unit.
+Label: TypeAlias = str | tuple[str, str]
+# Units of numbers along an axis, by their names.
+_UNITS = {
+    **dict.fromkeys(("time", "run time"), "s"),
+    **dict.fromkeys(("force", "contact force", "greatest force", "peak force", "force on the wall"), "N"),
+    "energy": "J",
+    "impulse": "N s",
+}
 #: Line styles and markers distinguish lines without colour.
 LINES: tuple[Any, ...] = ("-", "--", "-.", (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)), (0, (7, 2)))
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "*")
@@ -58,7 +76,48 @@ def si_label(value: float, unit: str, digits: int = 3, error: float | None = Non
     return si(value, unit, digits, error).replace(f" u{unit}", f" \N{MICRO SIGN}{unit}")
 
 
-def style(index: int, marked: bool = False) -> dict[str, Any]:
+def style(dark: bool = False) -> dict[Any, Any]:
+    """Return the settings of matplotlib that all pictures of this package have.
+
+    Other pictures have them within ``matplotlib.style.context(["default", pictures.style()])``.
+
+    Parameters
+    ----------
+    dark : bool
+        Whether the background is dark.
+    """
+    paper, ink, grid = ("#121212", "#F2F2F2", "#4A4A4A") if dark else ("#FFFFFF", BLACK, "#D9D9D9")
+    return {
+        "axes.axisbelow": True,
+        "axes.grid": True,
+        "axes.prop_cycle": f"cycler('color', {[colour.removeprefix('#') for colour in COLOURS]})",
+        "grid.color": grid,
+        "grid.linewidth": 0.4,
+        "legend.frameon": False,
+        **dict.fromkeys(("axes.spines.right", "axes.spines.top"), False),
+        **dict.fromkeys(("axes.facecolor", "figure.facecolor"), paper),
+        **dict.fromkeys(("axes.edgecolor", "axes.labelcolor", "text.color", "xtick.color", "ytick.color"), ink),
+        **dict.fromkeys(("axes.linewidth", "xtick.major.width", "ytick.major.width"), 0.6),
+        **dict.fromkeys(("axes.labelsize", "axes.titlesize"), 8.0),
+        **dict.fromkeys(("font.size", "xtick.labelsize", "ytick.labelsize"), SMALL),
+    }
+
+
+def ink() -> str:
+    """Return the colour of text and of outlines: black, or a light one in a dark picture."""
+    from matplotlib import rcParams
+
+    return str(rcParams["text.color"])
+
+
+def paper() -> Any:
+    """Return the colour of the background."""
+    from matplotlib import rcParams
+
+    return rcParams["axes.facecolor"]
+
+
+def series(index: int, marked: bool = False) -> dict[str, Any]:
     """Return colour, line style and, if it is ``marked``, marker of one line among others."""
     marker = MARKERS[index % len(MARKERS)] if marked else ""
     return {"color": COLOURS[index % len(COLOURS)], "linestyle": LINES[index % len(LINES)], "marker": marker}
@@ -74,10 +133,12 @@ def literal(text: str) -> str:
     return text.replace("$", r"\$")
 
 
-def label_axis(ax: Axes, axis: Literal["x", "y"], name: str, unit: str = "") -> None:
-    """Label an axis ``name (unit)``, with an SI prefix in label and ticks; scale and limits must be final."""
+def label_axis(ax: Axes, axis: Literal["x", "y"], label: Label) -> None:
+    """Label an axis with its name and unit, with an SI prefix in label and ticks; scale and limits must be final."""
+    from matplotlib.text import Text
     from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
+    name, unit = (label, _UNITS.get(label, "")) if isinstance(label, str) else label
     chosen = ax.xaxis if axis == "x" else ax.yaxis
     low, high = ax.get_xlim() if axis == "x" else ax.get_ylim()
     logarithmic = chosen.get_scale() == "log"
@@ -94,15 +155,8 @@ def label_axis(ax: Axes, axis: Literal["x", "y"], name: str, unit: str = "") -> 
         factor = 10.0 ** round(math.log10(largest / float(number)))
         chosen.set_major_formatter(FuncFormatter(lambda value, _: f"{value / factor:.6g}".replace("-", MINUS)))
     chosen.set_label_text(f"{name} ({unit})" if unit else name)
-
-
-def finish(ax: Axes, x: tuple[str, str], y: tuple[str, str], legend: bool = True) -> Axes:
-    """Label both axes with a name and a unit, and add the legend."""
-    label_axis(ax, "x", *x)
-    label_axis(ax, "y", *y)
-    if legend:
-        add_legend(ax, ax.get_legend_handles_labels()[0])
-    return ax
+    for text in chosen.findobj(Text):  # LaTeX does not know all characters; new ticks are copies of the first
+        text.set_usetex(False)
 
 
 def add_legend(ax: Axes, entries: Iterable[Any]) -> None:
@@ -122,28 +176,46 @@ def add_legend(ax: Axes, entries: Iterable[Any]) -> None:
     ax.legend(handles=handles, ncols=next(fitting, 1), **_LEGEND)
 
 
-def colour_scale(ax: Axes, drawn: Any, name: str, unit: str = "", **options: Any) -> Any:
+def colour_scale(ax: Axes, drawn: Any, label: Label) -> None:
     """Add a labelled colour bar for ``drawn`` at the right of ``ax``."""
     figure = ax.get_figure()
     assert figure is not None
     # an inset, so that the layout keeps it next to its axes
-    bar = figure.colorbar(drawn, cax=ax.inset_axes((1.03, 0.0, 0.04, 1.0)), **options)
-    label_axis(bar.ax, "y", name, unit)
+    bar = figure.colorbar(drawn, cax=ax.inset_axes((1.03, 0.0, 0.04, 1.0)))
+    label_axis(bar.ax, "y", label)
     bar.ax.yaxis.label.set_fontsize(ax.yaxis.label.get_fontsize())
     bar.ax.tick_params(which="both", labelsize=SMALL)
-    return bar
 
 
 def place_name(ax: Axes, x: float, y: float, text: str) -> None:
-    """Write text with a white outline on the axes."""
+    """Write text with an outline on the axes."""
     ax.text(x, y, text, ha="center", va="center", fontsize=SMALL, path_effects=halo(), zorder=5)
 
 
 def halo() -> list[Any]:
-    """Return the white outline of text and lines on coloured areas."""
+    """Return the outline of text and lines on coloured areas."""
     from matplotlib.patheffects import withStroke
 
-    return [withStroke(linewidth=2.0, foreground="white")]
+    return [withStroke(linewidth=2.0, foreground=paper())]
+
+
+def mark_warnings(ax: Axes, results: Iterable[Any]) -> None:
+    """Mark a picture of ``results`` with the number of their warnings, if they have some."""
+    if count := len({warning for result in results for warning in getattr(result, "warnings", ())}):
+        mark(ax, f"! {count} warning{'s' * (count > 1)}")
+
+
+def mark(ax: Axes, text: str) -> None:
+    """Write a warning in the upper right corner of the axes."""
+    look: dict[str, Any] = {"fontsize": SMALL, "color": METHODS["warning"], "ha": "right", "va": "top", "zorder": 6}
+    ax.text(0.99, 0.98, text, transform=ax.transAxes, path_effects=halo(), **look)
+
+
+def draw_limit(ax: Axes, limit: Any, label: str = "limit", upright: bool = False) -> None:
+    """Draw a line at a `Limit` or a number, in the colour of the text; none if it is None."""
+    if limit is not None:
+        draw = ax.axvline if upright else ax.axhline
+        draw(getattr(limit, "force", limit), color=ink(), linewidth=0.9, linestyle="-.", label=label)
 
 
 def thinned(y: FloatArray) -> npt.NDArray[np.intp]:
@@ -158,6 +230,6 @@ def thinned(y: FloatArray) -> npt.NDArray[np.intp]:
 def area(ax: Axes, x: FloatArray, low: Any, high: FloatArray, colour: str, hatch: str, label: str) -> None:
     """Shade an area; hatches distinguish areas without colour."""
     kept = thinned(high)
-    look: dict[str, Any] = {"facecolor": colour, "alpha": 0.6, "hatch": hatch, "edgecolor": "white", "linewidth": 0}
+    look: dict[str, Any] = {"facecolor": colour, "alpha": 0.6, "hatch": hatch, "edgecolor": paper(), "linewidth": 0}
     bottom = np.broadcast_to(low, x.shape)[kept]
     ax.fill_between(x[kept], bottom, high[kept], label=label, **look)

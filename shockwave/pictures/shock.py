@@ -8,19 +8,8 @@ import numpy as np
 
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.numerics import FloatArray
-from shockwave.pictures.figure_files import picture
-from shockwave.pictures.picture_elements import (
-    BLACK,
-    BLUE,
-    MINUS,
-    ORANGE,
-    SKY,
-    VERMILION,
-    area,
-    finish,
-    si_label,
-    thinned,
-)
+from shockwave.pictures.figure_files import canvas
+from shockwave.pictures.picture_elements import METHODS, MINUS, ORANGE, SKY, area, ink, si_label, thinned
 from shockwave.prediction.section4_outcome import EjectionOutcome, Section4Outcome
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.scene.shock import Shock
@@ -35,44 +24,44 @@ _POINTS = 240
 _VIRTUAL = "t\N{COMBINING CIRCUMFLEX ACCENT}₀"
 
 
-@picture
-def pulse(ax: Axes, shock: Shock) -> Axes:
+def pulse(shock: Shock, *, ax: Axes | None = None) -> Axes:
     """Draw the force against time, with the areas a1 of the rise and a2 of the decay, eq. (3).
 
     Parameters
     ----------
-    ax : Axes
-        Axes to draw on.
     shock : Shock
         The shock; time in s, force in N.
+    ax : Axes, optional
+        Axes to draw on; default: those of a new figure.
     """
     areas = shock.profile.areas()
     s = _abscissae(shock.profile)
-    x = shock.rise_time * s
-    y = shock.peak_force * shock.profile.force(s)
-    for name, value, inside, colour, hatch in (
-        ("rise, a₁", areas.rise.value, x <= shock.rise_time, SKY, "////"),
-        ("decay, a₂", areas.decay.value, x >= shock.rise_time, ORANGE, r"\\\\"),
-    ):
-        label = f"{name} = {value:.4g} F₀ t₀"
-        area(ax, x[inside], 0.0, y[inside], colour, hatch, label)
-    kept = thinned(y)
-    ax.plot(x[kept], y[kept], color=BLACK, linewidth=1.2)
-    return _force_against_time(ax, shock.duration, shock.peak_force)
+    times = shock.rise_time * s
+    forces = shock.peak_force * shock.profile.force(s)
+    with canvas(ax, shock, x="time", y="force") as ax:
+        for name, value, inside, colour, hatch in (
+            ("rise, a₁", areas.rise.value, times <= shock.rise_time, SKY, "////"),
+            ("decay, a₂", areas.decay.value, times >= shock.rise_time, ORANGE, r"\\\\"),
+        ):
+            label = f"{name} = {value:.4g} F₀ t₀"
+            area(ax, times[inside], 0.0, forces[inside], colour, hatch, label)
+        kept = thinned(forces)
+        ax.plot(times[kept], forces[kept], color=ink(), linewidth=1.2)
+        ax.set(xlim=(0, shock.duration), ylim=(0, 1.08 * shock.peak_force))
+        return ax
 
 
-@picture
-def correction_area(ax: Axes, shock: Shock, outcome: Section4Outcome) -> Axes:
+def correction_area(shock: Shock, outcome: Section4Outcome, *, ax: Axes | None = None) -> Axes:
     """Draw Figure 1 of the paper: the shock, the virtual shock of (5g), and the area that (5h) adds twice.
 
     Parameters
     ----------
-    ax : Axes
-        Axes to draw on.
     shock : Shock
         The shock.
     outcome : Section4Outcome
         Its prediction, in the regime ejection.
+    ax : Axes, optional
+        Axes to draw on; default: those of a new figure.
 
     Raises
     ------
@@ -82,30 +71,25 @@ def correction_area(ax: Axes, shock: Shock, outcome: Section4Outcome) -> Axes:
     if not isinstance(outcome, EjectionOutcome):
         got = getattr(outcome, "regime", type(outcome).__name__)
         raise InvalidValueError.of("outcome", f"must have the regime ejection, to which (5g,h) apply (got {got})")
-    profile = shock.profile
-    force = shock.peak_force
-    virtual = outcome.virtual_rise_time
+    profile, force, virtual = shock.profile, shock.peak_force, outcome.virtual_rise_time
     n = float(profile.duration_ratio)
     s = _abscissae(profile)
     begin = max(n * virtual - (virtual - shock.rise_time), 0.0)
     added = np.unique(np.append(s[s > begin / virtual], begin / virtual))
-    label = f"added: 2 \N{MULTIPLICATION SIGN} area = {si_label(outcome.added_momentum, 'N s')}"
-    area(ax, virtual * added, 0.0, force * profile.force(added), ORANGE, "////", label)
-    for time, name, colour, line in (
-        (shock.rise_time, "shock, t₀", BLUE, "-"),
-        (virtual, f"virtual shock, {_VIRTUAL}", VERMILION, "--"),
-    ):
-        label = f"{name} = {si_label(time, 's')}"
-        y = force * profile.force(s)
-        kept = thinned(y)
-        ax.plot(time * s[kept], y[kept], color=colour, linewidth=1.4, linestyle=line, label=label)
-    ax.axvline(begin, color=BLACK, linewidth=0.7, linestyle=":", label=f"n {_VIRTUAL} {MINUS} Δt₀")
-    return _force_against_time(ax, n * virtual, force)
-
-
-def _force_against_time(ax: Axes, end: float, peak: float) -> Axes:
-    ax.set(xlim=(0, end), ylim=(0, 1.08 * peak))
-    return finish(ax, ("time", "s"), ("force", "N"))
+    with canvas(ax, x="time", y="force") as ax:
+        label = f"added: 2 \N{MULTIPLICATION SIGN} area = {si_label(outcome.added_momentum, 'N s')}"
+        area(ax, virtual * added, 0.0, force * profile.force(added), ORANGE, "////", label)
+        for time, name, colour, line in (
+            (shock.rise_time, "shock, t₀", METHODS["shock"], "-"),
+            (virtual, f"virtual shock, {_VIRTUAL}", METHODS["section 4"], "--"),
+        ):
+            label = f"{name} = {si_label(time, 's')}"
+            forces = force * profile.force(s)
+            kept = thinned(forces)
+            ax.plot(time * s[kept], forces[kept], color=colour, linewidth=1.4, linestyle=line, label=label)
+        ax.axvline(begin, color=ink(), linewidth=0.7, linestyle=":", label=f"n {_VIRTUAL} {MINUS} Δt₀")
+        ax.set(xlim=(0, n * virtual), ylim=(0, 1.08 * force))
+        return ax
 
 
 def _abscissae(profile: ShockProfile) -> FloatArray:

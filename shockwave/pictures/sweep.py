@@ -10,8 +10,8 @@ import numpy.typing as npt
 from attrs import frozen
 
 from shockwave.pictures.colour_maps import colour_cells, colours_of, edges_of, regime_borders
-from shockwave.pictures.figure_files import picture
-from shockwave.pictures.picture_elements import add_legend, colour_scale, label_axis, literal, style
+from shockwave.pictures.figure_files import canvas
+from shockwave.pictures.picture_elements import Label, colour_scale, label_axis, literal, series
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -66,54 +66,50 @@ class DrawnAxis:
             chosen.set_ticks(self.places[::every], [literal(text) for text in self.texts[::every]], **slanted)
         elif self.log:
             (ax.set_xscale if axis == "x" else ax.set_yscale)("log")
-        label_axis(ax, axis, self.name, self.unit)
+        label_axis(ax, axis, (self.name, self.unit))
 
 
-@picture
-def sweep_lines(ax: Axes, x: DrawnAxis, lines: Sequence[tuple[str, FloatArray]], quantity: tuple[str, str]) -> Axes:
+def sweep_lines(x: DrawnAxis, lines: Sequence[tuple[str, FloatArray]], quantity: Label, ax: Axes | None) -> Axes:
     """Draw a quantity over one axis of a sweep, with a line for each of a few values of another axis.
 
     Parameters
     ----------
-    ax : Axes
-        Axes to draw on.
     x : DrawnAxis
         The abscissa, as long as each line.
     lines : sequence of (str, array)
         Label and values of each line, at least one; the label of a single line is empty.
     quantity : (str, str)
         Name and unit of the values.
+    ax : Axes or None
+        Axes to draw on; None: those of a new figure.
     """
-    for index, (label, values) in enumerate(lines):
-        look = style(index, marked=not x.joined or len(x.places) <= _MARKERS)
-        look["linestyle"] = look["linestyle"] if x.joined else ""
-        ax.plot(x.places, values, linewidth=1.2, markersize=3, label=literal(label) or None, **look)
-    if not any(np.isfinite(values).any() for _, values in lines):
-        ax.set_xlim(x.places[0], x.places[-1])
-    ax.margins(y=0.12)
-    if not any((values < 0).any() for _, values in lines):
-        ax.set_ylim(bottom=0)
-    x.scale(ax, "x")
-    label_axis(ax, "y", *quantity)
-    add_legend(ax, ax.get_legend_handles_labels()[0])
-    return ax
+    with canvas(ax) as ax:
+        for index, (label, values) in enumerate(lines):
+            look = series(index, marked=not x.joined or len(x.places) <= _MARKERS)
+            look["linestyle"] = look["linestyle"] if x.joined else ""
+            ax.plot(x.places, values, linewidth=1.2, markersize=3, label=literal(label) or None, **look)
+        if not any(np.isfinite(values).any() for _, values in lines):
+            ax.set_xlim(x.places[0], x.places[-1])
+        ax.margins(y=0.12)
+        if not any((values < 0).any() for _, values in lines):
+            ax.set_ylim(bottom=0)
+        x.scale(ax, "x")
+        label_axis(ax, "y", quantity)
+        return ax
 
 
-@picture
 def sweep_map(
-    ax: Axes,
     x: DrawnAxis,
     y: DrawnAxis,
     values: FloatArray,
-    quantity: tuple[str, str],
+    quantity: Label,
     regimes: npt.NDArray[np.str_] | None,
+    ax: Axes | None,
 ) -> Axes:
     """Draw a quantity over two axes of a sweep as colours, with the borders of the regimes.
 
     Parameters
     ----------
-    ax : Axes
-        Axes to draw on; a colour bar is added beside it.
     x, y : DrawnAxis
         The axes, of at least two values.
     values : array, shape (x, y)
@@ -122,12 +118,15 @@ def sweep_map(
         Name and unit of the values. A quantity of both signs has a diverging colour map.
     regimes : array of str, shape (x, y), optional
         Regime of each point; an empty name is no regime.
+    ax : Axes or None
+        Axes to draw on, beside which a colour bar is added; None: those of a new figure.
     """
     edges = edges_of(x.places, x.log), edges_of(y.places, y.log)
-    drawn = colour_cells(ax, edges, values, **colours_of(values[np.isfinite(values)]))
-    x.scale(ax, "x")
-    y.scale(ax, "y")
-    colour_scale(ax, drawn, *quantity)
-    if regimes is not None:
-        regime_borders(ax, edges, regimes)
-    return ax
+    with canvas(ax, legend=False) as ax:
+        drawn = colour_cells(ax, edges, values, **colours_of(values[np.isfinite(values)]))
+        x.scale(ax, "x")
+        y.scale(ax, "y")
+        colour_scale(ax, drawn, quantity)
+        if regimes is not None:
+            regime_borders(ax, edges, regimes)
+        return ax

@@ -10,18 +10,21 @@ import numpy as np
 
 from shockwave.base.errors import InvalidValueError
 from shockwave.pictures.colour_maps import colour_cells, rows_of
-from shockwave.pictures.figure_files import picture
-from shockwave.pictures.picture_elements import BLUE, FIELD, GREY, VERMILION, colour_scale, finish, halo, style
-from shockwave.scene.shock import Shock
+from shockwave.pictures.figure_files import canvas
+from shockwave.pictures.picture_elements import FIELD, METHODS, colour_scale, draw_limit, halo, series
+from shockwave.prediction.section4_outcome import Section4Outcome
 from shockwave.simulation.recording import Recording
 from shockwave.simulation.simulation_result import Simulation
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from shockwave.simulation.simulation_result import Simulation
+    from shockwave.prediction.outcome import Outcome
+    from shockwave.studies.comparison import Comparison
 
 
+# Part of a recording that shows whether histories of a kind were recorded.
+_PARTS = {"forces": "forces", "field": "velocities", "energies": "kinetic_energy"}
 # Most lines of contact forces.
 _MOST_LINES = 6
 # Most cells of a space-time diagram along the time, as many as a print resolves.
@@ -30,7 +33,7 @@ _MOST_CELLS = 480
 _HIGHEST = 3.0
 
 
-def recorded(result: Simulation, kind: str) -> Recording:
+def recorded(result: Simulation | Recording, kind: str) -> Recording:
     """Return the histories of a result.
 
     Raises
@@ -38,59 +41,58 @@ def recorded(result: Simulation, kind: str) -> Recording:
     InvalidValueError
         If those of this kind were not recorded.
     """
-    if result.recording is None or kind not in result.options.record:
-        got = ", ".join(result.options.record) or "nothing"
+    kept = result if isinstance(result, Recording) else result.recording
+    kinds = [name for name, part in _PARTS.items() if getattr(kept, part, None) is not None]
+    if kind not in kinds:
+        got = ", ".join(kinds) or "nothing"
         raise InvalidValueError.of("record", f"must have {kind} (got {got}; simulate with record=[{kind!r}])")
-    return result.recording
+    return kept
 
 
-def shock_of(result: Simulation) -> Shock | None:
-    """Return the shock of a simulation; None if a striker hits the chain."""
-    return result.scene.shock
-
-
-@picture
-def contact_forces(ax: Axes, result: Simulation, contacts: Iterable[int] | None = None) -> Axes:
+def contact_forces(
+    result: Simulation | Recording, contacts: Iterable[int] | None = None, *, ax: Axes | None = None
+) -> Axes:
     """Draw the contact force against time, with a line for each contact, and the shock, if there is one, in grey.
 
     Parameters
     ----------
-    ax : Axes
-        Axes to draw on.
-    result : Simulation
-        Result with ``forces`` recorded; time in s, force in N.
+    result : Simulation or Recording
+        Result with ``forces`` recorded; time in s, force in N. A recording alone has no shock.
     contacts : iterable of int, optional
         Recorded contacts to draw; default: all, or six at equal distances if there are more.
+    ax : Axes, optional
+        Axes to draw on; default: those of a new figure.
 
     Raises
     ------
     InvalidValueError
         If the forces at a contact were not recorded.
     """
-    kept, shock = recorded(result, "forces"), shock_of(result)
+    kept, shock = recorded(result, "forces"), getattr(result, "shock", None)
     forces = np.asarray(kept.forces)
     if contacts is None:
         count = min(len(kept.contacts), _MOST_LINES)
         contacts = [kept.contacts[round(place)] for place in np.linspace(0, len(kept.contacts) - 1, count)]
-    if shock is not None:
-        inside = np.union1d(kept.times, [shock.rise_time, shock.duration])
-        inside = inside[inside <= shock.duration]
-        applied = shock.peak_force * shock.profile.force(inside / shock.rise_time)
-        ax.plot(inside, applied, color=GREY, linewidth=2.4, alpha=0.5, label="shock")
-    for index, contact in enumerate(contacts):
-        if contact not in kept.contacts:
-            known = ", ".join(map(str, kept.contacts))
-            raise InvalidValueError.of("contacts", f"must be recorded contacts, {known} (got {contact!r})")
-        own = forces[:, kept.contacts.index(contact)]
-        ax.plot(kept.times, own, linewidth=1.1, label=f"contact {contact}", **style(index))
-    highest = float(forces.max())
-    top = 1.08 * min(max(highest, 0.0 if shock is None else shock.peak_force), _HIGHEST * highest)
-    ax.set(xlim=(0, kept.times[-1]), ylim=(0, top or 1.0))
-    return finish(ax, ("time", "s"), ("contact force", "N"))
+    contacts = list(contacts)
+    if missing := [contact for contact in contacts if contact not in kept.contacts]:
+        names = ", ".join(map(str, kept.contacts))
+        raise InvalidValueError.of("contacts", f"must be recorded contacts, {names} (got {missing[0]!r})")
+    with canvas(ax, result, x="time", y="contact force") as ax:
+        if shock is not None:
+            times = np.union1d(kept.times, [shock.rise_time, shock.duration])
+            times = times[times <= shock.duration]
+            applied = shock.peak_force * shock.profile.force(times / shock.rise_time)
+            ax.plot(times, applied, color=METHODS["shock"], linewidth=2.4, alpha=0.5, label="shock")
+        for index, contact in enumerate(contacts):
+            history = forces[:, kept.contacts.index(contact)]
+            ax.plot(kept.times, history, linewidth=1.1, label=f"contact {contact}", **series(index))
+        highest = float(forces.max())
+        top = 1.08 * min(max(highest, 0.0 if shock is None else shock.peak_force), _HIGHEST * highest)
+        ax.set(xlim=(0, kept.times[-1]), ylim=(0, top or 1.0))
+        return ax
 
 
-@picture
-def space_time(ax: Axes, result: Simulation) -> Axes:
+def space_time(result: Simulation, *, ax: Axes | None = None) -> Axes:
     """Draw a space-time diagram: contact force over contacts and time, with the fronts of the measured waves.
 
     A front is the straight line with the speed of the steady wave through the contact and the time of its measurement.
@@ -99,10 +101,10 @@ def space_time(ax: Axes, result: Simulation) -> Axes:
 
     Parameters
     ----------
-    ax : Axes
-        Axes to draw on; a colour bar is added beside it.
     result : Simulation
         Result with ``forces`` recorded at many contacts; time in s, force in N.
+    ax : Axes, optional
+        Axes to draw on, by default those of a new figure; a colour bar is added beside them.
 
     Raises
     ------
@@ -110,15 +112,16 @@ def space_time(ax: Axes, result: Simulation) -> Axes:
         If no forces were recorded.
     """
     kept = recorded(result, "forces")
-    field_of_forces(ax, kept)
     ends = np.asarray(kept.contacts, dtype=float)[[0, -1]]
-    settled = [wave for wave in result.waves if wave.error_estimate is not None]
-    for number, wave in enumerate(settled, start=1):
-        if wave.speed is not None:
-            front = wave.arrival_time + (ends - wave.contact) * result.chain.spacing / wave.speed
-            look: dict[str, Any] = {"color": BLUE, "linewidth": 0.7, "linestyle": "--", "path_effects": halo()}
-            ax.plot(front, ends, label=f"front {number}", **look)
-    return finish(ax, ("time", "s"), ("contact", ""), legend=False)
+    with canvas(ax, result, x="time", y="contact", legend=False) as ax:
+        field_of_forces(ax, kept)
+        settled = [wave for wave in result.waves if wave.error_estimate is not None]
+        for number, wave in enumerate(settled, start=1):
+            if wave.speed is not None:
+                front = wave.arrival_time + (ends - wave.contact) * result.chain.spacing / wave.speed
+                look: dict[str, Any] = {"linewidth": 0.7, "linestyle": "--", "path_effects": halo()}
+                ax.plot(front, ends, color=METHODS["simulation"], label=f"front {number}", **look)
+        return ax
 
 
 def field_of_forces(ax: Axes, kept: Recording) -> None:
@@ -132,38 +135,58 @@ def field_of_forces(ax: Axes, kept: Recording) -> None:
     norm = PowerNorm(0.5, vmin=0.0, vmax=float(forces.max()) or 1.0)
     drawn = colour_cells(ax, (np.append(kept.times[begins], kept.times[-1]), edges), rows, norm=norm, cmap=FIELD)
     ax.locator_params(axis="y", integer=True)
-    colour_scale(ax, drawn, "contact force", "N")
+    colour_scale(ax, drawn, "contact force")
 
 
-@picture
-def train(ax: Axes, comparison: Any) -> Axes:
-    """Draw the predicted and the simulated peak forces of the waves, and the peak force of the shock.
+def train(result: Comparison | Outcome | Simulation | Section4Outcome, *, ax: Axes | None = None) -> Axes:
+    """Draw the peak forces of the waves, simulated and by section 4, with that of the shock and a limit.
 
     Open squares are simulated waves that had not separated.
 
     Parameters
     ----------
-    ax : Axes
-        Axes to draw on.
-    comparison : shockwave.Comparison
-        Comparison of a prediction and a simulation; force in N.
+    result : Comparison, Outcome, Simulation or Section4Outcome
+        Result with waves, of a simulation or of section 4 or of both; force in N.
+    ax : Axes, optional
+        Axes to draw on; default: those of a new figure.
+
+    Raises
+    ------
+    InvalidValueError
+        If it has no waves.
     """
-    predicted = np.array([wave.peak_force for wave in comparison.predicted.section4.waves])
-    waves = comparison.simulated.waves
-    simulated = np.array([wave.peak_force for wave in waves])
-    settled = np.array([wave.error_estimate is not None for wave in waves])
-    shock = comparison.simulated.shock.peak_force
-    top = 1.12 * max(predicted.max(), simulated.max(), shock)
-    ax.axhline(shock, color=GREY, linewidth=1.0, linestyle=":", label="shock")
-    places = np.arange(1, len(predicted) + 1) - 0.12
-    ax.plot(places, predicted, "o", color=BLUE, markersize=5, label="section 4")
+    simulated, paper = sources(result)
+    waves = () if simulated is None else simulated.waves
+    forces = np.array([wave.peak_force for wave in waves])
+    settled = np.array([wave.error_estimate is not None for wave in waves], dtype=bool)
+    predicted = np.array([wave.peak_force for wave in paper.waves] if paper else [])
+    if not len(forces) + len(predicted):
+        raise InvalidValueError.of(
+            "result", "must have waves (got none; pictures.peak_forces draws forces at contacts)"
+        )
     places = np.arange(1, len(waves) + 1) + 0.12
-    look: dict[str, Any] = {"color": VERMILION, "markersize": 4.5}
-    ax.plot(places[settled], simulated[settled], "s", label="simulated", **look)
-    if not settled.all():
-        label = "simulated, not separated"
-        ax.plot(places[~settled], simulated[~settled], "s", markerfacecolor="none", label=label, **look)
-    last = max(len(predicted), len(waves))
-    ax.set(xlim=(0.4, last + 0.6), ylim=(0, top))
-    ax.locator_params(axis="x", integer=True, min_n_ticks=1)
-    return finish(ax, ("wave", ""), ("peak force", "N"))
+    with canvas(ax, result, x="wave", y="peak force") as ax:
+        shock = getattr(result if simulated is None else simulated, "shock", None)
+        if shock is not None:
+            ax.axhline(shock.peak_force, color=METHODS["shock"], linewidth=1.0, linestyle=":", label="shock")
+        draw_limit(ax, getattr(result, "limit", None))
+        if len(predicted):
+            at = np.arange(1, len(predicted) + 1) - 0.12
+            ax.plot(at, predicted, "o", color=METHODS["section 4"], markersize=5, label="section 4")
+        for which, face, label in (
+            (settled, METHODS["simulation"], "simulated"),
+            (~settled, "none", "simulated, not separated"),
+        ):
+            if which.any():
+                look: dict[str, Any] = {"color": METHODS["simulation"], "markerfacecolor": face, "markersize": 4.5}
+                ax.plot(places[which], forces[which], "s", label=label, **look)
+        ax.set(xlim=(0.4, max(len(predicted), len(waves)) + 0.6), ylim=(0, None))
+        ax.locator_params(axis="x", integer=True, min_n_ticks=1)
+        return ax
+
+
+def sources(result: Any) -> tuple[Simulation | None, Section4Outcome | None]:
+    """Return the simulation and the outcome of section 4 in a result; None where there is none."""
+    if isinstance(result, Section4Outcome):
+        return None, result
+    return getattr(result, "simulated", result), getattr(getattr(result, "predicted", result), "section4", None)

@@ -101,6 +101,7 @@ class Section4Outcome(Result):
         return None
 
     _brief = ("regime", "peak_force", "amplification", "relation", "waves")
+    _picture = "shockwave.pictures.waves:train"
     _tables = (("waves", "wave"), ("conditions", "condition"))
 
     def to_dict(self) -> dict[str, Any]:

@@ -58,24 +58,24 @@ def drawings(found: Findings) -> dict[str, _Draw]:
     result: Any = found.simulated
     chosen: dict[str, _Draw] = {}
     if shock is not None:
-        chosen["pulse"] = lambda ax: pictures.pulse(ax, shock)
+        chosen["pulse"] = lambda ax: pictures.pulse(shock, ax=ax)
     if found.is_beyond and result is not None:
-        chosen["peaks"] = lambda ax: pictures.peak_forces(ax, result)
-        chosen["chain-map"] = lambda ax: pictures.chain_map(ax, result)
+        chosen["peaks"] = lambda ax: pictures.peak_forces(result, ax=ax)
+        chosen["chain-map"] = lambda ax: pictures.chain_map(result, ax=ax)
         if result.transmitted is not None:
-            chosen["wall"] = lambda ax: pictures.wall_force(ax, result)
+            chosen["wall"] = lambda ax: pictures.wall_force(result, ax=ax)
     if found.is_beyond:
         return chosen
     if isinstance(predicted, EjectionOutcome):
-        chosen["correction"] = lambda ax: pictures.correction_area(ax, shock, predicted)
+        chosen["correction"] = lambda ax: pictures.correction_area(shock, predicted, ax=ax)
     if compared is not None:
-        chosen["train"] = lambda ax: pictures.train(ax, compared)
+        chosen["train"] = lambda ax: pictures.train(compared, ax=ax)
     if result is not None:
-        chosen["approach"] = lambda ax: pictures.approach(ax, result)
+        chosen["approach"] = lambda ax: pictures.approach(result, ax=ax)
         if result.options.record:
-            chosen["forces"] = lambda ax: pictures.contact_forces(ax, result)
-            chosen["map"] = lambda ax: pictures.space_time(ax, result)
-            chosen["energy"] = lambda ax: pictures.balance(ax, result)
+            chosen["forces"] = lambda ax: pictures.contact_forces(result, ax=ax)
+            chosen["map"] = lambda ax: pictures.space_time(result, ax=ax)
+            chosen["energy"] = lambda ax: pictures.balance(result, ax=ax)
     if predicted is not None and found.scenario.chain.exponent == HERTZ:
         chosen["amplification"] = lambda ax: _amplification(ax, shock, found.scenario.chain)
     return chosen
@@ -84,4 +84,4 @@ def drawings(found: Findings) -> dict[str, _Draw]:
 def _amplification(ax: Axes, shock: Shock, chain: Chain) -> None:
     own = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
     longest = min(max(_LONGEST, 2 * own * float(shock.profile.duration_ratio)), _LONGEST_OF_ALL)
-    pictures.universal_curves(ax, {"simulated": UniversalCurve(shock.profile, longest=longest)}, mark=own)
+    pictures.universal_curves({"simulation": UniversalCurve(shock.profile, longest=longest)}, mark=own, ax=ax)

@@ -28,6 +28,8 @@ class SceneResult(Result):
     __slots__ = ()
     scene: Scene
 
+    _picture = "shockwave.pictures.default_pictures:draw_scene"
+
     @property
     def leaving(self) -> LeavingForce:
         """The transmitted force, on the wall, at the last contact, or of the leading wave in an endless chain."""

@@ -70,6 +70,7 @@ class Recording(Result):
     contact_energy: FloatArray | Any = None
     wall_force: FloatArray | Any = None
 
+    _picture = "shockwave.pictures.waves:contact_forces"
     _tables = (("histories", "time"),)
 
     def __repr__(self) -> str:

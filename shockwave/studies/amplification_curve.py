@@ -121,6 +121,7 @@ class UniversalCurve(Result):
     warnings: tuple[str, ...]
 
     _brief = ("profile", "rtol", "longest")
+    _picture = "shockwave.pictures.default_pictures:draw_curve"
     _tables = (("points", "rise_time"),)
 
     @explain_arguments

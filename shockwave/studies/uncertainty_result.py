@@ -141,6 +141,7 @@ class Uncertainty(Result):
     outputs: Mapping[str, FloatArray] = field(eq=False, repr=False)
 
     _brief = ("scenario", "quantities", "parameters", "draws")
+    _picture = "shockwave.pictures.uncertainty:distribution"
     _tables = (("quantiles", "probability"), ("draws", "draw"))
 
     @property

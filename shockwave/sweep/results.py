@@ -84,6 +84,7 @@ class SweepResults(Result, SweepDefinition):
     _arrays: dict[str, npt.NDArray[Any]] = attrs.field(eq=attrs.cmp_using(eq=_same), repr=False)
 
     _brief = ("name", "run", "points", "complete")
+    _picture = "shockwave.sweep.sweep_picture:draw_sweep"
     _tables = (("points", "point"),)
 
     def _table(self, name: str) -> Table:

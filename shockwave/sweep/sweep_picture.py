@@ -9,8 +9,8 @@ import numpy as np
 from attrs import frozen
 
 from shockwave.base.errors import UnknownNameError, UsageError
-from shockwave.pictures.figure_files import SMALL, figure, mark, settings_of
-from shockwave.pictures.picture_elements import COLOURS
+from shockwave.pictures.figure_files import canvas
+from shockwave.pictures.picture_elements import COLOURS, literal, mark
 from shockwave.pictures.sweep import sweep_lines, sweep_map
 from shockwave.sweep.column_errors import accuracy_of, main_quantity
 from shockwave.sweep.definition import NOTES, warnings_in
@@ -19,7 +19,7 @@ from shockwave.sweep.plotted_axes import PlottedAxes, label_of
 from shockwave.sweep.results import SweepResults
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
 
 @frozen(eq=False)
@@ -28,21 +28,31 @@ class Plot:
 
     Attributes
     ----------
-    figure : Figure
-        The figure.
+    ax : Axes
+        The axes.
     column : str
         The quantity that is drawn.
     notes : tuple of str
         The accuracy of the quantity; points without a value; warnings of the sweep.
     """
 
-    figure: Figure
+    ax: Axes
     column: str
     notes: tuple[str, ...]
 
 
+def draw_sweep(results: SweepResults, *, ax: Axes | None = None) -> Axes:
+    """Draw the main quantity of a sweep."""
+    return plot(results, ax=ax).ax
+
+
 def plot(
-    results: SweepResults, column: str | None = None, x: str | None = None, at: Mapping[str, Any] | None = None
+    results: SweepResults,
+    column: str | None = None,
+    x: str | None = None,
+    at: Mapping[str, Any] | None = None,
+    *,
+    ax: Axes | None = None,
 ) -> Plot:
     """Draw a quantity over one or two axes of a sweep.
 
@@ -59,6 +69,8 @@ def plot(
         Variable of the abscissa; default: of the axis with the most values, the variable with the most values.
     at : mapping of str to number or str, optional
         Fixed values of variables; points with other values are left out.
+    ax : Axes, optional
+        Axes to draw on; default: those of a new figure.
 
     Raises
     ------
@@ -74,38 +86,33 @@ def plot(
     axes = PlottedAxes(results, at or {}, x)
     known = [each for each in numbers if np.isfinite(axes.pick(each)).any()]
     name = column or main_quantity(known or numbers)
-    sheet = _draw(axes, name)
+    ax = _draw(axes, name, ax)
     if caption := axes.caption():
-        with settings_of(sheet):
-            sheet.suptitle(caption, fontsize=SMALL, parse_math=False)
+        ax.set_xlabel(f"{ax.get_xlabel()}\n{literal(caption)}")
     status = axes.pick("status")
     failed = int(np.count_nonzero((status != "done") & (status != NOT_RUN)))
     missing = [f"{failed} of the {status.size} drawn points failed"] if failed else []
     warned = sum(map(bool, map(warnings_in, axes.pick(NOTES).flat))) if NOTES in results.units else 0
     if warned:
-        with settings_of(sheet):
-            mark(sheet.axes[0], f"! {warned} of {status.size} points with warnings")
+        with canvas(ax, legend=False):
+            mark(ax, f"! {warned} of {status.size} points with warnings")
     accuracy = accuracy_of(name, results.units, axes.pick)
     sentence = accuracy.sentence or next(each.meaning for each in results.columns if each.name == name)
-    return Plot(sheet, name, (f"{name}: {sentence}", *missing, *results.warnings))
+    return Plot(ax, name, (f"{name}: {sentence}", *missing, *results.warnings))
 
 
-def _draw(axes: PlottedAxes, name: str) -> Figure:
-    """The figure with lines or a map of the column ``name``."""
+def _draw(axes: PlottedAxes, name: str, ax: Axes | None) -> Axes:
+    """Draw lines or a map of the column ``name``."""
     results, values = axes.results, axes.pick(name)
     quantity = label_of(name), results.units[name] or ""
     across, *up = [axis.drawn for axis in axes.axes]
     if not up or len(up[0].places) <= min(len(COLOURS) - 1, len(across.places)):
-        sheet, (ax,) = figure(size=(5.0, 3.2))
         lines = zip(axes.labels(), values.reshape(len(values), -1).T, strict=True)
-        sweep_lines(ax, across, list(lines), quantity)
-        return sheet
+        return sweep_lines(across, list(lines), quantity, ax)
     for axis in axes.axes:
         if (np.diff(axis.drawn.places) <= 0).any():
             remedy = "fix another variable of that axis with --at NAME=VALUE, or choose another with --x"
             got = f"got {axis.name}, which repeats a value; {remedy}"
             raise UsageError(f"points of a map must have different coordinates ({got})")
     regimes = axes.pick("section4_regime") if "section4_regime" in results.units else None
-    sheet, (ax,) = figure(size=(5.0, 3.6))
-    sweep_map(ax, across, up[0], values, quantity, regimes)
-    return sheet
+    return sweep_map(across, up[0], values, quantity, regimes, ax)

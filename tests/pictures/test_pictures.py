@@ -1,5 +1,7 @@
 """Pictures: drawn values agree with the data, axes have units, and files are reproducible."""
 
+import itertools
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace as Run
@@ -10,7 +12,9 @@ import numpy as np
 import pytest
 from attrs import evolve
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 import shockwave as sw
 from shockwave import pictures
@@ -62,15 +66,15 @@ def in_finite_chain(kind: str) -> sw.Simulation:
 
 #: Functions that draw each picture for a shock.
 PICTURES: dict[str, Any] = {
-    "pulse": lambda ax, name: pictures.pulse(ax, SHOCKS[name]),
-    "contact_forces": lambda ax, name: pictures.contact_forces(ax, recorded(name, "forces")),
-    "space_time": lambda ax, name: pictures.space_time(ax, recorded(name, "forces")),
-    "train": lambda ax, name: pictures.train(ax, compared(name)),
-    "approach": lambda ax, name: pictures.approach(ax, compared(name).simulated),
-    "energy": lambda ax, name: pictures.balance(ax, recorded(name, "energies")),
-    "amplification": lambda ax, name: pictures.universal_curves(ax, {name: curve(name)}, mark=1.0),
-    "correction": lambda ax, _: pictures.correction_area(ax, SHOCKS["ejection"], section4("ejection")),
-    "work_precision": lambda ax, _: pictures.work_precision(ax, RUNS),
+    "pulse": lambda ax, name: pictures.pulse(SHOCKS[name], ax=ax),
+    "contact_forces": lambda ax, name: pictures.contact_forces(recorded(name, "forces"), ax=ax),
+    "space_time": lambda ax, name: pictures.space_time(recorded(name, "forces"), ax=ax),
+    "train": lambda ax, name: pictures.train(compared(name), ax=ax),
+    "approach": lambda ax, name: pictures.approach(compared(name).simulated, ax=ax),
+    "energy": lambda ax, name: pictures.balance(recorded(name, "energies"), ax=ax),
+    "amplification": lambda ax, name: pictures.universal_curves({name: curve(name)}, mark=1.0, ax=ax),
+    "correction": lambda ax, _: pictures.correction_area(SHOCKS["ejection"], section4("ejection"), ax=ax),
+    "work_precision": lambda ax, _: pictures.work_precision(RUNS, ax=ax),
 }
 #: Axis labels with units for the ejection.
 LABELS = {
@@ -113,8 +117,8 @@ def test_pictures_fit_the_figure(picture: str, name: str) -> None:
 def test_files_have_the_requested_format_and_are_reproducible(tmp_path: Path, kind: str, head: bytes) -> None:
     for name in ("one", "two"):
         figure, (left, right) = pictures.figure(1, 2)
-        pictures.train(left, compared("train"))
-        pictures.space_time(right, recorded("train", "forces"))
+        pictures.train(compared("train"), ax=left)
+        pictures.space_time(recorded("train", "forces"), ax=right)
         pictures.save(figure, tmp_path / f"{name}.{kind}")
     first, second = ((tmp_path / f"{name}.{kind}").read_bytes() for name in ("one", "two"))
     assert first.startswith(head)
@@ -127,9 +131,9 @@ def test_files_have_the_requested_format_and_are_reproducible(tmp_path: Path, ki
 def test_the_settings_of_a_user_do_not_change_a_figure() -> None:
     def drawn() -> str:
         figure, (left, right, bottom, _) = pictures.figure(2, 2)
-        pictures.train(left, compared("train"))
-        pictures.space_time(right, recorded("train", "forces"))
-        pictures.pulse(bottom, SHOCKS["ejection"])
+        pictures.train(compared("train"), ax=left)
+        pictures.space_time(recorded("train", "forces"), ax=right)
+        pictures.pulse(SHOCKS["ejection"], ax=bottom)
         return pictures.svg(figure)
 
     expected = drawn()
@@ -141,7 +145,7 @@ def test_the_settings_of_a_user_do_not_change_a_figure() -> None:
         assert matplotlib.rcParams["text.usetex"]
         # the axes of a figure of the user have the settings of the user
         other = Figure().subplots()
-        pictures.pulse(other, SHOCKS["ejection"])
+        pictures.pulse(SHOCKS["ejection"], ax=other)
         assert other.title.get_color() == "white"
 
 
@@ -151,7 +155,7 @@ def test_a_long_record_is_drawn_with_few_points_and_keeps_its_peaks(ax: Axes) ->
     forces[30_000] = 1
     forces[70_001] = 0.9
     record = sw.Tabulated(times=np.linspace(0, 2, len(forces)), forces=forces)
-    pictures.pulse(ax, sw.Shock(profile=record, peak_force=FORCE, rise_time=1e-5))
+    pictures.pulse(sw.Shock(profile=record, peak_force=FORCE, rise_time=1e-5), ax=ax)
     drawn = ax.lines[0].get_ydata()
     assert len(drawn) < 1000
     assert {FORCE, 0.9 * FORCE} <= set(drawn)
@@ -161,7 +165,7 @@ def test_a_long_record_is_drawn_with_few_points_and_keeps_its_peaks(ax: Axes) ->
 
 def test_a_pulse_has_the_force_and_areas_of_the_shock(ax: Axes) -> None:
     shock = SHOCKS["ejection"]
-    pictures.pulse(ax, shock)
+    pictures.pulse(shock, ax=ax)
     x, y = ax.get_lines()[0].get_xydata().T  # type: ignore[union-attr]
     # multiplication and division by the rise time round
     force = FORCE * shock.profile.force(np.clip(x / shock.rise_time, 0, 3))
@@ -175,7 +179,7 @@ def test_a_pulse_has_the_force_and_areas_of_the_shock(ax: Axes) -> None:
 
 def test_the_added_area_is_half_of_the_added_momentum(ax: Axes) -> None:
     outcome = section4("ejection")
-    pictures.correction_area(ax, SHOCKS["ejection"], outcome)
+    pictures.correction_area(SHOCKS["ejection"], outcome, ax=ax)
     x, y = np.asarray(ax.collections[0].get_paths()[0].vertices).T
     # the shoelace formula; the decay is a straight line, so that the area is exact except for rounding
     drawn = abs(x @ np.roll(y, 1) - y @ np.roll(x, 1)) / 2
@@ -184,7 +188,7 @@ def test_the_added_area_is_half_of_the_added_momentum(ax: Axes) -> None:
 
 def test_contact_forces_are_those_recorded(ax: Axes) -> None:
     result = recorded("ejection", "forces")
-    pictures.contact_forces(ax, result)
+    pictures.contact_forces(result, ax=ax)
     # six of 45
     assert key_of(ax) == ["shock", *(f"contact {contact}" for contact in (0, 9, 18, 26, 35, 44))]
     x, y = line(ax, "contact 18")
@@ -200,11 +204,11 @@ def test_forces_and_energies_of_a_finite_chain_are_those_recorded(ax: Axes, kind
     kept = result.recording
     assert kept is not None
     assert kept.forces is not None
-    pictures.contact_forces(ax, result, contacts=[0, 5, 9])
+    pictures.contact_forces(result, contacts=[0, 5, 9], ax=ax)
     assert key_of(ax) == [*["shock"] * (kind == "shock"), "contact 0", "contact 5", "contact 9"]
     assert np.array_equal(line(ax, "contact 9")[1], kept.forces[:, 9])
     other = pictures.figure()[1][0]
-    pictures.balance(other, result)
+    pictures.balance(result, ax=other)
     label = "work of the shock" if kind == "shock" else "energy of the striker"
     x, y = line(other, label)
     assert (x[0] > 0) == (kind == "shock")
@@ -214,7 +218,7 @@ def test_forces_and_energies_of_a_finite_chain_are_those_recorded(ax: Axes, kind
 def test_long_histories_keep_their_peaks_in_a_map(ax: Axes) -> None:
     interval = UNITS.time / 200
     result: Any = sw.simulate(SHOCKS["ejection"], CHAIN, contacts=range(5), record=["forces"], interval=interval)
-    pictures.space_time(ax, result)
+    pictures.space_time(result, ax=ax)
     drawn = np.asarray(ax.collections[0].get_array())
     assert drawn.shape[1] < 500 < len(result.recording.times)
     assert np.array_equal(drawn.max(axis=1), result.recording.forces.max(axis=0))
@@ -229,7 +233,7 @@ def at_few_contacts() -> sw.Simulation:
 
 def test_a_map_of_few_contacts_shows_no_force_between_them(ax: Axes) -> None:
     result = at_few_contacts()
-    pictures.chain_map(ax, result)
+    pictures.chain_map(result, ax=ax)
     (mesh,) = ax.collections
     edges, rows = mesh.get_coordinates()[:, 0, 1], np.ma.getmaskarray(mesh.get_array()).all(axis=1)  # type: ignore[attr-defined]
     known = [(low, high) for low, high, empty in zip(edges, edges[1:], rows, strict=False) if not empty]
@@ -241,7 +245,7 @@ def test_a_map_of_few_contacts_shows_no_force_between_them(ax: Axes) -> None:
 
 def test_peaks_at_few_contacts_are_not_connected_and_are_those_of_the_document(ax: Axes) -> None:
     result = at_few_contacts()
-    pictures.peak_forces(ax, result)
+    pictures.peak_forces(result, ax=ax)
     drawn = ax.get_lines()[0]
     document = result.to_dict()
     expected = [(peak["contact"], peak["peak_force"]) for peak in document["contacts"]]
@@ -253,17 +257,17 @@ def test_peaks_at_few_contacts_are_not_connected_and_are_those_of_the_document(a
 
 def test_equal_granules_have_a_picture_of_their_peaks_if_their_number_is_given(ax: Axes) -> None:
     result = sw.simulate(SHOCKS["train"], evolve(CHAIN, granules=20))
-    pictures.peak_forces(ax, result)
+    pictures.peak_forces(result, ax=ax)
     assert ax.get_lines()[0].get_xdata().tolist() == list(range(19))  # type: ignore[union-attr]
     with pytest.raises(sw.InvalidValueError, match=r"^chain\.granules: must be given \(got an endless chain"):
-        pictures.peak_forces(ax, sw.simulate(SHOCKS["train"], CHAIN))
+        pictures.peak_forces(sw.simulate(SHOCKS["train"], CHAIN), ax=ax)
 
 
 @pytest.mark.parametrize("kind", ["shock", "striker"])
 def test_borders_are_at_the_contacts_of_different_materials(ax: Axes, kind: str) -> None:
     segments = (sw.Segment(count=4), sw.Segment(count=3, material=sw.material("ptfe")))
     excitation = SHOCKS["train"] if kind == "shock" else sw.Impact(velocity=0.5)
-    pictures.peak_forces(ax, sw.simulate(excitation, evolve(CHAIN, granules=segments)))
+    pictures.peak_forces(sw.simulate(excitation, evolve(CHAIN, granules=segments)), ax=ax)
     (border,) = (float(each.get_xdata()[0]) for each in ax.get_lines() if each.get_linestyle() == "--")  # type: ignore[index,arg-type]
     # between granules 3 and 4 of the chain, which a striker shifts by one
     assert border == (3 if kind == "shock" else 4)
@@ -271,7 +275,7 @@ def test_borders_are_at_the_contacts_of_different_materials(ax: Axes, kind: str)
 
 def test_fronts_pass_through_the_measured_positions(ax: Axes) -> None:
     result = recorded("train", "forces")
-    pictures.space_time(ax, result)
+    pictures.space_time(result, ax=ax)
     wave = result.waves[1]
     (x0, x1), (y0, y1) = line(ax, "front 2")
     assert (y1 - y0) / (x1 - x0) * 2 * CHAIN.radius == pytest.approx(wave.speed)
@@ -281,7 +285,7 @@ def test_fronts_pass_through_the_measured_positions(ax: Axes) -> None:
 def test_trains_have_the_forces_of_section_4_and_simulated_ones(ax: Axes) -> None:
     comparison = compared("train")
     waves = comparison.simulated.waves
-    pictures.train(ax, comparison)
+    pictures.train(comparison, ax=ax)
     assert line(ax, "section 4")[1].tolist() == [wave.peak_force for wave in section4("train").waves]
     settled = [wave.peak_force for wave in waves if wave.error_estimate is not None]
     assert line(ax, "simulated")[1].tolist() == settled
@@ -290,7 +294,7 @@ def test_trains_have_the_forces_of_section_4_and_simulated_ones(ax: Axes) -> Non
 
 def test_the_approach_follows_the_passages_up_to_the_measurement(ax: Axes) -> None:
     result = sw.simulate(SHOCKS["ejection"], evolve(CHAIN, granules=12))
-    pictures.approach(ax, result)
+    pictures.approach(result, ax=ax)
     contacts, distances = line(ax, "simulation")
     assert contacts.tolist() == list(range(result.primary.contact))
     assert distances[2] == pytest.approx(abs(result.passage(2).peak_force / result.peak_force - 1))
@@ -299,7 +303,7 @@ def test_the_approach_follows_the_passages_up_to_the_measurement(ax: Axes) -> No
 @pytest.mark.parametrize("name", ["ejection", "train", "record", "tiny"])
 def test_the_work_of_the_shock_is_the_energy_of_the_chain(ax: Axes, name: str) -> None:
     result = recorded(name, "energies")
-    pictures.balance(ax, result)
+    pictures.balance(result, ax=ax)
     energy = line(ax, "total")[1]
     assert np.array_equal(energy, result.recording.kinetic_energy + result.recording.contact_energy)
     # the energy error of a simulation with the default tolerance of 1e-6
@@ -308,7 +312,7 @@ def test_the_work_of_the_shock_is_the_energy_of_the_chain(ax: Axes, name: str) -
 
 def test_curves_have_the_values_of_simulation_and_section_4(ax: Axes) -> None:
     found = curve("train")
-    pictures.universal_curves(ax, {"simulated": found})
+    pictures.universal_curves({"simulated": found}, ax=ax)
     x, y = line(ax, "simulated")
     assert y == pytest.approx(found.amplification(x), rel=1e-12)
     expected = [point.section4_amplification for point in found.points]
@@ -316,7 +320,7 @@ def test_curves_have_the_values_of_simulation_and_section_4(ax: Axes) -> None:
 
 
 def test_runs_are_connected_by_method_and_failed_runs_are_counted(ax: Axes) -> None:
-    pictures.work_precision(ax, RUNS)
+    pictures.work_precision(RUNS, ax=ax)
     assert key_of(ax) == ["rk4", "formula (1 failed)", "other (1 failed)"]
     # an error of zero is drawn at the rounding error
     assert np.transpose(line(ax, "rk4")).tolist() == [[0.01, 1e-3], [1.0, 1e-16]]
@@ -327,13 +331,13 @@ REFUSED: dict[str, Any] = {
     r"file: must end in \.svg, \.png, \.pdf": lambda ax: pictures.save(ax.figure, "a.gif"),
     "nowhere/a.svg: cannot be written": lambda ax: pictures.save(ax.figure, "nowhere/a.svg"),
     r"record: must have energies \(got field; simulate with record=\['energies'\]": lambda ax: pictures.balance(
-        ax, recorded("ejection", "field")
+        recorded("ejection", "field"), ax=ax
     ),
     r"contacts: must be recorded contacts, 0, 1, .*got 99": lambda ax: pictures.contact_forces(
-        ax, recorded("ejection", "forces"), contacts=[99]
+        recorded("ejection", "forces"), contacts=[99], ax=ax
     ),
     r"result: must have a leading wave with a limit \(got forces at contacts alone; pictures\.peak_forces": lambda ax: (
-        pictures.approach(ax, in_finite_chain("striker"))  # type: ignore[arg-type]
+        pictures.approach(in_finite_chain("striker"), ax=ax)  # type: ignore[arg-type]
     ),
 }
 
@@ -356,9 +360,129 @@ def test_a_figure_gives_the_same_element_until_it_is_changed() -> None:
 def test_a_picture_of_results_with_warnings_is_marked() -> None:
     large = evolve(CHAIN, radius=4.75)  # metres for millimetres
     _, axes = pictures.figure(rows=3)
-    pictures.train(axes[0], sw.compare(SHOCKS["train"], large, rtol=1e-3))
-    pictures.train(axes[1], compared("ejection"))
+    pictures.train(sw.compare(SHOCKS["train"], large, rtol=1e-3), ax=axes[0])
+    pictures.train(compared("ejection"), ax=axes[1])
     profile = sw.Tabulated([0.0, 1.0, 2.0], [0.0, 5.0, 3.0])  # ends with a jump
-    pictures.universal_curves(axes[2], {"jump": UniversalCurve(profile, rtol=1e-2, longest=1.0)})
+    pictures.universal_curves({"jump": UniversalCurve(profile, rtol=1e-2, longest=1.0)}, ax=axes[2])
     marks = [[text.get_text() for text in ax.texts if text.get_text().startswith("!")] for ax in axes]
     assert marks == [["! 1 warning"], [], ["! 1 warning"]]
+
+
+# ---------------------------------------------------------------- new figures, and settings of the user
+
+#: Settings that make a picture illegible if it takes them.
+HOSTILE = {"text.usetex": True, "font.size": 30, "axes.spines.left": False, "axes.spines.bottom": False}
+HOSTILE |= {"axes.prop_cycle": "cycler('color', ['white'])", "lines.marker": "D", "lines.linestyle": ":"}
+
+
+@pytest.fixture
+def pyplot() -> Iterator[Any]:
+    from matplotlib import pyplot
+
+    yield pyplot
+    pyplot.close("all")
+
+
+@pytest.mark.parametrize("picture", PICTURES)
+def test_without_axes_a_picture_has_a_new_figure_of_pyplot(picture: str, pyplot: Any) -> None:
+    ax = PICTURES[picture](None, "ejection")
+    assert pyplot.get_fignums() == [ax.figure.number]
+    assert inside(ax.figure)
+
+
+def linear_rgb(colour: Any) -> np.ndarray:
+    parts = np.array(to_rgb(colour))
+    return np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+
+
+def luminance(colour: Any) -> float:
+    return float(np.dot((0.2126, 0.7152, 0.0722), linear_rgb(colour)))
+
+
+def contrast(one: Any, other: Any) -> float:
+    """Contrast of two colours as defined by WCAG 2, from 1 to 21."""
+    low, high = sorted(map(luminance, (one, other)))
+    return (high + 0.05) / (low + 0.05)
+
+
+def marks_of(ax: Axes) -> list[Any]:
+    """Colours of all that must be visible: texts, and lines that are not transparent."""
+    legend = ax.get_legend()
+    texts = [*ax.texts, ax.xaxis.label, ax.yaxis.label, *(legend.get_texts() if legend else ())]
+    ticks = [label for label in (*ax.get_xticklabels(), *ax.get_yticklabels()) if label.get_text()]
+    lines = [each for each in ax.get_lines() if each.get_alpha() is None and each.get_linestyle() != "None"]
+    return [each.get_color() for each in (*texts, *ticks, *lines)]
+
+
+@pytest.mark.parametrize("own", [True, False], ids=["own-axes", "new-figure"])
+@pytest.mark.parametrize("picture", PICTURES)
+def test_a_picture_is_legible_on_a_dark_background(picture: str, own: bool, pyplot: Any) -> None:
+    with pyplot.style.context("dark_background"):
+        ax = PICTURES[picture](pyplot.subplots()[1] if own else None, "ejection")
+        # colours of maps are told by their outlines
+        if picture != "space_time":
+            # the palette's least contrast to black or white is that of orange on white, 2.2
+            assert min(contrast(colour, ax.get_facecolor()) for colour in marks_of(ax)) > 3
+
+
+@pytest.mark.parametrize("picture", PICTURES)
+def test_hostile_settings_do_not_reach_a_picture(picture: str, pyplot: Any) -> None:
+    with matplotlib.rc_context(HOSTILE):
+        ax = PICTURES[picture](None, "ejection")
+        user = PICTURES[picture](Figure().subplots(), "ejection")
+    # no LaTeX is needed
+    assert inside(ax.figure)
+    assert {each.get_usetex() for each in user.findobj(Text) if each.get_text()} <= {False}
+    for each, drawn in zip(ax.get_lines(), user.get_lines(), strict=True):
+        assert (each.get_marker(), each.get_linestyle(), each.get_color()) == (
+            drawn.get_marker(),
+            drawn.get_linestyle(),
+            drawn.get_color(),
+        )
+
+
+def test_the_style_can_be_used_for_other_pictures(pyplot: Any) -> None:
+    for dark in (False, True):
+        _, (ours,) = pictures.figure(dark=dark)
+        with matplotlib.rc_context(HOSTILE), pyplot.style.context(["default", pictures.style(dark)]):
+            _, ax = pyplot.subplots()
+        for each in (ours, ax):
+            each.plot([0, 1], label="a")
+            each.set(xlabel="x", title="title")
+        for name in ("facecolor", "ylim"):
+            assert getattr(ours, f"get_{name}")() == getattr(ax, f"get_{name}")()
+        assert ours.xaxis.label.get_color() == ax.xaxis.label.get_color()
+        assert ours.xaxis.label.get_size() == ax.xaxis.label.get_size()
+        assert luminance(ax.get_facecolor()) < 0.05 if dark else ax.get_facecolor() == (1, 1, 1, 1)
+
+
+#: Machado, Oliveira & Fernandes, IEEE Trans. Vis. Comput. Graph. 15, 1291 (2009), table of severity 1, linear RGB.
+BLIND = {
+    "protanopia": [(0.152286, 1.052583, -0.204868), (0.114503, 0.786281, 0.099216), (-0.003882, -0.048116, 1.051998)],
+    "deuteranopia": [(0.367322, 0.860646, -0.227968), (0.280085, 0.672501, 0.047413), (-0.01182, 0.04294, 0.968881)],
+    "tritanopia": [(1.255528, -0.076749, -0.178779), (-0.078411, 0.930809, 0.147602), (0.004733, 0.691367, 0.3039)],
+}
+XYZ = np.array([(0.4124, 0.3576, 0.1805), (0.2126, 0.7152, 0.0722), (0.0193, 0.1192, 0.9505)])
+
+
+def lab(colour: Any, seen: Any = None) -> np.ndarray:
+    """CIELAB coordinates of a colour, as seen by readers with this matrix."""
+    linear = linear_rgb(colour)
+    shown = linear if seen is None else np.clip(np.array(seen) @ linear, 0, 1)
+    x, y, z = np.cbrt(np.maximum(XYZ @ shown / XYZ.sum(axis=1), 1e-6))
+    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
+
+
+@pytest.mark.parametrize("kind", BLIND)
+def test_colours_of_methods_are_distinct_for_colour_blind_readers(kind: str) -> None:
+    pairs = itertools.combinations([*pictures.METHODS.values(), "black", "white"], 2)
+    # a distance of 2.3 is just noticeable between large areas
+    assert min(float(np.linalg.norm(lab(one, BLIND[kind]) - lab(other, BLIND[kind]))) for one, other in pairs) > 20
+    assert min(contrast(colour, paper) for colour in pictures.METHODS.values() for paper in ("black", "white")) > 3
+
+
+@pytest.mark.parametrize("picture", ["approach", "amplification", "train"])
+def test_simulated_numbers_have_the_same_colour_in_every_picture(picture: str, ax: Axes) -> None:
+    PICTURES[picture](ax, "ejection")
+    (drawn,) = (each for each in ax.get_lines() if each.get_label() in ("simulation", "simulated", "ejection"))
+    assert drawn.get_color() == pictures.METHODS["simulation"]

@@ -171,7 +171,7 @@ def test_the_text_of_a_curve_is_short() -> None:
 
 def test_the_picture_draws_the_curve_over_its_range() -> None:
     _, (ax,) = pictures.figure()
-    pictures.universal_curves(ax, {"universal curve": curve("triangle")}, mark=2.0)
+    pictures.universal_curves({"universal curve": curve("triangle")}, mark=2.0, ax=ax)
     x, y = (np.asarray(values, dtype=float) for values in ax.get_lines()[0].get_data())
     assert np.array_equal(y, curve("triangle").amplification(x))
     assert (x[-1], ax.get_xscale()) == (curve("triangle").longest_rise_time, "log")

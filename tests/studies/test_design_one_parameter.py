@@ -393,7 +393,7 @@ def test_a_picture_ranks_materials_from_the_top_and_marks_those_that_meet_the_ta
     names = ["brass-260", "ptfe", "nylon-66"]
     result = sw.design(FILE, vary="chain.material", among=names, target="peak_force <= 110 N")
     _, (ax,) = pictures.figure()
-    pictures.materials(ax, result)
+    pictures.materials(result, ax=ax)
     shown = [label.get_text() for label in ax.get_yticklabels()]
     assert shown == [option.value for option in result.table]
     assert ax.get_ylim()[0] > ax.get_ylim()[1]

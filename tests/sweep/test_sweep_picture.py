@@ -1,11 +1,13 @@
 """Pictures of sweeps: lines over one axis, maps over two, with the borders of the regimes."""
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib import pyplot
 from test_results import FORCE, MATERIAL, TIME, folder_of, line
 
 from shockwave import cli
@@ -13,6 +15,14 @@ from shockwave.base.errors import UsageError
 from shockwave.sweep.results import SweepResults, load_sweep
 from shockwave.sweep.sweep_picture import Plot, plot
 from support.figures import inside, key_of
+
+
+@pytest.fixture(autouse=True)
+def closed() -> Iterator[None]:
+    """Figures of pyplot live until they are closed."""
+    yield
+    pyplot.close("all")
+
 
 RATIO = ("shock.duration_ratio", "")
 UNITS = {
@@ -60,12 +70,12 @@ def along(variable: tuple[str, str], *values: Any) -> Any:
 
 
 def lines_of(found: Plot) -> list[list[list[float]]]:
-    return [one.get_xydata().tolist() for one in found.figure.axes[0].get_lines()]  # type: ignore[union-attr]
+    return [one.get_xydata().tolist() for one in found.ax.get_lines()]  # type: ignore[union-attr]
 
 
 def test_two_axes_give_a_map_with_units_and_regime_borders(tmp_path: Path) -> None:
     found = plot(a_map(tmp_path))
-    (ax,) = found.figure.axes
+    (ax,) = found.ax.figure.axes
     assert (found.column, ax.get_xlabel(), ax.get_ylabel()) == ("amplification", "rise time (µs)", "duration ratio")
     assert (ax.get_xscale(), ax.get_yscale()) == ("log", "log")
     assert {text.get_text() for text in ax.texts} == {"ejection", "train"}
@@ -83,7 +93,7 @@ def test_two_axes_give_a_map_with_units_and_regime_borders(tmp_path: Path) -> No
 def test_points_without_a_value_are_masked_and_counted(tmp_path: Path) -> None:
     results = a_map(tmp_path, failed=(3, 77))
     found = plot(results)
-    assert np.ma.asarray(found.figure.axes[0].collections[0].get_array()).mask.sum() == 2
+    assert np.ma.asarray(found.ax.collections[0].get_array()).mask.sum() == 2
     assert "2 of the 180 drawn points failed" in found.notes
     # only drawn points are counted
     assert "1 of the 12 drawn points failed" in plot(results, at={TIME[0]: TIMES[6]}).notes
@@ -91,7 +101,7 @@ def test_points_without_a_value_are_masked_and_counted(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("held", [{}, {RATIO[0]: 1.5}], ids=["map", "line"])
 def test_a_sweep_without_results_is_drawn_empty(tmp_path: Path, held: dict[str, float]) -> None:
-    assert inside(plot(a_map(tmp_path, failed=tuple(range(180))), at=held).figure)
+    assert inside(plot(a_map(tmp_path, failed=tuple(range(180))), at=held).ax.figure)
 
 
 def test_the_amplification_is_drawn_and_without_it_the_first_number(tmp_path: Path) -> None:
@@ -110,13 +120,13 @@ def test_the_amplification_is_drawn_and_without_it_the_first_number(tmp_path: Pa
 def test_one_axis_gives_a_line(tmp_path: Path) -> None:
     found = plot(a_map(tmp_path), at={RATIO[0]: repr(float(RATIOS[4]))})
     assert lines_of(found) == [np.column_stack([TIMES, PLANE[:, 4]]).tolist()]
-    assert found.figure.get_suptitle() == f"duration ratio {RATIOS[4]:.6g}"
-    assert inside(found.figure)
+    assert found.ax.get_xlabel() == f"rise time (µs)\nduration ratio {RATIOS[4]:.6g}"
+    assert inside(found.ax.figure)
 
 
 def test_a_few_values_of_a_second_axis_give_lines(tmp_path: Path) -> None:
     found = plot(numbered(tmp_path, [along(TIME, 1.0, 2.0, 3.0), along(RATIO, 2.0, 4.0)]))
-    assert key_of(found.figure.axes[0]) == ["duration ratio 2", "duration ratio 4"]
+    assert key_of(found.ax) == ["duration ratio 2", "duration ratio 4"]
     assert lines_of(found) == [[[1, 0], [2, 2], [3, 4]], [[1, 1], [2, 3], [3, 5]]]
 
 
@@ -158,7 +168,7 @@ def test_a_picture_of_points_with_warnings_is_marked(tmp_path: Path) -> None:
         "notes": ["Beyond validity. Note: The end was cut.", "Note: The end was cut."],
     }
     drawing = plot(swept(tmp_path / "out", [along(RATIO, 2.0, 3.0)], columns))
-    assert "! 1 of 2 points with warnings" in [text.get_text() for text in drawing.figure.axes[0].texts]
+    assert "! 1 of 2 points with warnings" in [text.get_text() for text in drawing.ax.texts]
     assert drawing.notes[1:] == ("In 1 of 2 points (0): Beyond validity.",)
 
 
@@ -167,11 +177,11 @@ def test_an_axis_of_several_variables_is_drawn_as_markers(tmp_path: Path) -> Non
     results = numbered(tmp_path, [axis])
     found = plot(results)
     assert lines_of(found) == [[[1, 0], [1, 2], [10, 1], [10, 3], [100, 4]]]
-    assert found.figure.axes[0].get_lines()[0].get_linestyle() == "None"
+    assert found.ax.get_lines()[0].get_linestyle() == "None"
     held = plot(results, at={FORCE[0]: 5})
     assert lines_of(held)[0] == [[1, 0], [10, 1]]
-    assert held.figure.axes[0].get_lines()[0].get_linestyle() == "-"
-    assert held.figure.get_suptitle() == "peak force 5 N"
+    assert held.ax.get_lines()[0].get_linestyle() == "-"
+    assert held.ax.get_xlabel().endswith("\npeak force 5 N")
 
 
 def test_coinciding_points_of_a_map_are_refused(tmp_path: Path) -> None:
@@ -185,12 +195,12 @@ def test_materials_are_labelled_with_their_name_or_number(tmp_path: Path) -> Non
     results = numbered(tmp_path, [materials, along(RATIO, 2, 3, 4)])
     found = plot(results, x=MATERIAL[0])
     names = ["mine", "lead", "#3", r"$\foo$", "none"]
-    assert [label.get_text().replace("\\$", "$") for label in found.figure.axes[0].get_xticklabels()] == names
+    assert [label.get_text().replace("\\$", "$") for label in found.ax.get_xticklabels()] == names
     # an unknown symbol must not be parsed as a formula
-    assert inside(found.figure)
+    assert inside(found.ax.figure)
     for at, name in enumerate(names):
         assert lines_of(plot(results, at={MATERIAL[0]: name}))[0][0] == [2, 3 * at]
-    assert plot(results, at={MATERIAL[0]: "mine"}).figure.get_suptitle() == "material mine"
+    assert plot(results, at={MATERIAL[0]: "mine"}).ax.get_xlabel().endswith("\nmaterial mine")
 
 
 def test_three_axes_are_refused_unless_one_is_fixed(tmp_path: Path) -> None:
@@ -234,3 +244,10 @@ def test_pictures_with_other_options_get_other_names(tmp_path: Path, capsys: pyt
     assert {file.name for file in (tmp_path / "map").glob("*.svg")} == {f"amplification{name}.svg" for name in names}
     states = [text.rpartition(" ")[2] for text in capsys.readouterr().err.splitlines() if ".svg: " in text]
     assert states == ["written", "written", "written", "replaced"]
+
+
+def test_results_draw_their_main_quantity(tmp_path: Path) -> None:
+    results = numbered(tmp_path, [along(TIME, 1.0, 2.0, 3.0)])
+    ax = results.plot()
+    assert ax.get_ylabel() == "amplification"
+    assert ax.get_lines()[0].get_ydata().tolist() == [0, 1, 2]  # type: ignore[union-attr]

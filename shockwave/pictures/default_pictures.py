@@ -1,0 +1,34 @@
+"""The picture of a result: the one that `plot` of a result draws."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from shockwave.pictures.amplification_curves import design, materials, pareto, universal_curves
+from shockwave.pictures.finite_chains import peak_forces
+from shockwave.pictures.waves import contact_forces, sources, train
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+def draw_scene(result: Any, *, ax: Axes | None) -> Axes:
+    """Draw recorded contact forces, or the greatest forces along a finite chain, or the peak forces of the waves."""
+    simulated, _ = sources(result)
+    if simulated is not None and "forces" in simulated.options.record:
+        return contact_forces(simulated, ax=ax)
+    if simulated is not None and simulated.contacts:
+        return peak_forces(simulated, ax=ax)
+    return train(result, ax=ax)
+
+
+def draw_curve(result: Any, *, ax: Axes | None) -> Axes:
+    """Draw a universal curve."""
+    return universal_curves({"simulation": result}, ax=ax)
+
+
+def draw_design(result: Any, *, ax: Axes | None) -> Axes:
+    """Draw all options of a design that minimises a quantity, a ranking of materials, or the quantity."""
+    if result.least is not None:
+        return pareto(result, ax=ax)
+    return (materials if result.is_ranked else design)(result, ax=ax)
