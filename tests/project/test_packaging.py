@@ -49,7 +49,7 @@ def read(name: str) -> str:
     return (ROOT / name).read_text(encoding="utf-8")
 
 
-TEXTS = [name for name in tree() if not name.endswith(".png") and not name.startswith("tests/")]
+TEXTS = [name for name in tree() if not name.endswith((".png", ".woff2")) and not name.startswith("tests/")]
 
 
 def project(folder: Path = ROOT) -> dict[str, Any]:
@@ -153,7 +153,10 @@ def imported(file: Path) -> set[str]:
     if file.suffix == ".ipynb":
         cells = [cell for cell in json.loads(text)["cells"] if cell["cell_type"] == "code"]
         text = "\n".join("".join(cell["source"]) for cell in cells)
-    nodes = list(ast.walk(ast.parse(text)))
+    everything = list(ast.walk(ast.parse(text)))
+    blocks = [node for node in everything if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"]
+    for_types = {node for block in blocks for node in ast.walk(block)}
+    nodes = [node for node in everything if node not in for_types]
     names = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
     names |= {str(node.module) for node in nodes if isinstance(node, ast.ImportFrom) and not node.level}
     if file.name == "conf.py":
