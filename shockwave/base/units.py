@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from decimal import Context, Decimal, localcontext
 from functools import cache, lru_cache
-from typing import Any
+from typing import Any, TypeAlias
 
-from shockwave.base.errors import InvalidValueError, text_of
+from shockwave.base.errors import InvalidValueError, nearest, text_of
 
 #: Hint for a decimal comma.
 COMMA = "; numbers have a decimal point and no comma"
 # Characters of a quantity.
 _LONGEST = 80
 _NUMBER = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]{1,4})?"
-# Exponents are short numbers and apply to units only: a parser can spend forever on 9**9**9.
-_FACTOR = r"[A-Za-zµμ°%Ω_]{1,30}(?: ?(?:\*\*|\^) ?-?[0-9]{1,2}(?:\.[0-9]{1,2})?|⁻?[¹²³⁴⁵⁶])?"
-_BY = r"(?: ?[*/·] ?| )"
-_TERM = rf"(?:{_FACTOR}|\( ?{_FACTOR}(?:{_BY}{_FACTOR})* ?\))"
-_QUANTITY = rf"({_NUMBER}) ?((?:1? ?/ ?)?{_TERM}(?:{_BY}{_TERM})*)?"
+# A factor of a unit, such as *mm^2, *mm2 or /s^-1. Exponents are short: a parser can spend forever on 9**9**9.
+_FACTOR = r"([*/])(g_?0|[A-Za-zµμ°%Ω_]{1,30})(?:\^(-?[0-9]{1,2}(?:\.[0-9]{1,2})?)|(-?[1-9]))?"
+# Signs that stand for others: a minus, products and raised digits.
+_SIGNS = str.maketrans("\N{MINUS SIGN}·⋅⁻¹²³⁴⁵⁶", "-**-123456")
+_INVERSE = str.maketrans("*/", "/*")
 
 _NAMES = {
     "": "a number, such as 5 or '3 %'",
@@ -28,17 +29,48 @@ _NAMES = {
     "m": "a length, such as '9.5 mm'",
     "Pa": "a stress, such as '193 GPa'",
     "kg/m**3": "a density, such as '7958 kg/m**3'",
+    "m/s": "a velocity, such as '0.5 m/s'",
+    "m/s**2": "an acceleration, such as '9.81 m/s**2'",
 }
 
-# Common units, with the values of pint: most scenarios then need no import of pint, which takes longer than the rest.
-_USUAL = {
-    "": {"%": "0.01"},
-    "s": {"s": "1", "ms": "1e-3", "us": "1e-6", "µs": "1e-6", "μs": "1e-6", "ns": "1e-9"},
-    "N": {"N": "1", "mN": "1e-3", "kN": "1e3", "MN": "1e6"},
-    "m": {"m": "1", "cm": "1e-2", "mm": "1e-3", "um": "1e-6", "µm": "1e-6", "μm": "1e-6"},
-    "Pa": {"Pa": "1", "kPa": "1e3", "MPa": "1e6", "GPa": "1e9"},
-    "kg/m**3": {"kg/m**3": "1", "kg/m^3": "1", "g/cm**3": "1e3", "g/cm^3": "1e3"},
+# Usual units, with the values of pint: most scenarios then need no import of pint, which takes longer than the rest.
+_UNITS = {
+    "%": "0.01",
+    "sec": "1 s",
+    "Hz": "1 /s",
+    "in": "0.0254 m",
+    "ft": "12 in",
+    "mil": "1e-3 in",  # for pint, an angle
+    "N": "1 kg*m/s^2",
+    "Ns": "1 N*s",
+    "lbf": "4.4482216152605 N",
+    "kip": "1000 lbf",
+    "kgf": "9.80665 N",
+    "lb": "0.45359237 kg",
+    "t": "1000 kg",
+    "Pa": "1 N/m^2",
+    "bar": "1e5 Pa",
+    "mbar": "100 Pa",
+    "psi": "1 lbf/in^2",
+    "ksi": "1000 psi",
+    "Msi": "1e6 psi",
+    "psig": "1 psi",  # the pressure above that of the surroundings, which acts on all sides of a body
+    "J": "1 N*m",
+    "C": "1 A*s",
+    "V": "1 J/C",
+    "gee": "9.80665 m/s^2",
+    "g0": "1 gee",
 }
+_METRIC = ("m", "g", "s", "A", "N", "Pa", "J", "C", "V", "Hz", "gee")
+_PREFIXES = {"da": 1, "h": 2, "k": 3, "M": 6, "G": 9, "c": -2, "m": -3, "u": -6, "µ": -6, "μ": -6, "n": -9, "p": -12}
+_UNITS |= {prefix + name: f"1e{power} {name}" for name in _METRIC for prefix, power in _PREFIXES.items()}
+# Their base units, and the dimensions in the names of pint.
+_BASES = {"m": "[length]", "g": "[mass]", "s": "[time]", "A": "[current]"}
+# The acceleration of gravity where an acceleration is read; else a gram, a milligram or a gauss.
+_GRAVITY = "([munµμ]?)(?:gn?|G)"
+
+# Value in base units, and exponents of the dimensions.
+_Measure: TypeAlias = tuple[Decimal, Mapping[str, Decimal]]
 
 
 def to_si(value: Any, unit: str) -> float:
@@ -79,20 +111,17 @@ def to_si(value: Any, unit: str) -> float:
 
 def _from_text(text: str, unit: str) -> float:
     """Number in ``text``; raises ValueError, with a reason if there is one."""
-    if len(text) > _LONGEST:  # the pattern must not process a long text
+    if len(text) > _LONGEST:  # the patterns must not process a long text
         raise ValueError
-    number, _, of_unit = text.partition(" ")
-    usual = _USUAL.get(unit, {}).get(of_unit)
-    if not (usual and re.fullmatch(_NUMBER, number)):  # compiling the long pattern takes milliseconds
-        match = re.fullmatch(_QUANTITY, " ".join(text.split()))
-        if match is None:
-            raise ValueError(COMMA if re.search("[0-9],[0-9]", text) else "")
-        number, of_unit = match.groups()
-        if of_unit is None:
-            return float(number)
-        usual = _USUAL.get(unit, {}).get(of_unit)
+    text = " ".join(text.translate(_SIGNS).split())
+    match = re.match(_NUMBER, text)
+    if match is None or "," in text:
+        raise ValueError(COMMA if re.search("[0-9],[0-9]", text) else "")
+    number, of_unit = match[0], text[match.end() :].removeprefix(" ")
+    if not of_unit:
+        return float(number)
     with localcontext(Context(prec=40)):
-        return float(Decimal(number) * (Decimal(usual) if usual else _factor(of_unit, unit)))
+        return float(Decimal(number) * _factor(of_unit, unit))
 
 
 def _of_pint(value: Any, unit: str) -> float:
@@ -110,20 +139,70 @@ def _of_pint(value: Any, unit: str) -> float:
 
 @lru_cache(maxsize=1024)
 def _factor(of_unit: str, unit: str) -> Decimal:
-    """One ``of_unit`` in ``unit``."""
-    registry = _registry()
-    spelling = "1" + of_unit if of_unit.startswith("/") else of_unit
+    """One ``of_unit`` in ``unit``; raises ValueError, with advice, if it is not a unit of this dimension."""
+    if of_unit == unit:  # compiling the patterns takes half a millisecond
+        return Decimal(1)
+    if unit == "m/s**2" and (match := re.fullmatch(_GRAVITY, of_unit)):
+        of_unit = f"{match[1]}gee"
+    base, dimension = _measure(unit)
+    try:
+        value, dimension_of_unit = _measure(of_unit)
+    except LookupError as error:
+        (name,) = error.args
+        raise ValueError(f"; unknown unit{_advice(name, dimension if name == of_unit else None)}") from None
+    if dimension_of_unit != dimension:
+        raise ValueError(_advice(of_unit, dimension))
+    return value / base
+
+
+def _advice(name: str, dimension: Mapping[str, Decimal] | None) -> str:
+    """The usual units, those of a dimension if there is one, with this name but for case, or the nearest one."""
+    names = [each for each in (*_BASES, *_UNITS) if dimension in (None, _of_name(each)[1])]
+    same = " or ".join(repr(each) for each in names if each.lower() == name.lower())
+    advice = f"did you mean {same}?" if same else nearest(name, names).strip()
+    return f"; {advice}" if advice else ""
+
+
+def _measure(text: str) -> _Measure:
+    """Measure of a product of units; raises LookupError for an unknown unit, ValueError for other text."""
+    if text.isalpha():
+        return _of_name(text)
+    product = re.sub(" ?([*/^]) ?| ", lambda match: match[1] or "*", text.replace("**", "^")).removeprefix("1")
+    product = re.sub(
+        r"(/?)\(([^()]+)\)", lambda match: match[1] + (match[2].translate(_INVERSE) if match[1] else match[2]), product
+    )
+    product = product if product.startswith("/") or not product else f"*{product}"
+    if re.sub(_FACTOR, "", product):
+        raise ValueError
+    value, exponents = Decimal(1), dict[str, Decimal]()
+    for sign, name, power, digit in re.findall(_FACTOR, product):
+        factor, dimension = _of_name(name)
+        exponent = Decimal(power or digit or 1) * (1 if sign == "*" else -1)
+        value *= factor**exponent
+        exponents |= {each: exponents.get(each, 0) + number * exponent for each, number in dimension.items()}
+    return value, {each: number for each, number in exponents.items() if number}
+
+
+@cache
+def _of_name(name: str) -> _Measure:
+    """Measure of a single unit, as `_measure`."""
+    if name in _BASES:
+        return Decimal(1), {_BASES[name]: Decimal(1)}
+    if name in _UNITS:
+        number, _, of_unit = _UNITS[name].partition(" ")
+        value, dimension = _measure(of_unit)
+        return Decimal(number) * value, dimension
     try:
         # a product of one with a zero point of its own, such as degC, raises
-        return Decimal((1 * registry.Quantity(Decimal(1), spelling)).to(unit or "dimensionless").magnitude)
+        quantity = (1 * _registry().Quantity(Decimal(1), name)).to_root_units()
     except Exception as error:  # whatever pint raises, the text is not a unit
-        undefined = type(error).__name__ == "UndefinedUnitError"
-        raise ValueError("; unknown unit" if undefined else "") from None
+        raise (LookupError(name) if type(error).__name__ == "UndefinedUnitError" else ValueError) from None
+    return Decimal(quantity.magnitude), {each: Decimal(number) for each, number in quantity.dimensionality.items()}
 
 
 @cache
 def _registry() -> Any:
-    import pint  # needed only for units that are not in _USUAL
+    import pint  # needed only for units that are not in _UNITS
 
     # Decimal factors: with floats 15 us would not be 15e-6, nor 7.958 g/cm**3 be 7958 kg/m**3.
     return pint.UnitRegistry(non_int_type=Decimal)

@@ -23,8 +23,6 @@ _ENCODINGS = (None, "utf-8", "utf-16", "cp1252")
 _UNITS = {"time": "s", "force": "N", "pressure": "Pa", "acceleration": "m/s**2", "voltage": "V"}
 # Key that turns a record of the quantity into one of the force.
 _KEYS = {"pressure": "area, the loaded area", "acceleration": "mass, the moving mass"}
-# The acceleration of gravity in records, for pint a gram, a milligram or a gauss.
-_GRAVITY = re.compile("([mu\N{MICRO SIGN}]?)(?:gn?|G)")
 
 # Units that are recognised without brackets.
 _BARE = r"[mun]?s|[µμ]s|[mkM]?N|lbf|kgf|[hkMG]?Pa|m?bar|psi|ksi|gn?|m/s(?:2|²|\^2|\*\*2)|[munµ]?V|pC"
@@ -147,8 +145,6 @@ def _is_unit(text: str) -> bool:
 
 def _factor(unit: str, base: str) -> float:
     """SI value of ``unit``; NaN if it is not a unit of the dimension of ``base``."""
-    match = _GRAVITY.fullmatch(unit)
-    unit = f"{match[1]}standard_gravity" if match else unit.replace("m/s2", "m/s^2")
     # longer units may be written in capitals, such as Sec: of shorter ones mS and ms are different
     for spelling in (unit, unit.lower())[: 1 + (len(unit) > 2)] if unit else ():
         with suppress(ValueError):
