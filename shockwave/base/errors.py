@@ -180,6 +180,12 @@ def refuse(faults: Iterable[Fault]) -> None:
         raise InvalidValueError(*faults)
 
 
+def first_of(faults: Sequence[Fault]) -> InvalidValueError:
+    """An error with the first of the faults of a column and their number, because most are the same mistake."""
+    problem = faults[0].problem.removesuffix(")") + f"; one of {len(faults)})"
+    return InvalidValueError(faults[0] if len(faults) == 1 else evolve(faults[0], problem=problem))
+
+
 @contextmanager
 def collect_faults(faults: list[Fault], *steps: str | int) -> Iterator[None]:
     """Add the faults of an error that is raised meanwhile to ``faults``, with ``steps`` before their paths."""

@@ -29,38 +29,21 @@ _NAMES = {
     "m": "a length, such as '9.5 mm'",
     "Pa": "a stress, such as '193 GPa'",
     "kg/m**3": "a density, such as '7958 kg/m**3'",
-    "m/s": "a velocity, such as '0.5 m/s'",
-    "m/s**2": "an acceleration, such as '9.81 m/s**2'",
 }
 
-# Usual units, with the values of pint: most scenarios then need no import of pint, which takes longer than the rest.
-_UNITS = {
-    "%": "0.01",
-    "sec": "1 s",
-    "Hz": "1 /s",
-    "in": "0.0254 m",
-    "ft": "12 in",
-    "mil": "1e-3 in",  # for pint, an angle
-    "N": "1 kg*m/s^2",
-    "Ns": "1 N*s",
-    "lbf": "4.4482216152605 N",
-    "kip": "1000 lbf",
-    "kgf": "9.80665 N",
-    "lb": "0.45359237 kg",
-    "t": "1000 kg",
-    "Pa": "1 N/m^2",
-    "bar": "1e5 Pa",
-    "mbar": "100 Pa",
-    "psi": "1 lbf/in^2",
-    "ksi": "1000 psi",
-    "Msi": "1e6 psi",
-    "psig": "1 psi",  # the pressure above that of the surroundings, which acts on all sides of a body
-    "J": "1 N*m",
-    "C": "1 A*s",
-    "V": "1 J/C",
-    "gee": "9.80665 m/s^2",
-    "g0": "1 gee",
-}
+# Usual units by quantity, with the values of pint: most scenarios then need no import of pint, which takes longer than
+# the rest. For pint, mil is an angle. A gauge pressure, psig, is the difference that loads a body.
+_UNITS = (
+    {"%": "0.01"}
+    | {"sec": "1 s", "Hz": "1 /s"}
+    | {"in": "0.0254 m", "ft": "12 in", "mil": "1e-3 in"}
+    | {"lb": "0.45359237 kg", "t": "1000 kg"}
+    | {"N": "1 kg*m/s^2", "kgf": "9.80665 N", "lbf": "4.4482216152605 N", "kip": "1000 lbf", "Ns": "1 N*s"}
+    | {"Pa": "1 N/m^2", "bar": "1e5 Pa", "mbar": "100 Pa"}
+    | {"psi": "1 lbf/in^2", "psig": "1 psi", "ksi": "1000 psi", "Msi": "1e6 psi"}
+    | {"gee": "9.80665 m/s^2", "g0": "1 gee"}
+    | {"J": "1 N*m", "C": "1 A*s", "V": "1 J/C"}
+)
 _METRIC = ("m", "g", "s", "A", "N", "Pa", "J", "C", "V", "Hz", "gee")
 _PREFIXES = {"da": 1, "h": 2, "k": 3, "M": 6, "G": 9, "c": -2, "m": -3, "u": -6, "µ": -6, "μ": -6, "n": -9, "p": -12}
 _UNITS |= {prefix + name: f"1e{power} {name}" for name in _METRIC for prefix, power in _PREFIXES.items()}
@@ -69,19 +52,21 @@ _BASES = {"m": "[length]", "g": "[mass]", "s": "[time]", "A": "[current]"}
 # The acceleration of gravity where an acceleration is read; else a gram, a milligram or a gauss.
 _GRAVITY = "([munµμ]?)(?:gn?|G)"
 
+# More digits than a float has.
+_CONTEXT = Context(prec=40)
 # Value in base units, and exponents of the dimensions.
 _Measure: TypeAlias = tuple[Decimal, Mapping[str, Decimal]]
 
 
-def to_si(value: Any, unit: str) -> float:
+def to_si(value: Any, unit: str = "") -> float:
     """``value`` in the SI unit ``unit``.
 
     Parameters
     ----------
     value : int, float, str or pint.Quantity
         A bare number is in SI units. Text is a number, or a number with a unit of the same dimension.
-    unit : str
-        SI unit in the spelling of pint; empty for a dimensionless number, where ``5 %`` is 0.05.
+    unit : str, optional
+        SI unit in the spelling of pint; none for a dimensionless number, where ``5 %`` is 0.05.
 
     Returns
     -------
@@ -120,7 +105,7 @@ def _from_text(text: str, unit: str) -> float:
     number, of_unit = match[0], text[match.end() :].removeprefix(" ")
     if not of_unit:
         return float(number)
-    with localcontext(Context(prec=40)):
+    with localcontext(_CONTEXT):
         return float(Decimal(number) * _factor(of_unit, unit))
 
 
@@ -145,26 +130,32 @@ def _factor(of_unit: str, unit: str) -> Decimal:
     if unit == "m/s**2" and (match := re.fullmatch(_GRAVITY, of_unit)):
         of_unit = f"{match[1]}gee"
     base, dimension = _measure(unit)
-    try:
-        value, dimension_of_unit = _measure(of_unit)
-    except LookupError as error:
-        (name,) = error.args
-        raise ValueError(f"; unknown unit{_advice(name, dimension if name == of_unit else None)}") from None
+    value, dimension_of_unit = _measure(of_unit)
     if dimension_of_unit != dimension:
-        raise ValueError(_advice(of_unit, dimension))
+        raise ValueError(_advice(of_unit, unit))
     return value / base
 
 
-def _advice(name: str, dimension: Mapping[str, Decimal] | None) -> str:
-    """The usual units, those of a dimension if there is one, with this name but for case, or the nearest one."""
-    names = [each for each in (*_BASES, *_UNITS) if dimension in (None, _of_name(each)[1])]
-    same = " or ".join(repr(each) for each in names if each.lower() == name.lower())
-    advice = f"did you mean {same}?" if same else nearest(name, names).strip()
+def _advice(name: str, unit: str | None) -> str:
+    same = " or ".join(map(repr, in_other_case(name, unit)))
+    advice = f"did you mean {same}?" if same else nearest(name, _usual(unit)).strip()
     return f"; {advice}" if advice else ""
 
 
+def in_other_case(name: str, unit: str | None) -> list[str]:
+    """The usual units of the dimension of ``unit``, or of any, that differ from ``name`` in case alone."""
+    return [each for each in _usual(unit) if each.lower() == name.lower()]
+
+
+@cache
+def _usual(unit: str | None) -> list[str]:
+    with localcontext(_CONTEXT):
+        dimension = None if unit is None else _measure(unit)[1]
+        return [name for name in (*_BASES, *_UNITS) if dimension in (None, _of_name(name)[1])]
+
+
 def _measure(text: str) -> _Measure:
-    """Measure of a product of units; raises LookupError for an unknown unit, ValueError for other text."""
+    """Measure of a product of units; raises ValueError, with advice, for other text."""
     if text.isalpha():
         return _of_name(text)
     product = re.sub(" ?([*/^]) ?| ", lambda match: match[1] or "*", text.replace("**", "^")).removeprefix("1")
@@ -196,7 +187,8 @@ def _of_name(name: str) -> _Measure:
         # a product of one with a zero point of its own, such as degC, raises
         quantity = (1 * _registry().Quantity(Decimal(1), name)).to_root_units()
     except Exception as error:  # whatever pint raises, the text is not a unit
-        raise (LookupError(name) if type(error).__name__ == "UndefinedUnitError" else ValueError) from None
+        undefined = type(error).__name__ == "UndefinedUnitError"
+        raise ValueError(f"; unknown unit{_advice(name, None)}" if undefined else "") from None
     return Decimal(quantity.magnitude), {each: Decimal(number) for each, number in quantity.dimensionality.items()}
 
 

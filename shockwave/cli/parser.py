@@ -9,6 +9,7 @@ from typing import Any
 
 from shockwave import __version__
 from shockwave.base.errors import InvalidValueError
+from shockwave.base.units import to_si
 from shockwave.scene.force_limit import Limit
 
 KINDS = ("profiles", "integrators", "backends", "quadratures", "materials", "contacts", "plugins")
@@ -29,7 +30,7 @@ def _option(usage: str, meaning: str, **settings: Any) -> _Option:
     return flags or [value.lower()], {"metavar": metavar, "help": meaning, **settings}
 
 
-def _number(low: float, high: float, kind: Callable[[str], float] = float) -> Callable[[str], float]:
+def _number(low: float, high: float, kind: Callable[[str], float] = to_si) -> Callable[[str], float]:
     """Parser of a number within limits."""
 
     def number(text: str) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pathlib
+from collections.abc import Iterable
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -12,7 +13,7 @@ import numpy as np
 from attrs import frozen
 
 from shockwave.base.arguments import unknown_arguments
-from shockwave.base.errors import Fault, InvalidValueError, locate, refuse
+from shockwave.base.errors import Fault, InvalidValueError, collect_faults, first_of, locate, refuse
 from shockwave.base.numerics import FloatArray
 from shockwave.base.quantity_fields import SI, Quantity, Value, declaration, one_of, quantity, quantity_of, text_of
 from shockwave.base.units import to_si
@@ -35,19 +36,24 @@ def _samples(value: Any, attribute: attrs.Attribute[Any]) -> FloatArray:
         # numpy would strip the unit of a quantity of pint
         array = np.array(value.to(spec.unit).magnitude if hasattr(value, "to_base_units") else value, dtype=float)
     except (TypeError, ValueError):
-        array = _quantities(value, spec.unit)
+        array = _quantities(value, attribute.name, spec.unit)
     if array.ndim != 1:
         raise InvalidValueError.of(attribute.name, f"must be a sequence of numbers (got {text_of(value)})")
     array.setflags(write=False)
     return array
 
 
-def _quantities(values: Any, unit: str) -> FloatArray:
-    """Samples given as text or quantities of pint; an array without dimension if they are none."""
-    try:
-        return np.array([to_si(each, unit) for each in values])
-    except (TypeError, ValueError):
+def _quantities(values: Any, name: str, unit: str) -> FloatArray:
+    """Samples given as text or quantities of pint; an array without dimension if they are no sequence."""
+    faults, numbers = list[Fault](), list[float]()
+    if isinstance(values, str) or not isinstance(values, Iterable):
         return np.zeros(())
+    for index, value in enumerate(values):
+        with collect_faults(faults, name, index):
+            numbers.append(to_si(value, unit))
+    if faults:
+        raise first_of(faults)
+    return np.array(numbers)
 
 
 def _column(unit: str, meaning: str) -> Any:

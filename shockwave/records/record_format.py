@@ -16,7 +16,7 @@ from attrs import frozen
 from shockwave.base.errors import Fault, InvalidValueError, refuse
 from shockwave.base.numerics import FloatArray
 from shockwave.base.quantity_fields import one_of, quantity
-from shockwave.base.units import to_si
+from shockwave.base.units import in_other_case, to_si
 
 _ENCODINGS = (None, "utf-8", "utf-16", "cp1252")
 # SI unit of each quantity that a column can have.
@@ -185,7 +185,8 @@ def factors(
     is_weight = form.unit in (f"{force.unit}f", f"{force.unit[:-1]}f")
     stated = "force" if is_weight else kind_of(force.unit)
     other = next((each for each in (stated, kind_of(form.unit)) if each in (*_KEYS, "force") and each != kind), None)
-    hint = f"unit: {base} makes the greatest value {np.abs(numbers[:, 1]).max():.4g} {base}; a voltage needs scale"
+    likely = next(iter(in_other_case(unit, base)), base)
+    hint = f"unit: {likely} makes the greatest value {np.abs(numbers[:, 1]).max():.4g} {likely}; a voltage needs scale"
     if other is not None:
         per_force, hint = math.nan, f"set {_KEYS[other]}" if kind == "force" else f"delete {_KEYS[kind]}"
     elif stated != kind and (stated or _is_unit(force.unit)) and None in (form.unit, form.scale):

@@ -30,7 +30,7 @@ _ABOUT = (
     " such as 15 us, is converted."
 )
 # Beginning of the text of a quantity. Units are not checked: a pattern cannot cover all their spellings.
-_NUMBER = r"^\s*[-+]?\.?[0-9]"
+_NUMBER = "^\\s*[-+\N{MINUS SIGN}]?\\.?[0-9]"
 
 _BOUNDS = {"exclusiveMinimum": "above", "minimum": "at_least", "exclusiveMaximum": "below", "maximum": "at_most"}
 Form = dict[str, Any]

@@ -11,7 +11,7 @@ from contextvars import ContextVar
 from functools import partial
 from typing import Any, Literal
 
-from shockwave.base.errors import Fault, InvalidValueError, ShockwaveError, hint_of, refuse
+from shockwave.base.errors import Fault, InvalidValueError, ShockwaveError, first_of, hint_of, refuse
 from shockwave.base.quantity_fields import Quantity, join, text_of
 from shockwave.base.units import COMMA, to_si
 from shockwave.registry.registry import find, load
@@ -139,7 +139,10 @@ def convert(key: Key, value: Any) -> Any:
         return _of_kind(value, key.annotation, key.plain or bool(key.kind) or names_files.get())
     if not spec.samples:
         return _quantity(value, spec)
-    return _list(value, lambda sample: _quantity(sample, spec))
+    try:
+        return _list(value, lambda sample: _quantity(sample, spec))
+    except InvalidValueError as error:
+        raise first_of(error.faults) from None
 
 
 def _quantity(value: Any, spec: Quantity) -> int | float:

@@ -187,6 +187,7 @@ def test_section_4_is_refused_for_other_chains_in_their_place() -> None:
 #: Options of a prediction, and what they are in Python.
 SETTINGS: dict[str, tuple[list[str], dict[str, Any]]] = {
     "rtol": (["--rtol", "1e-9"], {"rtol": 1e-9}),
+    "minus-sign": (["--rtol", "1e\u22129"], {"rtol": 1e-9}),
     "integrator": (["--integrator", "rkn64"], {"integrator": "rkn64"}),
     "fixed step": (["--integrator", "verlet", "--step", "0.05"], {"integrator": "verlet", "step": 0.05}),
     "contacts": (["--contacts", "3,8"], {"contacts": (3, 8)}),

@@ -142,6 +142,12 @@ def test_a_unit_of_another_dimension_needs_a_scale_per_that_unit(read, label):
     assert f"scale, 0.1 N per {of}." in record.notes[-1]
 
 
+@pytest.mark.parametrize(("label", "unit"), [("F [KN]", "kN"), ("F [Mn]", "MN"), ("F [foo]", "N")])
+def test_a_unit_in_the_wrong_case_is_proposed_as_it_is_spelt(read, label, unit):
+    with pytest.raises(InvalidValueError, match=f"unit: {unit} makes the greatest value 3 {unit};"):
+        read(f"t [us],{label}\n0,0\n1,3\n2,0\n")
+
+
 def test_a_unit_in_place_of_that_of_the_header_is_a_note(read):
     notes = read(f"time [us],F [kN]\n{COMMA}", time_unit="ms", unit="N").notes
     assert [note.startswith("The file states the unit ") for note in notes] == [True, True]

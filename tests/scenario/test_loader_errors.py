@@ -314,9 +314,20 @@ def test_messages_use_the_given_name_of_the_file(tmp_path: Path, monkeypatch: py
         load_scenario("./bad.yaml")
 
 
+def test_wrong_samples_of_a_column_are_one_error_that_states_their_number(tmp_path: Path) -> None:
+    path = tmp_path / "bad.yaml"
+    path.write_text(TABULATED % f"times: [0, {'1 US, ' * 500}], forces: [0, 1, x]")
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(path)
+    (times, forces) = caught.value.faults
+    assert times.path == "shock.parameters.times[1]"
+    assert times.problem.endswith("(got '1 US'; unknown unit; did you mean 'us'?; one of 500)")
+    assert forces.problem.endswith("(got 'x')")
+
+
 def test_a_long_list_of_errors_is_shortened(tmp_path: Path) -> None:
     path = tmp_path / "bad.yaml"
-    path.write_text(TABULATED % f"times: [{'x,' * 500}]")
+    path.write_text(CHAIN + SHOCK + f"sweep: {{grid: {{shock.rise_time: [{'x,' * 500}]}}}}")
     with pytest.raises(ScenarioError) as caught:
         load_scenario(path)
     assert len(caught.value.faults) == 101

@@ -54,6 +54,7 @@ ADMITTED = {
     "whole-number-as-text": CHAIN.replace("}", ', granules: "50"}') + SHOCK,
     "rare-unit": CHAIN.replace("1 mm", "1 thou") + SHOCK.replace("1 us", "3 /GHz"),
     "coefficient-as-number": CHAIN + SHOCK + "predict: {momentum_coefficient: 4.2}",
+    "minus-sign": CHAIN + "shock: {profile: tabulated, parameters: {times: [\u22121, \u2212.5, 1], forces: [0, 1, 0]}}",
     "record-of-its-own-size": CHAIN + "shock: {profile: tabulated, parameters: {times: [0, 1, 2], forces: [0, 1, 0]}}",
     "fixed-step": CHAIN + SHOCK + "simulate: {integrator: verlet, step: 0.01, rtol: null}",
     "no-name": CHAIN + SHOCK + "predict: {quadrature: null}\nsimulate: {integrator: null}",
