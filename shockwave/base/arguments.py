@@ -29,26 +29,26 @@ def explain_arguments(function: _Function) -> _Function:
     return cast(_Function, call)
 
 
-def _misfits(function: Any, values: Sequence[Any], named: Mapping[str, Any]) -> list[Fault]:
+def _misfits(function: Any, values: Sequence[Any], keywords: Mapping[str, Any]) -> list[Fault]:
     """Errors of a call; none if the function takes its arguments."""
     signature = inspect.signature(function)
     try:
-        signature.bind(*values, **named)
+        signature.bind(*values, **keywords)
     except TypeError as error:
         first = [*signature.parameters][: len(values)]
         taken = {name: each for name, each in signature.parameters.items() if name != "self"}
         required = [name for name, each in taken.items() if each.default is each.empty and each.kind not in _VARIADIC]
-        missing = [Fault(name, "must be given (got nothing)") for name in required if name not in {*first, *named}]
+        missing = [Fault(name, "must be given (got nothing)") for name in required if name not in {*first, *keywords}]
         other = Fault("arguments", f"must be those of the signature (got {error}; known: {', '.join(taken)})")
-        return unknown_arguments(named, taken) or missing or [other]
+        return unknown_arguments(keywords, taken) or missing or [other]
     return []
 
 
-def unknown_arguments(named: Mapping[str, object], known: Collection[str]) -> list[Fault]:
-    """Errors of keyword arguments that are not ``known``."""
-    names = [name for name in named if name not in known]
-    hints = {name: hint_of(name, [*known]) if known else "there are no arguments" for name in names}
-    return [Fault(name, f"must be left out (got {text_of(named[name])}; {hint})") for name, hint in hints.items()]
+def unknown_arguments(keywords: Mapping[str, object], parameters: Collection[str]) -> list[Fault]:
+    """Errors of keyword arguments that are not ``parameters``."""
+    names = [name for name in keywords if name not in parameters]
+    hints = {name: hint_of(name, [*parameters]) if parameters else "there are no arguments" for name in names}
+    return [Fault(name, f"must be left out (got {text_of(keywords[name])}; {hint})") for name, hint in hints.items()]
 
 
 class Explained:

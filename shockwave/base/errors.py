@@ -224,11 +224,11 @@ def message_of(error: BaseException) -> str:
     return str(error) if isinstance(error, ShockwaveError) else f"{type(error).__name__}: {error}"
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
+def nearest(name: str, names: Iterable[str]) -> str:
     """``"did you mean 'x'? "`` for the known name that is most similar to ``name``, or an empty string."""
     from difflib import get_close_matches  # rarely needed
 
-    matches = get_close_matches(str(name)[:_LONGEST_NAME], list(known), n=1)
+    matches = get_close_matches(str(name)[:_LONGEST_NAME], list(names), n=1)
     return f"did you mean {matches[0]!r}? " if matches else ""
 
 
@@ -242,11 +242,11 @@ def shorten(text: str, limit: int = 60) -> str:
     return text if len(text) <= limit else text[: limit - 3] + "..."
 
 
-def hint_of(name: str, known: Sequence[str]) -> str:
+def hint_of(name: str, names: Sequence[str]) -> str:
     """The nearest known name, and all known names or, if there are many, those most similar to ``name``."""
-    if len(known) <= MOST_NAMES:
-        return f"{nearest(name, known)}known: {', '.join(known)}"
+    if len(names) <= MOST_NAMES:
+        return f"{nearest(name, names)}known: {', '.join(names)}"
     from difflib import get_close_matches  # rarely needed
 
-    similar = get_close_matches(str(name)[:_LONGEST_NAME], known, n=_FEW_NAMES, cutoff=0.0)
-    return f"{nearest(name, known)}known: {', '.join(similar)}, ..."
+    similar = get_close_matches(str(name)[:_LONGEST_NAME], names, n=_FEW_NAMES, cutoff=0.0)
+    return f"{nearest(name, names)}known: {', '.join(similar)}, ..."

@@ -177,12 +177,12 @@ def is_plain_text(attribute: attrs.Attribute[Any]) -> bool:
     return _PLAIN in attribute.metadata
 
 
-def one_of(*known: object) -> Any:
-    """Validator of an attrs field that holds one of the values ``known``."""
+def one_of(*choices: object) -> Any:
+    """Validator of an attrs field that holds one of the ``choices``."""
 
     def check(_: object, attribute: attrs.Attribute[Any], value: object) -> None:
-        if value not in known:
-            raise InvalidValueError.of(attribute.name, f"must be {join(known)} (got {text_of(value)})")
+        if value not in choices:
+            raise InvalidValueError.of(attribute.name, f"must be {join(choices)} (got {text_of(value)})")
 
     return check
 
