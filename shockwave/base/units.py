@@ -158,7 +158,8 @@ def _measure(text: str) -> _Measure:
     """Measure of a product of units; raises ValueError, with advice, for other text."""
     if text.isalpha():
         return _of_name(text)
-    product = re.sub(" ?([*/^]) ?| ", lambda match: match[1] or "*", text.replace("**", "^")).removeprefix("1")
+    text = text.translate(_SIGNS).replace("**", "^").removeprefix("1")
+    product = re.sub(" ?([*/^]) ?| ", lambda match: match[1] or "*", text)
     product = re.sub(
         r"(/?)\(([^()]+)\)", lambda match: match[1] + (match[2].translate(_INVERSE) if match[1] else match[2]), product
     )
