@@ -28,16 +28,25 @@ extensions = [
     "sphinx.ext.intersphinx",
     "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",
+    "sphinx_copybutton",
     "sphinx_gallery.gen_gallery",
 ]
 exclude_patterns = ["_build", "gallery", "examples/*.ipynb"]
 templates_path = ["_templates"]
 html_theme = "furo"
 html_title = f"shockwave {__version__}"
+html_logo = "_static/logo.svg"
+html_favicon = "_static/favicon.svg"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_math_renderer = "mathml"
 default_role = "py:obj"
+
+# The button copies what is typed: no prompts, no output.
+copybutton_prompt_text = r"\$ |>>> ?|\.\.\. ?"
+copybutton_prompt_is_regexp = True
+copybutton_line_continuation_character = "\\"
+copybutton_selector = "div:not(.output) > div.highlight pre"
 
 sphinx_gallery_conf = {
     "examples_dirs": "gallery",
