@@ -108,6 +108,8 @@ def _formula(translator: Any, node: nodes.math | nodes.math_block) -> None:
     formula = convert(node.astext(), display="block" if block else "inline")
     if "\\" in formula:
         raise ValueError(f"unknown command in {node.astext()}")
+    # MathML puts space around a slash, TeX does not
+    formula = formula.replace("<mo>&#x0002F;</mo>", '<mo lspace="0" rspace="0">/</mo>')
     translator.body.append(f'<div class="math">{formula}</div>' if block else formula)
     raise nodes.SkipNode
 
