@@ -28,16 +28,25 @@ extensions = [
     "sphinx.ext.intersphinx",
     "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",
+    "sphinx_copybutton",
     "sphinx_gallery.gen_gallery",
 ]
 exclude_patterns = ["_build", "gallery", "examples/*.ipynb"]
 templates_path = ["_templates"]
 html_theme = "furo"
 html_title = f"shockwave {__version__}"
+html_logo = "_static/logo.svg"
+html_favicon = "_static/favicon.svg"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_math_renderer = "mathml"
 default_role = "py:obj"
+
+# The button copies what is typed: no prompts, no output.
+copybutton_prompt_text = r"\$ |>>> ?|\.\.\. ?"
+copybutton_prompt_is_regexp = True
+copybutton_line_continuation_character = "\\"
+copybutton_selector = "div:not(.output) > div.highlight pre"
 
 sphinx_gallery_conf = {
     "examples_dirs": "gallery",
@@ -99,6 +108,8 @@ def _formula(translator: Any, node: nodes.math | nodes.math_block) -> None:
     formula = convert(node.astext(), display="block" if block else "inline")
     if "\\" in formula:
         raise ValueError(f"unknown command in {node.astext()}")
+    # MathML puts space around a slash, TeX does not
+    formula = formula.replace("<mo>&#x0002F;</mo>", '<mo lspace="0" rspace="0">/</mo>')
     translator.body.append(f'<div class="math">{formula}</div>' if block else formula)
     raise nodes.SkipNode
 

@@ -60,6 +60,17 @@ def predict(
         If the model is ``section-4``, and it does not cover the scene.
     ShockwaveError
         As `Predictor.predict` and `load_scenario`.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> chain = sw.Chain(material="bearing-steel-52100", diameter="9.5 mm")
+    >>> shock = sw.Shock(
+    ...     profile="triangular", duration_ratio=3, peak_force="50 N", rise_time="20 us"
+    ... )
+    >>> outcome = sw.predict(shock, chain)
+    >>> f"{outcome.peak_force:.4f} N, {outcome.regime}, {outcome.section4.error:+.1%}"
+    '53.6106 N, train, +5.2%'
     """
     case, scenario = _case(scene, chain, limit)
     predictor, options = settings_of(scenario, {**settings})
@@ -127,6 +138,17 @@ def simulate(
         If the integrator fails, no wave forms, the shock is too long, or the time limit is reached.
     ShockwaveError
         As `load_scenario`.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> chain = sw.Chain(material="bearing-steel-52100", diameter="9.5 mm")
+    >>> shock = sw.Shock(
+    ...     profile="triangular", duration_ratio=3, peak_force="50 N", rise_time="20 us"
+    ... )
+    >>> result = sw.simulate(shock, chain, rtol=1e-8)
+    >>> f"{result.peak_force:.5f} N within {result.error_estimate:.0e}"
+    '53.61058 N within 9e-10'
     """
     from shockwave.simulation.simulate import simulate_scene
 
@@ -154,6 +176,17 @@ def compare(
     ------
     ShockwaveError
         As `predict` and `simulate`.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> chain = sw.Chain(material="bearing-steel-52100", diameter="9.5 mm")
+    >>> shock = sw.Shock(
+    ...     profile="triangular", duration_ratio=3, peak_force="50 N", rise_time="20 us"
+    ... )
+    >>> comparison = sw.compare(shock, chain)
+    >>> comparison.agrees, f"{comparison.errors.peak_force:+.1%}"
+    ({'relation': True, 'regime': True, 'count': True}, '+5.2%')
     """
     from shockwave.studies import comparison
 

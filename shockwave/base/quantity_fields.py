@@ -134,6 +134,17 @@ def quantity(
     ------
     InvalidValueError
         Raised by the constructor of the class, when a value is out of range.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> from attrs import frozen
+    >>> @frozen(kw_only=True)
+    ... class Foam:
+    ...     thickness: float = sw.quantity("m", "thickness of the layer", above=0)
+    ...
+    >>> Foam(thickness="5 mm").thickness
+    0.005
     """
     spec = Quantity(unit, meaning, **{"optional": default is None, **(within or {}), **declared})
     return attrs.field(default=default, converter=_CONVERTER, metadata={_KEY: spec})

@@ -58,6 +58,17 @@ class Predictor(Value, kw_only=False):
     ------
     InvalidValueError, UnknownNameError
         If a setting is out of range or a name unknown.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> chain = sw.Chain(material="bearing-steel-52100", diameter="9.5 mm")
+    >>> shock = sw.Shock(
+    ...     profile="triangular", duration_ratio=3, peak_force="50 N", rise_time="20 us"
+    ... )
+    >>> paper = sw.Predictor(momentum_coefficient="paper")
+    >>> f"{paper.predict(shock, chain).section4.peak_force:.3f} N"
+    '56.517 N'
     """
 
     model: Model = field(default="best", validator=one_of(*get_args(Model)))

@@ -33,6 +33,13 @@ class Exponential(ShockProfile, Value):
         Rates k1 and k2, at least -700 and at most 1e6; with both 0 the profile is a triangle.
     duration_ratio : float
         n, total duration over rise time, above 1.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> profile = sw.Exponential(rise_rate=2, decay_rate=3, duration_ratio=5)
+    >>> profile.force([0.5, 1.0, 1.5]).round(3).tolist()
+    [0.731, 1.0, 0.671]
     """
 
     rise_rate: SI[float] = quantity("", "k1, rate of the rise", at_least=-700, at_most=1e6)

@@ -25,6 +25,13 @@ class HalfSine(ShockProfile, Value):
     References
     ----------
     IEC 60068-2-27:2008. Environmental testing - Part 2-27: Tests - Test Ea and guidance: Shock.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> profile = sw.HalfSine()
+    >>> profile.force([0.5, 1.0, 1.5]).round(3).tolist()
+    [0.707, 1.0, 0.707]
     """
 
     duration_ratio = 2.0

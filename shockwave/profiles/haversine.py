@@ -21,6 +21,13 @@ class Haversine(ShockProfile, Value):
     References
     ----------
     de Silva, C. W. (Ed.) (2005). Vibration and Shock Handbook, section 12.1.4. CRC Press.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> profile = sw.Haversine()
+    >>> profile.force([0.5, 1.0, 1.5]).round(3).tolist()
+    [0.5, 1.0, 0.5]
     """
 
     duration_ratio = 2.0

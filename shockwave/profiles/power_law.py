@@ -117,6 +117,13 @@ class PowerLaw(Powers, Value):
         rise or at the end of the decay.
     duration_ratio : float
         n, total duration over rise time, above 1.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> profile = sw.PowerLaw(rise_exponent=0.5, decay_exponent=2, duration_ratio=4)
+    >>> profile.force([0.5, 1.0, 1.5]).round(3).tolist()
+    [0.707, 1.0, 0.694]
     """
 
     rise_exponent: SI[float] = quantity("", "eta1, exponent of the rise", at_least=0, at_most=1e6)

@@ -25,6 +25,13 @@ class Rectangular(Plateau, Value):
     References
     ----------
     de Silva, C. W. (Ed.) (2005). Vibration and Shock Handbook, section 12.1.6. CRC Press.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> profile = sw.Rectangular()
+    >>> profile.force([0.5, 50, 99.5]).round(3).tolist()
+    [0.5, 1.0, 0.5]
     """
 
     rise_fraction: SI[float] = quantity("", "rise time over total duration", at_least=1e-6, at_most=0.1, default=0.01)

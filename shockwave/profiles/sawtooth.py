@@ -23,6 +23,13 @@ class InitialPeakSawtooth(Powers, Value):
     References
     ----------
     de Silva, C. W. (Ed.) (2005). Vibration and Shock Handbook, section 12.1.5. CRC Press.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> profile = sw.InitialPeakSawtooth()
+    >>> profile.force([0.5, 1.0, 10.0]).round(3).tolist()
+    [0.5, 1.0, 0.526]
     """
 
     rise_exponent = decay_exponent = 1.0
@@ -50,6 +57,13 @@ class FinalPeakSawtooth(Powers, Value):
     IEC 60068-2-27:2008. Environmental testing - Part 2-27: Tests - Test Ea and guidance: Shock.
 
     MIL-STD-810H (2019). Method 516.8, Shock: figure 516.8-3 and table 516.8-IV. Department of Defense.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> profile = sw.FinalPeakSawtooth()
+    >>> profile.force([0.5, 1.0, 1.1]).round(3).tolist()
+    [0.5, 1.0, 0.0]
     """
 
     rise_exponent = decay_exponent = 1.0

@@ -115,6 +115,14 @@ class Tabulated(PiecewiseLinear, Value, kw_only=False):
     ------
     InvalidValueError
         If the samples are not a pulse; each error states its sample.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> record = sw.Tabulated(times=[0, 1e-5, 4e-5, 1e-4], forces=[0, 30, 20, 0])
+    >>> shock = sw.Shock(profile=record)
+    >>> f"{shock.peak_force:g} N, {1e6 * shock.duration:g} us"
+    '30 N, 100 us'
     """
 
     times: Any = _column("s", "sample times, ascending")  # noqa: RUF009

@@ -50,6 +50,13 @@ class Trapezoid(Plateau, Value):
     References
     ----------
     IEC 60068-2-27:2008. Environmental testing - Part 2-27: Tests - Test Ea and guidance: Shock.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> profile = sw.Trapezoid(rise_fraction=0.2, fall_fraction=0.2)
+    >>> profile.force([0.5, 2.0, 4.5]).round(3).tolist()
+    [0.5, 1.0, 0.5]
     """
 
     rise_fraction: SI[float] = quantity("", "rise time over total duration", at_least=1e-6, below=1, default=0.1)

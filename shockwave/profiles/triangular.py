@@ -16,6 +16,13 @@ class Triangular(Powers, Value):
     ----------
     duration_ratio : float
         n, total duration over rise time, above 1.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> profile = sw.Triangular(duration_ratio=3)
+    >>> profile.force([0.5, 1.0, 1.5]).round(3).tolist()
+    [0.5, 1.0, 0.75]
     """
 
     rise_exponent = decay_exponent = 1.0

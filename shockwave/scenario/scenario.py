@@ -59,6 +59,17 @@ class Scenario:
         Probability distributions of values; empty without a ``uncertainty`` block.
     document : Document or None
         Document from which it was read, without the blocks ``sweep`` and ``uncertainty``.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> blocks = {
+    ...     "chain": {"material": "ptfe", "diameter": "9.5 mm"},
+    ...     "shock": {"profile": "half-sine", "peak_force": "5 N", "duration": "200 us"},
+    ... }
+    >>> scenario = sw.Scenario.from_dict(blocks)
+    >>> f"{sw.predict(scenario).peak_force:.3f} N"
+    '6.253 N'
     """
 
     name: str
@@ -155,6 +166,13 @@ def load_scenario(path: str | os.PathLike[str]) -> Scenario:
         When it is not valid; all errors are listed, in the order of the file.
     PluginError
         When a plugin that it uses is faulty.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> scenario = sw.load_scenario("profiles/paper/table2-row1.yaml")
+    >>> scenario.name
+    'table 2 row 1'
     """
     return scenario_of(read_document(path), Path(path))
 

@@ -93,6 +93,18 @@ class Chain(Value):
     InvalidValueError
         If a value is out of range, the mass or stiffness of a granule is not representable as a float, or features
         exclude each other; all errors are listed.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> endless = sw.Chain(material="stainless-steel-302", diameter="9.5 mm")
+    >>> f"{1e3 * endless.granule_mass:.3f} g"
+    '3.529 g'
+    >>> row = sw.Chain(
+    ...     material="ptfe", radius=5e-3, granules=20, end=sw.Wall(material="rigid")
+    ... )
+    >>> row.count
+    20
     """
 
     material: Material = field(converter=material_of, validator=check_material)

@@ -41,6 +41,15 @@ class Wall(Value):
     ------
     InvalidValueError
         If a value is out of range, or a stiffness or a damping is given without a mass.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> wall = sw.Wall(material="aluminium-6061-t6")
+    >>> row = sw.Chain(material="ptfe", diameter="9.5 mm", granules=20, end=wall)
+    >>> result = sw.simulate(sw.Impact(velocity="0.2 m/s"), row)
+    >>> f"{result.transmitted.peak_force:.3f} N"
+    '4.183 N'
     """
 
     material: Converted[Material | Literal["same", "rigid"], Material | str] = field(

@@ -85,6 +85,13 @@ def wall_factor(stiffness_ratio: npt.ArrayLike) -> FloatArray:
     """W, greatest force on a flat wall over the peak force of the solitary wave that meets it.
 
     ``stiffness_ratio`` is kappa, from 0 to 2 sqrt(2): stiffness of the contact with the wall over that of the others.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> same, rigid = sw.wall_factor([2**0.5, 8**0.5])
+    >>> f"{same:.4f}, {rigid:.4f}"
+    '1.9439, 2.2384'
     """
     kappa = _check_range("stiffness_ratio", stiffness_ratio, 0.0, RIGID * (1 + 1e-12), "from 0 to 2 sqrt(2)")
     return np.asarray(kappa**0.4 * _polynomial(_table("wall"), kappa))
@@ -98,6 +105,12 @@ def striker_waves(mass_ratio: npt.ArrayLike) -> FloatArray:
     """Peak forces of the first six waves of a striker with velocity v, over (m^3 k^2 v^6)^(1/5), on the last axis.
 
     ``mass_ratio`` is the mass of the striker over m, up to 1000. Waves below 0.4 % of the leading wave are 0.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> sw.striker_waves(2.0).round(4).tolist()
+    [0.9503, 0.1346, 0.0211, 0.0039, 0.0, 0.0]
     """
     x = _log_mass(mass_ratio)
     later = (np.where(x >= law["edges"][0], _polynomial(law, x), 0.0) for law in _table("later"))
@@ -116,6 +129,12 @@ def damped_decay(contacts: npt.ArrayLike, damping_ratio: npt.ArrayLike) -> Float
     """Peak force of a wave n contacts later with Kuwabara-Kono damping, over that before; both arrays are broadcast.
 
     ``damping_ratio``, from 0 to 0.05, is the time A of the model over T = m^(1/2) k^(-1/3) F^(-1/6) of the first force.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> sw.damped_decay([10, 100], damping_ratio=0.01).round(4).tolist()
+    [0.9376, 0.5398]
     """
     n = _check_range("contacts", contacts, 0.0, math.inf, "at least 0")
     ratio = _check_range("damping_ratio", damping_ratio, 0.0, MOST_DAMPING, f"from 0 to {MOST_DAMPING:g}")

@@ -132,6 +132,13 @@ class PowerContact(Value):
     ------
     InvalidValueError
         If a value is out of range.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> contact = sw.PowerContact(exponent=2, stiffness=1e7)
+    >>> sw.Chain(material="ptfe", diameter="9.5 mm", contact=contact).exponent
+    2.0
     """
 
     exponent: SI[float] = quantity("", "exponent p of F = k d^p", at_least=1, at_most=10)

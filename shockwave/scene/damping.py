@@ -38,6 +38,15 @@ class KuwabaraKono(Damping, Value):
     ----------
     time : float
         A [s], a property of the materials, at least 0.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> damping = sw.KuwabaraKono(time="1 us")
+    >>> row = sw.Chain(material="ptfe", radius="5 mm", granules=20, damping=damping)
+    >>> result = sw.simulate(sw.Impact(velocity="0.1 m/s"), row, contacts=[0, 10])
+    >>> [f"{contact.peak_force:.3f} N" for contact in result.contacts]
+    ['1.055 N', '0.814 N']
     """
 
     time: SI[float] = quantity("s", "viscous time A of Kuwabara and Kono", at_least=0, at_most=1e30)
@@ -59,6 +68,15 @@ class Dashpot(Damping, Value):
     ----------
     coefficient : float
         c [N s/m], at least 0.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> damping = sw.Dashpot(coefficient="0.1 N*s/m")
+    >>> row = sw.Chain(material="ptfe", radius="5 mm", granules=20, damping=damping)
+    >>> result = sw.simulate(sw.Impact(velocity="0.1 m/s"), row, contacts=[0, 10])
+    >>> [f"{contact.peak_force:.3f} N" for contact in result.contacts]
+    ['1.061 N', '0.845 N']
     """
 
     coefficient: SI[float] = quantity("N*s/m", "coefficient c of the dashpot", at_least=0, at_most=1e30)
@@ -81,6 +99,15 @@ class Tsuji(Damping, Value):
     restitution : float
         Coefficient of restitution of a collision of the two granules of a contact, above 0 and at most 1. A collision
         ends when the total force vanishes.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> damping = sw.Tsuji(restitution=0.8)
+    >>> bead = sw.Chain(material="ptfe", radius="5 mm", granules=1, damping=damping)
+    >>> result = sw.simulate(sw.Impact(velocity="0.1 m/s"), bead)
+    >>> f"{result.restitution:.3f}"
+    '0.800'
     """
 
     restitution: SI[float] = quantity("", "coefficient of restitution", above=0, at_most=1)

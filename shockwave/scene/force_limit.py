@@ -33,6 +33,17 @@ class Limit(Value):
     ----------
     force : float
         Largest admissible force [N].
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> chain = sw.Chain(material="bearing-steel-52100", diameter="9.5 mm")
+    >>> shock = sw.Shock(
+    ...     profile="triangular", duration_ratio=3, peak_force="50 N", rise_time="20 us"
+    ... )
+    >>> outcome = sw.predict(shock, chain, limit=sw.Limit(force="60 N"))
+    >>> print(outcome.verdict)
+    below the limit of 60 N: peak force of the leading wave 53.610578 N
     """
 
     force: SI[float] = quantity("N", "largest admissible transmitted force", above=0, example="60 N")

@@ -25,6 +25,15 @@ class Impact(Value):
     ------
     InvalidValueError
         If a value is out of range, or both sizes are given.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> row = sw.Chain(material="ptfe", diameter="9.5 mm", granules=20)
+    >>> striker = sw.Impact(velocity="0.2 m/s", material="nylon-66")
+    >>> result = sw.simulate(striker, row, contacts=[10])
+    >>> f"{result.contacts[0].peak_force:.3f} N"
+    '1.185 N'
     """
 
     # up to the speed of light, from far below any that is measured, so that forces and times are floats

@@ -35,6 +35,15 @@ class Material(Value):
     ------
     InvalidValueError
         If a value is out of range.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> steel = sw.Material(
+    ...     youngs_modulus="193 GPa", poisson_ratio=0.3, density="7.86 g/cm^3"
+    ... )
+    >>> f"{steel.density:g} kg/m^3"
+    '7860 kg/m^3'
     """
 
     youngs_modulus: SI[float] = quantity("Pa", "Young's modulus E", within=MAGNITUDES)
@@ -59,6 +68,12 @@ def material(name: str) -> Material:
         If no material has the name.
     PluginError
         If the plugin that registers it is faulty.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> sw.material("ptfe").youngs_modulus
+    1460000000.0
     """
     found: Material = load("materials", name)
     return found

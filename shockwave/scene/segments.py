@@ -43,6 +43,14 @@ class Taper(Value):
     ------
     InvalidValueError
         If a value is out of range.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> taper = sw.Taper(first="5 mm", last="2 mm", spacing="geometric")
+    >>> beads = [sw.Segment(count=20, radius=taper)]
+    >>> sw.Chain(material="alumina", radius="5 mm", granules=beads).count
+    20
     """
 
     first: SI[float] = quantity("m", "size of the first granule", within=SIZES)
@@ -90,6 +98,13 @@ class Segment(Value):
     ------
     InvalidValueError
         If a value is out of range, both sizes are given, or a taper has fewer than two granules.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> layers = [sw.Segment(count=10), sw.Segment(count=5, material="ptfe")]
+    >>> sw.Chain(material="alumina", diameter="10 mm", granules=layers).count
+    15
     """
 
     count: int = quantity("", "number of granules", at_least=1, at_most=MOST_GRANULES, whole=True, default=1)
@@ -140,6 +155,14 @@ class Cell(Value):
     ------
     InvalidValueError
         If a value is out of range.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> pair = [sw.Segment(material="tungsten-carbide"), sw.Segment(material="ptfe")]
+    >>> cells = [sw.Cell(repeat=10, cell=pair)]
+    >>> sw.Chain(material="ptfe", radius="5 mm", granules=cells).count
+    20
     """
 
     repeat: SI[int] = quantity("", "number of repetitions of the cell", at_least=1, at_most=MOST_GRANULES, whole=True)

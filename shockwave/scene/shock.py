@@ -48,6 +48,18 @@ class Shock(Value):
         If no profile has the name.
     PluginError
         If a profile that is not built in violates the contract of `ShockProfile`.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> shock = sw.Shock(
+    ...     profile="triangular", duration_ratio=3, peak_force="50 N", rise_time="20 us"
+    ... )
+    >>> f"{1e6 * shock.duration:.0f} us"
+    '60 us'
+    >>> pulse = sw.Shock(profile=sw.HalfSine(), peak_force="50 N", duration="100 us")
+    >>> f"{1e6 * pulse.rise_time:.0f} us"
+    '50 us'
     """
 
     profile: ShockProfile = field()

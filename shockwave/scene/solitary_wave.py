@@ -127,6 +127,14 @@ class SolitaryWave:
         Full width at half maximum of the contact force in time [s].
     granule_velocity : float
         Peak velocity of the granules [m/s].
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> chain = sw.Chain(material="bearing-steel-52100", diameter="9.5 mm")
+    >>> wave = sw.SolitaryWave.of(100.0, chain)
+    >>> f"{wave.speed:.1f} m/s, {1e6 * wave.width:.2f} us"
+    '605.7 m/s, 22.14 us'
     """
 
     peak_force: float

@@ -112,6 +112,18 @@ def simulate_many(
     ------
     InvalidValueError, UnknownNameError
         If a setting is out of range, the number of chains differs from that of the shocks, or a name is unknown.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> chain = sw.Chain(material="bearing-steel-52100", diameter="9.5 mm")
+    >>> profile = sw.Triangular(duration_ratio=3)
+    >>> shocks = [
+    ...     sw.Shock(profile=profile, peak_force=force, rise_time=2e-5)
+    ...     for force in (10, 20)
+    ... ]
+    >>> [f"{result.peak_force:.3f} N" for result in sw.simulate_many(shocks, chain)]
+    ['8.671 N', '19.110 N']
     """
     all_options = options_of({"rtol": rtol, **options}, "threads")
     setup_of(all_options)

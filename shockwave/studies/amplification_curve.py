@@ -112,6 +112,13 @@ class UniversalCurve(Result):
         If an argument is out of range, or the force of the profile is negative somewhere.
     NumericalError
         If a simulation fails.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> curve = sw.UniversalCurve(sw.Triangular(duration_ratio=3))
+    >>> f"{float(curve.amplification(2.0)):.4f}"
+    '1.3981'
     """
 
     profile: ShockProfile

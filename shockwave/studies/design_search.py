@@ -83,6 +83,24 @@ def design(
         If a name is unknown or a value is out of range.
     NumericalError
         If a simulation fails, or all of those of a search for the best option.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> chain = sw.Chain(material="bearing-steel-52100", diameter="9.5 mm")
+    >>> shock = sw.Shock(
+    ...     profile="triangular", duration_ratio=3, peak_force="50 N", rise_time="20 us"
+    ... )
+    >>> result = sw.design(
+    ...     shock,
+    ...     chain,
+    ...     vary="chain.diameter",
+    ...     target="peak_force = 20 N",
+    ...     between=("5 mm", "40 mm"),
+    ... )
+    >>> (diameter,) = result.solutions[0].values
+    >>> f"{1e3 * diameter:.3f} mm"
+    '20.250 mm'
     """
     points, rtol = _POINTS.check("points", points), varied_scenes.RTOL.check("rtol", rtol)
     seed = varied_scenes.SEED.check("seed", seed)

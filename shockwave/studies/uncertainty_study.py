@@ -91,6 +91,17 @@ def uncertainty(
         If a value is out of range, no parameter is uncertain, or a scene that is drawn is not possible.
     NumericalError
         If a simulation fails.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> chain = sw.Chain(material="bearing-steel-52100", diameter="9.5 mm")
+    >>> shock = sw.Shock(
+    ...     profile="triangular", duration_ratio=3, peak_force="50 N", rise_time="20 us"
+    ... )
+    >>> result = sw.uncertainty(shock, chain, {"chain.radius": "1 %"}, draws=256)
+    >>> f"{result.peak_force.mean.value:.1f} N"
+    '53.6 N'
     """
     scenario = varied_scenes.scenario_of(scene, chain)
     scenario = evolve(scenario, limit=limit_of(limit) or scenario.limit)

@@ -41,6 +41,7 @@ DOCS = ROOT / "docs"
 PAGES = [
     *(ROOT / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")),
     *sorted(DOCS.glob("*.md")),
+    *sorted(DOCS.glob("python/*.md")),
     ROOT / "profiles" / "README.md",
     *sorted((ROOT / "plugins").glob("**/README.md")),
 ]
