@@ -13,7 +13,7 @@ from attrs import frozen
 from markupsafe import Markup
 from shockwave import report
 from shockwave.base.text import html_of, on_screen
-from shockwave.pictures.picture_elements import BLACK, BLUE, GREEN, GREY, VERMILION
+from shockwave.pictures.picture_elements import BLACK, COLOURS, METHODS
 from shockwave.prediction.outcome_text import lead_text
 from shockwave.report.number_text import formula, percent, quantity
 from shockwave.scene.layout import Layout
@@ -28,7 +28,7 @@ _PARTS = "controls", "headline", "results", "figures", "decision"
 _FILTERS = formula, percent, quantity
 _TIME, _CONTACT = ("time", "s"), ("contact, from the struck end", "")
 # Colours of histories, and so their number.
-_COLOURS = (BLUE, VERMILION, GREEN, BLACK)
+_COLOURS = COLOURS[:4]
 # Most contacts with histories; first contacts of an endless chain that have one.
 _MOST_CONTACTS = 120
 _FIRST_CONTACTS = 60
@@ -104,7 +104,7 @@ def figures(scenario: sw.Scenario, outcome: sw.Outcome) -> Iterator[Figure]:
         yield _train(waves, outcome.section4, scenario.shock.peak_force)
     elif result is not None:
         contacts = [peak.contact for peak in result.contacts]
-        peaks = Series(contacts, [peak.peak_force for peak in result.contacts], colour=VERMILION)
+        peaks = Series(contacts, [peak.peak_force for peak in result.contacts], colour=METHODS["simulation"])
         picture = chart([peaks], _CONTACT, ("greatest force", "N"), max(contacts[-1], 1))
         yield Figure("Greatest forces", picture)
     if kept is not None:
@@ -124,13 +124,13 @@ def _animation(scenario: sw.Scenario, kept: Any) -> Figure:
 def _pulse(shock: sw.Shock) -> Figure:
     times = np.linspace(0, shock.duration, 600)
     times = np.union1d(times, shock.rise_time * np.asarray(shock.profile.breakpoints, dtype=float))
-    pulse = Series(times, shock.peak_force * shock.profile.force(times / shock.rise_time), kind="area")
+    pulse = Series(times, shock.peak_force * shock.profile.force(times / shock.rise_time), "", "area", METHODS["shock"])
     return Figure("The shock", chart([pulse], _TIME, ("force", "N"), shock.duration))
 
 
 def _wall(scenario: sw.Scenario, kept: Any) -> Figure:
     end = float(kept.times[-1])
-    lines = [Series(kept.times, kept.wall_force, colour=VERMILION)]
+    lines = [Series(kept.times, kept.wall_force, colour=METHODS["simulation"])]
     if (limit := scenario.limit) is not None:
         lines.append(Series((0.0, end), (limit.force, limit.force), "limit", "dashed", BLACK))
     return Figure("Force on the wall", chart(lines, _TIME, ("force on the wall", "N"), end))
@@ -146,11 +146,11 @@ def _waves(outcome: sw.Outcome) -> tuple[Any, ...]:
 
 def _train(simulated: tuple[Any, ...], paper: Any, shock: float) -> Figure:
     """Peak forces of the waves, simulated and by section 4."""
-    trains: dict[str, tuple[Any, ...]] = {"simulated": (simulated, "squares", VERMILION)}
+    trains: dict[str, tuple[Any, ...]] = {"simulated": (simulated, "squares", METHODS["simulation"])}
     if paper is not None:
-        trains["section 4"] = (paper.waves, "dots", BLUE)
+        trains["section 4"] = (paper.waves, "dots", METHODS["section 4"])
     ends = 0.5, max(len(waves) for waves, *_ in trains.values()) + 0.5
-    series = [Series(ends, (shock, shock), "shock", "dashed", GREY)]
+    series = [Series(ends, (shock, shock), "shock", "dashed", METHODS["shock"])]
     for name, (waves, *look) in trains.items():
         series.append(Series(np.arange(1, len(waves) + 1), [wave.peak_force for wave in waves], name, *look))
     return Figure("Waves", chart(series, ("wave", ""), ("peak force", "N"), ends[1], whole=True))

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from attrs import frozen
 from markupsafe import Markup, escape
 from shockwave.hooks import FloatArray
-from shockwave.pictures.picture_elements import BLUE, FIELD, GREY, SKY, VERMILION, si_label
+from shockwave.pictures.picture_elements import BLUE, FIELD, GREY, VERMILION, si_label
 
 # Size of a chart and the margins around its axes [px of the drawing].
 _WIDTH, _HEIGHT = 420, 270
@@ -47,9 +47,9 @@ _MARKS = {
     "squares": '<path d="M{:.1f} {:.1f}m-3.5-3.5h7v7h-7z" fill="{}"/>',
 }
 _LOOKS = {
-    "line": 'fill="none"',
-    "dashed": 'fill="none" stroke-dasharray="5 4"',
-    "area": f'fill="{SKY}" fill-opacity="0.35"',
+    "line": 'fill-opacity="0"',
+    "dashed": 'fill-opacity="0" stroke-dasharray="5 4"',
+    "area": 'fill-opacity="0.25"',
 }
 # Signs of a legend.
 _KEYS = {"line": "\N{EM DASH}", "dashed": "--", "dots": "\u25cf", "squares": "\u25a0"}
@@ -248,7 +248,8 @@ class _Area:
         path = "L".join(f"{right:.1f} {down:.1f}" for right, down in zip(x, y, strict=True))
         if series.kind == "area":
             path += f"V{_TOP + self.height}H{x[0]:.1f}Z"
-        return f'<path d="M{path}" stroke="{series.colour}" stroke-width="1.6" {_LOOKS[series.kind]}/>'
+        paint = f'fill="{series.colour}" stroke="{series.colour}" stroke-width="1.6"'
+        return f'<path d="M{path}" {paint} {_LOOKS[series.kind]}/>'
 
 
 def _picture(parts: Iterable[str], label: str, width: float = _WIDTH, height: float = _HEIGHT) -> Markup:

@@ -10,7 +10,7 @@ from typing import Any
 
 from attrs import evolve, frozen
 from shockwave import Outcome, Scenario
-from shockwave.base.errors import dotted, steps_of
+from shockwave.base.errors import dotted_name, steps_of
 from shockwave.base.quantity_fields import Quantity
 from shockwave.base.text import si
 from shockwave.base.units import to_si
@@ -115,7 +115,7 @@ def _bounded(spec: Quantity, name: str, data: Any) -> Quantity:
 
 def _label(name: str) -> str:
     """The keys of a dotted name below its block, as words."""
-    return dotted(steps_of(name)[1:]).removeprefix("parameters.").replace(".", " ").replace("_", " ")
+    return dotted_name(steps_of(name)[1:]).removeprefix("parameters.").replace(".", " ").replace("_", " ")
 
 
 def _end(granules: Any, wall: Any) -> Control:
