@@ -160,7 +160,7 @@ def test_a_limit_is_decided_and_drawn(client: Any) -> None:
 
 
 def test_the_text_of_an_answer_gives_the_same_answer(client: Any) -> None:
-    once = asked(client, text=WALL, edits={"shock.rise_time": "20 us"})
+    once = asked(client, text=WALL, edits={"shock.duration": "20 us"})
     assert asked(client, text=once["text"]) == once
 
 
@@ -245,7 +245,7 @@ def test_a_record_is_scaled_to_a_duration() -> None:
 
 
 def test_times_that_follow_from_others_have_controls() -> None:
-    assert control(WALL, "shock.duration").text == "48 us"
+    assert control(WALL, "shock.rise_time").text == "24 us"
     assert control(f"{WALL}  until: 0.5 ms\n", "simulate.until").text == "0.5 ms"
     end = control(WALL, "simulate.until").text
     assert sw.simulate(loaded(WALL)).end == pytest.approx(1e-3 * float(end.removesuffix(" ms")), rel=1e-4)
@@ -258,10 +258,10 @@ def test_an_empty_field_returns_to_the_default() -> None:
 
 @pytest.mark.parametrize(
     ("written", "unit", "value"),
-    [("0.012 ms", "ms", 0.012), ("12us", "us", 12), ("1.2e-5", "us", 12), ("12000 ns", "ns", 12000)],
+    [("0.048 ms", "ms", 0.048), ("48us", "us", 48), ("4.8e-5", "us", 48), ("48000 ns", "ns", 48000)],
 )
 def test_a_slider_has_the_unit_that_its_field_shows(written: str, unit: str, value: float) -> None:
-    shown = control(WALL.replace("rise_time: 12 us", f"rise_time: {written}"), "shock.rise_time")
+    shown = control(WALL.replace("duration: 48 us", f"duration: {written}"), "shock.duration")
     assert (shown.unit, shown.value) == (unit, pytest.approx(value))
     assert shown.text.endswith(unit)
 
@@ -276,12 +276,20 @@ def test_every_number_of_the_chain_has_a_control() -> None:
 def test_every_built_in_pulse_shape_can_be_chosen(profile: str) -> None:
     scenario = loaded(edited(WALL, {"shock.profile": profile}))
     assert scenario.shock.peak_force == 40
-    assert scenario.shock.rise_time == pytest.approx(12e-6)
+    assert scenario.shock.duration == pytest.approx(48e-6)
 
 
-def test_a_shape_keeps_the_duration_that_is_given() -> None:
-    text = f"{CHAIN}\nshock: {{profile: exponential, peak_force: 5 N, duration: 60 us, duration_ratio: 3}}"
-    assert loaded(edited(text, {"shock.profile": "triangular"})).shock.duration == pytest.approx(60e-6)
+@pytest.mark.parametrize("profile", ["triangular", "half-sine"])
+@pytest.mark.parametrize("times", ["duration: 60 us, duration_ratio: 3", "rise_time: 20 us, duration: 60 us"])
+def test_a_shape_keeps_the_duration_that_is_given(times: str, profile: str) -> None:
+    text = f"{CHAIN}\nshock: {{profile: exponential, peak_force: 5 N, {times}}}"
+    assert loaded(edited(text, {"shock.profile": profile})).shock.duration == pytest.approx(60e-6)
+
+
+@pytest.mark.parametrize("until", ["50 us", "20 ms"])
+def test_any_end_of_the_simulated_time_is_drawn(until: str, client: Any) -> None:
+    for text in (WALL, f"{ENDLESS}simulate:\n"):
+        assert len(pictures(asked(client, text=f"{text}  until: {until}\n"))) >= 5
 
 
 def test_the_end_of_the_chain_can_be_chosen() -> None:

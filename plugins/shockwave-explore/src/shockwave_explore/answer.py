@@ -29,6 +29,8 @@ _FILTERS = formula, percent, quantity
 _TIME, _CONTACT = ("time", "s"), ("contact, from the struck end", "")
 # Colours of histories, and so their number.
 _COLOURS = COLOURS[:4]
+# Samples of histories up to a given time.
+_SAMPLES = 2000
 # Most contacts with histories; first contacts of an endless chain that have one.
 _MOST_CONTACTS = 120
 _FIRST_CONTACTS = 60
@@ -57,7 +59,9 @@ def answered(text: str) -> tuple[sw.Scenario, sw.Outcome]:
     if count is not None:
         all_contacts = range(0, count - 1, -(-count // _MOST_CONTACTS))
         contacts = range(min(_FIRST_CONTACTS, count - 1)) if scenario.chain.is_uniform else all_contacts
-    recorded: dict[str, Any] = {"record": ("forces", "field"), "contacts": contacts, "interval": None}
+    until = scenario.simulate.until
+    interval = None if until is None else until / _SAMPLES
+    recorded: dict[str, Any] = {"record": ("forces", "field"), "contacts": contacts, "interval": interval}
     return scenario, sw.predict(scenario, **recorded)
 
 
