@@ -15,18 +15,14 @@ const hash = () => "#" + encodeURIComponent(valid);
 const post = (path, body) =>
   fetch(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
 
-// Two objects in one, the second behind the first, so that its values are applied last.
-function joined(first, second) {
-  const others = Object.entries(first).filter(([name]) => !(name in second));
-  return { ...Object.fromEntries(others), ...second };
-}
+// Edits without those of the same names as others; and both together, the later ones last, as they are applied.
+const without = (edits, others) => Object.fromEntries(Object.entries(edits).filter(([name]) => !(name in others)));
+const joined = (edits, later) => ({ ...without(edits, later), ...later });
 
 // One request at a time. Changes made meanwhile are sent together, so that the page never lags behind a slider.
 async function ask(request) {
   if (waiting && !waiting.edits && request.edits) return; // the controls are about to be replaced
-  waiting = waiting?.edits && request.edits
-    ? { ...waiting, ...request, edits: joined(waiting.edits, request.edits) }
-    : request;
+  waiting = waiting?.edits && request.edits ? { ...request, edits: joined(waiting.edits, request.edits) } : request;
   if (busy) return;
   busy = true;
   $("answer").ariaBusy = "true";
@@ -39,55 +35,42 @@ async function ask(request) {
   $("answer").ariaBusy = "false";
 }
 
-// The parts of the page; or the `faults` of the scenario, or a `failure` of anything else.
+// The reply, or faults: those of the scenario have a path, a problem and a location, others a problem only.
 async function answer(path, request) {
   try {
     const reply = await post(path, request);
-    if (reply.ok) return path === "report" ? await reply.blob() : await reply.json();
-    return reply.headers.get("Content-Type").startsWith("application/json")
-      ? await reply.json()
-      : { failure: await reply.text() };
+    const type = reply.headers.get("Content-Type");
+    if (type.startsWith("text/html")) return await reply.blob();
+    return type.startsWith("application/json") ? await reply.json() : { faults: [{ problem: await reply.text() }] };
   } catch {
-    return { failure: "No answer: `shockwave explore` has ended." };
+    return { faults: [{ problem: "No answer: `shockwave explore` has ended." }] };
   }
 }
 
 async function show(request) {
-  const { edits } = request;
+  const edits = request.edits ?? {};
   // values that were refused are tried again with the new ones, because some are valid only together
-  const all = edits && joined(refused, edits);
-  let reply = await answer("answer", { text: valid, ...request, edits: all });
+  const all = joined(request.edits ? refused : {}, edits);
   let left = {};
-  if (reply.faults && edits && Object.keys(all).length > Object.keys(edits).length) {
+  let reply = await answer("answer", { text: valid, ...request, edits: all });
+  if (reply.faults && Object.keys(all).length > Object.keys(edits).length) {
     const alone = await answer("answer", { text: valid, ...request });
-    if (alone.text !== undefined) {
-      reply = alone;
-      left = Object.fromEntries(Object.entries(refused).filter(([name]) => !(name in edits)));
-    }
+    if (!alone.faults) [reply, left] = [alone, without(refused, edits)];
   }
-  for (const place of document.querySelectorAll(".error")) {
-    if (!(place.id.replace(/:error$/, "") in left)) complain(place.id.replace(/:error$/, ""), "");
-  }
-  fail(reply.failure ?? "");
-  if (reply.text === undefined) {
-    refused = all ?? {};
-    if (reply.faults) mark(reply.faults, request);
-    if (request.link) {
-      const fault = $("fault").textContent;
-      await show({ text: initial });
-      fail(fault);
-    }
+  for (const { id } of document.querySelectorAll(".error")) if (!(fieldOf(id) in left)) complain(fieldOf(id), "");
+  if (reply.faults) {
+    refused = all;
+    if (request.link) await show({ text: initial });
+    for (const fault of reply.faults) mark(fault, request);
     return;
   }
   refused = left;
   valid = $("text").value = reply.text;
-  if (!edits) start = valid;
+  if (!request.edits) start = valid;
   clearTimeout(settled); // browsers limit how often the address may change
   settled = setTimeout(() => history.replaceState(null, "", valid === initial ? location.pathname : hash()), 300);
   $("preset").value = reply.preset;
-  for (const name of ["headline", "results", "decision"]) {
-    if ($(name).dataset.html !== reply[name]) $(name).innerHTML = $(name).dataset.html = reply[name];
-  }
+  for (const name of ["headline", "results", "decision"]) $(name).innerHTML = reply[name];
   $("decision").hidden = !reply.decision.trim();
   const time = document.querySelector("#figures svg")?.getCurrentTime() ?? 0;
   $("figures").innerHTML = reply.figures;
@@ -111,74 +94,48 @@ function renew(html, { edits, centre }) {
   }
   for (const next of fresh.content.querySelectorAll("input, select")) {
     const shown = $(next.id);
-    const { for: name, value, low, high } = next.dataset;
-    if (next.type === "range") {
-      const ends = [Number(shown.dataset.low ?? shown.min), Number(shown.dataset.high ?? shown.max)];
-      if (!edits || centre === name || value < ends[0] || value > ends[1]) {
-        for (const attribute of next.attributes) shown.setAttribute(attribute.name, attribute.value);
-        shown.value = next.value;
-      } else if (shown !== document.activeElement) {
-        shown.value = low ? Math.log(value / ends[0]) / Math.log(ends[1] / ends[0]) : value;
-      }
-      shown.ariaValueText = next.ariaValueText;
-      continue;
+    const { for: name, value } = next.dataset;
+    const { low, high } = shown.dataset;
+    let kept = shown.id in refused || shown.id === typing ? shown.value : next.value;
+    if (next.type === "range" && edits && centre !== name && value >= Number(low) && value <= Number(high)) {
+      kept = next.max === "1" ? Math.log(value / low) / Math.log(high / low) : value;
+      for (const end of ["min", "max", "data-low", "data-high"]) next.setAttribute(end, shown.getAttribute(end));
     }
-    const kept = shown.id in refused || shown.id === typing ? shown.value : next.value;
-    if (next.type === "text") {
-      shown.defaultValue = next.defaultValue;
-      shown.dataset.unit = next.dataset.unit;
-    } else {
-      shown.replaceChildren(...next.children);
-    }
-    shown.value = kept;
+    for (const attribute of next.attributes) shown.setAttribute(attribute.name, attribute.value);
+    if (shown.options) shown.replaceChildren(...next.children);
+    if (shown !== document.activeElement || shown.type !== "range") shown.value = kept;
   }
 }
 
 // ---------------------------------------------------------------- errors
 
+// Name of the field to which a place of errors belongs, and the words of a key.
+const fieldOf = (id) => id.replace(/:error$/, "");
+const words = (key) => key.replace(/\b[a-z]+(_[a-z]+)+\b/g, (name) => name.replaceAll("_", " "));
+
 // A message at a field, or none.
 function complain(name, message) {
-  const field = $(name);
-  if (!field) return;
+  if (!$(`${name}:error`)) return;
   $(`${name}:error`).textContent = message;
-  field.ariaInvalid = message ? "true" : "false";
+  if (name !== "answer") $(name).ariaInvalid = message ? "true" : "false";
+  else if (message) $("answer").scrollIntoView({ block: "nearest" });
 }
 
-// The faults at the fields to which they belong, those of the text below it, and all others above the results.
-function mark(faults, { edits, link }) {
-  const messages = {};
-  for (const { path, problem, location } of faults) {
-    const field = edits ? (path in edits || path in refused ? path : Object.keys(edits).at(-1)) : link ? "fault" : "text";
-    const message = edits ? (path && path !== field ? `${label(path)}: ` : "") + worded(problem)
-      : [location.replace(/^scenario:(\d+):.*/, "line $1"), path, problem].filter(Boolean).join(": ");
-    messages[field] = [messages[field], message].filter(Boolean).join("\n");
+// A fault at the field that it belongs to or that was edited last; of a text, below it; of anything else, at the top.
+function mark({ path, problem, location }, { edits, link }) {
+  let field = path === undefined || link ? "answer" : "text";
+  let message = [location?.replace(/^scenario:(\d+):.*/, "line $1"), path, problem].filter(Boolean).join(": ");
+  if (edits && path !== undefined) {
+    field = path in refused ? path : Object.keys(edits).at(-1);
+    message = (path === field || !path ? "" : `${words(path.slice(path.indexOf(".") + 1))}: `) + words(problem);
   }
-  for (const [field, message] of Object.entries(messages)) {
-    if (field === "fault") fail(message);
-    else complain(field, message);
-  }
-  const line = !edits && !link && Number(faults[0].location.split(":")[1]);
-  if (line) {
-    const lines = $("text").value.split("\n");
-    const begin = lines.slice(0, line - 1).join("\n").length + (line > 1);
-    $("text").focus();
-    $("text").setSelectionRange(begin, begin + (lines[line - 1] ?? "").length);
-  }
-}
-
-const labels = () => [...document.querySelectorAll("#controls label")];
-const label = (path) => labels().find(({ htmlFor }) => htmlFor === path)?.textContent ?? path;
-
-// A problem with the labels of controls in place of their keys.
-function worded(problem) {
-  const keys = labels().map(({ htmlFor, textContent }) => [htmlFor.split(".").at(-1), textContent]);
-  return keys.filter(([key]) => key.includes("_")).reduce((text, [key, words]) => text.replaceAll(key, words), problem);
-}
-
-function fail(fault) {
-  $("fault").textContent = fault;
-  $("fault").hidden = !fault;
-  if (fault) $("fault").scrollIntoView({ block: "nearest" });
+  complain(field, [$(`${field}:error`)?.textContent, message].filter(Boolean).join("\n"));
+  const line = field === "text" && Number(location.split(":")[1]);
+  if (!line) return;
+  const lines = $("text").value.split("\n");
+  const begin = lines.slice(0, line - 1).join("\n").length + (line > 1);
+  $("text").focus();
+  $("text").setSelectionRange(begin, begin + lines[line - 1].length);
 }
 
 function animate(time) {
@@ -199,7 +156,7 @@ $("controls").addEventListener("input", ({ target }) => {
   const { low, high } = target.dataset;
   const { unit } = text.dataset;
   const near = Number((low * (high / low) ** target.value).toPrecision(3));
-  const number = low ? Math.min(Math.max(near, low), high) : Number(target.value); // rounded, but within the ends
+  const number = target.max === "1" ? Math.min(Math.max(near, low), high) : Number(target.value); // within the ends
   target.ariaValueText = text.value = `${number} ${unit}`.trim();
   ask({ edits: { [text.id]: unit ? text.value : number } });
 });
@@ -249,9 +206,9 @@ function save(name, blob) {
 $("report").addEventListener("click", async () => {
   $("done").textContent = "writing the report";
   const reply = await answer("report", { text: valid });
-  if (reply instanceof Blob) save("report.html", reply);
-  else fail(reply.failure ?? reply.faults.map(({ problem }) => problem).join("\n"));
-  $("done").textContent = reply instanceof Blob ? "report.html is saved" : "";
+  if (reply.faults) for (const fault of reply.faults) mark(fault, { link: true });
+  else save("report.html", reply);
+  $("done").textContent = reply.faults ? "" : "report.html is saved";
 });
 $("figures").addEventListener("click", ({ target }) => {
   if (target.id === "pause") {
