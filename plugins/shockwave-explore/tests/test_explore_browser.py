@@ -193,6 +193,18 @@ def test_an_error_in_the_text_is_shown_below_it_and_selected(page: Page) -> None
     assert page.run(selected) == "  duration: 48 kg"
 
 
+def test_text_that_is_not_applied_is_not_lost(page: Page) -> None:
+    page.open()
+    page.find("#text").send_keys("limit: {force: 60 N}")
+    text = page.value("text")
+    page.after(lambda: page.fill("chain.granules", "20"))
+    assert page.value("text") == text
+    assert "not applied" in page.find("#done").text
+    page.after(page.find("#apply").click)
+    assert "limit of 60 N" in page.html("results")
+    assert (page.value("chain.granules"), page.find("#done").text) == ("40", "")
+
+
 # ---------------------------------------------------------------- accessibility
 
 

@@ -3,6 +3,7 @@
 const $ = (id) => document.getElementById(id);
 const initial = $("text").defaultValue;
 let valid = initial; // text of the scenario that is shown
+let written = $("text").value; // the text as it was written into its field
 let start = initial; // that to which Reset returns
 let refused = {}; // edits that made no valid scenario, and stay in their fields
 let typing = ""; // id of the field with text that is not sent yet
@@ -65,7 +66,11 @@ async function show(request) {
     return;
   }
   refused = left;
-  valid = $("text").value = reply.text;
+  const changed = request.edits && $("text").value !== written; // by the user, who has not applied it
+  valid = reply.text;
+  $("done").textContent = changed ? "Changes of the text are not applied." : "";
+  if (!changed) $("text").value = valid;
+  if (!changed) written = $("text").value;
   if (!request.edits) start = valid;
   clearTimeout(settled); // browsers limit how often the address may change
   settled = setTimeout(() => history.replaceState(null, "", valid === initial ? location.pathname : hash()), 300);
