@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -10,9 +11,11 @@ import numpy as np
 import shockwave as sw
 from attrs import frozen
 from markupsafe import Markup
-from shockwave.base.text import html_of
-from shockwave.pictures.picture_elements import BLACK, BLUE, GREEN, GREY, VERMILION
+from shockwave import report
+from shockwave.base.text import html_of, on_screen
+from shockwave.pictures.picture_elements import BLACK, COLOURS, METHODS
 from shockwave.prediction.outcome_text import lead_text
+from shockwave.report.number_text import formula, percent, quantity
 from shockwave.scene.layout import Layout
 
 from .charts import Series, beads, chart, field_map
@@ -20,9 +23,14 @@ from .controls import controls
 from .scene import loaded
 
 _TEMPLATE = Path(__file__).with_name("parts.html.jinja")
+_PARTS = "controls", "headline", "results", "figures", "decision"
+# Filters of the templates of the report.
+_FILTERS = formula, percent, quantity
 _TIME, _CONTACT = ("time", "s"), ("contact, from the struck end", "")
 # Colours of histories, and so their number.
-_COLOURS = (BLUE, VERMILION, GREEN, BLACK)
+_COLOURS = COLOURS[:4]
+# Samples of histories up to a given time.
+_SAMPLES = 2000
 # Most contacts with histories; first contacts of an endless chain that have one.
 _MOST_CONTACTS = 120
 _FIRST_CONTACTS = 60
@@ -51,20 +59,34 @@ def answered(text: str) -> tuple[sw.Scenario, sw.Outcome]:
     if count is not None:
         all_contacts = range(0, count - 1, -(-count // _MOST_CONTACTS))
         contacts = range(min(_FIRST_CONTACTS, count - 1)) if scenario.chain.is_uniform else all_contacts
-    recorded: dict[str, Any] = {"record": ("forces", "field"), "contacts": contacts, "interval": None, "until": None}
+    until = scenario.simulate.until
+    interval = None if until is None else until / _SAMPLES
+    recorded: dict[str, Any] = {"record": ("forces", "field"), "contacts": contacts, "interval": interval}
     return scenario, sw.predict(scenario, **recorded)
 
 
-def parts_of(text: str, *names: str) -> dict[str, str]:
-    """The parts ``names`` of the page for the scenario in ``text``, as HTML: controls, headline, results, figures."""
+def parts_of(text: str) -> dict[str, str]:
+    """The parts of the page for the scenario in ``text``, as HTML: controls, headline, results, figures, decision."""
     scenario, outcome = answered(text)
+    _, *lines = on_screen(outcome, columns=sys.maxsize).split("\n")
     values: dict[str, object] = {
-        "groups": controls(scenario) if "controls" in names else {},
+        "groups": controls(scenario, outcome),
         "lead": lead_text(outcome).partition(", "),
-        "outcome": str(outcome),
-        "figures": list(figures(scenario, outcome)) if "figures" in names else [],
+        "facts": [line.strip().partition("  ") for line in lines],
+        "figures": list(figures(scenario, outcome)),
+        "decision": _decision(outcome),
     }
-    return {name: html_of(_TEMPLATE, (), part=name, **values) for name in names}
+    return {name: html_of(_TEMPLATE, (), part=name, **values) for name in _PARTS}
+
+
+def _decision(outcome: sw.Outcome) -> Markup:
+    """The decision of section 4 and the conditions on the shock, as in the report; empty if it does not apply."""
+    paper, parts = outcome.section4, ""
+    for name in ("decision", "conditions") if paper is not None else ():
+        values = {"p": paper, "conditions": paper.conditions, "areas": paper.areas}
+        template = Path(report.__file__).with_name(f"{name}.html.jinja")
+        parts += html_of(template, _FILTERS, applied_momentum=outcome.applied_momentum, **values)
+    return Markup(parts)
 
 
 # ---------------------------------------------------------------- pictures
@@ -79,16 +101,16 @@ def figures(scenario: sw.Scenario, outcome: sw.Outcome) -> Iterator[Figure]:
     if scenario.impact is None:
         yield _pulse(scenario.shock)
     if kept is not None:
-        yield Figure("Space-time map", field_map(kept.times, kept.contacts, kept.forces, _CONTACT[0]))
+        yield Figure("Space-time diagram", field_map(kept.times, kept.contacts, kept.forces, _CONTACT[0]))
         if kept.wall_force is not None:
             yield _wall(scenario, kept)
     if waves := _waves(outcome):
         yield _train(waves, outcome.section4, scenario.shock.peak_force)
     elif result is not None:
         contacts = [peak.contact for peak in result.contacts]
-        peaks = Series(contacts, [peak.peak_force for peak in result.contacts], colour=VERMILION)
+        peaks = Series(contacts, [peak.peak_force for peak in result.contacts], colour=METHODS["simulation"])
         picture = chart([peaks], _CONTACT, ("greatest force", "N"), max(contacts[-1], 1))
-        yield Figure("Greatest force along the chain", picture)
+        yield Figure("Greatest forces", picture)
     if kept is not None:
         yield _histories(kept)
 
@@ -98,19 +120,21 @@ def _animation(scenario: sw.Scenario, kept: Any) -> Figure:
     radii = np.full(kept.displacements.shape[1], chain.radius)
     if chain.count is not None and not chain.is_uniform:
         radii = Layout.of(chain, scenario.excitation).radii
-    return Figure("Beads", *beads(radii, kept.times, kept.displacements, kept.velocities, kept.wall_force is not None))
+    return Figure(
+        "Granules", *beads(radii, kept.times, kept.displacements, kept.velocities, kept.wall_force is not None)
+    )
 
 
 def _pulse(shock: sw.Shock) -> Figure:
     times = np.linspace(0, shock.duration, 600)
     times = np.union1d(times, shock.rise_time * np.asarray(shock.profile.breakpoints, dtype=float))
-    pulse = Series(times, shock.peak_force * shock.profile.force(times / shock.rise_time), kind="area")
-    return Figure("Pulse", chart([pulse], _TIME, ("force", "N"), shock.duration))
+    pulse = Series(times, shock.peak_force * shock.profile.force(times / shock.rise_time), "", "area", METHODS["shock"])
+    return Figure("The shock", chart([pulse], _TIME, ("force", "N"), shock.duration))
 
 
 def _wall(scenario: sw.Scenario, kept: Any) -> Figure:
     end = float(kept.times[-1])
-    lines = [Series(kept.times, kept.wall_force, colour=VERMILION)]
+    lines = [Series(kept.times, kept.wall_force, colour=METHODS["simulation"])]
     if (limit := scenario.limit) is not None:
         lines.append(Series((0.0, end), (limit.force, limit.force), "limit", "dashed", BLACK))
     return Figure("Force on the wall", chart(lines, _TIME, ("force on the wall", "N"), end))
@@ -126,14 +150,14 @@ def _waves(outcome: sw.Outcome) -> tuple[Any, ...]:
 
 def _train(simulated: tuple[Any, ...], paper: Any, shock: float) -> Figure:
     """Peak forces of the waves, simulated and by section 4."""
-    trains: dict[str, tuple[Any, ...]] = {"simulated": (simulated, "squares", VERMILION)}
+    trains: dict[str, tuple[Any, ...]] = {"simulated": (simulated, "squares", METHODS["simulation"])}
     if paper is not None:
-        trains["section 4"] = (paper.waves, "dots", BLUE)
+        trains["section 4"] = (paper.waves, "dots", METHODS["section 4"])
     ends = 0.5, max(len(waves) for waves, *_ in trains.values()) + 0.5
-    series = [Series(ends, (shock, shock), "shock", "dashed", GREY)]
+    series = [Series(ends, (shock, shock), "shock", "dashed", METHODS["shock"])]
     for name, (waves, *look) in trains.items():
         series.append(Series(np.arange(1, len(waves) + 1), [wave.peak_force for wave in waves], name, *look))
-    return Figure("Wave train", chart(series, ("wave", ""), ("peak force", "N"), ends[1], whole=True))
+    return Figure("Waves", chart(series, ("wave", ""), ("peak force", "N"), ends[1], whole=True))
 
 
 def _histories(kept: Any) -> Figure:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from attrs import frozen
 from markupsafe import Markup, escape
 from shockwave.hooks import FloatArray
-from shockwave.pictures.picture_elements import BLUE, FIELD, GREY, SKY, VERMILION, si_label
+from shockwave.pictures.picture_elements import BLUE, FIELD, GREY, VERMILION, si_label
 
 # Size of a chart and the margins around its axes [px of the drawing].
 _WIDTH, _HEIGHT = 420, 270
@@ -47,9 +47,9 @@ _MARKS = {
     "squares": '<path d="M{:.1f} {:.1f}m-3.5-3.5h7v7h-7z" fill="{}"/>',
 }
 _LOOKS = {
-    "line": 'fill="none"',
-    "dashed": 'fill="none" stroke-dasharray="5 4"',
-    "area": f'fill="{SKY}" fill-opacity="0.35"',
+    "line": 'fill-opacity="0"',
+    "dashed": 'fill-opacity="0" stroke-dasharray="5 4"',
+    "area": 'fill-opacity="0.25"',
 }
 # Signs of a legend.
 _KEYS = {"line": "\N{EM DASH}", "dashed": "--", "dots": "\u25cf", "squares": "\u25a0"}
@@ -95,7 +95,9 @@ def chart(
             key = Markup('<tspan fill="{}">{}</tspan> {}').format(line.colour, _KEYS[line.kind], line.label)
             legend += _text(area.left + at, 16, key)
             at += _KEY + _LETTER * len(line.label)
-    return _picture([area.axes(x, y), *map(area.draw, drawn), legend])
+    return _picture(
+        [area.axes(x, y), *map(area.draw, drawn), legend], f"{y[0]} against {x[0]}, {_most(top / _ROOM, y[1])}"
+    )
 
 
 def field_map(times: FloatArray, contacts: Sequence[int], forces: FloatArray, label: str) -> Markup:
@@ -135,7 +137,7 @@ def field_map(times: FloatArray, contacts: Sequence[int], forces: FloatArray, la
         f'<path d="M{area.left} {_TOP}v{area.height}" stroke="{BLUE}">'
         f'<animateTransform attributeName="transform" type="translate" {_TIMING} values="0;{area.width}"/></path>'
     )
-    return _picture(parts)
+    return _picture(parts, f"force against time and {label}, {_most(greatest, 'N')}")
 
 
 def beads(
@@ -182,7 +184,7 @@ def beads(
         f"The first {shown} granules during {si_label(times[-1], 's')}, displacements enlarged {factor:g} times; "
         f"colours deepen up to a speed of {si_label(fastest, 'm/s')}."
     )
-    return _picture(parts, _ROW, _ROW_HEIGHT), caption
+    return _picture(parts, caption, _ROW, _ROW_HEIGHT), caption
 
 
 def _image(levels: FloatArray) -> str:
@@ -246,12 +248,19 @@ class _Area:
         path = "L".join(f"{right:.1f} {down:.1f}" for right, down in zip(x, y, strict=True))
         if series.kind == "area":
             path += f"V{_TOP + self.height}H{x[0]:.1f}Z"
-        return f'<path d="M{path}" stroke="{series.colour}" stroke-width="1.6" {_LOOKS[series.kind]}/>'
+        paint = f'fill="{series.colour}" stroke="{series.colour}" stroke-width="1.6"'
+        return f'<path d="M{path}" {paint} {_LOOKS[series.kind]}/>'
 
 
-def _picture(parts: Iterable[str], width: float = _WIDTH, height: float = _HEIGHT) -> Markup:
-    head = f'xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" aria-hidden="true" {_FONT}'
+def _picture(parts: Iterable[str], label: str, width: float = _WIDTH, height: float = _HEIGHT) -> Markup:
+    """A picture with a ``label`` for readers that do not see it."""
+    size = f'viewBox="0 0 {width} {height}"'
+    head = f'xmlns="http://www.w3.org/2000/svg" {size} role="img" aria-label="{escape(label)}" {_FONT}'
     return Markup(f"<svg {head}>{''.join(parts)}</svg>")
+
+
+def _most(value: float, unit: str) -> str:
+    return f"at most {si_label(value, unit)}"
 
 
 def _scale(largest: float, unit: str) -> tuple[float, str]:

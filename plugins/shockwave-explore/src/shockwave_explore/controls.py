@@ -3,38 +3,43 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
 from attrs import evolve, frozen
-from shockwave import Scenario
-from shockwave.base.quantity_fields import DIAMETER, Quantity
+from shockwave import Outcome, Scenario
+from shockwave.base.errors import dotted_name, steps_of
+from shockwave.base.quantity_fields import Quantity
+from shockwave.base.text import si
 from shockwave.base.units import to_si
-from shockwave.registry.registry import entries, load
-from shockwave.scenario.block_keys import CHAIN, RECORD, WALLS, parameters_of, shock_keys
+from shockwave.registry.registry import entries
+from shockwave.scenario.block_keys import RECORD, WALLS, keys_of
+from shockwave.scenario.dotted_names import Variable, variables
 
-from .scene import ENDLESS, FREE, WALL, value_at
+from .scene import ENDLESS, FREE, TIMES, WALL, value_at
 
-# Unit of the values of a slider, and its value in SI units.
-_UNITS = {"N": ("N", 1.0), "s": ("us", 1e-6), "m": ("mm", 1e-3), "m/s": ("m/s", 1.0), "": ("", 1.0)}
+# Blocks with controls, and the titles of their groups.
+_TITLES = {"shock": "Shock", "impact": "Impact", "chain": "Chain", "simulate": "Simulation", "predict": "Section 4"}
 # Ends of a slider, relative to the value at which it begins.
 _SPAN = 10.0
 # Least right end of the slider of a number of granules.
 _MOST_ON_SLIDER = 100
 # Segments of a chain that have controls.
 _SEGMENTS = 6
-_VELOCITY = Quantity("m/s", "", above=0)
 _AS_GIVEN = "as in the text"
+# A number with a blank behind it.
+_NUMBER = re.compile(r"[-+]?[0-9.]+(?:[eE][-+]?[0-9]+)? *")
 
 
 @frozen
 class Control:
     """A control of the value with the dotted ``name``.
 
-    ``text`` is the value as written, ``choices`` are those of a list. A slider from ``low`` to ``high`` in ``unit``
-    stands at ``value``; its steps are equal ratios, or whole numbers if ``whole`` is true. Without ``high`` there is
-    none.
+    ``text`` is the value as written, ``choices`` are those of a list. A slider from ``low`` to ``high`` in ``unit``,
+    that of the text, stands at ``value``; its steps are equal ratios, or whole numbers if ``whole`` is true. Without
+    ``high`` there is none.
     """
 
     name: str
@@ -53,51 +58,70 @@ class Control:
         return math.log(self.value / self.low) / math.log(self.high / self.low)
 
 
-def controls(scenario: Scenario) -> dict[str, list[Control]]:
-    """Controls of a scenario that was loaded from a document, in groups with a title."""
+def controls(scenario: Scenario, outcome: Outcome | None = None) -> dict[str, list[Control]]:
+    """Controls of a scenario that was loaded from a document, in groups with a title.
+
+    Every value that the document gives has one, and so have times and forces that follow from the others: of the
+    shock and, with an ``outcome``, the end of the simulated time.
+    """
     assert scenario.document is not None
-    shock, chain, impact = (scenario.document.data.get(name) or {} for name in ("shock", "chain", "impact"))
-    groups = {
-        "Pulse": [*_of_shock(shock)],
-        "Striker": [*_of_numbers(impact, "impact", {"velocity": _VELOCITY}), *_of_spheres(impact, "impact")],
-        "Beads": [*_of_spheres(chain, "chain")],
-        "Chain": [*_of_chain(chain)],
-    }
+    data = scenario.document.data
+    derived = dict(_derived(scenario, outcome))
+    groups: dict[str, list[Control]] = {title: [] for title in _TITLES.values()}
+    for variable in variables(data).values():
+        given = value_at(data, *steps_of(variable.name))
+        block, *rest = steps_of(variable.name)
+        if all(isinstance(step, str) or step < _SEGMENTS for step in rest):
+            value = derived.get(variable.name) if given is None else given
+            groups[_TITLES[str(block)]] += _of_value(variable, value, data)
     return {title: group for title, group in groups.items() if group}
 
 
-def _of_shock(shock: dict[str, Any]) -> Iterator[Control]:
-    if not shock:
-        return
-    name = shock["profile"]
-    cls = load("profiles", name)
-    yield _list("shock.profile", "shape", name, *(entry.name for entry in entries("profiles") if entry.name != RECORD))
-    yield from _of_numbers(shock, "shock", {key.name: key.spec for key in shock_keys(cls)})
-    parameters = {key.name: key.spec for key in parameters_of(name, cls)}
-    yield from _of_numbers(shock.get("parameters") or {}, "shock.parameters", parameters)
+def _derived(scenario: Scenario, outcome: Outcome | None) -> Iterator[tuple[str, float]]:
+    """Names and values [SI] of quantities that the document need not give."""
+    if scenario.impact is None:
+        shock = scenario.shock
+        yield from ((f"shock.{name}", getattr(shock, name)) for name in ("peak_force", "rise_time", "duration"))
+        if any(key.name == "duration_ratio" for key in keys_of(type(shock.profile))):
+            yield "shock.duration_ratio", float(shock.profile.duration_ratio)
+    result = None if outcome is None else outcome.simulated
+    if result is not None and (end := result.end or result.recording.times[-1]):
+        yield "simulate.until", float(end)
 
 
-def _of_spheres(block: Mapping[str, Any], name: str) -> Iterator[Control]:
-    """Controls of material and size."""
-    if "material" in block:
-        yield _list(f"{name}.material", "material", _named(block["material"]), *_materials())
-    yield from _of_numbers(block, name, {"diameter": DIAMETER, "radius": DIAMETER})
+def _of_value(variable: Variable, value: Any, data: Any) -> Iterator[Control]:
+    """The control of a variable with this value, if it can have one."""
+    name, label = variable.name, _label(variable.name)
+    if name == "shock.profile" and value is not None:
+        profiles = (entry.name for entry in entries("profiles") if entry.name != RECORD)
+        yield _list(name, label, str(value), *profiles)
+    elif variable.key.kind == "materials" and name != "chain.end.wall" and value is not None:
+        yield _list(name, label, _named(value), *_materials())
+    elif (spec := variable.key.spec) is not None and not spec.samples and isinstance(value, str | int | float):
+        yield _number(name, label, value, _bounded(spec, name, data))
+    if name == "chain.granules":
+        yield _end(value, value_at(data, "chain", "end", "wall"))
 
 
-def _of_chain(chain: dict[str, Any]) -> Iterator[Control]:
-    specs = {key.name: key.spec for key in CHAIN}
-    granules, wall = chain.get("granules"), value_at(chain, "end", "wall")
-    segments = granules if isinstance(granules, list) else []
-    for index, segment in enumerate(segments[:_SEGMENTS]):
-        place = f"chain.granules[{index}]"
-        counts = _of_numbers(segment, place, dict.fromkeys(("count", "repeat"), specs["granules"]))
-        for control in (*counts, *_of_spheres(segment, place)):
-            yield evolve(control, label=f"segment {index + 1}: {control.label}")
-    yield from _of_numbers(chain, "chain", {"granules": specs["granules"]})
+def _bounded(spec: Quantity, name: str, data: Any) -> Quantity:
+    """``spec`` with the bound that another time of the shock sets, if that stays when this one changes."""
+    given = value_at(data, "shock") or {}
+    if len(given.keys() & TIMES) > 1 and name == "shock.duration" and "rise_time" in given:
+        return evolve(spec, above=to_si(given["rise_time"], "s"))
+    if len(given.keys() & TIMES) > 1 and name == "shock.rise_time" and "duration" in given:
+        return evolve(spec, below=to_si(given["duration"], "s"))
+    return spec
+
+
+def _label(name: str) -> str:
+    """The keys of a dotted name below its block, as words."""
+    return dotted_name(steps_of(name)[1:]).removeprefix("parameters.").replace(".", " ").replace("_", " ")
+
+
+def _end(granules: Any, wall: Any) -> Control:
     end = ENDLESS if granules is None else FREE if wall is None else WALL + _named(wall)
     walls = (f"{WALL}{name}" for name in (*WALLS, *_materials()))
-    yield _list("chain.end", "end", end, *([FREE] if segments else [ENDLESS, FREE]), *walls)
-    yield from _of_numbers(chain, "chain", {name: specs[name] for name in ("precompression", "gravity")})
+    return _list("chain.end", "end", end, *([FREE] if isinstance(granules, list) else [ENDLESS, FREE]), *walls)
 
 
 def _named(material: Any) -> str:
@@ -113,22 +137,20 @@ def _list(name: str, label: str, value: str, *choices: str) -> Control:
     return Control(name, label, value, tuple(dict.fromkeys((value, *choices))))
 
 
-def _of_numbers(block: Mapping[str, Any], name: str, specs: Mapping[str, Quantity | None]) -> Iterator[Control]:
-    """Controls of the numbers in ``block`` with a name in ``specs``."""
-    for key, spec in specs.items():
-        value = block.get(key)
-        if spec is not None and not spec.samples and value is not None and not isinstance(value, dict | list):
-            yield _number(f"{name}.{key}", key.replace("_", " "), value, spec)
-
-
 def _number(name: str, label: str, given: Any, spec: Quantity) -> Control:
     """Control of a number: text with a unit, and a slider around its value, where it has room on both sides."""
-    unit, factor = _UNITS.get(spec.unit, (spec.unit, 1.0))
-    value = to_si(given, spec.unit) / factor
+    text = given.strip() if isinstance(given, str) else si(given, spec.unit)
+    unit = _NUMBER.sub("", text, count=1)
+    factor = to_si(f"1 {unit}".strip(), spec.unit)
+    value = to_si(text, spec.unit) / factor
     if spec.whole:
-        most = max(_MOST_ON_SLIDER, 2 * value)
+        most = 0.0 if ".cell[" in name else max(_MOST_ON_SLIDER, 2 * value)
         return Control(name, label, f"{value:.0f}", (), "", value, min(2, value), most, whole=True)
-    text = f"{value:g} {unit}".rstrip() if isinstance(given, int | float) else str(given)
-    low = max([value / _SPAN, *(b / factor + (value - b / factor) / _SPAN for b in (spec.above, spec.at_least) if b)])
-    high = min([value * _SPAN, *(b / factor - (b / factor - value) / _SPAN for b in (spec.below, spec.at_most) if b)])
+    low, high = value / _SPAN, value * _SPAN
+    for sign, bound in ((sign, bound / factor) for sign, bound in spec.bounds):
+        if sign[0] == ">" and low <= bound:
+            low = bound + (value - bound) / _SPAN
+        elif sign[0] == "<" and high >= bound:
+            high = bound - (bound - value) / _SPAN
+    low, high = (float(f"{end:.6g}") for end in (low, high))
     return Control(name, label, text, (), unit, value, low, high if 0 < low < high else 0.0)

@@ -21,7 +21,9 @@ from shockwave.scenario.yaml_document import Document, parse_document
 NAME = "scenario"
 #: Choices for the end of a chain; the last one is followed by the material of the wall.
 ENDLESS, FREE, WALL = "endless chain", "free end", "wall: "
-#: Example scenarios by their names; the page begins with the wall.
+#: Keys of the times of a shock. Of those that are given, a further one replaces the last.
+TIMES = "rise_time", "duration", "duration_ratio"
+#: Files of the example scenarios by their names; the page begins with the wall.
 PRESETS = {file.stem: file for file in sorted(Path(__file__).with_name("scenes").glob("*.yaml"))}
 # Granules of a chain that was endless before.
 _GRANULES = 30
@@ -55,6 +57,12 @@ def text_of_file(path: str | Path) -> str:
     elif parse_document(text, NAME).data.keys() == data.keys():
         return text  # with its comments
     return _written({"name": scenario.name} | data)
+
+
+def titles() -> dict[str, str]:
+    """Titles of the examples, in alphabetical order, and their names."""
+    names = {str(_parsed(text_of_file(file)).data["name"]): name for name, file in PRESETS.items()}
+    return {title[:1].upper() + title[1:]: names[title] for title in sorted(names)}
 
 
 def loaded(text: str) -> Scenario:
@@ -111,7 +119,7 @@ def edited(text: str, edits: Mapping[str, Any]) -> str:
 
 
 def _changes(data: dict[str, Any], name: str, value: Any) -> Iterator[tuple[tuple[str | int, ...], Any]]:
-    """Paths and values for the value of a control; None stands for no value."""
+    """Paths and values for the value of a control, which is removed if it is empty; None stands for no value."""
     if name == "chain.end":
         granules, end = value_at(data, "chain", "granules"), value_at(data, "chain", "end")
         walled = {**_mapping(end), "wall": str(value).removeprefix(WALL)}
@@ -119,15 +127,24 @@ def _changes(data: dict[str, Any], name: str, value: Any) -> Iterator[tuple[tupl
         yield ("chain", "granules"), None if value == ENDLESS else _GRANULES if granules is None else granules
     elif name == "shock.profile":
         fresh = parse_document(template(str(value)), NAME).data["shock"]
-        old = _mapping(data.get("shock"))
-        if "rise_time" in fresh and "rise_time" not in old and "duration" in old:
-            fresh["duration"] = fresh.pop("rise_time")
-        kept = {key: old[key] for key in fresh.keys() & old.keys() - {"profile", "parameters"}}
-        yield ("shock",), {**fresh, **kept}
+        yield ("shock",), _reshaped(_mapping(data.get("shock")), fresh)
     else:
-        yield steps_of(name), value
+        yield steps_of(name), None if value == "" else value
+        times = [time for time in TIMES if value_at(data, "shock", time) is not None]
+        if value != "" and times and (time := name.removeprefix("shock.")) in TIMES and time not in times:
+            yield ("shock", times[-1]), None
     if name.startswith(("chain.end", "chain.granules")) and value_at(data, "simulate", "contacts"):
         yield ("simulate", "contacts"), None  # the chain may be too short for them
+
+
+def _reshaped(old: Mapping[str, Any], fresh: Mapping[str, Any]) -> dict[str, Any]:
+    """The shock ``fresh`` with the peak force of ``old``, and with as many of its times as it needs."""
+    kept = [time for time in ("duration", "rise_time", "duration_ratio") if time in old]
+    fitting = [time for time in (*kept, "duration_ratio", "rise_time") if time in fresh or time != "duration_ratio"]
+    times = list(dict.fromkeys(fitting))[: len(fresh.keys() & TIMES)]
+    rest = {key: value for key, value in fresh.items() if key not in TIMES}
+    forces = {key: value for key, value in old.items() if key == "peak_force"}
+    return rest | forces | {time: old.get(time, fresh.get(time)) for time in times}
 
 
 def _mapping(value: Any) -> dict[str, Any]:

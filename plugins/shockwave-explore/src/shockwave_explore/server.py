@@ -24,7 +24,7 @@ from werkzeug.exceptions import HTTPException
 from werkzeug.serving import make_server
 
 from .answer import parts_of
-from .scene import PRESETS, edited, loaded, text_of_file
+from .scene import PRESETS, edited, loaded, text_of_file, titles
 
 #: The only address that the explorer listens on.
 LOOPBACK = "127.0.0.1"
@@ -84,6 +84,7 @@ def application(first: str, port: int, token: str) -> flask.Flask:
     app = flask.Flask("shockwave", static_folder=None)
     app.config.update(MAX_CONTENT_LENGTH=_MOST_BYTES)
     folder = Path(__file__).parent
+    examples = {name: text_of_file(file) for name, file in PRESETS.items()}
     hosts = [f"{name}:{port}" for name in (LOOPBACK, "localhost")]
 
     @app.before_request
@@ -100,7 +101,7 @@ def application(first: str, port: int, token: str) -> flask.Flask:
 
     @app.get(f"/{token}/")
     def page() -> str:
-        return html_of(folder / "page.html.jinja", first=first, presets=list(PRESETS))
+        return html_of(folder / "page.html.jinja", first=first, titles=titles())
 
     @app.get(f"/{token}/explorer.<any(js, css):kind>")
     def asset(kind: str) -> ResponseReturnValue:
@@ -108,10 +109,10 @@ def application(first: str, port: int, token: str) -> flask.Flask:
 
     @app.post(f"/{token}/answer")
     def answer() -> dict[str, str]:
-        preset, text, edits, controls = _fields(preset=str, text=str, edits=dict, controls=bool)
-        text = text_of_file(PRESETS[preset]) if preset in PRESETS else edited(text, edits)
-        names = ("controls",) if controls else ()
-        return {"text": text, **parts_of(text, *names, "headline", "results", "figures")}
+        preset, text, edits = _fields(preset=str, text=str, edits=dict)
+        text = examples[preset] if preset in examples else edited(text, edits)
+        shown = next((name for name, example in examples.items() if example == text), "")
+        return {"text": text, "preset": shown, **parts_of(text)}
 
     @app.post(f"/{token}/report")
     def report_page() -> str:
@@ -120,9 +121,11 @@ def application(first: str, port: int, token: str) -> flask.Flask:
 
     @app.errorhandler(Exception)
     def failed(error: Exception) -> ResponseReturnValue:
-        """The message as plain text; the server goes on."""
+        """The errors of the scenario with their places, or another message as plain text; the server goes on."""
         text, status = f"internal error: {message_of(error)} (please report it)", 500
-        if isinstance(error, ShockwaveError | RecursionError):
+        if isinstance(error, ShockwaveError):
+            return {"faults": [fault.to_dict() for fault in error.faults]}, 400
+        if isinstance(error, RecursionError):
             text, status = str(error), 400
         elif isinstance(error, HTTPException):
             text, status = error.description or error.name, error.code or status
