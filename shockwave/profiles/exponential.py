@@ -37,7 +37,7 @@ class Exponential(ShockProfile, Value):
 
     rise_rate: SI[float] = quantity("", "k1, rate of the rise", at_least=-700, at_most=1e6)
     decay_rate: SI[float] = quantity("", "k2, rate of the decay", at_least=-700, at_most=1e6)
-    duration_ratio: SI[float] = quantity("", "n, total duration over rise time", above=1, at_most=1e12)
+    duration_ratio: SI[float] = quantity("", "n, total duration over rise time", above=1, at_most=1e12, example="4")
 
     def rise(self, s: FloatArray) -> FloatArray:
         return _ramp(self.rise_rate, s)

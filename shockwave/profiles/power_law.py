@@ -121,4 +121,4 @@ class PowerLaw(Powers, Value):
 
     rise_exponent: SI[float] = quantity("", "eta1, exponent of the rise", at_least=0, at_most=1e6)
     decay_exponent: SI[float] = quantity("", "eta2, exponent of the decay", at_least=0, at_most=1e6)
-    duration_ratio: SI[float] = quantity("", "n, total duration over rise time", above=1, at_most=1e12)
+    duration_ratio: SI[float] = quantity("", "n, total duration over rise time", above=1, at_most=1e12, example="4")
