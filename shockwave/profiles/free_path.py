@@ -195,23 +195,6 @@ def of_powers(rise_exponent: float, decay_exponent: float, n: float) -> FreePath
     return FreePath(rows, coefficients, rounding)
 
 
-def of_many_powers(rise_exponents: FloatArray, decay_exponents: FloatArray, n: FloatArray) -> list[FreePath]:
-    """`of_powers` for shapes with parameters of shape (shapes,), in arrays except for low integer powers."""
-    a1, decay, p, q = 1 / (1 + rise_exponents), n - 1, 2 + rise_exponents, 2 + decay_exponents
-    a2 = decay / (1 + decay_exponents)
-    rise_power, fall_power = a1 / p, a2 * decay / q
-    half = (a1 + a2) * decay / 2
-    none, one = np.zeros_like(n), np.ones_like(n)
-    rise, fall = (none, one, none, none, rise_power, p, none, one), (one, n, none, none + 2, fall_power, q, n, decay)
-    lines = ((rise_power - fall_power + half, a1 + a2), (half, none))
-    rows, lines_of = (np.moveaxis(np.array(each), 2, 0).copy() for each in ((rise, fall), lines))
-    rounding = _ROUNDING + _SHARE_ROUNDINGS * _EPSILON * decay / (a1 + a2)
-    found = list(map(FreePath, rows, lines_of, rounding.tolist()))
-    for index in np.flatnonzero(np.isin(p, _POLYNOMIALS) | np.isin(q, _POLYNOMIALS)).tolist():
-        found[index] = of_powers(*(float(each[index]) for each in (rise_exponents, decay_exponents, n)))
-    return found
-
-
 def _rows(begin: FloatArray, end: FloatArray, count: npt.NDArray[np.int64]) -> FloatArray:
     """Rows of pieces without powers; ``count`` has the number of coefficients of each piece."""
     none, one = np.zeros_like(begin), np.ones_like(begin)
