@@ -90,12 +90,15 @@ def _ramp(rate: float, s: FloatArray) -> FloatArray:
 @lru_cache(maxsize=_MOST_KEPT)
 def _ramp_at(rate: float, s: float, integrals: int) -> float:
     """`_ramp` at one s, integrated 0, 1 or 2 times from 0 to s."""
-    shape = s ** (1 + integrals) * (_phi(rate * s, integrals) / _phi(rate, 0))
+    shape = s ** (1 + integrals) * (phi(rate * s, integrals) / phi(rate, 0))
     return shape * math.exp(min(rate, 0.0) - min(rate * s, 0.0))  # last, as it may be near underflow
 
 
-def _phi(x: float, order: int) -> float:
-    """Sum of (-x)^j / (j + 1 + order)! over j >= 0, multiplied by e^x for negative x to prevent overflow."""
+def phi(x: float, order: int) -> float:
+    """Sum of (-x)^j / (j + 1 + order)! over j >= 0, multiplied by e^x for negative x to prevent overflow.
+
+    Multiplied by order!, it is the integral of (1 - t)^order e^(-x t) over 0 <= t <= 1.
+    """
     size, fading = abs(x), math.exp(min(x, 0.0))
     if order and size < _SMALL:
         series = 0.0
