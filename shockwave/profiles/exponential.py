@@ -11,7 +11,7 @@ from attrs import frozen
 from shockwave.base.numerics import FloatArray, elementwise
 from shockwave.base.quantity_fields import SI, Value, quantity
 from shockwave.profiles.shock_profile import ShockProfile
-from shockwave.profiles.steep_edges import edges
+from shockwave.profiles.steep_edges import find_edges
 
 # Argument below which the Taylor series is used, because the closed form suffers from cancellation.
 _SMALL = 2.0
@@ -49,13 +49,13 @@ class Exponential(ShockProfile, Value):
     @property
     def breakpoints(self) -> tuple[float, ...]:
         n = self.duration_ratio
-        return (0.0, *edges(0.0, 1.0, self.rise_rate, n), 1.0, *edges(1.0, n, self.decay_rate, n), n)
+        return (0.0, *find_edges(0.0, 1.0, self.rise_rate, n), 1.0, *find_edges(1.0, n, self.decay_rate, n), n)
 
     def closed_areas(self) -> tuple[float, float]:
         return _ramp_at(self.rise_rate, 1.0, 1), (self.duration_ratio - 1) * _ramp_at(-self.decay_rate, 1.0, 1)
 
     def closed_running_impulse(self, s: FloatArray) -> FloatArray:
-        return elementwise(lambda one: self.closed_at(one)[0], s)
+        return elementwise(lambda time: self.closed_at(time)[0], s)
 
     def closed_double_integral(self, s: FloatArray) -> FloatArray:
         return elementwise(self._double_integral_at, s)

@@ -10,7 +10,7 @@ from attrs import frozen
 from shockwave.base.numerics import FloatArray
 from shockwave.base.quantity_fields import SI, Value, quantity
 from shockwave.profiles.shock_profile import ShockProfile
-from shockwave.profiles.steep_edges import edges
+from shockwave.profiles.steep_edges import find_edges
 
 if TYPE_CHECKING:
     from shockwave.profiles.free_path import FreePath
@@ -32,7 +32,7 @@ class Powers(ShockProfile):
     def breakpoints(self) -> tuple[float, ...]:
         n = self.duration_ratio
         # close to its peak a high power is nearly an exponential
-        return (0.0, *edges(0.0, 1.0, -self.rise_exponent, n), 1.0, *edges(1.0, n, self.decay_exponent, n), n)
+        return (0.0, *find_edges(0.0, 1.0, -self.rise_exponent, n), 1.0, *find_edges(1.0, n, self.decay_exponent, n), n)
 
     def closed_areas(self) -> tuple[float, float]:
         return 1 / (1 + self.rise_exponent), (self.duration_ratio - 1) / (1 + self.decay_exponent)
@@ -59,9 +59,9 @@ class Powers(ShockProfile):
         return a1 + a2 * (1 - left * force), force
 
     def closed_free_path(self) -> FreePath:
-        from shockwave.profiles.free_path import of_powers
+        from shockwave.profiles.free_path import tabulate_powers
 
-        return of_powers(self.rise_exponent, self.decay_exponent, self.duration_ratio)
+        return tabulate_powers(self.rise_exponent, self.decay_exponent, self.duration_ratio)
 
     def _left(self, s: FloatArray) -> FloatArray:
         """Remaining fraction of the decay, 1 before the peak."""
