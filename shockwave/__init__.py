@@ -31,6 +31,7 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "prediction.predictor": ("Predictor",),
     "prediction.section4_outcome": ("EjectionOutcome", "SingleOutcome", "TrainOutcome"),
     "profiles.exponential": ("Exponential",),
+    "profiles.friedlander": ("Friedlander",),
     "profiles.half_sine": ("HalfSine",),
     "profiles.haversine": ("Haversine",),
     "profiles.power_law": ("PowerLaw",),

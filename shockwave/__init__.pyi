@@ -25,6 +25,7 @@ if TYPE_CHECKING:  # mypy resolves cycles of imports only here
     from shockwave.prediction.section4_outcome import SingleOutcome as SingleOutcome
     from shockwave.prediction.section4_outcome import TrainOutcome as TrainOutcome
     from shockwave.profiles.exponential import Exponential as Exponential
+    from shockwave.profiles.friedlander import Friedlander as Friedlander
     from shockwave.profiles.half_sine import HalfSine as HalfSine
     from shockwave.profiles.haversine import Haversine as Haversine
     from shockwave.profiles.power_law import PowerLaw as PowerLaw

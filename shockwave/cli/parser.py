@@ -176,7 +176,9 @@ _LIST = [
     _option("--check", "import everything that plugins register, report errors"),
 ]
 _NEW = [
-    _option("--profile PROFILE", "profile of the shock (default: power-law)", default="power-law"),
+    _option("--profile PROFILE", "profile of the shock (default: half-sine; with --full: power-law)"),
+    _option("--full", "write every key with its meaning"),
+    _option("--example EXAMPLE", "write an example: wall, striker or record", choices=("wall", "striker", "record")),
     _option("-o --output FILE", "write to FILE, which must not exist (default: stdout)"),
 ]
 _OUTPUT = _option("-o --output FILE", "write to FILE (default: stdout)")
@@ -201,7 +203,7 @@ COMMANDS: list[tuple[str, str, str, list[_Option]]] = [
     ("bench", "benchmark_commands:bench", "measure the error of each method against its run time", [*_BENCH, _JSON]),
     ("stress", "benchmark_commands:stress", "run the catalogue of extreme cases", [*_STRESS, _JSON]),
     ("list", "registry_commands:list_registered", "list the available profiles, integrators, ...", [*_LIST, _JSON]),
-    ("new", "registry_commands:new", "write a scenario with every key and its meaning", _NEW),
+    ("new", "registry_commands:new", "write a scenario to start from", _NEW),
     ("schema", "registry_commands:schema", "write a JSON Schema of scenarios for editors", [_OUTPUT]),
 ]
 # fmt: on

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import Any
 
 from shockwave import OWN_DISTRIBUTION
@@ -82,12 +83,28 @@ def _plugin(plugin: Plugin, check: bool) -> dict[str, Any]:
 
 
 def new(options: argparse.Namespace) -> int:
-    from shockwave.scenario.template import template
+    from shockwave.scenario.template import example, template
 
-    return write_output(template(options.profile), options.output, anew=True)
+    if options.example and (options.full or options.profile):
+        raise UsageError("--example: must be the only option besides --output (delete --full or --profile)")
+    files = example(options.example) if options.example else {}
+    text = files.pop(f"{options.example}.yaml", None) or template(options.profile, options.full)
+    status = write_output(text, options.output, anew=True)
+    if options.output:
+        files["scenario.schema.json"] = _schema()
+    for name, content in files.items():
+        # files that the scenario refers to; an existing one may be the user's
+        path = Path(options.output or name).with_name(name)
+        if not path.exists():
+            write_output(content, str(path))
+    return status
 
 
 def schema(options: argparse.Namespace) -> int:
+    return write_output(_schema(), options.output)
+
+
+def _schema() -> str:
     from shockwave.scenario.schema import schema as of_scenarios
 
-    return write_output(json_text(of_scenarios()) + "\n", options.output)
+    return json_text(of_scenarios()) + "\n"

@@ -12,19 +12,18 @@ overlap, so that kinks and infinite slopes of the force do not reduce the order 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from enum import IntEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from attrs import define, field, frozen
 
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.force_law import contact_force, power_force, stiffenings
-from shockwave.profiles.power_law import ManyPowers, Powers
 from shockwave.profiles.shock_profile import ShockProfile
-from shockwave.registry.plugin_check import is_built_in
+from shockwave.registry.plugin_check import memoize
 from shockwave.scene.chain import HERTZ
 from shockwave.scene.solitary_wave import WaveLaw, wave_law
 
@@ -33,8 +32,6 @@ if TYPE_CHECKING:
 
 # Largest number of breakpoints on which steps end; a sampled record has more, but smaller, kinks.
 _MAX_STOPS = 64
-# Least number of power laws whose tables are computed faster together.
-_TOGETHER = 8
 # Largest number of granules for which plain floats are faster than arrays.
 _FEW = 12
 # Zero as an array, which saves a conversion in every call.
@@ -129,7 +126,7 @@ class ChainProblem:
     @cached_property
     def course(self) -> FloatArray:
         """The force over its peak at equal intervals, shape (200,)."""
-        return self.profile.force(_SHARES * float(self.profile.duration_ratio))
+        return _sample(self.profile)
 
     @property
     def is_long(self) -> bool:
@@ -162,22 +159,9 @@ class ChainProblem:
         return unit * self.rise_time * path, unit * impulse
 
 
-def prepare(problems: Sequence[ChainProblem]) -> None:
-    """Compute `ChainProblem.path` of power laws together, once for each shape, and `course` of long ones."""
-    own = [each for each in problems if isinstance(each.profile, Powers) and is_built_in(each.profile)]
-    places: dict[ShockProfile, int] = {}
-    place_of = [places.setdefault(each.profile, len(places)) for each in own]
-    shapes = cast("list[Powers]", list(places))
-    together = len(shapes) >= _TOGETHER
-    paths = ManyPowers(shapes).free_paths() if together else [profile.free_path() for profile in shapes]
-    long = list(dict.fromkeys(place for problem, place in zip(own, place_of, strict=True) if problem.is_long))
-    laws = ManyPowers([shapes[place] for place in long])
-    courses = laws.forces(_SHARES[:, None] * laws.duration_ratio)
-    course_of = dict(zip(long, np.ascontiguousarray(courses.T), strict=True))
-    for problem, place in zip(own, place_of, strict=True):
-        vars(problem)["path"] = paths[place]  # where `cached_property` stores it
-        if problem.is_long:
-            vars(problem)["course"] = course_of[place]
+@memoize
+def _sample(profile: ShockProfile) -> FloatArray:
+    return profile.force(_SHARES * float(profile.duration_ratio))
 
 
 @frozen(eq=False)

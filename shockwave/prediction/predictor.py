@@ -17,7 +17,7 @@ from shockwave.prediction import section4
 from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.scaled_shock import ScaledShock
 from shockwave.prediction.section4_outcome import Exponents, Section4Outcome, outcome_of
-from shockwave.profiles.area_conditions import conditions
+from shockwave.profiles.area_conditions import evaluate_conditions
 from shockwave.registry.registry import find
 from shockwave.scene.chain import Chain, Scales
 from shockwave.scene.scene import Scene, scenes_of
@@ -202,7 +202,7 @@ class Predictor(Value, kw_only=False):
             "amplification": answer.amplitudes[0],
             "relation": answer.relation,
             "waves": waves,
-            "conditions": conditions(areas, float(shock.profile.duration_ratio)),
+            "conditions": evaluate_conditions(areas, float(shock.profile.duration_ratio)),
             "trace": tuple(step.in_units(scales.time) for step in answer.trace),
             "exponents": None if answer.sensitivity is None else Exponents.of(answer.sensitivity, chain),
             "areas": areas,

@@ -24,7 +24,7 @@ class Condition:
     holds: bool
 
 
-def conditions(areas: Areas, duration_ratio: float) -> tuple[Condition, ...]:
+def evaluate_conditions(areas: Areas, duration_ratio: float) -> tuple[Condition, ...]:
     """Evaluate the three conditions (3), which include equality, with a tolerance.
 
     Parameters

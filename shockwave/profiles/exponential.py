@@ -11,7 +11,7 @@ from attrs import frozen
 from shockwave.base.numerics import FloatArray, elementwise
 from shockwave.base.quantity_fields import SI, Value, quantity
 from shockwave.profiles.shock_profile import ShockProfile
-from shockwave.profiles.steep_edges import edges
+from shockwave.profiles.steep_edges import find_edges
 
 # Argument below which the Taylor series is used, because the closed form suffers from cancellation.
 _SMALL = 2.0
@@ -44,7 +44,7 @@ class Exponential(ShockProfile, Value):
 
     rise_rate: SI[float] = quantity("", "k1, rate of the rise", at_least=-700, at_most=1e6)
     decay_rate: SI[float] = quantity("", "k2, rate of the decay", at_least=-700, at_most=1e6)
-    duration_ratio: SI[float] = quantity("", "n, total duration over rise time", above=1, at_most=1e12)
+    duration_ratio: SI[float] = quantity("", "n, total duration over rise time", above=1, at_most=1e12, example="4")
 
     def rise(self, s: FloatArray) -> FloatArray:
         return _ramp(self.rise_rate, s)
@@ -56,13 +56,13 @@ class Exponential(ShockProfile, Value):
     @property
     def breakpoints(self) -> tuple[float, ...]:
         n = self.duration_ratio
-        return (0.0, *edges(0.0, 1.0, self.rise_rate, n), 1.0, *edges(1.0, n, self.decay_rate, n), n)
+        return (0.0, *find_edges(0.0, 1.0, self.rise_rate, n), 1.0, *find_edges(1.0, n, self.decay_rate, n), n)
 
     def closed_areas(self) -> tuple[float, float]:
         return _ramp_at(self.rise_rate, 1.0, 1), (self.duration_ratio - 1) * _ramp_at(-self.decay_rate, 1.0, 1)
 
     def closed_running_impulse(self, s: FloatArray) -> FloatArray:
-        return elementwise(lambda one: self.closed_at(one)[0], s)
+        return elementwise(lambda time: self.closed_at(time)[0], s)
 
     def closed_double_integral(self, s: FloatArray) -> FloatArray:
         return elementwise(self._double_integral_at, s)
@@ -97,12 +97,15 @@ def _ramp(rate: float, s: FloatArray) -> FloatArray:
 @lru_cache(maxsize=_MOST_KEPT)
 def _ramp_at(rate: float, s: float, integrals: int) -> float:
     """`_ramp` at one s, integrated 0, 1 or 2 times from 0 to s."""
-    shape = s ** (1 + integrals) * (_phi(rate * s, integrals) / _phi(rate, 0))
+    shape = s ** (1 + integrals) * (phi(rate * s, integrals) / phi(rate, 0))
     return shape * math.exp(min(rate, 0.0) - min(rate * s, 0.0))  # last, as it may be near underflow
 
 
-def _phi(x: float, order: int) -> float:
-    """Sum of (-x)^j / (j + 1 + order)! over j >= 0, multiplied by e^x for negative x to prevent overflow."""
+def phi(x: float, order: int) -> float:
+    """Sum of (-x)^j / (j + 1 + order)! over j >= 0, multiplied by e^x for negative x to prevent overflow.
+
+    Multiplied by order!, it is the integral of (1 - t)^order e^(-x t) over 0 <= t <= 1.
+    """
     size, fading = abs(x), math.exp(min(x, 0.0))
     if order and size < _SMALL:
         series = 0.0

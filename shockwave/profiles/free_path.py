@@ -105,7 +105,7 @@ class FreePath:
             impulse[1] = widths * (left / 2 + rise / 4)
             impulse[2] = widths * (rise / 16)
             impulse[3] = 0.0
-            rows[part] = _rows(knots[part], knots[after], np.full(widths.size, 4))
+            rows[part] = _make_rows(knots[part], knots[after], np.full(widths.size, 4))
             rows[part, 2] += 4 * first
         return cls(rows, coefficients.reshape(-1, 2), _ROUNDING)
 
@@ -166,7 +166,7 @@ class FreePath:
 
 
 @functools.lru_cache(maxsize=_MOST_KEPT)
-def of_powers(rise_exponent: float, decay_exponent: float, n: float) -> FreePath:
+def tabulate_powers(rise_exponent: float, decay_exponent: float, n: float) -> FreePath:
     """Table of F1 = s^eta1, F2 = ((n - s)/(n - 1))^eta2.
 
     The rise is a power, and the decay a power and a line; low integer powers become polynomials.
@@ -179,11 +179,11 @@ def of_powers(rise_exponent: float, decay_exponent: float, n: float) -> FreePath
     line = [rise_power - fall_power + half, a1 + a2, half, 0.0]
     rising: list[float] = []
     if p in _POLYNOMIALS:
-        rising = [term for c, d in _power(int(p), 0.5) for term in (c * rise_power, d * a1)]
+        rising = [term for c, d in _expand_power(int(p), 0.5) for term in (c * rise_power, d * a1)]
         rise_power = 0.0
     falling = line
     if q in _POLYNOMIALS:
-        falling = [term for c, d in _power(int(q), -0.5) for term in (c * fall_power, -d * a2)]
+        falling = [term for c, d in _expand_power(int(q), -0.5) for term in (c * fall_power, -d * a2)]
         falling[:4] = map(operator.add, falling, line)
         fall_power = 0.0
     count = len(rising) // 2
@@ -195,31 +195,14 @@ def of_powers(rise_exponent: float, decay_exponent: float, n: float) -> FreePath
     return FreePath(rows, coefficients, rounding)
 
 
-def of_many_powers(rise_exponents: FloatArray, decay_exponents: FloatArray, n: FloatArray) -> list[FreePath]:
-    """`of_powers` for shapes with parameters of shape (shapes,), in arrays except for low integer powers."""
-    a1, decay, p, q = 1 / (1 + rise_exponents), n - 1, 2 + rise_exponents, 2 + decay_exponents
-    a2 = decay / (1 + decay_exponents)
-    rise_power, fall_power = a1 / p, a2 * decay / q
-    half = (a1 + a2) * decay / 2
-    none, one = np.zeros_like(n), np.ones_like(n)
-    rise, fall = (none, one, none, none, rise_power, p, none, one), (one, n, none, none + 2, fall_power, q, n, decay)
-    lines = ((rise_power - fall_power + half, a1 + a2), (half, none))
-    rows, lines_of = (np.moveaxis(np.array(each), 2, 0).copy() for each in ((rise, fall), lines))
-    rounding = _ROUNDING + _SHARE_ROUNDINGS * _EPSILON * decay / (a1 + a2)
-    found = list(map(FreePath, rows, lines_of, rounding.tolist()))
-    for index in np.flatnonzero(np.isin(p, _POLYNOMIALS) | np.isin(q, _POLYNOMIALS)).tolist():
-        found[index] = of_powers(*(float(each[index]) for each in (rise_exponents, decay_exponents, n)))
-    return found
-
-
-def _rows(begin: FloatArray, end: FloatArray, count: npt.NDArray[np.int64]) -> FloatArray:
+def _make_rows(begin: FloatArray, end: FloatArray, count: npt.NDArray[np.int64]) -> FloatArray:
     """Rows of pieces without powers; ``count`` has the number of coefficients of each piece."""
-    none, one = np.zeros_like(begin), np.ones_like(begin)
-    return np.column_stack((begin, end, count.cumsum() - count, count, none, one, none, one))
+    zeros, ones = np.zeros_like(begin), np.ones_like(begin)
+    return np.column_stack((begin, end, count.cumsum() - count, count, zeros, ones, zeros, ones))
 
 
 @functools.cache
-def _power(exponent: int, slope: float) -> list[list[float]]:
+def _expand_power(exponent: int, slope: float) -> list[list[float]]:
     """Chebyshev coefficients in z of y^m and y^(m - 1), y = 1/2 + slope z: m + 1 pairs."""
     path, impulse = (chebyshev.poly2cheb(polynomial.polypow([0.5, slope], m)) for m in (exponent, exponent - 1))
     pairs: list[list[float]] = np.column_stack((path, np.append(impulse, 0.0))).tolist()
@@ -265,19 +248,19 @@ class _Piece:
     scale: float = 0.0
 
 
-def fitted(force: Integrand, breakpoints: Sequence[float]) -> FreePath:
+def fit_free_path(force: Integrand, breakpoints: Sequence[float]) -> FreePath:
     """Fit the table of impulse and displacement to values of the force on 0 <= s <= n."""
     n = breakpoints[-1]
-    rising = _fit(force, [point for point in breakpoints if point <= 1])
+    rising = _fit_pieces(force, [point for point in breakpoints if point <= 1])
     impulse = sum(piece.area for piece in rising)
     path = sum(piece.moment for piece in rising)
-    decaying = _fit(force, [point for point in breakpoints if point >= 1], impulse, path + impulse * (n - 1))
-    return _assembled([*rising, *decaying])
+    decaying = _fit_pieces(force, [point for point in breakpoints if point >= 1], impulse, path + impulse * (n - 1))
+    return _assemble([*rising, *decaying])
 
 
-def _fit(force: Integrand, edges: Sequence[float], impulse: float = 0.0, path: float = 0.0) -> list[_Piece]:
+def _fit_pieces(force: Integrand, edges: Sequence[float], impulse: float = 0.0, path: float = 0.0) -> list[_Piece]:
     """Pieces that fit the rise or the decay; ``impulse`` and ``path`` are those of what precedes it."""
-    waiting = [(_sampled(force, begin, end, edges[-1]), 0) for begin, end in pairwise(edges)][::-1]
+    waiting = [(_sample(force, begin, end, edges[-1]), 0) for begin, end in pairwise(edges)][::-1]
     impulse += sum(piece.area for piece, _ in waiting)
     path += sum(piece.moment for piece, _ in waiting)
     most = len(waiting) + _MOST_PIECES
@@ -290,7 +273,7 @@ def _fit(force: Integrand, edges: Sequence[float], impulse: float = 0.0, path: f
             done.append(piece)
         else:
             points = _cut(piece.begin, piece.end, edges if cuts >= _PATIENCE else [])
-            waiting += [(_sampled(force, *ends, edges[-1]), cuts + 1) for ends in pairwise(points)][::-1]
+            waiting += [(_sample(force, *ends, edges[-1]), cuts + 1) for ends in pairwise(points)][::-1]
     return done
 
 
@@ -304,7 +287,7 @@ def _cut(begin: float, end: float, steep: Sequence[float]) -> list[float]:
     return [begin, *near, begin + half, *far, end]
 
 
-def _sampled(force: Integrand, begin: float, end: float, stop: float) -> _Piece:
+def _sample(force: Integrand, begin: float, end: float, stop: float) -> _Piece:
     nodes, to_coefficients, weights, *_ = _rule()
     half = 0.5 * (end - begin)
     s = (begin + half) + half * nodes
@@ -320,7 +303,7 @@ def _sampled(force: Integrand, begin: float, end: float, stop: float) -> _Piece:
     return _Piece(begin, end, coefficients, area, moment, missing, rounding)
 
 
-def _assembled(pieces: Sequence[_Piece]) -> FreePath:
+def _assemble(pieces: Sequence[_Piece]) -> FreePath:
     *_, once, twice = _rule()
     n = pieces[-1].end
     begin, end = (np.array([getattr(piece, name) for piece in pieces]) for name in ("begin", "end"))
@@ -347,4 +330,4 @@ def _assembled(pieces: Sequence[_Piece]) -> FreePath:
     used = np.arange(path.shape[1]) < count[:, None]
     coefficients = np.stack((path[used], impulse[used]), axis=1)
     shares = error.sum() / impulses[-1], (error * (n - begin)).sum() / paths[-1]
-    return FreePath(_rows(begin, end, count), coefficients, float(max(shares)) + _ROUNDING)
+    return FreePath(_make_rows(begin, end, count), coefficients, float(max(shares)) + _ROUNDING)

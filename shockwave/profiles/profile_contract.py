@@ -65,10 +65,10 @@ def _value(profile: ShockProfile, name: str) -> Any:
 
 
 def _check_methods(profile: ShockProfile) -> None:
-    own = getattr(profile, "__dict__", ())
+    fields = getattr(profile, "__dict__", ())
     for name, member in vars(ShockProfile).items():
         if isfunction(member) and not name.startswith("_"):
-            hidden = name in own or not callable(getattr(type(profile), name))
+            hidden = name in fields or not callable(getattr(type(profile), name))
             _require(not hidden, profile, f"{name} must be a method (got a field of this name; rename the field)")
 
 
@@ -123,9 +123,9 @@ def check_closed_integrals(
     for name, column in zip(("double_integral", "running_impulse"), columns, strict=True):
         with enforce(profile, f"closed_{name}(s) must accept an array of any shape without raising"):
             values = np.append(getattr(profile, name)(s[:-1]), getattr(profile, name)(s[-1]))
-        known = [profile.integral(0.0, end, _QUADRATURE, name == "double_integral") for end in s.tolist()]
-        whole = error * known[-1].value
-        for index, (end, right) in enumerate(zip(s.tolist(), known, strict=True)):
+        integrals = [profile.integral(0.0, end, _QUADRATURE, name == "double_integral") for end in s.tolist()]
+        whole = error * integrals[-1].value
+        for index, (end, right) in enumerate(zip(s.tolist(), integrals, strict=True)):
             # The decay involves differences of integrals over the whole pulse; near 0 no digits need be lost.
             allowed = error * right.value if end <= 1 else whole
             _require_near(profile, f"closed_{name}(s)", values[index], right, allowed, end)

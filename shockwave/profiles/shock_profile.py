@@ -169,7 +169,7 @@ class ShockProfile(Explained, abc.ABC):
         """
         closed = self.closed_areas() if quadrature is None else None
         if closed is None:
-            return _areas(self, quadrature)
+            return _integrate_areas(self, quadrature)
         return Areas(*[Integral(area, _ROUNDING * abs(area), 0, "closed form") for area in closed])
 
     @property
@@ -185,7 +185,7 @@ class ShockProfile(Explained, abc.ABC):
         """
         inside: FloatArray = np.clip(np.asarray(s, dtype=float), 0.0, self.duration_ratio)
         closed = self.closed_running_impulse(inside) if quadrature is None else None
-        return closed if closed is not None else self._integrals(inside, quadrature, double=False)
+        return closed if closed is not None else self._integrate_to(inside, quadrature, double=False)
 
     def double_integral(self, s: npt.ArrayLike, quadrature: str | None = None) -> FloatArray:
         """Integral of the running impulse from 0 to ``s``, in units of F0 t0^2.
@@ -196,7 +196,7 @@ class ShockProfile(Explained, abc.ABC):
         s = np.asarray(s, dtype=float)
         inside = np.clip(s, 0.0, self.duration_ratio)
         closed = self.closed_double_integral(inside) if quadrature is None else None
-        within = closed if closed is not None else self._integrals(inside, quadrature, double=True)
+        within = closed if closed is not None else self._integrate_to(inside, quadrature, double=True)
         beyond = np.maximum(s - self.duration_ratio, 0.0)
         if not np.any(beyond):
             return within
@@ -211,43 +211,43 @@ class ShockProfile(Explained, abc.ABC):
             If the force is not finite somewhere.
         """
         closed = self.closed_free_path()
-        return _fitted(self) if closed is None else closed
+        return _fit(self) if closed is None else closed
 
     def integral(self, begin: float, end: float, quadrature: str | None, double: bool) -> Integral:
         """Impulse from ``begin`` to ``end``, or with ``double`` its integral, 0 <= begin <= end <= n, by quadrature."""
         points = [begin, *(p for p in self.breakpoints if begin < p < end), end]
         # Cauchy's formula for repeated integration avoids the difference of large numbers.
         integrand = (lambda s: (end - s) * self.force(s)) if double else self.force
-        return _integral(quadrature, integrand, points)
+        return _integrate(quadrature, integrand, points)
 
-    def _integrals(self, ends: FloatArray, quadrature: str | None, double: bool) -> FloatArray:
+    def _integrate_to(self, ends: FloatArray, quadrature: str | None, double: bool) -> FloatArray:
         # Each interval between ends is integrated once; all sums are of positive numbers.
         points, places = np.unique(np.append(0.0, ends), return_inverse=True)
-        impulse, path, found = 0.0, 0.0, [0.0]
+        impulse, path, integrals = 0.0, 0.0, [0.0]
         for begin, end in pairwise(points.tolist()):
             if double:
                 path += (end - begin) * impulse + self.integral(begin, end, quadrature, double=True).value
             impulse += self.integral(begin, end, quadrature, double=False).value
-            found.append(path if double else impulse)
-        return np.array(found)[places.ravel()[1:]].reshape(ends.shape)
+            integrals.append(path if double else impulse)
+        return np.array(integrals)[places.ravel()[1:]].reshape(ends.shape)
 
 
 @memoize
-def _areas(profile: ShockProfile, quadrature: str | None) -> Areas:
+def _integrate_areas(profile: ShockProfile, quadrature: str | None) -> Areas:
     before = [p for p in profile.breakpoints if p <= 1]
     after = [p for p in profile.breakpoints if p >= 1]
-    return Areas(_integral(quadrature, profile.force, before), _integral(quadrature, profile.force, after))
+    return Areas(_integrate(quadrature, profile.force, before), _integrate(quadrature, profile.force, after))
 
 
 @memoize
-def _fitted(profile: ShockProfile) -> FreePath:
+def _fit(profile: ShockProfile) -> FreePath:
     # Imported late because only simulations need it.
-    from shockwave.profiles.free_path import fitted
+    from shockwave.profiles.free_path import fit_free_path
 
-    return fitted(profile.force, profile.breakpoints)
+    return fit_free_path(profile.force, profile.breakpoints)
 
 
-def _integral(name: str | None, integrand: Integrand, points: Sequence[float]) -> Integral:
+def _integrate(name: str | None, integrand: Integrand, points: Sequence[float]) -> Integral:
     method: type[Quadrature] = load("quadratures", name or _DEFAULT_QUADRATURE)
     with blame("quadratures", method):
         return method().integrate(integrand, points)

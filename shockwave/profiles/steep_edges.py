@@ -10,7 +10,7 @@ _LEAST_RATE = 100.0
 _LEAST_WIDTH = 1e-9
 
 
-def edges(begin: float, end: float, rate: float, duration: float) -> tuple[float, ...]:
+def find_edges(begin: float, end: float, rate: float, duration: float) -> tuple[float, ...]:
     """Edges of the boundary layer of a force that decays as exp(-rate u), u = (s - begin)/(end - begin).
 
     Parameters

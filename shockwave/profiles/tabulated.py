@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from shockwave.arguments import RecordArguments
 
 
-def _samples(value: Any, attribute: attrs.Attribute[Any]) -> FloatArray:
+def _convert_samples(value: Any, attribute: attrs.Attribute[Any]) -> FloatArray:
     """A read-only copy as floats in SI units."""
     spec = quantity_of(attribute)
     assert spec is not None
@@ -36,14 +36,14 @@ def _samples(value: Any, attribute: attrs.Attribute[Any]) -> FloatArray:
         # numpy would strip the unit of a quantity of pint
         array = np.array(value.to(spec.unit).magnitude if hasattr(value, "to_base_units") else value, dtype=float)
     except (TypeError, ValueError):
-        array = _quantities(value, attribute.name, spec.unit)
+        array = _convert_quantities(value, attribute.name, spec.unit)
     if array.ndim != 1:
         raise InvalidValueError.of(attribute.name, f"must be a sequence of numbers (got {text_of(value)})")
     array.setflags(write=False)
     return array
 
 
-def _quantities(values: Any, name: str, unit: str) -> FloatArray:
+def _convert_quantities(values: Any, name: str, unit: str) -> FloatArray:
     """Samples given as text or quantities of pint; an array without dimension if they are no sequence."""
     faults, numbers = list[Fault](), list[float]()
     if isinstance(values, str) or not isinstance(values, Iterable):
@@ -56,17 +56,17 @@ def _quantities(values: Any, name: str, unit: str) -> FloatArray:
     return np.array(numbers)
 
 
-def _column(unit: str, meaning: str) -> Any:
+def _declare_samples(unit: str, meaning: str) -> Any:
     """An attrs field that holds samples."""
     return attrs.field(
-        converter=attrs.Converter(_samples, takes_field=True),
+        converter=attrs.Converter(_convert_samples, takes_field=True),
         eq=attrs.cmp_using(eq=np.array_equal),
         repr=partial(np.array2string, separator=", ", threshold=8, precision=4, max_line_width=200),
         metadata=declaration(Quantity(unit, meaning, samples=True)),
     )
 
 
-def _window(value: Any, attribute: attrs.Attribute[Any]) -> tuple[float, float] | None:
+def _convert_window(value: Any, attribute: attrs.Attribute[Any]) -> tuple[float, float] | None:
     """Two times in ascending order, or None."""
     if value is None:
         return None
@@ -77,10 +77,10 @@ def _window(value: Any, attribute: attrs.Attribute[Any]) -> tuple[float, float] 
     return times[0], times[1]
 
 
-def _interval(meaning: str, example: str) -> Any:
+def _declare_window(meaning: str, example: str) -> Any:
     """An attrs field that holds a time window of the record."""
     declared = declaration(Quantity("s", meaning, samples=True, optional=True, example=example))
-    return attrs.field(default=None, converter=attrs.Converter(_window, takes_field=True), metadata=declared)
+    return attrs.field(default=None, converter=attrs.Converter(_convert_window, takes_field=True), metadata=declared)
 
 
 @frozen(slots=False)
@@ -125,14 +125,14 @@ class Tabulated(PiecewiseLinear, Value, kw_only=False):
     '30 N, 100 us'
     """
 
-    times: Any = _column("s", "sample times, ascending")  # noqa: RUF009
-    forces: Any = _column("N", "forces at these times")  # noqa: RUF009
+    times: Any = _declare_samples("s", "sample times, ascending")  # noqa: RUF009
+    forces: Any = _declare_samples("N", "forces at these times")  # noqa: RUF009
     duration_ratio: SI[float] = quantity(
         "", "total duration over rise time; the decay is stretched to fit", above=1.0, optional=True, default=None
     )
-    baseline: Any = _interval("window whose mean force is subtracted", "-50 us, 0 us")  # noqa: RUF009
+    baseline: Any = _declare_window("window whose mean force is subtracted", "-50 us, 0 us")  # noqa: RUF009
     low_pass: SI[float | None] = quantity("Hz", "cut-off of a low-pass filter", above=0, default=None, example="20 kHz")
-    crop: Any = _interval("window that is kept", "0 us, 200 us")  # noqa: RUF009
+    crop: Any = _declare_window("window that is kept", "0 us, 200 us")  # noqa: RUF009
     negative: Literal["keep", "zero"] | None = attrs.field(default=None, validator=one_of(None, "keep", "zero"))
     _stretch: float | None = attrs.field(init=False, repr=False, eq=False)
     _pulse: Pulse = attrs.field(init=False, repr=False, eq=False)
@@ -162,13 +162,14 @@ class Tabulated(PiecewiseLinear, Value, kw_only=False):
         InvalidValueError
             If the file does not contain a pulse; each error states its line.
         """
-        format_names, own = ([field.name for field in attrs.fields(made) if field.init] for made in (RecordFormat, cls))
-        given: dict[str, Any] = {**settings}
-        refuse(unknown_arguments(given, format_names + own))
-        stated = {name: given.pop(name) for name in format_names if name in given}
-        record = read_record(pathlib.Path(path), RecordFormat(**stated))
-        with locate(partial(_placed, path, record)):
-            profile = cls(record.times, record.forces, **given)
+        format_names = [field.name for field in attrs.fields(RecordFormat) if field.init]
+        names = [field.name for field in attrs.fields(cls) if field.init]
+        parameters: dict[str, Any] = {**settings}
+        refuse(unknown_arguments(parameters, format_names + names))
+        format_settings = {name: parameters.pop(name) for name in format_names if name in parameters}
+        record = read_record(pathlib.Path(path), RecordFormat(**format_settings))
+        with locate(partial(_place, path, record)):
+            profile = cls(record.times, record.forces, **parameters)
         object.__setattr__(profile, "_assumed", record.notes)
         return profile
 
@@ -205,7 +206,7 @@ class Tabulated(PiecewiseLinear, Value, kw_only=False):
         return bool((self._pulse.values < 0).any())
 
 
-def _placed(path: str | os.PathLike[str], record: Record, fault: Fault) -> Fault:
+def _place(path: str | os.PathLike[str], record: Record, fault: Fault) -> Fault:
     """``fault`` with advice for a file, and with the line of the sample that it concerns, if it concerns one."""
     fault = attrs.evolve(fault, problem=fault.problem.replace(CHANGE_SIGNS, "set sign: -1"))
     if {"times", "forces"}.isdisjoint(fault.steps):

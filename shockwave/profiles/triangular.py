@@ -26,4 +26,4 @@ class Triangular(Powers, Value):
     """
 
     rise_exponent = decay_exponent = 1.0
-    duration_ratio: SI[float] = quantity("", "n, total duration over rise time", above=1, at_most=1e12)
+    duration_ratio: SI[float] = quantity("", "n, total duration over rise time", above=1, at_most=1e12, example="4")

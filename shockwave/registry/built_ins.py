@@ -60,6 +60,7 @@ ENTRIES = {
         Entry("rectangular", f"{_PROFILES}.rectangular:Rectangular", "constant force, short linear ends"),
         Entry("initial-peak-sawtooth", f"{_PROFILES}.sawtooth:InitialPeakSawtooth", "short rise, long linear decay"),
         Entry("final-peak-sawtooth", f"{_PROFILES}.sawtooth:FinalPeakSawtooth", "long linear rise, short fall"),
+        Entry("friedlander", f"{_PROFILES}.friedlander:Friedlander", "blast wave, (1 - u) e^(-b u) after a short rise"),
         Entry("tabulated", f"{_PROFILES}.tabulated:Tabulated", "a force record, piecewise linear"),
     ],
     "integrators": [

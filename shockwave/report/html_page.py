@@ -15,7 +15,7 @@ from shockwave import __version__, pictures
 from shockwave.base.quantity_fields import quantity_of
 from shockwave.base.text import html_of
 from shockwave.pictures.figure_files import described
-from shockwave.profiles.area_conditions import conditions
+from shockwave.profiles.area_conditions import evaluate_conditions
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.registry.built_ins import Entry
 from shockwave.registry.registry import entry_of, find
@@ -83,7 +83,7 @@ def _of_shock(scenario: Scenario) -> dict[str, Any]:
         "areas": areas,
         "contact": dict(scenario.scene.summary().facts()).get("contact"),
         "characteristic_time": Scales.of(scenario.scene.line, shock.peak_force).time,
-        "conditions": conditions(areas, float(shock.profile.duration_ratio)),
+        "conditions": evaluate_conditions(areas, float(shock.profile.duration_ratio)),
     }
 
 

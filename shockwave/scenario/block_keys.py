@@ -27,7 +27,7 @@ from shockwave.scene.simulate_options import SimulateOptions
 
 #: The profile whose samples may come from a file.
 RECORD = "tabulated"
-_RATIO = Quantity("", "n, total duration over rise time", above=1, example="10")
+_RATIO = Quantity("", "n, total duration over rise time", above=1, example="4")
 
 
 @frozen
@@ -158,9 +158,9 @@ MATERIALS = ("material", "wall")
 #: Keys for an unknown profile; `shock_keys` gives those for a known one.
 SHOCK = (
     Key("profile", required=True, annotation=str, kind="profiles", meaning="a name from `shockwave list profiles`"),
-    _key_of_field("peak_force", "100 N"),
+    _key_of_field("peak_force", "30 N"),
     _key_of_field("rise_time", "15 us"),
-    Key("duration", spec=evolve(DURATION, example="150 us"), one_of=("rise_time", "duration_ratio")),
+    Key("duration", spec=evolve(DURATION, example="60 us"), one_of=("rise_time", "duration_ratio")),
     Key("duration_ratio", spec=_RATIO),
     Key("parameters", default=None, meaning="parameters of the profile"),
 )

@@ -1,6 +1,7 @@
-"""Templates: scenarios to start from, with every key and its meaning.
+"""Scenarios to start from: short ones, those with every key and its meaning, and examples.
 
-The blocks are in ``template.yaml``; the lines that depend on the profile are written from its keys.
+The blocks are in ``short_template.yaml`` and ``full_template.yaml``; the lines that depend on the profile are written
+from its keys. The examples are in the folder ``examples``.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from shockwave.base.text import wrap
 from shockwave.registry.registry import find, load
 from shockwave.scenario.block_keys import RECORD, Key, keys_of, parameters_of, shock_keys
 
-_SAMPLES_EXAMPLE = {"times": "[0 s, 15 us, 150 us]", "forces": "[0 N, 100 N, 0 N]"}
+_SAMPLES_EXAMPLE = {"times": "[0 s, 15 us, 60 us]", "forces": "[0 N, 30 N, 0 N]"}
 _RECORD_EXAMPLES = _SAMPLES_EXAMPLE | {"file": "pulse.csv", "columns": "[1, 2]", "time_unit": "ms", "unit": "kN"}
 _BY_KIND: dict[Any, Any] = {bool: False, int: 1, float: 1, str: "text", list: [], tuple: []}
 # Columns of a line, and least columns of a comment.
@@ -32,13 +33,15 @@ _BOUND = re.compile(r"([<>]=?) ")
 _PLAIN = re.compile(r"(?!(?i:true|false|null)\Z)[A-Za-z_][A-Za-z0-9_-]*")
 
 
-def template(profile: str | None = None) -> str:
-    """Text of a scenario with every key, its meaning, and a value to start from.
+def template(profile: str | None = None, full: bool = False) -> str:
+    """Text of a scenario with values to start from.
 
     Parameters
     ----------
     profile : str, optional
-        Name of a registered profile, which may come from a plugin. Default: ``power-law``.
+        Name of a registered profile, which may come from a plugin. Default: ``half-sine``, or ``power-law`` in full.
+    full : bool
+        Whether it has every key and its meaning, those that may be omitted as comments.
 
     Raises
     ------
@@ -47,16 +50,26 @@ def template(profile: str | None = None) -> str:
     PluginError
         When the plugin that registers it is faulty.
     """
-    entry = find("profiles", profile or "power-law")
+    entry = find("profiles", profile or ("power-law" if full else "half-sine"))
     name, owner, cls = entry.name, entry.distribution, load("profiles", entry.name)
-    text = resources.files(__package__).joinpath("template.yaml").read_text(encoding="utf-8")
-    filled = string.Template(text).substitute(
+    file = resources.files(__package__).joinpath(f"{'full' if full else 'short'}_template.yaml")
+    filled = string.Template(file.read_text(encoding="utf-8")).substitute(
         profile=_text(name),
         shock="\n".join([*_sizes(cls), *_parameters(name, cls)]),
         distribution=_text(owner),
         comment="# " if owner == OWN_DISTRIBUTION else "",
+        time=_time(cls),
     )
+    if not full:
+        head, key, rest = filled.partition("\nname:")
+        filled = head + key + re.sub(r"\n *#.*|\n  parameters:(?=(\n +#.*)*(\n\S|$))", "", rest)
     return "".join(f"{part}\n" for line in filled.splitlines() for part in _wrap(line))
+
+
+def example(name: str) -> dict[str, str]:
+    """Text of each file of an example, a scenario and the data that it needs, by the name of the file."""
+    files = resources.files(__package__).joinpath("examples").iterdir()
+    return {file.name: file.read_text(encoding="utf-8") for file in files if file.name.startswith(f"{name}.")}
 
 
 def _wrap(line: str) -> list[str]:
@@ -74,10 +87,17 @@ def _sizes(cls: Any) -> Iterator[str]:
     parameter_keys, keys = keys_of(cls), shock_keys(cls)
     # A profile that can define its own force and time, but does not with its defaults.
     brings_none = not any(key.required for key in (*keys[1:], *parameter_keys)) and cls().recorded_rise_time is None
+    needed = {key.name for key in keys if key.required} | ({"peak_force", "rise_time"} if brings_none else set())
+    if "rise_time" in needed:
+        needed = needed - {"rise_time"} | {_time(cls)}
     for key in keys[1:-1]:
         if key.name != "duration_ratio" or key in parameter_keys:
-            needed = key.required or (key.name in ("peak_force", "rise_time") and brings_none)
-            yield _line("  ", needed, key, _example(key))
+            yield _line("  ", key.name in needed, key, _example(key))
+
+
+def _time(cls: Any) -> str:
+    """Key of the time of a shock: the total duration if the profile has its own duration ratio."""
+    return "rise_time" if any(key.name == "duration_ratio" for key in keys_of(cls)) else "duration"
 
 
 def _parameters(name: str, cls: Any) -> list[str]:

@@ -14,7 +14,7 @@ from attrs import frozen
 
 from shockwave.base.errors import NumericalError, ShockwaveError, detach
 from shockwave.base.progress import report_progress
-from shockwave.engine.scaled_problem import ChainProblem, prepare
+from shockwave.engine.scaled_problem import ChainProblem
 from shockwave.engine.time_limit import expired, time_limit
 from shockwave.profiles.power_law import Powers
 from shockwave.scene.chain import Chain, Scales
@@ -252,8 +252,6 @@ def _run(
     """Run a share of the jobs; ``limit`` is the time limit of each [s], which ``allowed`` sets."""
     begin = time.perf_counter()
     problems = {index: job.problem for index, job in enumerate(jobs) if isinstance(job, Job) and job.problem}
-    if len(problems) > 1:
-        prepare([*problems.values()])
     with allowed(limit):
         answers = search(problems, setup)
     spent = time.perf_counter() - begin

@@ -380,15 +380,6 @@ def test_an_internal_error_is_one_line_without_a_traceback(monkeypatch: pytest.M
     assert "internal error: ZeroDivisionError" in answer.err
 
 
-@pytest.mark.parametrize("profile", ["power-law", "triangular", "exponential", "tabulated"])
-def test_new_writes_a_scene_that_runs_and_is_not_overwritten(profile: str, tmp_path: Path) -> None:
-    scene = str(tmp_path / "scene.yaml")
-    assert shockwave("new", "--profile", profile, "-o", scene).status == 0
-    assert shockwave("compare", "--rtol", "1e-2", scene).status == 0
-    assert shockwave("new", "-o", scene).status == 5
-    assert sw.load_scenario(scene).name
-
-
 def test_module_runs_as_a_program_and_a_closed_pipe_is_no_error() -> None:
     command = [sys.executable, "-m", "shockwave", "predict", "--json", SCENE]
     run = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT)

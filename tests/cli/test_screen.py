@@ -33,9 +33,9 @@ def test_help_fits_80_columns(command: str, monkeypatch: pytest.MonkeyPatch) -> 
     assert widest(printed) <= PIPED
 
 
-@pytest.mark.parametrize("profile", ["power-law", "triangular", "exponential", "tabulated"])
-def test_new_scenarios_have_at_most_80_columns(profile: str) -> None:
-    printed, _ = pages.run(f"shockwave new --profile {profile}", 0)
+@pytest.mark.parametrize("options", ["", "--full", "--full --profile tabulated", "--example wall", "--example striker"])
+def test_new_scenarios_have_at_most_80_columns(options: str) -> None:
+    printed, _ = pages.run(f"shockwave new {options}", 0)
     assert 0 < widest(printed) <= PIPED
 
 

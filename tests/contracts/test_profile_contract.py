@@ -13,7 +13,7 @@ import pytest
 from shockwave.base.errors import PluginError
 from shockwave.base.numerics import FloatArray
 from shockwave.base.quantity_fields import quantity
-from shockwave.profiles.free_path import FreePath, of_powers
+from shockwave.profiles.free_path import FreePath, tabulate_powers
 from shockwave.profiles.profile_contract import CLAUSES
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.scene.shock import Shock
@@ -127,7 +127,7 @@ def lost_digits(_: Any, s: FloatArray) -> FloatArray:
 
 
 def wrong_table(_: Any) -> FreePath:
-    table = of_powers(1.0, 1.0, 3.0)
+    table = tabulate_powers(1.0, 1.0, 3.0)
     return FreePath(table.rows, table.coefficients * (1 + 1e-9), table.error)
 
 

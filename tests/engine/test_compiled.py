@@ -20,7 +20,7 @@ from shockwave.engine.mixed_chain_problem import integrate
 from shockwave.engine.nystroem_integrators import Rkn86
 from shockwave.engine.scaled_problem import ChainProblem, Request
 from shockwave.engine.wave_search import find_primaries
-from shockwave.profiles.free_path import FreePath, of_powers
+from shockwave.profiles.free_path import FreePath, tabulate_powers
 from shockwave.simulation.integration_stretches import Course
 from support.assemblies import uniform
 from support.scenes import POWER
@@ -213,7 +213,7 @@ def test_no_size_of_a_buffer_makes_the_code_crash(size: int) -> None:
 
 @pytest.mark.parametrize("wrong", ["count", "float32"])
 def test_the_wrong_table_of_a_plugin_is_refused(wrong: str) -> None:
-    table = of_powers(1.0, 1.0, 3.0)
+    table = tabulate_powers(1.0, 1.0, 3.0)
     rows = table.rows.astype(np.float32 if wrong == "float32" else float)
     if wrong == "count":  # of the coefficients of the last piece
         rows[-1, 3] = 1e5

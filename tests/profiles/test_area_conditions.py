@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from shockwave.profiles.area_conditions import conditions
+from shockwave.profiles.area_conditions import evaluate_conditions
 from shockwave.profiles.exponential import Exponential
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.quadrature import Integral
@@ -24,7 +24,7 @@ def _power(n: float, rise: float, decay: float) -> PowerLaw:
 
 
 def _checked(profile: ShockProfile, quadrature: str | None = None) -> tuple[Any, ...]:
-    return conditions(profile.areas(quadrature), profile.duration_ratio)
+    return evaluate_conditions(profile.areas(quadrature), profile.duration_ratio)
 
 
 # ---------------------------------------------------------------- margins
@@ -38,7 +38,7 @@ def test_each_condition_states_its_inequality() -> None:
 def test_an_inequality_holds_within_the_error_of_the_areas() -> None:
     decay = Integral(0.6, 0.0, 1, "exact")
     for error, holds in ((1e-6, True), (1e-7, False)):
-        _, steep, _ = conditions(Areas(Integral(0.5 - 5e-7, error, 1, "exact"), decay), 3.0)
+        _, steep, _ = evaluate_conditions(Areas(Integral(0.5 - 5e-7, error, 1, "exact"), decay), 3.0)
         assert steep.holds == holds
 
 
@@ -99,4 +99,4 @@ def test_margins_are_in_rise_times() -> None:
 def test_the_tolerance_is_1e_minus_9_of_the_duration(n: float, below: float, holds: bool) -> None:
     exact = Integral(0.5 - below * n, 0.0, 0, "closed form")
     areas = Areas(rise=exact, decay=Integral(n / 2, 0.0, 0, "closed form"))
-    assert conditions(areas, n)[1].holds is holds
+    assert evaluate_conditions(areas, n)[1].holds is holds

@@ -10,7 +10,7 @@ from attrs import evolve
 
 from shockwave.base.numerics import FloatArray
 from shockwave.profiles.exponential import Exponential
-from shockwave.profiles.free_path import FreePath, _assembled, _sampled
+from shockwave.profiles.free_path import FreePath, _assemble, _sample
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.profiles.tabulated import Tabulated
@@ -111,9 +111,9 @@ def test_records_are_accurate_to_fourteen_digits(size: int) -> None:
 
 @pytest.mark.parametrize("part", ["missing", "rounding"])
 def test_the_error_contains_that_of_every_piece(part: str) -> None:
-    pieces = [_sampled(np.ones_like, *ends, 2.0) for ends in ((0.0, 1.0), (1.0, 2.0))]
+    pieces = [_sample(np.ones_like, *ends, 2.0) for ends in ((0.0, 1.0), (1.0, 2.0))]
     # a unit force has the impulse 2
-    assert _assembled([evolve(piece, scale=1.0, **{part: 1e-9}) for piece in pieces]).error >= 1e-9
+    assert _assemble([evolve(piece, scale=1.0, **{part: 1e-9}) for piece in pieces]).error >= 1e-9
 
 
 def test_declared_jumps_cost_no_accuracy() -> None:

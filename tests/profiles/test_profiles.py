@@ -13,7 +13,7 @@ from shockwave.base.errors import InvalidValueError
 from shockwave.profiles.exponential import Exponential
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.shock_profile import ShockProfile
-from shockwave.profiles.steep_edges import edges
+from shockwave.profiles.steep_edges import find_edges
 from shockwave.profiles.tabulated import Tabulated
 from shockwave.profiles.triangular import Triangular
 from support.profile_references import exact_areas, exact_integral, sine
@@ -84,7 +84,7 @@ def test_force_is_zero_outside_the_shock(profile: ShockProfile, s: float) -> Non
 )
 def test_a_steep_force_has_a_layer_in_which_steps_and_quadratures_end(rate: float, layer: list[float]) -> None:
     # 2, 8 and 36 times 1/200 of a decay that lasts twice the rise; a thinner one is a discontinuity
-    assert edges(1.0, 3.0, rate, 3.0) == pytest.approx(layer, rel=1e-12)
+    assert find_edges(1.0, 3.0, rate, 3.0) == pytest.approx(layer, rel=1e-12)
 
 
 # ---------------------------------------------------------------- integrals

@@ -36,7 +36,7 @@ SETTINGS: dict[str, Any] = {
     "law": sw.PowerContact(exponent=2.0, stiffness=1e7),
     "predictor": sw.Predictor(model="section-4"),
     "pulses": (sw.HalfSine(), sw.Haversine(), sw.InitialPeakSawtooth(), sw.FinalPeakSawtooth()),
-    "plateaus": (sw.Trapezoid(), sw.Rectangular()),
+    "plateaus": (sw.Trapezoid(), sw.Rectangular(), sw.Friedlander()),
     "record": sw.Shock(profile=sw.Tabulated(times=[0, 1e-6, 2e-6], forces=[0, 1, 0])),
     "restitution": sw.Tsuji(restitution=0.9),
     "triangle": triangle(1.0),

@@ -172,16 +172,16 @@ class TestPlugin:
             ("declared", "    # knots: [1]  # knots, each > 0 s"),
             ("undeclared", "    kind: odd"),
             ("undeclared", "    # weights: []"),
-            ("plain", "  # duration: 150 us  # total duration n t0, instead of t0 or n, > 0 s"),
+            ("plain", "  duration: 60 us  # total duration n t0, instead of t0 or n, > 0 s"),
         ],
     )
     def test_templates_hold_its_parameters_and_load(
         self, tmp_path: Path, validator: Draft7Validator, profile: str, line: str
     ) -> None:
-        text = template(profile)
+        text = template(profile, full=True)
         assert line in text.splitlines()
         assert schema_faults(text, validator) == []
-        assert load(tmp_path, text).shock.peak_force == 100.0
+        assert load(tmp_path, text).shock.peak_force == 30.0
 
 
 def test_a_profile_that_cannot_be_imported_may_have_any_parameters(tmp_path: Path, patch: pytest.MonkeyPatch) -> None:

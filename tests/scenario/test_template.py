@@ -16,14 +16,14 @@ from shockwave.scenario.sweep_block import SWEEP
 from shockwave.scenario.template import template
 from shockwave.scene.impact import Impact
 from shockwave.scene.material import Material
-from shockwave.scene.material_library import PAPER_STEEL
+from shockwave.scene.material_library import BEARING_STEEL_52100
 from shockwave.scene.simulate_options import SimulateOptions
 from support.texts import load, schema_faults
 
 
 @pytest.mark.parametrize("profile", [entry.name for entry in built_ins.ENTRIES["profiles"]])
 def test_templates_load_and_have_every_key(tmp_path: Path, profile: str) -> None:
-    text, cls = template(profile), registered("profiles", profile)
+    text, cls = template(profile, full=True), registered("profiles", profile)
     scenario = load(tmp_path, text)
     assert type(scenario.shock.profile) is cls
     assert (scenario.predictor, scenario.simulate) == (Predictor(), SimulateOptions())
@@ -43,7 +43,9 @@ STRIKER = re.compile(r"# impact:.*?\n\n", re.DOTALL)
 
 
 def test_commented_features_of_a_template_are_valid(tmp_path: Path) -> None:
-    text = FEATURES.sub(lambda found: re.sub(r"^  # ", "  ", found[1], flags=re.MULTILINE) + "\n\n", template())
+    text = FEATURES.sub(
+        lambda found: re.sub(r"^  # ", "  ", found[1], flags=re.MULTILINE) + "\n\n", template(full=True)
+    )
     assert "# impact:" in text
     scenario = load(tmp_path, STRIKER.sub("", text))
     assert scenario.chain.count == 20 + 10 + 15 * 3
@@ -52,12 +54,13 @@ def test_commented_features_of_a_template_are_valid(tmp_path: Path) -> None:
     struck = re.sub(r"\nshock:.*?\n\n", "\n", struck, flags=re.DOTALL)
     impact = load(tmp_path, struck)
     assert impact.chain == scenario.chain
-    assert impact.excitation == Impact(velocity=0.5, diameter=16e-3, material=PAPER_STEEL)
+    assert impact.excitation == Impact(velocity=0.5, diameter=16e-3, material=BEARING_STEEL_52100)
 
 
-def test_commented_lines_of_a_template_are_valid(tmp_path: Path) -> None:
-    text = STRIKER.sub("", FEATURES.sub("", template()))
-    text = text.replace("material: paper-steel", "").replace("\n  # material:", "\n  material:")
+@pytest.mark.parametrize("profile", ["power-law", "half-sine"])
+def test_commented_lines_of_a_template_are_valid(profile: str, tmp_path: Path) -> None:
+    text = STRIKER.sub("", FEATURES.sub("", template(profile, full=True)))
+    text = text.replace("material: bearing-steel-52100", "").replace("\n  # material:", "\n  material:")
     text = text.replace("\n  #   ", "\n    ").replace("\n#   ", "\n  ")
     for key in ("# limit", "# published", "# sweep", "# uncertainty", "  # granules", "  # quadrature"):
         text = text.replace(f"\n{key}", f"\n{key.replace('# ', '')}")

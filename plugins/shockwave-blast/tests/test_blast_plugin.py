@@ -10,10 +10,9 @@ from pathlib import Path
 import pytest
 from shockwave import load_scenario
 
-from shockwave_blast.friedlander import Friedlander
 from shockwave_blast.kingery_bulmash import KingeryBulmash
 
-NAMES = ["friedlander", "kingery-bulmash"]
+NAMES = ["kingery-bulmash"]
 
 
 def _output(*arguments: str, cwd: Path) -> str:
@@ -29,15 +28,12 @@ def test_profiles_are_listed_with_the_distribution(tmp_path: Path) -> None:
     assert {name: listed.get(name) for name in NAMES} == dict.fromkeys(NAMES, "shockwave-blast")
 
 
-@pytest.mark.parametrize(
-    ("file", "kind"), [("friedlander", Friedlander), ("microcharge", KingeryBulmash)], ids=NAMES
-)
-def test_a_scenario_gets_the_class_of_the_name(file: str, kind: type) -> None:
-    path = Path(__file__).parent.parent / "profiles" / f"{file}.yaml"
-    assert type(load_scenario(path).shock.profile) is kind
+def test_a_scenario_gets_the_class_of_the_name() -> None:
+    path = Path(__file__).parent.parent / "profiles" / "microcharge.yaml"
+    assert type(load_scenario(path).shock.profile) is KingeryBulmash
 
 
-def test_nothing_but_the_two_profiles_is_registered(tmp_path: Path) -> None:
+def test_nothing_but_the_profile_is_registered(tmp_path: Path) -> None:
     rows = json.loads(_output("-m", "shockwave", "list", "plugins", "--check", "--json", cwd=tmp_path))
     (own,) = [row for row in rows if row["name"] == "shockwave-blast"]
     assert own["entries"] == [{"kind": "profiles", "name": name} for name in NAMES]

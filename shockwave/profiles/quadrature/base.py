@@ -70,7 +70,7 @@ class Quadrature(abc.ABC):
             Zero for an empty or reversed interval.
         """
         pieces = [
-            self._piece(_inside(integrand, lower, upper), float(lower), float(upper), tolerance)
+            self._piece(_keep_inside(integrand, lower, upper), float(lower), float(upper), tolerance)
             for lower, upper in pairwise(points)
             if upper > lower
         ]
@@ -86,7 +86,7 @@ class Quadrature(abc.ABC):
         """Integrate over one smooth piece; see the contract."""
 
 
-def _inside(integrand: Integrand, lower: float, upper: float) -> Integrand:
+def _keep_inside(integrand: Integrand, lower: float, upper: float) -> Integrand:
     # The integrand may jump at the ends: 0**eta is 0 for any eta > 0.
     first, last = math.nextafter(lower, upper), math.nextafter(upper, lower)
     return lambda s: np.asarray(integrand(np.clip(s, first, last)), dtype=float)

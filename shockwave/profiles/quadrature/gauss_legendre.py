@@ -8,7 +8,6 @@ import math
 import numpy as np
 from numpy.polynomial.legendre import leggauss
 
-# Nodes of a panel.
 from shockwave.base.numerics import FloatArray, product
 from shockwave.profiles.quadrature.base import EPSILON, ROUNDINGS, Integral, Integrand, Quadrature
 
@@ -40,10 +39,10 @@ def _rule() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
     points = np.concatenate(([0.0], nodes / 2, [0.5], (1 + nodes) / 2, [1.0]))
     fine = np.concatenate(([0.0], weights / 2, [0.0], weights / 2, [0.0]))
     shares = np.concatenate(([gap], weights / 2, [2 * gap], weights / 2, [gap]))
-    return nodes, points, fine, shares, interpolation(nodes, points)
+    return nodes, points, fine, shares, interpolate(nodes, points)
 
 
-def interpolation(nodes: FloatArray, points: FloatArray) -> FloatArray:
+def interpolate(nodes: FloatArray, points: FloatArray) -> FloatArray:
     """Lagrange polynomials of the nodes at the points, shape (points, nodes), accurate to rounding."""
     others = ~np.eye(len(nodes), dtype=bool)
     here = np.where(others, points[:, None, None] - nodes, 1.0).prod(axis=2)

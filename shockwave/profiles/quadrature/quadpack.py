@@ -39,28 +39,28 @@ class Quadpack(Quadrature):
         width = upper - lower
         seen: list[tuple[float, float]] = []
 
-        def smoothed(x: float) -> float:
+        def smooth(x: float) -> float:
             near = min(x, 1.0 - x)
             distance = width * near**3 * (10 - 15 * near + 6 * near**2)
             s = lower + distance if x < 0.5 else upper - distance
             seen.append((s, float(integrand(np.array([s]))[0])))
             return seen[-1][1] * width * 30 * (near * (1 - near)) ** 2
 
-        def integrated(*edges: float) -> tuple[float, float, int]:
+        def integrate_between(*edges: float) -> tuple[float, float, int]:
             """Sum of the final intervals of QAGS, sum of their errors, and number of intervals."""
             intervals, target = [], max(tolerance * min(1.0, width), float(np.finfo(float).tiny))
             for begin, end in itertools.pairwise(edges):
                 # full_output suppresses the warnings of SciPy, which are contained in the errors.
-                found = scipy.integrate.quad(
-                    smoothed, begin, end, epsabs=target, epsrel=0.0, limit=_INTERVALS, full_output=1
+                details = scipy.integrate.quad(
+                    smooth, begin, end, epsabs=target, epsrel=0.0, limit=_INTERVALS, full_output=1
                 )[2]
-                intervals += list(zip(found["rlist"], found["elist"], strict=True))[: int(found["last"])]
+                intervals += list(zip(details["rlist"], details["elist"], strict=True))[: int(details["last"])]
             values, errors = zip(*intervals, strict=True)
             return math.fsum(values), math.fsum(errors), len(intervals)
 
-        value, error, count = integrated(0.0, 1.0)
+        value, error, count = integrate_between(0.0, 1.0)
         if count > 1:
-            other = integrated(0.0, _CUT, 1.0)
+            other = integrate_between(0.0, _CUT, 1.0)
             difference = abs(other[0] - value)
             # The run with the larger error may have detected what the other has missed.
             value, error, _ = max((value, error, count), other, key=lambda run: run[1])

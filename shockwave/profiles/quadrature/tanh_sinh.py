@@ -8,7 +8,6 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-# Distance of the outermost nodes from the ends, in units of the piece; the rest is smaller than rounding errors.
 from shockwave.base.numerics import FloatArray
 from shockwave.profiles.quadrature.base import EPSILON, ROUNDINGS, Integral, Integrand, Quadrature
 

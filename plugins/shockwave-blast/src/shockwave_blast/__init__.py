@@ -1,1 +1,1 @@
-"""Blast waves for shockwave: the Friedlander pulse, by its shape or by charge and standoff."""
+"""Blast waves for shockwave: the Friedlander pulse of a charge at a distance."""

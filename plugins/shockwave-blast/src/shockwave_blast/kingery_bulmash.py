@@ -10,10 +10,10 @@ from typing import Any, get_args
 import attrs
 from attrs import frozen
 from scipy.optimize import brentq
-from shockwave import InvalidValueError, quantity
+from shockwave import Friedlander, InvalidValueError, ShockProfile, quantity
+from shockwave.hooks import FloatArray
 
 from shockwave_blast.curves import FARTHEST, NEAREST, BlastWave, Burst, Loading, blast_wave
-from shockwave_blast.waveform import BlastWaveform, decay_area
 
 __all__ = ["KingeryBulmash"]
 
@@ -33,7 +33,7 @@ def _one_of(names: Sequence[str]) -> Callable[[Any, attrs.Attribute[Any], Any], 
 
 
 @frozen(kw_only=True)
-class KingeryBulmash(BlastWaveform):
+class KingeryBulmash(ShockProfile):
     """The Friedlander pulse of a TNT charge on a sphere, by the curves of Kingery and Bulmash.
 
     The curves give peak pressure p, duration td and impulse I at the scaled distance Z = R/W^(1/3). The shape
@@ -108,16 +108,38 @@ class KingeryBulmash(BlastWaveform):
     rise_fraction: float = quantity(
         "", "rise time over total duration", default=1e-3, at_least=1e-6, at_most=0.05
     )
-    duration_ratio: float = attrs.field(init=False, repr=False)
     wave: BlastWave = attrs.field(init=False, repr=False)
-    decay_coefficient: float = attrs.field(init=False, repr=False)
+    _pulse: Friedlander = attrs.field(init=False, repr=False)
 
     def __attrs_post_init__(self) -> None:
         self._check_distance()
         wave = blast_wave(self.charge_mass, self.standoff, self.burst, self.loading)
-        object.__setattr__(self, "duration_ratio", 1 / self.rise_fraction)
         object.__setattr__(self, "wave", wave)
-        object.__setattr__(self, "decay_coefficient", self._fitting_decay(wave))
+        object.__setattr__(self, "_pulse", self._fit_pulse(wave))
+
+    @property
+    def duration_ratio(self) -> float:
+        return self._pulse.duration_ratio
+
+    @property
+    def decay_coefficient(self) -> float:
+        """Coefficient b."""
+        return self._pulse.decay_coefficient
+
+    def rise(self, s: FloatArray) -> FloatArray:
+        return self._pulse.rise(s)
+
+    def decay(self, s: FloatArray) -> FloatArray:
+        return self._pulse.decay(s)
+
+    def closed_areas(self) -> tuple[float, float]:
+        return self._pulse.closed_areas()
+
+    def closed_running_impulse(self, s: FloatArray) -> FloatArray:
+        return self._pulse.closed_running_impulse(s)
+
+    def closed_double_integral(self, s: FloatArray) -> FloatArray:
+        return self._pulse.closed_double_integral(s)
 
     @property
     def scaled_distance(self) -> float:
@@ -156,8 +178,8 @@ class KingeryBulmash(BlastWaveform):
         got = f"got {self.standoff:g} m, scaled {distance:.4g} m/kg^(1/3); the curves end there"
         raise InvalidValueError.of("standoff", f"{rule} ({got})")
 
-    def _fitting_decay(self, wave: BlastWave) -> float:
-        """Coefficient b for which the pulse has the impulse of the wave."""
+    def _fit_pulse(self, wave: BlastWave) -> Friedlander:
+        """The pulse with the impulse of the wave."""
         rise = self.rise_fraction
         area = (wave.impulse / (wave.pressure * wave.duration) - rise / 2) / (1 - rise)
         if area > 0.5:
@@ -167,5 +189,11 @@ class KingeryBulmash(BlastWaveform):
                 f" {2 * area:.4g} times that; reduce the standoff or use the reflected pressure)"
             )
             raise InvalidValueError.of("standoff", problem)
-        # the area of the decay is below 1/b for every b
-        return float(brentq(lambda b: decay_area(b) - area, 0.0, 1 / area, xtol=_ACCURACY, rtol=_ACCURACY))
+
+        def decay_area(b: float) -> float:
+            """Integral of (1 - u) exp(-b u) over 0 <= u <= 1."""
+            return Friedlander(decay_coefficient=b, rise_fraction=0.5).closed_areas()[1]
+
+        # it is below 1/b for every b
+        b = brentq(lambda b: decay_area(b) - area, 0.0, 1 / area, xtol=_ACCURACY, rtol=_ACCURACY)
+        return Friedlander(decay_coefficient=float(b), rise_fraction=rise)
