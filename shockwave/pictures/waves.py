@@ -11,7 +11,7 @@ import numpy as np
 from shockwave.base.errors import InvalidValueError
 from shockwave.pictures.colour_maps import colour_cells, rows_of
 from shockwave.pictures.figure_files import canvas
-from shockwave.pictures.picture_elements import FIELD, METHODS, colour_scale, draw_limit, halo, series
+from shockwave.pictures.picture_elements import METHODS, colour_scale, draw_limit, field_colours, halo, series
 from shockwave.prediction.section4_outcome import Section4Outcome
 from shockwave.simulation.recording import Recording
 from shockwave.simulation.simulation_result import Simulation
@@ -133,7 +133,9 @@ def field_of_forces(ax: Axes, kept: Recording) -> None:
     forces = np.maximum.reduceat(np.asarray(kept.forces), begins, axis=0)
     edges, rows = rows_of(np.asarray(kept.contacts, dtype=float), forces)
     norm = PowerNorm(0.5, vmin=0.0, vmax=float(forces.max()) or 1.0)
-    drawn = colour_cells(ax, (np.append(kept.times[begins], kept.times[-1]), edges), rows, norm=norm, cmap=FIELD)
+    drawn = colour_cells(
+        ax, (np.append(kept.times[begins], kept.times[-1]), edges), rows, norm=norm, cmap=field_colours()
+    )
     ax.locator_params(axis="y", integer=True)
     colour_scale(ax, drawn, "contact force")
 
@@ -180,6 +182,7 @@ def train(result: Comparison | Outcome | Simulation | Section4Outcome, *, ax: Ax
             if which.any():
                 look: dict[str, Any] = {"color": METHODS["simulation"], "markerfacecolor": face, "markersize": 4.5}
                 ax.plot(places[which], forces[which], "s", label=label, **look)
+        ax.margins(y=0.12)
         ax.set(xlim=(0.4, max(len(predicted), len(waves)) + 0.6), ylim=(0, None))
         ax.locator_params(axis="x", integer=True, min_n_ticks=1)
         return ax
