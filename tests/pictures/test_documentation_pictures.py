@@ -56,8 +56,8 @@ def test_a_picture_is_the_one_that_the_script_draws(name: str, script: Any, tmp_
     stored, drawn = shown_in(DOCS / f"{name}.svg"), shown_in(tmp_path / "drawn.svg")
     assert len(stored) == len(drawn) > 0
     for one, other in zip(stored, drawn, strict=True):
-        assert one.texts == other.texts
-        assert [len(kind) for kind in one[1:]] == [len(kind) for kind in other[1:]]
+        assert one[:2] == other[:2]
+        assert [len(kind) for kind in one[2:]] == [len(kind) for kind in other[2:]]
         for here, there in zip(one.curves, other.curves, strict=True):
             assert max(distance(here, there), distance(there, here)) < NEAR
         for here, there in zip(one.marks, other.marks, strict=True):

@@ -13,14 +13,16 @@ from matplotlib.image import imread
 _SVG = "{http://www.w3.org/2000/svg}"
 _LINK = "{http://www.w3.org/1999/xlink}href"
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e-?\d+)?")
+_COLOUR = re.compile("(?:fill|stroke): (#[0-9a-f]{6})")
 # Blocks of an image that are compared, along each side.
 _BLOCKS = 12
 
 
 class Shown(NamedTuple):
-    """Number of texts, and curves, marks and images of one axes; places in units of its frame."""
+    """Number of texts, and colours, curves, marks and images of one axes; places in units of its frame."""
 
     texts: int
+    colours: list[str]
     curves: list[np.ndarray]
     marks: list[np.ndarray]
     images: list[np.ndarray]
@@ -51,11 +53,12 @@ def _axes(group: ET.Element, root: ET.Element) -> Shown:
     data = [each for each in group if "matplotlib.axis" not in each.get("id", "")]
     parts = [part for each in data for part in each.iter() if each.get("id", "").find("legend") < 0]
     clipped = [part for part in parts if part.get("clip-path")]
+    colours = [colour for part in clipped for each in part.iter() for colour in _COLOUR.findall(each.get("style", ""))]
     curves = [_points(part) for part in clipped if part.tag == f"{_SVG}path"]
     marks = [_places(part) for part in clipped if part.tag == f"{_SVG}g"]
     images = [_blocks(part.get(_LINK, "")) for part in parts if part.tag == f"{_SVG}image"]
     curves, marks = ([(places - box[0]) / box[1] for places in kind] for kind in (curves, marks))
-    return Shown(sum("-text_" in each.get("id", "") for each in group.iter()), curves, marks, images)
+    return Shown(sum("-text_" in each.get("id", "") for each in group.iter()), colours, curves, marks, images)
 
 
 def _blocks(link: str) -> np.ndarray:
