@@ -228,7 +228,7 @@ def draw_limit(ax: Axes, limit: Any, label: str = "limit", upright: bool = False
         draw(getattr(limit, "force", limit), color=ink(), linewidth=0.9, linestyle="-.", label=label)
 
 
-def thinned(y: FloatArray) -> npt.NDArray[np.intp]:
+def thin(y: FloatArray) -> npt.NDArray[np.intp]:
     """Return the indices at which a line is drawn: both ends, and the minimum and maximum of each section."""
     if len(y) <= _MOST_POINTS:
         return np.arange(len(y))
@@ -239,7 +239,7 @@ def thinned(y: FloatArray) -> npt.NDArray[np.intp]:
 
 def area(ax: Axes, x: FloatArray, low: Any, high: FloatArray, colour: str, hatch: str, label: str) -> None:
     """Shade an area; hatches distinguish areas without colour."""
-    kept = thinned(high)
+    chosen = thin(high)
     look: dict[str, Any] = {"facecolor": colour, "alpha": 0.6, "hatch": hatch, "edgecolor": paper(), "linewidth": 0}
-    bottom = np.broadcast_to(low, x.shape)[kept]
-    ax.fill_between(x[kept], bottom, high[kept], label=label, **look)
+    bottom = np.broadcast_to(low, x.shape)[chosen]
+    ax.fill_between(x[chosen], bottom, high[chosen], label=label, **look)
