@@ -88,6 +88,9 @@ def contact_forces(
             ax.plot(histories.times, history, linewidth=1.1, label=f"contact {contact}", **series(index))
         highest = float(forces.max())
         top = 1.08 * min(max(highest, 0.0 if shock is None else shock.peak_force), _HIGHEST * highest)
+        if limit := getattr(result, "limit", None):
+            draw_limit(ax, limit)
+            top = max(top, 1.08 * limit.force)
         ax.set(xlim=(0, histories.times[-1]), ylim=(0, top or 1.0))
         return ax
 

@@ -64,7 +64,7 @@ def render_page(results: PageResults) -> str:
         results=results,
         scene=results.scenario.scene.summary(),
         **({"conditions": ()} if results.is_beyond else _shock_facts(results.scenario)),
-        pictures=draw_pictures(results),
+        pictures=list(draw_pictures(results)),
         add_description=add_description,
         versions=_versions(results),
         hash=scene_hash(results.scenario),

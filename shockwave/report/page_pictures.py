@@ -24,6 +24,8 @@ _Draw = Callable[["Axes"], object]
 # Longest shocks of the curve of amplifications, as a rule and at most [T0].
 _LONGEST = 50.0
 _LONGEST_OF_ALL = 1000.0
+# Pictures that answer the question of the page, the first that applies beside its first lines.
+_ANSWERS = ("wall", "peaks", "forces", "train", "pulse")
 # Width and height [in]: a column in print, legible on a phone.
 _SIZE = (3.4, 2.7)
 
@@ -52,7 +54,13 @@ def draw_pictures(results: PageResults) -> Iterator[tuple[str, str, str]]:
 
 
 def choose_pictures(results: PageResults) -> dict[str, _Draw]:
-    """Return the functions that draw the pictures of a scene, in their order; their titles are in the template."""
+    """Return the functions that draw the pictures of a scene, the answer first; their titles are in the template."""
+    chosen = _pictures_of(results)
+    lead = next((name for name in _ANSWERS if name in chosen), None)
+    return dict(sorted(chosen.items(), key=lambda item: item[0] != lead))
+
+
+def _pictures_of(results: PageResults) -> dict[str, _Draw]:
     shock, compared = results.scenario.shock, results.comparison
     predicted = results.predicted and results.predicted.section4
     result: Any = results.simulated

@@ -2,6 +2,8 @@
 
 import json
 import re
+import shutil
+import subprocess
 import sys
 import xml.etree.ElementTree as ET
 from functools import cache
@@ -302,3 +304,31 @@ def test_parameters_that_are_not_set_are_left_out() -> None:
     shown = dict(_parameters(record))
     assert shown["negative"] == "keep"
     assert not any("None" in text for text in shown.values())
+
+
+@pytest.mark.parametrize(
+    ("case", "title"),
+    [
+        (SCENES["ejection"], "Contact forces"),
+        (evolve(scenario(triangle(0.5)), chain=evolve(CHAIN, granules=30, end=sw.Wall())), "Force on the wall"),
+    ],
+    ids=["endless", "wall"],
+)
+def test_the_picture_of_the_answer_is_in_the_head(case: sw.Scenario, title: str) -> None:
+    head, _, rest = (made("ejection") if case is SCENES["ejection"] else page(case)).partition("</header>")
+    assert re.findall("<figure><h3>(.*?)</h3>", head) == [title]
+    assert f"<h3>{title}</h3>" not in rest
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["paper/table2-row1", "examples/hammer", "chains/damped"])
+@pytest.mark.parametrize("sheet", ["letter", "a4"])
+def test_a_page_prints_on_two_sheets(name: str, sheet: str, tmp_path: Path) -> None:
+    browser = shutil.which("chromium") or pytest.skip("there is no Chromium")
+    text = page(sw.load_scenario(ROOT / "profiles" / f"{name}.yaml"))
+    file = tmp_path / "page.html"
+    file.write_text(text.replace("@page {", f"@page {{ size: {sheet};"), encoding="utf-8")
+    printed = tmp_path / "page.pdf"
+    options = ["--headless", "--no-sandbox", "--no-pdf-header-footer", f"--print-to-pdf={printed}"]
+    subprocess.run([browser, *options, file.as_uri()], check=True, capture_output=True, timeout=60)
+    assert len(re.findall(rb"/Type */Page(?!s)", printed.read_bytes())) <= 2
