@@ -29,11 +29,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.figure import Figure
 from scipy.integrate import DOP853, LSODA, solve_ivp
 from scipy.optimize import minimize_scalar
 
 import shockwave as sw
 from shockwave import pictures
+from shockwave.pictures.picture_elements import GREEN, PURPLE
 from shockwave.scene.chain import Scales
 from shockwave.scene.layout import Layout
 
@@ -203,19 +205,23 @@ def of_chain(scene: sw.Scenario) -> Iterator[Row]:
 
 # ---------------------------------------------------------------- picture
 
-MARKS = {
-    "section 4": "X",
-    "simulate": "o",
-    "SciPy DOP853": "s",
-    "SciPy LSODA": "^",
+#: Colour and mark of each method.
+LOOKS = {
+    "section 4": {"color": pictures.METHODS["section 4"], "marker": "X"},
+    "simulate": {"color": pictures.METHODS["simulation"], "marker": "o"},
+    "SciPy DOP853": {"color": GREEN, "marker": "s"},
+    "SciPy LSODA": {"color": PURPLE, "marker": "^"},
 }
 
 
-def draw(rows: list[Row]) -> None:
-    """Draw a panel for each problem: runs as faint marks, and medians over the pulses joined by lines."""
+def draw() -> Figure:
+    """Draw the runs of the file, a panel for each problem: runs as faint marks, medians over pulses joined by lines."""
+    with FILE.open(newline="", encoding="utf-8") as lines:
+        table = list(csv.reader(lines))[1:]
+    rows = [Row(*cells[:4], float(cells[4]), float(cells[5])) for cells in table]
     figure, places = pictures.figure(1, 2, (7.6, 4.2))
     for ax, problem in zip(places, (PULSES, CHAIN), strict=True):
-        for index, (method, mark) in enumerate(MARKS.items()):
+        for method, look in LOOKS.items():
             own = [row for row in rows if row.problem == problem and row.method == method]
             settings = list(dict.fromkeys(row.setting for row in own))
             points = [
@@ -225,7 +231,6 @@ def draw(rows: list[Row]) -> None:
                 ]
                 for name, least in (("time", 0.0), ("error", LEAST))
             ]
-            look = {"color": f"C{index}", "marker": mark}
             ax.plot([row.time for row in own], [max(row.error, LEAST) for row in own], ls="", ms=2, alpha=0.4, **look)
             single = [index for index, setting in enumerate(settings) if TOGETHER not in setting]
             ax.plot(*([values[index] for index in single] for values in points), ms=6, lw=1.2, label=method, **look)
@@ -240,7 +245,7 @@ def draw(rows: list[Row]) -> None:
     title = f"hollow: {MANY} at once"
     places[1].legend(*places[0].get_legend_handles_labels(), loc="lower left", fontsize="small", title=title)
     places[1].get_legend().get_title().set_fontsize("small")
-    pictures.save(figure, FOLDER / "error-time.svg")
+    return figure
 
 
 def main() -> None:
@@ -254,9 +259,7 @@ def main() -> None:
             writer = csv.writer(out, lineterminator="\n")
             writer.writerow(Row._fields)
             writer.writerows((*row[:4], f"{row.error:.2g}", f"{row.time:.3g}") for row in rows)
-    with FILE.open(newline="", encoding="utf-8") as given:
-        table = list(csv.reader(given))[1:]
-    draw([Row(*cells[:4], float(cells[4]), float(cells[5])) for cells in table])
+    pictures.save(draw(), FOLDER / "error-time.svg")
 
 
 if __name__ == "__main__":

@@ -1,33 +1,45 @@
-"""Draw the pictures of the documentation.
+"""Draw all pictures of the documentation.
 
     python research/draw/draw_pictures.py
-    python research/draw/draw_pictures.py --folder elsewhere
+    python research/draw/draw_pictures.py --folder elsewhere pictures/landing universal/ends
 
-writes docs/pictures/*.svg in about ten seconds. The files change only if matplotlib or the simulated values change. The
-extra ``plot`` of shockwave is required.
+writes files ``.svg`` in folders of docs, all or those that are named, in a minute, and ``docs/report/screenshot.png``
+if Chromium is installed. The run times in ``benchmarks/error-time`` are those of its ``.csv``, which draw_error_time.py
+measures. The extra ``plot`` of shockwave is required.
 """
 
 from __future__ import annotations
 
 import argparse
+import subprocess
+import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import numpy as np
 from attrs import frozen
 from matplotlib.figure import Figure
+from scipy.interpolate import PchipInterpolator
 
 import shockwave as sw
-from shockwave import pictures
+from shockwave import pictures, report
 from shockwave.studies.amplification_curve import UniversalCurve
 from shockwave.sweep.results import SweepResults
 from shockwave.sweep.sweep_picture import plot
 
+sys.path.append(str(Path(__file__).parent))
+import draw_error_time
+import draw_universal
+
 ROOT = Path(__file__).parents[2]
 PROFILES = ROOT / "profiles"
-FOLDER = ROOT / "docs" / "pictures"
+FOLDER = ROOT / "docs"
+#: Width and height of the picture of a report: what a screen shows of it.
+SCREEN = 1200, 800
 
 
 @frozen
@@ -57,14 +69,48 @@ def recorded(name: str, record: tuple[str, ...], contacts: tuple[int, ...]) -> s
     return sw.simulate(scene(name).shock, scene(name).chain, contacts=contacts, record=record)  # type: ignore[arg-type]
 
 
+# Beads of the landing picture, and the time at which it shows them [s].
+BEADS, MOMENT = 38, 0.61e-3
+# Granules to which the duration of the shock is stretched, at the left of the first bead, and their distance.
+PULSE, APART = 9.0, 4.0
+
+
 def landing() -> Figure:
-    """The way of a blow along the chain, and the waves into which it separates."""
-    chain = sw.Chain(material=sw.material("stainless-steel-302"), diameter=9.5e-3)
-    shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=20.0, rise_time=80e-6)
-    result = sw.simulate(shock, chain, contacts=range(80), record=["forces"])
-    figure, (left, right) = pictures.figure(1, 2, (7.6, 3.0))
-    pictures.space_time(result, ax=left)
-    pictures.contact_forces(result, contacts=[10, 79], ax=right)
+    """A shock, the beads that it strikes, and the solitary waves that run along them a little later."""
+    chain = sw.Chain(material="bearing-steel-52100", diameter="9.5 mm")
+    shock = sw.Shock(profile="triangular", peak_force="50 N", rise_time="40 us", duration="120 us")
+    result = sw.simulate(shock, chain, contacts=range(BEADS), record=["forces"], until=MOMENT)
+    forces = result.recording.forces[-1]
+    blue, grey = pictures.METHODS["simulation"], pictures.METHODS["shock"]
+    figure, (ax,) = pictures.figure(size=(7.6, 2.5))
+    contacts = np.arange(BEADS) + 0.5
+    fine = np.linspace(contacts[0], contacts[-1], 12 * BEADS)
+    # the force of a solitary wave is close to the sixth power of a cosine
+    height = PchipInterpolator(contacts, np.maximum(forces, 0) ** (1 / 6))(fine) ** 6
+    ax.fill_between(fine, height, color=blue, alpha=0.25, linewidth=0)
+    ax.plot(fine, height, color=blue, linewidth=1.6)
+    top = forces.max()
+    around = np.maximum(np.append(0, forces), np.append(forces, 0))
+    ax.scatter(range(BEADS + 1), [-0.13 * top] * (BEADS + 1), s=92, c=around, cmap="Blues", vmin=-0.25 * top)
+    ax.collections[-1].set(edgecolor="#444444", linewidth=0.6)
+    # the begin of the shock is at the right, next to the beads
+    times = np.linspace(0, shock.duration, 200)
+    places = -APART - PULSE * times / shock.duration
+    applied = shock.peak_force * shock.profile.force(times / shock.rise_time)
+    ax.fill_between(places, applied, color=grey, alpha=0.3, linewidth=0)
+    ax.plot(places, applied, color=grey, linewidth=1.6)
+    arrow = {"arrowstyle": "-|>", "color": grey, "linewidth": 1.6}
+    ax.annotate("", (-0.8, -0.13 * top), (-APART - 1, -0.13 * top), arrowprops=arrow)
+    look = {"ha": "center", "va": "bottom", "fontsize": 9}
+    ax.text(-APART - PULSE / 3, 1.06 * shock.peak_force, "shock 50 N", color="#444444", **look)
+    for number, wave in enumerate(result.waves[:3]):
+        peaks = np.flatnonzero((forces[1:-1] > forces[:-2]) & (forces[1:-1] >= forces[2:])) + 1
+        place = peaks[np.argsort(forces[peaks])[::-1][number]]
+        name = "leading wave " if number == 0 else ""
+        label = f"{name}{wave.peak_force:.1f} N"
+        ax.text(contacts[place], 1.04 * max(forces[place], 0.06 * top), label, color=blue, **look)
+    ax.set(xlim=(-APART - PULSE - 1, BEADS + 4), ylim=(-0.24 * top, 1.2 * top))
+    ax.set_axis_off()
     return figure
 
 
@@ -158,14 +204,31 @@ def swept() -> SweepResults:
         return sw.load_sweep(folder)
 
 
+def drawn(column: str | None = None) -> Figure:
+    """A map of the plane."""
+    figure, (ax,) = pictures.figure(size=(5.0, 3.6))
+    plot(swept(), column, ax=ax)
+    return figure
+
+
 def amplification_map() -> Figure:
     """Amplification over the plane, with the borders of the regimes."""
-    return plot(swept()).figure
+    return drawn()
 
 
 def trust_map() -> Figure:
     """Error of section 4 over the same plane."""
-    return plot(swept(), "error").figure
+    return drawn("error")
+
+
+def distribution() -> Figure:
+    """Peak force for beads and a blow that are not known exactly, with a limit."""
+    chain = sw.Chain(material="bearing-steel-52100", diameter="9.5 mm")
+    shock = sw.Shock(profile="triangular", peak_force="50 N", rise_time="20 us", duration="60 us")
+    spreads = {"shock.peak_force": "5 %", "shock.rise_time": "5 %", "chain.material.youngs_modulus": "3 %"}
+    figure, (ax,) = pictures.figure(size=(5.0, 3.0))
+    pictures.distribution(sw.uncertainty(shock, chain, spreads, limit="60 N"), ax=ax)
+    return figure
 
 
 def materials() -> Figure:
@@ -179,31 +242,51 @@ def materials() -> Figure:
 
 #: Functions that draw the pictures, by file name.
 PICTURES: dict[str, Callable[[], Figure]] = {
-    "landing": landing,
-    "pulse": pulse,
-    "contact-forces": contact_forces,
-    "space-time": space_time,
-    "train": train,
-    "correction-area": correction_area,
-    "approach": approach,
-    "balance": balance,
-    "amplification": amplification,
-    "work-precision": work_precision,
-    "map": amplification_map,
-    "trust-map": trust_map,
-    "materials": materials,
+    "pictures/landing": landing,
+    "pictures/pulse": pulse,
+    "pictures/contact-forces": contact_forces,
+    "pictures/space-time": space_time,
+    "pictures/train": train,
+    "pictures/correction-area": correction_area,
+    "pictures/approach": approach,
+    "pictures/balance": balance,
+    "pictures/amplification": amplification,
+    "pictures/work-precision": work_precision,
+    "pictures/distribution": distribution,
+    "pictures/map": amplification_map,
+    "pictures/trust-map": trust_map,
+    "pictures/materials": materials,
+    "benchmarks/error-time": draw_error_time.draw,
+    "universal/shocks": lambda: draw_universal.draw("shocks")[0],
+    "universal/ends": lambda: draw_universal.draw("ends")[0],
 }
 
 
+def draw_report(file: Path) -> None:
+    """Take the picture of a report in Chromium; raise OSError if there is none."""
+    with TemporaryDirectory() as folder:
+        page = Path(folder) / "page.html"
+        page.write_text(report.page(scene(EJECTION)), encoding="utf-8")
+        size = "--window-size={},{}".format(*SCREEN)
+        options = ["--headless", "--no-sandbox", "--hide-scrollbars", size, f"--screenshot={file}"]
+        subprocess.run(["chromium", *options, page.as_uri()], check=True, capture_output=True)
+
+
 def main() -> None:
-    """Draw all pictures."""
+    """Draw all pictures, or those that are named."""
     parser = argparse.ArgumentParser(description="Draw the pictures of the documentation.")
-    parser.add_argument("--folder", type=Path, default=FOLDER, help="folder of the pictures")
-    folder = parser.parse_args().folder
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, draw in PICTURES.items():
-        pictures.save(draw(), folder / f"{name}.svg")
-        print(folder / f"{name}.svg")
+    parser.add_argument("--folder", type=Path, default=FOLDER, help="folder of the folders of the pictures")
+    parser.add_argument("names", nargs="*", help="pictures such as pictures/landing (default: all)")
+    options = parser.parse_args()
+    for folder in {"report", *(Path(name).parent for name in PICTURES)}:
+        (options.folder / folder).mkdir(parents=True, exist_ok=True)
+    for name in options.names or PICTURES:
+        file = options.folder / f"{name}.svg"
+        pictures.save(PICTURES[name](), file)
+        print(file)
+    if not options.names:
+        with suppress(OSError):
+            draw_report(options.folder / "report" / "screenshot.png")
 
 
 if __name__ == "__main__":

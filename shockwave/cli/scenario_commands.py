@@ -178,17 +178,16 @@ def validate(options: Namespace) -> int:
 def report(options: Namespace) -> int:
     """One page on a scenario."""
     from shockwave.pictures import figure
-    from shockwave.report import findings
-    from shockwave.report import written as page
+    from shockwave.report import compute_results, render_page
 
     if Path(options.output or "").suffix:
         check_output(options.output, ".html", ".htm", hint="; print this page to a PDF in a browser")
     (scenario,) = load_scenarios([options.file], output=options.output)
     figure()  # fails early without matplotlib
-    results = findings(_limit_scenario(scenario, options))
+    results = compute_results(_limit_scenario(scenario, options))
     for failed in results.failures:
         print(f"{options.file}: {failed}", file=sys.stderr)
-    write_output(page(results), options.output)
+    write_output(render_page(results), options.output)
     return results.exit_code
 
 

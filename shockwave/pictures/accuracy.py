@@ -12,7 +12,7 @@ import numpy as np
 from shockwave.base.errors import NotCoveredError, NumericalError
 from shockwave.pictures.figure_files import canvas
 from shockwave.pictures.picture_elements import BLUE, GREY, METHODS, MINUS, ORANGE, SKY, area, ink, literal, series
-from shockwave.pictures.waves import recorded
+from shockwave.pictures.waves import find_histories
 from shockwave.simulation.simulation_result import Simulation
 
 if TYPE_CHECKING:
@@ -85,10 +85,10 @@ def balance(result: Simulation, *, ax: Axes | None = None) -> Axes:
     InvalidValueError
         If the energies were not recorded.
     """
-    kept = recorded(result, "energies")
-    times = kept.times
-    kinetic = np.asarray(kept.kinetic_energy)
-    total = kinetic + np.asarray(kept.contact_energy)
+    histories = find_histories(result, "energies")
+    times = histories.times
+    kinetic = np.asarray(histories.kinetic_energy)
+    total = kinetic + np.asarray(histories.contact_energy)
     work = result.applied_energy if result.wave is None else result.wave.applied_energy
     begin, name = 0.0, "energy of the striker"
     if result.shock is not None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from shockwave.pictures.picture_elements import FIELD, SIGNED, ink, paper, place_name
+from shockwave.pictures.picture_elements import SIGNED, field_colours, ink, paper, place_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -71,7 +71,7 @@ def colours_of(known: FloatArray) -> dict[str, Any]:
         usual = np.median(np.abs(known)) / 10
         return {"norm": AsinhNorm(usual or limit, vmin=-limit, vmax=limit), "cmap": SIGNED}
     wide = 0 < _WIDE * least < most
-    return {"norm": (LogNorm if wide else Normalize)(least, most), "cmap": FIELD}
+    return {"norm": (LogNorm if wide else Normalize)(least, most), "cmap": field_colours()}
 
 
 def regime_borders(ax: Axes, edges: Edges, regimes: npt.NDArray[np.str_]) -> None:

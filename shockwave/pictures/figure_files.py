@@ -161,10 +161,10 @@ def svg(figure: Figure | Axes, name: str = "picture", description: str = "") -> 
         sheet.savefig(written, format="svg", dpi=_DOTS, metadata=unsigned)
     text = re.sub(r"\s*<!--.*?-->", "", written.getvalue().partition("<svg ")[2], flags=re.DOTALL)
     text = re.sub(r'( id="|href="#|url\(#)', rf"\1{name}-", text)
-    return described(f"{_BEGIN} {text}", description)
+    return add_description(f"{_BEGIN} {text}", description)
 
 
-def described(picture: str, description: str) -> str:
+def add_description(picture: str, description: str) -> str:
     """Return a picture of `svg` with a description for readers who cannot see it; unchanged if it is empty."""
     label = f' aria-label="{escape(replace_unfit(description))}"' if description else ""
     return f"{_BEGIN}{label}{picture.removeprefix(_BEGIN)}"

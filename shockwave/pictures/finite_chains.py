@@ -11,7 +11,7 @@ from shockwave.base.errors import InvalidValueError
 from shockwave.pictures.colour_maps import reach_of
 from shockwave.pictures.figure_files import canvas
 from shockwave.pictures.picture_elements import GREEN, GREY, METHODS, SMALL, add_legend, draw_limit, halo, label_axis
-from shockwave.pictures.waves import field_of_forces, recorded
+from shockwave.pictures.waves import field_of_forces, find_histories
 from shockwave.simulation.simulation_result import Simulation
 
 if TYPE_CHECKING:
@@ -75,9 +75,9 @@ def chain_map(result: Simulation, *, ax: Axes | None = None) -> Axes:
     InvalidValueError
         If no forces were recorded.
     """
-    kept = recorded(result, "forces")
+    histories = find_histories(result, "forces")
     with canvas(ax, result, x="time", y="contact", legend=False) as ax:
-        field_of_forces(ax, kept)
+        field_of_forces(ax, histories)
         _borders(ax, result, vertical=False)
         return ax
 
@@ -97,10 +97,10 @@ def wall_force(result: Simulation, *, ax: Axes | None = None) -> Axes:
     InvalidValueError
         If no forces were recorded, or the end of the chain is free.
     """
-    kept = recorded(result, "forces")
-    if kept.wall_force is None or result.transmitted is None:
+    histories = find_histories(result, "forces")
+    if histories.wall_force is None or result.transmitted is None:
         raise InvalidValueError.of("chain.end", "must be a wall (got a free end)")
-    times, forces = np.asarray(kept.times), np.asarray(kept.wall_force)
+    times, forces = np.asarray(histories.times), np.asarray(histories.wall_force)
     excess = forces - result.transmitted.static_force
     impulse = np.append(0.0, np.cumsum(np.diff(times) * (excess[1:] + excess[:-1]) / 2))
     low, high = min(0.0, float(impulse.min())), max(float(impulse.max()), result.transmitted.impulse)

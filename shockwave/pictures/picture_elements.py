@@ -27,7 +27,7 @@ ORANGE = "#E69F00"
 SKY = "#56B4E9"
 PURPLE = "#CC79A7"
 GREY = "#767676"
-COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, GREY)
+COLOURS = (BLUE, GREEN, PURPLE, ORANGE, SKY, VERMILION, GREY)
 #: Colour of a number by its origin, the same in every picture. They are distinct under deuteranopia, protanopia and
 #: tritanopia, and their contrast to white and to black is at least 3. A limit has the colour of the text.
 METHODS: Mapping[str, str] = MappingProxyType(
@@ -110,6 +110,11 @@ def ink() -> str:
     return str(rcParams["text.color"])
 
 
+def field_colours() -> str:
+    """Return the colour map of a quantity of one sign: zero has nearly the colour of the background."""
+    return FIELD if ink() == BLACK else FIELD.removesuffix("_r")
+
+
 def paper() -> Any:
     """Return the colour of the background."""
     from matplotlib import rcParams
@@ -160,13 +165,16 @@ def label_axis(ax: Axes, axis: Literal["x", "y"], label: Label) -> None:
 
 
 def add_legend(ax: Axes, entries: Iterable[Any]) -> None:
-    """Add a legend above the axes, in as many columns as fit."""
+    """Add a legend above the axes, in as many columns as fit; inside if no layout engine makes room for it."""
     from matplotlib.cbook import is_math_text
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
     handles, font, figure = list(entries), FontProperties(size=SMALL), ax.get_figure()
     if not handles or figure is None:
+        return
+    if figure.get_layout_engine() is None:
+        ax.legend(handles=handles, fontsize=SMALL)
         return
     labels = [str(handle.get_label()) for handle in handles]
     texts = [text_to_path.get_text_width_height_descent(label, font, is_math_text(label))[0] for label in labels]
@@ -180,8 +188,9 @@ def colour_scale(ax: Axes, drawn: Any, label: Label) -> None:
     """Add a labelled colour bar for ``drawn`` at the right of ``ax``."""
     figure = ax.get_figure()
     assert figure is not None
-    # an inset, so that the layout keeps it next to its axes
-    bar = figure.colorbar(drawn, cax=ax.inset_axes((1.03, 0.0, 0.04, 1.0)))
+    # an inset, so that a layout engine keeps it next to its axes; without one, it takes room from them
+    inset = ax.inset_axes((1.03, 0.0, 0.04, 1.0)) if figure.get_layout_engine() else None
+    bar = figure.colorbar(drawn, cax=inset, ax=ax)
     label_axis(bar.ax, "y", label)
     bar.ax.yaxis.label.set_fontsize(ax.yaxis.label.get_fontsize())
     bar.ax.tick_params(which="both", labelsize=SMALL)
@@ -208,7 +217,8 @@ def mark_warnings(ax: Axes, results: Iterable[Any]) -> None:
 def mark(ax: Axes, text: str) -> None:
     """Write a warning in the upper right corner of the axes."""
     look: dict[str, Any] = {"fontsize": SMALL, "color": METHODS["warning"], "ha": "right", "va": "top", "zorder": 6}
-    ax.text(0.99, 0.98, text, transform=ax.transAxes, path_effects=halo(), **look)
+    box = {"facecolor": paper(), "edgecolor": "none", "alpha": 0.85, "pad": 1.5}
+    ax.text(0.985, 0.97, text, transform=ax.transAxes, bbox=box, **look)
 
 
 def draw_limit(ax: Axes, limit: Any, label: str = "limit", upright: bool = False) -> None:
@@ -218,7 +228,7 @@ def draw_limit(ax: Axes, limit: Any, label: str = "limit", upright: bool = False
         draw(getattr(limit, "force", limit), color=ink(), linewidth=0.9, linestyle="-.", label=label)
 
 
-def thinned(y: FloatArray) -> npt.NDArray[np.intp]:
+def thin(y: FloatArray) -> npt.NDArray[np.intp]:
     """Return the indices at which a line is drawn: both ends, and the minimum and maximum of each section."""
     if len(y) <= _MOST_POINTS:
         return np.arange(len(y))
@@ -229,7 +239,7 @@ def thinned(y: FloatArray) -> npt.NDArray[np.intp]:
 
 def area(ax: Axes, x: FloatArray, low: Any, high: FloatArray, colour: str, hatch: str, label: str) -> None:
     """Shade an area; hatches distinguish areas without colour."""
-    kept = thinned(high)
+    chosen = thin(high)
     look: dict[str, Any] = {"facecolor": colour, "alpha": 0.6, "hatch": hatch, "edgecolor": paper(), "linewidth": 0}
-    bottom = np.broadcast_to(low, x.shape)[kept]
-    ax.fill_between(x[kept], bottom, high[kept], label=label, **look)
+    bottom = np.broadcast_to(low, x.shape)[chosen]
+    ax.fill_between(x[chosen], bottom, high[chosen], label=label, **look)

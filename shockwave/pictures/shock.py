@@ -9,7 +9,7 @@ import numpy as np
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.numerics import FloatArray
 from shockwave.pictures.figure_files import canvas
-from shockwave.pictures.picture_elements import METHODS, MINUS, ORANGE, SKY, area, ink, si_label, thinned
+from shockwave.pictures.picture_elements import METHODS, MINUS, ORANGE, SKY, area, ink, si_label, thin
 from shockwave.prediction.section4_outcome import EjectionOutcome, Section4Outcome
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.scene.shock import Shock
@@ -45,8 +45,8 @@ def pulse(shock: Shock, *, ax: Axes | None = None) -> Axes:
         ):
             label = f"{name} = {value:.4g} F₀ t₀"
             area(ax, times[inside], 0.0, forces[inside], colour, hatch, label)
-        kept = thinned(forces)
-        ax.plot(times[kept], forces[kept], color=ink(), linewidth=1.2)
+        chosen = thin(forces)
+        ax.plot(times[chosen], forces[chosen], color=ink(), linewidth=1.2)
         ax.set(xlim=(0, shock.duration), ylim=(0, 1.08 * shock.peak_force))
         return ax
 
@@ -85,8 +85,8 @@ def correction_area(shock: Shock, outcome: Section4Outcome, *, ax: Axes | None =
         ):
             label = f"{name} = {si_label(time, 's')}"
             forces = force * profile.force(s)
-            kept = thinned(forces)
-            ax.plot(time * s[kept], forces[kept], color=colour, linewidth=1.4, linestyle=line, label=label)
+            chosen = thin(forces)
+            ax.plot(time * s[chosen], forces[chosen], color=colour, linewidth=1.4, linestyle=line, label=label)
         ax.axvline(begin, color=ink(), linewidth=0.7, linestyle=":", label=f"n {_VIRTUAL} {MINUS} Δt₀")
         ax.set(xlim=(0, n * virtual), ylim=(0, 1.08 * force))
         return ax

@@ -11,7 +11,7 @@ import numpy as np
 from shockwave.base.errors import InvalidValueError
 from shockwave.pictures.colour_maps import colour_cells, rows_of
 from shockwave.pictures.figure_files import canvas
-from shockwave.pictures.picture_elements import FIELD, METHODS, colour_scale, draw_limit, halo, series
+from shockwave.pictures.picture_elements import METHODS, colour_scale, draw_limit, field_colours, halo, series
 from shockwave.prediction.section4_outcome import Section4Outcome
 from shockwave.simulation.recording import Recording
 from shockwave.simulation.simulation_result import Simulation
@@ -33,7 +33,7 @@ _MOST_CELLS = 480
 _HIGHEST = 3.0
 
 
-def recorded(result: Simulation | Recording, kind: str) -> Recording:
+def find_histories(result: Simulation | Recording, kind: str) -> Recording:
     """Return the histories of a result.
 
     Raises
@@ -41,12 +41,12 @@ def recorded(result: Simulation | Recording, kind: str) -> Recording:
     InvalidValueError
         If those of this kind were not recorded.
     """
-    kept = result if isinstance(result, Recording) else result.recording
-    kinds = [name for name, part in _PARTS.items() if getattr(kept, part, None) is not None]
+    histories = result if isinstance(result, Recording) else result.recording
+    kinds = [name for name, part in _PARTS.items() if getattr(histories, part, None) is not None]
     if kind not in kinds:
         got = ", ".join(kinds) or "nothing"
         raise InvalidValueError.of("record", f"must have {kind} (got {got}; simulate with record=[{kind!r}])")
-    return kept
+    return histories
 
 
 def contact_forces(
@@ -68,27 +68,30 @@ def contact_forces(
     InvalidValueError
         If the forces at a contact were not recorded.
     """
-    kept, shock = recorded(result, "forces"), getattr(result, "shock", None)
-    forces = np.asarray(kept.forces)
+    histories, shock = find_histories(result, "forces"), getattr(result, "shock", None)
+    forces = np.asarray(histories.forces)
     if contacts is None:
-        count = min(len(kept.contacts), _MOST_LINES)
-        contacts = [kept.contacts[round(place)] for place in np.linspace(0, len(kept.contacts) - 1, count)]
+        count = min(len(histories.contacts), _MOST_LINES)
+        contacts = [histories.contacts[round(place)] for place in np.linspace(0, len(histories.contacts) - 1, count)]
     contacts = list(contacts)
-    if missing := [contact for contact in contacts if contact not in kept.contacts]:
-        names = ", ".join(map(str, kept.contacts))
+    if missing := [contact for contact in contacts if contact not in histories.contacts]:
+        names = ", ".join(map(str, histories.contacts))
         raise InvalidValueError.of("contacts", f"must be recorded contacts, {names} (got {missing[0]!r})")
     with canvas(ax, result, x="time", y="contact force") as ax:
         if shock is not None:
-            times = np.union1d(kept.times, [shock.rise_time, shock.duration])
+            times = np.union1d(histories.times, [shock.rise_time, shock.duration])
             times = times[times <= shock.duration]
             applied = shock.peak_force * shock.profile.force(times / shock.rise_time)
             ax.plot(times, applied, color=METHODS["shock"], linewidth=2.4, alpha=0.5, label="shock")
         for index, contact in enumerate(contacts):
-            history = forces[:, kept.contacts.index(contact)]
-            ax.plot(kept.times, history, linewidth=1.1, label=f"contact {contact}", **series(index))
+            history = forces[:, histories.contacts.index(contact)]
+            ax.plot(histories.times, history, linewidth=1.1, label=f"contact {contact}", **series(index))
         highest = float(forces.max())
         top = 1.08 * min(max(highest, 0.0 if shock is None else shock.peak_force), _HIGHEST * highest)
-        ax.set(xlim=(0, kept.times[-1]), ylim=(0, top or 1.0))
+        if limit := getattr(result, "limit", None):
+            draw_limit(ax, limit)
+            top = max(top, 1.08 * limit.force)
+        ax.set(xlim=(0, histories.times[-1]), ylim=(0, top or 1.0))
         return ax
 
 
@@ -111,10 +114,10 @@ def space_time(result: Simulation, *, ax: Axes | None = None) -> Axes:
     InvalidValueError
         If no forces were recorded.
     """
-    kept = recorded(result, "forces")
-    ends = np.asarray(kept.contacts, dtype=float)[[0, -1]]
+    histories = find_histories(result, "forces")
+    ends = np.asarray(histories.contacts, dtype=float)[[0, -1]]
     with canvas(ax, result, x="time", y="contact", legend=False) as ax:
-        field_of_forces(ax, kept)
+        field_of_forces(ax, histories)
         settled = [wave for wave in result.waves if wave.error_estimate is not None]
         for number, wave in enumerate(settled, start=1):
             if wave.speed is not None:
@@ -124,16 +127,18 @@ def space_time(result: Simulation, *, ax: Axes | None = None) -> Axes:
         return ax
 
 
-def field_of_forces(ax: Axes, kept: Recording) -> None:
+def field_of_forces(ax: Axes, histories: Recording) -> None:
     """Draw contact forces as colours over time and contacts, with a colour bar; grey where none are recorded."""
     from matplotlib.colors import PowerNorm
 
     # fewer samples in time: the greatest force of each interval
-    begins = np.arange(0, len(kept.times), math.ceil(len(kept.times) / _MOST_CELLS))
-    forces = np.maximum.reduceat(np.asarray(kept.forces), begins, axis=0)
-    edges, rows = rows_of(np.asarray(kept.contacts, dtype=float), forces)
+    begins = np.arange(0, len(histories.times), math.ceil(len(histories.times) / _MOST_CELLS))
+    forces = np.maximum.reduceat(np.asarray(histories.forces), begins, axis=0)
+    edges, rows = rows_of(np.asarray(histories.contacts, dtype=float), forces)
     norm = PowerNorm(0.5, vmin=0.0, vmax=float(forces.max()) or 1.0)
-    drawn = colour_cells(ax, (np.append(kept.times[begins], kept.times[-1]), edges), rows, norm=norm, cmap=FIELD)
+    drawn = colour_cells(
+        ax, (np.append(histories.times[begins], histories.times[-1]), edges), rows, norm=norm, cmap=field_colours()
+    )
     ax.locator_params(axis="y", integer=True)
     colour_scale(ax, drawn, "contact force")
 
@@ -180,6 +185,7 @@ def train(result: Comparison | Outcome | Simulation | Section4Outcome, *, ax: Ax
             if which.any():
                 look: dict[str, Any] = {"color": METHODS["simulation"], "markerfacecolor": face, "markersize": 4.5}
                 ax.plot(places[which], forces[which], "s", label=label, **look)
+        ax.margins(y=0.12)
         ax.set(xlim=(0.4, max(len(predicted), len(waves)) + 0.6), ylim=(0, None))
         ax.locator_params(axis="x", integer=True, min_n_ticks=1)
         return ax

@@ -14,14 +14,14 @@ import numpy as np
 from shockwave import __version__, pictures
 from shockwave.base.quantity_fields import quantity_of
 from shockwave.base.text import html_of
-from shockwave.pictures.figure_files import described
+from shockwave.pictures.figure_files import add_description
 from shockwave.profiles.area_conditions import evaluate_conditions
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.registry.built_ins import Entry
 from shockwave.registry.registry import entry_of, find
 from shockwave.report.number_text import formula, percent, quantity, small
 from shockwave.report.page_pictures import draw_pictures
-from shockwave.report.page_results import Findings, findings
+from shockwave.report.page_results import PageResults, compute_results
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_hash import parameters, scene_hash
 from shockwave.scene.chain import Scales
@@ -45,10 +45,10 @@ def page(scenario: Scenario) -> str:
         If matplotlib is not installed.
     """
     pictures.figure()  # fails early without matplotlib
-    return written(findings(scenario))
+    return render_page(compute_results(scenario))
 
 
-def written(found: Findings) -> str:
+def render_page(results: PageResults) -> str:
     """Return the page of the results of a scenario.
 
     Raises
@@ -61,18 +61,18 @@ def written(found: Findings) -> str:
     return html_of(
         Path(__file__).with_name("report.html.jinja"),
         filters,
-        found=found,
-        scene=found.scenario.scene.summary(),
-        **({"conditions": ()} if found.is_beyond else _of_shock(found.scenario)),
-        pictures=draw_pictures(found),
-        described=described,
-        versions=_versions(found),
-        hash=scene_hash(found.scenario),
-        parts=parts_in_use(found),
+        results=results,
+        scene=results.scenario.scene.summary(),
+        **({"conditions": ()} if results.is_beyond else _shock_facts(results.scenario)),
+        pictures=list(draw_pictures(results)),
+        add_description=add_description,
+        versions=_versions(results),
+        hash=scene_hash(results.scenario),
+        parts=list_parts(results),
     )
 
 
-def _of_shock(scenario: Scenario) -> dict[str, Any]:
+def _shock_facts(scenario: Scenario) -> dict[str, Any]:
     """What the page states about the shock and the conditions on it."""
     shock = scenario.shock
     areas = shock.profile.areas()
@@ -109,23 +109,23 @@ def _parameters(profile: ShockProfile) -> Iterator[tuple[str, str]]:
         yield name.replace("_", " "), text
 
 
-def _versions(found: Findings) -> Iterator[tuple[str, str]]:
+def _versions(results: PageResults) -> Iterator[tuple[str, str]]:
     """Names and versions of the software, and the backend of the simulation."""
     yield "shockwave", __version__
     yield "Python", platform.python_version()
     for name in ("NumPy", "SciPy", "matplotlib"):
         yield name, metadata.version(name)
-    if found.simulated is not None:
-        yield "backend", found.simulated.backend
+    if results.simulated is not None:
+        yield "backend", results.simulated.backend
 
 
-def parts_in_use(found: Findings) -> Iterator[tuple[str, str, str]]:
+def list_parts(results: PageResults) -> Iterator[tuple[str, str, str]]:
     """Yield kind, name and distribution of each registered object in use."""
     used: list[tuple[str, Entry | None]] = []
-    if found.scenario.shock is not None:
-        used.append(("profile", entry_of("profiles", type(found.scenario.shock.profile))))
-    if found.simulated is not None:
-        used.append(("integrator", find("integrators", found.simulated.integrator)))
+    if results.scenario.shock is not None:
+        used.append(("profile", entry_of("profiles", type(results.scenario.shock.profile))))
+    if results.simulated is not None:
+        used.append(("integrator", find("integrators", results.simulated.integrator)))
     for kind, part in used:
         if part is not None:
             yield kind, part.name, f"{part.distribution} {metadata.version(part.distribution)}"

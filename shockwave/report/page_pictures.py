@@ -9,7 +9,7 @@ from shockwave import pictures
 from shockwave.base.errors import ShockwaveError
 from shockwave.base.progress import track
 from shockwave.prediction.section4_outcome import EjectionOutcome
-from shockwave.report.page_results import Findings
+from shockwave.report.page_results import PageResults
 from shockwave.scene.chain import HERTZ, Chain, Scales
 from shockwave.scene.shock import Shock
 from shockwave.studies.amplification_curve import UniversalCurve
@@ -24,11 +24,13 @@ _Draw = Callable[["Axes"], object]
 # Longest shocks of the curve of amplifications, as a rule and at most [T0].
 _LONGEST = 50.0
 _LONGEST_OF_ALL = 1000.0
+# Pictures that answer the question of the page, the first that applies beside its first lines.
+_ANSWERS = ("wall", "peaks", "forces", "train", "pulse")
 # Width and height [in]: a column in print, legible on a phone.
 _SIZE = (3.4, 2.7)
 
 
-def draw_pictures(found: Findings) -> Iterator[tuple[str, str, str]]:
+def draw_pictures(results: PageResults) -> Iterator[tuple[str, str, str]]:
     """Draw the pictures of a scene.
 
     Yields
@@ -41,7 +43,7 @@ def draw_pictures(found: Findings) -> Iterator[tuple[str, str, str]]:
     UsageError
         If matplotlib is not installed.
     """
-    for name, draw in track("pictures", list(drawings(found).items())):
+    for name, draw in track("pictures", list(choose_pictures(results).items())):
         figure, (ax,) = pictures.figure(size=_SIZE)
         try:
             draw(ax)
@@ -51,20 +53,26 @@ def draw_pictures(found: Findings) -> Iterator[tuple[str, str, str]]:
             yield name, pictures.svg(figure, name), ""
 
 
-def drawings(found: Findings) -> dict[str, _Draw]:
-    """Return the functions that draw the pictures of a scene, in their order; their titles are in the template."""
-    shock, compared = found.scenario.shock, found.comparison
-    predicted = found.predicted and found.predicted.section4
-    result: Any = found.simulated
+def choose_pictures(results: PageResults) -> dict[str, _Draw]:
+    """Return the functions that draw the pictures of a scene, the answer first; their titles are in the template."""
+    chosen = _pictures_of(results)
+    lead = next((name for name in _ANSWERS if name in chosen), None)
+    return dict(sorted(chosen.items(), key=lambda item: item[0] != lead))
+
+
+def _pictures_of(results: PageResults) -> dict[str, _Draw]:
+    shock, compared = results.scenario.shock, results.comparison
+    predicted = results.predicted and results.predicted.section4
+    result: Any = results.simulated
     chosen: dict[str, _Draw] = {}
     if shock is not None:
         chosen["pulse"] = lambda ax: pictures.pulse(shock, ax=ax)
-    if found.is_beyond and result is not None:
+    if results.is_beyond and result is not None:
         chosen["peaks"] = lambda ax: pictures.peak_forces(result, ax=ax)
         chosen["chain-map"] = lambda ax: pictures.chain_map(result, ax=ax)
         if result.transmitted is not None:
             chosen["wall"] = lambda ax: pictures.wall_force(result, ax=ax)
-    if found.is_beyond:
+    if results.is_beyond:
         return chosen
     if isinstance(predicted, EjectionOutcome):
         chosen["correction"] = lambda ax: pictures.correction_area(shock, predicted, ax=ax)
@@ -76,8 +84,8 @@ def drawings(found: Findings) -> dict[str, _Draw]:
             chosen["forces"] = lambda ax: pictures.contact_forces(result, ax=ax)
             chosen["map"] = lambda ax: pictures.space_time(result, ax=ax)
             chosen["energy"] = lambda ax: pictures.balance(result, ax=ax)
-    if predicted is not None and found.scenario.chain.exponent == HERTZ:
-        chosen["amplification"] = lambda ax: _amplification(ax, shock, found.scenario.chain)
+    if predicted is not None and results.scenario.chain.exponent == HERTZ:
+        chosen["amplification"] = lambda ax: _amplification(ax, shock, results.scenario.chain)
     return chosen
 
 

@@ -34,7 +34,7 @@ _T = TypeVar("_T")
 
 
 @frozen(kw_only=True)
-class Findings:
+class PageResults:
     """Prediction and simulation of a scenario.
 
     Attributes
@@ -84,7 +84,7 @@ class Findings:
         return unusual_warnings(self.scenario.scene.excitation, self.scenario.chain)
 
 
-def findings(scenario: Scenario) -> Findings:
+def compute_results(scenario: Scenario) -> PageResults:
     """Predict and simulate ``scenario``; if one fails, the other is still computed."""
     failures: dict[str, int] = {}  # with their exit statuses
     tolerance = scenario.predictor.equal_tolerance
@@ -108,7 +108,7 @@ def findings(scenario: Scenario) -> Findings:
         for contact in scenario.simulate.contacts:
             failure = f"The passage of contact {contact} could not be computed"
             passages.append(_attempt(failures, failure, simulated.passage, contact))
-    return Findings(
+    return PageResults(
         scenario=scenario,
         predicted=predicted,
         simulated=simulated,

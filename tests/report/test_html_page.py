@@ -2,6 +2,8 @@
 
 import json
 import re
+import shutil
+import subprocess
 import sys
 import xml.etree.ElementTree as ET
 from functools import cache
@@ -16,10 +18,10 @@ from attrs import evolve
 import shockwave as sw
 from shockwave import cli
 from shockwave.registry.registry import load
-from shockwave.report import findings, page, written
-from shockwave.report.html_page import _parameters, parts_in_use
+from shockwave.report import compute_results, page, render_page
+from shockwave.report.html_page import _parameters, list_parts
 from shockwave.report.number_text import formula, percent, quantity
-from shockwave.report.page_pictures import drawings
+from shockwave.report.page_pictures import choose_pictures
 from shockwave.scenario.scene_hash import scene_hash
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.result_parts import Train
@@ -49,13 +51,13 @@ def made(name: str) -> str:
 def without_pictures(found: Any) -> str:
     """The page without its pictures, which take most of the time."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("shockwave.report.page_pictures.drawings", lambda _: {})
-        return written(found)
+        patch.setattr("shockwave.report.page_pictures.choose_pictures", lambda _: {})
+        return render_page(found)
 
 
 @cache
 def undrawn(name: str) -> str:
-    return without_pictures(findings(SCENES[name]))
+    return without_pictures(compute_results(SCENES[name]))
 
 
 def parsed(text: str) -> ET.Element:
@@ -75,7 +77,7 @@ def test_every_page_is_complete_and_self_contained(name: str) -> None:
     assert text.startswith("<!DOCTYPE html>")
     assert "Not drawn" not in text
     # the correction area is drawn for ejections only
-    ejection = findings(SCENES[name]).predicted.regime == "ejection"  # type: ignore[union-attr]
+    ejection = compute_results(SCENES[name]).predicted.regime == "ejection"  # type: ignore[union-attr]
     assert len(root.findall(".//figure")) == text.count('<svg role="img"') == 7 + ejection
     assert "nan" not in plain(re.sub("<svg.*?</svg>", "", text, flags=re.DOTALL)).lower().split()
     assert not {"script", "link", "iframe", "object", "embed", "img", "form"} & {one.tag for one in root.iter()}
@@ -144,7 +146,7 @@ def test_the_decision_is_explained_step_by_step() -> None:
 def test_passages_and_warnings_are_listed() -> None:
     rows = [plain(row) for row in re.findall("<tr>(.*?)</tr>", undrawn("twelve granules"))]
     assert [row for row in rows if row.startswith("3")][-1].endswith("simulation")
-    warnings = findings(SCENES["twelve granules"]).warnings
+    warnings = compute_results(SCENES["twelve granules"]).warnings
     assert len(warnings) > 0
     for warning in warnings:
         assert f'<p class="problem">{escape(warning)}</p>' in undrawn("twelve granules")
@@ -154,7 +156,9 @@ def test_warnings_of_section_4_stand_beside_its_decision() -> None:
     profile = sw.PowerLaw(rise_exponent=2, decay_exponent=7, duration_ratio=5)
     shock = sw.Shock(profile=profile, peak_force=100.0, rise_time=5e-5)
     literal = evolve(scenario(shock, waves="primary"), predictor=sw.Predictor(alpha="literal"))
-    part = without_pictures(findings(literal)).partition("<h2>Decision of section 4")[2].partition("</section>")[0]
+    part = (
+        without_pictures(compute_results(literal)).partition("<h2>Decision of section 4")[2].partition("</section>")[0]
+    )
     warnings = sw.predict(literal).section4.warnings
     assert any("no root" in warning for warning in warnings)
     for warning in warnings:
@@ -184,7 +188,7 @@ def test_a_failed_prediction_is_reported(monkeypatch: pytest.MonkeyPatch) -> Non
         raise sw.NumericalError("no <root> was found")
 
     monkeypatch.setattr(sw.Predictor, "predict_scene", fail)
-    found = findings(SCENES["ejection"])
+    found = compute_results(SCENES["ejection"])
     assert found.failures == ("The prediction failed: no <root> was found.",)
     assert found.predicted is found.comparison is None
     text = without_pictures(found)
@@ -193,27 +197,27 @@ def test_a_failed_prediction_is_reported(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_only_the_leading_wave_of_a_very_long_shock_is_simulated() -> None:
-    text = plain(without_pictures(findings(scenario(triangle(600.0)))))
+    text = plain(without_pictures(compute_results(scenario(triangle(600.0)))))
     assert "Simulation: peak force of the leading wave" in text
     assert "only the leading wave is simulated for such a long shock" in text
 
 
 def test_a_page_on_a_finite_chain_leads_with_the_greatest_force() -> None:
-    text = plain(without_pictures(findings(scenario(triangle(0.3), evolve(CHAIN, granules=100)))))
+    text = plain(without_pictures(compute_results(scenario(triangle(0.3), evolve(CHAIN, granules=100)))))
     lead = text.index("Simulation: greatest force")
     assert "at contact 0" in text[lead : lead + 80]
     assert lead < text.index("peak force of the leading wave")
 
 
 def test_a_contact_beyond_the_chain_is_reported() -> None:
-    found = findings(scenario(power(0.5), evolve(CHAIN, granules=12), contacts=[3, 40]))
+    found = compute_results(scenario(power(0.5), evolve(CHAIN, granules=12), contacts=[3, 40]))
     assert [passage.contact for passage in found.passages] == [3]
     assert found.failures[0].startswith("The passage of contact 40 could not be computed:")
 
 
 def test_a_missing_matplotlib_is_reported_before_any_computation(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    monkeypatch.setattr("shockwave.report.html_page.findings", None)
+    monkeypatch.setattr("shockwave.report.html_page.compute_results", None)
     with pytest.raises(sw.UsageError, match=r'matplotlib must .*python -m pip install "granular-shockwave\[plot\]"'):
         page(SCENES["ejection"])
 
@@ -247,7 +251,7 @@ def test_provenance_has_versions_and_parts(sample_plugins: None) -> None:
     assert scene_hash(sw.load_scenario(ROW1)) in part
     shock = sw.Shock(profile=load("profiles", "hertz-impact")(), peak_force=100.0, rise_time=1e-5)
     version = metadata.version("shockwave-pulses")
-    assert ("profile", "hertz-impact", f"shockwave-pulses {version}") in parts_in_use(findings(scenario(shock)))
+    assert ("profile", "hertz-impact", f"shockwave-pulses {version}") in list_parts(compute_results(scenario(shock)))
 
 
 @pytest.mark.parametrize(
@@ -260,7 +264,7 @@ def test_provenance_has_versions_and_parts(sample_plugins: None) -> None:
 )
 def test_a_page_on_a_wall_leads_with_the_simulated_force(excitation: dict[str, Any], refused: str) -> None:
     walled = evolve(scenario(triangle(0.5)), chain=evolve(CHAIN, granules=30, end=sw.Wall()), **excitation)
-    text = without_pictures(findings(walled))
+    text = without_pictures(compute_results(walled))
     parsed(text)
     lead = f"Simulation: greatest force {str(sw.simulate(walled).transmitted.peak_force)[:6]}"
     head = plain(text.partition("</header>")[0])
@@ -271,22 +275,22 @@ def test_a_page_on_a_wall_leads_with_the_simulated_force(excitation: dict[str, A
 @pytest.mark.parametrize(("contacts", "last"), [((), True), ((0, 10), False), ((0, 29), True)], ids=str)
 def test_the_caption_names_the_wall_if_its_contact_is_listed(contacts: tuple[int, ...], last: bool) -> None:
     walled = evolve(scenario(triangle(0.5)), chain=evolve(CHAIN, granules=30, end=sw.Wall()))
-    text = without_pictures(findings(evolve(walled, simulate=SimulateOptions(contacts=contacts))))
+    text = without_pictures(compute_results(evolve(walled, simulate=SimulateOptions(contacts=contacts))))
     assert ("the last one is with the wall" in plain(text)) == last
 
 
 def test_a_page_on_a_pulling_shock_shows_the_simulation_alone() -> None:
     pulling = sw.Tabulated(times=[0, 1e-5, 2e-5, 3e-5, 5e-5], forces=[0, 100, 0, -40, 0], negative="keep")
-    found = findings(scenario(sw.Shock(profile=pulling)))
+    found = compute_results(scenario(sw.Shock(profile=pulling)))
     text = plain(without_pictures(found))
     assert "does not apply: it does not cover shock.parameters.negative." in text
     assert "Conditions (3)" not in text
     assert "by section 4" not in text
-    assert "conditions" not in drawings(found)
+    assert "conditions" not in choose_pictures(found)
 
 
 def test_a_page_on_a_train_that_is_not_integrated_states_what_is_not_known() -> None:
-    found = findings(SCENES["several peaks"])
+    found = compute_results(SCENES["several peaks"])
     assert found.simulated is not None
     alone = Train(waves=found.simulated.waves[:1], recoil_error=1.0)
     cut = evolve(found, simulated=evolve(found.simulated, measured=alone))
@@ -300,3 +304,31 @@ def test_parameters_that_are_not_set_are_left_out() -> None:
     shown = dict(_parameters(record))
     assert shown["negative"] == "keep"
     assert not any("None" in text for text in shown.values())
+
+
+@pytest.mark.parametrize(
+    ("case", "title"),
+    [
+        (SCENES["ejection"], "Contact forces"),
+        (evolve(scenario(triangle(0.5)), chain=evolve(CHAIN, granules=30, end=sw.Wall())), "Force on the wall"),
+    ],
+    ids=["endless", "wall"],
+)
+def test_the_picture_of_the_answer_is_in_the_head(case: sw.Scenario, title: str) -> None:
+    head, _, rest = (made("ejection") if case is SCENES["ejection"] else page(case)).partition("</header>")
+    assert re.findall("<figure><h3>(.*?)</h3>", head) == [title]
+    assert f"<h3>{title}</h3>" not in rest
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["paper/table2-row1", "examples/hammer", "chains/damped"])
+@pytest.mark.parametrize("sheet", ["letter", "a4"])
+def test_a_page_prints_on_two_sheets(name: str, sheet: str, tmp_path: Path) -> None:
+    browser = shutil.which("chromium") or pytest.skip("there is no Chromium")
+    text = page(sw.load_scenario(ROOT / "profiles" / f"{name}.yaml"))
+    file = tmp_path / "page.html"
+    file.write_text(text.replace("@page {", f"@page {{ size: {sheet};"), encoding="utf-8")
+    printed = tmp_path / "page.pdf"
+    options = ["--headless", "--no-sandbox", "--no-pdf-header-footer", f"--print-to-pdf={printed}"]
+    subprocess.run([browser, *options, file.as_uri()], check=True, capture_output=True, timeout=60)
+    assert len(re.findall(rb"/Type */Page(?!s)", printed.read_bytes())) <= 2

@@ -9,7 +9,7 @@ import pytest
 from attrs import evolve
 
 import shockwave as sw
-from shockwave.report.page_results import Findings
+from shockwave.report.page_results import PageResults
 from shockwave.scene.plausibility import unusual, unusual_warnings
 from support.command_line import scenario, shockwave
 from support.pages import ROOT
@@ -83,7 +83,7 @@ def test_a_simulation_that_fails_names_the_unusual_value(tmp_path: Path) -> None
     assert warning.startswith("shock.rise_time is 15 s; usual values are")
     assert "\n  ! shock.rise_time is 15 s" in answer.err
     nothing = dict.fromkeys(("predicted", "simulated", "comparison"))
-    found = Findings(scenario=sw.load_scenario(file), passages=(), failures=(), text="", **nothing)
+    found = PageResults(scenario=sw.load_scenario(file), passages=(), failures=(), text="", **nothing)
     assert found.warnings == (warning,)
 
 

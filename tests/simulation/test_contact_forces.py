@@ -475,17 +475,17 @@ def test_chains_of_all_kinds_are_simulated_together() -> None:
 
 def test_a_page_shows_the_forces_and_their_pictures(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
-    from shockwave.report import findings, written
+    from shockwave.report import compute_results, render_page
 
     file = tmp_path / "scene.yaml"
     file.write_text(CASES["striker, heavy"]["scenario"])
     scenario = sw.load_scenario(file)
-    text = written(findings(scenario))
+    text = render_page(compute_results(scenario))
     assert "greatest force 257.3181" in text
     for title in ("Greatest forces", "Space-time diagram", "Force on the wall"):
         assert f"<h3>{title}</h3>" in text
     assert "Conditions (3)" not in text
-    assert written(findings(scenario)) == text
+    assert render_page(compute_results(scenario)) == text
 
 
 @pytest.mark.parametrize("backend", ["compiled", "numpy"])

@@ -1,6 +1,6 @@
 """Draw the pictures of ``docs/universal.md``, the laws beside simulations, and print its table of largest errors.
 
-    python research/draw_universal.py
+    python research/draw/draw_universal.py
 
 writes ``docs/universal/shocks.svg`` and ``ends.svg`` in half a minute. The simulated points are not those of the fits.
 """
@@ -8,18 +8,22 @@ writes ``docs/universal/shocks.svg`` and ``ends.svg`` in half a minute. The simu
 from __future__ import annotations
 
 import math
+import sys
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import fit_laws as fit
 import numpy as np
+from matplotlib.figure import Figure
 
 from shockwave import pictures
-from shockwave.pictures.picture_elements import BLACK, COLOURS, LINES, SMALL, label_axis
+from shockwave.pictures.picture_elements import BLACK, COLOURS, LINES, label_axis
 from shockwave.scene import closed_form_laws as laws
 
-FOLDER = Path(__file__).parent.parent / "docs" / "universal"
+sys.path.append(str(Path(__file__).parents[1]))
+import fit_laws as fit
+
+FOLDER = Path(__file__).parents[2] / "docs" / "universal"
 SEED = 3701
 # Random pulses in the picture, and in the table.
 PULSES = 120
@@ -55,7 +59,7 @@ def draw_short(ax: Any) -> dict[str, float]:
         ax.plot(
             tau, laws.short_peak(1.0, tau, g) / laws.impulse_peak(1.0), linestyle=line, label=f"$g$ = {g:g}", **CURVE
         )
-    ax.legend(fontsize=SMALL, frameon=False)
+    ax.legend()
     label_axis(ax, "x", r"spread $\tau$")
     label_axis(ax, "y", r"$F/(1.168\,F_0 S^{6/5})$")
     bands = {(low, high): (spread >= low) & (spread < high) for low, high in pairwise(fit.BANDS)}
@@ -123,7 +127,7 @@ def draw_damping(ax: Any) -> dict[str, float]:
         ax.plot(n[::4], simulated[::4], color=COLOURS[index], label=f"$A/T$ = {ratio:.3f}", **POINT)
         errors[ratio] = np.abs(laws.damped_decay(n, ratio) / simulated - 1).max()
     ax.set_yscale("log")
-    ax.legend(fontsize=SMALL, frameon=False)
+    ax.legend()
     label_axis(ax, "x", "contacts $n$")
     label_axis(ax, "y", "$F_n/F$")
     return {f"damping, $A/T$ = {ratio:.3f}": error for ratio, error in errors.items()}
@@ -135,14 +139,22 @@ PICTURES = {
 }
 
 
+def draw(name: str) -> tuple[Figure, dict[str, float]]:
+    """A picture, and the largest relative errors of the laws that it shows."""
+    figure, axes = pictures.figure(1, 3, (9.6, 2.9))
+    errors = {}
+    for ax, draw_law in zip(axes, PICTURES[name], strict=True):
+        errors |= draw_law(ax)
+    return figure, errors
+
+
 def main() -> None:
     """Draw the pictures and print the table."""
     FOLDER.mkdir(exist_ok=True)
-    for name, draws in PICTURES.items():
-        figure, axes = pictures.figure(1, 3, (9.6, 2.9))
-        for ax, draw in zip(axes, draws, strict=True):
-            for law, error in draw(ax).items():
-                print(f"| {law} | {error:.1g} |")
+    for name in PICTURES:
+        figure, errors = draw(name)
+        for law, error in errors.items():
+            print(f"| {law} | {error:.1g} |")
         pictures.save(figure, FOLDER / f"{name}.svg")
 
 
