@@ -13,7 +13,7 @@ from contextlib import contextmanager, nullcontext
 
 from shockwave.base.text import Detail, on_stdout
 from shockwave.cli.output import failure, progress_on_stderr
-from shockwave.cli.parser import parsed
+from shockwave.cli.parser import parse
 from shockwave.cli.standard_streams import OutputError, reopen_closed_streams, standard_streams
 
 # New objects after which garbage is collected: more than a command creates at its start, nearly all of which last.
@@ -54,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(arguments: list[str]) -> int:
     try:
-        options = parsed(arguments)
+        options = parse(arguments)
         registry = _without_plugins() if options.no_plugins else nullcontext()
         with on_stdout(getattr(options, "wide", False), detail_of(options)), progress_on_stderr(), registry:
             module, _, name = options.command.partition(":")

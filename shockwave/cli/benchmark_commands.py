@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import argparse
 
+from shockwave.base.errors import UsageError
 from shockwave.cli.output import check_output, print_result, write_output
-from shockwave.cli.scenario_commands import load_scenarios
+from shockwave.cli.scenario_files import load_scenarios
 
 
 def bench(options: argparse.Namespace) -> int:
@@ -15,10 +16,12 @@ def bench(options: argparse.Namespace) -> int:
     from shockwave.pictures import figure
 
     check_output(options.output, ".html", ".htm")
-    scenarios = load_scenarios(options.files, output=options.output)
+    if options.changes and not options.files:
+        raise UsageError("--set: must be omitted without a scenario FILE (got no FILE)")
+    scenarios = load_scenarios(options, output=options.output) if options.files else []
     if options.output:
         figure()  # fails early without matplotlib
-    found = run(scenarios, options.family, options.quick, options.longest)
+    found = run(scenarios, options.family, options.quick, options.timeout)
     print_result(found, options.json)
     if options.output:  # last, so that a page that cannot be written costs no result
         return write_output(page(found), options.output)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from argparse import Namespace
 
 from shockwave import pictures
 from shockwave.base.text import limits, si, strong
-from shockwave.cli.output import check_output, json_text, write_output
-from shockwave.cli.scenario_commands import load_scenarios
+from shockwave.cli.output import announced, check_output, json_text, write_output
+from shockwave.cli.scenario_files import load_scenarios
 from shockwave.scene.chain import Scales
 from shockwave.studies.amplification_curve import UniversalCurve
 
@@ -16,7 +15,7 @@ from shockwave.studies.amplification_curve import UniversalCurve
 def curve(options: Namespace) -> int:
     """Print or write the universal curve for the shape of a scenario's shock."""
     check_output(options.output, ".json", ".svg", ".png", ".pdf")
-    (scenario,) = load_scenarios([options.file], output=options.output)
+    (scenario,) = load_scenarios(options, output=options.output)
     with scenario.scene.locate_errors():
         chain = scenario.scene.covered_chain("the universal curve")
     shock = scenario.shock
@@ -27,8 +26,8 @@ def curve(options: Namespace) -> int:
     if options.output:
         figure, (ax,) = pictures.figure()
         pictures.universal_curves({"simulation": universal}, ratio, ax=ax)
-        pictures.save(figure, options.output)
-        print(f"{options.output}: written", file=sys.stderr)
+        with announced(options.output):
+            pictures.save(figure, options.output)
         return 0
     answer = f"t0/T0 = {ratio:.6g} is beyond the range of this curve (increase --longest)"
     if ratio <= universal.longest_rise_time:

@@ -10,8 +10,8 @@ from attrs import evolve
 
 from shockwave.base.errors import InvalidValueError, ScenarioError, UnknownNameError, UsageError
 from shockwave.base.quantity_fields import join
-from shockwave.cli.output import check_output, of_arguments, print_result
-from shockwave.cli.scenario_commands import load_scenarios
+from shockwave.cli.output import announced, check_output, of_arguments, print_result
+from shockwave.cli.scenario_files import load_scenarios, name_of
 from shockwave.scenario.block_keys import MATERIALS
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def design(options: argparse.Namespace) -> int:
 
     check_output(options.output, ".svg", ".png", ".pdf")
     vary = _varied(options)
-    (scenario,) = load_scenarios([options.file], _SWEPT, options.output)
+    (scenario,) = load_scenarios(options, _SWEPT, options.output)
     try:
         with of_arguments(options), scenario.scene.locate_errors():
             result = run(
@@ -48,12 +48,12 @@ def design(options: argparse.Namespace) -> int:
         raise UsageError(f"--among: {error}") from None
     print_result(result, options.json)
     if options.output:
-        _draw(result, options.output)
-        print(f"{options.output}: written", file=sys.stderr)
+        with announced(options.output):
+            _draw(result, options.output)
     # the ranking of materials or whole numbers is a result if the target lies in their range
     if not result.why or (result.least is None and result.is_ranked and result.spanned):
         return 0
-    print(f"{options.file}: {result.why}", file=sys.stderr)
+    print(f"{name_of(scenario)}: {result.why}", file=sys.stderr)
     return 1
 
 
@@ -88,15 +88,15 @@ def uncertainty(options: argparse.Namespace) -> int:
     """Print the distribution of the peak force for uncertain parameters."""
     from shockwave.studies.uncertainty_study import uncertainty as run
 
-    (scenario,) = load_scenarios([options.file], _SWEPT)
+    (scenario,) = load_scenarios(options, _SWEPT)
     try:
         with of_arguments(options), scenario.scene.locate_errors():
-            result = run(scenario, draws=options.draws, seed=options.seed, rtol=options.rtol, limit=options.limit)
+            result = run(scenario, draws=options.draws, seed=options.seed, rtol=options.rtol)
     except InvalidValueError as error:
         # errors of the block are errors of the file
         if not all(fault.path.startswith("uncertainty") for fault in error.faults):
             raise
-        faults = (evolve(fault, location=fault.location or options.file) for fault in error.faults)
+        faults = (evolve(fault, location=fault.location or name_of(scenario)) for fault in error.faults)
         raise ScenarioError(*faults) from None
     print_result(result, options.json)
     return 0

@@ -105,11 +105,19 @@ def progress_on_stderr() -> Iterator[None]:
             _BAR_SHOWN.close()
 
 
+@contextmanager
+def announced(output: str | os.PathLike[str]) -> Iterator[None]:
+    """State on stderr that a file was written meanwhile, and whether it replaced another."""
+    state = "replaced" if os.path.exists(output) else "written"
+    yield
+    print(f"{output}: {state}", file=sys.stderr)
+
+
 def write_output(text: str, output: str | None, anew: bool = False) -> int:
-    """Write ``text`` to stdout or to the file ``output``, which must not exist if ``anew`` is true."""
-    if output:
-        write_file(output, text, anew)
-        print(f"{output}: written", file=sys.stderr)
-    else:
+    """Write ``text`` to stdout, also for ``-``, or to the file ``output``, which must not exist if ``anew`` is true."""
+    if output in (None, "-"):
         print(text, end="")
+        return 0
+    with announced(output):
+        write_file(output, text, anew)
     return 0

@@ -10,7 +10,7 @@ from pathlib import Path
 from shockwave.base.errors import UsageError
 from shockwave.base.files import refuse_inputs, refuse_link
 from shockwave.base.text import limits, paragraph
-from shockwave.cli.output import check_output
+from shockwave.cli.output import announced, check_output
 from shockwave.pictures import figure, save
 from shockwave.sweep.results import load_sweep
 from shockwave.sweep.sweep_picture import plot as drawn
@@ -37,10 +37,10 @@ def plot(options: argparse.Namespace) -> int:
         refuse_link(file)
     results = (each for each in Path(options.folder).iterdir() if each.suffix != file.suffix)
     refuse_inputs(file, results)
-    state = "replaced" if file.exists() else "written"
-    save(sheet, file)
+    with announced(file):
+        save(sheet, file)
     accuracy, *missing = found.notes
-    lines = [f"{file}: {state}", *limits(missing), *paragraph("  ", accuracy, 2)]
+    lines = [*limits(missing), *paragraph("  ", accuracy, 2)]
     print("\n".join(lines), file=sys.stderr)
     return 0
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import argparse
 
-from shockwave.base.errors import PluginError, ShockwaveError, UnknownNameError, UsageError
-from shockwave.cli.parser import OFFERED, parser
-from shockwave.registry.registry import describe, find, load
+from shockwave.base.errors import PluginError, ShockwaveError, UnknownNameError, UsageError, hint_of, text_of
+from shockwave.cli.command_table import COMMANDS, OFFERED
+from shockwave.registry.registry import describe, entries, find, load
 
 
 def run(options: argparse.Namespace) -> int:
@@ -17,8 +17,8 @@ def run(options: argparse.Namespace) -> int:
         if plugin := OFFERED.get(options.name):
             remedy = f"in the source tree: python -m pip install ./plugins/{plugin}"
             raise UsageError(f"{options.name}: {plugin} must be installed and not disabled ({remedy})") from None
-        parser().parse_args([options.name])  # reports the known names
-        raise
+        known = [*dict.fromkeys([*(each.name for each in COMMANDS), *(each.name for each in entries("commands"))])]
+        raise UsageError(f"unknown command (got {text_of(options.name)}; {hint_of(options.name, known)})") from None
     function = load("commands", options.name)
     try:
         return int(function(options.arguments) or 0)

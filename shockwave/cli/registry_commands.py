@@ -10,8 +10,8 @@ from shockwave import OWN_DISTRIBUTION
 from shockwave.base.errors import PluginError, UsageError
 from shockwave.base.result import VERSION
 from shockwave.base.text import alarm, paragraph, strong, table
+from shockwave.cli.command_table import KINDS
 from shockwave.cli.output import json_text, write_output
-from shockwave.cli.parser import KINDS
 from shockwave.engine.backend import BACKENDS, lack
 from shockwave.registry.registry import Plugin, check_plugin, entries, plugins
 

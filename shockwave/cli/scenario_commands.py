@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from argparse import Namespace
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from attrs import evolve
-
 from shockwave import answers
-from shockwave.base.errors import Fault, NumericalError, ShockwaveError, UnknownNameError, UsageError
-from shockwave.base.files import refuse_inputs
+from shockwave.base.errors import Fault, FileAccessError, NumericalError, ShockwaveError
 from shockwave.base.progress import track
 from shockwave.base.quantities import FORCES, LEADING_WAVE, WALL, Quantity
 from shockwave.base.result import VERSION
 from shockwave.base.text import alarm, error_text, limits, notes, paragraph, si, table
-from shockwave.cli.output import check_output, failure, json_text, of_arguments, write_output
+from shockwave.cli.output import check_output, failure, json_text, write_output
+from shockwave.cli.scenario_files import load_scenario, load_scenarios, name_of, shown_name, stem_of
 from shockwave.prediction.outcome_text import SHOWN_ERROR
-from shockwave.registry.registry import find
-from shockwave.scenario.scenario import Scenario, load_scenario
+from shockwave.scenario.scenario import Scenario
 from shockwave.scene.plausibility import unusual
 
 if TYPE_CHECKING:
@@ -31,37 +29,10 @@ if TYPE_CHECKING:
 
 _PEAK, _AMPLIFICATION = LEADING_WAVE[:2]
 _GREATEST = FORCES[0]
+# Line of each page of `shockwave report`.
+_GENERATOR = b'<meta name="generator" content="shockwave">'
 # Names of columns and their cells.
 _Row = dict[str, str]
-
-
-def load_scenarios(files: Sequence[str], remedy: str = "", output: str | None = None) -> list[Scenario]:
-    """Load scenarios of single scenes; ``remedy`` is the hint of the error for a sweep.
-
-    Raises
-    ------
-    ShockwaveError
-        With all errors of all files and the greatest of their exit statuses; or when ``output`` is an input file.
-    """
-    scenarios = []
-    errors: list[ShockwaveError] = []
-    for file in files:
-        try:
-            scenario = load_scenario(file)
-        except ShockwaveError as error:
-            errors.append(error)
-            continue
-        scenarios.append(scenario)
-        if scenario.sweep is not None:
-            got = f"got a sweep of {len(scenario.sweep)}; {remedy or f'run `shockwave sweep {file}`'}"
-            errors.append(UsageError(f"{file}: must describe a single case ({got})"))
-    if errors:
-        together = ShockwaveError("\n".join(map(str, errors)))
-        together.exit_code = max(error.exit_code for error in errors)
-        raise together
-    if output:
-        refuse_inputs(output, (file for scenario in scenarios for file in scenario.files))
-    return scenarios
 
 
 def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any], _Row], legend: str = "") -> int:
@@ -73,11 +44,11 @@ def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any]
     done = []
     documents = []
     problems = []
-    scenarios = load_scenarios(options.files)
+    scenarios = load_scenarios(options)
     single = len(scenarios) == 1
     for scenario in scenarios if single else track(options.command.partition(":")[2], scenarios):
         try:
-            result = one(_limit_scenario(scenario, options))
+            result = one(scenario)
             # parts of a result that are computed when they are used may fail, too
             documents.append(result.to_dict())
             done.append(result)
@@ -85,15 +56,15 @@ def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any]
                 status = max(status, NumericalError.exit_code)
         except Exception as error:
             text, code = failure(scenario.scene.locate_error(error))
-            located = text.startswith(f"{scenario.path}:")
-            problems.append(text if located else f"{scenario.path}: {text}")
+            file = name_of(scenario)
+            problems.append(text if text.startswith(f"{file}:") else f"{file}: {text}")
             warnings = getattr(error, "__notes__", [])
             problems += [line for warning in warnings for line in paragraph("  ! ", warning, 4)]
             more = {"warnings": warnings} if warnings else {}
             documents.append({**VERSION, "scenario": scenario.name, "error": text, **more})
             status = max(status, code)
         except KeyboardInterrupt:
-            problems.append(f"{scenario.path}: interrupted")
+            problems.append(f"{name_of(scenario)}: interrupted")
             status = 130
             break
     for problem in problems:  # not earlier, for they would stand in the line of the progress
@@ -106,45 +77,15 @@ def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any]
 
 
 def predict(options: Namespace) -> int:
-    settings = _settings(options)
-    return _run(options, lambda scenario: answers.predict(scenario, **settings), _outcome_row, _OUTCOME_LEGEND)
+    return _run(options, answers.predict, _outcome_row, _OUTCOME_LEGEND)
 
 
 def simulate(options: Namespace) -> int:
-    settings = _settings(options)
-    return _run(options, lambda scenario: answers.simulate(scenario, **settings), _simulation_row)
+    return _run(options, answers.simulate, _simulation_row)
 
 
 def compare(options: Namespace) -> int:
-    settings = _settings(options)
-    return _run(options, lambda scenario: answers.compare(scenario, **settings), _comparison_row, _LEGEND)
-
-
-# Options whose values are settings of a prediction or options of a simulation, with the registry of those that are
-# names.
-_PREDICTOR = ("model", "momentum_coefficient", "alpha", "equal_tolerance")
-_SETTINGS = {"integrator": "integrators", "quadrature": "quadratures"} | dict.fromkeys(
-    ("rtol", "step", "backend", "contacts", "timeout", *_PREDICTOR)
-)
-
-
-def _settings(options: Namespace) -> dict[str, Any]:
-    """Settings and options on the command line."""
-    settings = {name: getattr(options, name) for name in _SETTINGS if getattr(options, name, None) is not None}
-    for name in settings:
-        try:
-            if (kind := _SETTINGS[name]) is not None:
-                find(kind, settings[name])
-        except UnknownNameError as error:
-            raise UsageError(f"--{name}: {error}") from None
-    with of_arguments(options):  # before a scenario is blamed for them
-        answers.settings_of(None, {name: settings[name] for name in _PREDICTOR if name in settings})
-    return settings | ({"waves": "primary"} if options.primary else {})
-
-
-def _limit_scenario(scenario: Scenario, options: Namespace) -> Scenario:
-    """The scenario with the limit of the command line, if there is one."""
-    return scenario if options.limit is None else evolve(scenario, limit=options.limit)
+    return _run(options, answers.compare, _comparison_row, _LEGEND)
 
 
 def validate(options: Namespace) -> int:
@@ -154,7 +95,7 @@ def validate(options: Namespace) -> int:
         faults: Sequence[Fault] = ()
         warnings: list[str] = []
         try:
-            scene = load_scenario(file).scene
+            scene = load_scenario(file, options, len(options.files) > 1).scene
             warnings = [str(scene.place_fault(fault)) for fault in unusual(scene.excitation, scene.chain)]
         except ShockwaveError as error:
             faults = error.faults
@@ -162,14 +103,14 @@ def validate(options: Namespace) -> int:
         documents.append(
             {
                 **VERSION,
-                "file": file,
+                "file": shown_name(file),
                 "valid": not faults,
                 "faults": [fault.to_dict() for fault in faults],
                 "warnings": warnings,
             }
         )
         if not options.json:
-            print("\n".join(map(str, faults)) or f"{file}: valid", *limits(warnings), sep="\n")
+            print("\n".join(map(str, faults)) or f"{shown_name(file)}: valid", *limits(warnings), sep="\n")
     if options.json:
         print(json_text(documents if len(documents) > 1 else documents[0]))
     return status
@@ -180,14 +121,18 @@ def report(options: Namespace) -> int:
     from shockwave.pictures import figure
     from shockwave.report import compute_results, render_page
 
-    if Path(options.output or "").suffix:
-        check_output(options.output, ".html", ".htm", hint="; print this page to a PDF in a browser")
-    (scenario,) = load_scenarios([options.file], output=options.output)
+    output = options.output or f"{stem_of(options.file)}.html"
+    if not options.output and os.path.exists(output) and _GENERATOR not in Path(output).read_bytes():
+        remedy = "give a name with --output"
+        raise FileAccessError(f"{output}: must be a report to be replaced (got another kind of file; {remedy})")
+    if Path(output).suffix:
+        check_output(output, ".html", ".htm", hint="; print this page to a PDF in a browser")
+    (scenario,) = load_scenarios(options, output=output)
     figure()  # fails early without matplotlib
-    results = compute_results(_limit_scenario(scenario, options))
+    results = compute_results(scenario)
     for failed in results.failures:
-        print(f"{options.file}: {failed}", file=sys.stderr)
-    write_output(render_page(results), options.output)
+        print(f"{name_of(scenario)}: {failed}", file=sys.stderr)
+    write_output(render_page(results), output)
     return results.exit_code
 
 

@@ -86,5 +86,5 @@ ENTRIES = {
         Entry("dashpot", f"{_DAMPING}:Dashpot", "damping c d', linear", takes=_DAMPS),
         Entry("tsuji", f"{_DAMPING}:Tsuji", "damping c d^(1/4) d', with constant restitution", takes=_DAMPS),
     ],
-    "commands": [],  # those of the core are in `shockwave.cli.parser`, and come first
+    "commands": [],  # those of the core are in `shockwave.cli.command_table`, and come first
 }

@@ -117,7 +117,7 @@ def compute_results(scenario: Scenario) -> PageResults:
         else None,
         passages=tuple(filter(None, passages)),
         failures=tuple(failures),
-        text=scenario.path.read_text(encoding="utf-8-sig", errors="replace") if scenario.path else "",
+        text="" if scenario.document is None else scenario.document.text.removeprefix("\ufeff"),
         reason=reason,
         exit_code=max(failures.values(), default=0),
     )

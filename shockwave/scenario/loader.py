@@ -19,6 +19,7 @@ from shockwave.base.errors import (
     ScenarioError,
     ShockwaveError,
     Steps,
+    UsageError,
     collect_faults,
     refuse,
 )
@@ -113,7 +114,7 @@ def _error(faults: list[Fault], name: str) -> ShockwaveError:
         faults = [*faults[:_MOST_FAULTS], Fault((), f"and {len(faults) - _MOST_FAULTS} more errors", name)]
     if PluginError.exit_code in exit_codes:
         return PluginError(*faults)
-    return (FileAccessError if exit_codes == {FileAccessError.exit_code} else ScenarioError)(*faults)
+    return next((cls for cls in (FileAccessError, UsageError) if exit_codes == {cls.exit_code}), ScenarioError)(*faults)
 
 
 # ---------------------------------------------------------------- blocks

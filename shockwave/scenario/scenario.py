@@ -135,11 +135,11 @@ class Scenario:
     @property
     def files(self) -> tuple[Path, ...]:
         """Files from which the scenario was read, its own and that of its record."""
-        if self.path is None or self.document is None:
+        if self.document is None:
             return ()
         shock = self.document.data.get("shock") or {}
         record = (shock.get("parameters") or {}).get("file") if str(shock.get("profile")).lower() == RECORD else None
-        return (self.path, self.folder / record) if record else (self.path,)
+        return tuple(file for file in (self.path, record and self.folder / record) if file)
 
 
 def _place(document: Document, fault: Fault) -> Fault:

@@ -283,8 +283,8 @@ def first(document: Document, sweep: Sweep | None, index: int = 0) -> Document:
     return vary_document(document, sweep.point(index), document.keys.get(("sweep",)))
 
 
-def vary_document(document: Document, values: Mapping[str, Any], place: Any = None) -> Document:
-    """The document with other values at their dotted names; ``place`` is their place."""
+def vary_document(document: Document, values: Mapping[Any, Any], place: Any = None) -> Document:
+    """The document with other values at their dotted names or paths; ``place`` is their place."""
     changes: dict[Steps, Any] = {steps_of(name): value for name, value in values.items()}
     # the materials first, because their constants may be varied too
     materials = {steps: value for steps, value in changes.items() if steps[-1] in MATERIALS}

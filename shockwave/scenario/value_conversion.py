@@ -11,7 +11,7 @@ from contextvars import ContextVar
 from functools import partial
 from typing import Any, Literal
 
-from shockwave.base.errors import Fault, InvalidValueError, ShockwaveError, first_of, hint_of, refuse
+from shockwave.base.errors import Fault, InvalidValueError, ShockwaveError, first_of, hint_of, nearest, refuse
 from shockwave.base.quantity_fields import Quantity, join, text_of
 from shockwave.base.units import COMMA, to_si
 from shockwave.registry.registry import find, load
@@ -175,7 +175,10 @@ def _of_kind(value: Any, annotation: Any, text: bool) -> Any:
     if origin is Literal:
         same = [one for one in members if one == value or str(one).lower() == str(value).lower()]
         if not same:
-            raise InvalidValueError(f"must be {join(map(repr, members))} (got {_text_or_nothing(value)})")
+            hint = nearest(str(value), map(str, members)).strip()
+            raise InvalidValueError(
+                f"must be {join(map(repr, members))} (got {_text_or_nothing(value)}{hint and '; '}{hint})"
+            )
         return same[0]
     if origin is bool and not isinstance(value, bool):
         raise InvalidValueError(f"must be true or false (got {_text_or_nothing(value)})")

@@ -8,19 +8,22 @@ from __future__ import annotations
 
 import os
 import re
+import sys
 from collections import ChainMap
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import IO, Any, ClassVar
 
 import yaml
 from attrs import Factory, define, evolve
 
-from shockwave.base.errors import Fault, ScenarioError, Steps
+from shockwave.base.errors import Fault, ScenarioError, Steps, UsageError
 from shockwave.base.files import open_regular
 from shockwave.base.quantity_fields import text_of
 from shockwave.base.units import COMMA
 
+#: Name of standard input in messages.
+STDIN = "<stdin>"
 # Size of a file [bytes]; longer records belong in a CSV file.
 _MOST_BYTES = 2**20
 # Values in a document: a bound on the time of the parser.
@@ -55,20 +58,30 @@ class Document:
     faults : list of Fault
         Errors that leave the rest readable, in their order in the text.
     values, keys : dict
-        Places at which the values and the keys begin.
+        Places at which the values and the keys begin: marks in the text, or options that give them.
     names_files : bool
         Whether it may name files: false for text that came from elsewhere, such as over a network.
     folder : pathlib.Path
         Folder of these files, unless the document is a file itself.
+    source : str or dict
+        Its text, or all of its data if options have changed them.
     """
 
     name: str
     data: dict[str, Any]
     faults: list[Fault] = Factory(list)
-    values: dict[Steps, yaml.Mark] = Factory(dict)
-    keys: dict[Steps, yaml.Mark] = Factory(dict)
+    values: dict[Steps, yaml.Mark | str] = Factory(dict)
+    keys: dict[Steps, yaml.Mark | str] = Factory(dict)
     names_files: bool = True
     folder: Path = Path()
+    source: str | dict[str, Any] = ""
+
+    @property
+    def text(self) -> str:
+        """The document as YAML; empty for one that was made from a mapping."""
+        if isinstance(self.source, str):
+            return self.source
+        return str(yaml.safe_dump(self.source, sort_keys=False, allow_unicode=True, default_flow_style=None, width=88))
 
     def place(self, fault: Fault) -> Fault:
         """``fault`` with the place of its value or key, or of the nearest key above, unless it has a place."""
@@ -77,13 +90,16 @@ class Document:
         at_key = fault.at_key or fault.steps not in self.values
         marks = ChainMap(self.keys, self.values) if at_key else self.values
         blocks = (fault.steps[:end] for end in range(len(fault.steps), -1, -1))
-        location = next(
-            (_location(self.name, marks[block]) for block in blocks if block in marks), self.name and f"{self.name}:1:1"
-        )
-        return evolve(fault, location=location)
+        mark = next((marks[block] for block in blocks if block in marks), None)
+        if isinstance(mark, str):
+            invalid = fault.exit_code == ScenarioError.exit_code
+            return evolve(fault, location=mark, exit_code=UsageError.exit_code if invalid else fault.exit_code)
+        return evolve(fault, location=_location(self.name, mark) if mark else self.name and f"{self.name}:1:1")
 
-    def with_values(self, values: Mapping[Steps, Any], place: yaml.Mark | None = None) -> Document:
+    def with_values(self, values: Mapping[Steps, Any], place: yaml.Mark | str | None = None) -> Document:
         """The document with other ``values`` at their paths; missing mappings on the way are created.
+
+        A value None deletes its key.
 
         A value below something that is not a mapping, or beyond the end of a list, is ignored, because the loader
         reports an error there anyway.
@@ -98,18 +114,22 @@ class Document:
 
 
 def _with(block: Any, path: Steps, value: Any) -> Any:
-    """A copy of ``block``, which other documents share, with ``value`` at ``path``."""
+    """A copy of ``block``, which other documents share, with ``value`` at ``path``; None if nothing is in it."""
     step, inner_path = path[0], path[1:]
     copy: Any
     if isinstance(block, list) and isinstance(step, int) and step < len(block):
-        copy, inner = [*block], block[step]
-    elif isinstance(block, dict | None) and isinstance(step, str):
-        copy = dict(block or {})
-        inner = copy.get(step)
-    else:
+        copy = [*block]
+        copy[step] = _with(block[step], inner_path, value) if inner_path else value
+        return copy
+    if not isinstance(block, dict | None) or not isinstance(step, str):
         return block
-    copy[step] = _with(inner, inner_path, value) if inner_path else value
-    return copy
+    copy = dict(block or {})
+    inner = _with(copy.get(step), inner_path, value) if inner_path else value
+    if inner is not None:
+        copy[step] = inner
+    else:
+        copy.pop(step, None)
+    return copy if copy or block is not None else None
 
 
 def read_document(path: str | os.PathLike[str]) -> Document:
@@ -127,9 +147,17 @@ def read_document(path: str | os.PathLike[str]) -> Document:
     ScenarioError
         When it is larger, or when its text is not a mapping in YAML.
     """
-    name = os.fspath(path)
     with open_regular(path) as file:
-        data = file.read(_MOST_BYTES + 1)
+        return _read(file, os.fspath(path))
+
+
+def read_standard_input() -> Document:
+    """Document on standard input; the errors are those of `read_document`."""
+    return _read(sys.stdin.buffer, STDIN)
+
+
+def _read(file: IO[bytes], name: str) -> Document:
+    data = file.read(_MOST_BYTES + 1)
     if len(data) > _MOST_BYTES:
         hint = "put a long record into a CSV file and give its name as `file`"
         raise _error(name, "", f"must be at most 1 MiB (got more; {hint})")
@@ -150,18 +178,35 @@ def parse_document(text: str, name: str, names_files: bool = True, folder: str |
     ScenarioError
         When the text is not a mapping in YAML.
     """
-    if bad := _unprintable(text):
-        problem = f"must be printable text (got the character U+{ord(bad[0]):04X}; delete it)"
-        raise _error(name, text[: bad.start()], problem)
-    document = Document(name, {}, names_files=names_files, folder=Path(folder))
-    node = _compose(text, name)
-    data = None if node is None else _value(document, node, ())
+    document = Document(name, {}, names_files=names_files, folder=Path(folder), source=text)
+    data = _data(document, text)
     if not isinstance(data, dict):
         got = "nothing" if data is None else text_of(data)
         problem = f"must be a mapping, 'key: value' on each line (got {got})"
         raise ScenarioError(*document.faults, document.place(Fault((), problem)))
     document.data = data
     return document
+
+
+def parse_value(text: str, name: str) -> Any:
+    """Value of the option ``name``, written as in a scenario; raises a `UsageError` if it is not YAML."""
+    document = Document(name, {})
+    try:
+        value = _data(document, text)
+        if document.faults:
+            raise ScenarioError(*document.faults)
+    except ScenarioError as error:
+        raise UsageError(f"{name}: {error.faults[0].problem}") from None
+    return value
+
+
+def _data(document: Document, text: str) -> Any:
+    """Data of ``text``; places and errors are added to ``document``."""
+    if bad := _unprintable(text):
+        problem = f"must be printable text (got the character U+{ord(bad[0]):04X}; delete it)"
+        raise _error(document.name, text[: bad.start()], problem)
+    node = _compose(text, document.name)
+    return None if node is None else _value(document, node, ())
 
 
 def document_of(data: Mapping[str, Any], folder: str | os.PathLike[str] = "") -> Document:
@@ -264,6 +309,7 @@ def _value(document: Document, node: yaml.Node, path: Steps) -> Any:
 
 def _mapping(document: Document, node: yaml.Node, path: Steps) -> dict[str, Any]:
     data: dict[str, Any] = {}
+    first: dict[Steps, int] = {}
     for key, inner in node.value:
         where = (*path, key.value)
         if key.tag != _TEXT:
@@ -273,9 +319,10 @@ def _mapping(document: Document, node: yaml.Node, path: Steps) -> dict[str, Any]
             problem = f"must have names as keys (got {got}{comma or '; put it in quotes if it is a name'})"
             where = path
         elif key.value in data:
-            problem = f"must be given once (got it twice, first in line {document.keys[where].line + 1}; delete one)"
+            problem = f"must be given once (got it twice, first in line {first[where]}; delete one)"
         else:
             document.keys[where] = key.start_mark
+            first[where] = key.start_mark.line + 1
             data[key.value] = _value(document, inner, where)
             continue
         document.faults.append(Fault(where, problem, _location(document.name, key.start_mark)))

@@ -24,7 +24,7 @@ NOTES = "notes"
 # Beginning of each note on a record in this column, after the warnings.
 _NOTE = "Note: "
 _FORMAT = 3
-_REMEDY = "choose a folder that `shockwave sweep FILE --out FOLDER` has written"
+_REMEDY = "choose a folder that `shockwave sweep FILE -o FOLDER` has written"
 # Largest file [bytes], more than a million numbers need; parsing takes up to 25 times as much memory.
 _MOST_BYTES = 2**25
 # Most differences that a message lists.

@@ -281,7 +281,7 @@ def load_sweep(folder: str | os.PathLike[str]) -> SweepResults:
     Parameters
     ----------
     folder : path-like
-        Folder that ``shockwave sweep FILE --out FOLDER`` has written. The journal is read, not the tables.
+        Folder that ``shockwave sweep FILE -o FOLDER`` has written. The journal is read, not the tables.
 
     Raises
     ------

@@ -13,7 +13,7 @@ from typing import Any
 from attrs import define, evolve, field
 
 from shockwave.base.errors import InvalidValueError, UsageError, message_of
-from shockwave.base.files import read_bytes, replace_file
+from shockwave.base.files import replace_file
 from shockwave.base.log import logger
 from shockwave.base.quantity_fields import Quantity
 from shockwave.scenario.scenario import Scenario, load_scenario
@@ -33,8 +33,6 @@ _AHEAD = 2
 _CHECK_INTERVAL = 5
 # Time that the current batches have to end when the sweep is stopped [s].
 _LAST = 1.5
-# Largest scenario file that is copied [bytes]; the reader of scenarios has its own limit.
-_MOST_SCENARIO = 2**24
 _TIMEOUT = Quantity("s", "time limit of a point", above=0, optional=True)
 _CRASH = "its process terminated (a crash, or out of memory)"
 
@@ -165,9 +163,10 @@ def _definition(journal: Journal, points: Points, accept_versions: bool) -> Swee
     if definition is not earlier:
         definition.write(folder)
     copy = folder / "scenario.yaml"
-    if points.scenario.path is not None and not copy.exists():
+    document = points.scenario.document
+    if document is not None and document.text and not copy.exists():
         with replace_file(copy) as file:  # a link of this name is not followed
-            file.buffer.write(read_bytes(points.scenario.path, _MOST_SCENARIO))
+            file.write(document.text)
     return definition
 
 

@@ -96,7 +96,7 @@ WRITERS = {
     "schema": "schema -o old.json",
     "curve": "curve scene.yaml --rtol 1e-2 --longest 1 -o old.json",
     "design": "design scene.yaml --vary chain.radius --between 1mm 3mm --target amplification=0.5 -o old.pdf",
-    "bench": "bench scene.yaml --quick --family quadratures --longest 1e-3 -o old.html",
+    "bench": "bench scene.yaml --quick --family quadratures --timeout 1e-3 -o old.html",
 }
 
 

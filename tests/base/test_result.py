@@ -64,7 +64,7 @@ def sweep(tmp_path_factory: pytest.TempPathFactory) -> sw.SweepResults:
     text = (ROOT / "profiles" / "examples" / "triangular.yaml").read_text(encoding="utf-8")
     file = folder / "two.yaml"
     file.write_text(f"{text}\nsweep: {{grid: {{shock.peak_force: [50 N, 100 N]}}}}\n", encoding="utf-8")
-    assert cli.main(["sweep", str(file), "--out", str(folder / "out"), "--workers", "1"]) == 0
+    assert cli.main(["sweep", str(file), "--output", str(folder / "out"), "--workers", "1"]) == 0
     return sw.load_sweep(folder / "out")
 
 
@@ -105,7 +105,7 @@ def records(tmp_path_factory: pytest.TempPathFactory) -> Path:
     shock = {"profile": "tabulated", "parameters": parameters}
     text = {"chain": {"material": "ptfe", "radius": 5e-3}, "shock": shock, "sweep": {"points": points}}
     file.write_text(json.dumps(text), encoding="utf-8")
-    assert cli.main(["sweep", str(file), "--out", str(folder / "out"), "--workers", "1"]) == 1
+    assert cli.main(["sweep", str(file), "--output", str(folder / "out"), "--workers", "1"]) == 1
     return folder
 
 

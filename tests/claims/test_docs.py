@@ -19,9 +19,9 @@ import yaml
 from jsonschema import Draft7Validator
 
 import shockwave as sw
-from shockwave import cli, hooks, pictures
+from shockwave import hooks, pictures
 from shockwave.base import quantities
-from shockwave.cli.parser import KINDS, OFFERED
+from shockwave.cli.command_table import COMMANDS, Command
 from shockwave.registry import built_ins, hook_specifications, registry
 from shockwave.scenario import block_keys as keys
 from shockwave.scenario import chain_blocks
@@ -336,23 +336,14 @@ def test_json_keys_are_those_printed(command: str, tmp_path: Path, patch: pytest
     assert listed == {key for key in found if not re.match(repeated, key)}
 
 
-#: Options that the page describes once.
-COMMON = ("-h", "--help", "--no-plugins", "--wide")
-
-
-def test_every_command_and_kind_is_listed() -> None:
+def test_every_command_is_listed() -> None:
     assert [code_in(row[0])[0] for row in table("docs/commands.md", "commands")] == commands()
-    row = next(row for row in table("docs/commands.md", "options of list") if code_in(row[0]) == ["KIND"])
-    assert set(code_in(row[1])) == set(KINDS)
 
 
-@pytest.mark.parametrize("command", [name for name in commands() if name not in OFFERED])
-def test_help_lists_the_options_of_the_page(command: str, capsys: pytest.CaptureFixture[str]) -> None:
-    listed = {word for row in table("docs/commands.md", f"options of {command}") for word in code_in(row[0])}
-    with pytest.raises(SystemExit):
-        cli.main([command, "--help"])
-    words = set(re.findall(r"(?<![\w-])--?[a-z-]+", capsys.readouterr().out)) - {*COMMON}
-    assert {word.split()[0] for word in listed if word.startswith("-")} == words
+@pytest.mark.parametrize("command", [each for each in COMMANDS if each.options], ids=lambda each: each.name)
+def test_options_on_the_page_are_those_of_the_command(command: Command) -> None:
+    rows = [[", ".join(f"`{name}`" for name in option.usage), option.help] for option in command.options]
+    assert table("docs/commands.md", f"options of {command.name}") == rows
 
 
 def test_exit_statuses_are_those_of_the_errors() -> None:

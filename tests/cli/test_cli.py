@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 
 import shockwave as sw
+from shockwave.answers import settings_of
 from shockwave.base.errors import Fault
 from shockwave.cli import scenario_commands
 from shockwave.cli.output import of_arguments
@@ -191,11 +192,11 @@ SETTINGS: dict[str, tuple[list[str], dict[str, Any]]] = {
     "integrator": (["--integrator", "rkn64"], {"integrator": "rkn64"}),
     "fixed step": (["--integrator", "verlet", "--step", "0.05"], {"integrator": "verlet", "step": 0.05}),
     "contacts": (["--contacts", "3,8"], {"contacts": (3, 8)}),
-    "alpha": (["--alpha", "literal"], {"alpha": "literal"}),
-    "coefficient": (["--momentum-coefficient", "4.2"], {"momentum_coefficient": 4.2}),
-    "named coefficient": (["--momentum-coefficient", "exact"], {"momentum_coefficient": "exact"}),
-    "tolerance": (["--equal-tolerance", "0.001"], {"equal_tolerance": 0.001}),
-    "quadrature": (["--quadrature", "tanh-sinh"], {"quadrature": "tanh-sinh"}),
+    "alpha": (["--set", "predict.alpha=literal"], {"alpha": "literal"}),
+    "coefficient": (["--set", "predict.momentum_coefficient=4.2"], {"momentum_coefficient": 4.2}),
+    "named coefficient": (["--set", "predict.momentum_coefficient=exact"], {"momentum_coefficient": "exact"}),
+    "tolerance": (["--set", "predict.equal_tolerance=0.001"], {"equal_tolerance": 0.001}),
+    "quadrature": (["--set", "predict.quadrature=tanh-sinh"], {"quadrature": "tanh-sinh"}),
 }
 
 
@@ -204,12 +205,12 @@ def test_predict_takes_settings_of_the_prediction_and_options_of_the_simulation(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     arguments, settings = SETTINGS[name]
-    predicted, real = [], sw.predict
-    monkeypatch.setattr(
-        scenario_commands.answers, "predict", lambda *scene, **given: predicted.append(given) or real(*scene, **given)
-    )
+    scenarios, real = [], sw.predict
+    monkeypatch.setattr(scenario_commands.answers, "predict", lambda scene: scenarios.append(scene) or real(scene))
     shown = shockwave("predict", "--json", *arguments, TRAIN).document
-    assert predicted == [settings]
+    (scenario,) = scenarios
+    expected = settings_of(sw.load_scenario(TRAIN), settings)
+    assert (scenario.predictor, scenario.simulate) == expected != settings_of(sw.load_scenario(TRAIN), {})
     assert shown == real(TRAIN, **settings).to_dict()
     # forces at contacts are in the table of the result alone
     assert (shown == real(TRAIN).to_dict()) == (name == "contacts")
@@ -271,17 +272,31 @@ def test_an_error_of_an_argument_is_one_of_usage_and_an_error_of_the_scene_is_no
 
 #: Arguments that are wrong, and what is printed of them.
 WRONG = {
-    "no-command": ([], "required: COMMAND"),
-    "word": (["simulate", "--rtol", "soon", SCENE], "--rtol: must be >= 1e-13 and <= 0.01 (got soon)"),
-    "range": (["simulate", "--rtol", "1e-20", SCENE], "--rtol: must be >= 1e-13 and <= 0.01 (got 1e-20)"),
-    "contacts": (["simulate", "--contacts", "3,-1", SCENE], "--contacts: must be whole numbers >= 0"),
+    "command": (["predct", SCENE], "unknown command (got 'predct'; did you mean 'predict'? known: predict, simulate"),
+    "option": (["predict", "--jsn", SCENE], "unknown option (got '--jsn'; did you mean '--json'? known: "),
+    "abbreviation": (["predict", "--verb", SCENE], "unknown option (got '--verb'; did you mean '--verbose'? "),
+    "option-of-all": (["--vrsion"], "unknown option (got '--vrsion'; did you mean '--version'? "),
+    "file": (["predict"], "the following arguments are required: FILE (see `shockwave predict --help`)"),
+    "kind": (["list", "profils"], "KIND: unknown name (got 'profils'; did you mean 'profiles'? "),
+    "family": (["bench", "--family", "integrator"], "--family: unknown name (got 'integrator'; did you mean "),
+    "word": (["simulate", "--rtol", "soon", SCENE], "--rtol: simulate.rtol: must be a number, such as "),
+    "range": (
+        ["simulate", "--rtol", "1e-20", SCENE],
+        "--rtol: simulate.rtol: must be >= 1e-13 and <= 0.01 (got 1e-20)",
+    ),
+    "contacts": (
+        ["simulate", "--contacts", "3,-1", SCENE],
+        "--contacts: simulate.contacts: must be whole numbers from 0",
+    ),
     "no-worker": (["sweep", SCENE, "--workers", "0"], "--workers: must be >= 1 and <= 10000 (got 0)"),
-    "integrator": (["predict", SCENE, "--integrator", "nope"], "--integrator: unknown integrator (got 'nope'"),
-    "quadrature": (["compare", SCENE, "--quadrature", "tanh"], "(got 'tanh'; did you mean 'tanh-sinh'?"),
-    "model": (["predict", SCENE, "--model", "moments"], "argument --model: invalid choice: 'moments'"),
-    "model-of-a-comparison": (["compare", SCENE, "--model", "best"], "unrecognized arguments: --model"),
-    "tolerance": (["predict", "--equal-tolerance", "1", SCENE], "--equal-tolerance: must be "),
-    "coefficient": (["predict", "--momentum-coefficient", "0", SCENE], "--momentum-coefficient: must be "),
+    "integrator": (["predict", SCENE, "--integrator", "nope"], "--integrator: simulate.integrator: unknown integrator"),
+    "quadrature": (["compare", SCENE, "--set", "predict.quadrature=tanh"], "(got 'tanh'; did you mean 'tanh-sinh'?"),
+    "model": (["predict", SCENE, "--model", "section4"], "or 'section-4' (got 'section4'; did you mean 'section-4'?)"),
+    "model-of-a-comparison": (["compare", SCENE, "--model", "best"], "unknown option (got '--model'; "),
+    "limit": (
+        ["uncertainty", "--limit", "60 kg", SCENE],
+        "--limit: limit.force: must be a force, such as '100 N' (got '60 kg')",
+    ),
     "check-of-profiles": (["list", "profiles", "--check"], "--check: can be used only with plugins"),
     "page-as-pdf": (["report", SCENE, "-o", "x.pdf"], "--output: must end in .html or .htm (got x.pdf; print this"),
 }
@@ -349,7 +364,7 @@ def raised(error: BaseException) -> None:
 
 
 def test_an_interrupt_of_any_command_ends_with_130(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(scenario_commands, "load_scenario", lambda _: raised(KeyboardInterrupt()))
+    monkeypatch.setattr(scenario_commands, "load_scenario", lambda *_: raised(KeyboardInterrupt()))
     answer = shockwave("validate", SCENE)
     assert (answer.status, answer.err) == (130, "interrupted\n")
 
@@ -416,7 +431,7 @@ def test_streams_that_cannot_be_written_end_with_a_documented_status(case: str) 
 def test_workers_start_without_standard_streams(tmp_path: Path) -> None:
     scene = (ROOT / SCENE).read_text(encoding="utf-8")
     (tmp_path / "sweep.yaml").write_text(scene + "\nsweep: {grid: {shock.peak_force: [1 N, 2 N, 3 N]}}\n")
-    words = ["sh", "-c", '"$0" -m shockwave sweep sweep.yaml --out results --workers 2 <&- 2>&-', sys.executable]
+    words = ["sh", "-c", '"$0" -m shockwave sweep sweep.yaml -o results --workers 2 <&- 2>&-', sys.executable]
     run = subprocess.run(words, capture_output=True, text=True, cwd=tmp_path)
     assert run.returncode == 0
     assert (tmp_path / "results" / "results.csv").exists()
@@ -424,7 +439,7 @@ def test_workers_start_without_standard_streams(tmp_path: Path) -> None:
 
 def test_an_error_of_the_system_names_the_file_and_is_none_of_the_output(monkeypatch: pytest.MonkeyPatch) -> None:
     for error in (PermissionError(13, "Permission denied", "library.so"), BrokenPipeError(32, "Broken pipe")):
-        monkeypatch.setattr(scenario_commands, "load_scenario", lambda _, error=error: raised(error))
+        monkeypatch.setattr(scenario_commands, "load_scenario", lambda *_, error=error: raised(error))
         answer = shockwave("validate", SCENE)
         assert answer.status == 5
         file = f"{error.filename}: " if error.filename else ""

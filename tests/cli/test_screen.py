@@ -10,8 +10,8 @@ import time
 
 import pytest
 
+from shockwave.cli.command_table import OFFERED
 from shockwave.cli.output import ProgressBar
-from shockwave.cli.parser import OFFERED
 from support import pages
 from support.pages import PIPED, ROOT, widest
 from support.programs import commands

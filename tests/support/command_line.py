@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import io
 import json
-from contextlib import redirect_stderr, redirect_stdout
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any
 
+import pytest
 from attrs import frozen
 
 from shockwave import cli
@@ -27,9 +30,17 @@ class Answer:
         return json.loads(self.out)
 
 
-def shockwave(*arguments: object) -> Answer:
+@contextmanager
+def standard_input(text: str) -> Iterator[None]:
+    """Let ``text`` be on standard input."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
+        yield
+
+
+def shockwave(*arguments: object, stdin: str = "") -> Answer:
     """Run ``shockwave`` with arguments, and catch the end of its process."""
-    with redirect_stdout(io.StringIO()) as out, redirect_stderr(io.StringIO()) as err:
+    with redirect_stdout(io.StringIO()) as out, redirect_stderr(io.StringIO()) as err, standard_input(stdin):
         try:
             status = cli.main([str(argument) for argument in arguments])
         except SystemExit as end:

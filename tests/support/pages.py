@@ -34,6 +34,7 @@ import pytest
 from attrs import frozen
 
 from shockwave import cli
+from support.command_line import standard_input
 from support.distributions import forgetting, install, on_path
 
 ROOT = Path(__file__).parents[2]
@@ -171,17 +172,29 @@ def run(command: str, status: int, output: io.StringIO | None = None) -> tuple[s
         if part == "echo $?":
             print(status, file=printed)
             continue
-        program, *words = shlex.split(part)
-        assert program == "shockwave", f"{part!r} is neither a command of shockwave nor in NOT_RUN"
-        arguments = [file for word in words for file in (sorted(glob.glob(word)) if "*" in word else [word])]
-        with contextlib.redirect_stdout(_Output(printed)) as stdout, contextlib.redirect_stderr(printed):
-            try:
-                status = cli.main(arguments)
-            except SystemExit as end:
-                status = int(end.code or 0)
+        *before, last = part.split(" | ")
+        piped = ""
+        for each in before:
+            with contextlib.redirect_stderr(printed):
+                piped, _ = _run(each, piped, io.StringIO())
+        with contextlib.redirect_stderr(printed):
+            shown, status = _run(last, piped, _Output(printed))
         if output is not None:
-            output.write(stdout.getvalue())
+            output.write(shown)
     return printed.getvalue(), status
+
+
+def _run(command: str, piped: str, stdout: io.StringIO) -> tuple[str, int]:
+    """Output and exit status of one command of a pipe; ``piped`` is on its standard input."""
+    program, *words = shlex.split(command)
+    assert program == "shockwave", f"{command!r} is neither a command of shockwave nor in NOT_RUN"
+    arguments = [file for word in words for file in (sorted(glob.glob(word)) if "*" in word else [word])]
+    with contextlib.redirect_stdout(stdout), standard_input(piped):
+        try:
+            status = cli.main(arguments)
+        except SystemExit as end:
+            status = int(end.code or 0)
+    return stdout.getvalue(), status
 
 
 def widest(text: str) -> int:

@@ -323,7 +323,7 @@ def test_results_do_not_depend_on_workers_or_interrupts(scenario: Path, whole: P
 
 
 def test_a_finished_sweep_has_nothing_to_do(scenario: Path, finished: Path, whole: Path) -> None:
-    assert "nothing to do" in shockwave("sweep", scenario, "--out", finished, "--resume").out
+    assert "nothing to do" in shockwave("sweep", scenario, "--output", finished, "--resume").out
     assert tables(finished) == tables(whole)
 
 
@@ -522,9 +522,9 @@ def test_a_file_that_others_delete_meanwhile_is_written_again(scenario: Path, ou
 USAGE = {
     "no sweep": (SIMULATE, [], 3, "sweep: must be given"),
     "nothing to resume": (GRID, ["--resume"], 2, "must hold a sweep to resume"),
-    "long name": (GRID, ["--out", "long" * 100], 5, ": cannot be written (File name too long)"),
-    "long name to resume": (GRID, ["--out", "long" * 100, "--resume"], 2, "must hold a sweep to resume"),
-    "folder is a file": (GRID, ["--out", "scene.yaml"], 5, "scene.yaml: cannot be"),
+    "long name": (GRID, ["--output", "long" * 100], 5, ": cannot be written (File name too long)"),
+    "long name to resume": (GRID, ["--output", "long" * 100, "--resume"], 2, "must hold a sweep to resume"),
+    "folder is a file": (GRID, ["--output", "scene.yaml"], 5, "scene.yaml: cannot be"),
 }
 
 

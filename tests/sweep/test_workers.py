@@ -147,7 +147,7 @@ sys.exit(main(["sweep", *sys.argv[1:]]))
 def struck(scenario: Path, out: Path, number: int, times: int, interrupt: str) -> subprocess.CompletedProcess[str]:
     """A client that receives signals when some points are done, and prints the process ids of its workers."""
     program = CLIENT.format(number=number, times=times, interrupt=interrupt)
-    command = [sys.executable, "-c", program, str(scenario), "--out", str(out), "--workers", "2"]
+    command = [sys.executable, "-c", program, str(scenario), "--output", str(out), "--workers", "2"]
     return subprocess.run(command, capture_output=True, text=True)
 
 
@@ -222,7 +222,7 @@ def small(folder: Path) -> Path:
 
 
 def commanded(file: Path, limits: Callable[[], object] | None = None, **environment: str) -> Any:
-    command = [sys.executable, "-m", "shockwave", "sweep", file.name, "--workers", "1", "--out", "out"]
+    command = [sys.executable, "-m", "shockwave", "sweep", file.name, "--workers", "1", "--output", "out"]
     return subprocess.run(
         command, cwd=file.parent, capture_output=True, text=True, env=os.environ | environment, preexec_fn=limits
     )
