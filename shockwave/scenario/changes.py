@@ -17,7 +17,7 @@ from shockwave.scenario.yaml_document import Document, parse_value
 SET = "--set"
 # Blocks whose keys are dotted names, and such a name.
 _OF_NAMES = re.compile(r"(sweep\.(?:grid|zip|points\[\d+\])|uncertainty)\.(.+)")
-_SWEPT = "must not be vary_document by the sweep (got both; give other values with --set sweep=...)"
+_SWEPT = "must not be varied by the sweep (got both; give other values with --set sweep=...)"
 
 
 @frozen
