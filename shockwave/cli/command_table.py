@@ -53,6 +53,12 @@ _CURVE = [
     option("--longest LONGEST", "longest shock in characteristic times", type=number_between(1e-3, 1e3), default=50.0),
     option("-o --output FILE", "write points (.json) or a picture (.svg, .png, .pdf)"),
 ]
+_EXPLORE = [
+    Option(("file",), f"{_FILE.meaning} (default: an example)", {"nargs": "?", "metavar": "FILE"}),
+    _SET,
+    option("--port N", "port on loopback, 0 for any free one", type=number_between(0, 65535, int), default=8042),
+    option("--no-browser", "print the address of the page only"),
+]
 _SWEEP = [
     option("FILE", f"{_FILE.meaning}, with a `sweep` block"),
     _SET,
@@ -195,7 +201,7 @@ COMMANDS = [
     Command("compare", "scenario_commands:compare", "compare section 4 with a simulation", _SIMULATED),
     Command("validate", "scenario_commands:validate", "check scenario files and report all errors", _VALIDATE),
     Command("report", "scenario_commands:report", "write a page on a scenario, with pictures", _REPORT),
-    Command("explore", "plugin_commands:run", "open a page with sliders in the browser (shockwave-explore)", []),
+    Command("explore", "plugin_commands:run", "open a page with sliders in the browser (shockwave-explore)", _EXPLORE),
     Command("curve", "curve_command:curve", "amplification as a function of the rise time", _CURVE),
     Command("sweep", "sweep_command:sweep", "run or resume all cases of a sweep", _SWEEP),
     Command("plot", "plot_command:plot", "plot the results of a sweep as lines or as a map", _PLOT),

@@ -89,8 +89,13 @@ def parse(arguments: list[str]) -> argparse.Namespace:
         raise SystemExit(UsageError.exit_code)
     if name in OFFERED or not (name.startswith("-") or name in {command.name for command in COMMANDS}):
         return argparse.Namespace(command="plugin_commands:run", no_plugins=no_plugins, name=name, arguments=rest)
+    return parse_command(name, arguments)
+
+
+def parse_command(name: str, arguments: Sequence[str]) -> argparse.Namespace:
+    """Options of the command ``name``, which is among the arguments."""
     _check_options(name, arguments)
-    return parser(name, in_full=not {"-h", "--help"}.isdisjoint(rest)).parse_args(arguments)
+    return parser(name, in_full=not {"-h", "--help"}.isdisjoint(arguments)).parse_args(arguments)
 
 
 def _check_options(name: str, words: Sequence[str]) -> None:

@@ -90,7 +90,7 @@ def new(options: argparse.Namespace) -> int:
     files = example(options.example) if options.example else {}
     text = files.pop(f"{options.example}.yaml", None) or template(options.profile, options.full)
     status = write_output(text, options.output, anew=True)
-    if options.output:
+    if options.output not in (None, "-"):
         files["scenario.schema.json"] = _schema()
     for name, content in files.items():
         # files that the scenario refers to; an existing one may be the user's

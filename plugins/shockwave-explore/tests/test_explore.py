@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import io
 import json
 import re
 import signal
@@ -579,6 +580,18 @@ def test_a_port_in_use_is_an_error_of_usage(capsys: pytest.CaptureFixture[str]) 
     assert f"--port: must be a free port (got {port}: " in capsys.readouterr().err
 
 
+def test_the_scenario_may_be_standard_input_with_values_of_options(monkeypatch: pytest.MonkeyPatch) -> None:
+    begun: list[tuple[str, int, bool]] = []
+    monkeypatch.setattr(server, "serve", lambda *arguments: begun.append(arguments))
+    text = text_of_file(PROFILES / "examples" / "hammer.yaml")
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
+    assert cli.main(["explore", "-", "--port", "0"]) == 0
+    assert cli.main(["explore", "--set", "chain.diameter=8 mm", "--no-browser"]) == 0
+    (piped, *first), (changed, *second) = begun
+    assert (piped, first, second) == (text, [0, True], [8042, False])
+    assert loaded(changed).chain.radius == pytest.approx(4e-3)
+
+
 def test_an_invalid_file_is_reported_before_the_server_starts(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -607,7 +620,7 @@ def test_a_file_that_the_page_refuses_ends_the_command(
 
 def test_an_impossible_port_is_an_error_of_usage(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["explore", "--port", "70000"]) == 2
-    assert capsys.readouterr().err == "--port: must be >= 0 and <= 65535 (got 70000)\n"
+    assert capsys.readouterr().err == "--port: must be >= 0 and <= 65535 (got 70000) (see `shockwave explore --help`)\n"
 
 
 def test_the_help_names_the_options_and_fits_80_columns(

@@ -38,18 +38,15 @@ _MOST_NESTED = 50
 
 
 def text_of_file(path: str | Path) -> str:
-    """Text of the scenario in a file, without a sweep or uncertain values, and with the samples of its record.
+    """Text of the scenario in a file; see `scenario_text`, and `load_scenario` for the errors."""
+    return scenario_text(load_scenario(path))
 
-    Raises
-    ------
-    ShockwaveError
-        As `load_scenario`.
-    """
-    scenario = load_scenario(path)
+
+def scenario_text(scenario: Scenario) -> str:
+    """Text of a scenario, without a sweep or uncertain values, and with the samples of its record."""
     assert scenario.document is not None
-    data = scenario.document.data
-    text = Path(path).read_text(encoding="utf-8-sig")
-    if len(scenario.files) > 1:  # a link contains everything
+    data, text = scenario.document.data, scenario.document.text.removeprefix("\ufeff")
+    if {*scenario.files} - {scenario.path}:  # a link contains everything
         profile: Any = scenario.shock.profile
         record = {name: getattr(profile, name).tolist() for name in ("times", "forces")}
         record |= {name: value for name, value in data["shock"]["parameters"].items() if name in _PROCESSING}

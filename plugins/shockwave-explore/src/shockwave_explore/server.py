@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import logging
 import socket
 import threading
@@ -19,18 +18,19 @@ from shockwave import ShockwaveError, UsageError
 from shockwave.base.errors import message_of
 from shockwave.base.files import parse_json
 from shockwave.base.text import html_of
+from shockwave.cli.parser import parse_command
+from shockwave.cli.scenario_files import load_scenario
 from shockwave.report import page as report
 from werkzeug.exceptions import HTTPException
 from werkzeug.serving import make_server
 
 from .answer import parts_of
-from .scene import PRESETS, edited, loaded, text_of_file, titles
+from .scene import PRESETS, edited, loaded, scenario_text, text_of_file, titles
 
 #: The only address that the explorer listens on.
 LOOPBACK = "127.0.0.1"
 # Scenario at the start.
 _FIRST = "wall"
-_MOST_PORT = 65535
 # Largest request [bytes], above the longest scenario.
 _MOST_BYTES = 2**21
 # The page executes its own script only, and loads nothing from elsewhere.
@@ -45,14 +45,8 @@ def explore(arguments: list[str]) -> int:
     ShockwaveError
         If the scenario is not valid, or the port is in use.
     """
-    parser = argparse.ArgumentParser(prog="shockwave explore", description="Open a page with sliders in the browser.")
-    parser.add_argument("file", nargs="?", metavar="FILE", help="scenario file to begin with (default: an example)")
-    parser.add_argument("--port", type=int, default=8042, help="port on loopback (default: 8042; 0: any)")
-    parser.add_argument("--no-browser", action="store_true", help="print the address only")
-    options = parser.parse_args(arguments)
-    if not 0 <= options.port <= _MOST_PORT:
-        raise UsageError(f"--port: must be >= 0 and <= {_MOST_PORT} (got {options.port})")
-    first = text_of_file(options.file or PRESETS[_FIRST])
+    options = parse_command("explore", ["explore", *arguments])
+    first = scenario_text(load_scenario(options.file or str(PRESETS[_FIRST]), options))
     loaded(first)  # a file that the page cannot show ends here
     serve(first, options.port, not options.no_browser)
     return 0
