@@ -95,7 +95,8 @@ def parse(arguments: list[str]) -> argparse.Namespace:
 def parse_command(name: str, arguments: Sequence[str]) -> argparse.Namespace:
     """Options of the command ``name``, which is among the arguments."""
     _check_options(name, arguments)
-    return parser(name, in_full=not {"-h", "--help"}.isdisjoint(arguments)).parse_args(arguments)
+    in_full = not (name.startswith("-") or {"-h", "--help"}.isdisjoint(arguments))
+    return parser(name, in_full).parse_args(arguments)
 
 
 def _check_options(name: str, words: Sequence[str]) -> None:

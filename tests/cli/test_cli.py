@@ -295,7 +295,7 @@ WRONG = {
     "model-of-a-comparison": (["compare", SCENE, "--model", "best"], "unknown option (got '--model'; "),
     "limit": (
         ["uncertainty", "--limit", "60 kg", SCENE],
-        "--limit: limit.force: must be a force, such as '100 N' (got '60 kg')",
+        "--limit: limit.force: must be a force, such as '100 N' (got '60 kg'",
     ),
     "check-of-profiles": (["list", "profiles", "--check"], "--check: can be used only with plugins"),
     "page-as-pdf": (["report", SCENE, "-o", "x.pdf"], "--output: must end in .html or .htm (got x.pdf; print this"),
