@@ -28,10 +28,10 @@ from shockwave.scenario.scenario import load_scenario
 from werkzeug.test import EnvironBuilder, run_wsgi_app
 
 from shockwave_explore import answer, scene, server
-from shockwave_explore.answer import answered, parts_of
-from shockwave_explore.controls import Control, controls
+from shockwave_explore.answer import parts_of, predict_text
+from shockwave_explore.controls import Control, list_controls
 from shockwave_explore.scene import PRESETS, edited, loaded, text_of_file
-from shockwave_explore.server import application
+from shockwave_explore.server import make_application
 
 PROFILES = Path(__file__).parents[3] / "profiles"
 WALL = text_of_file(PRESETS["wall"])
@@ -42,7 +42,7 @@ LOOPBACK = f"http://127.0.0.1:{PORT}"
 
 @pytest.fixture(scope="module")
 def client() -> Any:
-    return application(WALL, PORT, TOKEN).test_client()
+    return make_application(WALL, PORT, TOKEN).test_client()
 
 
 def posted(client: Any, path: str = "answer", origin: str | None = LOOPBACK, **request: Any) -> Any:
@@ -213,7 +213,7 @@ def test_every_picture_describes_itself(client: Any) -> None:
 
 
 def control(text: str, name: str) -> Control:
-    groups = controls(*answered(text)).values()
+    groups = list_controls(*predict_text(text)).values()
     return next(control for group in groups for control in group if control.name == name)
 
 
@@ -310,7 +310,7 @@ def test_a_shorter_chain_drops_contacts_that_it_does_not_have() -> None:
 @pytest.mark.parametrize("name", PRESETS)
 def test_both_ends_of_every_slider_are_admitted(name: str) -> None:
     text = text_of_file(PRESETS[name])
-    for group in controls(loaded(text)).values():
+    for group in list_controls(loaded(text)).values():
         for control in group:
             for value in (control.low, control.high) if control.high else ():
                 loaded(edited(text, {control.name: f"{value:.15g} {control.unit}".strip()}))
@@ -407,11 +407,11 @@ def test_a_wrong_request_is_refused(client: Any, path: str, kind: str) -> None:
 def test_markup_in_a_value_is_text(client: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     evil = "<img src=x onerror=alert(1)>"
     groups = {evil: [Control(evil, evil, evil, (evil,)), Control("b", evil, evil)]}
-    monkeypatch.setattr(answer, "controls", lambda *_: groups)
+    monkeypatch.setattr(answer, "list_controls", lambda *_: groups)
     shown = asked(client, text=WALL)["controls"]
     assert "<img" not in shown
     assert unescape(shown).count(evil) >= 6
-    page = application(f"</textarea>{evil}", PORT, TOKEN).test_client().get(f"/{TOKEN}/", base_url=LOOPBACK).text
+    page = make_application(f"</textarea>{evil}", PORT, TOKEN).test_client().get(f"/{TOKEN}/", base_url=LOOPBACK).text
     assert evil not in page
     assert evil in unescape(page)
 
@@ -490,7 +490,7 @@ def test_a_large_request_is_refused(client: Any) -> None:
 def test_a_short_request_does_not_wait_for_long_ones(client: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     done = threading.Event()
     monkeypatch.setattr(server, "parts_of", lambda text, *_: {"ended": str("long" in text and done.wait(60))})
-    app = application(WALL, PORT, TOKEN)
+    app = make_application(WALL, PORT, TOKEN)
     with ThreadPoolExecutor(11) as pool:
         texts = [f"name: long {number}" for number in range(10)]
         long = [pool.submit(asked, app.test_client(), text=text) for text in texts]

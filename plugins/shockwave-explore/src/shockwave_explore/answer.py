@@ -18,8 +18,8 @@ from shockwave.prediction.outcome_text import lead_text
 from shockwave.report.number_text import formula, percent, quantity
 from shockwave.scene.layout import Layout
 
-from .charts import Series, beads, chart, field_map
-from .controls import controls
+from .charts import Series, draw_beads, draw_chart, draw_map
+from .controls import list_controls
 from .scene import loaded
 
 _TEMPLATE = Path(__file__).with_name("parts.html.jinja")
@@ -45,7 +45,7 @@ class Figure:
     caption: str = ""
 
 
-def answered(text: str) -> tuple[sw.Scenario, sw.Outcome]:
+def predict_text(text: str) -> tuple[sw.Scenario, sw.Outcome]:
     """The scenario in ``text`` and its outcome, whose simulation records the histories that are drawn.
 
     Raises
@@ -61,25 +61,25 @@ def answered(text: str) -> tuple[sw.Scenario, sw.Outcome]:
         contacts = range(min(_FIRST_CONTACTS, count - 1)) if scenario.chain.is_uniform else all_contacts
     until = scenario.simulate.until
     interval = None if until is None else until / _SAMPLES
-    recorded: dict[str, Any] = {"record": ("forces", "field"), "contacts": contacts, "interval": interval}
-    return scenario, sw.predict(scenario, **recorded)
+    histories: dict[str, Any] = {"record": ("forces", "field"), "contacts": contacts, "interval": interval}
+    return scenario, sw.predict(scenario, **histories)
 
 
 def parts_of(text: str) -> dict[str, str]:
     """The parts of the page for the scenario in ``text``, as HTML: controls, headline, results, figures, decision."""
-    scenario, outcome = answered(text)
+    scenario, outcome = predict_text(text)
     _, *lines = on_screen(outcome, columns=sys.maxsize).split("\n")
     values: dict[str, object] = {
-        "groups": controls(scenario, outcome),
+        "groups": list_controls(scenario, outcome),
         "lead": lead_text(outcome).partition(", "),
         "facts": [line.strip().partition("  ") for line in lines],
-        "figures": list(figures(scenario, outcome)),
-        "decision": _decision(outcome),
+        "figures": list(draw_figures(scenario, outcome)),
+        "decision": _write_decision(outcome),
     }
     return {name: html_of(_TEMPLATE, (), part=name, **values) for name in _PARTS}
 
 
-def _decision(outcome: sw.Outcome) -> Markup:
+def _write_decision(outcome: sw.Outcome) -> Markup:
     """The decision of section 4 and the conditions on the shock, as in the report; empty if it does not apply."""
     paper, parts = outcome.section4, ""
     for name in ("decision", "conditions") if paper is not None else ():
@@ -92,55 +92,58 @@ def _decision(outcome: sw.Outcome) -> Markup:
 # ---------------------------------------------------------------- pictures
 
 
-def figures(scenario: sw.Scenario, outcome: sw.Outcome) -> Iterator[Figure]:
+def draw_figures(scenario: sw.Scenario, outcome: sw.Outcome) -> Iterator[Figure]:
     """The animation of the beads and the charts of a scene."""
     result = outcome.simulated
-    kept: Any = None if result is None else result.recording
-    if kept is not None:
-        yield _animation(scenario, kept)
+    recording: Any = None if result is None else result.recording
+    if recording is not None:
+        yield _draw_animation(scenario, recording)
     if scenario.impact is None:
-        yield _pulse(scenario.shock)
-    if kept is not None:
-        yield Figure("Space-time diagram", field_map(kept.times, kept.contacts, kept.forces, _CONTACT[0]))
-        if kept.wall_force is not None:
-            yield _wall(scenario, kept)
-    if waves := _waves(outcome):
-        yield _train(waves, outcome.section4, scenario.shock.peak_force)
+        yield _draw_shock(scenario.shock)
+    if recording is not None:
+        yield Figure("Space-time diagram", draw_map(recording.times, recording.contacts, recording.forces, _CONTACT[0]))
+        if recording.wall_force is not None:
+            yield _draw_wall(scenario, recording)
+    if waves := _waves_of(outcome):
+        yield _draw_train(waves, outcome.section4, scenario.shock.peak_force)
     elif result is not None:
         contacts = [peak.contact for peak in result.contacts]
         peaks = Series(contacts, [peak.peak_force for peak in result.contacts], colour=METHODS["simulation"])
-        picture = chart([peaks], _CONTACT, ("greatest force", "N"), max(contacts[-1], 1))
+        picture = draw_chart([peaks], _CONTACT, ("greatest force", "N"), max(contacts[-1], 1))
         yield Figure("Greatest forces", picture)
-    if kept is not None:
-        yield _histories(kept)
+    if recording is not None:
+        yield _draw_histories(recording)
 
 
-def _animation(scenario: sw.Scenario, kept: Any) -> Figure:
+def _draw_animation(scenario: sw.Scenario, recording: Any) -> Figure:
     chain = scenario.chain
-    radii = np.full(kept.displacements.shape[1], chain.radius)
+    radii = np.full(recording.displacements.shape[1], chain.radius)
     if chain.count is not None and not chain.is_uniform:
         radii = Layout.of(chain, scenario.excitation).radii
     return Figure(
-        "Granules", *beads(radii, kept.times, kept.displacements, kept.velocities, kept.wall_force is not None)
+        "Granules",
+        *draw_beads(
+            radii, recording.times, recording.displacements, recording.velocities, recording.wall_force is not None
+        ),
     )
 
 
-def _pulse(shock: sw.Shock) -> Figure:
+def _draw_shock(shock: sw.Shock) -> Figure:
     times = np.linspace(0, shock.duration, 600)
     times = np.union1d(times, shock.rise_time * np.asarray(shock.profile.breakpoints, dtype=float))
     pulse = Series(times, shock.peak_force * shock.profile.force(times / shock.rise_time), "", "area", METHODS["shock"])
-    return Figure("The shock", chart([pulse], _TIME, ("force", "N"), shock.duration))
+    return Figure("The shock", draw_chart([pulse], _TIME, ("force", "N"), shock.duration))
 
 
-def _wall(scenario: sw.Scenario, kept: Any) -> Figure:
-    end = float(kept.times[-1])
-    lines = [Series(kept.times, kept.wall_force, colour=METHODS["simulation"])]
+def _draw_wall(scenario: sw.Scenario, recording: Any) -> Figure:
+    end = float(recording.times[-1])
+    lines = [Series(recording.times, recording.wall_force, colour=METHODS["simulation"])]
     if (limit := scenario.limit) is not None:
         lines.append(Series((0.0, end), (limit.force, limit.force), "limit", "dashed", BLACK))
-    return Figure("Force on the wall", chart(lines, _TIME, ("force on the wall", "N"), end))
+    return Figure("Force on the wall", draw_chart(lines, _TIME, ("force on the wall", "N"), end))
 
 
-def _waves(outcome: sw.Outcome) -> tuple[Any, ...]:
+def _waves_of(outcome: sw.Outcome) -> tuple[Any, ...]:
     """All waves that the simulation measures, or the leading one if the others cannot be measured."""
     try:
         return tuple(outcome.waves if outcome.simulated is None else outcome.simulated.waves)
@@ -148,7 +151,7 @@ def _waves(outcome: sw.Outcome) -> tuple[Any, ...]:
         return outcome.waves
 
 
-def _train(simulated: tuple[Any, ...], paper: Any, shock: float) -> Figure:
+def _draw_train(simulated: tuple[Any, ...], paper: Any, shock: float) -> Figure:
     """Peak forces of the waves, simulated and by section 4."""
     trains: dict[str, tuple[Any, ...]] = {"simulated": (simulated, "squares", METHODS["simulation"])}
     if paper is not None:
@@ -157,13 +160,13 @@ def _train(simulated: tuple[Any, ...], paper: Any, shock: float) -> Figure:
     series = [Series(ends, (shock, shock), "shock", "dashed", METHODS["shock"])]
     for name, (waves, *look) in trains.items():
         series.append(Series(np.arange(1, len(waves) + 1), [wave.peak_force for wave in waves], name, *look))
-    return Figure("Waves", chart(series, ("wave", ""), ("peak force", "N"), ends[1], whole=True))
+    return Figure("Waves", draw_chart(series, ("wave", ""), ("peak force", "N"), ends[1], whole=True))
 
 
-def _histories(kept: Any) -> Figure:
-    chosen = np.unique(np.linspace(0, len(kept.contacts) - 1, len(_COLOURS)).astype(int))
+def _draw_histories(recording: Any) -> Figure:
+    chosen = np.unique(np.linspace(0, len(recording.contacts) - 1, len(_COLOURS)).astype(int))
     lines = [
-        Series(kept.times, kept.forces[:, column], f"contact {kept.contacts[column]}", colour=colour)
+        Series(recording.times, recording.forces[:, column], f"contact {recording.contacts[column]}", colour=colour)
         for column, colour in zip(chosen, _COLOURS, strict=False)
     ]
-    return Figure("Contact forces", chart(lines, _TIME, ("contact force", "N"), float(kept.times[-1])))
+    return Figure("Contact forces", draw_chart(lines, _TIME, ("contact force", "N"), float(recording.times[-1])))

@@ -70,7 +70,7 @@ class Series:
     colour: str = BLUE
 
 
-def chart(
+def draw_chart(
     series: Iterable[Series], x: tuple[str, str], y: tuple[str, str], right: float, whole: bool = False
 ) -> Markup:
     """Chart with axes from 0.
@@ -95,12 +95,12 @@ def chart(
             key = Markup('<tspan fill="{}">{}</tspan> {}').format(line.colour, _KEYS[line.kind], line.label)
             legend += _text(area.left + at, 16, key)
             at += _KEY + _LETTER * len(line.label)
-    return _picture(
-        [area.axes(x, y), *map(area.draw, drawn), legend], f"{y[0]} against {x[0]}, {_most(top / _ROOM, y[1])}"
+    return _write_picture(
+        [area.axes(x, y), *map(area.draw, drawn), legend], f"{y[0]} against {x[0]}, {_state_most(top / _ROOM, y[1])}"
     )
 
 
-def field_map(times: FloatArray, contacts: Sequence[int], forces: FloatArray, label: str) -> Markup:
+def draw_map(times: FloatArray, contacts: Sequence[int], forces: FloatArray, label: str) -> Markup:
     """Map of the contact force over time and contacts, with a colour bar; colours scale as the square root.
 
     A line that moves over it marks the time of the animation.
@@ -123,10 +123,10 @@ def field_map(times: FloatArray, contacts: Sequence[int], forces: FloatArray, la
     place = f'x="{area.left}" y="{_TOP}" width="{area.width}" height="{area.height}"'
     bar = area.left + area.width + 8
     parts = [
-        f'<image {place} {_PIXELS} href="{_image(levels)}"/>',
+        f'<image {place} {_PIXELS} href="{_encode(levels)}"/>',
         area.axes(("time", "s"), (label, "")),
         f'<image x="{bar}" y="{_TOP}" width="10" height="{area.height}" {_PIXELS}'
-        f' href="{_image(np.linspace(0, 1, 64)[:, None])}"/>',
+        f' href="{_encode(np.linspace(0, 1, 64)[:, None])}"/>',
     ]
     factor, unit = _scale(greatest, "N")
     for share in _SHARES:
@@ -137,10 +137,10 @@ def field_map(times: FloatArray, contacts: Sequence[int], forces: FloatArray, la
         f'<path d="M{area.left} {_TOP}v{area.height}" stroke="{BLUE}">'
         f'<animateTransform attributeName="transform" type="translate" {_TIMING} values="0;{area.width}"/></path>'
     )
-    return _picture(parts, f"force against time and {label}, {_most(greatest, 'N')}")
+    return _write_picture(parts, f"force against time and {label}, {_state_most(greatest, 'N')}")
 
 
-def beads(
+def draw_beads(
     radii: FloatArray, times: FloatArray, moved: FloatArray, speeds: FloatArray, wall: bool
 ) -> tuple[Markup, str]:
     """Animation of the first granules, and a caption.
@@ -184,10 +184,10 @@ def beads(
         f"The first {shown} granules during {si_label(times[-1], 's')}, displacements enlarged {factor:g} times; "
         f"colours deepen up to a speed of {si_label(fastest, 'm/s')}."
     )
-    return _picture(parts, caption, _ROW, _ROW_HEIGHT), caption
+    return _write_picture(parts, caption, _ROW, _ROW_HEIGHT), caption
 
 
-def _image(levels: FloatArray) -> str:
+def _encode(levels: FloatArray) -> str:
     """Levels from 0 to 1 as the address of an image; the first row is at the bottom."""
     from matplotlib.image import imsave
 
@@ -225,14 +225,14 @@ class _Area:
         bottom, right, middle = _TOP + self.height, self.left + self.width, _TOP + self.height / 2
         factor, unit = _scale(self.end, x[1])
         parts = [_text(self.left + self.width / 2, _HEIGHT - 8, f"{x[0]} ({unit})" if unit else x[0], "middle")]
-        for tick in _ticks(self.begin, self.end, factor, 0.0 if unit else 1.0):
+        for tick in _place_ticks(self.begin, self.end, factor, 0.0 if unit else 1.0):
             at = float(self.x(tick))
             parts.append(f'<path d="M{at:.1f} {_TOP}V{bottom}" {_GRID}/>')
             parts.append(_text(at, bottom + 15, f"{tick / factor:.6g}", "middle"))
         factor, unit = _scale(self.top, y[1])
         turned = f'transform="rotate(-90 14 {middle})"'
         parts.append(_text(14, middle, f"{y[0]} ({unit})" if unit else y[0], "middle", turned))
-        for tick in _ticks(0.0, self.top, factor):
+        for tick in _place_ticks(0.0, self.top, factor):
             at = float(self.y(tick))
             parts.append(f'<path d="M{self.left} {at:.1f}H{right}" {_GRID}/>')
             parts.append(_text(self.left - 6, at + 4, f"{tick / factor:.6g}", "end"))
@@ -243,7 +243,7 @@ class _Area:
         if series.kind in _MARKS:
             places = zip(self.x(series.x), self.y(series.y), strict=True)
             return "".join(_MARKS[series.kind].format(x, y, series.colour) for x, y in places)
-        kept = _thinned(np.asarray(series.y))
+        kept = _thin(np.asarray(series.y))
         x, y = self.x(np.asarray(series.x)[kept]), self.y(np.asarray(series.y)[kept])
         path = "L".join(f"{right:.1f} {down:.1f}" for right, down in zip(x, y, strict=True))
         if series.kind == "area":
@@ -252,14 +252,14 @@ class _Area:
         return f'<path d="M{path}" {paint} {_LOOKS[series.kind]}/>'
 
 
-def _picture(parts: Iterable[str], label: str, width: float = _WIDTH, height: float = _HEIGHT) -> Markup:
+def _write_picture(parts: Iterable[str], label: str, width: float = _WIDTH, height: float = _HEIGHT) -> Markup:
     """A picture with a ``label`` for readers that do not see it."""
     size = f'viewBox="0 0 {width} {height}"'
     head = f'xmlns="http://www.w3.org/2000/svg" {size} role="img" aria-label="{escape(label)}" {_FONT}'
     return Markup(f"<svg {head}>{''.join(parts)}</svg>")
 
 
-def _most(value: float, unit: str) -> str:
+def _state_most(value: float, unit: str) -> str:
     return f"at most {si_label(value, unit)}"
 
 
@@ -271,7 +271,7 @@ def _scale(largest: float, unit: str) -> tuple[float, str]:
     return 10.0 ** round(math.log10(largest / float(number))), prefixed
 
 
-def _ticks(low: float, high: float, factor: float, finest: float = 0.0) -> FloatArray:
+def _place_ticks(low: float, high: float, factor: float, finest: float = 0.0) -> FloatArray:
     """Round values between the ends of an axis, at distances of ``finest`` or more."""
     least = max((high - low) / factor / _MOST_TICKS, finest)
     power = 10.0 ** math.floor(math.log10(least))
@@ -283,7 +283,7 @@ def _text(x: float, y: float, text: str, anchor: str = "start", more: str = "") 
     return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" {more}>{escape(text)}</text>'
 
 
-def _thinned(y: FloatArray) -> npt.NDArray[np.intp]:
+def _thin(y: FloatArray) -> npt.NDArray[np.intp]:
     """Indices at which a line is drawn: both ends, and the least and the greatest value of each section."""
     width = -(-len(y) // _SECTIONS)
     sections = np.pad(y, (0, -len(y) % width), mode="edge").reshape(-1, width)

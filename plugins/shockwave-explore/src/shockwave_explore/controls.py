@@ -58,7 +58,7 @@ class Control:
         return math.log(self.value / self.low) / math.log(self.high / self.low)
 
 
-def controls(scenario: Scenario, outcome: Outcome | None = None) -> dict[str, list[Control]]:
+def list_controls(scenario: Scenario, outcome: Outcome | None = None) -> dict[str, list[Control]]:
     """Controls of a scenario that was loaded from a document, in groups with a title.
 
     Every value that the document gives has one, and so have times and forces that follow from the others: of the
@@ -66,18 +66,18 @@ def controls(scenario: Scenario, outcome: Outcome | None = None) -> dict[str, li
     """
     assert scenario.document is not None
     data = scenario.document.data
-    derived = dict(_derived(scenario, outcome))
+    derived = dict(_derive(scenario, outcome))
     groups: dict[str, list[Control]] = {title: [] for title in _TITLES.values()}
     for variable in variables(data).values():
         given = value_at(data, *steps_of(variable.name))
         block, *rest = steps_of(variable.name)
         if all(isinstance(step, str) or step < _SEGMENTS for step in rest):
             value = derived.get(variable.name) if given is None else given
-            groups[_TITLES[str(block)]] += _of_value(variable, value, data)
+            groups[_TITLES[str(block)]] += _controls_of(variable, value, data)
     return {title: group for title, group in groups.items() if group}
 
 
-def _derived(scenario: Scenario, outcome: Outcome | None) -> Iterator[tuple[str, float]]:
+def _derive(scenario: Scenario, outcome: Outcome | None) -> Iterator[tuple[str, float]]:
     """Names and values [SI] of quantities that the document need not give."""
     if scenario.impact is None:
         shock = scenario.shock
@@ -89,57 +89,57 @@ def _derived(scenario: Scenario, outcome: Outcome | None) -> Iterator[tuple[str,
         yield "simulate.until", float(end)
 
 
-def _of_value(variable: Variable, value: Any, data: Any) -> Iterator[Control]:
+def _controls_of(variable: Variable, value: Any, data: Any) -> Iterator[Control]:
     """The control of a variable with this value, if it can have one."""
-    name, label = variable.name, _label(variable.name)
+    name, label = variable.name, _label_of(variable.name)
     if name == "shock.profile" and value is not None:
         profiles = (entry.name for entry in entries("profiles") if entry.name != RECORD)
-        yield _list(name, label, str(value), *profiles)
+        yield _make_list(name, label, str(value), *profiles)
     elif variable.key.kind == "materials" and name != "chain.end.wall" and value is not None:
-        yield _list(name, label, _named(value), *_materials())
+        yield _make_list(name, label, _name_of(value), *_list_materials())
     elif (spec := variable.key.spec) is not None and not spec.samples and isinstance(value, str | int | float):
-        yield _number(name, label, value, _bounded(spec, name, data))
+        yield _make_number(name, label, value, _bound(spec, name, data))
     if name == "chain.granules":
-        yield _end(value, value_at(data, "chain", "end", "wall"))
+        yield _make_end(value, value_at(data, "chain", "end", "wall"))
 
 
-def _bounded(spec: Quantity, name: str, data: Any) -> Quantity:
+def _bound(spec: Quantity, name: str, data: Any) -> Quantity:
     """``spec`` with the bound that another time of the shock sets, if that stays when this one changes."""
-    given = value_at(data, "shock") or {}
-    if len(given.keys() & TIMES) > 1 and name == "shock.duration" and "rise_time" in given:
-        return evolve(spec, above=to_si(given["rise_time"], "s"))
-    if len(given.keys() & TIMES) > 1 and name == "shock.rise_time" and "duration" in given:
-        return evolve(spec, below=to_si(given["duration"], "s"))
+    shock = value_at(data, "shock") or {}
+    if len(shock.keys() & TIMES) > 1 and name == "shock.duration" and "rise_time" in shock:
+        return evolve(spec, above=to_si(shock["rise_time"], "s"))
+    if len(shock.keys() & TIMES) > 1 and name == "shock.rise_time" and "duration" in shock:
+        return evolve(spec, below=to_si(shock["duration"], "s"))
     return spec
 
 
-def _label(name: str) -> str:
+def _label_of(name: str) -> str:
     """The keys of a dotted name below its block, as words."""
     return dotted_name(steps_of(name)[1:]).removeprefix("parameters.").replace(".", " ").replace("_", " ")
 
 
-def _end(granules: Any, wall: Any) -> Control:
-    end = ENDLESS if granules is None else FREE if wall is None else WALL + _named(wall)
-    walls = (f"{WALL}{name}" for name in (*WALLS, *_materials()))
-    return _list("chain.end", "end", end, *([FREE] if isinstance(granules, list) else [ENDLESS, FREE]), *walls)
+def _make_end(granules: Any, wall: Any) -> Control:
+    end = ENDLESS if granules is None else FREE if wall is None else WALL + _name_of(wall)
+    walls = (f"{WALL}{name}" for name in (*WALLS, *_list_materials()))
+    return _make_list("chain.end", "end", end, *([FREE] if isinstance(granules, list) else [ENDLESS, FREE]), *walls)
 
 
-def _named(material: Any) -> str:
+def _name_of(material: Any) -> str:
     return material if isinstance(material, str) else _AS_GIVEN
 
 
 @cache
-def _materials() -> tuple[str, ...]:
+def _list_materials() -> tuple[str, ...]:
     return tuple(sorted(entry.name for entry in entries("materials")))
 
 
-def _list(name: str, label: str, value: str, *choices: str) -> Control:
+def _make_list(name: str, label: str, value: str, *choices: str) -> Control:
     return Control(name, label, value, tuple(dict.fromkeys((value, *choices))))
 
 
-def _number(name: str, label: str, given: Any, spec: Quantity) -> Control:
+def _make_number(name: str, label: str, number: Any, spec: Quantity) -> Control:
     """Control of a number: text with a unit, and a slider around its value, where it has room on both sides."""
-    text = given.strip() if isinstance(given, str) else si(given, spec.unit)
+    text = number.strip() if isinstance(number, str) else si(number, spec.unit)
     unit = _NUMBER.sub("", text, count=1)
     factor = to_si(f"1 {unit}".strip(), spec.unit)
     value = to_si(text, spec.unit) / factor

@@ -53,12 +53,12 @@ def scenario_text(scenario: Scenario) -> str:
         data = data | {"shock": data["shock"] | {"parameters": record}}
     elif parse_document(text, NAME).data.keys() == data.keys():
         return text  # with its comments
-    return _written({"name": scenario.name} | data)
+    return _write({"name": scenario.name} | data)
 
 
 def titles() -> dict[str, str]:
     """Titles of the examples, in alphabetical order, and their names."""
-    names = {str(_parsed(text_of_file(file)).data["name"]): name for name, file in PRESETS.items()}
+    names = {str(_parse(text_of_file(file)).data["name"]): name for name, file in PRESETS.items()}
     return {title[:1].upper() + title[1:]: names[title] for title in sorted(names)}
 
 
@@ -70,7 +70,7 @@ def loaded(text: str) -> Scenario:
     ShockwaveError
         As `load_scenario`; or if it could name a file, is too long, or has more granules than the page can simulate.
     """
-    document = _parsed(text)
+    document = _parse(text)
     if document.data.get("sweep") is not None:
         problem = "must be left out here, because the page shows a single case"
         raise ScenarioError(document.place(Fault("sweep", problem)))
@@ -84,7 +84,7 @@ def loaded(text: str) -> Scenario:
 
 
 @lru_cache(maxsize=4)
-def _parsed(text: str) -> Document:
+def _parse(text: str) -> Document:
     """The document in ``text``, parsed once for an answer and the edit that follows it."""
     if len(text) > _MOST_CHARACTERS:
         hint = "shorten its record, or use `shockwave predict` and `shockwave simulate`"
@@ -108,23 +108,23 @@ def edited(text: str, edits: Mapping[str, Any]) -> str:
         if not steps_of(name) or not isinstance(value, str | int | float):
             rule = "must be text or a number for each name of a control"
             raise InvalidValueError.of("edits", f"{rule} (got {text_of(value)} for {text_of(name)})")
-    document = _parsed(text)
+    document = _parse(text)
     for name, value in edits.items():
-        for path, new in _changes(document.data, name, value):
+        for path, new in _list_changes(document.data, name, value):
             document = document.with_values({path: new})
-    return _written(document.data) if edits else text
+    return _write(document.data) if edits else text
 
 
-def _changes(data: dict[str, Any], name: str, value: Any) -> Iterator[tuple[tuple[str | int, ...], Any]]:
+def _list_changes(data: dict[str, Any], name: str, value: Any) -> Iterator[tuple[tuple[str | int, ...], Any]]:
     """Paths and values for the value of a control, which is removed if it is empty; None stands for no value."""
     if name == "chain.end":
         granules, end = value_at(data, "chain", "granules"), value_at(data, "chain", "end")
-        walled = {**_mapping(end), "wall": str(value).removeprefix(WALL)}
+        walled = {**_mapping_of(end), "wall": str(value).removeprefix(WALL)}
         yield ("chain", "end"), None if value in (ENDLESS, FREE) else walled
         yield ("chain", "granules"), None if value == ENDLESS else _GRANULES if granules is None else granules
     elif name == "shock.profile":
         fresh = parse_document(template(str(value)), NAME).data["shock"]
-        yield ("shock",), _reshaped(_mapping(data.get("shock")), fresh)
+        yield ("shock",), _reshape(_mapping_of(data.get("shock")), fresh)
     else:
         yield steps_of(name), None if value == "" else value
         times = [time for time in TIMES if value_at(data, "shock", time) is not None]
@@ -134,7 +134,7 @@ def _changes(data: dict[str, Any], name: str, value: Any) -> Iterator[tuple[tupl
         yield ("simulate", "contacts"), None  # the chain may be too short for them
 
 
-def _reshaped(old: Mapping[str, Any], fresh: Mapping[str, Any]) -> dict[str, Any]:
+def _reshape(old: Mapping[str, Any], fresh: Mapping[str, Any]) -> dict[str, Any]:
     """The shock ``fresh`` with the peak force of ``old``, and with as many of its times as it needs."""
     kept = [time for time in ("duration", "rise_time", "duration_ratio") if time in old]
     fitting = [time for time in (*kept, "duration_ratio", "rise_time") if time in fresh or time != "duration_ratio"]
@@ -144,7 +144,7 @@ def _reshaped(old: Mapping[str, Any], fresh: Mapping[str, Any]) -> dict[str, Any
     return rest | forces | {time: old.get(time, fresh.get(time)) for time in times}
 
 
-def _mapping(value: Any) -> dict[str, Any]:
+def _mapping_of(value: Any) -> dict[str, Any]:
     return value if isinstance(value, dict) else {}
 
 
@@ -158,12 +158,12 @@ def value_at(data: Any, *path: str | int) -> Any:
     return data
 
 
-def _written(data: Any) -> str:
+def _write(data: Any) -> str:
     """``data`` as YAML, without keys that have no value."""
-    return yaml.safe_dump(_present(data), sort_keys=False, allow_unicode=True, default_flow_style=None, width=88)
+    return yaml.safe_dump(_drop_empty(data), sort_keys=False, allow_unicode=True, default_flow_style=None, width=88)
 
 
-def _present(value: Any) -> Any:
+def _drop_empty(value: Any) -> Any:
     if isinstance(value, dict):
-        return {key: new for key, old in value.items() if (new := _present(old)) not in (None, {})}
-    return [_present(item) for item in value] if isinstance(value, list) else value
+        return {key: new for key, old in value.items() if (new := _drop_empty(old)) not in (None, {})}
+    return [_drop_empty(item) for item in value] if isinstance(value, list) else value

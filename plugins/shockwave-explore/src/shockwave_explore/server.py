@@ -62,7 +62,7 @@ def serve(first: str, port: int, browser: bool) -> None:
     port = listening.getsockname()[1]
     logging.getLogger("werkzeug").setLevel(logging.ERROR)
     token = token_urlsafe(16)
-    server = make_server(LOOPBACK, port, application(first, port, token), threaded=True, fd=listening.fileno())
+    server = make_server(LOOPBACK, port, make_application(first, port, token), threaded=True, fd=listening.fileno())
     # errors of connections that break off, also by the end of the server; Flask reports all others
     server.handle_error = lambda *_: None  # type: ignore[method-assign]
     address = f"http://{LOOPBACK}:{port}/{token}/"
@@ -73,7 +73,7 @@ def serve(first: str, port: int, browser: bool) -> None:
         server.serve_forever()
 
 
-def application(first: str, port: int, token: str) -> flask.Flask:
+def make_application(first: str, port: int, token: str) -> flask.Flask:
     """The web application at ``port``, whose addresses begin with ``token``; it begins with the scenario ``first``."""
     app = flask.Flask("shockwave", static_folder=None)
     app.config.update(MAX_CONTENT_LENGTH=_MOST_BYTES)
@@ -103,18 +103,18 @@ def application(first: str, port: int, token: str) -> flask.Flask:
 
     @app.post(f"/{token}/answer")
     def answer() -> dict[str, str]:
-        preset, text, edits = _fields(preset=str, text=str, edits=dict)
+        preset, text, edits = _read_fields(preset=str, text=str, edits=dict)
         text = examples[preset] if preset in examples else edited(text, edits)
         shown = next((name for name, example in examples.items() if example == text), "")
         return {"text": text, "preset": shown, **parts_of(text)}
 
     @app.post(f"/{token}/report")
     def report_page() -> str:
-        (text,) = _fields(text=str)
+        (text,) = _read_fields(text=str)
         return report(loaded(text))
 
     @app.errorhandler(Exception)
-    def failed(error: Exception) -> ResponseReturnValue:
+    def report_error(error: Exception) -> ResponseReturnValue:
         """The errors of the scenario with their places, or another message as plain text; the server goes on."""
         text, status = f"internal error: {message_of(error)} (please report it)", 500
         if isinstance(error, ShockwaveError):
@@ -135,7 +135,7 @@ def application(first: str, port: int, token: str) -> flask.Flask:
     return app
 
 
-def _fields(**kinds: type) -> list[Any]:
+def _read_fields(**kinds: type) -> list[Any]:
     """The named fields of the JSON object that the page sends; an empty value for one that is left out."""
     if not flask.request.is_json:
         flask.abort(415, "The request must be JSON.")
