@@ -120,8 +120,9 @@ def _changes(data: dict[str, Any], name: str, value: Any) -> Iterator[tuple[tupl
     elif name == "shock.profile":
         fresh = parse_document(template(str(value)), NAME).data["shock"]
         old = _mapping(data.get("shock"))
-        if "rise_time" in fresh and "rise_time" not in old and "duration" in old:
-            fresh["duration"] = fresh.pop("rise_time")
+        for time, other in (("rise_time", "duration"), ("duration", "rise_time")):
+            if time in fresh and time not in old and other in old:
+                fresh[other] = fresh.pop(time)
         kept = {key: old[key] for key in fresh.keys() & old.keys() - {"profile", "parameters"}}
         yield ("shock",), {**fresh, **kept}
     else:
