@@ -30,7 +30,7 @@ from werkzeug.test import EnvironBuilder, run_wsgi_app
 from shockwave_explore import answer, scene, server
 from shockwave_explore.answer import parts_of, predict_text
 from shockwave_explore.controls import Control, list_controls
-from shockwave_explore.scene import PRESETS, edited, loaded, text_of_file
+from shockwave_explore.scene import PRESETS, edit_text, load_text, text_of_file
 from shockwave_explore.server import make_application
 
 PROFILES = Path(__file__).parents[3] / "profiles"
@@ -100,8 +100,8 @@ def test_a_file_keeps_its_comments_and_a_record_becomes_part_of_the_text() -> No
     text = text_of_file(PROFILES / "examples" / "hammer.yaml")
     assert "hammer.csv" not in text
     original = load_scenario(PROFILES / "examples" / "hammer.yaml").shock
-    assert loaded(text).shock.peak_force == pytest.approx(original.peak_force)
-    assert loaded(text).shock.rise_time == pytest.approx(original.rise_time, rel=1e-6)
+    assert load_text(text).shock.peak_force == pytest.approx(original.peak_force)
+    assert load_text(text).shock.rise_time == pytest.approx(original.rise_time, rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -116,21 +116,21 @@ def test_the_record_in_the_text_is_processed_as_that_of_the_file(processing: str
     file = tmp_path / "blow.yaml"
     shock = f"shock: {{profile: tabulated, parameters: {{file: blow.csv, {processing}}}}}"
     file.write_text(f"{CHAIN}\n{shock}\n", encoding="utf-8")
-    known, found = load_scenario(file).shock, loaded(text_of_file(file)).shock
+    known, found = load_scenario(file).shock, load_text(text_of_file(file)).shock
     assert (found.peak_force, found.duration) == (known.peak_force, known.duration)
 
 
 def test_an_edit_changes_the_text_and_the_results(client: Any) -> None:
     before = asked(client, text=WALL)
     after = asked(client, text=WALL, edits={"shock.peak_force": "50 N", "chain.granules": 20})
-    assert loaded(after["text"]).shock.peak_force == 50
-    assert loaded(after["text"]).chain.count == 20
+    assert load_text(after["text"]).shock.peak_force == 50
+    assert load_text(after["text"]).chain.count == 20
     for part in ("controls", "headline", "figures"):
         assert after[part] != before[part]
 
 
 def test_the_first_number_is_that_of_the_simulation_with_section_4_beside_it(client: Any) -> None:
-    outcome = sw.predict(loaded(ENDLESS))
+    outcome = sw.predict(load_text(ENDLESS))
     parts = asked(client, text=ENDLESS)
     assert f"<strong>simulated leading wave {outcome.peak_force:.2f}" in parts["headline"]
     assert f"<dt>section 4</dt><dd>peak force {outcome.section4.peak_force:.1f} N, error -" in parts["results"]
@@ -186,7 +186,7 @@ def test_the_examples_stay_elastic(name: str, client: Any) -> None:
 def test_the_examples_are_listed_by_title_and_recognised(client: Any) -> None:
     page = client.get(f"/{TOKEN}/", base_url=LOOPBACK).text
     for name, file in PRESETS.items():
-        title = loaded(text_of_file(file)).name
+        title = load_text(text_of_file(file)).name
         assert f'<option value="{name}">{title[0].upper()}{title[1:]}</option>' in page
         assert asked(client, preset=name)["preset"] == name
     assert asked(client, text=WALL)["preset"] == "wall"
@@ -235,26 +235,26 @@ def test_a_time_of_the_shock_takes_the_place_of_another(
     times: str, edit: dict[str, Any], rise_time: float, duration: float
 ) -> None:
     text = f"{CHAIN}\nshock: {{profile: triangular, peak_force: 5 N, {times}}}"
-    shock = loaded(edited(text, {f"shock.{name}": value for name, value in edit.items()})).shock
+    shock = load_text(edit_text(text, {f"shock.{name}": value for name, value in edit.items()})).shock
     assert (shock.rise_time, shock.duration) == (pytest.approx(1e-6 * rise_time), pytest.approx(1e-6 * duration))
 
 
 def test_a_record_is_scaled_to_a_duration() -> None:
     text = text_of_file(PRESETS["record"])
     assert control(text, "shock.duration").text == "60 us"
-    assert loaded(edited(text, {"shock.duration": "30 us"})).shock.rise_time == pytest.approx(7e-6)
+    assert load_text(edit_text(text, {"shock.duration": "30 us"})).shock.rise_time == pytest.approx(7e-6)
 
 
 def test_times_that_follow_from_others_have_controls() -> None:
     assert control(WALL, "shock.rise_time").text == "24 us"
     assert control(f"{WALL}  until: 0.5 ms\n", "simulate.until").text == "0.5 ms"
     end = control(WALL, "simulate.until").text
-    assert sw.simulate(loaded(WALL)).end == pytest.approx(1e-3 * float(end.removesuffix(" ms")), rel=1e-4)
+    assert sw.simulate(load_text(WALL)).end == pytest.approx(1e-3 * float(end.removesuffix(" ms")), rel=1e-4)
 
 
 def test_an_empty_field_returns_to_the_default() -> None:
-    text = edited(f"{WALL}  until: 0.5 ms\n", {"simulate.until": ""})
-    assert loaded(text).simulate == loaded(WALL).simulate
+    text = edit_text(f"{WALL}  until: 0.5 ms\n", {"simulate.until": ""})
+    assert load_text(text).simulate == load_text(WALL).simulate
 
 
 @pytest.mark.parametrize(
@@ -275,7 +275,7 @@ def test_every_number_of_the_chain_has_a_control() -> None:
 
 @pytest.mark.parametrize("profile", [entry.name for entry in ENTRIES["profiles"] if entry.name != "tabulated"])
 def test_every_built_in_pulse_shape_can_be_chosen(profile: str) -> None:
-    scenario = loaded(edited(WALL, {"shock.profile": profile}))
+    scenario = load_text(edit_text(WALL, {"shock.profile": profile}))
     assert scenario.shock.peak_force == 40
     assert scenario.shock.duration == pytest.approx(48e-6)
 
@@ -284,7 +284,7 @@ def test_every_built_in_pulse_shape_can_be_chosen(profile: str) -> None:
 @pytest.mark.parametrize("times", ["duration: 60 us, duration_ratio: 3", "rise_time: 20 us, duration: 60 us"])
 def test_a_shape_keeps_the_duration_that_is_given(times: str, profile: str) -> None:
     text = f"{CHAIN}\nshock: {{profile: exponential, peak_force: 5 N, {times}}}"
-    assert loaded(edited(text, {"shock.profile": profile})).shock.duration == pytest.approx(60e-6)
+    assert load_text(edit_text(text, {"shock.profile": profile})).shock.duration == pytest.approx(60e-6)
 
 
 @pytest.mark.parametrize("until", ["50 us", "20 ms"])
@@ -294,26 +294,26 @@ def test_any_end_of_the_simulated_time_is_drawn(until: str, client: Any) -> None
 
 
 def test_the_end_of_the_chain_can_be_chosen() -> None:
-    endless = edited(WALL, {"chain.end": "endless chain"})
-    assert loaded(endless).chain.count is None
-    walled = loaded(edited(endless, {"chain.end": "wall: ptfe"})).chain
+    endless = edit_text(WALL, {"chain.end": "endless chain"})
+    assert load_text(endless).chain.count is None
+    walled = load_text(edit_text(endless, {"chain.end": "wall: ptfe"})).chain
     assert walled.count == 30
     assert walled.end is not None
-    assert loaded(edited(WALL, {"chain.end": "free end"})).chain.end is None
+    assert load_text(edit_text(WALL, {"chain.end": "free end"})).chain.end is None
 
 
 def test_a_shorter_chain_drops_contacts_that_it_does_not_have() -> None:
     assert "contacts" in WALL
-    assert loaded(edited(WALL, {"chain.granules": 5})).simulate.contacts == ()
+    assert load_text(edit_text(WALL, {"chain.granules": 5})).simulate.contacts == ()
 
 
 @pytest.mark.parametrize("name", PRESETS)
 def test_both_ends_of_every_slider_are_admitted(name: str) -> None:
     text = text_of_file(PRESETS[name])
-    for group in list_controls(loaded(text)).values():
+    for group in list_controls(load_text(text)).values():
         for control in group:
             for value in (control.low, control.high) if control.high else ():
-                loaded(edited(text, {control.name: f"{value:.15g} {control.unit}".strip()}))
+                load_text(edit_text(text, {control.name: f"{value:.15g} {control.unit}".strip()}))
 
 
 # ---------------------------------------------------------------- hostile values
@@ -419,7 +419,7 @@ def test_markup_in_a_value_is_text(client: Any, monkeypatch: pytest.MonkeyPatch)
 def test_work_is_limited_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(scene, "_LONGEST", 1e-3)
     text = WALL.replace("granules: 40", "granules: 300") + "  timeout: 1e9 s\n"
-    assert loaded(text).simulate.timeout == 1e-3
+    assert load_text(text).simulate.timeout == 1e-3
     parts = parts_of(text)
     assert "time limit" in parts["headline"]
     assert len(pictures(parts)) == 1
@@ -509,7 +509,7 @@ def test_answers_do_not_keep_memory() -> None:
     gc.set_debug(gc.DEBUG_SAVEALL)
     try:
         for force in (50, 51, 52):
-            parts_of(edited(WALL, {"shock.peak_force": force}))
+            parts_of(edit_text(WALL, {"shock.peak_force": force}))
         gc.collect()
         kept = [type(each) for each in gc.garbage if type(each).__module__.startswith("shockwave")]
     finally:
@@ -589,7 +589,7 @@ def test_the_scenario_may_be_standard_input_with_values_of_options(monkeypatch: 
     assert cli.main(["explore", "--set", "chain.diameter=8 mm", "--no-browser"]) == 0
     (piped, *first), (changed, *second) = begun
     assert (piped, first, second) == (text, [0, True], [8042, False])
-    assert loaded(changed).chain.radius == pytest.approx(4e-3)
+    assert load_text(changed).chain.radius == pytest.approx(4e-3)
 
 
 def test_an_invalid_file_is_reported_before_the_server_starts(

@@ -20,7 +20,7 @@ from shockwave.scene.layout import Layout
 
 from .charts import Series, draw_beads, draw_chart, draw_map
 from .controls import list_controls
-from .scene import loaded
+from .scene import load_text
 
 _TEMPLATE = Path(__file__).with_name("parts.html.jinja")
 _PARTS = "controls", "headline", "results", "figures", "decision"
@@ -51,9 +51,9 @@ def predict_text(text: str) -> tuple[sw.Scenario, sw.Outcome]:
     Raises
     ------
     ShockwaveError
-        As `loaded` and `shockwave.predict`.
+        As `load_text` and `shockwave.predict`.
     """
-    scenario = loaded(text)
+    scenario = load_text(text)
     count = scenario.chain.count
     contacts = range(_FIRST_CONTACTS)
     if count is not None:

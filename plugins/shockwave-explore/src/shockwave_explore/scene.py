@@ -62,7 +62,7 @@ def titles() -> dict[str, str]:
     return {title[:1].upper() + title[1:]: names[title] for title in sorted(names)}
 
 
-def loaded(text: str) -> Scenario:
+def load_text(text: str) -> Scenario:
     """The scenario in ``text``, which is as untrusted as a link.
 
     Raises
@@ -96,7 +96,7 @@ def _parse(text: str) -> Document:
     return parse_document(text, NAME, names_files=False)
 
 
-def edited(text: str, edits: Mapping[str, Any]) -> str:
+def edit_text(text: str, edits: Mapping[str, Any]) -> str:
     """``text`` with the values of controls in their places; it need not be a valid scenario.
 
     Raises

@@ -25,7 +25,7 @@ from werkzeug.exceptions import HTTPException
 from werkzeug.serving import make_server
 
 from .answer import parts_of
-from .scene import PRESETS, edited, loaded, scenario_text, text_of_file, titles
+from .scene import PRESETS, edit_text, load_text, scenario_text, text_of_file, titles
 
 #: The only address that the explorer listens on.
 LOOPBACK = "127.0.0.1"
@@ -47,7 +47,7 @@ def explore(arguments: list[str]) -> int:
     """
     options = parse_command("explore", ["explore", *arguments])
     first = scenario_text(load_scenario(options.file or str(PRESETS[_FIRST]), options))
-    loaded(first)  # a file that the page cannot show ends here
+    load_text(first)  # a file that the page cannot show ends here
     serve(first, options.port, not options.no_browser)
     return 0
 
@@ -104,14 +104,14 @@ def make_application(first: str, port: int, token: str) -> flask.Flask:
     @app.post(f"/{token}/answer")
     def answer() -> dict[str, str]:
         preset, text, edits = _read_fields(preset=str, text=str, edits=dict)
-        text = examples[preset] if preset in examples else edited(text, edits)
+        text = examples[preset] if preset in examples else edit_text(text, edits)
         shown = next((name for name, example in examples.items() if example == text), "")
         return {"text": text, "preset": shown, **parts_of(text)}
 
     @app.post(f"/{token}/report")
     def report_page() -> str:
         (text,) = _read_fields(text=str)
-        return report(loaded(text))
+        return report(load_text(text))
 
     @app.errorhandler(Exception)
     def report_error(error: Exception) -> ResponseReturnValue:
