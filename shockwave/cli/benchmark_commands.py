@@ -21,10 +21,10 @@ def bench(options: argparse.Namespace) -> int:
     scenarios = load_scenarios(options, output=options.output) if options.files else []
     if options.output:
         figure()  # fails early without matplotlib
-    found = run(scenarios, options.family, options.quick, options.timeout)
-    print_result(found, options.json)
+    result = run(scenarios, options.family, options.quick, options.timeout)
+    print_result(result, options.json)
     if options.output:  # last, so that a page that cannot be written costs no result
-        return write_output(page(found), options.output)
+        return write_output(page(result), options.output)
     return 0
 
 
@@ -32,6 +32,6 @@ def stress(options: argparse.Namespace) -> int:
     """Run the catalogue of extreme cases."""
     from shockwave.benchmark.stress import stress as run
 
-    found = run(options.names, options.backend)
-    print_result(found, options.json)
-    return found.exit_code
+    result = run(options.names, options.backend)
+    print_result(result, options.json)
+    return result.exit_code

@@ -6,7 +6,7 @@ from argparse import Namespace
 
 from shockwave import pictures
 from shockwave.base.text import limits, si, strong
-from shockwave.cli.output import announced, check_output, json_text, write_output
+from shockwave.cli.output import announce_file, check_output, json_text, write_output
 from shockwave.cli.scenario_files import load_scenarios
 from shockwave.scene.chain import Scales
 from shockwave.studies.amplification_curve import UniversalCurve
@@ -26,7 +26,7 @@ def curve(options: Namespace) -> int:
     if options.output:
         figure, (ax,) = pictures.figure()
         pictures.universal_curves({"simulation": universal}, ratio, ax=ax)
-        with announced(options.output):
+        with announce_file(options.output):
             pictures.save(figure, options.output)
         return 0
     answer = f"t0/T0 = {ratio:.6g} is beyond the range of this curve (increase --longest)"

@@ -10,7 +10,7 @@ from attrs import evolve
 
 from shockwave.base.errors import InvalidValueError, ScenarioError, UnknownNameError, UsageError
 from shockwave.base.quantity_fields import join
-from shockwave.cli.output import announced, check_output, of_arguments, print_result
+from shockwave.cli.output import announce_file, check_output, of_arguments, print_result
 from shockwave.cli.scenario_files import load_scenarios, name_of
 from shockwave.scenario.block_keys import MATERIALS
 
@@ -30,7 +30,7 @@ def design(options: argparse.Namespace) -> int:
     from shockwave.studies.design_search import design as run
 
     check_output(options.output, ".svg", ".png", ".pdf")
-    vary = _varied(options)
+    vary = _parse_parameters(options)
     (scenario,) = load_scenarios(options, _SWEPT, options.output)
     try:
         with of_arguments(options), scenario.scene.locate_errors():
@@ -48,7 +48,7 @@ def design(options: argparse.Namespace) -> int:
         raise UsageError(f"--among: {error}") from None
     print_result(result, options.json)
     if options.output:
-        with announced(options.output):
+        with announce_file(options.output):
             _draw(result, options.output)
     # the ranking of materials or whole numbers is a result if the target lies in their range
     if not result.why or (result.least is None and result.is_ranked and result.spanned):
@@ -57,7 +57,7 @@ def design(options: argparse.Namespace) -> int:
     return 1
 
 
-def _varied(options: argparse.Namespace) -> dict[str, Any]:
+def _parse_parameters(options: argparse.Namespace) -> dict[str, Any]:
     """The arguments of `design` that name the parameters, their intervals and materials."""
     if len(set(options.vary)) < len(options.vary):
         raise UsageError(f"--vary must name different parameters (got {join(options.vary, 'and')})")

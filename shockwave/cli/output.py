@@ -54,8 +54,8 @@ def json_text(document: object) -> str:
     return json.dumps(document, indent=2, allow_nan=False)
 
 
-def print_result(found: Any, as_json: bool) -> None:
-    text = json_text(found.to_dict()) if as_json else str(found)
+def print_result(result: Any, as_json: bool) -> None:
+    text = json_text(result.to_dict()) if as_json else str(result)
     _BAR_SHOWN.close()  # computing the text may have shown progress
     print(text)
 
@@ -106,7 +106,7 @@ def progress_on_stderr() -> Iterator[None]:
 
 
 @contextmanager
-def announced(output: str | os.PathLike[str]) -> Iterator[None]:
+def announce_file(output: str | os.PathLike[str]) -> Iterator[None]:
     """State on stderr that a file was written meanwhile, and whether it replaced another."""
     state = "replaced" if os.path.exists(output) else "written"
     yield
@@ -118,6 +118,6 @@ def write_output(text: str, output: str | None, anew: bool = False) -> int:
     if output in (None, "-"):
         print(text, end="")
         return 0
-    with announced(output):
+    with announce_file(output):
         write_file(output, text, anew)
     return 0

@@ -103,9 +103,9 @@ def _check_options(name: str, words: Sequence[str]) -> None:
     """Raise a `UsageError` for an option that the command does not have."""
     options = [option for command in COMMANDS if command.name == name for option in command.all_options]
     flags = [flag for option in options or [NO_PLUGINS] for flag in option.names if flag.startswith("--")]
-    known = ["--help", *flags, *([] if options else ["--version"])]
+    names = ["--help", *flags, *([] if options else ["--version"])]
     for flag in (word.partition("=")[0] for word in words):
         if flag == "--":
             return
-        if flag.startswith("--") and flag not in known:
-            raise UsageError(f"unknown option (got {text_of(flag)}; {hint_of(flag, known)})")
+        if flag.startswith("--") and flag not in names:
+            raise UsageError(f"unknown option (got {text_of(flag)}; {hint_of(flag, names)})")

@@ -10,10 +10,10 @@ from pathlib import Path
 from shockwave.base.errors import UsageError
 from shockwave.base.files import refuse_inputs, refuse_link
 from shockwave.base.text import limits, paragraph
-from shockwave.cli.output import announced, check_output
+from shockwave.cli.output import announce_file, check_output
 from shockwave.pictures import figure, save
 from shockwave.sweep.results import load_sweep
-from shockwave.sweep.sweep_picture import plot as drawn
+from shockwave.sweep.sweep_picture import plot as draw_results
 
 # Width and height [in].
 _SIZE = (5.0, 3.4)
@@ -31,15 +31,15 @@ def plot(options: argparse.Namespace) -> int:
         if name.strip() in fixed:
             raise UsageError(f"--at: must name a variable once (got {name.strip()} twice)")
         fixed[name.strip()] = value.strip()
-    found = drawn(load_sweep(options.folder), options.column, options.x, fixed, ax=ax)
-    file = Path(options.output or Path(options.folder) / _name(found.column, options.x, fixed))
+    picture = draw_results(load_sweep(options.folder), options.column, options.x, fixed, ax=ax)
+    file = Path(options.output or Path(options.folder) / _name(picture.column, options.x, fixed))
     if not options.output:  # the folder may come from elsewhere
         refuse_link(file)
     results = (each for each in Path(options.folder).iterdir() if each.suffix != file.suffix)
     refuse_inputs(file, results)
-    with announced(file):
+    with announce_file(file):
         save(sheet, file)
-    accuracy, *missing = found.notes
+    accuracy, *missing = picture.notes
     lines = [*limits(missing), *paragraph("  ", accuracy, 2)]
     print("\n".join(lines), file=sys.stderr)
     return 0

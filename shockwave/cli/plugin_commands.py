@@ -17,8 +17,8 @@ def run(options: argparse.Namespace) -> int:
         if plugin := OFFERED.get(options.name):
             remedy = f"in the source tree: python -m pip install ./plugins/{plugin}"
             raise UsageError(f"{options.name}: {plugin} must be installed and not disabled ({remedy})") from None
-        known = [*dict.fromkeys([*(each.name for each in COMMANDS), *(each.name for each in entries("commands"))])]
-        raise UsageError(f"unknown command (got {text_of(options.name)}; {hint_of(options.name, known)})") from None
+        names = [*dict.fromkeys([*(each.name for each in COMMANDS), *(each.name for each in entries("commands"))])]
+        raise UsageError(f"unknown command (got {text_of(options.name)}; {hint_of(options.name, names)})") from None
     function = load("commands", options.name)
     try:
         return int(function(options.arguments) or 0)

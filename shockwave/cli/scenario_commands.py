@@ -35,8 +35,8 @@ _GENERATOR = b'<meta name="generator" content="shockwave">'
 _Row = dict[str, str]
 
 
-def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any], _Row], legend: str = "") -> int:
-    """Do ``one`` for every scenario and print the results; a failure is reported and does not stop the others.
+def _run(options: Namespace, answer: Callable[[Scenario], Any], row: Callable[[Any], _Row], legend: str = "") -> int:
+    """Get the ``answer`` for every scenario and print the results; a failure is reported and does not stop the others.
 
     A single result is printed in full, several in a table with a ``row`` each; after an interrupt, those so far.
     """
@@ -48,7 +48,7 @@ def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any]
     single = len(scenarios) == 1
     for scenario in scenarios if single else track(options.command.partition(":")[2], scenarios):
         try:
-            result = one(scenario)
+            result = answer(scenario)
             # parts of a result that are computed when they are used may fail, too
             documents.append(result.to_dict())
             done.append(result)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from shockwave.base.errors import ShockwaveError, UsageError
 from shockwave.base.files import refuse_inputs
-from shockwave.scenario.changes import Change, changed
+from shockwave.scenario.changes import Change, apply_changes
 from shockwave.scenario.scenario import Scenario, scenario_of
 from shockwave.scenario.yaml_document import STDIN, read_document, read_standard_input
 
@@ -36,8 +36,8 @@ def load_scenario(file: str, options: Namespace, several: bool = False) -> Scena
     where = f" for {shown_name(file)}" if several else ""
     changes = [Change.of(f"{option}{where}", path, text) for option, path, text in options.changes]
     if file == _DASH:
-        return scenario_of(changed(read_standard_input(), changes), None)
-    return scenario_of(changed(read_document(file), changes), Path(file))
+        return scenario_of(apply_changes(read_standard_input(), changes), None)
+    return scenario_of(apply_changes(read_document(file), changes), Path(file))
 
 
 def load_scenarios(options: Namespace, remedy: str = "", output: str | None = None) -> list[Scenario]:

@@ -33,8 +33,8 @@ def sweep(options: argparse.Namespace) -> int:
         raise KeyboardInterrupt
 
     # sent by a batch system at the end of a job, or by a terminal that is closed
-    known = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    handled = [number for number in known if signal.getsignal(number) is signal.SIG_DFL]
+    present = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    handled = [number for number in present if signal.getsignal(number) is signal.SIG_DFL]
     for number in handled:
         signal.signal(number, interrupt)
     # otherwise worker processes start with the current folder on their path

@@ -39,7 +39,7 @@ class Change:
         return cls(option, (*steps, name) if name else steps, parse_value(text, f"{option} {path}"))
 
 
-def changed(document: Document, changes: Iterable[Change]) -> Document:
+def apply_changes(document: Document, changes: Iterable[Change]) -> Document:
     """The document with other values, one after the other; their errors are located at their options."""
     for change in changes:
         steps, option, before = change.steps, change.option, {*document.keys}
