@@ -327,7 +327,7 @@ def test_an_unknown_command_is_an_error_of_usage(before: list[str], install: Ins
     install("test-dig", hooks=COMMAND_HOOK, pulse=RUN.format(body="return 0"), name="dig" if before else "delve")
     answer = shockwave(*before, "dig")
     assert answer.status == 2
-    assert "invalid choice: 'dig'" in answer.err
+    assert "unknown command (got 'dig'; " in answer.err
 
 
 @pytest.mark.usefixtures("patch")
