@@ -247,7 +247,7 @@ def test_a_parameter_of_a_pulse_is_swept(tmp_path: Path) -> None:
     shock = "shock: {profile: trapezoid, peak_force: 30 N, duration: 60 us}"
     sweep = "sweep: {run: predict, grid: {shock.parameters.rise_fraction: [0.1, 0.4], shock.duration: [20 us, 60 us]}}"
     file = scenario(tmp_path, STEEL, shock, sweep)
-    assert shockwave("sweep", file, "--out", tmp_path / "out", "--workers", "1").status == 0
+    assert shockwave("sweep", file, "--output", tmp_path / "out", "--workers", "1").status == 0
     peaks = sw.load_sweep(tmp_path / "out").to_pandas()["peak_force"]
     chain = sw.Chain(material="bearing-steel-52100", diameter="9.5 mm")
     assert len(peaks) == 4

@@ -280,6 +280,12 @@ def test_every_built_in_pulse_shape_can_be_chosen(profile: str) -> None:
     assert scenario.shock.duration == pytest.approx(48e-6)
 
 
+@pytest.mark.parametrize("profile", ["power-law", "half-sine"])
+def test_a_shape_in_place_of_a_record_has_a_time(profile: str) -> None:
+    text = f"{CHAIN}\nshock: {{profile: tabulated, parameters: {{times: [0, 1e-5, 2e-5], forces: [0, 5, 0]}}}}"
+    assert load_text(edit_text(text, {"shock.profile": profile})).shock.duration == pytest.approx(60e-6)
+
+
 @pytest.mark.parametrize("profile", ["triangular", "half-sine"])
 @pytest.mark.parametrize("times", ["duration: 60 us, duration_ratio: 3", "rise_time: 20 us, duration: 60 us"])
 def test_a_shape_keeps_the_duration_that_is_given(times: str, profile: str) -> None:

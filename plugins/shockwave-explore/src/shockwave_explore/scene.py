@@ -137,7 +137,8 @@ def _list_changes(data: dict[str, Any], name: str, value: Any) -> Iterator[tuple
 def _reshape(old: Mapping[str, Any], fresh: Mapping[str, Any]) -> dict[str, Any]:
     """The shock ``fresh`` with the peak force of ``old``, and with as many of its times as it needs."""
     kept = [time for time in ("duration", "rise_time", "duration_ratio") if time in old]
-    fitting = [time for time in (*kept, "duration_ratio", "rise_time") if time in fresh or time != "duration_ratio"]
+    own = [time for time in ("duration_ratio", "rise_time", "duration") if time in fresh]
+    fitting = [*(time for time in kept if time in fresh or time != "duration_ratio"), *own]
     times = list(dict.fromkeys(fitting))[: len(fresh.keys() & TIMES)]
     rest = {key: value for key, value in fresh.items() if key not in TIMES}
     forces = {key: value for key, value in old.items() if key == "peak_force"}
