@@ -33,6 +33,13 @@ class Friedlander(ShockProfile, Value):
     References
     ----------
     Friedlander, F. G. (1946). The diffraction of sound pulses I. Proc. R. Soc. Lond. A 186, 322-344.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> profile = sw.Friedlander(rise_fraction=0.01)
+    >>> profile.force([0.5, 1.0, 50.0]).round(3).tolist()
+    [0.5, 1.0, 0.308]
     """
 
     decay_coefficient: SI[float] = quantity("", "b, rate of the decay", at_least=0, at_most=100, default=1.0)
