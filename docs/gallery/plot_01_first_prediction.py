@@ -23,9 +23,13 @@ paper = outcome.section4
 print(f"section 4 {paper.peak_force:.2f} N, error {paper.error:+.1%}, {outcome.regime}")
 
 # %%
-# The shock with its areas of rise and decay, and the waves that it generates.
+# The waves that the shock generates, by simulation and by section 4.
 
-figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.2), layout="constrained")
-pictures.pulse(shock, ax=left)
-pictures.train(sw.compare(shock, chain), ax=right)
+sw.compare(shock, chain).plot()
+plt.show()
+
+# %%
+# The shock with its areas of rise and decay.
+
+pictures.pulse(shock)
 plt.show()

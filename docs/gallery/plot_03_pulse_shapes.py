@@ -27,12 +27,18 @@ for name, profile in profiles.items():
 ratio = np.array(forces["half-sine"]) / forces["triangle"]
 print(f"shortest pulse: {ratio[0]:.4f}, limit (4/pi)^(6/5) = {(4 / np.pi) ** 1.2:.4f}")
 
-figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
+figure, ax = plt.subplots(figsize=(5, 3.4), layout="constrained")
 for name, values in forces.items():
-    left.loglog(2e6 * rises, values, label=name)
-left.set(xlabel="duration (µs)", ylabel="leading wave (N)")
-left.legend()
-right.semilogx(2e6 * rises, ratio)
-right.axhline((4 / np.pi) ** 1.2, color="grey", linestyle="--")
-right.set(xlabel="duration (µs)", ylabel="half-sine over triangle")
+    ax.loglog(2e6 * rises, values, label=name)
+ax.set(xlabel="duration (µs)", ylabel="leading wave (N)")
+ax.legend()
+plt.show()
+
+# %%
+# The ratio of the two, with its limit for short pulses.
+
+figure, ax = plt.subplots(figsize=(5, 3.4), layout="constrained")
+ax.semilogx(2e6 * rises, ratio)
+ax.axhline((4 / np.pi) ** 1.2, color="grey", linestyle="--")
+ax.set(xlabel="duration (µs)", ylabel="half-sine over triangle")
 plt.show()

@@ -21,13 +21,11 @@ for wave in result.waves[:4]:
 # %%
 # The dashed lines are the fronts of the measured waves.
 
-figure, ax = plt.subplots(figsize=(8, 4), layout="constrained")
-pictures.space_time(result, ax=ax)
+pictures.space_time(result)
 plt.show()
 
 # %%
 # The same train as force against time at three contacts.
 
-figure, ax = plt.subplots(figsize=(8, 3.2), layout="constrained")
-pictures.contact_forces(result, contacts=[10, 40, 79], ax=ax)
+pictures.contact_forces(result, contacts=[10, 40, 79])
 plt.show()

@@ -10,7 +10,6 @@ each contact shows where it drops.
 import matplotlib.pyplot as plt
 
 import shockwave as sw
-from shockwave import pictures
 
 steel = sw.material("stainless-steel-302")
 shock = sw.Shock(
@@ -34,16 +33,21 @@ for ratio in (1.0, 0.8, 0.6, 0.4):
     )
 
 # %%
-# The most tapered chain, with the greatest force at every contact.
+# The force on the wall against the taper.
 
-figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
-left.plot(
+figure, ax = plt.subplots(figsize=(5, 3.4), layout="constrained")
+ax.plot(
     [100 * ratio for ratio in forces], [one.peak_force for one in forces.values()], "o-"
 )
-left.set(
+ax.set(
     xlabel="last bead over first bead (%)",
     ylabel="force on the wall (N)",
     ylim=(0, None),
 )
-pictures.peak_forces(result, ax=right)
+plt.show()
+
+# %%
+# The most tapered chain, with the greatest force at every contact.
+
+result.plot()
 plt.show()

@@ -41,6 +41,5 @@ plt.show()
 # %%
 # Contact force over time and contacts.
 
-figure, ax = plt.subplots(figsize=(8, 3.8), layout="constrained")
-pictures.chain_map(result, ax=ax)
+pictures.chain_map(result)
 plt.show()

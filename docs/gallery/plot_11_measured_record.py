@@ -33,8 +33,9 @@ limit = sw.Limit(force="70 N")
 simulated = sw.simulate(shock, chain, record=["forces"], limit=limit)
 print(simulated.verdict)
 
-figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
-pictures.pulse(shock, ax=left)
-pictures.wall_force(simulated, ax=right)
-right.axhline(limit.force, color="k", linestyle="--")
+# %%
+# The force on the wall with the limit, and the record with its areas of rise and decay.
+
+pictures.wall_force(simulated)
+pictures.pulse(shock)
 plt.show()

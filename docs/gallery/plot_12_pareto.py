@@ -10,7 +10,6 @@ trade-off between force and mass.
 import matplotlib.pyplot as plt
 
 import shockwave as sw
-from shockwave import pictures
 
 chain = sw.Chain(
     material="stainless-steel-302",
@@ -34,6 +33,5 @@ print(result)
 # %%
 # The line joins the options that no other one beats in both quantities.
 
-figure, ax = plt.subplots(figsize=(6, 3.8), layout="constrained")
-pictures.pareto(result, ax=ax)
+result.plot()
 plt.show()

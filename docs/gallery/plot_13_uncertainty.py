@@ -22,15 +22,20 @@ result = sw.uncertainty(
         "chain.material.youngs_modulus": "5 %",
         "shock.peak_force": {"sd": "0.5 N"},
     },
+    limit="14.5 N",
 )
 force = result.quantities[0]
 print(f"{force.label}: mean {force.mean.value:.3f} N")
 print(f"standard deviation {force.sd.value:.3f} N")
 
-figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
-left.hist(result.outputs["peak_force"], bins=40)
-left.set(xlabel="peak force (N)", ylabel="scenes")
+result.plot()
+plt.show()
+
+# %%
+# What the uncertainty of the force comes from.
+
+figure, ax = plt.subplots(figsize=(5, 2.4), layout="constrained")
 names = [each.name.rpartition(".")[2].replace("_", " ") for each in force.sensitivities]
-right.barh(names, [each.total.value for each in force.sensitivities])
-right.set(xlabel="share of the variance (total Sobol index)", xlim=(0, 1))
+ax.barh(names, [each.total.value for each in force.sensitivities])
+ax.set(xlabel="share of the variance (total Sobol index)", xlim=(0, 1))
 plt.show()

@@ -93,12 +93,12 @@ def balance(result: Simulation, *, ax: Axes | None = None) -> Axes:
     begin, name = 0.0, "energy of the striker"
     if result.shock is not None:
         begin, name = min(result.shock.duration, times[-1]), "work of the shock"
-    with canvas(ax, result, x="time", y="energy") as ax:
+    with canvas(ax, result, x="time", y="energy", from_zero=True) as ax:
         area(ax, times, 0.0, kinetic, SKY, "", "kinetic energy")
         area(ax, times, kinetic, total, ORANGE, "////", "contact energy")
         ax.plot(times, total, color=BLUE, linewidth=1.2, label="total")
         ax.plot([begin, times[-1]], [work, work], color=ink(), linewidth=1.2, linestyle="--", label=name)
-        ax.set(xlim=(0, times[-1]), ylim=(0, 1.1 * max(work, float(total.max()))))
+        ax.set_xlim(0, times[-1])
         if result.shock is not None:
             ax.axvline(result.shock.duration, color=GREY, linewidth=0.8, linestyle=":", label="end of the shock")
         ax.plot([], [], " ", color="none", label=f"defect {result.energy_defect:.1e}".replace("-", MINUS))

@@ -53,21 +53,23 @@ def universal_curves(
         ).T
         for label, curve in curves.items()
     }
-    together = np.hstack([*points.values()])
-    ends = together[0].min(), together[0].max()
-    with canvas(ax, *curves.values(), x="rise time / characteristic time, t₀/T₀", y="amplification") as ax:
+    rise_times = np.hstack([each[0] for each in points.values()])
+    ends = rise_times.min(), rise_times.max()
+    with canvas(
+        ax, *curves.values(), x="rise time / characteristic time, t₀/T₀", y="amplification", from_zero=True
+    ) as ax:
         for index, (label, curve) in enumerate(curves.items()):
-            rise_times, _, section4 = points[label]
+            at, _, section4 = points[label]
             # rounding must not move the last point out of the range
-            x = np.geomspace(rise_times[0], rise_times[-1], _CURVE_POINTS).clip(max=rise_times[-1])
+            x = np.geomspace(at[0], at[-1], _CURVE_POINTS).clip(max=at[-1])
             look = series(index)
             ax.plot(x, curve.amplification(x), linewidth=1.2, label=label, **look)
             look |= {"linestyle": ":"} | ({"color": METHODS["section 4"]} if len(curves) == 1 else {})
-            ax.plot(rise_times, section4, linewidth=0.9, label="" if index else "section 4", **look)
+            ax.plot(at, section4, linewidth=0.9, label="" if index else "section 4", **look)
         ax.axhline(1.0, color=GREY, linewidth=0.8, linestyle=":")
         if mark is not None and ends[0] <= mark <= ends[1]:
             ax.axvline(mark, color=ink(), linewidth=0.9, linestyle="-.", label="this shock")
-        ax.set(xscale="log", xlim=ends, ylim=(0, 1.14 * np.nanmax(together[1:])))
+        ax.set(xscale="log", xlim=ends)
         return ax
 
 

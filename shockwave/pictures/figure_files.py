@@ -64,12 +64,12 @@ def settings_of(figure: Any, changes: Any = (), dark: bool = False) -> Iterator[
 
 @contextmanager
 def canvas(
-    ax: Axes | None, *results: Any, x: str | Label = "", y: str | Label = "", legend: bool = True
+    ax: Axes | None, *results: Any, x: Label = "", y: Label = "", from_zero: bool = False, legend: bool = True
 ) -> Iterator[Axes]:
     """Draw, within the context, on ``ax`` or, if it is None, on the axes of a new figure of pyplot.
 
-    Text and outlines are visible on the background of the axes. At the end the axes get their labels, ``x`` and ``y``,
-    and a legend, and the picture is marked with the number of warnings of ``results``.
+    Text and outlines are visible on the background of the axes. At the end the ordinate begins at zero if it is to, the
+    axes get their labels, ``x`` and ``y``, and a legend, and the number of warnings of ``results`` is marked.
     """
     if ax is None:
         library("matplotlib", "plot")
@@ -83,6 +83,8 @@ def canvas(
     colours = {"text.color": "white" if is_dark(back) else BLACK, "axes.facecolor": ax.get_facecolor()}
     with settings_of(figure, _PLAIN | colours):
         yield ax
+        if from_zero:
+            ax.set_ylim(0, 1.12 * max(ax.dataLim.y1, 0.0) or 1.0)  # with room for a mark
         if x:
             label_axis(ax, "x", x)
         if y:

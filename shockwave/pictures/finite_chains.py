@@ -45,7 +45,7 @@ def peak_forces(result: Simulation, *, ax: Axes | None = None) -> Axes:
     marker = "o" if len(contacts) <= 100 or not joined else ""
     look: dict[str, Any] = {"color": METHODS["simulation"], "linewidth": 1.1}
     static = np.array([peak.static_force for peak in result.contacts])
-    with canvas(ax, result, x="contact", y="greatest force") as ax:
+    with canvas(ax, result, x="contact", y="greatest force", from_zero=True) as ax:
         ax.plot(contacts, forces, marker + ("-" if joined else ""), markersize=2.5, label="greatest force", **look)
         if static.any():
             ax.plot(contacts, static, ":" if joined else "_", color=GREY, linewidth=1.0, label="static force")
@@ -54,8 +54,7 @@ def peak_forces(result: Simulation, *, ax: Axes | None = None) -> Axes:
             ax.plot([wall.contact], [wall.peak_force], "s", markersize=4.5, label="wall", **look)
         draw_limit(ax, result.limit)
         _borders(ax, result, vertical=True)
-        last = max(contacts[-1], (getattr(result, "contact_count", None) or 0) - 1)
-        ax.set(xlim=(-0.5, last + 0.5), ylim=(0, None if forces.any() else 1.0))
+        ax.set_xlim(-0.5, (result.scene.contact_count or len(contacts)) - 0.5)
         ax.locator_params(axis="x", integer=True)
         return ax
 
@@ -104,16 +103,16 @@ def wall_force(result: Simulation, *, ax: Axes | None = None) -> Axes:
     excess = forces - result.transmitted.static_force
     impulse = np.append(0.0, np.cumsum(np.diff(times) * (excess[1:] + excess[:-1]) / 2))
     low, high = min(0.0, float(impulse.min())), max(float(impulse.max()), result.transmitted.impulse)
-    with canvas(ax, result, x="time", y="force on the wall", legend=False) as ax:
+    with canvas(ax, result, x="time", y="force on the wall", from_zero=True, legend=False) as ax:
         ax.plot(times, forces, color=METHODS["simulation"], linewidth=1.1, label="force")
         draw_limit(ax, result.limit)
-        ax.set(xlim=(0, times[-1]), ylim=(0, None if forces.any() else 1.0))
+        ax.set_xlim(0, times[-1])
         right = ax.twinx()
         right.plot(times, impulse, color=GREEN, linewidth=1.1, linestyle="--", label="impulse")
         right.grid(False)
         right.tick_params(labelsize=SMALL)
         right.spines["right"].set_visible(True)
-        right.set_ylim(1.08 * low, 1.08 * high if high > low else 1.0)
+        right.set_ylim(1.12 * low, 1.12 * high if high > low else 1.0)
         label_axis(right, "y", "impulse")
         right.yaxis.label.set_fontsize(ax.yaxis.label.get_fontsize())
         add_legend(ax, [*ax.get_legend_handles_labels()[0], *right.get_legend_handles_labels()[0]])

@@ -38,7 +38,7 @@ def pulse(shock: Shock, *, ax: Axes | None = None) -> Axes:
     s = _abscissae(shock.profile)
     times = shock.rise_time * s
     forces = shock.peak_force * shock.profile.force(s)
-    with canvas(ax, shock, x="time", y="force") as ax:
+    with canvas(ax, shock, x="time", y="force", from_zero=True) as ax:
         for name, value, inside, colour, hatch in (
             ("rise, a₁", areas.rise.value, times <= shock.rise_time, SKY, "////"),
             ("decay, a₂", areas.decay.value, times >= shock.rise_time, ORANGE, r"\\\\"),
@@ -47,7 +47,7 @@ def pulse(shock: Shock, *, ax: Axes | None = None) -> Axes:
             area(ax, times[inside], 0.0, forces[inside], colour, hatch, label)
         chosen = thin(forces)
         ax.plot(times[chosen], forces[chosen], color=ink(), linewidth=1.2)
-        ax.set(xlim=(0, shock.duration), ylim=(0, 1.08 * shock.peak_force))
+        ax.set_xlim(0, shock.duration)
         return ax
 
 
@@ -76,7 +76,7 @@ def correction_area(shock: Shock, outcome: Section4Outcome, *, ax: Axes | None =
     s = _abscissae(profile)
     begin = max(n * virtual - (virtual - shock.rise_time), 0.0)
     added = np.unique(np.append(s[s > begin / virtual], begin / virtual))
-    with canvas(ax, x="time", y="force") as ax:
+    with canvas(ax, x="time", y="force", from_zero=True) as ax:
         label = f"added: 2 \N{MULTIPLICATION SIGN} area = {si_label(outcome.added_momentum, 'N s')}"
         area(ax, virtual * added, 0.0, force * profile.force(added), ORANGE, "////", label)
         for time, name, colour, line in (
@@ -88,7 +88,7 @@ def correction_area(shock: Shock, outcome: Section4Outcome, *, ax: Axes | None =
             chosen = thin(forces)
             ax.plot(time * s[chosen], forces[chosen], color=colour, linewidth=1.4, linestyle=line, label=label)
         ax.axvline(begin, color=ink(), linewidth=0.7, linestyle=":", label=f"n {_VIRTUAL} {MINUS} Δt₀")
-        ax.set(xlim=(0, n * virtual), ylim=(0, 1.08 * force))
+        ax.set_xlim(0, n * virtual)
         return ax
 
 

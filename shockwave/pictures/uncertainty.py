@@ -50,7 +50,7 @@ def distribution(result: Uncertainty, name: str | None = None, *, ax: Axes | Non
     quantity = result.quantities[names.index(name)]
     values = np.sort(result.outputs[name])
     low, high = (quantity.quantiles[share].value for share in (_FEW, _MANY))
-    with canvas(ax, result, x=(quantity.label, quantity.unit), y="scenes") as ax:
+    with canvas(ax, result, x=(quantity.label, quantity.unit), y="scenes", from_zero=True) as ax:
         ax.hist(values, bins="auto", color=METHODS["simulation"], label=f"{result.draws} scenes")
         ax.axvspan(low, high, color=GREY, alpha=0.2, linewidth=0, zorder=0, label="90 % of them")
         ax.axvline(quantity.nominal, color=ink(), linewidth=0.9, linestyle=":", label="nominal")

@@ -87,10 +87,10 @@ def contact_forces(
             history = forces[:, histories.contacts.index(contact)]
             ax.plot(histories.times, history, linewidth=1.1, label=f"contact {contact}", **series(index))
         highest = float(forces.max())
-        top = 1.08 * min(max(highest, 0.0 if shock is None else shock.peak_force), _HIGHEST * highest)
+        top = 1.12 * min(max(highest, 0.0 if shock is None else shock.peak_force), _HIGHEST * highest)
         if limit := getattr(result, "limit", None):
             draw_limit(ax, limit)
-            top = max(top, 1.08 * limit.force)
+            top = max(top, 1.12 * limit.force)
         ax.set(xlim=(0, histories.times[-1]), ylim=(0, top or 1.0))
         return ax
 
@@ -170,7 +170,7 @@ def train(result: Comparison | Outcome | Simulation | Section4Outcome, *, ax: Ax
             "result", "must have waves (got none; pictures.peak_forces draws forces at contacts)"
         )
     places = np.arange(1, len(waves) + 1) + 0.12
-    with canvas(ax, result, x="wave", y="peak force") as ax:
+    with canvas(ax, result, x="wave", y="peak force", from_zero=True) as ax:
         shock = getattr(result if simulated is None else simulated, "shock", None)
         if shock is not None:
             ax.axhline(shock.peak_force, color=METHODS["shock"], linewidth=1.0, linestyle=":", label="shock")
@@ -185,8 +185,7 @@ def train(result: Comparison | Outcome | Simulation | Section4Outcome, *, ax: Ax
             if which.any():
                 look: dict[str, Any] = {"color": METHODS["simulation"], "markerfacecolor": face, "markersize": 4.5}
                 ax.plot(places[which], forces[which], "s", label=label, **look)
-        ax.margins(y=0.12)
-        ax.set(xlim=(0.4, max(len(predicted), len(waves)) + 0.6), ylim=(0, None))
+        ax.set_xlim(0.4, max(len(predicted), len(waves)) + 0.6)
         ax.locator_params(axis="x", integer=True, min_n_ticks=1)
         return ax
 
