@@ -260,7 +260,7 @@ def test_a_report_states_the_verdict(tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_a_limit_that_is_no_force_is_refused(limit: str, tmp_path: Path) -> None:
     answer = shockwave("predict", written(tmp_path), f"--limit={limit}")
     assert answer.status == 2
-    assert "--limit: must be " in answer.err
+    assert answer.err.startswith("--limit: limit.force: must be ")
     for run in (sw.predict, sw.simulate, sw.compare):
         with pytest.raises(sw.InvalidValueError, match=r"^limit: must be "):
             run(SHOCK, chain(), limit=limit)

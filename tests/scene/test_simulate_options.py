@@ -34,7 +34,7 @@ def test_setting_without_use_is_refused(name: str, tmp_path: Path) -> None:
             run(CASE_A, CHAIN, **settings)  # type: ignore[operator]
     arguments = [word for key, value in settings.items() for word in (f"--{key}", value)]
     answer = shockwave("simulate", *arguments, scenario(tmp_path, texts.CHAIN + texts.SHOCK))
-    assert answer.status == 3
+    assert answer.status == 2
     assert part in answer.err
 
 
