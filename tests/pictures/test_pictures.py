@@ -379,6 +379,7 @@ HOSTILE |= {"axes.prop_cycle": "cycler('color', ['white'])", "lines.marker": "D"
 def pyplot() -> Iterator[Any]:
     from matplotlib import pyplot
 
+    pyplot.close("all")  # pages that ran before leave figures open
     yield pyplot
     pyplot.close("all")
 
