@@ -140,6 +140,9 @@ def test_links_lead_somewhere(page: Path) -> None:
         path, _, anchor = target.partition("#")
         file = (page.parent / path).resolve() if path else page
         assert "://" in target or file.exists(), target
+        assert "://" in target or not page.is_relative_to(DOCS) or file.is_relative_to(DOCS), (
+            f"{target}: not on the site"
+        )
         assert "://" in target or not anchor or anchor in pages.anchors(file), target
 
 
