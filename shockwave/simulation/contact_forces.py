@@ -89,7 +89,7 @@ def simulate_chain(
         sample_times(options, scales, motion.end, case.granules)
     count, start = case.granules, case.assembly.velocity / float(case.assembly.inverse_masses[0])
     momentum, energy = motion.applied_impulse + start, motion.work + motion.initial_energy
-    impulse, on_wall = float(motion.impulses[-1]) if case.has_wall else 0.0, None
+    impulse, on_wall = motion.last_impulse if case.has_wall else 0.0, None
     if case.has_wall:
         peak = asdict(runs.peak(-1))
         on_wall = Transmitted(**peak, impulse=impulse * scales.momentum, impulse_error=runs.impulse_error)

@@ -125,8 +125,8 @@ def runs_of(case: ChainSetup) -> Runs:
         steps, evaluations = steps + fine.steps, evaluations + fine.evaluations
         errors, missed = _errors(case, coarse, fine, tolerance)
         if best is None or errors[case.reported].max() < best.errors[case.reported].max():
-            change = abs(float(fine.impulses[-1] - coarse.impulses[-1]))
-            impulse_error = _IMPULSE_FACTOR * change / max(abs(float(fine.impulses[-1])), _TINY) + tolerance
+            change = abs(fine.last_impulse - coarse.last_impulse)
+            impulse_error = _IMPULSE_FACTOR * change / max(abs(fine.last_impulse), _TINY) + tolerance
             best = Runs(case, fine, errors, impulse_error, missed, steps, evaluations)
         reached = float(errors[case.judged_contacts(fine.forces)].max())
         if not missed or tolerance <= _TIGHTEST or reached * _TIGHTER**left > _HOPELESS * case.rtol:
