@@ -125,10 +125,10 @@ static void fill_rows(March *m)
 {
     const long end = (m->bodies + BLOCK) / BLOCK * BLOCK + BLOCK;
     long j;
-    for (j = (long)m->r->contacts; j < end; j++) m->best[j] = LARGEST;
+    for (j = (long)m->r->contacts; j < end; j++) m->best[j] = m->r->largest;
     for (j = m->bodies; j < end; j++) {
-        m->gap[j] = -NOWHERE;
-        m->scale_w[j] = m->scale_u[j] = LARGEST;
+        m->gap[j] = -m->r->far;
+        m->scale_w[j] = m->scale_u[j] = m->r->largest;
     }
     for (j = 0; j < m->bodies; j++) m->loaded = m->loaded || m->base[j] > 0;
     widen(m, (long)smaller((double)m->bodies, m->r->window));

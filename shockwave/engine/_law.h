@@ -25,6 +25,7 @@ INLINE V NAME(elastic)(const March *m, const int hertz, const int loaded, long e
 {
     Mask closed;
     const V inside = NAME(inside)(m, d, &closed), k = NAME(load)(m->k + e), open = -NAME(load)(m->still + e);
+    if (!NAME(any)(closed)) return open; /* without roots */
     if (hertz && !loaded) return NAME(pick)(closed, k * (inside * NAME(square_root)(inside)), open);
     if (hertz) {
         const V base = NAME(load)(m->base + e), before = NAME(load)(m->root + e), root = NAME(square_root)(inside);

@@ -6,8 +6,6 @@
 
 #define BLOCK 8       /* elements of a block; rows consist of whole blocks */
 #define MAX_STAGES 17
-#define NOWHERE 1e100 /* gap of a contact beyond the end of the row */
-#define LARGEST 1e300 /* scale of an error that does not count */
 
 enum { RUNNING, DONE, TOO_LONG, FAILED };
 
@@ -15,7 +13,7 @@ enum { RUNNING, DONE, TOO_LONG, FAILED };
 typedef struct {
     double p, q, tolerance, until, duration, rise_time, peak_force, first, longest, contacts, end_stiffness, end_damping,
         most_work, damped, weight;
-    double min_overlap, window, growth, margin, at_rest, safety, min_factor, max_factor, min_step, min_first, step_work, interval,
+    double far, largest, min_overlap, window, growth, margin, at_rest, safety, min_factor, max_factor, min_step, min_first, step_work, interval,
         soon, kink, kink_share, most_cuts, located, rounding, elastic, viscous, nearly, hopeless, most_turns, near, nudge,
         passed, wave, noise, instant, left, right;
     double status, time, arrival, work, steps, evaluations, rebound, size, impulse_left, impulse_right;

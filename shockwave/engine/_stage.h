@@ -175,7 +175,7 @@ INLINE double NAME(largest_by)(const March *m, const Terms *t, const int terms, 
         const V after = e + WIDTH < m->padded ? factor * NAME(sum)(stage, a, terms, e + WIDTH) : NAME(set)(0);
         const V error = NAME(magnitude)(change - NAME(next)(change, after)) / NAME(load)(scale + e);
         most = NAME(greater)(error, most);
-        finite &= NAME(exceeds)(NAME(set)(LARGEST), error);
+        finite &= NAME(exceeds)(NAME(set)(m->r->largest), error);
         change = after;
     }
     NAME(store)(each, NAME(pick)(finite, most, NAME(set)(INFINITY)));

@@ -47,9 +47,8 @@ _TINY = 1e-300
 
 def run(job: Job, compiled: ModuleType | None) -> None:
     """Integrate to the end, in place."""
-    contacts = Contacts(job)
-    long = contacts.bodies >= _LEAST_BODIES and job.law is None
-    parts = _Parts(contacts, compiled) if long else None
+    long = len(job.x) > _LEAST_BODIES and job.law is None
+    parts = _Parts(Contacts(job), compiled) if long else None
     if parts and parts.viscous >= _SHORTEST:
         parts.run()
     else:

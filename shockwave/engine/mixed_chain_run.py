@@ -14,7 +14,7 @@ import numpy as np
 from shockwave.base.numerics import FloatArray
 from shockwave.engine import mixed_chain_forces as forces
 from shockwave.engine.cubic_interpolation import around_tops, root, top
-from shockwave.engine.mixed_chain_arrays import Job, Status
+from shockwave.engine.mixed_chain_arrays import LARGEST, Job, Status
 from shockwave.engine.mixed_chain_forces import Contacts, End, greatest_overlap, has_arrived, is_over, kink_error
 from shockwave.engine.mixed_chain_peaks import MOST_TURNS, NEAR, NUDGE, Overlap
 from shockwave.engine.nystroem_tableaux import scaled_error
@@ -58,7 +58,7 @@ def run(job: Job, compiled: ModuleType | None) -> None:
         return
     path = None if job.problem is None else job.problem.path
     tables = (np.empty(0), np.empty(0)) if path is None else (path.rows, path.coefficients)
-    window = forces.MIN_OVERLAP, job.window, _GROWTH, _MARGIN, _AT_REST
+    window = forces.FAR, LARGEST, forces.MIN_OVERLAP, job.window, _GROWTH, _MARGIN, _AT_REST
     control = _SAFETY, _MIN_FACTOR, _MAX_FACTOR, _MIN_STEP, _MIN_FIRST, _COMPILED_STEP, _INTERVAL
     contacts = (forces.LOCATED, forces.ROUNDING, forces.ELASTIC, forces.VISCOUS)
     kinks = _SOON, forces.KINK, _KINK_SHARE, _MOST_CUTS, *contacts

@@ -306,9 +306,9 @@ def _segments(case: ChainSetup, motion: Motion, granules: int) -> Iterator[Segme
     energies[1:] += halves[: count - 1]
     if case.has_wall:
         energies[-1] += 2 * halves[-1]
-    begins = [0, *(np.flatnonzero(np.diff(case.layout.segments)) + 1).tolist(), count]
+    begins, values = [0, *(np.flatnonzero(np.diff(case.layout.segments)) + 1).tolist(), count], energies.tolist()
     for begin, end in pairwise(begins):
-        yield SegmentEnergy(first=begin, last=min(end, granules) - 1, energy=math.fsum(energies[begin:end]))
+        yield SegmentEnergy(first=begin, last=min(end, granules) - 1, energy=math.fsum(values[begin:end]))
 
 
 def _apart(x: FloatArray, v: FloatArray, overlaps: FloatArray) -> _Flags:
@@ -338,8 +338,9 @@ def _restitution(case: ChainSetup, motion: Motion, velocities: FloatArray, apart
 def _strengths(case: ChainSetup) -> FloatArray:
     """Smaller yield strength at each contact [Pa]; NaN where one is not known."""
     wall = [] if case.layout.wall is None else [case.layout.wall.material]
-    strengths = [strength_of(each) for each in (*case.layout.materials, *wall)]
-    return np.minimum(strengths[:-1], strengths[1:])
+    known = {id(each): strength_of(each) for each in (*case.layout.materials, *wall)}
+    strengths = np.array([known[id(each)] for each in (*case.layout.materials, *wall)])
+    return np.asarray(np.minimum(strengths[:-1], strengths[1:]))
 
 
 def _warn_unjudged(case: ChainSetup, yielding: Yielding | None) -> Iterator[str]:
