@@ -338,8 +338,7 @@ def _restitution(case: ChainSetup, motion: Motion, velocities: FloatArray, apart
 def _strengths(case: ChainSetup) -> FloatArray:
     """Smaller yield strength at each contact [Pa]; NaN where one is not known."""
     wall = [] if case.layout.wall is None else [case.layout.wall.material]
-    known = {id(each): strength_of(each) for each in (*case.layout.materials, *wall)}
-    strengths = np.array([known[id(each)] for each in (*case.layout.materials, *wall)])
+    strengths = np.array([strength_of(each) for each in (*case.layout.materials, *wall)])
     return np.asarray(np.minimum(strengths[:-1], strengths[1:]))
 
 
