@@ -40,7 +40,21 @@ EXTENSIONS = [
     Extension(
         f"shockwave.{name}",
         [f"shockwave/{name.replace('.', '/')}.c"],
-        depends=[f"shockwave/engine/_{header}.h" for header in ("buffers", "free_path", "step")],
+        depends=[
+            f"shockwave/engine/_{header}.h"
+            for header in (
+                "block",
+                "buffers",
+                "control",
+                "cubic",
+                "free_path",
+                "law",
+                "march",
+                "observe",
+                "stage",
+                "step",
+            )
+        ],
         optional=True,
         py_limited_api=True,
         define_macros=[("Py_LIMITED_API", "0x030B0000")],

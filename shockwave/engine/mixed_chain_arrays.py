@@ -25,11 +25,12 @@ class Status(IntEnum):
     FAILED = 3
 
 
-# Rows of the table before those that only the compiled code uses, and number of the latter besides the stages.
-_ROWS = 17
-_WORK_ROWS = 24
 #: Number of rows that describe a chain and its motion.
-SHARED = 19
+ROWS = 18
+#: Place of the size of the next step in `Job.found`.
+SIZE = 7
+#: Scale of an error that does not count.
+LARGEST = 1e300
 # Share of the allowed work after which the whole work of a run is estimated, and the estimates over the allowed work
 # beyond which the run ends at once: to the end of the shock, and beyond it, where the steps may become longer.
 _SOON = 0.1
@@ -107,11 +108,14 @@ class Job:
         Kinks of the applied force; times of samples.
     samples : array, shape (times, 3, bodies + 1)
         x, v and total forces.
-    found : array, shape (8,)
+    watched : tuple of int
+        Two contacts of which the impulses are asked.
+    found : array, shape (10,)
         Status, time, arrival (negative: none), work, steps, evaluations, velocity of a striker with a weight when it
-        first leaves the chain (0: it has not), size of the next step; at first those at the beginning.
-    table : array, shape (rows, bodies + 2)
-        The arrays below, and those in which the compiled code works.
+        first leaves the chain (0: it has not), size of the next step, and impulses at the watched contacts, less those
+        of the static forces; at first those at the beginning.
+    table : array, shape (18, bodies + 1)
+        The arrays below.
     window : int
         Number of bodies that move at first.
     forecast : Forecast
@@ -125,15 +129,11 @@ class Job:
     stops: FloatArray
     times: FloatArray
     samples: FloatArray
+    watched: tuple[int, int]
     found: FloatArray
     table: FloatArray
     window: int = 12
     forecast: Forecast = Factory(Forecast)
-
-    @staticmethod
-    def table_for(method: GeneralTableau, bodies: int) -> FloatArray:
-        """An empty table."""
-        return np.zeros((_ROWS + _WORK_ROWS + 2 * len(method.nodes), bodies + 2))
 
     @property
     def chain(self) -> FloatArray:
@@ -141,34 +141,34 @@ class Job:
         coefficients, and the least fractions of closing velocity and overlap expected of a contact, over those of the
         contact before; shape (9, bodies).
         """
-        return self.table[:9, :-2]
+        return self.table[:9, :-1]
 
     @property
     def scales(self) -> FloatArray:
         """Closing velocities and overlaps to which the errors are compared, shape (2, bodies)."""
-        return self.table[9:11, :-2]
+        return self.table[9:11, :-1]
 
     @property
     def peaks(self) -> FloatArray:
         """Greatest force minus static force, and its time, shape (2, bodies)."""
-        return self.table[11:13, :-2]
+        return self.table[11:13, :-1]
 
     @property
-    def sums(self) -> FloatArray:
-        """Impulse, and dissipated energy, shape (2, bodies)."""
-        return self.table[13:15, :-2]
+    def losses(self) -> FloatArray:
+        """Dissipated energy, shape (bodies,)."""
+        return self.table[13, :-1]
 
     @property
     def x(self) -> FloatArray:
         """Positions, shape (bodies + 1,); the last one is that of the wall."""
-        return self.table[15, :-1]
+        return np.asarray(self.table[14])
 
     @property
     def v(self) -> FloatArray:
         """Velocities, shape (bodies + 1,)."""
-        return self.table[16, :-1]
+        return np.asarray(self.table[15])
 
     @property
     def switches(self) -> FloatArray:
         """Accelerations of the closing velocities by a unit force, and whether dashpots act, shape (2, bodies)."""
-        return self.table[17:19, :-2]
+        return self.table[16:18, :-1]

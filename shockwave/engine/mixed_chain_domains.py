@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from shockwave.base.numerics import FloatArray
 from shockwave.engine import mixed_chain_run
-from shockwave.engine.mixed_chain_arrays import CONTACTS, END, SHARED, UNTIL, WEIGHT, Job, Status
+from shockwave.engine.mixed_chain_arrays import CONTACTS, END, LARGEST, SIZE, UNTIL, WEIGHT, Job, Status
 from shockwave.engine.mixed_chain_forces import FAR, Contacts
 from shockwave.engine.time_limit import expired
 
@@ -47,9 +47,8 @@ _TINY = 1e-300
 
 def run(job: Job, compiled: ModuleType | None) -> None:
     """Integrate to the end, in place."""
-    contacts = Contacts(job)
-    long = contacts.bodies >= _LEAST_BODIES and job.law is None
-    parts = _Parts(contacts, compiled) if long else None
+    long = len(job.x) > _LEAST_BODIES and job.law is None
+    parts = _Parts(Contacts(job), compiled) if long else None
     if parts and parts.viscous >= _SHORTEST:
         parts.run()
     else:
@@ -79,7 +78,7 @@ class _Parts:
         self.sizes[0] = contacts.first
         self.most = np.zeros(self.bodies)
         self.time, self.arrival, self.until = 0.0, -1.0, contacts.until
-        self.steps = self.evaluations = self.effort = self.work = self.rebound = 0.0
+        self.steps = self.evaluations = self.effort = self.work = self.rebound = self.impulse = 0.0
         self.next_sample = 0
         self.stiff = contacts.k ** (1 / p)
         # a change passes M contacts of frequency o in the time t with the weight (o t)^(2M)/(2M)!, M dashpots of rate g
@@ -116,7 +115,7 @@ class _Parts:
             else:
                 job.forecast.check(self.time, self.effort, self.steps)
         counts = self.steps, self.effort / self.bodies, self.rebound, 0.0
-        job.found[:] = status, self.time, self.arrival, self.work, *counts
+        job.found[:] = status, self.time, self.arrival, self.work, *counts, 0.0, self.impulse
 
     def state(self) -> _State:
         """The state of all contacts."""
@@ -183,10 +182,10 @@ class _Parts:
         shown[:, 2, :-1] = f + own.static
         for a, b, low, high in self.ranges(live):
             first = max(low - 1, 0)
-            part = self.part(first, low, high, f, end, times)
-            part.found[-1] = min(float(self.sizes[a:b].min()), _FIRST * span)
+            part = self.part((first, low, high), (a, b), f, end, times)
+            part.found[SIZE] = min(float(self.sizes[a:b].min()), _FIRST * span)
             mixed_chain_run.run(part, self.compiled)
-            status, _time, arrival, work, steps, evaluations, rebound, _size = part.found.tolist()
+            status, _time, arrival, work, steps, evaluations, rebound, size, left, right = part.found.tolist()
             if status != Status.DONE:
                 return Status(int(status))
             self.steps, self.effort = self.steps + steps, self.effort + evaluations * (high - low)
@@ -195,29 +194,35 @@ class _Parts:
             if high == self.bodies:
                 self.arrival = max(self.arrival, arrival)
             mine, here = slice(a, b), slice(a - first, b - first)
-            x[mine], v[mine], sizes[mine] = part.x[here], part.v[here], part.found[-1]
+            x[mine], v[mine], sizes[mine] = part.x[here], part.v[here], size
             if low < a:  # the impulse at the contact with the part before is that of the latter
-                v[a] += own.inverse[a] * (impulses[a - 1] - part.sums[0, a - 1 - first])
-            impulses[mine] = part.sums[0, here]
-            job.sums[1, mine] += part.sums[1, here]
+                v[a] += own.inverse[a] * (impulses[a - 1] - left)
+            impulses[min(b, own.contacts) - 1] = right
+            job.losses[mine] += part.losses[here]
             job.peaks[:, mine] = part.peaks[:, here]
             kept = slice(a, b - (b == high < self.bodies))
             job.scales[:, kept] = part.scales[:, kept.start - first : kept.stop - first]
             shown[:, :, mine] = part.samples[:, :, here]
         x[-1] = v[-1] = 0.0
         job.x[:], job.v[:], self.sizes = x, v, sizes
-        job.sums[0] += impulses
+        self.impulse += float(impulses[own.contacts - 1])
         self.time, self.next_sample = end, self.next_sample + len(times)
         if self.arrival >= 0 and self.until == math.inf:
             self.until = max(own.duration + 3 * self.arrival, end)
         return Status.DONE
 
-    def part(self, first: int, low: int, high: int, f: FloatArray, end: float, times: FloatArray) -> Job:
-        """The job of bodies low to high, between contacts of constant force, from the row of the first of these."""
+    def part(
+        self, rows: tuple[int, int, int], body: tuple[int, int], f: FloatArray, end: float, times: FloatArray
+    ) -> Job:
+        """The job of bodies low to high, between contacts of constant force, from the row of the first of these.
+
+        The impulses are those at the contacts before and at the end of the bodies that count.
+        """
+        first, low, high = rows
         job, own, whole = self.job, self.own, high == self.bodies
+        watched = max(body[0] - 1 - first, 0), min(body[1], own.contacts) - 1 - first
         driven = first == 0 and self.driven
-        table = np.zeros((len(job.table), high - first + 2))
-        table[:SHARED] = job.table[:SHARED, first : high + 2]
+        table = job.table[:, first : high + 1].copy()
         settings = job.settings.copy()
         settings[UNTIL], settings[CONTACTS] = end, own.contacts - first if whole else high - first
         settings[END] *= whole
@@ -230,19 +235,22 @@ class _Parts:
             stops=job.stops[job.stops > self.time] if driven else job.stops[:0],
             times=times,
             samples=np.zeros((len(times), 3, high - first + 1)),
-            found=np.array([0.0, self.time, self.arrival if whole else 0.0, 0.0, 0.0, 0.0, self.rebound, 0.0]),
+            watched=watched,
+            found=np.array(
+                [0.0, self.time, self.arrival if whole else 0.0, 0.0, 0.0, 0.0, self.rebound, 0.0, 0.0, 0.0]
+            ),
             table=table,
             window=high - first,
         )
-        part.sums[:] = 0.0
+        part.losses[:] = 0.0
         chain, scales = part.chain, part.scales
         if not whole:
             chain[1:7, -1] = 0.0, -FAR, 0.0, 0.0, -f[high - 1], 0.0
-            scales[:, -1] = math.inf
+            scales[:, -1] = LARGEST
         if low > 0:  # a body that does not move
             chain[:7, 0] = 0.0, 0.0, -FAR, 0.0, 0.0, -f[first], 0.0
             chain[7:, 1] = 0.0
-            scales[:, 0] = 1 / _TINY
+            scales[:, 0] = LARGEST
         return part
 
 

@@ -12,6 +12,7 @@ from attrs import frozen
 from shockwave.base.numerics import FloatArray, elementwise
 from shockwave.engine.cubic_interpolation import root
 from shockwave.engine.mixed_chain_arrays import Job
+from shockwave.scene.chain import HERTZ
 
 #: Smaller overlaps count as zero: arithmetic with subnormal numbers is slow.
 MIN_OVERLAP = 1e-60
@@ -30,6 +31,8 @@ ROUNDING = 1e-14
 #: force of a plugin: the error of its central difference is about the square, and that of rounding 1e-16 over it.
 LAW_CHANGE = 1e-5
 
+#: Half of the time over which the applied force is averaged, over the longest step.
+INSTANT = 1e-4
 #: The wave has arrived when the forces at the last two contacts are below this fraction of their maxima ...
 PASSED = 0.99
 #: ... if the last maximum is at least this fraction of the one before.
@@ -42,19 +45,22 @@ NOISE = 1e-12
 class End:
     """State at one end of a step.
 
-    ``d`` and ``w`` are overlaps and closing velocities; ``f``, ``raw`` and ``slope`` are forces minus static ones
-    (that of contact j in element j + 1, the weight of a striker in element 0), total forces before they are cut off,
-    and their time derivatives, zero for an open contact; ``powers`` are those of the damping.
+    ``u``, ``d`` and ``w`` are changes of the overlaps, overlaps and closing velocities; ``f``, ``raw`` and ``slope``
+    are forces minus static ones (that of contact j in element j + 1, the weight of a striker in element 0), total
+    forces before they are cut off, and their time derivatives, zero for an open contact; ``powers`` are those of the
+    damping, and ``a`` the accelerations of the bodies by the contacts, zero for the body beyond.
     """
 
     x: FloatArray
     v: FloatArray
+    u: FloatArray
     d: FloatArray
     w: FloatArray
     f: FloatArray
     raw: FloatArray
     powers: FloatArray
     slope: FloatArray
+    a: FloatArray
 
 
 def greatest_overlap(start: End, finish: End, size: float, tolerance: float) -> float:
@@ -80,6 +86,11 @@ def has_arrived(start: End, best: FloatArray, last: int, static: float) -> bool:
     return bool(tall and passed.all())
 
 
+def is_over(start: End, contacts: int) -> bool:
+    """Whether no contact force acts and none can follow: beyond the last contact a granule flies off freely."""
+    return not start.f.any() and not (start.w[:contacts] > 0).any()
+
+
 def kink_error(size: float, force: FloatArray | float, idle: FloatArray | float) -> FloatArray:
     """Impulse error of a step if no force acts during the fraction ``idle`` of it."""
     return np.asarray(KINK * size * force * np.minimum(1.0, idle / np.maximum(1 - idle, 1e-300)))
@@ -99,7 +110,7 @@ class Contacts:
         self.inverse, self.k, self.gap, self.base, self.root, self.static, self.c = job.chain[:7]
         self.reach = job.chain[7:]
         self.bodies, self.contacts = len(self.inverse), int(contacts)
-        self.padded = np.append(self.inverse, 0.0)
+        self.mobile = np.append(self.inverse, 0.0)
         self.both = job.switches[0]
         self.damped, self.loaded = damped != 0, bool(self.base.any())
         self.jumps = self.damped and self.q == 0 and job.law is None
@@ -111,9 +122,10 @@ class Contacts:
         forces, powers, raw = self.forces(x, v, 0, n)
         whole = np.zeros(self.bodies + 2)
         whole[0], whole[1 : n + 1] = self.weight, forces
-        d, w = self.overlaps(x, 0, n)[1], v[:n] - v[1 : n + 1]
-        slope = np.where(raw > 0, self.slopes(x, v, whole, 0, n, time), 0.0)
-        return End(x, v, d, w, whole, raw, powers, slope)
+        (u, d), w = self.overlaps(x, 0, n), v[:n] - v[1 : n + 1]
+        a = self.mobile[: n + 1] * (whole[: n + 1] - whole[1 : n + 2])
+        slope = np.where(raw > 0, self.rates(d, w, self.closing(a, time)), 0.0)
+        return End(x, v, u, d, w, whole, raw, powers, slope, a)
 
     def overlaps(self, x: FloatArray, low: int, high: int) -> tuple[FloatArray, FloatArray]:
         """Overlaps of the contacts from ``low`` to ``high`` - 1: relative to the static overlaps, and in all."""
@@ -124,7 +136,7 @@ class Contacts:
     def forces(self, x: FloatArray, v: FloatArray, low: int, high: int) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Forces minus static ones, powers of the damping, and forces before they are cut off, of some contacts."""
         part = slice(low, high)
-        k, static = self.k[part], self.static[part]
+        static = self.static[part]
         stretch, d = self.overlaps(x, low, high)
         closed = d > MIN_OVERLAP
         powers = np.zeros(high - low)
@@ -134,21 +146,8 @@ class Contacts:
             f = raw = self.law_forces(d, w, low, high)
             powers = f * w
         else:
-            if self.p == 1.5 and not self.loaded:
-                inside = np.where(closed, d, 0.0)
-                f = k * (inside * np.sqrt(inside))
-            else:
-                inside, base = np.where(closed, d, 1.0), self.base[part]
-                if self.p == 1.5:
-                    root = np.sqrt(inside)
-                    f = k * (stretch * (d + root * self.root[part] + base) / (root + self.root[part]))
-                else:
-                    strain = np.where(closed, stretch, 0.0) / np.where(base > 0, base, 1.0)
-                    if self.loaded:
-                        strain = _libm(lambda each: math.expm1(self.p * math.log1p(each)), strain)
-                    f = np.where(base > 0, static * strain, k * _power(inside, self.p))
-                f = np.where(closed, f, -static)
-            raw = f
+            inside = np.where(closed, d, 1.0)
+            raw = f = np.where(closed, self.elastic(stretch, d, inside, part), -static)
             if self.damped:
                 # only the dashpot of a contact that is off does not act: its force would jump within the step
                 acts = self.on[part] if self.q == 0.0 else closed
@@ -162,6 +161,19 @@ class Contacts:
             powers[-1] = self.end_damping * v[-2] * v[-2]
         return f, powers, raw + static if self.loaded else raw
 
+    def elastic(self, stretch: FloatArray, d: FloatArray, inside: FloatArray, part: slice) -> FloatArray:
+        """Elastic forces minus static ones of some contacts; ``inside`` are the overlaps, or 1 where they are open."""
+        k, base, root = self.k[part], self.base[part], np.sqrt(inside)
+        if self.p != HERTZ:
+            if not self.loaded:
+                return np.asarray(k * _power(inside, self.p))
+            strain = np.where(d > MIN_OVERLAP, stretch, 0.0) / np.where(base > 0, base, 1.0)
+            strain = _libm(lambda each: math.expm1(self.p * math.log1p(each)), strain)
+            return np.asarray(np.where(base > 0, self.static[part] * strain, k * _power(inside, self.p)))
+        if not self.loaded:
+            return np.asarray(k * (inside * root))
+        return np.asarray(k * (stretch * (d + root * self.root[part] + base) / (root + self.root[part])))
+
     def law_forces(self, d: FloatArray, w: FloatArray, low: int, high: int) -> FloatArray:
         """Forces of a plugin's contact law for some contacts, from their overlaps and closing velocities.
 
@@ -174,26 +186,21 @@ class Contacts:
         forces[: self.contacts] = self.job.law.force(overlaps, velocities, self.state)
         return np.where(d > MIN_OVERLAP, forces[low:high], 0.0)
 
-    def changes(self, end: End) -> FloatArray:
-        """Absolute changes of the overlaps since the beginning.
+    def closing(self, a: FloatArray, time: float, low: int = 0) -> FloatArray:
+        """Closing accelerations of contacts from ``low`` on, from those of the bodies by the contacts."""
+        if low == 0:
+            a = a.copy()
+            a[0] += self.inverse[0] * self.applied(time)
+        return a[:-1] - a[1:]
 
-        They are not the difference of overlaps: ahead of a wave they are smaller than its rounding errors.
+    def rates(self, d: FloatArray, w: FloatArray, closing: FloatArray, low: int = 0) -> FloatArray:
+        """Time derivatives of the forces of contacts from ``low`` on before they are cut off; zero if they are open.
+
+        The arguments are overlaps, closing velocities, and the time derivatives of the latter.
         """
-        n = len(end.d)
-        stretch = np.abs((end.x[:n] - end.x[1 : n + 1]) + self.gap[:n])
-        return np.asarray(np.where(end.d > 0, stretch, self.base[:n]))
-
-    def slopes(self, x: FloatArray, v: FloatArray, f: FloatArray, low: int, high: int, time: float) -> FloatArray:
-        """Time derivatives of the forces of closed contacts of a range before they are cut off."""
-        part = slice(low, high)
-        d, w = self.overlaps(x, low, high)[1], v[part] - v[low + 1 : high + 1]
-        closed = d > MIN_OVERLAP
+        high = low + len(d)
+        part, closed = slice(low, high), d > MIN_OVERLAP
         inside = np.where(closed, d, 1.0)
-        if self.damped:
-            a = self.padded[low : high + 1] * (f[low : high + 1] - f[low + 1 : high + 2])
-            if low == 0:
-                a[0] += self.inverse[0] * self.applied(time)
-            closing = a[:-1] - a[1:]
         if self.job.law is not None:
             rate = np.abs(w) / inside + np.abs(closing) / self.job.scales[0, part]
             span = LAW_CHANGE / np.maximum(rate, 1e-300)
@@ -205,6 +212,17 @@ class Contacts:
                 rate = _power(inside, self.q)
                 slope = slope + self.c[part] * rate * (self.q / inside * w * w + closing)
         return np.where(closed, slope, 0.0)
+
+    def force_at(self, x: FloatArray, v: FloatArray, j: int, time: float, n: int) -> tuple[float, float]:
+        """Force of a contact, of the first n, and its time derivative."""
+        near, after = max(j - 1, 0), min(j + 2, n)
+        whole = np.zeros(after - near + 2)
+        whole[0] = 0.0 if near else self.weight
+        whole[1:-1], _powers, raw = self.forces(x, v, near, after)
+        at = j - near
+        a = self.mobile[j : j + 2] * (whole[at : at + 2] - whole[at + 1 : at + 3])
+        rate = self.rates(self.overlaps(x, j, j + 1)[1], v[j : j + 1] - v[j + 1 : j + 2], self.closing(a, time, j), j)
+        return float(whole[at + 1]), float(rate[0]) if raw[at] > 0 else 0.0
 
     def first_size(self, j: int, w: float) -> float:
         """Longest step after contact j has closed with the velocity w."""
@@ -232,7 +250,10 @@ class Contacts:
 
     def raise_scales(self, finish: End, n: int) -> None:
         """Raise the scales of the errors of n contacts to what was reached, or is expected next to it."""
-        scales, reached = self.job.scales, np.array((np.abs(finish.w), self.changes(finish)))
+        scales, reached = (
+            self.job.scales,
+            np.array((np.abs(finish.w), np.where(finish.d > 0, np.abs(finish.u), self.base[: len(finish.d)]))),
+        )
         known = scales[:, : reached.shape[1]]
         np.maximum(known, reached, out=known)
         following = scales[:, 1:n]
@@ -247,7 +268,7 @@ class Contacts:
         problem = self.job.problem
         if problem is None or time >= self.duration:
             return 0.0
-        about = 1e-4 * self.longest
+        about = INSTANT * self.longest
         before, after = max(time - about, 0.0), min(time + about, self.duration)
         return float((problem.free(after)[1] - problem.free(before)[1]) / (after - before))
 

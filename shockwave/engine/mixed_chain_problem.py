@@ -13,7 +13,7 @@ from attrs import frozen
 from shockwave.base.errors import InvalidValueError, NumericalError
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.integrator import Integrator
-from shockwave.engine.mixed_chain_arrays import Forecast, Job, Status
+from shockwave.engine.mixed_chain_arrays import LARGEST, ROWS, Forecast, Job, Status
 from shockwave.engine.mixed_chain_domains import run
 from shockwave.engine.mixed_chain_forces import FAR, VISCOUS
 from shockwave.engine.nystroem_integrators import Nystroem, Rkn86
@@ -131,7 +131,7 @@ class Assembly:
         reach = _EXPECTED * np.minimum(reach, 1.0)
         scales = np.multiply.accumulate(np.column_stack(([1.0, 1.0], reach[:, 1:])), axis=1)
         scales = np.maximum(scales, _LEAST) * (_EXPECTED * np.array([[velocity], [extent[0]]]))
-        scales[:, contacts:] = math.inf
+        scales[:, contacts:] = LARGEST
         first = _FIRST_STEP * float(scales[1, 0] / scales[0, 0])
         return np.array([inverse, k, gap, base, np.sqrt(base), k * base**p, c, *reach]), scales, first
 
@@ -190,8 +190,8 @@ class Motion:
         First maximum of the force at the last contact.
     x, v : array, shape (bodies,)
         State at the end.
-    impulses : array, shape (contacts,)
-        Integral of the contact force minus its static part.
+    last_impulse : float
+        Integral of the force at the last contact minus its static part.
     applied_impulse, work : float
         Impulse and work of the applied force, or of the weight of a striker.
     dissipated : float
@@ -222,7 +222,7 @@ class Motion:
     arrival: float | None
     x: FloatArray
     v: FloatArray
-    impulses: FloatArray
+    last_impulse: float
     applied_impulse: float
     work: float
     dissipated: float
@@ -313,10 +313,10 @@ def integrate(
         arrival=None if found[2] < 0 else float(found[2]),
         x=x,
         v=v,
-        impulses=job.sums[0, :contacts],
+        last_impulse=float(found[9]),
         applied_impulse=impulse,
         work=float(found[3]) + weight * float(x[0]),
-        dissipated=math.fsum(job.sums[1].tolist()),
+        dissipated=math.fsum(job.losses.tolist()),
         kinetic=0.5 * masses * v * v,
         potential=assembly.potential(x),
         end_energy=0.5 * assembly.end_stiffness * float(x[-1]) ** 2,
@@ -349,8 +349,9 @@ def _job(assembly: Assembly, tolerance: float, until: float | None, times: Float
         stops=np.array([] if problem is None else problem.stops),
         times=times,
         samples=np.zeros((len(times), 3, bodies + 1)),
-        found=np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, first]),
-        table=Job.table_for(method, bodies),
+        watched=(len(assembly.overlaps) - 1,) * 2,
+        found=np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, first, 0.0, 0.0]),
+        table=np.zeros((ROWS, bodies + 1)),
         forecast=Forecast.of(settings, assembly.static_forces, assembly.cause_of_work),
     )
     job.chain[:], job.scales[:] = chain, scales

@@ -14,8 +14,9 @@ import numpy as np
 from shockwave.base.numerics import FloatArray
 from shockwave.engine import mixed_chain_forces as forces
 from shockwave.engine.cubic_interpolation import around_tops, root, top
-from shockwave.engine.mixed_chain_arrays import Job, Status
-from shockwave.engine.mixed_chain_forces import Contacts, End, greatest_overlap, has_arrived, kink_error
+from shockwave.engine.mixed_chain_arrays import LARGEST, Job, Status
+from shockwave.engine.mixed_chain_forces import Contacts, End, greatest_overlap, has_arrived, is_over, kink_error
+from shockwave.engine.mixed_chain_peaks import MOST_TURNS, NEAR, NUDGE, Overlap
 from shockwave.engine.nystroem_tableaux import scaled_error
 from shockwave.engine.time_limit import expired
 
@@ -31,6 +32,8 @@ _MAX_FACTOR = 3.0
 # Work on a stage besides that on the contacts, in evaluations of a contact force of the compiled code.
 _STEP = 4000
 _COMPILED_STEP = 32
+# Number of contact forces of the compiled code between two questions for the time limit: tens of milliseconds.
+_INTERVAL = 2e6
 # Smallest step, relative to the time and to the first step.
 _MIN_STEP = 1e-15
 _MIN_FIRST = 1e-13
@@ -44,25 +47,23 @@ _MOST_CUTS = 8
 _NEARLY = 0.1
 # Error over the tolerance beyond which a step is too long to find a kink in it.
 _HOPELESS = 1e6
-# Largest number of steps to a maximum.
-_MOST_TURNS = 30
-# Precision of the time of a maximum, over the step, before a last correction by interpolation.
-_NEAR = 1e-5
 
 
 def run(job: Job, compiled: ModuleType | None) -> None:
     """Integrate to the end, in place."""
     if compiled is None:
-        _March(job).run()
+        # a step that is too long may overflow
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            _March(job).run()
         return
     path = None if job.problem is None else job.problem.path
     tables = (np.empty(0), np.empty(0)) if path is None else (path.rows, path.coefficients)
-    window = forces.MIN_OVERLAP, job.window, _GROWTH, _MARGIN, _AT_REST
-    control = _SAFETY, _MIN_FACTOR, _MAX_FACTOR, _MIN_STEP, _MIN_FIRST
+    window = forces.FAR, LARGEST, forces.MIN_OVERLAP, job.window, _GROWTH, _MARGIN, _AT_REST
+    control = _SAFETY, _MIN_FACTOR, _MAX_FACTOR, _MIN_STEP, _MIN_FIRST, _COMPILED_STEP, _INTERVAL
     contacts = (forces.LOCATED, forces.ROUNDING, forces.ELASTIC, forces.VISCOUS)
     kinks = _SOON, forces.KINK, _KINK_SHARE, _MOST_CUTS, *contacts
-    peaks = (_NEARLY, _HOPELESS, _MOST_TURNS, _NEAR, forces.PASSED, forces.WAVE, forces.NOISE)
-    settings = np.concatenate((job.settings, window, control, kinks, peaks, job.found))
+    peaks = (_NEARLY, _HOPELESS, MOST_TURNS, NEAR, NUDGE, forces.PASSED, forces.WAVE, forces.NOISE, forces.INSTANT)
+    settings = np.concatenate((job.settings, window, control, kinks, peaks, job.watched, job.found))
     progress = settings[-len(job.found) :]
 
     def ends() -> bool:
@@ -79,17 +80,20 @@ class _March(Contacts):
     def __init__(self, job: Job) -> None:
         super().__init__(job)
         self.n = min(job.window, self.bodies) if job.law is None else self.bodies
+        self.mobile[self.n :] = 0.0
         stages = len(job.method.nodes)
-        self.stages, self.powers = np.zeros((stages, self.bodies + 2)), np.zeros((stages, self.bodies))
+        # forces and accelerations, as those of `End`, and powers of the damping
+        self.stages, self.stage_rates = np.zeros((stages, self.bodies + 2)), np.zeros((stages, self.bodies))
+        self.powers = np.zeros((stages, self.bodies))
         self.stages[:, 0] = self.weight
-        self.weighted = self.mean_forces = np.empty(0)
+        self.weighted = np.empty(0)
         self.stops = [*job.stops.tolist(), math.inf]
         self.driven = job.problem is not None
         _, self.time, self.arrival, self.work, self.steps, *rest = job.found.tolist()
-        self.evaluations, self.rebound, self.size = rest
+        self.evaluations, self.rebound, self.size, *self.impulses = rest
         self.free = (0.0, 0.0) if job.problem is None or self.time == 0 else job.problem.free(self.time)
         self.held = self.effort = 0.0
-        self.rejected = False
+        self.rejected, self.cuts = False, 0
         self.next_sample = 0
 
     # ---------------------------------------------------------------- steps
@@ -102,36 +106,37 @@ class _March(Contacts):
         Also returns the impulses of the applied force at the stages, since the beginning of the step.
         """
         method, h, square = self.job.method, size, size * size
-        part, beside = slice(low, high), slice(low, high + 1)
+        part = slice(low, high)
         x, v, inverse = start.x[part], start.v[part], self.inverse[part]
         whole_y, whole_z = start.x.copy(), start.v.copy()
         y, z = whole_y[part], whole_z[part]
         nodes, first, *later = method.columns
         coasting = x + nodes * h * v
         impulses = [0.0]
-        self.stages[0] = start.f
+        self.stages[0], self.stage_rates[0, : self.n] = start.f, start.a[:-1]
         self.powers[0, : self.n] = start.powers
-        # each force is added at once to all sums that contain it, in the same order as in the compiled code
-        sums = first * self.stages[0, beside]
-        terms, row, rows = np.empty_like(sums), 0, 1 + method.damped
+        # each acceleration is added at once to all sums that contain it, in the same order as in the compiled code
+        sums = first * self.stage_rates[0, part]
+        terms, row = np.empty_like(sums), 0
         for i, (c, column) in enumerate(zip(method.nodes[1:].tolist(), later, strict=True), start=1):
-            rates = inverse * np.subtract(sums[row : row + rows, :-1], sums[row : row + rows, 1:])
-            row += rows
-            np.add(coasting[i], square * rates[0], out=y)
+            np.add(coasting[i], square * sums[row], out=y)
             if method.damped:
-                np.add(v, h * rates[1], out=z)
+                np.add(v, h * sums[row + 1], out=z)
+            row += 1 + method.damped
             if self.driven and low == 0:
                 self.push(whole_y, whole_z, impulses, c * h, end if c == 1.0 else self.time + c * h)
             self.stages[i, low + 1 : high + 1], powers, _ = self.forces(whole_y, whole_z, low, high)
             if self.damped:
                 self.powers[i, part] = powers
+            f = self.stages[i, low : high + 1]
+            np.multiply(inverse, f[:-1] - f[1:], out=self.stage_rates[i, part])
             left = sums[row:]
-            left += np.multiply(column, self.stages[i, beside], out=terms[row:])
-        self.mean_forces = sums[row + 1]
+            left += np.multiply(column, self.stage_rates[i, part], out=terms[row:])
         # rows: those of position and velocity, then those of their errors
-        self.weighted = inverse * np.subtract(sums[row:, :-1], sums[row:, 1:])
+        self.weighted = sums[row:]
         np.add(coasting[-1], square * self.weighted[0], out=y)
         np.add(v, h * self.weighted[1], out=z)
+        self.evaluations += method.evaluations
         if self.driven and low == 0:
             self.push(whole_y, whole_z, impulses, h, end)
         return whole_y, whole_z, impulses
@@ -161,45 +166,52 @@ class _March(Contacts):
 
     def run(self) -> None:
         """Integrate to the end."""
-        job = self.job
+        job, status = self.job, Status.RUNNING
         start = self.begin(job.x.copy(), job.v.copy())
         self.sample(start, -math.inf)
-        status, cuts = Status.RUNNING, 0
         while status is Status.RUNNING and not expired():
             size, end = self.next_size(start)
             at_stop = end == min(self.stops[0], self.until)
-            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-                x1, v1, impulses = self.attempt(start, size, end, 0, self.n)
-                error = self.error(size)
-                finish = self.end_of(x1, v1, end, self.n)
-            self.evaluations += len(job.method.nodes)
+            x1, v1, impulses = self.attempt(start, size, end, 0, self.n)
+            error = self.error(size)
+            finish = self.end_of(x1, v1, end, self.n)
             self.effort += len(job.method.nodes) * (self.n + _STEP)
-            share = self.kink(start, finish, size) if error < _HOPELESS and cuts < _MOST_CUTS else 1.0
-            factor = _SAFETY * max(error, 1e-12) ** (-1 / (job.method.error_order + 1)) if error == error else 0.0
-            if share < 1.0:
-                cuts += 1
-                if cuts == 1:
-                    self.held = self.size if error <= 1 else size * max(factor, _MIN_FACTOR)
-                self.size = size * share
-            elif not error <= 1:
-                self.size = size * (factor if _MIN_FACTOR < factor < 1 else _MIN_FACTOR)
-                self.rejected, self.held = True, 0.0
-                if self.size < max(_MIN_STEP * self.time, _MIN_FIRST * self.first):
-                    status = Status.FAILED
-            else:
-                # a step that was shortened to end here does not shorten the next one
-                grown = size * min(factor, 1.0 if self.rejected else _MAX_FACTOR)
-                self.size = max(grown, self.held, self.size if at_stop or size < self.size else 0.0)
-                self.rejected, self.held, cuts = False, 0.0, 0
+            share = self.kink(start, finish, size) if error < _HOPELESS and self.cuts < _MOST_CUTS else 1.0
+            if self.resize(size, error, share, at_stop):
                 start = self.accept(start, finish, size, end, impulses)
-                if self.time >= self.until or (self.until == math.inf and self.is_over(start)):
+                over = self.until == math.inf and self.time >= self.duration and is_over(start, self.contacts)
+                if self.time >= self.until or over:
                     status = Status.DONE
+            elif share == 1 and self.size < max(_MIN_STEP * self.time, _MIN_FIRST * self.first):
+                status = Status.FAILED
             if status is Status.RUNNING and self.effort > self.most_work:
                 status = Status.TOO_LONG
             job.forecast.check(self.time, self.effort, self.steps)
         job.x[:], job.v[:] = start.x, start.v
         counts = self.steps, self.evaluations, self.rebound, self.size
-        job.found[:] = status, self.time, self.arrival, self.work, *counts
+        job.found[:] = status, self.time, self.arrival, self.work, *counts, *self.impulses
+
+    def resize(self, size: float, error: float, share: float, at_stop: bool) -> bool:
+        """Set the size of the next step, from the error over the tolerance, and return whether this one is accepted.
+
+        ``share`` is the fraction of this step at which it should end, and ``at_stop`` whether it was shortened.
+        """
+        factor = _SAFETY * max(error, 1e-12) ** (-1 / (self.job.method.error_order + 1)) if error == error else 0.0
+        if share < 1.0:
+            self.cuts += 1
+            if self.cuts == 1:
+                self.held = self.size if error <= 1 else size * max(factor, _MIN_FACTOR)
+            self.size = size * share
+            return False
+        if not error <= 1:
+            self.size = size * (factor if _MIN_FACTOR < factor < 1 else _MIN_FACTOR)
+            self.rejected, self.held = True, 0.0
+            return False
+        # a step that was shortened to end here does not shorten the next one
+        grown = size * min(factor, 1.0 if self.rejected else _MAX_FACTOR)
+        self.size = max(grown, self.held, self.size if at_stop or size < self.size else 0.0)
+        self.rejected, self.held, self.cuts = False, 0.0, 0
+        return True
 
     def begin(self, x: FloatArray, v: FloatArray, last: End | None = None) -> End:
         """State at the beginning of the next step; contacts with a dashpot are switched here.
@@ -283,17 +295,17 @@ class _March(Contacts):
         """Process an accepted step; the beginning of the next one."""
         job, n = self.job, self.n
         weights = job.method.weights[1][:, None]
-        job.sums[0, :n] += size * self.mean_forces[1:]
+        for i, contact in enumerate(job.watched):
+            self.impulses[i] += size * sum((weights[:, 0] * self.stages[:, contact + 1]).tolist())
         if self.damped:
             lost = size * np.add.reduce(weights * self.powers[:, :n], axis=0)
             # a contact that is cut off loses its energy, whatever the length of the step
             idle = [((end.raw < 0) | (end.d < 0)) & (self.k[:n] > 0) for end in (start, finish)]
             kept = [self.k[:n] / (self.p + 1) * np.maximum(end.d, 0.0) ** (self.p + 1) for end in (start, finish)]
-            job.sums[1, :n] += np.where(idle[0] & idle[1], kept[0] - kept[1], lost)
+            job.losses[:n] += np.where(idle[0] & idle[1], kept[0] - kept[1], lost)
         if self.driven:
             self.add_work(finish, size, end, impulses)
-        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            self.find_peaks(start, finish, size, n)
+        self.find_peaks(start, finish, size, n)
         self.sample(start, end)
         if self.weight > 0 and self.rebound == 0:
             self.rebound = self.first_rebound(start, finish, size)
@@ -308,6 +320,7 @@ class _March(Contacts):
         last = max(n - _MARGIN, 0)
         if n < self.bodies and max(abs(finish.x[last]), abs(finish.v[last])) > _AT_REST:
             self.n = min(n + _GROWTH, self.bodies)
+            self.mobile[n : self.n] = self.inverse[n : self.n]
         self.raise_scales(finish, self.n)
         if job.law is not None:
             count = self.contacts
@@ -333,11 +346,6 @@ class _March(Contacts):
         self.work += impulse * (float(finish.v[0]) - inverse * impulse) + 0.5 * inverse * impulse * impulse
         self.work += inverse * (size * product + mean * (area - size * summed))
 
-    def is_over(self, start: End) -> bool:
-        """Whether no contact force acts and none can follow."""
-        # beyond the last contact a granule flies off freely
-        return self.time >= self.duration and not start.f.any() and not (start.w[: self.contacts] > 0).any()
-
     def look_for_arrival(self, start: End) -> None:
         """Set the time at which the wave arrives at the last contact, and the end of the run if that depends on it."""
         last = self.contacts - 1
@@ -353,40 +361,33 @@ class _March(Contacts):
         best = self.job.peaks[0, :n]
         least = np.maximum(best - _NEARLY * np.abs(best + self.static[:n]), forces.max(axis=0))
         for j in np.flatnonzero((low[2] > 0) & (high[2] <= 0) & (most > least)).tolist():
-            self.find_peak(start, size, j, low[:, j].tolist(), high[:, j].tolist())
+            self.find_peak(start, finish, size, j, low[:, j].tolist(), high[:, j].tolist())
 
-    def find_peak(self, start: End, size: float, j: int, begin: list[float], end: list[float]) -> None:
+    def find_peak(self, start: End, finish: End, size: float, j: int, begin: list[float], end: list[float]) -> None:
         """Compute the maximum of a contact force in an interval of the step.
 
-        Repeated steps end at the time at which its slope vanishes, from cubic interpolation of the force.
+        A repeated step ends at the time at which its slope vanishes, by the polynomial of the overlap.
         """
         best = self.job.peaks[:, j]
         (low, f0, r0), (high, f1, r1) = begin, end
         span = high - low
-        left = low + span * top(span * r0, span * r1, f1 - f0)
+        overlap = Overlap.between(self, start, finish, self.time, size, j)
+        share, bend = overlap.vanish(low, high, low + span * top(span * r0, span * r1, f1 - f0))
         reach = len(self.job.method.nodes) + 2
-        (first, last), (near, after) = ((max(j - far, 0), min(j + far + 1, self.n)) for far in (reach, 1))
-        whole = np.zeros(self.bodies + 2)
-        whole[0] = self.weight
-        share, time, here, slope, turns = 0.0, self.time, f0, r0, 0
-        while turns < _MOST_TURNS and abs(left) >= _NEAR and high - low >= _NEAR:
-            turns += 1
-            share += left
+        first, last = max(j - reach, 0), min(j + reach + 1, self.n)
+        left = here = slope = 0.0
+        for turn in range(MOST_TURNS):
             time = self.time + share * size
             x, v, _impulses = self.attempt(start, share * size, time, first, last)
-            self.evaluations += len(self.job.method.nodes)
-            f, _powers, raw = self.forces(x, v, near, after)
-            whole[near + 1 : after + 1] = f
-            here, acts = float(f[j - near]), raw[j - near] > 0
-            slope = size * float(self.slopes(x, v, whole, j, j + 1, time)[0]) if acts else 0.0
-            if slope > 0:
-                low, f0, r0 = share, here, slope
-            else:
-                high, f1, r1 = share, here, slope
-            span = high - low
-            left = low + span * top(span * r0, span * r1, f1 - f0) - share
+            here, slope = self.force_at(x, v, j, time, self.n)
+            slope *= size
+            left = max(min(-slope / bend if bend < 0 else 0.0, 1 - share), -share)
+            if abs(left) < NEAR:
+                break
+            if turn + 1 < MOST_TURNS:
+                share += left
         if here + 0.5 * slope * left > best[0]:
-            best[:] = here + 0.5 * slope * left, time + left * size
+            best[:] = here + 0.5 * slope * left, self.time + (share + left) * size
 
     def sample(self, start: End, end: float) -> None:
         """Store the states at the requested times up to the end of the step."""
@@ -394,7 +395,6 @@ class _March(Contacts):
         while self.next_sample < len(job.times) and job.times[self.next_sample] <= max(end, self.time):
             time = float(job.times[self.next_sample])
             x, v, _ = self.attempt(start, time - self.time, time, 0, self.n)
-            self.evaluations += len(job.method.nodes)
             row = job.samples[self.next_sample]
             row[0], row[1], row[2, :-1] = x, v, self.forces(x, v, 0, self.bodies)[0] + self.static
             self.next_sample += 1

@@ -35,6 +35,8 @@ class GeneralTableau:
         The error estimate scales as the step to the power ``error_order + 1``.
     damped : bool
         Whether there are stages of the velocity.
+    last_is_first : bool
+        Whether the last stage is the acceleration at the end of the step, and so the first stage of the next step.
     """
 
     nodes: FloatArray
@@ -43,6 +45,12 @@ class GeneralTableau:
     weights: FloatArray
     error_order: int
     damped: bool
+    last_is_first: bool = False
+
+    @property
+    def evaluations(self) -> int:
+        """Number of evaluations of the forces per step, excluding that at its beginning."""
+        return len(self.nodes) - self.last_is_first
 
     @cached_property
     def columns(self) -> tuple[FloatArray, ...]:
@@ -60,7 +68,7 @@ class GeneralTableau:
     @cached_property
     def packed(self) -> FloatArray:
         """One-dimensional array for the compiled code."""
-        head = [len(self.nodes), self.error_order, self.damped]
+        head = [len(self.nodes), self.error_order, self.damped, self.last_is_first]
         # the end of a step is another stage
         stages = np.append(self.nodes, 1.0), np.vstack((self.positions, self.weights[0]))
         parts = (*stages, np.vstack((self.velocities, self.weights[1])), self.weights[2:])
@@ -74,7 +82,8 @@ def of_nystroem(method: type[Nystroem]) -> GeneralTableau:
     weights = np.concatenate((tableau.weights, np.zeros_like(tableau.weights[:2])))
     nodes = np.append(0.0, tableau.nodes)
     none = np.zeros_like(tableau.stages)
-    return GeneralTableau(nodes, tableau.stages, none, weights, method.error_order, damped=False)
+    last = tableau.last_is_first
+    return GeneralTableau(nodes, tableau.stages, none, weights, method.error_order, damped=False, last_is_first=last)
 
 
 @cache

@@ -171,7 +171,7 @@ class Chain(Value):
         plain = parts == (None, None, None, None) and not (self.precompression or self.gravity)
         return plain and not isinstance(self.granules, tuple) and self.granules != 1
 
-    @property
+    @cached_property
     def count(self) -> int | None:
         """Number of granules; None for an endless chain."""
         if isinstance(self.granules, tuple):

@@ -89,7 +89,7 @@ def simulate_chain(
         sample_times(options, scales, motion.end, case.granules)
     count, start = case.granules, case.assembly.velocity / float(case.assembly.inverse_masses[0])
     momentum, energy = motion.applied_impulse + start, motion.work + motion.initial_energy
-    impulse, on_wall = float(motion.impulses[-1]) if case.has_wall else 0.0, None
+    impulse, on_wall = motion.last_impulse if case.has_wall else 0.0, None
     if case.has_wall:
         peak = asdict(runs.peak(-1))
         on_wall = Transmitted(**peak, impulse=impulse * scales.momentum, impulse_error=runs.impulse_error)
@@ -306,9 +306,9 @@ def _segments(case: ChainSetup, motion: Motion, granules: int) -> Iterator[Segme
     energies[1:] += halves[: count - 1]
     if case.has_wall:
         energies[-1] += 2 * halves[-1]
-    begins = [0, *(np.flatnonzero(np.diff(case.layout.segments)) + 1).tolist(), count]
+    begins, values = [0, *(np.flatnonzero(np.diff(case.layout.segments)) + 1).tolist(), count], energies.tolist()
     for begin, end in pairwise(begins):
-        yield SegmentEnergy(first=begin, last=min(end, granules) - 1, energy=math.fsum(energies[begin:end]))
+        yield SegmentEnergy(first=begin, last=min(end, granules) - 1, energy=math.fsum(values[begin:end]))
 
 
 def _apart(x: FloatArray, v: FloatArray, overlaps: FloatArray) -> _Flags:
@@ -338,8 +338,8 @@ def _restitution(case: ChainSetup, motion: Motion, velocities: FloatArray, apart
 def _strengths(case: ChainSetup) -> FloatArray:
     """Smaller yield strength at each contact [Pa]; NaN where one is not known."""
     wall = [] if case.layout.wall is None else [case.layout.wall.material]
-    strengths = [strength_of(each) for each in (*case.layout.materials, *wall)]
-    return np.minimum(strengths[:-1], strengths[1:])
+    strengths = np.array([strength_of(each) for each in (*case.layout.materials, *wall)])
+    return np.asarray(np.minimum(strengths[:-1], strengths[1:]))
 
 
 def _warn_unjudged(case: ChainSetup, yielding: Yielding | None) -> Iterator[str]:

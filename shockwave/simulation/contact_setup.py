@@ -135,9 +135,11 @@ class ChainSetup:
         return self.options.rtol or RTOL
 
     def judged_contacts(self, forces: FloatArray) -> npt.NDArray[np.intp]:
-        """Contacts whose errors decide whether the tolerance is met: those that the result shows."""
-        wall = [len(forces) - 1] if self.has_wall else []
-        return np.unique(np.concatenate((self.reported, [np.argmax(forces)], wall)).astype(np.intp))
+        """Contacts for which the tolerance holds: those requested, that of the greatest force, and the last one."""
+        endless = self.scene.chain.count is None
+        requested = self.reported.tolist() if self.options.contacts or endless else []
+        last = [] if endless else [len(forces) - 1]
+        return np.array(sorted({*requested, int(np.argmax(forces)), *last}), dtype=np.intp)
 
 
 def check_setup(options: SimulateOptions, scene: Scene) -> ChainSetup | None:

@@ -14,30 +14,33 @@ from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.result_parts import ContactPeak
 
 # Tolerances of a step of two runs whose difference gives the error of the first, over the requested relative error, the
-# least tolerances, and the factor of the difference: the error is below the estimate in 97 % of random chains.
-_FINE = 0.01
-_COARSE = 0.1
+# least tolerances, and that of the coarse run with which the arrival of a wave is found, unless rtol is larger.
+_FINE = 0.1
+_COARSE = 10.0
 _LEAST_FINE = 1e-13
 _LEAST_COARSE = 1e-12
-# Error estimate of a peak force or a time, over its difference between the two runs.
-_ESTIMATE_FACTOR = 2.0
+_LARGEST_COARSE = 1e-5
 # Least error tolerance of a step, and its factor from run to run.
 _TIGHTEST = 1e-15
 _TIGHTER = 0.1
 # Largest number of runs: two show the error, each further one corrects a result that misses its tolerance. None
 # follows if the error would still exceed the tolerance by this factor after the last one: collisions may amplify errors
 # without limit.
-_RUNS = 5
+_RUNS = 6
 _HOPELESS = 10.0
-# The relative error of a force follows from the largest difference of the last two runs at this number of contacts on
-# both sides, for it may vanish by chance at one of them, and the error tolerance of a step;
-# research/check/check_chains.py measures how often it holds.
+# Error estimate of a force, over the largest difference of the last two runs at this number of contacts on both sides,
+# for it may vanish by chance at one of them. Where the tolerance decides about another run, it is the difference there
+# or this share of those around, over this and the ratio of the tolerances, to which the errors are nearly proportional.
+# research/check/check_chains.py measures how often both hold.
+_FACTOR = 2.0
 _NEIGHBOURS = 3
+_PROPORTIONAL = 20.0
+_NEIGHBOUR_SHARE = 0.2
 # Factor of the estimate with damping, which ends abruptly when a contact opens.
 _DAMPED = 2.0
 # Error estimate of the impulse on a wall, over its difference between two runs: the errors of both may be of the same
 # order, since late collisions amplify them, so that the difference may be small by chance.
-_IMPULSE_FACTOR = 5.0
+_IMPULSE_FACTOR = 10.0
 # Relative rounding error of a total force.
 _ROUNDING = 1e-14
 # Tightest tolerance of a force, over its total; errors are relative to no smaller dynamic part than this one allows.
@@ -111,8 +114,8 @@ def runs_of(case: ChainSetup) -> Runs:
     NumericalError
         If the first two runs fail or reach the time limit.
     """
-    tolerance, first = tolerances_for(case.rtol)
-    coarse = run(case, first, case.until)
+    tolerance, looser = tolerances_for(case.rtol)
+    coarse = run(case, looser, case.until)
     steps, evaluations = coarse.steps, coarse.evaluations
     best: Runs | None = None
     for left in reversed(range(_RUNS - 1)):
@@ -123,15 +126,16 @@ def runs_of(case: ChainSetup) -> Runs:
                 raise
             break
         steps, evaluations = steps + fine.steps, evaluations + fine.evaluations
-        errors, missed = _errors(case, coarse, fine, tolerance)
-        if best is None or errors[case.reported].max() < best.errors[case.reported].max():
-            change = abs(float(fine.impulses[-1] - coarse.impulses[-1]))
-            impulse_error = _IMPULSE_FACTOR * change / max(abs(float(fine.impulses[-1])), _TINY) + tolerance
+        errors, missed = _errors(case, coarse, fine, tolerance, tolerance / looser)
+        judged = case.judged_contacts(fine.forces)
+        if best is None or errors[judged].max() < best.errors[judged].max():
+            change = abs(fine.last_impulse - coarse.last_impulse)
+            impulse_error = _IMPULSE_FACTOR * change / max(abs(fine.last_impulse), _TINY) + tolerance
             best = Runs(case, fine, errors, impulse_error, missed, steps, evaluations)
-        reached = float(errors[case.judged_contacts(fine.forces)].max())
+        reached = float(errors[judged].max())
         if not missed or tolerance <= _TIGHTEST or reached * _TIGHTER**left > _HOPELESS * case.rtol:
             break
-        coarse, tolerance = fine, max(tolerance * _TIGHTER, _TIGHTEST)
+        coarse, looser, tolerance = fine, tolerance, max(tolerance * _TIGHTER, _TIGHTEST)
     assert best is not None
     return best._replace(steps=steps, evaluations=evaluations)
 
@@ -139,11 +143,11 @@ def runs_of(case: ChainSetup) -> Runs:
 def tolerances_for(rtol: float) -> tuple[float, float]:
     """Tolerances of the run whose results count, and of a coarser one from which its errors are estimated.
 
-    `_ESTIMATE_FACTOR` times the difference of the two runs is an estimate of the errors of the first run; its errors
-    are below ``rtol`` in 99 % of random chains. In the others, as in collisions that amplify errors, the estimate
-    exceeds ``rtol``: then repeat with a smaller one.
+    In 99 % of random chains the errors of the first run are below ``rtol`` where that is to hold. In the others, as in
+    collisions that amplify errors, the estimate exceeds ``rtol``: then repeat with a smaller one.
     """
-    return max(_FINE * rtol, _LEAST_FINE), max(_COARSE * rtol, _LEAST_COARSE)
+    coarse = max(min(_COARSE * rtol, _LARGEST_COARSE), _FINE * rtol, _LEAST_COARSE)
+    return min(max(_FINE * rtol, _LEAST_FINE), _TIGHTER * coarse), coarse
 
 
 def run(case: ChainSetup, tolerance: float, until: float | None, times: FloatArray | tuple[()] = ()) -> Motion:
@@ -151,22 +155,26 @@ def run(case: ChainSetup, tolerance: float, until: float | None, times: FloatArr
     return integrate(case.assembly, tolerance, until=until, times=times, compiled=case.compiled, integrator=case.method)
 
 
-def _errors(case: ChainSetup, coarse: Motion, fine: Motion, tolerance: float) -> tuple[FloatArray, bool]:
-    """Relative error estimates of the forces at all contacts, and whether a reported one misses its tolerance."""
+def _errors(case: ChainSetup, coarse: Motion, fine: Motion, tolerance: float, ratio: float) -> tuple[FloatArray, bool]:
+    """Relative error estimates of the forces at all contacts, and whether one that decides misses its tolerance.
+
+    ``tolerance`` is that of the step of the fine run, ``ratio`` its ratio to that of the coarse one.
+    """
     forces, dynamic, rtol = fine.forces, fine.dynamic_forces, case.rtol
     least = max(_NEGLIGIBLE * float(dynamic.max()), _TINY)
     base = np.maximum(np.maximum(dynamic, least), _LEAST_OF_TOTAL / rtol * forces)
-    changes = np.abs(dynamic - coarse.dynamic_forces)
-    relative = changes / base
+    changes, judged = np.abs(dynamic - coarse.dynamic_forces), case.judged_contacts(forces)
+    here, near = changes / base, np.zeros(len(base))
     for shift in range(1, _NEIGHBOURS + 1):
-        for here, there in ((slice(shift, None), slice(-shift)), (slice(-shift), slice(shift, None))):
-            near = changes[there] / np.maximum(base[there], base[here])
-            relative[here] = np.maximum(relative[here], near)
+        for this, other in ((slice(shift, None), slice(-shift)), (slice(-shift), slice(shift, None))):
+            near[this] = np.maximum(near[this], changes[other] / np.maximum(base[other], base[this]))
+    relative = _FACTOR * np.maximum(here, near)
+    factor = _PROPORTIONAL * ratio
+    relative[judged] = factor * np.maximum(here, _NEIGHBOUR_SHARE * near)[judged]
     caution = _DAMPED if case.assembly.damping.any() else 1.0
     own = caution * tolerance + (0.0 if case.assembly.force is None else case.assembly.force.path.error)
-    errors = caution * _ESTIMATE_FACTOR * relative + own + _ROUNDING * forces / base
+    errors = caution * relative + own + _ROUNDING * forces / base
     errors[forces <= 0] = 0.0
-    judged = case.judged_contacts(forces)
     late = np.abs(fine.force_times - coarse.force_times)[judged]
     late = late[late < _OTHER_PEAK].max(initial=0.0)
-    return errors, bool(errors[judged].max() > rtol or late > _TIME_SHARE * rtol)
+    return errors, bool(errors[judged].max() > rtol or factor * late > _TIME_SHARE * rtol)

@@ -222,7 +222,7 @@ def _quantile(batches: FloatArray, share: float) -> Estimate:
     below = np.mean(batches <= value, axis=-1)
     # at least one draw, as the fraction may be a whole number of draws in each batch
     half = math.hypot(_CONFIDENCE * float(np.std(below, ddof=1)), 1 / len(pooled))
-    low, high = np.quantile(pooled, [share - half, share + half], method="hazen").tolist()
+    low, high = np.quantile(pooled, np.clip([share - half, share + half], 0, 1), method="hazen").tolist()
     return Estimate(value, max(high - value, value - low))
 
 

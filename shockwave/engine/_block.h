@@ -1,0 +1,70 @@
+/* Values of WIDTH neighbouring elements at a time. Included once for each width; a width of 1 is plain C. Every width gives
+   the same results. */
+
+#if WIDTH == 1
+#define V double
+#define Mask int
+INLINE double NAME(load)(const double *from) { return *from; }
+INLINE void NAME(store)(double *to, double v) { *to = v; }
+INLINE double NAME(set)(double v) { return v; }
+INLINE int NAME(exceeds)(double v, double limit) { return v > limit; }
+INLINE int NAME(reaches)(double v, double limit) { return v >= limit; }
+INLINE double NAME(pick)(int mask, double v, double otherwise) { return mask ? v : otherwise; }
+INLINE int NAME(any)(int mask) { return mask; }
+INLINE double NAME(square_root)(double v) { return sqrt(v); }
+INLINE double NAME(magnitude)(double v) { return fabs(v); }
+INLINE double NAME(next)(double v, double following) { (void)v; return following; }
+INLINE double NAME(previous)(double preceding, double v) { (void)v; return preceding; }
+#elif WIDTH == 8
+#define V Values8
+#define Mask __mmask8
+INLINE V NAME(load)(const double *from) { return (V)_mm512_loadu_pd(from); }
+INLINE void NAME(store)(double *to, V v) { _mm512_storeu_pd(to, (__m512d)v); }
+INLINE V NAME(set)(double v) { return (V)_mm512_set1_pd(v); }
+INLINE Mask NAME(exceeds)(V v, V limit) { return _mm512_cmp_pd_mask((__m512d)v, (__m512d)limit, _CMP_GT_OQ); }
+INLINE Mask NAME(reaches)(V v, V limit) { return _mm512_cmp_pd_mask((__m512d)v, (__m512d)limit, _CMP_GE_OQ); }
+INLINE V NAME(pick)(Mask mask, V v, V otherwise) { return (V)_mm512_mask_blend_pd(mask, (__m512d)otherwise, (__m512d)v); }
+INLINE int NAME(any)(Mask mask) { return mask != 0; }
+INLINE V NAME(square_root)(V v) { return (V)_mm512_sqrt_pd((__m512d)v); }
+INLINE V NAME(magnitude)(V v) { return (V)_mm512_abs_pd((__m512d)v); }
+INLINE V NAME(next)(V v, V following) { return (V)_mm512_castsi512_pd(_mm512_alignr_epi64((__m512i)following, (__m512i)v, 1)); }
+INLINE V NAME(previous)(V preceding, V v) { return (V)_mm512_castsi512_pd(_mm512_alignr_epi64((__m512i)v, (__m512i)preceding, 7)); }
+#else
+#define V Values4
+#define Mask Bits4
+INLINE V NAME(load)(const double *from) { return (V)_mm256_loadu_pd(from); }
+INLINE void NAME(store)(double *to, V v) { _mm256_storeu_pd(to, (__m256d)v); }
+INLINE V NAME(set)(double v) { return (V)_mm256_set1_pd(v); }
+INLINE Mask NAME(exceeds)(V v, V limit) { return v > limit; }
+INLINE Mask NAME(reaches)(V v, V limit) { return v >= limit; }
+INLINE V NAME(pick)(Mask mask, V v, V otherwise) { return (V)_mm256_blendv_pd((__m256d)otherwise, (__m256d)v, (__m256d)mask); }
+INLINE int NAME(any)(Mask mask) { return !_mm256_testz_si256((__m256i)mask, (__m256i)mask); }
+INLINE V NAME(square_root)(V v) { return (V)_mm256_sqrt_pd((__m256d)v); }
+INLINE V NAME(magnitude)(V v) { return (V)_mm256_andnot_pd(_mm256_set1_pd(-0.0), (__m256d)v); }
+INLINE V NAME(next)(V v, V following) { return __builtin_shuffle(v, following, (Bits4){1, 2, 3, 4}); }
+INLINE V NAME(previous)(V preceding, V v) { return __builtin_shuffle(preceding, v, (Bits4){3, 4, 5, 6}); }
+#endif
+
+INLINE V NAME(greater)(V v, V limit) { return NAME(pick)(NAME(exceeds)(v, limit), v, limit); }
+
+/* The power q of d by the C library, element by element; by roots where possible: they are the same everywhere. */
+INLINE V NAME(power)(V d, double q)
+{
+    double each[WIDTH];
+    int i;
+    if (q == 0) return NAME(set)(1);
+    if (q == 0.5) return NAME(square_root)(d);
+    if (q == 0.25) return NAME(square_root)(NAME(square_root)(d));
+    NAME(store)(each, d);
+    for (i = 0; i < WIDTH; i++) each[i] = pow(each[i], q);
+    return NAME(load)(each);
+}
+
+#include "_law.h"
+#include "_stage.h"
+
+#undef V
+#undef Mask
+#undef WIDTH
+#undef TARGET
+#undef NAME

@@ -1,0 +1,65 @@
+/* The contact law F = max(k d^p + c d^q d', 0) where d > 0, else 0, of WIDTH contacts at a time. The forces of this file are
+   less the static one, and computed without the difference of both. */
+
+/* What is known of closed contacts at element e: d, or 1 where a contact is open. */
+INLINE V NAME(inside)(const March *m, V d, Mask *closed)
+{
+    *closed = NAME(exceeds)(d, NAME(set)(m->r->min_overlap));
+    return NAME(pick)(*closed, d, NAME(set)(1));
+}
+
+/* k d^p of contacts with or without a static overlap, for an exponent other than Hertz's. */
+INLINE V NAME(power_law)(const March *m, long e, V stretch, V inside, Mask closed)
+{
+    double s[WIDTH], d[WIDTH], f[WIDTH];
+    int i;
+    NAME(store)(s, NAME(pick)(closed, stretch, NAME(set)(0)));
+    NAME(store)(d, inside);
+    for (i = 0; i < WIDTH; i++)
+        f[i] = m->base[e + i] > 0 ? m->still[e + i] * expm1(m->r->p * log1p(s[i] / m->base[e + i])) : m->k[e + i] * pow(d[i], m->r->p);
+    return NAME(load)(f);
+}
+
+/* Elastic force, with the overlap as change since the beginning and in all. */
+INLINE V NAME(elastic)(const March *m, const int hertz, const int loaded, long e, V stretch, V d)
+{
+    Mask closed;
+    const V inside = NAME(inside)(m, d, &closed), k = NAME(load)(m->k + e), open = -NAME(load)(m->still + e);
+    if (!NAME(any)(closed)) return open; /* without roots */
+    if (hertz && !loaded) return NAME(pick)(closed, k * (inside * NAME(square_root)(inside)), open);
+    if (hertz) {
+        const V base = NAME(load)(m->base + e), before = NAME(load)(m->root + e), root = NAME(square_root)(inside);
+        return NAME(pick)(closed, k * (stretch * (d + root * before + base) / (root + before)), open);
+    }
+    return NAME(pick)(closed, NAME(power_law)(m, e, stretch, inside, closed), open);
+}
+
+/* Force with damping, from the elastic one; `raw` is that before it is cut off. */
+INLINE V NAME(damp)(const March *m, long e, V elastic, V d, V w, V *raw)
+{
+    Mask closed;
+    const double q = m->r->q;
+    const V inside = NAME(inside)(m, d, &closed), viscous = NAME(load)(m->c + e) * NAME(power)(inside, q) * w, zero = NAME(set)(0);
+    /* only the dashpot of a contact that is off does not act: its force would jump within the step */
+    const Mask acts = q == 0 ? NAME(exceeds)(NAME(load)(m->on + e), zero) : closed;
+    *raw = elastic + (q == 0 ? viscous : NAME(pick)(closed, viscous, zero));
+    return NAME(greater)(NAME(pick)(acts, *raw, elastic), -NAME(load)(m->still + e));
+}
+
+/* Derivative of the elastic force by the overlap; 0 if the contact is open. */
+INLINE V NAME(stiffness)(const March *m, const int hertz, long e, V d)
+{
+    Mask closed;
+    const V inside = NAME(inside)(m, d, &closed), rate = NAME(power)(inside, hertz ? 0.5 : m->r->p - 1);
+    return NAME(pick)(closed, m->r->p * NAME(load)(m->k + e) * rate, NAME(set)(0));
+}
+
+/* Time derivative of the force before it is cut off, from stiffness, overlap, closing velocity and its derivative. */
+INLINE V NAME(rate)(const March *m, long e, V stiffness, V d, V w, V closing)
+{
+    Mask closed;
+    const V inside = NAME(inside)(m, d, &closed), elastic = stiffness * w;
+    if (!m->damped) return elastic;
+    return NAME(pick)(closed, elastic + NAME(load)(m->c + e) * NAME(power)(inside, m->r->q)
+                      * (m->r->q / inside * w * w + closing), NAME(set)(0));
+}

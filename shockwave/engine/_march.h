@@ -1,0 +1,104 @@
+/* A run of `_chains.c`: settings, the state of the chain, and the rows in which it works.
+
+   Body j is at x[j], v[j]; contact j lies between bodies j and j + 1. Rows have BLOCK elements before the first body and
+   after the last block, so that the neighbours of every body are in the row; element -1 of the forces is the weight of a
+   striker. Bodies beyond the window are at rest: their elements of `mobile` and of the reaches are zero. */
+
+#define BLOCK 8       /* elements of a block; rows consist of whole blocks */
+#define MAX_STAGES 17
+
+enum { RUNNING, DONE, TOO_LONG, FAILED };
+
+/* Settings, constants and results of a run, in the order of mixed_chain_run.py, which explains them. */
+typedef struct {
+    double p, q, tolerance, until, duration, rise_time, peak_force, first, longest, contacts, end_stiffness, end_damping,
+        most_work, damped, weight;
+    double far, largest, min_overlap, window, growth, margin, at_rest, safety, min_factor, max_factor, min_step, min_first, step_work, interval,
+        soon, kink, kink_share, most_cuts, located, rounding, elastic, viscous, nearly, hopeless, most_turns, near, nudge,
+        passed, wave, noise, instant, left, right;
+    double status, time, arrival, work, steps, evaluations, rebound, size, impulse_left, impulse_right;
+} Run;
+
+/* State at one end of a step; see End in mixed_chain_forces.py. */
+typedef struct { double *x, *v, *u, *d, *w, *f, *raw, *power, *stiffness, *slope, *a; } End;
+
+/* The coefficients of a sum over the stages that are not zero, and the stages to which they belong. */
+typedef struct { int count, at[MAX_STAGES]; double a[MAX_STAGES]; } Terms;
+
+/* A method; the terms after those of the stages are those of the end of the step. */
+typedef struct {
+    int stages, order, moves, last_is_next, estimates; /* moves: whether stages have velocities */
+    const double *nodes, *weights;
+    Terms positions[MAX_STAGES + 1], velocities[MAX_STAGES + 1], errors[4];
+} Method;
+
+typedef struct March March;
+
+/* The functions over blocks of elements, for the widest vectors of the processor; see `_stage.h`. */
+typedef struct {
+    void (*attempt)(March *, double h, double end, long low, long high, End *to);
+    void (*evaluate)(March *, End *, long low, long high, double time);
+    void (*complete)(March *, End *, long low, long high, double time);
+    double (*error)(March *, double h);
+    long (*near)(const March *, double h, long from), (*changed)(const March *, long from), (*turning)(const March *, double h, long from),
+        (*above)(const March *, long from);
+    void (*raise_scales)(March *, long high);
+    long width;
+} Kernel;
+
+struct March {
+    Run *r;
+    Kernel kernel;
+    Method method;
+    const double *stops, *times;
+    double *inverse, *k, *gap, *base, *root, *still, *c, *far_w, *far_u, *scale_w, *scale_u, *best, *since, *lost, *both, *on;
+    double *mobile, *reach_w, *reach_u, *y, *z, *shares, *stage[MAX_STAGES], *samples, *rows;
+    End start, finish, trial, scratch;
+    long bodies, n, padded, stop, stop_count, sample, sample_count; /* padded: bodies of the window in whole blocks */
+    int hertz, damped, loaded, jumps, driven, rejected, cuts, over, at_stop;
+    double held, effort, asked, free[2], impulses[MAX_STAGES + 1], forces[3][MAX_STAGES]; /* forces: at the first contact, left and right */
+    Path path;
+    PyObject *expired;
+    PyThreadState *thread;
+};
+
+static double larger(double value, double limit) { return value > limit ? value : limit; }
+static double smaller(double value, double limit) { return value < limit ? value : limit; }
+
+/* Displacement of body 0 by the applied force since the beginning of the step, `passed` before, and the impulse. */
+static double shift(March *m, double passed, double time, double *impulse)
+{
+    double path, all;
+    free_path(&m->path, time, &path, &all);
+    *impulse = all - m->free[1];
+    return m->inverse[0] * ((path - m->free[0]) - passed * m->free[1]);
+}
+
+/* Keeps the forces of a stage at the contacts of which the integral is asked. */
+static void watch(March *m, const double *f, int stage)
+{
+    m->forces[0][stage] = f[0];
+    m->forces[1][stage] = f[(long)m->r->left];
+    m->forces[2][stage] = f[(long)m->r->right];
+}
+
+/* Applied force, from the difference of its impulse. */
+static double applied(March *m, double time)
+{
+    const double about = m->r->instant * m->r->longest, before = larger(time - about, 0), after = smaller(time + about, m->r->duration);
+    double path, first, last;
+    if (!m->path.pieces || time >= m->r->duration) return 0;
+    free_path(&m->path, before, &path, &first);
+    free_path(&m->path, after, &path, &last);
+    return (last - first) / (after - before);
+}
+
+/* Overlap by which a contact with a dashpot may be early or late to close. */
+static double late(const March *m, const double *x, double w, long j)
+{
+    const double most = smaller(m->scale_w[j] / larger(m->both[j] * m->c[j], 1e-300), m->scale_u[j]);
+    return larger(most * (m->r->located * m->r->tolerance), m->r->rounding * (fabs(x[j]) + fabs(x[j + 1]) + m->r->time * fabs(w)));
+}
+
+/* Impulse that changes the closing velocity of a contact by the tolerance. */
+static double allowed(const March *m, long j) { return m->r->tolerance * m->scale_w[j] / m->both[j]; }

@@ -1,0 +1,168 @@
+/* Observers of accepted steps: greatest forces, samples, work, losses, arrival. */
+
+static void raise_best(March *m, long j, double force, double time)
+{
+    if (force > m->best[j]) { m->best[j] = force; m->since[j] = time; }
+}
+
+/* Closing acceleration of a contact at one end of a step. */
+static double closing(March *m, const End *end, long j, double time)
+{
+    return end->a[j] + (j ? 0 : m->inverse[0] * applied(m, time)) - end->a[j + 1];
+}
+
+/* Coefficients of the polynomial of degree 5 with the changes of an overlap, and their derivatives, at both ends of a step. */
+static void overlap_of(March *m, double h, long j, double c[6])
+{
+    const End *s = &m->start, *f = &m->finish;
+    const double w0 = h * s->w[j], a0 = h * h * closing(m, s, j, m->r->time), a1 = h * h * closing(m, f, j, m->r->time + h);
+    const double u = f->u[j] - s->u[j] - w0 - a0 / 2, w = h * f->w[j] - w0 - a0, a = a1 - a0;
+    c[0] = s->u[j];
+    c[1] = w0;
+    c[2] = a0 / 2;
+    c[3] = 10 * u - 4 * w + a / 2;
+    c[4] = -15 * u + 7 * w - a;
+    c[5] = 6 * u - 3 * w + a / 2;
+}
+
+/* Change of the force per step at a fraction s of it, by the polynomial of the overlap. */
+static double slope_at(const March *m, double h, long j, const double c[6], double s)
+{
+    const double d = (c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * c[5]))))) + m->base[j];
+    const double w = c[1] + s * (2 * c[2] + s * (3 * c[3] + s * (4 * c[4] + s * 5 * c[5])));
+    const double a = 2 * c[2] + s * (6 * c[3] + s * (12 * c[4] + s * 20 * c[5]));
+    return h * rate_1(m, j, stiffness_1(m, m->hertz, j, d), d, w / h, a / (h * h));
+}
+
+/* Fraction of the step at which the slope vanishes, between those where it is positive and where it is not; `bend`
+   receives the derivative of the slope there. */
+static double vanish(const March *m, double h, long j, double low, double high, double at, double *bend)
+{
+    double c[6], slope, last = 0, before = 0, next;
+    int turn;
+    overlap_of((March *)m, h, j, c);
+    *bend = 0;
+    for (turn = 0; turn < m->r->most_turns; turn++, before = at, last = slope, at = next) {
+        slope = slope_at(m, h, j, c, at);
+        if (slope > 0) low = at; else high = at;
+        if (turn && at != before) *bend = (slope - last) / (at - before);
+        next = *bend < 0 ? at - slope / *bend : at + m->r->nudge * (slope > 0 ? 1 : -1);
+        if (!(next > low && next < high)) next = 0.5 * (low + high);
+        if (turn && fabs(next - at) < m->r->near) return next;
+    }
+    return at;
+}
+
+/* Computes the maximum of a contact force within the step, if it may be the greatest so far: at the end of a step to the
+   time at which its slope vanishes, by the polynomial of the overlap. */
+static void find_peak(March *m, double h, long j)
+{
+    const long reach = m->method.stages + 2, first = j > reach ? (j - reach) / BLOCK * BLOCK : 0;
+    const long last = (long)smaller((double)((j + reach + 1 + BLOCK) / BLOCK * BLOCK), (double)m->padded);
+    double low = 0, f0 = m->start.f[j], r0 = h * m->start.slope[j], high = 1, f1 = m->finish.f[j], r1 = h * m->finish.slope[j];
+    const double rise = f1 - f0, c = 3 * rise - 2 * r0 - r1, e = r0 + r1 - 2 * rise, at = -c / (3 * e), ends = larger(f0, f1);
+    const double value = f0 + at * (r0 + at * (c + at * e)), middle = r0 + at * (2 * c + at * 3 * e);
+    double share, left = 0, slope = 0, bend;
+    int turn;
+    /* a cubic with slopes of the same sign may have a maximum and a minimum, on both sides of its point of inflection */
+    if (r0 > 0 && r1 > 0 && at > 0 && at < 1) { high = at; f1 = value; r1 = middle; }
+    else if (r0 <= 0 && r1 <= 0 && at > 0 && at < 1) { low = at; f0 = value; r0 = middle; }
+    if (r0 <= 0 || r1 > 0 || larger(f0, f1) + 0.25 * (high - low) * (r0 - r1)
+        <= larger(m->best[j] - m->r->nearly * fabs(m->best[j] + m->still[j]), ends)) return;
+    share = vanish(m, h, j, low, high, low + (high - low) * top_of((high - low) * r0, (high - low) * r1, f1 - f0), &bend);
+    for (turn = 0; turn < m->r->most_turns; turn++) {
+        const double time = m->r->time + share * h;
+        m->kernel.attempt(m, share * h, time, first, last, &m->trial);
+        m->kernel.complete(m, &m->trial, first, last, time);
+        slope = h * m->trial.slope[j];
+        left = bend < 0 ? -slope / bend : 0;
+        left = larger(smaller(left, 1 - share), -share);
+        if (fabs(left) < m->r->near) break;
+        if (turn + 1 < m->r->most_turns) share += left;
+    }
+    raise_best(m, j, m->trial.f[j] + 0.5 * slope * left, m->r->time + (share + left) * h);
+}
+
+/* Computes all maxima within the step that may be the greatest so far. */
+static void find_peaks(March *m, double h)
+{
+    const long contacts = (long)m->r->contacts;
+    long e = 0, j;
+    while ((e = m->kernel.turning(m, h, e)) < m->padded && e < contacts)
+        for (j = e, e += m->kernel.width; j < e && j < m->n && j < contacts; j++) find_peak(m, h, j);
+}
+
+/* Stores the states at the requested times up to the end of the step. */
+static void store_samples(March *m, double end)
+{
+    const long row = m->bodies + 1;
+    for (; m->sample < m->sample_count && m->times[m->sample] <= end; m->sample++) {
+        const double time = m->times[m->sample];
+        double *x = m->samples + 3 * row * m->sample;
+        long j;
+        m->kernel.attempt(m, time - m->r->time, time, 0, m->padded, &m->trial);
+        for (j = 0; j < m->bodies; j++) {
+            const int inside = j < m->padded;
+            x[j] = inside ? m->trial.x[j] : 0;
+            x[row + j] = inside ? m->trial.v[j] : 0;
+            x[2 * row + j] = (inside ? m->trial.f[j] : 0) + m->still[j];
+        }
+    }
+}
+
+/* Adds the work of the force, integrated by parts; see mixed_chain_run.py. */
+static void add_work(March *m, double h, double end)
+{
+    const double inverse = m->inverse[0], impulse = m->impulses[m->method.stages], *weights = m->method.weights;
+    double mean = 0, summed = 0, product = 0, ignored, area = shift(m, h, end, &ignored) / inverse;
+    int i;
+    for (i = 0; i < m->method.stages; i++) {
+        product += weights[i] * m->impulses[i] * m->forces[0][i];
+        mean += weights[i] * m->forces[0][i];
+        summed += weights[i] * m->impulses[i];
+    }
+    m->r->work += impulse * (m->finish.v[0] - inverse * impulse) + 0.5 * inverse * impulse * impulse;
+    m->r->work += inverse * (h * product + mean * (area - h * summed));
+}
+
+/* Adds the impulses at two contacts, and the energy that all dissipate. */
+static void add_losses(March *m, double h)
+{
+    const End *s = &m->start, *f = &m->finish;
+    const double p = m->r->p + 1;
+    double left = 0, right = 0;
+    long j;
+    int i;
+    for (i = 0; i < m->method.stages; i++) {
+        left += m->method.weights[i] * m->forces[1][i];
+        right += m->method.weights[i] * m->forces[2][i];
+    }
+    m->r->impulse_left += h * left;
+    m->r->impulse_right += h * right;
+    /* a contact that is cut off loses its energy, whatever the length of the step */
+    for (j = 0; m->damped && j < m->n; j++)
+        if (m->k[j] > 0 && (s->raw[j] < 0 || s->d[j] < 0) && (f->raw[j] < 0 || f->d[j] < 0))
+            m->lost[j] += m->k[j] / p * (pow(larger(s->d[j], 0), p) - pow(larger(f->d[j], 0), p));
+        else m->lost[j] += h * m->shares[j];
+}
+
+/* Velocity of a striker with a weight when it first leaves the chain. */
+static void look_for_rebound(March *m, double h)
+{
+    const End *s = &m->start, *f = &m->finish;
+    if (m->r->weight > 0 && m->r->rebound == 0 && s->d[0] >= 0 && f->d[0] < 0 && f->v[0] < 0)
+        m->r->rebound = f->v[0] - m->inverse[0] * m->r->weight * h * (1 - root_of(s->d[0], h * s->w[0], f->d[0], h * f->w[0]));
+}
+
+/* Sets the time at which the wave arrives at the last contact, and the end of the run if that depends on it. */
+static void look_for_arrival(March *m)
+{
+    const long last = (long)m->r->contacts - 1;
+    if (m->r->arrival >= 0 || m->n <= last || !(m->best[last] > 0)) return;
+    if (m->start.f[last] >= m->r->passed * m->best[last]) return;
+    /* a wall that oscillates ahead of the wave: that has not passed the contact before */
+    if (last && m->start.f[last - 1] >= m->r->passed * m->best[last - 1]) return;
+    if (m->best[last] < m->r->noise * m->still[last] || (last && m->best[last] < m->r->wave * m->best[last - 1])) return;
+    m->r->arrival = m->since[last];
+    if (m->r->until == INFINITY) m->r->until = larger(m->r->duration + 3 * m->r->arrival, m->r->time);
+}

@@ -1,0 +1,66 @@
+"""The overlap of a contact within a step as a polynomial, and the time at which the slope of its force vanishes."""
+
+from __future__ import annotations
+
+import numpy as np
+from attrs import frozen
+
+from shockwave.engine.mixed_chain_forces import Contacts, End
+
+#: Largest number of turns of a search for a maximum.
+MOST_TURNS = 30
+#: Precision of the time of a maximum, over the step, before a last correction, and first change of it in the search.
+NEAR = 1e-5
+NUDGE = 1e-3
+
+
+@frozen(eq=False)
+class Overlap:
+    """Change of the overlap of contact j within a step of a ``size``.
+
+    The polynomial of degree 5 with the ``coefficients`` has the overlap and its derivatives at both ends of the step.
+    """
+
+    contacts: Contacts
+    j: int
+    size: float
+    coefficients: tuple[float, ...]
+
+    @classmethod
+    def between(cls, contacts: Contacts, start: End, finish: End, time: float, size: float, j: int) -> Overlap:
+        """The polynomial of a step that begins at ``time``."""
+        ends = (start, time), (finish, time + size)
+        a0, a1 = (size * size * float(contacts.closing(end.a[j : j + 2], at, j)[0]) for end, at in ends)
+        w0 = size * float(start.w[j])
+        u = float(finish.u[j]) - float(start.u[j]) - w0 - a0 / 2
+        w, a = size * float(finish.w[j]) - w0 - a0, a1 - a0
+        higher = 10 * u - 4 * w + a / 2, -15 * u + 7 * w - a, 6 * u - 3 * w + a / 2
+        return cls(contacts, j, size, (float(start.u[j]), w0, a0 / 2, *higher))
+
+    def slope(self, s: float) -> float:
+        """Change of the force per step at a fraction ``s`` of it."""
+        c, j, size = self.coefficients, self.j, self.size
+        u = c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * c[5]))))
+        w = c[1] + s * (2 * c[2] + s * (3 * c[3] + s * (4 * c[4] + s * 5 * c[5])))
+        a = 2 * c[2] + s * (6 * c[3] + s * (12 * c[4] + s * 20 * c[5]))
+        motion = np.array([[u + self.contacts.base[j]], [w / size], [a / (size * size)]])
+        return size * float(self.contacts.rates(motion[0], motion[1], motion[2], j)[0])
+
+    def vanish(self, low: float, high: float, at: float) -> tuple[float, float]:
+        """Fraction of the step at which the slope vanishes, and the derivative of the slope there.
+
+        The slope is positive at ``low`` and not at ``high``; ``at`` is a first estimate.
+        """
+        bend = last = before = 0.0
+        for turn in range(MOST_TURNS):
+            slope = self.slope(at)
+            low, high = (at, high) if slope > 0 else (low, at)
+            if turn and at != before:
+                bend = (slope - last) / (at - before)
+            following = at - slope / bend if bend < 0 else at + NUDGE * (1 if slope > 0 else -1)
+            if not low < following < high:
+                following = 0.5 * (low + high)
+            if turn and abs(following - at) < NEAR:
+                return following, bend
+            before, last, at = at, slope, following
+        return at, bend
