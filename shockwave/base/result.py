@@ -108,7 +108,7 @@ class Result:
 
     def remarks(self) -> dict[str, list[str]]:
         """All ``warnings``, which limit the result, and its ``notes`` on a record."""
-        warnings = getattr(self, "all_warnings", getattr(self, "warnings", ()))
+        warnings = getattr(self, "warnings", ())
         return {"warnings": list(dict.fromkeys(warnings)), "notes": [*getattr(self, "notes", ())]}
 
     def _table(self, name: str) -> Table | None:

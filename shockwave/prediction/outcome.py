@@ -256,7 +256,7 @@ class Outcome(SceneResult):
         beyond = self.yielding.warnings if self.yielding else ()
         if result is not None:
             # those of the train limit no first number
-            return tuple(dict.fromkeys((*result.warnings, *beyond)))
+            return tuple(dict.fromkeys((*result.first_warnings, *beyond)))
         usual = unusual_warnings(self.excitation, self.chain)
         if self.simulation is not None:
             return usual

@@ -106,9 +106,8 @@ def _section4(outcome: Outcome) -> Iterator[tuple[str, str]]:
     if outcome.simulation is not None:
         error = "error not known" if paper.error is None else f"error {error_text(paper.error)}"
         yield "section 4", f"peak force {si(paper.peak_force, 'N', error=SHOWN_ERROR)}, {error}; {holds}"
-    yield "regime", regime_text(paper) + ("" if outcome.simulation is not None else f"; {holds}")
-    if isinstance(paper, EjectionOutcome):
-        yield "ejection", ejection_text(paper)
+    rebound = f"; {ejection_text(paper)}" if isinstance(paper, EjectionOutcome) else ""
+    yield "section 4 regime", regime_text(paper) + rebound + ("" if outcome.simulation is not None else f"; {holds}")
 
 
 def features_text(faults: Iterable[Fault]) -> str:
@@ -144,7 +143,7 @@ def decision_lines(paper: Section4Outcome) -> list[str]:
     return [
         table(("condition (3)", "margin", ""), conditions),
         "",
-        table(("decided by", "left", "right", "conclusion", "equation"), map(_step_row, paper.trace)),
+        table(("section 4 decided by", "left", "right", "conclusion", "equation"), map(_step_row, paper.trace)),
         "",
         *paragraph("  ", symbols, 2),
     ]

@@ -100,7 +100,7 @@ def simulate_many(
         Relative error of the peak force, 1e-13 to 1e-2. Default: 1e-6.
     threads : int, optional
         Number of threads that run the compiled code. By default one for each core.
-    **given
+    **options
         Other options of `shockwave.simulate`; ``timeout`` is the maximum computing time of one scene [s].
 
     Returns

@@ -292,11 +292,8 @@ class Simulation(SceneResult):
         return self.run_cost + self.train.cost if later else self.run_cost
 
     @property
-    def warnings(self) -> tuple[str, ...]:
-        """Warnings of unusual values, the accuracy of the first numbers, and their first yield.
-
-        `all_warnings` has also those of the train, the passages and the histories.
-        """
+    def first_warnings(self) -> tuple[str, ...]:
+        """Warnings of unusual values, the accuracy of the first numbers, and their first yield."""
         beyond = self.first_yield if self.wave is None else yielding_of(self.chain, self.wave.peak_force)
         return (*self._run_warnings, *(beyond.warnings if beyond else ()))
 
@@ -307,8 +304,8 @@ class Simulation(SceneResult):
         return (*self._run_warnings, *train, *(self.yielding.warnings if self.yielding else ()))
 
     @property
-    def all_warnings(self) -> tuple[str, ...]:
-        """Warnings of the waves, the passages and the histories."""
+    def warnings(self) -> tuple[str, ...]:
+        """Warnings of all numbers: the first ones, the waves if they were requested, the passages and the histories."""
         return (*self.wave_warnings, *self._passages[1], *self._recording[1])
 
     @property
@@ -375,7 +372,7 @@ class Simulation(SceneResult):
         others = {"yield": plain(self.yielding), "scene": self.scene.summary().to_dict()}
         others["verdict"] = plain_verdict(self)
         document = VERSION | {name: plain(getattr(self, name)) for name in _KEYS}
-        others |= {"warnings": [*self.all_warnings, *self._forces.warnings], "notes": list(self.notes)}
+        others |= {"warnings": [*self.warnings, *self._forces.warnings], "notes": list(self.notes)}
         return {**document, **ends, **options, **others}
 
     def __str__(self) -> str:

@@ -44,7 +44,7 @@ _FEW = 3
 
 def simulation_text(result: Simulation) -> str:
     """The first number with its error estimate, waves or forces; on request balances, cost and scene."""
-    return brief(head(result), result.all_warnings, lines(result))
+    return brief(head(result), result.warnings, lines(result))
 
 
 def head(result: Simulation) -> list[str]:

@@ -214,7 +214,7 @@ class Comparison(Result):
     @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings of the simulation, which are those of the comparison."""
-        return self.simulated.all_warnings
+        return self.simulated.warnings
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -64,7 +64,7 @@ def target_named(name: object, contacts: Sequence[int], kind: str) -> Quantity:
 
 def figures_of(quantity: Quantity, result: Any) -> tuple[float, float] | None:
     """Value and estimated relative error in the result of a simulation; None where the result has no value."""
-    if quantity in table.YIELD and any(each.startswith(UNJUDGED) for each in result.warnings):
+    if quantity in table.YIELD and any(each.startswith(UNJUDGED) for each in result.first_warnings):
         return None  # other contacts may yield first
     if quantity in table.STEADY_WAVE:
         wave = None if result.peak_force is None else SolitaryWave.of(result.peak_force, result.chain)

@@ -164,7 +164,7 @@ def test_json_contains_the_outcome(name: str) -> None:
     assert paper["error"] == paper["peak_force"] / read["peak_force"] - 1
     assert [set(each) >= {"name", "margin", "holds"} for each in read["conditions"]] == [True] * 3
     assert (read["ejection"] is not None) == (name == "ejection")
-    assert f"regime            {name}" in str(outcome)
+    assert f"section 4 regime  {name}" in str(outcome)
 
 
 @EVERY_NAME

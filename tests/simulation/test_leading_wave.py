@@ -57,7 +57,7 @@ def test_tight_passages_have_twelve_digits_and_the_missed_tolerance_is_reported(
     result = reference_run(case, 1e-13)
     # rounding of some hundred steps; the uncertainty of the limit is at most 5e-14
     assert off_reference(result, case, contact) < 1e-12
-    (warning,) = result.warnings
+    (warning,) = result.first_warnings
     assert warning.startswith("The tolerance was not met")
     assert warning.endswith("Smaller steps did not reduce it further.")
     assert 1e-13 < result.error_estimate < 1e-11

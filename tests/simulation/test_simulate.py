@@ -121,14 +121,14 @@ ENDS = ("recoil_momentum", "recoil_error", "recoil_velocities", "ejected_granule
 def test_only_access_to_the_train_integrates_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("shockwave.simulation.wave_train.train_of", Mock(side_effect=AssertionError("integrated")))
     result, alone = sw.simulate(CASE_A, CHAIN), sw.simulate(CASE_A, CHAIN, waves="primary")
-    names = "peak_force amplification primary error_estimate momentum_defect energy_defect cost warnings"
+    names = "peak_force amplification primary error_estimate momentum_defect energy_defect cost first_warnings"
     assert all(getattr(result, name) is not None for name in names.split())
     assert str(alone)
     assert repr(alone)
     assert alone.waves == (alone.primary,)
     document = alone.to_dict()
     assert [document[name] for name in ENDS] == [None] * 5
-    for name in ("waves", "train", "all_warnings", *ENDS):
+    for name in ("waves", "train", "warnings", *ENDS):
         with pytest.raises(AssertionError, match="integrated"):
             getattr(result, name)
 
