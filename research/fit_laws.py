@@ -324,7 +324,7 @@ def taper_ratio(reduction: float) -> float:
 
 
 def fit_taper() -> dict[str, Any]:
-    """Coefficients of P in (1 - q)^(1/5 + q P(q)), by the least squares of the logarithm of the ratio."""
+    """Coefficients of P in (1 - q)^(1/5 + q P(q)), by least squares of the logarithm of the ratio."""
     q = np.array(TAPERED)
     losses = np.log([taper_ratio(each) for each in TAPERED]) / np.log1p(-q) - 0.2
     polynomial = Polynomial.fit(q, losses / q, 5, w=-q * np.log1p(-q)).convert()

@@ -2,8 +2,8 @@
 Sweep of the rise time
 ======================
 
-A short shock is weaker after the first granules, a long one generates waves stronger
-than itself. Section 4 of the paper is close in between.
+A short shock is attenuated by the first granules; a long one generates waves stronger
+than itself. Section 4 of the paper is close to the simulation in between.
 """
 
 import matplotlib.pyplot as plt

@@ -2,9 +2,9 @@
 Triangle and half-sine
 ======================
 
-Two pulses of the same peak force and duration. While the pulse is short, only its
-impulse counts, so the half-sine gives the larger force, by the ratio of the areas to
-the power 6/5; for a long pulse the shape matters.
+Two pulses of the same peak force and duration. As long as the pulse is short, only
+its impulse counts, and the half-sine gives a larger force; the ratio of the forces is
+that of the areas to the power 6/5. For a long pulse the shape matters.
 """
 
 import matplotlib.pyplot as plt

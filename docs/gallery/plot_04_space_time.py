@@ -2,7 +2,7 @@
 Space-time map of a wave train
 ==============================
 
-A long blow separates into a train of solitary waves: the strongest travels fastest.
+A long shock separates into a train of solitary waves: the strongest travels fastest.
 """
 
 import matplotlib.pyplot as plt

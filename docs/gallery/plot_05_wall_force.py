@@ -4,7 +4,7 @@ Force on a wall against its stiffness
 
 A solitary wave exerts on a wall W times its own peak force. The law W depends on kappa
 alone, the stiffness of the contact with the wall over that of the other contacts. It is
-compared with simulated chains before walls of several materials.
+compared with simulated chains in front of walls of several materials.
 """
 
 import matplotlib.pyplot as plt

@@ -2,9 +2,9 @@
 A tapered chain as a protector
 ==============================
 
-In a chain with decreasing beads each collision passes on only a part of the momentum at
-once: the force arrives later and weaker than behind equal beads. The greatest force at
-each contact shows where it drops.
+In a chain of beads of decreasing size, each collision transmits only part of the
+momentum at once: the force at the end is weaker and arrives later than behind equal
+beads. The greatest force at each contact shows where it drops.
 """
 
 import matplotlib.pyplot as plt

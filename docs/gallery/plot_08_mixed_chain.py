@@ -2,8 +2,8 @@
 A granular container of steel and PTFE
 ======================================
 
-Soft beads between hard ones trap the pulse: it leaks out of them in portions, and the
-wall sees several small blows instead of a large one.
+Soft beads between hard ones trap the pulse: it leaks out of them bit by bit, and the
+wall receives several weak pulses instead of a strong one.
 """
 
 import matplotlib.pyplot as plt

@@ -2,7 +2,7 @@
 The lightest protector for a limit
 ==================================
 
-Which beads keep the force on the wall below a limit, within the space that there is,
+Which beads keep the force on the wall below a limit, within the available space,
 with the least mass? The search simulates the options, ranks the materials and shows the
 trade-off between force and mass.
 """

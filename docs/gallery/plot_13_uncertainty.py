@@ -2,8 +2,8 @@
 Uncertain beads, uncertain force
 ================================
 
-Tolerances of radius and modulus and the scatter of the blow spread the force of the
-leading wave. Sobol indices state which of them matters.
+Tolerances of radius and modulus and the scatter of the shock make the force of the
+leading wave uncertain. Sobol indices show which of them matters most.
 """
 
 import matplotlib.pyplot as plt
@@ -32,7 +32,7 @@ result.plot()
 plt.show()
 
 # %%
-# What the uncertainty of the force comes from.
+# The sources of the uncertainty of the force.
 
 figure, ax = plt.subplots(figsize=(5, 2.4), layout="constrained")
 names = [each.name.rpartition(".")[2].replace("_", " ") for each in force.sensitivities]

@@ -2,8 +2,8 @@
 A profile of one's own
 ======================
 
-Any pulse with a formula is a class with two functions. Prediction, simulation, pictures
-and studies take it like a built-in profile.
+Any pulse given by a formula can be written as a class with two functions. Prediction,
+simulation, pictures and studies accept it like a built-in profile.
 """
 
 import math
@@ -46,7 +46,7 @@ ax.legend()
 plt.show()
 
 # %%
-# The waves of the steepest one.
+# The waves that the steepest one generates.
 
 sw.compare(shock, chain).plot()
 plt.show()

@@ -2,8 +2,8 @@
 Ranking of materials
 ====================
 
-The same blow on beads of every material of the library: soft and heavy granules pass on
-the least force, hard and light ones the most.
+The same shock on beads of several materials of the library: soft and heavy granules
+transmit the least force, hard and light ones the most.
 """
 
 import matplotlib.pyplot as plt

@@ -93,7 +93,7 @@ def landing() -> Figure:
     around = np.maximum(np.append(0, forces), np.append(forces, 0))
     ax.scatter(range(BEADS + 1), [-0.13 * top] * (BEADS + 1), s=92, c=around, cmap="Blues", vmin=-0.25 * top)
     ax.collections[-1].set(edgecolor="#444444", linewidth=0.6)
-    # the begin of the shock is at the right, next to the beads
+    # the beginning of the shock is at the right, next to the beads
     times = np.linspace(0, shock.duration, 200)
     places = -APART - PULSE * times / shock.duration
     applied = shock.peak_force * shock.profile.force(times / shock.rise_time)
@@ -222,7 +222,7 @@ def trust_map() -> Figure:
 
 
 def distribution() -> Figure:
-    """Peak force for beads and a blow that are not known exactly, with a limit."""
+    """Distribution of the peak force for uncertain beads and an uncertain shock, with a limit."""
     chain = sw.Chain(material="bearing-steel-52100", diameter="9.5 mm")
     shock = sw.Shock(profile="triangular", peak_force="50 N", rise_time="20 us", duration="60 us")
     spreads = {"shock.peak_force": "5 %", "shock.rise_time": "5 %", "chain.material.youngs_modulus": "3 %"}

@@ -39,7 +39,7 @@ def dotted_name(path: Steps) -> str:
 
 
 def steps_of(name: str | Steps) -> Steps:
-    """Path that ``name`` writes, such as ``chain.granules[1].diameter``; inverse of `dotted_name` for plain keys."""
+    """Path that ``name`` denotes, such as ``chain.granules[1].diameter``; inverse of `dotted_name` for plain keys."""
     if not isinstance(name, str):
         return name
     return tuple(int(index) if index else step for step, index in _STEP.findall(name))
@@ -181,7 +181,7 @@ def refuse(faults: Iterable[Fault]) -> None:
 
 
 def first_of(faults: Sequence[Fault]) -> InvalidValueError:
-    """An error with the first of the faults of a column and their number, because most are the same mistake."""
+    """Error with the first fault of a column and their number, because most are the same mistake."""
     problem = faults[0].problem.removesuffix(")") + f"; one of {len(faults)})"
     return InvalidValueError(faults[0] if len(faults) == 1 else evolve(faults[0], problem=problem))
 

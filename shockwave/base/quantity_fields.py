@@ -128,7 +128,7 @@ def quantity(
     within : mapping, optional
         Bounds that several fields share, such as `SIZES`.
     **declared
-        As of `Quantity`: above, at_least, below, at_most, whole, optional, example.
+        Attributes of `Quantity`: above, at_least, below, at_most, whole, optional, example.
 
     Raises
     ------

@@ -124,7 +124,7 @@ def _of_pint(value: Any, unit: str) -> float:
 
 @lru_cache(maxsize=1024)
 def _factor(of_unit: str, unit: str) -> Decimal:
-    """One ``of_unit`` in ``unit``; raises ValueError, with advice, if it is not a unit of this dimension."""
+    """Value of one ``of_unit`` in ``unit``; raises ValueError, with advice, if it is not a unit of this dimension."""
     if unit == "m/s**2" and (match := re.fullmatch(_GRAVITY, of_unit)):
         of_unit = f"{match[1]}gee"
     base, dimension = _measure(unit)

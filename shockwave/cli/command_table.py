@@ -57,7 +57,7 @@ _EXPLORE = [
     Option(("file",), f"{_FILE.meaning} (default: an example)", {"nargs": "?", "metavar": "FILE"}),
     _SET,
     option("--port N", "port on loopback, 0 for any free one", type=number_between(0, 65535, int), default=8042),
-    option("--no-browser", "print the address of the page only"),
+    option("--no-browser", "print the address of the page without opening it"),
 ]
 _SWEEP = [
     option("FILE", f"{_FILE.meaning}, with a `sweep` block"),
@@ -71,7 +71,7 @@ _SWEEP = [
         type=number_between(1e-3, 1e9),
     ),
     option("--fail-fast", "stop at the first point that fails"),
-    option("--retry-failed", "run points again that failed or crashed before"),
+    option("--retry-failed", "rerun points that failed or crashed"),
     option("--resume", "do not start a new sweep: FOLDER must contain this one"),
     option("--accept-versions", "resume even if the versions of shockwave, a plugin or a dependency have changed"),
     _JSON,
@@ -134,7 +134,7 @@ _BENCH = [
         **_MANY,
         **one_of("quadratures", "predictors", "integrators"),
     ),
-    option("--quick", "run fewer problems, settings and repetitions; ends within a minute"),
+    option("--quick", "run fewer problems, settings and repetitions; finishes within a minute"),
     option(
         "--timeout SECONDS",
         "time limit of one run; the table marks longer ones",
@@ -177,18 +177,18 @@ class Command:
 
     @property
     def all_options(self) -> list[Option]:
-        """Its options, with those of all commands."""
+        """Its options, and those that every command has."""
         return [*self.options, _WIDE, NO_PLUGINS]
 
     @property
     def examples(self) -> list[str]:
-        """Examples of its use, which are in a file."""
+        """Examples of its use, read from a file."""
         text = Path(__file__).with_name("examples.txt").read_text(encoding="utf-8")
         return re.findall(rf"^(?:.* )?shockwave {self.name}\b[^\\\n]*(?:\\\n.*)?$", text, re.MULTILINE)
 
     @property
     def epilog(self) -> str:
-        """The end of its help."""
+        """The end of its help: examples, page and exit statuses."""
         examples = "".join(f"  {line}\n" for line in self.examples)
         return f"examples:\n{examples}\n{PAGE}#{self.name}\n\n{EXITS}"
 
@@ -205,7 +205,7 @@ COMMANDS = [
     Command("curve", "curve_command:curve", "amplification as a function of the rise time", _CURVE),
     Command("sweep", "sweep_command:sweep", "run or resume all cases of a sweep", _SWEEP),
     Command("plot", "plot_command:plot", "plot the results of a sweep as lines or as a map", _PLOT),
-    Command("design", "design_commands:design", "find values that give a wave or a force a target value", _DESIGN),
+    Command("design", "design_commands:design", "find values of parameters that meet a target", _DESIGN),
     Command("uncertainty", "design_commands:uncertainty", "distribution of forces for uncertain values", _UNCERTAINTY),
     Command("bench", "benchmark_commands:bench", "measure the error of each method against its run time", _BENCH),
     Command("stress", "benchmark_commands:stress", "run the catalogue of extreme cases", _STRESS),

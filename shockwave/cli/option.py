@@ -55,7 +55,7 @@ def _meaning_of(path: str) -> str:
 
 
 def option(usage: str, meaning: str, **settings: Any) -> Option:
-    """An option for a usage such as ``-o --output FILE`` or ``FILE``; one without a name for a value is a flag."""
+    """An option from a usage such as ``-o --output FILE`` or ``FILE``; one without a name for a value is a flag."""
     *names, value = usage.split()
     if value.startswith("-"):
         return Option((*names, value), meaning, {"action": "store_true", **settings})

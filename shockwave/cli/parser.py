@@ -31,7 +31,7 @@ class _Version(argparse.Action):
 
 
 def parser(name: str = "", in_full: bool = False) -> argparse.ArgumentParser:
-    """Parser of the command ``name``, or of all commands, without the parts of its help that take time unless in full.
+    """Parser of the command ``name``, or of all commands; ``in_full`` adds the parts of its help that take time.
 
     Each sets ``command`` to the address of the function that runs it.
     """

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 _PEAK, _AMPLIFICATION = LEADING_WAVE[:2]
 _GREATEST = FORCES[0]
-# Line of each page of `shockwave report`.
+# Line that every page of `shockwave report` contains.
 _GENERATOR = b'<meta name="generator" content="shockwave">'
 # Names of columns and their cells.
 _Row = dict[str, str]

@@ -27,9 +27,9 @@ class Status(IntEnum):
 
 #: Number of rows that describe a chain and its motion.
 ROWS = 18
-#: Place of the size of the next step in `Job.found`.
+#: Index of the size of the next step in `Job.found`.
 SIZE = 7
-#: Scale of an error that does not count.
+#: Scale of an error that is to be ignored.
 LARGEST = 1e300
 # Share of the allowed work after which the whole work of a run is estimated, and the estimates over the allowed work
 # beyond which the run ends at once: to the end of the shock, and beyond it, where the steps may become longer.
@@ -102,14 +102,14 @@ class Job:
         Contact law of a plugin.
     settings : array, shape (15,)
         Exponent, damping power, tolerance, until (infinite: found by the run), duration, rise time and peak force,
-        first step, longest step under force, number of contacts, stiffness and damping of the end, most work, damped,
-        weight of a striker.
+        first step, longest step under force, number of contacts, stiffness and damping of the end, allowed work,
+        damped, weight of a striker.
     stops, times : array
         Kinks of the applied force; times of samples.
     samples : array, shape (times, 3, bodies + 1)
         x, v and total forces.
     watched : tuple of int
-        Two contacts of which the impulses are asked.
+        Two contacts whose impulses are requested.
     found : array, shape (10,)
         Status, time, arrival (negative: none), work, steps, evaluations, velocity of a striker with a weight when it
         first leaves the chain (0: it has not), size of the next step, and impulses at the watched contacts, less those

@@ -48,7 +48,7 @@ class End:
     ``u``, ``d`` and ``w`` are changes of the overlaps, overlaps and closing velocities; ``f``, ``raw`` and ``slope``
     are forces minus static ones (that of contact j in element j + 1, the weight of a striker in element 0), total
     forces before they are cut off, and their time derivatives, zero for an open contact; ``powers`` are those of the
-    damping, and ``a`` the accelerations of the bodies by the contacts, zero for the body beyond.
+    damping, and ``a`` the accelerations of the bodies due to the contacts, zero for the body beyond.
     """
 
     x: FloatArray
@@ -187,7 +187,7 @@ class Contacts:
         return np.where(d > MIN_OVERLAP, forces[low:high], 0.0)
 
     def closing(self, a: FloatArray, time: float, low: int = 0) -> FloatArray:
-        """Closing accelerations of contacts from ``low`` on, from those of the bodies by the contacts."""
+        """Closing accelerations of contacts from ``low`` on, from those of the bodies due to the contacts."""
         if low == 0:
             a = a.copy()
             a[0] += self.inverse[0] * self.applied(time)

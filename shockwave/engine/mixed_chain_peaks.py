@@ -7,10 +7,11 @@ from attrs import frozen
 
 from shockwave.engine.mixed_chain_forces import Contacts, End
 
-#: Largest number of turns of a search for a maximum.
+#: Largest number of iterations of a search for a maximum.
 MOST_TURNS = 30
-#: Precision of the time of a maximum, over the step, before a last correction, and first change of it in the search.
+#: Error of the time of a maximum, relative to the step, that a last correction removes.
 NEAR = 1e-5
+#: First change of that time in the search, relative to the step.
 NUDGE = 1e-3
 
 

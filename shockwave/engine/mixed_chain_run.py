@@ -32,7 +32,7 @@ _MAX_FACTOR = 3.0
 # Work on a stage besides that on the contacts, in evaluations of a contact force of the compiled code.
 _STEP = 4000
 _COMPILED_STEP = 32
-# Number of contact forces of the compiled code between two questions for the time limit: tens of milliseconds.
+# Number of contact forces of the compiled code between two checks of the time limit: tens of milliseconds.
 _INTERVAL = 2e6
 # Smallest step, relative to the time and to the first step.
 _MIN_STEP = 1e-15

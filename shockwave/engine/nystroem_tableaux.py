@@ -29,8 +29,8 @@ class GeneralTableau:
     positions, velocities : array, shape (s, s)
         Strictly lower triangular; ``velocities`` is zero in a method for forces that do not depend on the velocity.
     weights : array, shape (6, s)
-        Of position and velocity, and the differences of both from those of one or two embedded methods; those of the
-        second are zero if there is only one.
+        Weights of position and velocity, and the differences of both from those of one or two embedded methods; those
+        of the second are zero if there is only one.
     error_order : int
         The error estimate scales as the step to the power ``error_order + 1``.
     damped : bool

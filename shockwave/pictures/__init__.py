@@ -2,7 +2,8 @@
 
 Each function takes data, draws them on the ``ax`` of the call or on a new figure, and returns the ``Axes``. `figure`
 makes figures; `svg` and `save` write them; `style` has their settings, `METHODS` the colours of simulation, section 4,
-shocks and warnings. matplotlib is the extra ``plot``; it is imported when something is drawn, not with this package.
+shocks and warnings. The extra ``plot`` installs matplotlib, which is imported when something is drawn, not with this
+package.
 """
 
 from shockwave.base.arguments import explain_arguments as _explained

@@ -77,9 +77,9 @@ def si_label(value: float, unit: str, digits: int = 3, error: float | None = Non
 
 
 def style(dark: bool = False) -> dict[Any, Any]:
-    """Return the settings of matplotlib that all pictures of this package have.
+    """Return the settings of matplotlib that all pictures of this package use.
 
-    Other pictures have them within ``matplotlib.style.context(["default", pictures.style()])``.
+    Other pictures use them within ``matplotlib.style.context(["default", pictures.style()])``.
 
     Parameters
     ----------

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
     from shockwave.studies.uncertainty_result import Uncertainty
 
-# Quantity that a limit is about, by the description of the transmitted force.
+# Quantity that a limit applies to, by the description of the transmitted force.
 _LIMITED = {WAVE: "peak_force", WALL: "transmitted.peak_force"}
-# Ends of the interval that is shaded.
+# Ends of the shaded interval.
 _FEW, _MANY = 0.05, 0.95
 
 

@@ -209,7 +209,7 @@ class Outcome(SceneResult):
 
     @property
     def section4(self) -> Section4Outcome | Any:
-        """What section 4 of the paper predicts; None where it does not apply, see ``section4_reason``."""
+        """Prediction of section 4 of the paper; None where it does not apply, see ``section4_reason``."""
         if self.simulation is None:
             return self._paper
         return None if isinstance(self._relations, ShockwaveError) else self._relations

@@ -39,7 +39,7 @@ class Exponents:
 
 @frozen(kw_only=True, slots=False, repr=False)
 class Section4Outcome(Result):
-    """What section 4 predicts for one shock; its class corresponds to its regime.
+    """Prediction of section 4 for one shock; its class corresponds to its regime.
 
     Attributes
     ----------

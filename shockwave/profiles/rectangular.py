@@ -12,7 +12,7 @@ from shockwave.profiles.trapezoid import Plateau
 class Rectangular(Plateau, Value):
     """A constant force with short linear ends; n = 1/rise_fraction.
 
-    The ideal rectangle rises in no time, but a shock of eq. (2) has a rise. Areas and conditions (3) are those of
+    The ideal rectangle rises instantaneously, but a shock of eq. (2) has a rise. Areas and conditions (3) are those of
     `Trapezoid`.
 
     Parameters

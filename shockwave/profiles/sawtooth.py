@@ -13,7 +13,7 @@ class InitialPeakSawtooth(Powers, Value):
     """A short linear rise and a long linear decay; n = 1/rise_fraction.
 
     The areas are a1 = 1/2 and a2 = (n - 1)/2: all conditions (3) hold. It is a `Triangular` profile; the ideal sawtooth
-    rises in no time, but a shock of eq. (2) has a rise.
+    rises instantaneously, but a shock of eq. (2) has a rise.
 
     Parameters
     ----------

@@ -44,7 +44,7 @@ def _convert_samples(value: Any, attribute: attrs.Attribute[Any]) -> FloatArray:
 
 
 def _convert_quantities(values: Any, name: str, unit: str) -> FloatArray:
-    """Samples given as text or quantities of pint; an array without dimension if they are no sequence."""
+    """Samples given as text or quantities of pint; a zero-dimensional array if they are no sequence."""
     faults, numbers = list[Fault](), list[float]()
     if isinstance(values, str) or not isinstance(values, Iterable):
         return np.zeros(())
@@ -87,8 +87,8 @@ def _declare_window(meaning: str, example: str) -> Any:
 class Tabulated(PiecewiseLinear, Value, kw_only=False):
     """A force record, linear between its samples, with its own peak force, rise time and duration ratio n.
 
-    The rise ends at the first sample with the highest force; a plateau is part of the decay. The samples are taken as
-    they are, but for zeros at the ends and the steps below, which are applied in the order baseline, low-pass filter,
+    The rise ends at the first sample with the highest force; a plateau is part of the decay. The samples are used as
+    given, except for zeros at the ends and the steps below, which are applied in the order baseline, low-pass filter,
     crop, negative forces; `notes` state effects on peak force, rise time and impulse. `alarms` propose steps for a
     record that seems to have an offset, or to be longer than its pulse.
 

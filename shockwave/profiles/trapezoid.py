@@ -12,7 +12,7 @@ from shockwave.base.numerics import FloatArray
 from shockwave.base.quantity_fields import SI, Value, quantity
 from shockwave.profiles.piecewise_linear import PiecewiseLinear
 
-# Rounding error of the sum of two fractions.
+# Bound on the rounding error of the sum of two fractions.
 _ROUNDING = 1e-15
 
 

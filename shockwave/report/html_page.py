@@ -73,7 +73,7 @@ def render_page(results: PageResults) -> str:
 
 
 def _shock_facts(scenario: Scenario) -> dict[str, Any]:
-    """What the page states about the shock and the conditions on it."""
+    """Statements of the page about the shock and the conditions on it."""
     shock = scenario.shock
     areas = shock.profile.areas()
     profile = entry_of("profiles", type(shock.profile))

@@ -40,7 +40,7 @@ class Change:
 
 
 def apply_changes(document: Document, changes: Iterable[Change]) -> Document:
-    """The document with other values, one after the other; their errors are located at their options."""
+    """The document after all changes, made one after the other; their errors are located at their options."""
     for change in changes:
         steps, option, before = change.steps, change.option, {*document.keys}
         swept = steps in names(document.data.get("sweep"))
@@ -49,7 +49,7 @@ def apply_changes(document: Document, changes: Iterable[Change]) -> Document:
             document.faults.append(Fault(steps, problem, option, exit_code=UsageError.exit_code))
         for places in (document.keys, document.values):
             for path in [path for path in places if path[: len(steps)] == steps != path]:
-                del places[path]  # of a part of the old value
+                del places[path]  # place of a part of the old value
         blocks = {steps[:end] for end in range(1, len(steps))}
         document.keys.update(dict.fromkeys(blocks - before, option))
         document = evolve(document, source=document.data)
@@ -57,7 +57,7 @@ def apply_changes(document: Document, changes: Iterable[Change]) -> Document:
 
 
 def _problem(data: Any, change: Change, keys: set[Steps]) -> str:
-    """Why ``data`` could not be changed; ``keys`` are the paths that existed before."""
+    """Reason why ``data`` could not be changed; ``keys`` are the paths that existed before."""
     steps = change.steps
     if change.value is None:
         missing = steps not in keys and change.option.startswith(SET)

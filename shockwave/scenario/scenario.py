@@ -52,11 +52,11 @@ class Scenario:
     limit : Limit or None
         Limit on the transmitted force.
     published : Published or None
-        Results that a source prints for the same scene.
+        Results for the same scene printed in a source.
     sweep : Sweep or None
         The scenes of a sweep; shock, chain and settings are then those of its first valid scene.
     uncertainty : tuple of Spread
-        Probability distributions of values; empty without a ``uncertainty`` block.
+        Probability distributions of values; empty without an ``uncertainty`` block.
     document : Document or None
         Document from which it was read, without the blocks ``sweep`` and ``uncertainty``.
 
@@ -156,7 +156,7 @@ def load_scenario(path: str | os.PathLike[str]) -> Scenario:
     Parameters
     ----------
     path : path-like
-        A YAML file; messages use this name. Files that it names are searched in its folder.
+        A YAML file; messages use this name. Files that it names are relative to its folder.
 
     Raises
     ------

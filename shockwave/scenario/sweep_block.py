@@ -284,7 +284,7 @@ def first(document: Document, sweep: Sweep | None, index: int = 0) -> Document:
 
 
 def vary_document(document: Document, values: Mapping[Any, Any], place: Any = None) -> Document:
-    """The document with other values at their dotted names or paths; ``place`` is their place."""
+    """The document with other values at their dotted names or paths; ``place`` is the place for errors."""
     changes: dict[Steps, Any] = {steps_of(name): value for name, value in values.items()}
     # the materials first, because their constants may be varied too
     materials = {steps: value for steps, value in changes.items() if steps[-1] in MATERIALS}

@@ -34,14 +34,14 @@ _PLAIN = re.compile(r"(?!(?i:true|false|null)\Z)[A-Za-z_][A-Za-z0-9_-]*")
 
 
 def template(profile: str | None = None, full: bool = False) -> str:
-    """Text of a scenario with values to start from.
+    """Text of a scenario with initial values.
 
     Parameters
     ----------
     profile : str, optional
         Name of a registered profile, which may come from a plugin. Default: ``half-sine``, or ``power-law`` in full.
     full : bool
-        Whether it has every key and its meaning, those that may be omitted as comments.
+        Whether it has every key and its meaning; those that may be omitted are comments.
 
     Raises
     ------

@@ -97,9 +97,9 @@ class Document:
         return evolve(fault, location=_location(self.name, mark) if mark else self.name and f"{self.name}:1:1")
 
     def with_values(self, values: Mapping[Steps, Any], place: yaml.Mark | str | None = None) -> Document:
-        """The document with other ``values`` at their paths; missing mappings on the way are created.
+        """The document with other ``values`` at their paths; missing mappings along the paths are created.
 
-        A value None deletes its key.
+        A value of None deletes its key.
 
         A value below something that is not a mapping, or beyond the end of a list, is ignored, because the loader
         reports an error there anyway.

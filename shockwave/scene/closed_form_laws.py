@@ -126,7 +126,7 @@ def striker_velocity(mass_ratio: npt.ArrayLike) -> FloatArray:
 
 
 def damped_decay(contacts: npt.ArrayLike, damping_ratio: npt.ArrayLike) -> FloatArray:
-    """Peak force of a wave n contacts later with Kuwabara-Kono damping, over that before; both arrays are broadcast.
+    """Peak force of a wave after n contacts with Kuwabara-Kono damping, over its first one; the arrays are broadcast.
 
     ``damping_ratio``, from 0 to 0.05, is the time A of the model over T = m^(1/2) k^(-1/3) F^(-1/6) of the first force.
 
@@ -146,7 +146,7 @@ def taper_ratio(reduction: npt.ArrayLike) -> FloatArray:
     """(1 - q)^(1/5 + q P(q)), peak force at a contact over that at the previous one far along a geometric taper.
 
     ``reduction`` is q, from 0 to 0.2: each radius is 1 - q times the one before it. The exponent 1/5 alone is that of a
-    wave that keeps its energy; the polynomial P is the loss to the granules behind it.
+    wave that keeps its energy; the polynomial P accounts for the energy lost to the granules behind it.
     """
     q = _check_range("reduction", reduction, 0.0, MOST_TAPERED, f"from 0 to {MOST_TAPERED:g}")
     return np.asarray((1 - q) ** (0.2 + q * polyval(q, _table("taper")["coefficients"])))

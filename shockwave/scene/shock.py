@@ -38,7 +38,7 @@ class Shock(Value):
     duration_ratio : float, optional
         n of a profile given by its name.
     parameters : mapping, optional
-        Other parameters of a profile given by its name, as in a scenario; a ``file`` is searched in the current folder.
+        Other parameters of a profile given by its name, as in a scenario; a ``file`` is relative to the current folder.
 
     Raises
     ------

@@ -72,8 +72,8 @@ class SimulateOptions(Value):
         Sampling interval of the histories and their end [s]. Default: a tenth of the characteristic time of the wave,
         and shortly after the leading wave has passed the last of ``contacts`` or was measured.
     timeout : float, optional
-        Maximum computing time [s]. Without the leading wave by then the simulation fails; anything else that is missing
-        is left out with a warning. Default: no limit.
+        Maximum computing time [s]. If the leading wave has not been found by then, the simulation fails; anything else
+        still missing is omitted with a warning. Default: no limit.
 
     Raises
     ------

@@ -143,7 +143,7 @@ def runs_of(case: ChainSetup) -> Runs:
 def tolerances_for(rtol: float) -> tuple[float, float]:
     """Tolerances of the run whose results count, and of a coarser one from which its errors are estimated.
 
-    In 99 % of random chains the errors of the first run are below ``rtol`` where that is to hold. In the others, as in
+    In 99 % of random chains the errors of the first run are below ``rtol`` where that applies. In the others, as in
     collisions that amplify errors, the estimate exceeds ``rtol``: then repeat with a smaller one.
     """
     coarse = max(min(_COARSE * rtol, _LARGEST_COARSE), _FINE * rtol, _LEAST_COARSE)
@@ -156,7 +156,7 @@ def run(case: ChainSetup, tolerance: float, until: float | None, times: FloatArr
 
 
 def _errors(case: ChainSetup, coarse: Motion, fine: Motion, tolerance: float, ratio: float) -> tuple[FloatArray, bool]:
-    """Relative error estimates of the forces at all contacts, and whether one that decides misses its tolerance.
+    """Relative error estimates of the forces at all contacts, and whether one that counts exceeds its tolerance.
 
     ``tolerance`` is that of the step of the fine run, ``ratio`` its ratio to that of the coarse one.
     """

@@ -111,7 +111,7 @@ def measure_primary(
 def _train(
     problem: ChainProblem, scales: Scales, setup: Setup, share: float, primary: Primary | None = None
 ) -> tuple[Train, ChainRun]:
-    """Measure the train; a second, coarser run of half the time shows the step errors. The train, and the first run.
+    """Measure the train; return it and the first run. A second, coarser run of half the time shows the step errors.
 
     ``share`` is the allowed deviation of the leading wave from its limit, over the tolerance, and ``primary`` the wave
     if it is known.

@@ -83,7 +83,7 @@ def _best_answer(design: Design) -> str:
 
 
 def _requirement_facts(design: Design) -> list[tuple[str, str]]:
-    """What the answer reaches of each requirement, and what it took."""
+    """Values that the answer reaches for each requirement, and its cost."""
     option = design.best or design.nearest
     assert option is not None
     answers = [

@@ -71,14 +71,14 @@ def uncertainty(
         Dotted names and distributions, as in the ``uncertainty`` block, which they replace.
     draws : int, optional
         Number of scenes to draw, a power of 2 from 256 to 262144; by default 1024 for a shock on equal granules with
-        free ends, otherwise 512. Each is simulated, and as many for every parameter.
+        free ends, otherwise 512. Each is simulated, and as many again for every parameter.
     seed : int
         Seed of the random numbers; the same seed gives the same digits.
     rtol : float
         Tolerance of a simulation, 1e-7 to 1e-2.
     limit : Limit, float or str, optional
-        Limit on the transmitted force, or this force [N]; by default that of the scenario. The probability
-        that it is reached is found then.
+        Limit on the transmitted force, or this force [N]; by default that of the scenario. With a
+        limit, the probability that it is reached is computed.
 
     Returns
     -------
@@ -88,7 +88,7 @@ def uncertainty(
     Raises
     ------
     InvalidValueError
-        If a value is out of range, no parameter is uncertain, or a scene that is drawn is not possible.
+        If a value is out of range, no parameter is uncertain, or a drawn scene is not valid.
     NumericalError
         If a simulation fails.
 

@@ -61,7 +61,7 @@ class SweepReport(Result):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What to do about points without a result or with warnings."""
+        """Advice on points without a result or with warnings."""
         failed = "column problem of results.csv has the errors; --retry-failed runs them again"
         missing = "the same command runs the missing points"
         warned = f"{_points(self.warned)} with warnings, which are in column notes of results.csv"

@@ -420,7 +420,7 @@ def marks_of(ax: Axes) -> list[Any]:
 def test_a_picture_is_legible_on_a_dark_background(picture: str, own: bool, pyplot: Any) -> None:
     with pyplot.style.context("dark_background"):
         ax = PICTURES[picture](pyplot.subplots()[1] if own else None, "ejection")
-        # colours of maps are told by their outlines
+        # colours of maps are separated by their outlines
         if picture != "space_time":
             # the palette's least contrast to black or white is that of orange on white, 2.2
             assert min(contrast(colour, ax.get_facecolor()) for colour in marks_of(ax)) > 3

@@ -1,4 +1,4 @@
-"""Every result draws itself; the distribution of an uncertain force."""
+"""Pictures that results draw of themselves; the distribution of an uncertain force."""
 
 from functools import cache
 from typing import Any

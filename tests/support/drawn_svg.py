@@ -1,4 +1,4 @@
-"""What an SVG file of matplotlib shows: data of each axes in units of its frame, apart from fonts and layout."""
+"""Content of an SVG file of matplotlib: data of each axes in units of its frame, apart from fonts and layout."""
 
 import base64
 import io
@@ -29,7 +29,7 @@ class Shown(NamedTuple):
 
 
 def shown_in(file: Path) -> list[Shown]:
-    """What each axes of the picture shows."""
+    """Content of each axes of the picture."""
     root = ET.fromstring(file.read_text(encoding="utf-8"))
     groups = [each for each in root.iter(f"{_SVG}g") if re.search(r"-axes_\d+$", each.get("id", ""))]
     return [_axes(group, root) for group in groups]

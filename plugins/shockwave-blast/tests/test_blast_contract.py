@@ -1,4 +1,4 @@
-"""The profile against the contract of `ShockProfile`, at the ends of their ranges."""
+"""The profile against the contract of `ShockProfile`, at the ends of its ranges."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ _MOST_ON_SLIDER = 100
 # Segments of a chain that have controls.
 _SEGMENTS = 6
 _AS_GIVEN = "as in the text"
-# A number with a blank behind it.
+# A number and the blanks after it.
 _NUMBER = re.compile(r"[-+]?[0-9.]+(?:[eE][-+]?[0-9]+)? *")
 
 

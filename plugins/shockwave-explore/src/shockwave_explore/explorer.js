@@ -68,7 +68,7 @@ async function show(request) {
   refused = left;
   const changed = request.edits && $("text").value !== written; // by the user, who has not applied it
   valid = reply.text;
-  $("done").textContent = changed ? "Changes of the text are not applied." : "";
+  $("done").textContent = changed ? "Changes to the text are not yet applied." : "";
   if (!changed) $("text").value = valid;
   if (!changed) written = $("text").value;
   if (!request.edits) start = valid;

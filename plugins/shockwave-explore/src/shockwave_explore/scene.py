@@ -21,7 +21,7 @@ from shockwave.scenario.yaml_document import Document, parse_document
 NAME = "scenario"
 #: Choices for the end of a chain; the last one is followed by the material of the wall.
 ENDLESS, FREE, WALL = "endless chain", "free end", "wall: "
-#: Keys of the times of a shock. Of those that are given, a further one replaces the last.
+#: Keys of the times of a shock. A further one replaces the last of those that are given.
 TIMES = "rise_time", "duration", "duration_ratio"
 #: Files of the example scenarios by their names; the page begins with the wall.
 PRESETS = {file.stem: file for file in sorted(Path(__file__).with_name("scenes").glob("*.yaml"))}

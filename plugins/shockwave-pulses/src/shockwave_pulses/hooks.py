@@ -1,4 +1,4 @@
-"""What this distribution registers with shockwave."""
+"""Entries that this distribution registers with shockwave."""
 
 from __future__ import annotations
 
