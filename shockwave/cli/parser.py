@@ -87,7 +87,8 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     if not name:
         parser().print_help(sys.stderr)
         raise SystemExit(UsageError.exit_code)
-    if name in OFFERED or not (name.startswith("-") or name in {command.name for command in COMMANDS}):
+    offered = name in OFFERED and {"-h", "--help"}.isdisjoint(rest)  # its help needs no plugin
+    if offered or not (name.startswith("-") or name in {command.name for command in COMMANDS}):
         return argparse.Namespace(command="plugin_commands:run", no_plugins=no_plugins, name=name, arguments=rest)
     return parse_command(name, arguments)
 

@@ -44,9 +44,10 @@ static double kink_at(const March *m, double h, long j, double share)
     const End *s = &m->start, *f = &m->finish;
     const double d0 = s->d[j], d1 = f->d[j], raw0 = s->raw[j], raw1 = f->raw[j], w = larger(s->w[j], f->w[j]);
     const double change = raw1 - raw0, rate = raw0 > 0 ? h * s->slope[j] : change;
-    const int acts = (m->jumps ? m->on[j] != 0 : d0 >= 0) && raw0 >= 0;
+    /* without damping the force has the sign of the overlap, but for rounding under a static force */
+    const int acts = (m->jumps ? m->on[j] != 0 : d0 >= 0) && (!m->damped || raw0 >= 0);
     double at, error;
-    if (acts == (d1 >= 0 && raw1 >= 0)) return share;
+    if (acts == (d1 >= 0 && (!m->damped || raw1 >= 0))) return share;
     at = (d0 < 0) != (d1 < 0) ? root_of(d0, h * s->w[j], d1, h * f->w[j]) : 0.5;
     if (m->damped && d0 >= 0 && raw0 * raw1 < 0 && (d1 >= 0 || m->r->q == 0))
         at = smaller(d1 >= 0 ? 1 : at, root_of(raw0, rate, raw1, 2 * change - rate));

@@ -261,10 +261,10 @@ class _March(Contacts):
     def kink(self, start: End, finish: End, size: float) -> float:
         """Fraction of the step at which it should end since a contact closes, opens or is cut off; 1 if it need not."""
         share = greatest_overlap(start, finish, size, self.tolerance) if self.state.size else 1.0
-        acts = (start.d >= 0) & (start.raw >= 0)
-        if self.jumps:
-            acts = self.on[: self.n] & (start.raw >= 0)
-        changes = acts != ((finish.d >= 0) & (finish.raw >= 0))
+        acts, still_acts = self.on[: self.n] if self.jumps else start.d >= 0, finish.d >= 0
+        if self.damped:  # otherwise the force has the sign of the overlap, but for rounding under a static force
+            acts, still_acts = acts & (start.raw >= 0), still_acts & (finish.raw >= 0)
+        changes = acts != still_acts
         if not changes.any():
             return share
         late, allowed = self.closing_tolerance(finish.x, finish.w, self.time), self.allowed(self.n)
@@ -360,7 +360,7 @@ class _March(Contacts):
         low, high, most = around_tops(forces, size * np.array([start.slope, finish.slope]))
         best = self.job.peaks[0, :n]
         least = np.maximum(best - _NEARLY * np.abs(best + self.static[:n]), forces.max(axis=0))
-        for j in np.flatnonzero((low[2] > 0) & (high[2] <= 0) & (most > least)).tolist():
+        for j in np.flatnonzero(((low[2] > 0) & (high[2] <= 0) & (most > least))[: self.contacts]).tolist():
             self.find_peak(start, finish, size, j, low[:, j].tolist(), high[:, j].tolist())
 
     def find_peak(self, start: End, finish: End, size: float, j: int, begin: list[float], end: list[float]) -> None:
