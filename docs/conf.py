@@ -34,6 +34,7 @@ extensions = [
 exclude_patterns = ["_build", "gallery", "examples/*.ipynb"]
 templates_path = ["_templates"]
 html_theme = "furo"
+pygments_dark_style = "github-dark"  # imported names do not look like links
 html_title = f"shockwave {__version__}"
 html_logo = "_static/logo.svg"
 html_favicon = "_static/favicon.svg"
@@ -114,6 +115,14 @@ def _formula(translator: Any, node: nodes.math | nodes.math_block) -> None:
     raise nodes.SkipNode
 
 
+def _mark_long_lines(_app: Sphinx, document: nodes.document) -> None:
+    """Give console blocks with a line wider than a page a class for site.css."""
+    for block in document.findall(nodes.literal_block):
+        widest = max(map(len, block.astext().splitlines()), default=0)
+        if block.get("language") == "console" and widest > 88:
+            block["classes"].append("long-lines")
+
+
 def _public(
     _app: Sphinx, _name: str, _what: object, _options: object, bases: list[Any]
 ) -> None:
@@ -124,6 +133,7 @@ def _public(
 
 
 def setup(app: Sphinx) -> None:
-    """Register the writer of formulas and the choice of bases."""
+    """Register the writer of formulas and the handlers of events."""
     app.connect("autodoc-process-bases", _public)
+    app.connect("doctree-read", _mark_long_lines)
     app.add_html_math_renderer("mathml", (_formula, None), (_formula, None))

@@ -10,8 +10,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import shockwave as sw
+from shockwave import pictures
 
-chain = sw.Chain(material="stainless-steel-302", diameter="9.5 mm")
+plt.style.use(["default", pictures.style()])
+
+chain = sw.Chain(material="bearing-steel-52100", diameter="9.5 mm")
 profile = sw.Triangular(duration_ratio=3)
 times = np.geomspace(2e-6, 500e-6, 25)
 shocks = [sw.Shock(profile=profile, peak_force=10.0, rise_time=time) for time in times]
@@ -25,3 +28,7 @@ ax.axhline(1, color="grey", linewidth=0.8)
 ax.set(xscale="log", xlabel="rise time (µs)", ylabel="leading wave over shock")
 ax.legend()
 plt.show()
+
+# %%
+# What to see: blows that rise in less than 23 µs are weakened, longer ones amplified up
+# to more than twice. Section 4 is close from about 13 to 32 µs.

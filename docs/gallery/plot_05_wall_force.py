@@ -11,8 +11,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import shockwave as sw
+from shockwave import pictures
 
-steel = sw.material("stainless-steel-302")
+plt.style.use(["default", pictures.style()])
+
+steel = sw.material("bearing-steel-52100")
 shock = sw.Shock(
     profile=sw.Triangular(duration_ratio=2), peak_force="10 N", rise_time="5 us"
 )
@@ -22,7 +25,7 @@ wave = sw.simulate(
 
 figure, ax = plt.subplots(figsize=(6, 3.6), layout="constrained")
 kappa = np.linspace(0, 2 * np.sqrt(2), 400)
-ax.plot(kappa, sw.wall_factor(kappa), label="law")
+ax.plot(kappa, sw.wall_factor(kappa), "k", label="law")
 soft, hard = ("ptfe", "pmma", "lead"), ("aluminium-6061-t6", "brass-260", "rigid")
 for name in (*soft, *hard, "tungsten-carbide"):
     wall = sw.Wall(material=name)
@@ -36,3 +39,7 @@ ax.set(
 )
 ax.legend(ncols=2)
 plt.show()
+
+# %%
+# What to see: walls of all materials lie on the curve of the law, from a soft one that
+# hardly resists to a rigid one with 2.24 times the force of the wave.

@@ -10,8 +10,11 @@ beads. The greatest force at each contact shows where it drops.
 import matplotlib.pyplot as plt
 
 import shockwave as sw
+from shockwave import pictures
 
-steel = sw.material("stainless-steel-302")
+plt.style.use(["default", pictures.style()])
+
+steel = sw.material("bearing-steel-52100")
 shock = sw.Shock(
     profile=sw.Triangular(duration_ratio=3), peak_force="10 N", rise_time="10 us"
 )
@@ -25,7 +28,7 @@ for ratio in (1.0, 0.8, 0.6, 0.4):
         granules=[sw.Segment(count=20, diameter=taper)],
         end=sw.Wall(material="rigid"),
     )
-    result = sw.simulate(shock, chain)
+    result = sw.simulate(shock, chain, until=3e-3)
     forces[ratio] = result.transmitted
     print(
         f"last bead {ratio:.0%} of the first: "
@@ -51,3 +54,7 @@ plt.show()
 
 result.plot()
 plt.show()
+
+# %%
+# What to see: if the last bead has 40 % of the first one's diameter, the force on the
+# wall is lower by a third. Each contact takes only a little of it.

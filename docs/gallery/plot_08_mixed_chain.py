@@ -11,7 +11,9 @@ import matplotlib.pyplot as plt
 import shockwave as sw
 from shockwave import pictures
 
-steel, ptfe = sw.material("stainless-steel-302"), sw.material("ptfe")
+plt.style.use(["default", pictures.style()])
+
+steel, ptfe = sw.material("bearing-steel-52100"), sw.material("ptfe")
 shock = sw.Shock(
     profile=sw.Triangular(duration_ratio=3), peak_force="20 N", rise_time="10 us"
 )
@@ -43,3 +45,7 @@ plt.show()
 
 pictures.chain_map(result)
 plt.show()
+
+# %%
+# What to see: with ten beads of PTFE the wall receives its blows later, and within the
+# time shown none has more than 40 % of the force behind steel alone.

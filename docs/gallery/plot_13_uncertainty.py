@@ -9,8 +9,11 @@ leading wave uncertain. Sobol indices show which of them matters most.
 import matplotlib.pyplot as plt
 
 import shockwave as sw
+from shockwave import pictures
 
-chain = sw.Chain(material="stainless-steel-302", diameter="9.5 mm")
+plt.style.use(["default", pictures.style()])
+
+chain = sw.Chain(material="bearing-steel-52100", diameter="9.5 mm")
 shock = sw.Shock(
     profile=sw.Triangular(duration_ratio=4), peak_force="10 N", rise_time="30 us"
 )
@@ -39,3 +42,7 @@ names = [each.name.rpartition(".")[2].replace("_", " ") for each in force.sensit
 ax.barh(names, [each.total.value for each in force.sensitivities])
 ax.set(xlabel="share of the variance (total Sobol index)", xlim=(0, 1))
 plt.show()
+
+# %%
+# What to see: the force scatters by about 6 %, and nearly all of it comes from the
+# scatter of the blow, not from the beads.

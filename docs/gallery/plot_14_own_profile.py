@@ -13,6 +13,9 @@ import numpy as np
 from attrs import frozen
 
 import shockwave as sw
+from shockwave import pictures
+
+plt.style.use(["default", pictures.style()])
 
 
 @frozen(kw_only=True)
@@ -50,3 +53,7 @@ plt.show()
 
 sw.compare(shock, chain).plot()
 plt.show()
+
+# %%
+# What to see: the narrower the pulse, the less impulse it has, and the weaker is the
+# wave.

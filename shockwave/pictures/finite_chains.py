@@ -62,6 +62,8 @@ def peak_forces(result: Simulation, *, ax: Axes | None = None) -> Axes:
 def chain_map(result: Simulation, *, ax: Axes | None = None) -> Axes:
     """Draw a space-time diagram: contact force over contacts and time, with the borders of materials.
 
+    The colours scale as the square root of the force, so that weak waves are visible.
+
     Parameters
     ----------
     result : Simulation

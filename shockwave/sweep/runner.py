@@ -71,7 +71,8 @@ def run_sweep(
     """Run all unfinished points of a sweep, and write the results.
 
     Each finished point is a line of the journal in ``folder``. A second call resumes the sweep, however the first one
-    ended.
+    ended. Without an executor, worker processes import the main program again: in a script, call this function under
+    ``if __name__ == "__main__":``.
 
     Parameters
     ----------
