@@ -23,8 +23,8 @@ from shockwave.engine.mixed_chain_arrays import CONTACTS, END, LARGEST, SIZE, UN
 from shockwave.engine.mixed_chain_forces import FAR, Contacts
 from shockwave.engine.time_limit import expired
 
-# Least number of bodies of a chain that is integrated in parts.
-_LEAST_BODIES = 256
+# Least number of bodies of a chain that is integrated in parts; shorter ones take longer in parts than as a whole.
+_LEAST_BODIES = 512
 # Number of bodies of a part, and of those on both sides that are integrated with it.
 _LENGTH = 96
 _MARGIN = 16

@@ -60,7 +60,7 @@ MIXED = {
     "precompressed-power": mixed(20, exponent=1.2, overlaps=np.full(20, 0.1)),
     "striker-with-a-weight": striker(8),
     "damped-striker": evolve(striker(8), damping=np.full(8, 0.05), damping_power=0.5),
-    "long": mixed(260),
+    "long": mixed(520),
 }
 
 
@@ -159,16 +159,16 @@ def test_a_maximum_close_to_a_minimum_is_found(scene: Any, coefficient: float, b
 
 LONG: dict[str, dict[str, Any]] = {
     "conservative": {},
-    "precompressed": {"overlaps": np.full(300, 0.1)},
-    "contacts that open and close again": {"overlaps": np.full(300, 0.01), "damping": np.full(300, 0.1)},
+    "precompressed": {"overlaps": np.full(520, 0.1)},
+    "contacts that open and close again": {"overlaps": np.full(520, 0.01), "damping": np.full(520, 0.1)},
     "exponent 2": {"exponent": 2.0},
-    "dashpots": {"damping": np.full(300, 0.1)},
-    "viscous": {"damping": np.full(300, 0.1), "damping_power": 0.5},
+    "dashpots": {"damping": np.full(520, 0.1)},
+    "viscous": {"damping": np.full(520, 0.1), "damping_power": 0.5},
     "striker that falls back": {
         "force": None,
         "velocity": 0.5,
         "weight": 0.02,
-        "overlaps": np.append(0.0, np.full(299, 1e-3)),
+        "overlaps": np.append(0.0, np.full(519, 1e-3)),
     },
 }
 
@@ -179,7 +179,7 @@ def test_a_long_chain_in_parts_moves_like_a_short_one(changes: dict[str, Any]) -
     times, near = [50.0, 100.0], slice(0, 80)
     short = mixed(200, **{key: each[:200] if isinstance(each, np.ndarray) else each for key, each in changes.items()})
     whole = integrate(short, 1e-11, until=100.0, times=times, compiled=compiled)
-    chain = mixed(300, **changes)
+    chain = mixed(520, **changes)
     parts = integrate(chain, 1e-9, until=100.0, times=times, compiled=compiled)
     np.testing.assert_allclose(parts.forces[near], whole.forces[near], atol=1e-8)
     # errors of positions add up over a thousand steps
