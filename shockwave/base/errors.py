@@ -225,10 +225,14 @@ def message_of(error: BaseException) -> str:
 
 
 def nearest(name: str, names: Iterable[str]) -> str:
-    """``"did you mean 'x'? "`` for the known name that is most similar to ``name``, or an empty string."""
+    """``"did you mean 'x'? "`` for the names with the word ``name`` or the most similar one, or an empty string."""
     from difflib import get_close_matches  # rarely needed
 
-    matches = get_close_matches(str(name)[:_LONGEST_NAME], list(names), n=1)
+    names = list(names)
+    *most, last = [repr(each) for each in names if str(name).lower() in each.split("-")] or [""]
+    if most:
+        return f"did you mean {', '.join(most)} or {last}? "
+    matches = get_close_matches(str(name)[:_LONGEST_NAME], names, n=1)
     return f"did you mean {matches[0]!r}? " if matches else ""
 
 

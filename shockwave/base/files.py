@@ -12,7 +12,7 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import IO, Any, TypeVar
 
-from shockwave.base.errors import FileAccessError, InvalidValueError, UsageError
+from shockwave.base.errors import FileAccessError, InvalidValueError, UsageError, text_of
 
 _Path = str | os.PathLike[str]
 _Type = TypeVar("_Type")
@@ -40,7 +40,11 @@ def open_regular(path: _Path, remedy: str = "", mode: str = "rb", buffering: int
     ------
     FileAccessError
         When the file cannot be opened or is not a regular file; ``__cause__`` is the OSError, if any.
+    InvalidValueError
+        When ``path`` is not one.
     """
+    if not isinstance(path, str | bytes | os.PathLike):  # an integer would be an open file of this process
+        raise InvalidValueError.of("path", f"must be the path of a file (got {text_of(path)})")
     if mode != "rb":
         refuse_link(path)
     if os.path.exists(path) and not os.path.isfile(path):

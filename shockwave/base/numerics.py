@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from shockwave.base.errors import NumericalError
+from shockwave.base.errors import InvalidValueError, NumericalError, text_of
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 
@@ -21,6 +21,14 @@ _NEWTON_STEPS = 12
 _LARGEST_STEP = 700.0
 # Relative step after which the error, which is quadratic in the step, is a rounding error.
 _SMALL_STEP = 1e-9
+
+
+def floats(name: str, values: npt.ArrayLike) -> FloatArray:
+    """``values`` of the argument ``name`` as an array; raises `InvalidValueError` if they are not numbers."""
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise InvalidValueError.of(name, f"must be a number or an array of numbers (got {text_of(values)})") from None
 
 
 def bracketed_root(function: Callable[[float], float], lower: float, upper: float, what: str) -> float:

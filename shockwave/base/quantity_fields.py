@@ -85,11 +85,16 @@ class Quantity(Explained):
             return None if self.optional else f"must be {self.rule} (got nothing)"
         try:
             number = math.nan if isinstance(value, bool | str) else float(value)  # type: ignore[arg-type]
-        except (TypeError, ValueError, OverflowError):
+        except OverflowError:
+            number = math.inf
+        except (TypeError, ValueError):
             number = math.nan
-        fits = math.isfinite(number) and (not self.whole or number == int(number))
+        inside = not math.isnan(number)
         for sign, bound in self.bounds:
-            fits = fits and _SIGNS[sign](number, bound)
+            inside = inside and _SIGNS[sign](number, bound)
+        if inside and math.isinf(number):
+            return f"must be finite (got {text_of(value)})"
+        fits = inside and (not self.whole or number == int(number))
         return None if fits else f"must be {self.rule} (got {text_of(value)})"
 
     def check(self, name: str, value: Any) -> Any:
@@ -99,7 +104,9 @@ class Quantity(Explained):
         """
         if value is None and self.optional:
             return None
-        if isinstance(value, str) or hasattr(value, "to_base_units"):
+        if value is not None and (
+            isinstance(value, bool | str) or hasattr(value, "to_base_units") or not hasattr(value, "__float__")
+        ):
             with below(name):
                 value = to_si(value, self.unit)
         problem = self.problem(value)

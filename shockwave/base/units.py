@@ -105,6 +105,8 @@ def _from_text(text: str, unit: str) -> float:
     number, of_unit = match[0], text[match.end() :].removeprefix(" ")
     if not of_unit:
         return float(number)
+    if fraction := re.match("/ ?([1-9][0-9]*)", of_unit):
+        raise ValueError(f"; write {float(number) / float(fraction[1]):.6g}{of_unit[fraction.end() :]}")
     with localcontext(_CONTEXT):
         return float(Decimal(number) * _factor(of_unit, unit))
 

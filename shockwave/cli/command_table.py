@@ -123,6 +123,7 @@ _UNCERTAINTY = [
     ),
     option("--seed N", "seed of the samples; the same seed gives the same digits", type=int, default=0),
     _FORCE_RTOL,
+    option("-o --output FILE", "write a picture (.svg, .png, .pdf)"),
     _JSON,
 ]
 _BENCH = [

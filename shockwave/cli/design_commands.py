@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from attrs import evolve
 
@@ -13,9 +13,6 @@ from shockwave.base.quantity_fields import join
 from shockwave.cli.output import announce_file, check_output, of_arguments, print_result
 from shockwave.cli.scenario_files import load_scenarios, name_of
 from shockwave.scenario.block_keys import MATERIALS
-
-if TYPE_CHECKING:
-    from shockwave.studies.design_result import Design
 
 # Size of the picture of a ranking, and height of each of its rows [in].
 _WIDTH = 4.6
@@ -48,8 +45,7 @@ def design(options: argparse.Namespace) -> int:
         raise UsageError(f"--among: {error}") from None
     print_result(result, options.json)
     if options.output:
-        with announce_file(options.output):
-            _draw(result, options.output)
+        _draw(result, options.output, result.is_ranked and result.least is None)
     # the ranking of materials or whole numbers is a result if the target lies in their range
     if not result.why or (result.least is None and result.is_ranked and result.spanned):
         return 0
@@ -74,21 +70,22 @@ def _parse_parameters(options: argparse.Namespace) -> dict[str, Any]:
     return {"vary": {name: ends.get(name, among) for name in options.vary}}
 
 
-def _draw(result: Design, output: str) -> None:
-    """Write the picture of a design; that of a ranking has a row for each entry."""
+def _draw(result: Any, output: str, ranked: bool = False) -> None:
+    """Write the picture of a result; that of a ranking has a row for each entry."""
     from shockwave import pictures
 
-    ranked = result.is_ranked and result.least is None
-    sheet, (ax,) = pictures.figure(size=(_WIDTH, _HEIGHT + _ROW_HEIGHT * len(result.table)) if ranked else "column")
-    result.plot(ax=ax)
-    pictures.save(sheet, output)
+    with announce_file(output):
+        sheet, (ax,) = pictures.figure(size=(_WIDTH, _HEIGHT + _ROW_HEIGHT * len(result.table)) if ranked else "column")
+        result.plot(ax=ax)
+        pictures.save(sheet, output)
 
 
 def uncertainty(options: argparse.Namespace) -> int:
     """Print the distribution of the peak force for uncertain parameters."""
     from shockwave.studies.uncertainty_study import uncertainty as run
 
-    (scenario,) = load_scenarios(options, _SWEPT)
+    check_output(options.output, ".svg", ".png", ".pdf")
+    (scenario,) = load_scenarios(options, _SWEPT, options.output)
     try:
         with of_arguments(options), scenario.scene.locate_errors():
             result = run(scenario, draws=options.draws, seed=options.seed, rtol=options.rtol)
@@ -99,4 +96,6 @@ def uncertainty(options: argparse.Namespace) -> int:
         faults = (evolve(fault, location=fault.location or name_of(scenario)) for fault in error.faults)
         raise ScenarioError(*faults) from None
     print_result(result, options.json)
+    if options.output:
+        _draw(result, options.output)
     return 0

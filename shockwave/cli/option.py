@@ -78,7 +78,7 @@ class Change(argparse.Action):
     def __call__(self, _: Any, options: argparse.Namespace, text: Any, option: str | None = None) -> None:
         path, equals, value = (self.path, "=", self.form.format(text)) if self.path else text.partition("=")
         if not equals:
-            raise argparse.ArgumentError(self, f"must be PATH=VALUE (got {text_of(text)})")
+            raise argparse.ArgumentError(self, f"must be PATH=VALUE (got {text_of(text)}; `{text}=` deletes it)")
         deleted = ((option, other, "") for other in self.without)
         options.changes = (*deleted, *options.changes, (option, path, value))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Sequence
 from typing import NoReturn
@@ -43,7 +44,7 @@ def parser(name: str = "", in_full: bool = False) -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
-    top.add_argument("--version", action=_Version, nargs=0, help="print the version and the back end, and exit")
+    top.add_argument("-V", "--version", action=_Version, nargs=0, help="print the version and the back end, and exit")
     top.add_argument("--no-plugins", action="store_true", help=NO_PLUGINS.help)
     commands = top.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for command in [command for command in COMMANDS if command.name == name] or COMMANDS:
@@ -82,6 +83,8 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     An unknown name is that of a plugin, which is looked up when the command runs. Without a command, the help is
     printed on stderr, and the exit status is that of wrong usage.
     """
+    if arguments[:1] == ["help"]:
+        arguments = [*arguments[1:], "--help"]
     no_plugins = arguments[:1] == ["--no-plugins"]
     name, *rest = arguments[no_plugins:] or [""]
     if not name:
@@ -97,16 +100,26 @@ def parse_command(name: str, arguments: Sequence[str]) -> argparse.Namespace:
     """Options of the command ``name``, which is among the arguments."""
     _check_options(name, arguments)
     in_full = not (name.startswith("-") or {"-h", "--help"}.isdisjoint(arguments))
-    return parser(name, in_full).parse_args(arguments)
+    options, others = parser(name, in_full).parse_known_args(arguments)
+    if others:
+        raise UsageError(f"unrecognized arguments: {' '.join(others)} (see `shockwave {name} --help`)")
+    return options
 
 
 def _check_options(name: str, words: Sequence[str]) -> None:
     """Raise a `UsageError` for an option that the command does not have."""
     options = [option for command in COMMANDS if command.name == name for option in command.all_options]
-    flags = [flag for option in options or [NO_PLUGINS] for flag in option.names if flag.startswith("--")]
-    names = ["--help", *flags, *([] if options else ["--version"])]
-    for flag in (word.partition("=")[0] for word in words):
-        if flag == "--":
+    flags = [flag for option in options or [NO_PLUGINS] for flag in option.names if flag.startswith("-")]
+    names = ["--help", *flags, *([] if options else ["-V", "--version"])]
+    for word in words:
+        if word == "--":
             return
-        if flag.startswith("--") and flag not in names:
-            raise UsageError(f"unknown option (got {text_of(flag)}; {hint_of(flag, names)})")
+        flag = word.partition("=")[0] if word.startswith("--") else word[:2]
+        if re.match("--|-[A-Za-z]", flag) and flag not in {*names, "-h"}:
+            hint = hint_of(flag, [each for each in names if each.startswith("--")])
+            if "--set" in names:
+                from shockwave.scenario.block_keys import paths_of  # needed only here
+
+                paths = paths_of(flag.strip("-").replace("-", "_"))
+                hint = f"use `--set {paths[0]}=VALUE`" if paths else hint
+            raise UsageError(f"unknown option (got {text_of(flag)}; {hint})")

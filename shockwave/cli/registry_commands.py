@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -97,6 +98,8 @@ def new(options: argparse.Namespace) -> int:
         path = Path(options.output or name).with_name(name)
         if not path.exists():
             write_output(content, str(path))
+        else:
+            print(f"{path}: exists, not changed", file=sys.stderr)
     return status
 
 

@@ -14,7 +14,7 @@ from attrs import frozen
 
 from shockwave.base.arguments import Explained
 from shockwave.base.errors import PluginError
-from shockwave.base.numerics import FloatArray
+from shockwave.base.numerics import FloatArray, floats
 from shockwave.profiles.quadrature import Integral, Integrand, Quadrature
 from shockwave.registry.plugin_check import guard, memoize
 from shockwave.registry.registry import UNDECORATED, blame, lacks_decorator, load, owner_of
@@ -145,7 +145,7 @@ class ShockProfile(Explained, abc.ABC):
 
     def force(self, s: npt.ArrayLike) -> FloatArray:
         """Force over peak force at any s, zero outside [0, n]; same shape as ``s``."""
-        s = np.asarray(s, dtype=float)
+        s = floats("s", s)
         rising = (s >= 0) & (s <= 1)
         decaying = (s > 1) & (s <= self.duration_ratio)
         result = np.zeros_like(s)

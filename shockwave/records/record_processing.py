@@ -112,8 +112,9 @@ def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None, steps: 
     count, above = int(np.count_nonzero(process.forces < -_ROUNDING * process.forces.max())), process.forces.clip(0)
     share = 1 - _impulse(process.times, process.forces) / _impulse(process.times, above)
     if count and steps["negative"] is None:
-        hint = "set baseline for an offset; negative: zero ignores them, keep simulates pulling"
-        hints = [hint, f"if compression is negative, {CHANGE_SIGNS}", _advice(times, forces, ratio, steps)]
+        offset = "set baseline for an offset" if steps["baseline"] is None else ""
+        hints = [offset, "negative: zero ignores them, keep simulates pulling"]
+        hints += [f"if compression is negative, {CHANGE_SIGNS}", _advice(times, forces, ratio, steps)]
         got = f"got nothing; their impulse is {share:.2%} of that of the others; {'; '.join(filter(None, hints))}"
         rule = f"must be keep or zero, because {count} of {above.size} forces are negative"
         raise InvalidValueError.of("negative", f"{rule} ({got})")
@@ -236,6 +237,8 @@ def _advice(times: FloatArray, forces: FloatArray, ratio: float | None, steps: S
         keys = [f"{key}: {_window(*window)}" for key, window in windows.items()]
         if "baseline" in windows:
             keys[0] += f" (subtracts {forces[_within(times, 'baseline', windows['baseline'], 1)].mean():.4g} N)"
+        if steps["negative"] is None and after.negative > 0:
+            keys.append("negative: zero")
         if changes := _changes(before.figures, after.figures, _NOTICEABLE):
             return f"{', '.join(keys)} would change {changes}"
     return ""

@@ -174,6 +174,11 @@ BLOCKS = {
 }
 
 
+def paths_of(name: str) -> list[str]:
+    """Dotted names of the keys of this name."""
+    return [f"{block}.{name}" for block, keys in BLOCKS.items() for key in keys if key.name == name]
+
+
 @cache
 def shock_keys(cls: type[ShockProfile] | None) -> tuple[Key, ...]:
     """Keys of the ``shock`` block for profiles of the class ``cls``, or for an unknown profile if it is None.

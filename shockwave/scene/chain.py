@@ -92,7 +92,7 @@ class Chain(Value):
     ------
     InvalidValueError
         If a value is out of range, the mass or stiffness of a granule is not representable as a float, or features
-        exclude each other; all errors are listed.
+        exclude each other; of these all are listed.
 
     Examples
     --------

@@ -17,7 +17,7 @@ from numpy.polynomial.chebyshev import chebval
 from numpy.polynomial.polynomial import polyval
 
 from shockwave.base.errors import InvalidValueError
-from shockwave.base.numerics import FloatArray
+from shockwave.base.numerics import FloatArray, floats
 from shockwave.scene.chain import HERTZ
 from shockwave.scene.solitary_wave import MOMENTUM
 
@@ -52,7 +52,7 @@ def _polynomial(table: Any, x: FloatArray) -> FloatArray:
 
 
 def _check_range(name: str, values: npt.ArrayLike, low: float, high: float, rule: str) -> FloatArray:
-    array = np.asarray(values, dtype=float)
+    array = floats(name, values)
     outside = ~((array >= low) & (array <= high))
     if outside.any():
         raise InvalidValueError.of(name, f"must be {rule} (got {array[outside].flat[0]:g})")

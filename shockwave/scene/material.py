@@ -6,7 +6,7 @@ from typing import Any
 
 from attrs import frozen
 
-from shockwave.base.errors import InvalidValueError
+from shockwave.base.errors import InvalidValueError, UnknownNameError
 from shockwave.base.quantity_fields import MAGNITUDES, SI, Value, plain_text, quantity, text_of
 from shockwave.registry.registry import load
 
@@ -81,7 +81,10 @@ def material(name: str) -> Material:
 
 def material_of(given: Material | str | None) -> Any:
     """Return the material named ``given``; return any other value unchanged."""
-    return material(given) if isinstance(given, str) else given
+    try:
+        return material(given) if isinstance(given, str) else given
+    except UnknownNameError as error:
+        raise UnknownNameError(*(fault.below("material") for fault in error.faults)) from None
 
 
 def check_material(_: object, attribute: Any, value: Any) -> None:

@@ -185,7 +185,9 @@ def scenes_of(shocks: Iterable[Any], chain: Any, single: str, threads: object) -
         raise InvalidValueError.of("chain", f"must be a Chain, or one for each shock (got {text_of(chain)})")
     chains = [chain] * len(shocks) if isinstance(chain, Chain) else list(chain)
     if len(chains) != len(shocks):
-        raise InvalidValueError.of("chain", f"must be one, or one for each shock (got {len(chains)})")
+        raise InvalidValueError.of(
+            "chain", f"must be a Chain, or a list of {len(shocks)} (got a list of {len(chains)})"
+        )
     return [_scene(*pair) for pair in zip(shocks, chains, strict=True)]
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
+from inspect import signature
 from typing import Any
 
 from attrs import field, frozen
@@ -77,10 +78,16 @@ class Shock(Value):
         parameters: Mapping[str, Any] | None = None,
     ) -> None:
         if isinstance(profile, str):
-            if duration is not None and rise_time is not None and duration_ratio is None:
-                duration_ratio = DURATION.check("duration", duration) / _RISE_TIME.check("rise_time", rise_time)
-                duration = None
-            profile = _profile(profile, duration_ratio, parameters or {})
+            ratio = duration_ratio
+            if duration is not None and rise_time is not None and ratio is None:
+                ratio = DURATION.check("duration", duration) / _RISE_TIME.check("rise_time", rise_time)
+            make: Any = load("profiles", profile)
+            if ratio is not None:
+                if "duration_ratio" not in signature(make).parameters:
+                    why = "because the profile has its own duration ratio: give rise_time or duration alone"
+                    _refuse(why, duration_ratio=duration_ratio, duration=duration)
+                duration = duration if ratio is duration_ratio else None
+            profile = _profile(make, ratio, parameters or {})
         else:
             _refuse("for a profile that is an object", duration_ratio=duration_ratio, parameters=parameters)
         if not isinstance(profile, ShockProfile):
@@ -112,9 +119,10 @@ def _refuse(why: str, **values: object) -> None:
             raise InvalidValueError.of(name, f"must be left out {why} (got {text_of(value)})")
 
 
-def _profile(name: str, duration_ratio: Number | None, parameters: Mapping[str, Any]) -> Any:
-    """Make the registered profile of this name."""
-    make: Any = load("profiles", name)
+def _profile(make: Any, duration_ratio: Number | None, parameters: Mapping[str, Any]) -> Any:
+    """Make a registered profile."""
+    if not isinstance(parameters, Mapping):
+        raise InvalidValueError.of("parameters", f"must be a mapping of names to values (got {text_of(parameters)})")
     values = dict(parameters)
     with blame("profiles", make), locate(_within):
         if "file" in values and hasattr(make, "from_file"):  # a record

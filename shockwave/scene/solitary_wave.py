@@ -13,7 +13,7 @@ from functools import cached_property, lru_cache
 from attrs import asdict, frozen
 
 from shockwave.base.errors import InvalidValueError
-from shockwave.base.quantity_fields import Quantity
+from shockwave.base.quantity_fields import Number, Quantity
 from shockwave.scene.chain import HERTZ, Chain, Scales
 
 #: Speed in granules per unit of time; it scales as F^(1/6).
@@ -34,6 +34,7 @@ EXACT_COEFFICIENT = 4.344507853978653
 IMPULSE_LIMIT = 1.1681817
 #: Numerical coefficient of A by name.
 MOMENTUM_COEFFICIENTS = {"exact": EXACT_COEFFICIENT, "paper": PAPER_COEFFICIENT}
+_PEAK_FORCE = Quantity("N", "peak contact force", above=0)
 MOMENTUM_COEFFICIENT = Quantity("", "numerical coefficient of A", at_least=0.01, at_most=1000)
 
 
@@ -145,11 +146,12 @@ class SolitaryWave:
     granule_velocity: float
 
     @classmethod
-    def of(cls, peak_force: float, chain: Chain, coefficient: float = EXACT_COEFFICIENT) -> SolitaryWave:
+    def of(cls, peak_force: Number, chain: Chain, coefficient: float = EXACT_COEFFICIENT) -> SolitaryWave:
         """Make the wave of ``peak_force`` [N] in ``chain``; ``coefficient`` of A gives its momentum, eq. (4b)."""
-        scales, law = Scales.of(chain, peak_force / chain.contact_share), wave_law(chain.exponent)
+        force: float = _PEAK_FORCE.check("peak_force", peak_force)
+        scales, law = Scales.of(chain, force / chain.contact_share), wave_law(chain.exponent)
         return cls(
-            peak_force=peak_force,
+            peak_force=force,
             momentum=law.momentum * (coefficient / EXACT_COEFFICIENT) * scales.momentum,
             energy=law.energy * scales.energy,
             speed=law.speed * scales.wave_speed,

@@ -62,7 +62,8 @@ def _errors(result: Comparison, paper: Section4Outcome) -> Iterator[tuple[str, s
     )
     yield "relation", paper.relation, result.relation or "-", _agreement(agrees["relation"])
     yield "regime", paper.regime, result.regime or "-", _agreement(agrees["regime"])
-    count = str(len(result.waves)) if result.regime else "-"
+    unsettled = len(result.simulated.waves) - len(result.waves)
+    count = f"{len(result.waves)}{f' + {unsettled} not separated' * (unsettled > 0)}" if result.regime else "-"
     yield "waves", str(len(paper.waves)), count, _agreement(agrees["count"])
     for number, (wave, error) in enumerate([*zip(paper.waves, errors.waves, strict=True)][:_FEW], start=1):
         simulated = "-" if error.momentum is None else si(wave.momentum / (1 + error.momentum), "N s", _DIGITS)

@@ -37,6 +37,11 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 # ---------------------------------------------------------------- reading
 
 
+def test_a_number_is_no_path() -> None:
+    with pytest.raises(InvalidValueError, match=r"^path: must be the path of a file .got 3"):
+        sw.load_scenario(3)  # type: ignore[arg-type]
+
+
 def test_a_larger_file_than_the_limit_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a").write_bytes(b"12345")
     assert (read_text(tmp_path / "a", 5), read_bytes(tmp_path / "a", 5)) == ("12345", b"12345")

@@ -84,7 +84,7 @@ def test_the_usual_units_are_those_of_pint(name: str) -> None:
 
 SLIPS = [
     ("1 KN", "N", "unknown unit; did you mean 'kN'"), ("1 kn", "N", "did you mean 'kN'"),
-    ("1 kg", "N", "did you mean 'kgf'"), ("60 lb", "N", "did you mean 'lbf'"),
+    ("3/8 in", "m", "; write 0.375 in"), ("1 kg", "N", "did you mean 'kgf'"), ("60 lb", "N", "did you mean 'lbf'"),
     ("1 Mpa", "Pa", "unknown unit; did you mean 'MPa' or 'mPa'"), ("3 KN/m", "N/m", "did you mean 'kN'"),
 ]  # fmt: skip
 

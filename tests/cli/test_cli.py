@@ -276,6 +276,10 @@ WRONG = {
     "option": (["predict", "--jsn", SCENE], "unknown option (got '--jsn'; did you mean '--json'? known: "),
     "abbreviation": (["predict", "--verb", SCENE], "unknown option (got '--verb'; did you mean '--verbose'? "),
     "option-of-all": (["--vrsion"], "unknown option (got '--vrsion'; did you mean '--version'? "),
+    "short-option": (["predict", SCENE, "-x", "3"], "unknown option (got '-x'; known: --help, "),
+    "option-of-a-key": (["predict", SCENE, "--until", "1"], "(got '--until'; use `--set simulate.until=VALUE`)"),
+    "one-more": (["new", "foo"], "unrecognized arguments: foo (see `shockwave new --help`)"),
+    "picture": (["uncertainty", SCENE, "-o", "x.csv"], "--output: must end in .svg, .png or .pdf (got x.csv)"),
     "file": (["predict"], "the following arguments are required: FILE (see `shockwave predict --help`)"),
     "kind": (["list", "profils"], "KIND: unknown name (got 'profils'; did you mean 'profiles'? "),
     "family": (["bench", "--family", "integrator"], "--family: unknown name (got 'integrator'; did you mean "),
@@ -300,6 +304,11 @@ WRONG = {
     "check-of-profiles": (["list", "profiles", "--check"], "--check: can be used only with plugins"),
     "page-as-pdf": (["report", SCENE, "-o", "x.pdf"], "--output: must end in .html or .htm (got x.pdf; print this"),
 }
+
+
+def test_usual_spellings_of_help_and_version_are_accepted() -> None:
+    assert shockwave("help", "new").out == shockwave("new", "--help").out
+    assert shockwave("-V").out == shockwave("--version").out
 
 
 @pytest.mark.parametrize("name", WRONG)

@@ -69,7 +69,8 @@ def test_an_editor_finds_the_schema_of_a_file(arguments: list[str], folder: Path
 def test_existing_files_are_kept(folder: Path) -> None:
     for name in ("scenario.schema.json", "record.csv"):
         (folder / name).write_text("kept")
-    assert shockwave("new", "--example", "record", "-o", "mine.yaml").status == 0
+    answer = shockwave("new", "--example", "record", "-o", "mine.yaml")
+    assert (answer.status, answer.err.count(": exists, not changed\n")) == (0, 2)
     assert shockwave("new", "-o", "mine.yaml").status == 5
     assert {(folder / name).read_text() for name in ("scenario.schema.json", "record.csv")} == {"kept"}
 

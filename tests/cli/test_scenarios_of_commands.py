@@ -41,7 +41,7 @@ READERS = {
     "curve": "curve {} --rtol 1e-2 --longest 1",
     "sweep": "sweep {} --workers 1 -o results",
     "design": "design {} --vary chain.diameter --between 2mm 4mm --target chain.mass<=9 --rtol 1e-2 --points 2",
-    "uncertainty": "uncertainty {} --draws 256 --rtol 1e-2",
+    "uncertainty": "uncertainty {} --draws 256 --rtol 1e-2 -o picture.svg",
     "bench": "bench {} --quick --family quadratures --timeout 1e-3",
 }
 BLOCKS = {"sweep": SWEEP, "uncertainty": UNCERTAIN}
@@ -111,12 +111,13 @@ def test_values_are_set_in_turn_and_in_every_file(tmp_path: Path) -> None:
 
 #: Wrong values, and the beginnings of their errors.
 WRONG = {
-    "no value": ("chain.diameter", "--set: must be PATH=VALUE (got 'chain.diameter')"),
+    "no value": ("chain.diameter", "--set: must be PATH=VALUE (got 'chain.diameter'; `chain.diameter=` deletes it)"),
     "no path": ("=3", "--set: must be PATH=VALUE with a path such as "),
     "syntax of the path": ("chain..diameter=3", "--set: must be PATH=VALUE with a path such as "),
     "syntax of the value": ("chain.end={wall: same", "--set chain.end: must be YAML (got: "),
     "key": ("chain.granules[1].diametr=3 mm", "--set: chain.granules[1].diametr: unknown key (got 'diametr'; did you"),
     "part of a value": ("chain.end={wal: same}", "--set: chain.end.wal: unknown key (got 'wal'; did you mean 'wall'? "),
+    "last key of a path": ("diameter=3 mm", "--set: diameter: unknown key (got 'diameter'; did you mean 'chain.diam"),
     "block": ("shok.rise_time=1 us", "--set: shok: unknown key (got 'shok'; did you mean 'shock'? "),
     "item": (
         "chain.granules[2].diameter=3 mm",

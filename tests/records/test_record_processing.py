@@ -181,6 +181,8 @@ def test_an_offset_below_zero_stays_a_warning_when_negative_samples_are_set_to_z
     forces = 100 * np.sin(np.pi * np.clip(times - 100, 0, 150) / 150) ** 2 - 30 + np.sin(times / 80)
     with pytest.raises(InvalidValueError, match=r"set baseline for an offset; negative: zero"):
         Tabulated(times, forces)
+    with pytest.raises(InvalidValueError, match=r"their impulse is [^;]*; negative: zero ignores"):
+        Tabulated(times, forces, baseline=(0, 50))
     profile = Tabulated(times, forces, negative="zero")
     assert any("of that of the others: set baseline" in alarm for alarm in profile.alarms)
     # the impulse changes its sign

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -37,6 +39,12 @@ def test_a_jump_at_an_end_is_a_warning_unless_a_crop_states_the_ends(forces, war
     assert alarm.startswith(warning)
     assert "crop: [0 s, 3 s] keeps all of it" in alarm
     assert Tabulated(range(4), forces, crop=(0, 3)).alarms == ()
+
+
+def test_a_baseline_that_makes_forces_negative_is_proposed_with_what_becomes_of_them():
+    forces = np.concatenate((3 + 0.5 * np.sin(np.arange(60)), 3 + 60 * PULSE, 3 + 0.5 * np.sin(np.arange(60))))
+    (alarm,) = Tabulated(np.arange(forces.size), forces).alarms
+    assert re.search(r"\(baseline: .*, crop: .*, negative: zero would change ", alarm)
 
 
 def test_a_crop_inside_the_pulse_is_a_warning():

@@ -226,6 +226,8 @@ def test_the_law_of_tapers_is_the_formula_of_the_page() -> None:
     [
         (wall_factor, ([1.0, -0.1],), r"stiffness_ratio: must be from 0 to 2 sqrt\(2\) \(got -0.1\)"),
         (wall_factor, (math.nan,), r"stiffness_ratio: must be from 0 to 2 sqrt\(2\) \(got nan\)"),
+        (wall_factor, ("a",), "stiffness_ratio: must be a number or an array of numbers .got 'a'"),
+        (sw.HalfSine().force, ({},), "s: must be a number or an array of numbers"),
         (striker_velocity, ([1.0, 2e3],), r"mass_ratio: must be above 0, at most 1000 \(got 2000\)"),
         (damped_decay, (1, 0.2), r"damping_ratio: must be from 0 to 0.05 \(got 0.2\)"),
         (damped_decay, (-1, 0.02), r"contacts: must be at least 0 \(got -1\)"),

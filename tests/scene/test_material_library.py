@@ -63,3 +63,8 @@ def test_a_name_stands_for_its_material(part: Any, values: dict[str, float]) -> 
         part(material="ptfee", **values)
     with pytest.raises(sw.InvalidValueError, match=r"material: must be .*the name of one \(got 3\)"):
         part(material=3, **values)
+
+
+def test_a_part_of_a_name_proposes_all_names_with_it_at_its_place() -> None:
+    with pytest.raises(sw.UnknownNameError, match=r"^material: .*did you mean 'paper-steel', 'stainless-steel-302', "):
+        evolve(CHAIN, material="steel")

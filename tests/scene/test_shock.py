@@ -14,12 +14,20 @@ import shockwave as sw
 SCALES = {"peak_force": 1.0, "rise_time": 1.0}
 
 
-@pytest.mark.parametrize("value", [0, math.nan, math.inf, True, [1.0]], ids=str)
-@pytest.mark.parametrize(("name", "unit"), [("peak_force", "N"), ("rise_time", "s")])
-def test_a_wrong_value_is_refused_with_its_rule(name: str, unit: str, value: object) -> None:
+@pytest.mark.parametrize(
+    ("value", "rule"),
+    [(0, "> 0 {}"), (math.nan, "> 0 {}"), (math.inf, "finite"), *((each, "a {}") for each in (True, [1.0], 1j, {}))],
+    ids=str,
+)
+@pytest.mark.parametrize(
+    ("name", "unit", "kind"),
+    [("peak_force", "N", "force, such as '100 N'"), ("rise_time", "s", "time, such as '15 us'")],
+)
+def test_a_wrong_value_is_refused_with_its_rule(name: str, unit: str, kind: str, value: object, rule: str) -> None:
     with pytest.raises(sw.InvalidValueError) as caught:
         sw.Shock(profile=sw.Triangular(duration_ratio=2), **{**SCALES, name: value})
-    assert str(caught.value) == f"{name}: must be > 0 {unit} (got {value!r})"
+    expected = rule.format(unit if ">" in rule else kind)
+    assert str(caught.value) == f"{name}: must be {expected} (got {value!r})"
 
 
 @pytest.mark.parametrize("name", SCALES)
@@ -90,6 +98,9 @@ def test_a_shock_takes_the_name_of_a_profile_of_a_plugin() -> None:
         ),
         ({"profile": sw.Triangular(duration_ratio=2), "duration_ratio": 4}, "^duration_ratio: must be left out for a"),
         ({"profile": sw.Triangular(duration_ratio=2), "duration": 4}, "^rise_time: must be left out if duration"),
+        ({"profile": "half-sine", "duration": 4}, "^duration: must be left out because the profile has its own"),
+        ({"profile": "half-sine", "duration_ratio": 4}, "^duration_ratio: .*: give rise_time or duration alone .got 4"),
+        ({"profile": "half-sine", "parameters": [1]}, "^parameters: must be a mapping of names to values .got .1"),
         ({"profile": sw.PowerLaw}, "^profile: must be a ShockProfile or the name of one .got <class"),
     ],
 )

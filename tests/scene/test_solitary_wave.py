@@ -98,7 +98,7 @@ def test_a_wave_scales_with_its_peak_force(quantity: str, factor: float) -> None
 
 
 def test_a_wave_has_the_constants_in_the_units_of_its_chain() -> None:
-    wave, units = SolitaryWave.of(100.0, BEADS), Scales.of(BEADS, 100.0)
+    wave, units = SolitaryWave.of("100 N", BEADS), Scales.of(BEADS, 100.0)
     scales = {"speed": units.wave_speed, "width": units.time, "granule_velocity": units.velocity}
     scales |= {"momentum": units.momentum, "energy": units.energy}
     for quantity, (constant, _) in QUANTITIES.items():

@@ -70,7 +70,7 @@ def test_many_shocks_on_chains_of_different_lengths_and_contacts_are_equal_to_si
 
 def test_a_wrong_number_of_chains_is_refused() -> None:
     for number in (2, len(FEW) + 1):
-        with pytest.raises(sw.InvalidValueError, match=rf"chain: must be one, or one for each shock \(got {number}\)"):
+        with pytest.raises(sw.InvalidValueError, match=rf"a list of {len(FEW)} \(got a list of {number}\)"):
             sw.simulate_many(FEW, [CHAIN] * number)
     with pytest.raises(sw.InvalidValueError, match=r"chain: must be a Chain, or one for each shock \(got 'steel'\)"):
         sw.simulate_many(FEW, "steel")  # type: ignore[arg-type]

@@ -68,6 +68,13 @@ def test_a_wave_that_is_not_simulated_has_no_error() -> None:
     assert (both.regime, both.agrees["regime"], both.agrees["count"]) == (None, None, None)
 
 
+def test_waves_that_have_not_separated_are_counted_by_themselves() -> None:
+    both = sw.compare(attrs.evolve(TRAIN, rise_time=150e-6), CHAIN)
+    others = len(both.simulated.waves) - len(both.waves)
+    assert others > 0
+    assert f" {len(both.waves)} + {others} not separated " in str(both)
+
+
 @pytest.mark.parametrize(("error", "added"), [(0.5, 2.0), (2.5, None)], ids=["accurate", "within-its-error"])
 def test_the_added_momentum_is_known_if_it_exceeds_its_error(error: float, added: float | None) -> None:
     simulated = SimpleNamespace(options=SimpleNamespace(waves="train"), recoil_momentum=-2.0, recoil_error=error)
