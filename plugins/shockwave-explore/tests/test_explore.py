@@ -160,6 +160,19 @@ def test_a_limit_is_decided_and_drawn(client: Any) -> None:
     assert "limit" in parts["figures"]
 
 
+def test_the_contacts_of_the_scenario_and_the_wall_are_drawn(client: Any) -> None:
+    figures = asked(client, text=WALL)["figures"]
+    assert re.findall(r"</tspan> (contact \d+)", figures) == [f"contact {contact}" for contact in (0, 10, 20, 38)]
+    for picture in ("force against time and", "greatest force against"):
+        assert re.search(f'"{picture}[^"]*, at most 88', figures)
+
+
+def test_the_marks_of_the_colour_bar_are_round(client: Any) -> None:
+    diagram = asked(client, text=WALL)["figures"].partition('aria-label="Space-time diagram"')[2]
+    marks = re.findall(r">([0-9.]+)</text>", diagram.partition("</image>")[0].partition("force (N)")[0])
+    assert marks[-5:] == ["0", "20", "40", "60", "80"]
+
+
 def test_the_text_of_an_answer_gives_the_same_answer(client: Any) -> None:
     once = asked(client, text=WALL, edits={"shock.duration": "20 us"})
     assert asked(client, text=once["text"]) == once
@@ -280,10 +293,10 @@ def test_every_built_in_pulse_shape_can_be_chosen(profile: str) -> None:
     assert scenario.shock.duration == pytest.approx(48e-6)
 
 
-@pytest.mark.parametrize("profile", ["power-law", "half-sine"])
-def test_a_shape_in_place_of_a_record_has_a_time(profile: str) -> None:
+@pytest.mark.parametrize(("profile", "duration"), [("power-law", 20e-6), ("half-sine", 60e-6)])
+def test_a_shape_in_place_of_a_record_has_a_time(profile: str, duration: float) -> None:
     text = f"{CHAIN}\nshock: {{profile: tabulated, parameters: {{times: [0, 1e-5, 2e-5], forces: [0, 5, 0]}}}}"
-    assert load_text(edit_text(text, {"shock.profile": profile})).shock.duration == pytest.approx(60e-6)
+    assert load_text(edit_text(text, {"shock.profile": profile})).shock.duration == pytest.approx(duration)
 
 
 @pytest.mark.parametrize("profile", ["triangular", "half-sine"])
@@ -291,6 +304,16 @@ def test_a_shape_in_place_of_a_record_has_a_time(profile: str) -> None:
 def test_a_shape_keeps_the_duration_that_is_given(times: str, profile: str) -> None:
     text = f"{CHAIN}\nshock: {{profile: exponential, peak_force: 5 N, {times}}}"
     assert load_text(edit_text(text, {"shock.profile": profile})).shock.duration == pytest.approx(60e-6)
+
+
+@pytest.mark.parametrize("times", ["duration: 60 us, duration_ratio: 3", "rise_time: 20 us, duration_ratio: 3"])
+def test_a_shape_keeps_the_rise_time(times: str) -> None:
+    changed = load_text(edit_text(WALL, {"shock.profile": "triangular"}))
+    assert changed.document is not None
+    assert changed.document.data["shock"].items() >= {"rise_time": "24 us", "duration": "48 us"}.items()
+    text = f"{CHAIN}\nshock: {{profile: exponential, peak_force: 5 N, {times}}}"
+    shock = load_text(edit_text(text, {"shock.profile": "triangular"})).shock
+    assert (shock.rise_time, shock.duration) == (pytest.approx(20e-6), pytest.approx(60e-6))
 
 
 @pytest.mark.parametrize("until", ["50 us", "20 ms"])
@@ -381,6 +404,12 @@ def test_a_wrong_value_of_a_control_is_refused_with_its_name(client: Any) -> Non
     assert faults["shock.rise_time"].startswith("must be a time")
 
 
+def test_a_rise_time_beyond_the_duration_is_refused_in_words(client: Any) -> None:
+    text = f"{CHAIN}\nshock: {{profile: triangular, peak_force: 5 N, rise_time: 10 us, duration: 0.2 ms}}"
+    message = refused(client, json={"text": text, "edits": {"shock.rise_time": "300 us"}})
+    assert "shock.rise_time: must be shorter than the duration, 200 us (got 300 us)" in message
+
+
 WRONG = {
     "nothing": "",
     "null": "null",
@@ -427,7 +456,9 @@ def test_work_is_limited_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
     text = WALL.replace("granules: 40", "granules: 300") + "  timeout: 1e9 s\n"
     assert load_text(text).simulate.timeout == 1e-3
     parts = parts_of(text)
-    assert "time limit" in parts["headline"]
+    limit = "the limit of 0.001 s of this page; shorten the shock or set until"
+    assert f"<strong>no answer: the simulation reached {limit}</strong>" in parts["headline"]
+    assert 'id="simulate.until"' in parts["controls"]
     assert len(pictures(parts)) == 1
 
 
