@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from weakref import WeakSet
 
-from shockwave.base.errors import InvalidValueError
+from shockwave.base.errors import InvalidValueError, text_of
 from shockwave.base.files import write_file
 from shockwave.base.result_tables import library
 from shockwave.base.text import replace_unfit
@@ -71,13 +71,18 @@ def canvas(
     Text and outlines are visible on the background of the axes. At the end the ordinate begins at zero if it is to, the
     axes get their labels, ``x`` and ``y``, and a legend, and the number of warnings of ``results`` is marked.
     """
+    library("matplotlib", "plot")
+    from matplotlib.axes import Axes
+
     if ax is None:
-        library("matplotlib", "plot")
         from matplotlib import pyplot, rcParams
 
         with settings_of(None, dark=is_dark([rcParams["figure.facecolor"]])):
             sheet, ax = pyplot.subplots(figsize=(_WIDTHS["column"], _HEIGHT), layout="constrained")
         _FIGURES.add(sheet)
+    if not isinstance(ax, Axes):
+        got = f"got {text_of(ax)}; figure() returns a figure and a tuple of Axes"
+        raise InvalidValueError.of("ax", f"must be Axes of matplotlib ({got})")
     figure = ax.get_figure()
     back = [ax.get_facecolor(), *([figure.get_facecolor()] if figure else [])]
     colours = {"text.color": "white" if is_dark(back) else BLACK, "axes.facecolor": ax.get_facecolor()}

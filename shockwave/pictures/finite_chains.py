@@ -10,7 +10,7 @@ import numpy as np
 from shockwave.base.errors import InvalidValueError
 from shockwave.pictures.colour_maps import reach_of
 from shockwave.pictures.figure_files import canvas
-from shockwave.pictures.picture_elements import GREEN, GREY, METHODS, SMALL, add_legend, draw_limit, halo, label_axis
+from shockwave.pictures.picture_elements import GREEN, GREY, METHODS, add_legend, draw_limit, halo, label_axis
 from shockwave.pictures.waves import field_of_forces, find_histories
 from shockwave.simulation.simulation_result import Simulation
 
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 # Most borders of a picture; of a chain with more, such as a repeated cell, none is drawn.
 _MOST_BORDERS = 12
+# Height at which a growing impulse ends, below a limit near the top of the axes.
+_ENDS = 0.65
 
 
 def peak_forces(result: Simulation, *, ax: Axes | None = None) -> Axes:
@@ -110,9 +112,9 @@ def wall_force(result: Simulation, *, ax: Axes | None = None) -> Axes:
         right = ax.twinx()
         right.plot(times, impulse, color=GREEN, linewidth=1.1, linestyle="--", label="impulse")
         right.grid(False)
-        right.tick_params(labelsize=SMALL)
         right.spines["right"].set_visible(True)
-        right.set_ylim(1.12 * low, 1.12 * high if high > low else 1.0)
+        top = max(1.12 * high, result.transmitted.impulse / _ENDS)
+        right.set_ylim(1.12 * low, top if high > low else 1.0)
         label_axis(right, "y", "impulse")
         right.yaxis.label.set_fontsize(ax.yaxis.label.get_fontsize())
         add_legend(ax, [*ax.get_legend_handles_labels()[0], *right.get_legend_handles_labels()[0]])
