@@ -121,16 +121,19 @@ def wall_force(result: Simulation, *, ax: Axes | None = None) -> Axes:
         return ax
 
 
-def _borders(ax: Axes, result: Simulation, vertical: bool) -> None:
-    """Lines at the contacts between granules of different materials."""
+def find_borders(result: Simulation) -> list[int]:
+    """Contacts between granules of different materials; none if they are too many to be drawn."""
     if result.chain.count is None:
-        return
+        return []
     materials = result.scene.layout.materials
     borders = [contact for contact, (one, other) in enumerate(pairwise(materials)) if one != other]
-    if len(borders) > _MOST_BORDERS:
-        return
+    return borders if len(borders) <= _MOST_BORDERS else []
+
+
+def _borders(ax: Axes, result: Simulation, vertical: bool) -> None:
+    """Lines at the contacts between granules of different materials."""
     look: dict[str, Any] = {"color": GREY, "linewidth": 0.8, "linestyle": "--"}
-    for border in borders:
+    for border in find_borders(result):
         if vertical:
             ax.axvline(border, zorder=0, **look)
         else:

@@ -15,6 +15,7 @@ from shockwave import __version__, pictures
 from shockwave.base.quantity_fields import quantity_of
 from shockwave.base.text import html_of
 from shockwave.pictures.figure_files import add_description
+from shockwave.pictures.finite_chains import find_borders
 from shockwave.profiles.area_conditions import evaluate_conditions
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.registry.built_ins import Entry
@@ -66,6 +67,7 @@ def render_page(results: PageResults) -> str:
         **({"conditions": ()} if results.is_beyond else _shock_facts(results.scenario)),
         pictures=list(draw_pictures(results)),
         add_description=add_description,
+        has_borders=results.is_beyond and results.simulated is not None and bool(find_borders(results.simulated)),
         versions=_versions(results),
         hash=scene_hash(results.scenario),
         parts=list_parts(results),

@@ -279,6 +279,19 @@ def test_the_caption_names_the_wall_if_its_contact_is_listed(contacts: tuple[int
     assert ("the last one is with the wall" in plain(text)) == last
 
 
+@pytest.mark.parametrize("other", [False, True], ids=["one-material", "two-materials"])
+def test_captions_name_the_lines_that_are_drawn_and_empty_columns_are_left_out(other: bool) -> None:
+    granules: Any = 30
+    if other:
+        granules = (sw.Segment(count=15), sw.Segment(count=15, material=sw.material("ptfe")))
+    walled = evolve(scenario(triangle(0.5)), chain=evolve(CHAIN, granules=granules, end=sw.Wall()))
+    limited = evolve(walled, limit=sw.Limit(force=1e3) if other else None)
+    captions = [plain(each) for each in re.findall("<figcaption>(.*?)</figcaption>", page(limited))]
+    assert sum("dashed lines separate materials" in each for each in captions) == 2 * other
+    assert sum("the dash-dotted line is the limit" in each for each in captions) == 2 * other
+    assert "static force" not in without_pictures(compute_results(limited))
+
+
 def test_a_page_on_a_pulling_shock_shows_the_simulation_alone() -> None:
     pulling = sw.Tabulated(times=[0, 1e-5, 2e-5, 3e-5, 5e-5], forces=[0, 100, 0, -40, 0], negative="keep")
     found = compute_results(scenario(sw.Shock(profile=pulling)))
