@@ -115,7 +115,8 @@ def wall_force(result: Simulation, *, ax: Axes | None = None) -> Axes:
         right.spines["right"].set_visible(True)
         top = max(1.12 * high, result.transmitted.impulse / _ENDS)
         right.set_ylim(1.12 * low, top if high > low else 1.0)
-        label_axis(right, "y", "impulse")
+        static = " beyond the static force" if result.transmitted.static_force else ""
+        label_axis(right, "y", (f"impulse{static}", "N s"))
         right.yaxis.label.set_fontsize(ax.yaxis.label.get_fontsize())
         add_legend(ax, [*ax.get_legend_handles_labels()[0], *right.get_legend_handles_labels()[0]])
         return ax

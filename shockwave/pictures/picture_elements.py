@@ -46,7 +46,6 @@ _UNITS = {
     **dict.fromkeys(("time", "run time"), "s"),
     **dict.fromkeys(("force", "contact force", "greatest force", "peak force", "force on the wall"), "N"),
     "energy": "J",
-    "impulse": "N s",
 }
 #: Line styles and markers distinguish lines without colour.
 LINES: tuple[Any, ...] = ("-", "--", "-.", (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)), (0, (7, 2)))

@@ -20,7 +20,7 @@ from shockwave.profiles.area_conditions import evaluate_conditions
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.registry.built_ins import Entry
 from shockwave.registry.registry import entry_of, find
-from shockwave.report.number_text import formula, percent, quantity, small
+from shockwave.report.number_text import formula, percent, quantity, small, typeset
 from shockwave.report.page_pictures import draw_pictures
 from shockwave.report.page_results import PageResults, compute_results
 from shockwave.scenario.scenario import Scenario
@@ -58,7 +58,7 @@ def render_page(results: PageResults) -> str:
         If matplotlib is not installed.
     """
     simulated = (answer, balances, choose_items, greatest_text, lead_text, span)
-    filters: tuple[Callable[..., object], ...] = (formula, percent, quantity, small, *simulated)
+    filters: tuple[Callable[..., object], ...] = (formula, percent, quantity, small, typeset, *simulated)
     return html_of(
         Path(__file__).with_name("report.html.jinja"),
         filters,
