@@ -17,10 +17,6 @@ from shockwave.scenario.block_keys import MATERIALS
 if TYPE_CHECKING:
     from shockwave.studies.design_result import Design
 
-# Size of the picture of a ranking, and height of each of its rows [in].
-_WIDTH = 4.6
-_HEIGHT = 1.0
-_ROW_HEIGHT = 0.17
 # Hint in the error for a scenario with a sweep.
 _SWEPT = "delete the `sweep` block"
 
@@ -77,9 +73,10 @@ def _parse_parameters(options: argparse.Namespace) -> dict[str, Any]:
 def _draw(result: Design, output: str) -> None:
     """Write the picture of a design; that of a ranking has a row for each entry."""
     from shockwave import pictures
+    from shockwave.pictures.amplification_curves import ranking_size
 
     ranked = result.is_ranked and result.least is None
-    sheet, (ax,) = pictures.figure(size=(_WIDTH, _HEIGHT + _ROW_HEIGHT * len(result.table)) if ranked else "column")
+    sheet, (ax,) = pictures.figure(size=ranking_size(result) if ranked else "column")
     result.plot(ax=ax)
     pictures.save(sheet, output)
 

@@ -64,9 +64,15 @@ def settings_of(figure: Any, changes: Any = (), dark: bool = False) -> Iterator[
 
 @contextmanager
 def canvas(
-    ax: Axes | None, *results: Any, x: Label = "", y: Label = "", from_zero: bool = False, legend: bool = True
+    ax: Axes | None,
+    *results: Any,
+    x: Label = "",
+    y: Label = "",
+    from_zero: bool = False,
+    legend: bool = True,
+    size: tuple[float, float] = (_WIDTHS["column"], _HEIGHT),
 ) -> Iterator[Axes]:
-    """Draw, within the context, on ``ax`` or, if it is None, on the axes of a new figure of pyplot.
+    """Draw, within the context, on ``ax`` or, if it is None, on the axes of a new figure of pyplot of this ``size``.
 
     Text and outlines are visible on the background of the axes. At the end the ordinate begins at zero if it is to, the
     axes get their labels, ``x`` and ``y``, and a legend, and the number of warnings of ``results`` is marked.
@@ -78,7 +84,7 @@ def canvas(
         from matplotlib import pyplot, rcParams
 
         with settings_of(None, dark=is_dark([rcParams["figure.facecolor"]])):
-            sheet, ax = pyplot.subplots(figsize=(_WIDTHS["column"], _HEIGHT), layout="constrained")
+            sheet, ax = pyplot.subplots(figsize=size, layout="constrained")
         _FIGURES.add(sheet)
     if not isinstance(ax, Axes):
         got = f"got {text_of(ax)}; figure() returns a figure and a tuple of Axes"

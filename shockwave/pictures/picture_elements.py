@@ -198,8 +198,8 @@ def _keep_above(ax: Axes, artist: Any) -> None:
     ax.add_child_axes(room)
 
 
-def colour_scale(ax: Axes, drawn: Any, label: Label) -> None:
-    """Add a labelled colour bar for ``drawn`` at the right of ``ax``."""
+def colour_scale(ax: Axes, drawn: Any, label: Label) -> Any:
+    """Return a new labelled colour bar for ``drawn`` at the right of ``ax``."""
     figure = ax.get_figure()
     assert figure is not None
     # an inset, so that a layout engine keeps it next to its axes; without one, it takes room from them
@@ -207,6 +207,7 @@ def colour_scale(ax: Axes, drawn: Any, label: Label) -> None:
     bar = figure.colorbar(drawn, cax=inset, ax=ax)
     label_axis(bar.ax, "y", label)
     bar.ax.yaxis.label.set_fontsize(ax.yaxis.label.get_fontsize())
+    return bar
 
 
 def place_name(ax: Axes, x: float, y: float, text: str) -> None:
