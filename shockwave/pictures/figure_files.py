@@ -167,7 +167,7 @@ def svg(figure: Figure | Axes, name: str = "picture", description: str = "") -> 
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9-]*", name):
         raise InvalidValueError.of("name", f"must be a letter, then letters, digits and hyphens (got {name!r})")
     written = io.StringIO()
-    sheet: Any = figure.figure.figure
+    sheet = _sheet_of(figure)
     unsigned = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     # without a salt, the names of shared shapes differ from run to run
     with settings_of(sheet, {"svg.hashsalt": "shockwave", "svg.fonttype": "path"}):
@@ -175,6 +175,15 @@ def svg(figure: Figure | Axes, name: str = "picture", description: str = "") -> 
     text = re.sub(r"\s*<!--.*?-->", "", written.getvalue().partition("<svg ")[2], flags=re.DOTALL)
     text = re.sub(r'( id="|href="#|url\(#)', rf"\1{name}-", text)
     return add_description(f"{_BEGIN} {text}", description)
+
+
+def _sheet_of(figure: Any) -> Any:
+    """The figure that ``figure`` is, or is on; raises InvalidValueError for something else."""
+    try:
+        return figure.figure.figure
+    except AttributeError:
+        rule = f"must be a Figure or Axes of matplotlib (got {text_of(figure)})"
+        raise InvalidValueError.of("figure", rule) from None
 
 
 def add_description(picture: str, description: str) -> str:
@@ -201,7 +210,7 @@ def save(figure: Figure | Axes, file: str | Path) -> None:
         write_file(file, '<?xml version="1.0" encoding="utf-8"?>\n' + svg(figure))
         return
     drawn = io.BytesIO()
-    sheet: Any = figure.figure.figure
+    sheet = _sheet_of(figure)
     with settings_of(sheet):
         sheet.savefig(drawn, format=kind, metadata={"CreationDate" if kind == "pdf" else "Software": None}, dpi=_DOTS)
     write_file(file, drawn.getvalue())

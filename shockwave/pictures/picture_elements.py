@@ -152,7 +152,8 @@ def label_axis(ax: Axes, axis: Literal["x", "y"], label: Label) -> None:
     factor = 1.0
     chosen.set_minor_locator(NullLocator())  # more lines than a column can hold, each as expensive as a label
     if few:
-        chosen.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        fit = 3 * math.log10(high / low) <= chosen.get_tick_space()
+        chosen.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if fit else (1.0,)))
     elif logarithmic:  # a formula for each tick would take longer than the rest of the axis
         chosen.set_major_formatter(FuncFormatter(lambda value, _: power_of_ten(round(math.log10(value)))))
     if few or (unit and not logarithmic):

@@ -307,6 +307,18 @@ def test_titles_stand_above_the_mark_of_warnings_and_the_legend(own: bool) -> No
     assert own or legend.get_window_extent().y1 <= above.y0
 
 
+@pytest.mark.parametrize("width", [2.0, 7.0])
+def test_labels_of_a_logarithmic_axis_do_not_overlap(width: float) -> None:
+    ax = Figure(figsize=(width, 2.5)).subplots()
+    pictures.universal_curves({"triangle": curve("train")}, ax=ax)
+    ax.figure.draw_without_rendering()
+    low, high = ax.get_xlim()
+    ticks = zip(ax.get_xticks(), ax.get_xticklabels(), strict=True)
+    boxes = [label.get_window_extent() for tick, label in ticks if low <= tick <= high]
+    assert len(boxes) > 1
+    assert all(left.x1 < right.x0 for left, right in itertools.pairwise(boxes))
+
+
 def test_the_impulse_on_the_wall_ends_below_the_limit(ax: Axes) -> None:
     result = in_finite_chain("shock")
     pictures.wall_force(result, ax=ax)
@@ -363,6 +375,7 @@ REFUSED: dict[str, Any] = {
     "size: must be column, page or": lambda _: pictures.figure(size="huge"),
     r"file: must end in \.svg, \.png, \.pdf": lambda ax: pictures.save(ax.figure, "a.gif"),
     "nowhere/a.svg: cannot be written": lambda ax: pictures.save(ax.figure, "nowhere/a.svg"),
+    r"figure: must be a Figure or Axes of matplotlib \(got 3\)": lambda _: pictures.save(3, "a.png"),  # type: ignore[arg-type]
     r"ax: must be Axes of matplotlib \(got 3; figure\(\) returns": lambda _: pictures.pulse(SHOCKS["train"], ax=3),  # type: ignore[arg-type]
     r"record: must have energies \(got field; simulate with record=\['energies'\]": lambda ax: pictures.balance(
         recorded("ejection", "field"), ax=ax
