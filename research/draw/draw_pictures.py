@@ -23,10 +23,11 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from attrs import frozen
 from matplotlib.figure import Figure
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import CubicSpline
 
 import shockwave as sw
 from shockwave import pictures, report
+from shockwave.pictures.amplification_curves import ranking_size
 from shockwave.studies.amplification_curve import UniversalCurve
 from shockwave.sweep.results import SweepResults
 from shockwave.sweep.sweep_picture import plot
@@ -86,7 +87,7 @@ def landing() -> Figure:
     contacts = np.arange(BEADS) + 0.5
     fine = np.linspace(contacts[0], contacts[-1], 12 * BEADS)
     # the force of a solitary wave is close to the sixth power of a cosine
-    height = PchipInterpolator(contacts, np.maximum(forces, 0) ** (1 / 6))(fine) ** 6
+    height = CubicSpline(contacts, np.maximum(forces, 0) ** (1 / 6))(fine) ** 6
     ax.fill_between(fine, height, color=blue, alpha=0.25, linewidth=0)
     ax.plot(fine, height, color=blue, linewidth=1.6)
     top = forces.max()
@@ -101,15 +102,15 @@ def landing() -> Figure:
     ax.plot(places, applied, color=grey, linewidth=1.6)
     arrow = {"arrowstyle": "-|>", "color": grey, "linewidth": 1.6}
     ax.annotate("", (-0.8, -0.13 * top), (-APART - 1, -0.13 * top), arrowprops=arrow)
-    look = {"ha": "center", "va": "bottom", "fontsize": 9}
+    look = {"ha": "center", "va": "bottom", "fontsize": 13}
     ax.text(-APART - PULSE / 3, 1.06 * shock.peak_force, "shock 50 N", color="#444444", **look)
     for number, wave in enumerate(result.waves[:3]):
         peaks = np.flatnonzero((forces[1:-1] > forces[:-2]) & (forces[1:-1] >= forces[2:])) + 1
         place = peaks[np.argsort(forces[peaks])[::-1][number]]
         name = "leading wave " if number == 0 else ""
         label = f"{name}{wave.peak_force:.1f} N"
-        ax.text(contacts[place], 1.04 * max(forces[place], 0.06 * top), label, color=blue, **look)
-    ax.set(xlim=(-APART - PULSE - 1, BEADS + 4), ylim=(-0.24 * top, 1.2 * top))
+        ax.text(contacts[place], forces[place] + 0.05 * top, label, color=blue, **look)
+    ax.set(xlim=(-APART - PULSE - 1, BEADS + 4), ylim=(-0.24 * top, 1.25 * top))
     ax.set_axis_off()
     return figure
 
@@ -235,7 +236,7 @@ def materials() -> Figure:
     """Ranking of materials for a target."""
     names = ["ptfe", "nylon-66", "delrin", "pmma", "lead", "brass-260", "copper", "aluminium-6061-t6"]
     result = sw.design(scene("examples/protector"), vary="chain.material", target="peak_force <= 110 N", among=names)
-    figure, (ax,) = pictures.figure(size=(4.6, 1.0 + 0.17 * len(result.table)))
+    figure, (ax,) = pictures.figure(size=ranking_size(result))
     pictures.materials(result, ax=ax)
     return figure
 

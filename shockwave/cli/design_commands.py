@@ -14,10 +14,6 @@ from shockwave.cli.output import announce_file, check_output, of_arguments, prin
 from shockwave.cli.scenario_files import load_scenarios, name_of
 from shockwave.scenario.block_keys import MATERIALS
 
-# Size of the picture of a ranking, and height of each of its rows [in].
-_WIDTH = 4.6
-_HEIGHT = 1.0
-_ROW_HEIGHT = 0.17
 # Hint in the error for a scenario with a sweep.
 _SWEPT = "delete the `sweep` block"
 
@@ -73,9 +69,10 @@ def _parse_parameters(options: argparse.Namespace) -> dict[str, Any]:
 def _draw(result: Any, output: str, ranked: bool = False) -> None:
     """Write the picture of a result; that of a ranking has a row for each entry."""
     from shockwave import pictures
+    from shockwave.pictures.amplification_curves import ranking_size
 
     with announce_file(output):
-        sheet, (ax,) = pictures.figure(size=(_WIDTH, _HEIGHT + _ROW_HEIGHT * len(result.table)) if ranked else "column")
+        sheet, (ax,) = pictures.figure(size=ranking_size(result) if ranked else "column")
         result.plot(ax=ax)
         pictures.save(sheet, output)
 

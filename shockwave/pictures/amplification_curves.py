@@ -22,6 +22,10 @@ if TYPE_CHECKING:
 _CURVE_POINTS = 600
 # Ratio of greatest and least value above which an axis is logarithmic.
 _WIDE = 3.0
+# Width of a ranking, its height without rows, and height of a row [in].
+_WIDTH = 4.6
+_HEIGHT = 1.0
+_ROW_HEIGHT = 0.17
 
 
 def _scale_axes(ax: Axes, x: FloatArray, y: FloatArray) -> None:
@@ -96,6 +100,11 @@ def design(result: Design, *, ax: Axes | None = None) -> Axes:
         return ax
 
 
+def ranking_size(result: Design) -> tuple[float, float]:
+    """Width and height of a legible ranking [in]."""
+    return _WIDTH, _HEIGHT + _ROW_HEIGHT * len(result.table)
+
+
 def materials(result: Design, *, ax: Axes | None = None) -> Axes:
     """Draw a ranking of materials by the required quantity, the best one at the top.
 
@@ -110,7 +119,8 @@ def materials(result: Design, *, ax: Axes | None = None) -> Axes:
     reached = np.array([option.reached for option in result.table])
     met = np.array([option in result.solutions for option in result.table])
     places = np.arange(len(reached))
-    with canvas(ax, result, x=(target.quantity.label, target.quantity.unit), y=("", "")) as ax:
+    unit, size = target.quantity.unit, ranking_size(result)
+    with canvas(ax, result, x=(target.quantity.label, unit), y=("", ""), size=size) as ax:
         draw_limit(ax, target.value, f"target {target.sign}", upright=True)
         for which, face, label in ((met, METHODS["simulation"], "meets it"), (~met, "none", "does not")):
             look: dict[str, Any] = {"color": METHODS["simulation"], "markerfacecolor": face, "markersize": 4}

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from weakref import WeakSet
 
-from shockwave.base.errors import InvalidValueError
+from shockwave.base.errors import InvalidValueError, text_of
 from shockwave.base.files import write_file
 from shockwave.base.result_tables import library
 from shockwave.base.text import replace_unfit
@@ -64,20 +64,31 @@ def settings_of(figure: Any, changes: Any = (), dark: bool = False) -> Iterator[
 
 @contextmanager
 def canvas(
-    ax: Axes | None, *results: Any, x: Label = "", y: Label = "", from_zero: bool = False, legend: bool = True
+    ax: Axes | None,
+    *results: Any,
+    x: Label = "",
+    y: Label = "",
+    from_zero: bool = False,
+    legend: bool = True,
+    size: tuple[float, float] = (_WIDTHS["column"], _HEIGHT),
 ) -> Iterator[Axes]:
-    """Draw, within the context, on ``ax`` or, if it is None, on the axes of a new figure of pyplot.
+    """Draw, within the context, on ``ax`` or, if it is None, on the axes of a new figure of pyplot of this ``size``.
 
     Text and outlines are visible on the background of the axes. At the end the ordinate begins at zero if it is to, the
     axes get their labels, ``x`` and ``y``, and a legend, and the number of warnings of ``results`` is marked.
     """
+    library("matplotlib", "plot")
+    from matplotlib.axes import Axes
+
     if ax is None:
-        library("matplotlib", "plot")
         from matplotlib import pyplot, rcParams
 
         with settings_of(None, dark=is_dark([rcParams["figure.facecolor"]])):
-            sheet, ax = pyplot.subplots(figsize=(_WIDTHS["column"], _HEIGHT), layout="constrained")
+            sheet, ax = pyplot.subplots(figsize=size, layout="constrained")
         _FIGURES.add(sheet)
+    if not isinstance(ax, Axes):
+        got = f"got {text_of(ax)}; figure() returns a figure and a tuple of Axes"
+        raise InvalidValueError.of("ax", f"must be Axes of matplotlib ({got})")
     figure = ax.get_figure()
     back = [ax.get_facecolor(), *([figure.get_facecolor()] if figure else [])]
     colours = {"text.color": "white" if is_dark(back) else BLACK, "axes.facecolor": ax.get_facecolor()}
@@ -156,7 +167,7 @@ def svg(figure: Figure | Axes, name: str = "picture", description: str = "") -> 
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9-]*", name):
         raise InvalidValueError.of("name", f"must be a letter, then letters, digits and hyphens (got {name!r})")
     written = io.StringIO()
-    sheet: Any = figure.figure.figure
+    sheet = _sheet_of(figure)
     unsigned = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     # without a salt, the names of shared shapes differ from run to run
     with settings_of(sheet, {"svg.hashsalt": "shockwave", "svg.fonttype": "path"}):
@@ -164,6 +175,15 @@ def svg(figure: Figure | Axes, name: str = "picture", description: str = "") -> 
     text = re.sub(r"\s*<!--.*?-->", "", written.getvalue().partition("<svg ")[2], flags=re.DOTALL)
     text = re.sub(r'( id="|href="#|url\(#)', rf"\1{name}-", text)
     return add_description(f"{_BEGIN} {text}", description)
+
+
+def _sheet_of(figure: Any) -> Any:
+    """The figure that ``figure`` is, or is on; raises InvalidValueError for something else."""
+    try:
+        return figure.figure.figure
+    except AttributeError:
+        rule = f"must be a Figure or Axes of matplotlib (got {text_of(figure)})"
+        raise InvalidValueError.of("figure", rule) from None
 
 
 def add_description(picture: str, description: str) -> str:
@@ -190,7 +210,7 @@ def save(figure: Figure | Axes, file: str | Path) -> None:
         write_file(file, '<?xml version="1.0" encoding="utf-8"?>\n' + svg(figure))
         return
     drawn = io.BytesIO()
-    sheet: Any = figure.figure.figure
+    sheet = _sheet_of(figure)
     with settings_of(sheet):
         sheet.savefig(drawn, format=kind, metadata={"CreationDate" if kind == "pdf" else "Software": None}, dpi=_DOTS)
     write_file(file, drawn.getvalue())

@@ -10,7 +10,7 @@ import numpy as np
 from shockwave.base.errors import InvalidValueError
 from shockwave.pictures.colour_maps import reach_of
 from shockwave.pictures.figure_files import canvas
-from shockwave.pictures.picture_elements import GREEN, GREY, METHODS, SMALL, add_legend, draw_limit, halo, label_axis
+from shockwave.pictures.picture_elements import GREEN, GREY, METHODS, add_legend, draw_limit, halo, label_axis
 from shockwave.pictures.waves import field_of_forces, find_histories
 from shockwave.simulation.simulation_result import Simulation
 
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 # Most borders of a picture; of a chain with more, such as a repeated cell, none is drawn.
 _MOST_BORDERS = 12
+# Height at which a growing impulse ends, below a limit near the top of the axes.
+_ENDS = 0.65
 
 
 def peak_forces(result: Simulation, *, ax: Axes | None = None) -> Axes:
@@ -112,25 +114,29 @@ def wall_force(result: Simulation, *, ax: Axes | None = None) -> Axes:
         right = ax.twinx()
         right.plot(times, impulse, color=GREEN, linewidth=1.1, linestyle="--", label="impulse")
         right.grid(False)
-        right.tick_params(labelsize=SMALL)
         right.spines["right"].set_visible(True)
-        right.set_ylim(1.12 * low, 1.12 * high if high > low else 1.0)
-        label_axis(right, "y", "impulse")
+        top = max(1.12 * high, result.transmitted.impulse / _ENDS)
+        right.set_ylim(1.12 * low, top if high > low else 1.0)
+        static = " beyond the static force" if result.transmitted.static_force else ""
+        label_axis(right, "y", (f"impulse{static}", "N s"))
         right.yaxis.label.set_fontsize(ax.yaxis.label.get_fontsize())
         add_legend(ax, [*ax.get_legend_handles_labels()[0], *right.get_legend_handles_labels()[0]])
         return ax
 
 
-def _borders(ax: Axes, result: Simulation, vertical: bool) -> None:
-    """Lines at the contacts between granules of different materials."""
+def find_borders(result: Simulation) -> list[int]:
+    """Contacts between granules of different materials; none if they are too many to be drawn."""
     if result.chain.count is None:
-        return
+        return []
     materials = result.scene.layout.materials
     borders = [contact for contact, (one, other) in enumerate(pairwise(materials)) if one != other]
-    if len(borders) > _MOST_BORDERS:
-        return
+    return borders if len(borders) <= _MOST_BORDERS else []
+
+
+def _borders(ax: Axes, result: Simulation, vertical: bool) -> None:
+    """Lines at the contacts between granules of different materials."""
     look: dict[str, Any] = {"color": GREY, "linewidth": 0.8, "linestyle": "--"}
-    for border in borders:
+    for border in find_borders(result):
         if vertical:
             ax.axvline(border, zorder=0, **look)
         else:

@@ -33,6 +33,8 @@ COLOURS = (BLUE, GREEN, PURPLE, ORANGE, SKY, VERMILION, GREY)
 METHODS: Mapping[str, str] = MappingProxyType(
     {"simulation": BLUE, "section 4": VERMILION, "shock": GREY, "warning": "#C0002A"}
 )
+# Colour of a warning on a dark background.
+_LIGHT_RED = "#FF7A7A"
 #: Points per inch; a point is the unit of SVG files.
 POINTS = 72
 #: Size of small text [pt], legible in a column.
@@ -44,7 +46,6 @@ _UNITS = {
     **dict.fromkeys(("time", "run time"), "s"),
     **dict.fromkeys(("force", "contact force", "greatest force", "peak force", "force on the wall"), "N"),
     "energy": "J",
-    "impulse": "N s",
 }
 #: Line styles and markers distinguish lines without colour.
 LINES: tuple[Any, ...] = ("-", "--", "-.", (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)), (0, (7, 2)))
@@ -61,7 +62,6 @@ _LEGEND: dict[str, Any] = {
     "bbox_to_anchor": (0.0, 1.0),
     "borderpad": 0.0,
     "columnspacing": 1.2,
-    "fontsize": SMALL,
     "frameon": False,
     "handlelength": 2.0,
     "handletextpad": 0.8,
@@ -93,6 +93,7 @@ def style(dark: bool = False) -> dict[Any, Any]:
         "axes.prop_cycle": f"cycler('color', {[colour.removeprefix('#') for colour in COLOURS]})",
         "grid.color": grid,
         "grid.linewidth": 0.4,
+        "legend.fontsize": SMALL,
         "legend.frameon": False,
         **dict.fromkeys(("axes.spines.right", "axes.spines.top"), False),
         **dict.fromkeys(("axes.facecolor", "figure.facecolor"), paper),
@@ -151,7 +152,8 @@ def label_axis(ax: Axes, axis: Literal["x", "y"], label: Label) -> None:
     factor = 1.0
     chosen.set_minor_locator(NullLocator())  # more lines than a column can hold, each as expensive as a label
     if few:
-        chosen.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        fit = 3 * math.log10(high / low) <= chosen.get_tick_space()
+        chosen.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if fit else (1.0,)))
     elif logarithmic:  # a formula for each tick would take longer than the rest of the axis
         chosen.set_major_formatter(FuncFormatter(lambda value, _: power_of_ten(round(math.log10(value)))))
     if few or (unit and not logarithmic):
@@ -166,26 +168,39 @@ def label_axis(ax: Axes, axis: Literal["x", "y"], label: Label) -> None:
 
 def add_legend(ax: Axes, entries: Iterable[Any]) -> None:
     """Add a legend above the axes, in as many columns as fit; inside if no layout engine makes room for it."""
+    from matplotlib import rcParams
     from matplotlib.cbook import is_math_text
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
-    handles, font, figure = list(entries), FontProperties(size=SMALL), ax.get_figure()
+    handles, font, figure = list(entries), FontProperties(size=rcParams["legend.fontsize"]), ax.get_figure()
     if not handles or figure is None:
         return
     if figure.get_layout_engine() is None:
-        ax.legend(handles=handles, fontsize=SMALL)
+        ax.legend(handles=handles)
         return
+    size = font.get_size_in_points()
     labels = [str(handle.get_label()) for handle in handles]
     texts = [text_to_path.get_text_width_height_descent(label, font, is_math_text(label))[0] for label in labels]
-    widths = np.array(texts) + SMALL * (_LEGEND["handlelength"] + _LEGEND["handletextpad"] + _LEGEND["columnspacing"])
-    room = POINTS * ax.bbox.width / figure.dpi + SMALL * _LEGEND["columnspacing"]
+    widths = np.array(texts) + size * (_LEGEND["handlelength"] + _LEGEND["handletextpad"] + _LEGEND["columnspacing"])
+    room = POINTS * ax.bbox.width / figure.dpi + size * _LEGEND["columnspacing"]
     fitting = (n for n in range(len(handles), 1, -1) if sum(map(max, np.array_split(widths, n))) <= room)
-    ax.legend(handles=handles, ncols=next(fitting, 1), **_LEGEND)
+    _keep_above(ax, ax.legend(handles=handles, ncols=next(fitting, 1), **_LEGEND))
 
 
-def colour_scale(ax: Axes, drawn: Any, label: Label) -> None:
-    """Add a labelled colour bar for ``drawn`` at the right of ``ax``."""
+def _keep_above(ax: Axes, artist: Any) -> None:
+    """Keep a title of ``ax`` above an artist, which has axes of its own: matplotlib moves titles above such axes."""
+    from matplotlib.axes import Axes
+
+    room = Axes(ax.figure, (0, 0, 1, 1))
+    room.set_axis_off()
+    back = ax.figure.transSubfigure.inverted
+    room.set_axes_locator(lambda _, renderer: artist.get_window_extent(renderer).transformed(back()))
+    ax.add_child_axes(room)
+
+
+def colour_scale(ax: Axes, drawn: Any, label: Label) -> Any:
+    """Return a new labelled colour bar for ``drawn`` at the right of ``ax``."""
     figure = ax.get_figure()
     assert figure is not None
     # an inset, so that a layout engine keeps it next to its axes; without one, it takes room from them
@@ -193,7 +208,7 @@ def colour_scale(ax: Axes, drawn: Any, label: Label) -> None:
     bar = figure.colorbar(drawn, cax=inset, ax=ax)
     label_axis(bar.ax, "y", label)
     bar.ax.yaxis.label.set_fontsize(ax.yaxis.label.get_fontsize())
-    bar.ax.tick_params(which="both", labelsize=SMALL)
+    return bar
 
 
 def place_name(ax: Axes, x: float, y: float, text: str) -> None:
@@ -215,10 +230,15 @@ def mark_warnings(ax: Axes, results: Iterable[Any]) -> None:
 
 
 def mark(ax: Axes, text: str) -> None:
-    """Write a warning in the upper right corner of the axes."""
-    look: dict[str, Any] = {"fontsize": SMALL, "color": METHODS["warning"], "ha": "right", "va": "top", "zorder": 6}
-    box = {"facecolor": paper(), "edgecolor": "none", "alpha": 0.85, "pad": 1.5}
-    ax.text(0.985, 0.97, text, transform=ax.transAxes, bbox=box, **look)
+    """Write a warning above the axes, at the right, and above a legend there."""
+    from matplotlib import rcParams
+
+    legend, outside = ax.get_legend(), getattr(ax.get_figure(), "get_layout_engine", lambda: None)()
+    below: Any = legend if legend is not None and outside else "axes fraction"
+    look: dict[str, Any] = {"fontsize": rcParams["legend.fontsize"], "ha": "right"}
+    look["color"] = METHODS["warning"] if ink() == BLACK else _LIGHT_RED
+    place: Any = {"xycoords": ("axes fraction", below), "xytext": (0, 3), "textcoords": "offset points"}
+    _keep_above(ax, ax.annotate(text, (1.0, 1.0), annotation_clip=False, **look, **place))
 
 
 def draw_limit(ax: Axes, limit: Any, label: str = "limit", upright: bool = False) -> None:

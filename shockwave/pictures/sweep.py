@@ -11,7 +11,7 @@ from attrs import frozen
 
 from shockwave.pictures.colour_maps import colour_cells, colours_of, edges_of, regime_borders
 from shockwave.pictures.figure_files import canvas
-from shockwave.pictures.picture_elements import Label, colour_scale, label_axis, literal, series
+from shockwave.pictures.picture_elements import Label, colour_scale, halo, ink, label_axis, literal, series
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -108,6 +108,8 @@ def sweep_map(
 ) -> Axes:
     """Draw a quantity over two axes of a sweep as colours, with the borders of the regimes.
 
+    A dashed line is at an amplification of 1.
+
     Parameters
     ----------
     x, y : DrawnAxis
@@ -126,7 +128,11 @@ def sweep_map(
         drawn = colour_cells(ax, edges, values, **colours_of(values[np.isfinite(values)]))
         x.scale(ax, "x")
         y.scale(ax, "y")
-        colour_scale(ax, drawn, quantity)
+        bar = colour_scale(ax, drawn, quantity)
+        if quantity[0] == "amplification" and drawn.norm.vmin < 1 < drawn.norm.vmax:
+            ones = ax.contour(x.places, y.places, values.T, [1.0], colors=[ink()], linestyles="--", linewidths=0.9)
+            bar.add_lines(ones)
+            ones.set(path_effects=halo())
         if regimes is not None:
             regime_borders(ax, edges, regimes)
         return ax

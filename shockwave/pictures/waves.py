@@ -99,8 +99,8 @@ def space_time(result: Simulation, *, ax: Axes | None = None) -> Axes:
     """Draw a space-time diagram: contact force over contacts and time, with the fronts of the measured waves.
 
     A front is the straight line with the speed of the steady wave through the contact and the time of its measurement.
-    Waves that had not separated have no front. The colours scale as the square root of the force, so that weak
-    waves are visible.
+    It begins where it is behind the fronts of stronger waves. Waves that had not separated have no front. The colours
+    scale as the square root of the force, so that weak waves are visible.
 
     Parameters
     ----------
@@ -119,11 +119,17 @@ def space_time(result: Simulation, *, ax: Axes | None = None) -> Axes:
     with canvas(ax, result, x="time", y="contact", legend=False) as ax:
         field_of_forces(ax, histories)
         settled = [wave for wave in result.waves if wave.error_estimate is not None]
+        fronts: list[tuple[float, float]] = []  # time at contact 0, time per contact
         for number, wave in enumerate(settled, start=1):
             if wave.speed is not None:
-                front = wave.arrival_time + (ends - wave.contact) * result.chain.spacing / wave.speed
-                look: dict[str, Any] = {"linewidth": 0.7, "linestyle": "--", "path_effects": halo()}
-                ax.plot(front, ends, color=METHODS["simulation"], label=f"front {number}", **look)
+                delay = result.chain.spacing / wave.speed
+                start = wave.arrival_time - wave.contact * delay
+                overtaken = [(before - start) / (delay - other) for before, other in fronts if other < delay]
+                fronts.append((start, delay))
+                drawn = np.array([max([ends[0], *overtaken]), ends[1]])
+                if drawn[0] < drawn[1]:
+                    look: dict[str, Any] = {"linewidth": 0.7, "linestyle": "--", "path_effects": halo()}
+                    ax.plot(start + drawn * delay, drawn, color=METHODS["simulation"], label=f"front {number}", **look)
         return ax
 
 

@@ -112,7 +112,12 @@ def _section4(outcome: Outcome) -> Iterator[tuple[str, str]]:
 
 def features_text(faults: Iterable[Fault]) -> str:
     """Features of a scene that section 4 does not cover."""
-    return ", ".join(f"{fault.path} ({fault.problem.rpartition('(got ')[2].rstrip(')')})" for fault in faults)
+    return ", ".join(f"{fault.path} ({feature_text(fault)})" for fault in faults)
+
+
+def feature_text(fault: Fault) -> str:
+    """A feature that section 4 does not cover, in words."""
+    return fault.problem.rpartition("(got ")[2].rstrip(")")
 
 
 def regime_text(paper: Section4Outcome) -> str:

@@ -15,11 +15,12 @@ from shockwave import __version__, pictures
 from shockwave.base.quantity_fields import quantity_of
 from shockwave.base.text import html_of
 from shockwave.pictures.figure_files import add_description
+from shockwave.pictures.finite_chains import find_borders
 from shockwave.profiles.area_conditions import evaluate_conditions
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.registry.built_ins import Entry
 from shockwave.registry.registry import entry_of, find
-from shockwave.report.number_text import formula, percent, quantity, small
+from shockwave.report.number_text import formula, percent, quantity, small, typeset
 from shockwave.report.page_pictures import draw_pictures
 from shockwave.report.page_results import PageResults, compute_results
 from shockwave.scenario.scenario import Scenario
@@ -57,7 +58,7 @@ def render_page(results: PageResults) -> str:
         If matplotlib is not installed.
     """
     simulated = (answer, balances, choose_items, greatest_text, lead_text, span)
-    filters: tuple[Callable[..., object], ...] = (formula, percent, quantity, small, *simulated)
+    filters: tuple[Callable[..., object], ...] = (formula, percent, quantity, small, typeset, *simulated)
     return html_of(
         Path(__file__).with_name("report.html.jinja"),
         filters,
@@ -66,6 +67,7 @@ def render_page(results: PageResults) -> str:
         **({"conditions": ()} if results.is_beyond else _shock_facts(results.scenario)),
         pictures=list(draw_pictures(results)),
         add_description=add_description,
+        has_borders=results.is_beyond and results.simulated is not None and bool(find_borders(results.simulated)),
         versions=_versions(results),
         hash=scene_hash(results.scenario),
         parts=list_parts(results),

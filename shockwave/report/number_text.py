@@ -13,6 +13,8 @@ from shockwave.pictures.picture_elements import si_label
 _TINY = 5e-4
 _MINUS = "\N{MINUS SIGN}"
 _BLANK = "\N{NO-BREAK SPACE}"
+# Numbers with a power of ten or a unit with the prefix micro, in sentences.
+_IN_SENTENCES = re.compile(r"(?<!\w)-?\b[0-9.]+(?:e[+-]?[0-9]+)?(?: u(?=[smNJ]\b))?")
 _POWER = re.compile(r"e\+?(-?)0*([0-9]+)")
 # Symbols of the paper in statements, after escaping.
 _SYMBOLS = (
@@ -31,6 +33,15 @@ def number(text: str) -> Markup:
     """Return a formatted number with a minus sign and superscript powers of ten."""
     raised = f"{_BLANK}\N{MULTIPLICATION SIGN}{_BLANK}10<sup>\\1\\2</sup>"
     return Markup(_POWER.sub(raised, text).replace("-", _MINUS))
+
+
+def typeset(sentence: object) -> Markup:
+    """Return a sentence with its numbers as in `number`, and the micro sign in its units."""
+
+    def one(found: re.Match[str]) -> str:
+        return number(found[0]).replace(" u", f"{_BLANK}\N{MICRO SIGN}")
+
+    return Markup(_IN_SENTENCES.sub(one, escape(str(sentence))))
 
 
 def quantity(value: float, unit: str = "", digits: int = 5, error: float | None = None) -> Markup:

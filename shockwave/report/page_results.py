@@ -10,6 +10,7 @@ from attrs import evolve, frozen
 from shockwave.base.errors import NotCoveredError, ShockwaveError
 from shockwave.base.quantity_fields import join
 from shockwave.prediction.outcome import Outcome
+from shockwave.prediction.outcome_text import feature_text
 from shockwave.scenario.scenario import Scenario
 from shockwave.scene.plausibility import unusual_warnings
 from shockwave.simulation.measured_wave import Passage
@@ -94,7 +95,7 @@ def compute_results(scenario: Scenario) -> PageResults:
     try:
         predicted = evolve(scenario.predictor, model="section-4").predict_scene(scene)
     except NotCoveredError as error:
-        reason = f"it does not cover {join([fault.path for fault in error.faults], 'and')}"
+        reason = f"it does not cover {join(list(map(feature_text, error.faults)), 'and')}"
     except ShockwaveError as error:
         failures[f"The prediction failed: {scene.locate_error(error)}."] = error.exit_code
     simulate = _simulate_chain if scene.uniform is None else _simulate

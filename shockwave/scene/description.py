@@ -66,6 +66,6 @@ def text(value: Any, unit: str = "") -> str:
     if attrs.has(type(value)):
         own = [f"{_KEYS.get(type(value), {}).get(name, name)} {text(one, of)}" for name, one, of in _list_stated(value)]
         entry = entry_of("contacts", type(value))
-        defaults = "wall same" if isinstance(value, Wall) and value.material == "same" else ""
+        defaults = "wall of the same material" if isinstance(value, Wall) and value.material == "same" else ""
         return ", ".join(filter(None, (entry.name if entry else defaults, *own))) or "count 1"
     return si(value, unit) if isinstance(value, float) else str(value)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any
 
 from attrs import field, frozen
@@ -96,5 +97,5 @@ def _shock_numbers(shock: Shock) -> dict[str, Any]:
 def _shock_text(shock: Shock) -> str:
     ratio = float(shock.profile.duration_ratio)
     duration = f"{si(shock.rise_time * ratio, 's')} (n = {ratio:.5g})"
-    kind = type(shock.profile).__name__
+    kind = "-".join(re.findall("[A-Z][^A-Z]*", type(shock.profile).__name__)).lower()  # as in the registry
     return f"{kind}, peak {si(shock.peak_force, 'N')}, rise {si(shock.rise_time, 's')}, duration {duration}"

@@ -28,8 +28,10 @@ from shockwave.simulation.simulation_result import Simulation
 _Item = TypeVar("_Item")
 _CONTACTS = ("contact", "greatest force", "time", "error")
 _ENERGIES = ("granules", "energy", "share")
-# Largest number of rows of a table that is not wide.
-_MOST_ROWS = 16
+# Largest number of rows of a table that is not wide; of more, those next to each end, and some between them.
+_MOST_ROWS = 50
+_AT_ENDS = 10
+_BETWEEN = 12
 # Digits of the times of peaks on chains without a steady leading wave.
 _PEAK_TIME_DIGITS = 5
 _WAVES = ("peak force", "error", "momentum", "energy", "speed", "width", "arrival", "contact", "residual")
@@ -263,10 +265,12 @@ def span(segment: SegmentEnergy) -> str:
 
 
 def choose_items(items: Sequence[_Item]) -> Sequence[_Item]:
-    """All items on a wide screen, otherwise the first, the last, and evenly spaced ones between them."""
-    if is_wide():
+    """All items if they are few or the screen is wide, else those next to the ends and evenly spaced ones between."""
+    if is_wide() or len(items) <= _MOST_ROWS:
         return items
-    return [items[index] for index in evenly(len(items), _MOST_ROWS)]
+    between = items[_AT_ENDS:-_AT_ENDS]
+    chosen = [between[index] for index in evenly(len(between), _BETWEEN)]
+    return [*items[:_AT_ENDS], *chosen, *items[-_AT_ENDS:]]
 
 
 def _short_table(header: Sequence[str], items: Sequence[_Item], row: Callable[[_Item], Sequence[str]]) -> str:

@@ -282,6 +282,51 @@ def test_fronts_pass_through_the_measured_positions(ax: Axes) -> None:
     assert x0 + (wave.contact - y0) * (x1 - x0) / (y1 - y0) == pytest.approx(wave.arrival_time)
 
 
+def test_fronts_begin_behind_those_of_stronger_waves(ax: Axes) -> None:
+    scene = sw.load_scenario(ROOT / "profiles" / "examples" / "hammer.yaml")
+    pictures.space_time(sw.simulate(scene.shock, scene.chain, contacts=range(60), record=["forces"]), ax=ax)
+    fronts = [each.get_xydata() for each in ax.get_lines() if str(each.get_label()).startswith("front")]
+    assert len(fronts) > 2
+    for before, front in itertools.pairwise(fronts):
+        (time, contact), rounding = front[0], 1e-9  # type: ignore[index,misc]
+        assert time >= np.interp(contact, before[:, 1], before[:, 0]) - rounding  # type: ignore[index]
+
+
+@pytest.mark.parametrize("own", [True, False], ids=["own-axes", "new-figure"])
+def test_titles_stand_above_the_mark_of_warnings_and_the_legend(own: bool) -> None:
+    large = evolve(CHAIN, radius=4.75)
+    ax = Figure().subplots() if own else pictures.figure()[1][0]
+    pictures.train(sw.compare(SHOCKS["train"], large, rtol=1e-3), ax=ax)
+    ax.set_title("title")
+    ax.figure.draw_without_rendering()
+    (mark,) = (text for text in ax.texts if text.get_text().startswith("!"))
+    inner, above, title = (each.get_window_extent() for each in (ax, mark, ax.title))
+    assert inner.y1 <= above.y0 < above.y1 <= title.y0
+    legend = ax.get_legend()
+    assert legend is not None
+    assert own or legend.get_window_extent().y1 <= above.y0
+
+
+@pytest.mark.parametrize("width", [2.0, 7.0])
+def test_labels_of_a_logarithmic_axis_do_not_overlap(width: float) -> None:
+    ax = Figure(figsize=(width, 2.5)).subplots()
+    pictures.universal_curves({"triangle": curve("train")}, ax=ax)
+    ax.figure.draw_without_rendering()
+    low, high = ax.get_xlim()
+    ticks = zip(ax.get_xticks(), ax.get_xticklabels(), strict=True)
+    boxes = [label.get_window_extent() for tick, label in ticks if low <= tick <= high]
+    assert len(boxes) > 1
+    assert all(left.x1 < right.x0 for left, right in itertools.pairwise(boxes))
+
+
+def test_the_impulse_on_the_wall_ends_below_the_limit(ax: Axes) -> None:
+    result = in_finite_chain("shock")
+    pictures.wall_force(result, ax=ax)
+    (right,) = (each for each in ax.figure.axes if each is not ax)
+    impulse = right.get_lines()[0].get_ydata()
+    assert impulse[-1] / right.get_ylim()[1] < 0.7  # type: ignore[index]
+
+
 def test_trains_have_the_forces_of_section_4_and_simulated_ones(ax: Axes) -> None:
     comparison = compared("train")
     waves = comparison.simulated.waves
@@ -330,6 +375,8 @@ REFUSED: dict[str, Any] = {
     "size: must be column, page or": lambda _: pictures.figure(size="huge"),
     r"file: must end in \.svg, \.png, \.pdf": lambda ax: pictures.save(ax.figure, "a.gif"),
     "nowhere/a.svg: cannot be written": lambda ax: pictures.save(ax.figure, "nowhere/a.svg"),
+    r"figure: must be a Figure or Axes of matplotlib \(got 3\)": lambda _: pictures.save(3, "a.png"),  # type: ignore[arg-type]
+    r"ax: must be Axes of matplotlib \(got 3; figure\(\) returns": lambda _: pictures.pulse(SHOCKS["train"], ax=3),  # type: ignore[arg-type]
     r"record: must have energies \(got field; simulate with record=\['energies'\]": lambda ax: pictures.balance(
         recorded("ejection", "field"), ax=ax
     ),
@@ -364,6 +411,9 @@ def test_a_picture_of_results_with_warnings_is_marked() -> None:
     pictures.train(compared("ejection"), ax=axes[1])
     profile = sw.Tabulated([0.0, 1.0, 2.0], [0.0, 5.0, 3.0])  # ends with a jump
     pictures.universal_curves({"jump": UniversalCurve(profile, rtol=1e-2, longest=1.0)}, ax=axes[2])
+    _, (dark,) = pictures.figure(dark=True)
+    pictures.train(sw.compare(SHOCKS["train"], large, rtol=1e-3), ax=dark)
+    assert min(contrast(text.get_color(), dark.get_facecolor()) for text in dark.texts) > 4.5
     marks = [[text.get_text() for text in ax.texts if text.get_text().startswith("!")] for ax in axes]
     assert marks == [["! 1 warning"], [], ["! 1 warning"]]
 

@@ -20,7 +20,7 @@ from shockwave import cli
 from shockwave.registry.registry import load
 from shockwave.report import compute_results, page, render_page
 from shockwave.report.html_page import _parameters, list_parts
-from shockwave.report.number_text import formula, percent, quantity
+from shockwave.report.number_text import formula, percent, quantity, typeset
 from shockwave.report.page_pictures import choose_pictures
 from shockwave.scenario.scene_hash import scene_hash
 from shockwave.scene.simulate_options import SimulateOptions
@@ -173,6 +173,10 @@ def test_warnings_of_section_4_stand_beside_its_decision() -> None:
         (percent(22770.0), "+2.3 * 10<sup>6</sup> %"),
         (percent(-4.9e-6), "~4.9 * 10<sup>~6</sup>"),
         (
+            typeset("wall stainless-steel-302, -1.5 us, error 2e-07"),
+            "wall stainless-steel-302, ~1.5 µs, error 2 * 10<sup>~7</sup>",
+        ),
+        (
             formula("alphaF0 A F0^(-1/6) < n t0"),
             "alpha <i>A</i> <i>F</i><sub>0</sub><sup>~1/6</sup> &lt; <i>n</i> <i>t</i><sub>0</sub>",
         ),
@@ -257,8 +261,8 @@ def test_provenance_has_versions_and_parts(sample_plugins: None) -> None:
 @pytest.mark.parametrize(
     ("excitation", "refused"),
     [
-        ({"shock": triangle(0.5)}, "chain.end"),
-        ({"shock": None, "impact": sw.Impact(velocity=1.0)}, "chain.end and impact"),
+        ({"shock": triangle(0.5)}, "a wall"),
+        ({"shock": None, "impact": sw.Impact(velocity=1.0)}, "a wall and a striker"),
     ],
     ids=["shock", "striker"],
 )
@@ -279,11 +283,29 @@ def test_the_caption_names_the_wall_if_its_contact_is_listed(contacts: tuple[int
     assert ("the last one is with the wall" in plain(text)) == last
 
 
+@pytest.mark.parametrize("other", [False, True], ids=["one-material", "two-materials"])
+def test_captions_name_the_lines_that_are_drawn_and_empty_columns_are_left_out(other: bool) -> None:
+    granules: Any = 30
+    if other:
+        granules = (sw.Segment(count=15), sw.Segment(count=15, material=sw.material("ptfe")))
+    walled = evolve(scenario(triangle(0.5)), chain=evolve(CHAIN, granules=granules, end=sw.Wall()))
+    limited = evolve(walled, limit=sw.Limit(force=1e3) if other else None)
+    text = page(limited)
+    captions = [plain(each) for each in re.findall("<figcaption>(.*?)</figcaption>", text)]
+    assert sum("dashed lines separate materials" in each for each in captions) == 2 * other
+    assert sum("the dash-dotted line is the limit" in each for each in captions) == 2 * other
+    assert "static force" not in text
+    if other:
+        head = plain(text.partition("</header>")[0])
+        assert head.index("Verdict") < head.index("Simulation") < head.index("does not apply")
+    assert not re.search(r"[0-9]e-|[0-9] us", plain(re.sub("<svg.*?</svg>|<pre>.*?</pre>", "", text, flags=re.DOTALL)))
+
+
 def test_a_page_on_a_pulling_shock_shows_the_simulation_alone() -> None:
     pulling = sw.Tabulated(times=[0, 1e-5, 2e-5, 3e-5, 5e-5], forces=[0, 100, 0, -40, 0], negative="keep")
     found = compute_results(scenario(sw.Shock(profile=pulling)))
     text = plain(without_pictures(found))
-    assert "does not apply: it does not cover shock.parameters.negative." in text
+    assert "does not apply: it does not cover pulling forces." in text
     assert "Conditions (3)" not in text
     assert "by section 4" not in text
     assert "conditions" not in choose_pictures(found)

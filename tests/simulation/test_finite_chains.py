@@ -140,3 +140,15 @@ def test_the_maximum_at_the_loaded_contact_is_found_where_newtons_method_leaves_
     greatest = sw.simulate(shock, attrs.evolve(CHAIN, granules=2), backend=backend).greatest_force
     # by DOP853, restarted at the kinks, to the tolerance of the simulation
     assert greatest.peak_force / FORCE == pytest.approx(0.13340315788, rel=1e-6)
+
+
+@pytest.mark.parametrize("granules", [30, 120])
+def test_a_table_of_contacts_leaves_out_none_next_to_the_ends(granules: int) -> None:
+    walled = attrs.evolve(CHAIN, granules=granules, end=sw.Wall(material="same"))
+    lines = sw.simulate(sw.Impact(velocity=0.5), walled, rtol=1e-3).text("explain").splitlines()
+    table = lines[next(at for at, line in enumerate(lines) if line.startswith("  -------")) + 1 :]
+    contacts = [int(line.split()[0]) for line in table if line.split()[:1] and line.split()[0].isdigit()]
+    last = granules  # a striker adds a contact
+    assert contacts[:10] == [*range(10)]
+    assert contacts[-10:] == [*range(last - 9, last + 1)]
+    assert (len(contacts) == last + 1) == (granules == 30)

@@ -16,6 +16,7 @@ import shockwave as sw
 from shockwave import cli, pictures
 from shockwave.base.progress import progress_shown
 from shockwave.base.quantities import Quantity
+from shockwave.pictures.amplification_curves import ranking_size
 from shockwave.scenario.variations import Family
 from shockwave.studies.design_one_parameter import _equals, search_interval
 from shockwave.studies.design_options import DesignScenes
@@ -399,6 +400,11 @@ def test_a_picture_ranks_materials_from_the_top_and_marks_those_that_meet_the_ta
     assert ax.get_ylim()[0] > ax.get_ylim()[1]
     met = next(line for line in ax.get_lines() if line.get_label() == "meets it")
     assert {shown[int(place)] for place in met.get_ydata()} == {"ptfe"}
+    rows = [
+        ranking_size(sw.design(FILE, vary="chain.material", among=some, target="peak_force <= 110 N"))[1]
+        for some in (names[:2], names)
+    ]
+    assert rows[0] < rows[1]
 
 
 VARIED = ["--vary", "chain.radius", "--between", "1 mm", "2 mm"]

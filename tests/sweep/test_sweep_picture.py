@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib import pyplot
+from matplotlib.contour import ContourSet
 from test_results import FORCE, MATERIAL, TIME, folder_of, line
 
 from shockwave import cli
@@ -88,6 +89,18 @@ def test_two_axes_give_a_map_with_units_and_regime_borders(tmp_path: Path) -> No
     places = {float(segment[0, 0]) for segment in across.get_segments()}
     assert sorted(places) == pytest.approx(edges[1:-1][(NAMES[1:] != NAMES[:-1]).any(axis=1)])
     assert len(upwards.get_segments()) == np.count_nonzero(NAMES[:, 1:] != NAMES[:, :-1])
+
+
+def test_a_map_of_amplifications_has_a_line_at_one(tmp_path: Path) -> None:
+    assert not any(isinstance(each, ContourSet) for each in plot(a_map(tmp_path)).ax.collections)
+    axes = [([TIME], TIMES[:, None].tolist()), ([RATIO], RATIOS[:, None].tolist())]
+    doubled = np.outer(TIMES / TIMES[7], np.ones(len(RATIOS)))
+    (line,) = (
+        each
+        for each in plot(swept(tmp_path / "one", axes, {"amplification": doubled.ravel().tolist()})).ax.collections
+        if isinstance(each, ContourSet)
+    )
+    np.testing.assert_allclose(line.get_paths()[0].vertices[:, 0], TIMES[7])
 
 
 def test_points_without_a_value_are_masked_and_counted(tmp_path: Path) -> None:
