@@ -160,6 +160,13 @@ def test_a_limit_is_decided_and_drawn(client: Any) -> None:
     assert "limit" in parts["figures"]
 
 
+def test_the_contacts_of_the_scenario_and_the_wall_are_drawn(client: Any) -> None:
+    figures = asked(client, text=WALL)["figures"]
+    assert re.findall(r"</tspan> (contact \d+)", figures) == [f"contact {contact}" for contact in (0, 10, 20, 38)]
+    for picture in ("force against time and", "greatest force against"):
+        assert re.search(f'"{picture}[^"]*, at most 88', figures)
+
+
 def test_the_text_of_an_answer_gives_the_same_answer(client: Any) -> None:
     once = asked(client, text=WALL, edits={"shock.duration": "20 us"})
     assert asked(client, text=once["text"]) == once

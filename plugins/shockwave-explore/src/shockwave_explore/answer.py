@@ -61,6 +61,7 @@ def predict_text(text: str) -> tuple[sw.Scenario, sw.Outcome]:
         contacts = range(min(_FIRST_CONTACTS, count - 1)) if scenario.chain.is_uniform else all_contacts
     until = scenario.simulate.until
     interval = None if until is None else until / _SAMPLES
+    contacts = sorted({*contacts, *scenario.simulate.contacts})
     histories: dict[str, Any] = {"record": ("forces", "field"), "contacts": contacts, "interval": interval}
     return scenario, sw.predict(scenario, **histories)
 
@@ -101,18 +102,24 @@ def draw_figures(scenario: sw.Scenario, outcome: sw.Outcome) -> Iterator[Figure]
     if scenario.impact is None:
         yield _draw_shock(scenario.shock)
     if recording is not None:
-        yield Figure("Space-time diagram", draw_map(recording.times, recording.contacts, recording.forces, _CONTACT[0]))
+        contacts, forces = recording.contacts, recording.forces
+        if recording.wall_force is not None:
+            contacts, forces = (*contacts, contacts[-1] + 1), np.column_stack((forces, recording.wall_force))
+        yield Figure("Space-time diagram", draw_map(recording.times, contacts, forces, _CONTACT[0]))
         if recording.wall_force is not None:
             yield _draw_wall(scenario, recording)
     if waves := _waves_of(outcome):
         yield _draw_train(waves, outcome.section4, scenario.shock.peak_force)
     elif result is not None:
-        contacts = [peak.contact for peak in result.contacts]
-        peaks = Series(contacts, [peak.peak_force for peak in result.contacts], colour=METHODS["simulation"])
-        picture = draw_chart([peaks], _CONTACT, ("greatest force", "N"), max(contacts[-1], 1))
+        places, wall = [peak.contact for peak in result.contacts], result.transmitted
+        series = [Series(places, [peak.peak_force for peak in result.contacts], colour=METHODS["simulation"])]
+        if wall is not None:
+            series.append(Series([wall.contact], [wall.peak_force], "wall", "squares", METHODS["simulation"]))
+        last = (places[-1] if wall is None else wall.contact) or 1
+        picture = draw_chart(series, _CONTACT, ("greatest force", "N"), last)
         yield Figure("Greatest forces", picture)
     if recording is not None:
-        yield _draw_histories(recording)
+        yield _draw_histories(recording, scenario.simulate.contacts)
 
 
 def _draw_animation(scenario: sw.Scenario, recording: Any) -> Figure:
@@ -163,10 +170,14 @@ def _draw_train(simulated: tuple[Any, ...], paper: Any, shock: float) -> Figure:
     return Figure("Waves", draw_chart(series, ("wave", ""), ("peak force", "N"), ends[1], whole=True))
 
 
-def _draw_histories(recording: Any) -> Figure:
-    chosen = np.unique(np.linspace(0, len(recording.contacts) - 1, len(_COLOURS)).astype(int))
+def _draw_histories(recording: Any, contacts: tuple[int, ...]) -> Figure:
+    """Forces at the contacts of the scenario, or at some from end to end."""
+    columns = [recording.contacts.index(contact) for contact in contacts] or range(len(recording.contacts))
+    chosen = np.unique(np.linspace(0, len(columns) - 1, len(_COLOURS)).astype(int))
     lines = [
-        Series(recording.times, recording.forces[:, column], f"contact {recording.contacts[column]}", colour=colour)
-        for column, colour in zip(chosen, _COLOURS, strict=False)
+        Series(
+            recording.times, recording.forces[:, columns[k]], f"contact {recording.contacts[columns[k]]}", colour=colour
+        )
+        for k, colour in zip(chosen, _COLOURS, strict=False)
     ]
     return Figure("Contact forces", draw_chart(lines, _TIME, ("contact force", "N"), float(recording.times[-1])))
