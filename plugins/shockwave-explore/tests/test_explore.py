@@ -434,7 +434,9 @@ def test_work_is_limited_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
     text = WALL.replace("granules: 40", "granules: 300") + "  timeout: 1e9 s\n"
     assert load_text(text).simulate.timeout == 1e-3
     parts = parts_of(text)
-    assert "time limit" in parts["headline"]
+    limit = "the limit of 0.001 s of this page; shorten the shock or set until"
+    assert f"<strong>no answer: the simulation reached {limit}</strong>" in parts["headline"]
+    assert 'id="simulate.until"' in parts["controls"]
     assert len(pictures(parts)) == 1
 
 

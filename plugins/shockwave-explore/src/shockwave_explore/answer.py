@@ -72,12 +72,21 @@ def parts_of(text: str) -> dict[str, str]:
     _, *lines = on_screen(outcome, columns=sys.maxsize).split("\n")
     values: dict[str, object] = {
         "groups": list_controls(scenario, outcome),
-        "lead": lead_text(outcome).partition(", "),
+        "lead": _lead(scenario, outcome),
         "facts": [line.strip().partition("  ") for line in lines],
         "figures": list(draw_figures(scenario, outcome)),
         "decision": _write_decision(outcome),
     }
     return {name: html_of(_TEMPLATE, (), part=name, **values) for name in _PARTS}
+
+
+def _lead(scenario: sw.Scenario, outcome: sw.Outcome) -> tuple[str, str, str]:
+    """The answer and its accuracy; or why there is none, in words of the page."""
+    lead = lead_text(outcome)
+    if "the time limit was reached" in lead:
+        limit = f"the limit of {scenario.simulate.timeout:g} s of this page"
+        lead = f"no answer: the simulation reached {limit}; shorten the shock or set until"
+    return lead.partition(", ") if outcome.reason is None else (lead, "", "")
 
 
 def _write_decision(outcome: sw.Outcome) -> Markup:

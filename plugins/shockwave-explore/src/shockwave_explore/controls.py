@@ -77,7 +77,7 @@ def list_controls(scenario: Scenario, outcome: Outcome | None = None) -> dict[st
     return {title: group for title, group in groups.items() if group}
 
 
-def _derive(scenario: Scenario, outcome: Outcome | None) -> Iterator[tuple[str, float]]:
+def _derive(scenario: Scenario, outcome: Outcome | None) -> Iterator[tuple[str, float | str]]:
     """Names and values [SI] of quantities that the document need not give."""
     if scenario.impact is None:
         shock = scenario.shock
@@ -87,6 +87,8 @@ def _derive(scenario: Scenario, outcome: Outcome | None) -> Iterator[tuple[str, 
     result = None if outcome is None else outcome.simulated
     if result is not None and (end := result.end or result.recording.times[-1]):
         yield "simulate.until", float(end)
+    elif outcome is not None and outcome.reason:
+        yield "simulate.until", ""  # a shorter time may have an answer
 
 
 def _controls_of(variable: Variable, value: Any, data: Any) -> Iterator[Control]:
@@ -97,6 +99,8 @@ def _controls_of(variable: Variable, value: Any, data: Any) -> Iterator[Control]
         yield _make_list(name, label, str(value), *profiles)
     elif variable.key.kind == "materials" and name != "chain.end.wall" and value is not None:
         yield _make_list(name, label, _name_of(value), *_list_materials())
+    elif value == "":
+        yield Control(name, label, "", unit="ms")
     elif (spec := variable.key.spec) is not None and not spec.samples and isinstance(value, str | int | float):
         yield _make_number(name, label, value, _bound(spec, name, data))
     if name == "chain.granules":
