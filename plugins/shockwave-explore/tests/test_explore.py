@@ -287,10 +287,10 @@ def test_every_built_in_pulse_shape_can_be_chosen(profile: str) -> None:
     assert scenario.shock.duration == pytest.approx(48e-6)
 
 
-@pytest.mark.parametrize("profile", ["power-law", "half-sine"])
-def test_a_shape_in_place_of_a_record_has_a_time(profile: str) -> None:
+@pytest.mark.parametrize(("profile", "duration"), [("power-law", 20e-6), ("half-sine", 60e-6)])
+def test_a_shape_in_place_of_a_record_has_a_time(profile: str, duration: float) -> None:
     text = f"{CHAIN}\nshock: {{profile: tabulated, parameters: {{times: [0, 1e-5, 2e-5], forces: [0, 5, 0]}}}}"
-    assert load_text(edit_text(text, {"shock.profile": profile})).shock.duration == pytest.approx(60e-6)
+    assert load_text(edit_text(text, {"shock.profile": profile})).shock.duration == pytest.approx(duration)
 
 
 @pytest.mark.parametrize("profile", ["triangular", "half-sine"])
@@ -298,6 +298,16 @@ def test_a_shape_in_place_of_a_record_has_a_time(profile: str) -> None:
 def test_a_shape_keeps_the_duration_that_is_given(times: str, profile: str) -> None:
     text = f"{CHAIN}\nshock: {{profile: exponential, peak_force: 5 N, {times}}}"
     assert load_text(edit_text(text, {"shock.profile": profile})).shock.duration == pytest.approx(60e-6)
+
+
+@pytest.mark.parametrize("times", ["duration: 60 us, duration_ratio: 3", "rise_time: 20 us, duration_ratio: 3"])
+def test_a_shape_keeps_the_rise_time(times: str) -> None:
+    changed = load_text(edit_text(WALL, {"shock.profile": "triangular"}))
+    assert changed.document is not None
+    assert changed.document.data["shock"].items() >= {"rise_time": "24 us", "duration": "48 us"}.items()
+    text = f"{CHAIN}\nshock: {{profile: exponential, peak_force: 5 N, {times}}}"
+    shock = load_text(edit_text(text, {"shock.profile": "triangular"})).shock
+    assert (shock.rise_time, shock.duration) == (pytest.approx(20e-6), pytest.approx(60e-6))
 
 
 @pytest.mark.parametrize("until", ["50 us", "20 ms"])

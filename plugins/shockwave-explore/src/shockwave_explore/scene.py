@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from functools import lru_cache
 from itertools import accumulate
 from pathlib import Path
@@ -11,8 +12,9 @@ from typing import Any
 
 import yaml
 from attrs import evolve
-from shockwave import InvalidValueError, Scenario, ScenarioError, load_scenario
+from shockwave import InvalidValueError, Scenario, ScenarioError, ShockwaveError, load_scenario
 from shockwave.base.errors import Fault, steps_of, text_of
+from shockwave.base.text import si
 from shockwave.scenario.scenario import scenario_of
 from shockwave.scenario.template import template
 from shockwave.scenario.yaml_document import Document, parse_document
@@ -110,13 +112,14 @@ def edit_text(text: str, edits: Mapping[str, Any]) -> str:
             raise InvalidValueError.of("edits", f"{rule} (got {text_of(value)} for {text_of(name)})")
     document = _parse(text)
     for name, value in edits.items():
-        for path, new in _list_changes(document.data, name, value):
+        for path, new in _list_changes(document, name, value):
             document = document.with_values({path: new})
     return _write(document.data) if edits else text
 
 
-def _list_changes(data: dict[str, Any], name: str, value: Any) -> Iterator[tuple[tuple[str | int, ...], Any]]:
+def _list_changes(document: Document, name: str, value: Any) -> Iterator[tuple[tuple[str | int, ...], Any]]:
     """Paths and values for the value of a control, which is removed if it is empty; None stands for no value."""
+    data = document.data
     if name == "chain.end":
         granules, end = value_at(data, "chain", "granules"), value_at(data, "chain", "end")
         walled = {**_mapping_of(end), "wall": str(value).removeprefix(WALL)}
@@ -124,7 +127,14 @@ def _list_changes(data: dict[str, Any], name: str, value: Any) -> Iterator[tuple
         yield ("chain", "granules"), None if value == ENDLESS else _GRANULES if granules is None else granules
     elif name == "shock.profile":
         fresh = parse_document(template(str(value)), NAME).data["shock"]
-        yield ("shock",), _reshape(_mapping_of(data.get("shock")), fresh)
+        old = _mapping_of(data.get("shock"))
+        if old and len(fresh.keys() & TIMES) > 1:
+            with suppress(ShockwaveError):  # a shock that is not valid has no rise time to keep
+                shock = scenario_of(document, None).shock
+                old = {"rise_time": si(shock.rise_time, "s"), "duration": si(shock.duration, "s")} | old
+                if "duration_ratio" in old and "rise_time" in data["shock"]:
+                    del old["duration"]
+        yield ("shock",), _reshape(old, fresh)
     else:
         yield steps_of(name), None if value == "" else value
         times = [time for time in TIMES if value_at(data, "shock", time) is not None]
