@@ -24,6 +24,7 @@ from shockwave.base.errors import (
     refuse,
 )
 from shockwave.base.quantity_fields import join, text_of
+from shockwave.base.text import si
 from shockwave.base.units import to_si
 from shockwave.prediction.predictor import Predictor
 from shockwave.registry.registry import blame, find, load
@@ -260,10 +261,14 @@ def _join_times(cls: Any, values: dict[str, Any]) -> None:
     if not {"rise_time", "duration"} <= values.keys() or "duration_ratio" in values:
         return
     specs = [key.spec for key in keys_of(cls) if key.name == "duration_ratio"]
-    ratio = values.pop("duration") / values["rise_time"]
+    duration, rise_time = values.pop("duration"), values["rise_time"]
+    ratio = duration / rise_time
     if not specs:
         rule = "must be left out if rise_time is given, because the profile has its own duration ratio"
         raise InvalidValueError.of("duration", rule)
+    if ratio <= 1:
+        rule = f"must be shorter than the duration, {si(duration, 's')} (got {si(rise_time, 's')})"
+        raise InvalidValueError.of("rise_time", rule)
     if specs[0] is not None and (problem := specs[0].problem(ratio)):
         raise InvalidValueError.of("duration", f"over rise_time {problem}")
     values["duration_ratio"] = ratio

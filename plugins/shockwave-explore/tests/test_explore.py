@@ -398,6 +398,12 @@ def test_a_wrong_value_of_a_control_is_refused_with_its_name(client: Any) -> Non
     assert faults["shock.rise_time"].startswith("must be a time")
 
 
+def test_a_rise_time_beyond_the_duration_is_refused_in_words(client: Any) -> None:
+    text = f"{CHAIN}\nshock: {{profile: triangular, peak_force: 5 N, rise_time: 10 us, duration: 0.2 ms}}"
+    message = refused(client, json={"text": text, "edits": {"shock.rise_time": "300 us"}})
+    assert "shock.rise_time: must be shorter than the duration, 200 us (got 300 us)" in message
+
+
 WRONG = {
     "nothing": "",
     "null": "null",

@@ -61,8 +61,8 @@ def predict_text(text: str) -> tuple[sw.Scenario, sw.Outcome]:
         contacts = range(min(_FIRST_CONTACTS, count - 1)) if scenario.chain.is_uniform else all_contacts
     until = scenario.simulate.until
     interval = None if until is None else until / _SAMPLES
-    contacts = sorted({*contacts, *scenario.simulate.contacts})
-    histories: dict[str, Any] = {"record": ("forces", "field"), "contacts": contacts, "interval": interval}
+    drawn = sorted({*contacts, *scenario.simulate.contacts})
+    histories: dict[str, Any] = {"record": ("forces", "field"), "contacts": drawn, "interval": interval}
     return scenario, sw.predict(scenario, **histories)
 
 
