@@ -108,6 +108,12 @@ def test_a_hostile_link_is_refused_with_a_message_and_runs_nothing(page: Page) -
     assert page.driver.title == "shockwave explore"
 
 
+@pytest.mark.parametrize("text", ["chai", "chain: {material: pt"])
+def test_a_link_that_was_cut_off_is_incomplete(text: str, page: Page) -> None:
+    page.open(text)
+    assert page.until(lambda: page.error("answer")).startswith("the link is incomplete: line 1")
+
+
 def test_a_wrong_value_stays_at_its_field_with_a_message_until_escape(page: Page) -> None:
     page.open()
     headline = page.html("headline")

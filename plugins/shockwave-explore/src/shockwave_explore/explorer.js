@@ -134,6 +134,7 @@ function mark({ path, problem, location }, { edits, link }) {
     field = path in refused ? path : Object.keys(edits).at(-1);
     message = (path === field || !path ? "" : `${words(path.slice(path.indexOf(".") + 1))}: `) + words(problem);
   }
+  if (link && path === "") message = `the link is incomplete: ${message}`;
   complain(field, [$(`${field}:error`)?.textContent, message].filter(Boolean).join("\n"));
   const line = field === "text" && Number(location.split(":")[1]);
   if (!line) return;
