@@ -167,6 +167,12 @@ def test_the_contacts_of_the_scenario_and_the_wall_are_drawn(client: Any) -> Non
         assert re.search(f'"{picture}[^"]*, at most 88', figures)
 
 
+def test_the_marks_of_the_colour_bar_are_round(client: Any) -> None:
+    diagram = asked(client, text=WALL)["figures"].partition('aria-label="Space-time diagram"')[2]
+    marks = re.findall(r">([0-9.]+)</text>", diagram.partition("</image>")[0].partition("force (N)")[0])
+    assert marks[-5:] == ["0", "20", "40", "60", "80"]
+
+
 def test_the_text_of_an_answer_gives_the_same_answer(client: Any) -> None:
     once = asked(client, text=WALL, edits={"shock.duration": "20 us"})
     assert asked(client, text=once["text"]) == once

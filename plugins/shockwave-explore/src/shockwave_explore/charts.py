@@ -30,8 +30,8 @@ _SECTIONS = 300
 # Most cells of a map along the time.
 _MOST_CELLS = 240
 _PIXELS = 'preserveAspectRatio="none" image-rendering="pixelated"'
-# Marks on the colour bar, relative to the greatest value.
-_SHARES = (0.0, 0.1, 0.3, 0.6, 1.0)
+# Least distance of marks on the colour bar, relative to its height.
+_APART = 0.12
 # Animation: its length [s], frames, most beads, size [px], greatest displacement relative to the greatest diameter.
 _SECONDS = 8
 _FRAMES = 80
@@ -129,9 +129,12 @@ def draw_map(times: FloatArray, contacts: Sequence[int], forces: FloatArray, lab
         f' href="{_encode(np.linspace(0, 1, 64)[:, None])}"/>',
     ]
     factor, unit = _scale(greatest, "N")
-    for share in _SHARES:
-        height = _TOP + area.height * (1 - math.sqrt(share))
-        parts.append(_text(bar + 14, height + 4, f"{share * greatest / factor:.3g}"))
+    marked = -_APART
+    for tick in _place_ticks(0.0, greatest, factor):
+        level = math.sqrt(tick / greatest)
+        if level - marked >= _APART:
+            marked = level
+            parts.append(_text(bar + 14, _TOP + area.height * (1 - level) + 4, f"{tick / factor:.6g}"))
     parts.append(_text(bar + 10, _TOP - 10, f"force ({unit})", "middle"))
     parts.append(
         f'<path d="M{area.left} {_TOP}v{area.height}" stroke="{BLUE}">'
@@ -248,7 +251,7 @@ class _Area:
         path = "L".join(f"{right:.1f} {down:.1f}" for right, down in zip(x, y, strict=True))
         if series.kind == "area":
             path += f"V{_TOP + self.height}H{x[0]:.1f}Z"
-        paint = f'fill="{series.colour}" stroke="{series.colour}" stroke-width="1.6"'
+        paint = f'fill="{series.colour}" stroke="{series.colour}" stroke-width="2"'
         return f'<path d="M{path}" {paint} {_LOOKS[series.kind]}/>'
 
 
