@@ -136,8 +136,8 @@ def _published(ratio: float) -> float:
 @pytest.mark.parametrize("ratio", [0.8, 0.3, 0.1, 0.03, 0.01])
 def test_restitution_is_the_published_curve(ratio: float) -> None:
     impact = sw.Impact(velocity=_yield_velocity() / ratio)
-    result = sw.simulate(impact, PAIR, rtol=1e-6)
-    # a few times the tolerance
+    result = sw.simulate(impact, PAIR, rtol=1e-7)
+    # the tolerance is that of the force; the velocities after many steps are less accurate
     assert result.restitution == pytest.approx(_published(ratio), rel=5e-6)
 
 
