@@ -200,7 +200,7 @@ def fit_wall() -> dict[str, Any]:
 LIGHTEST = 1e-3
 LIGHT = 1.1
 # Later waves: mass ratios of the simulations, weakest wave over the leading one, mass ratios that separate the pieces.
-TRAINS = np.append([1.16, 1.2], np.geomspace(1.25, laws.HEAVIEST, 97))
+TRAINS = np.append([1.16, 1.2, 1.205, 1.21, *np.arange(1.22, 1.4, 0.02)], np.geomspace(1.4, laws.HEAVIEST, 97))
 WEAKEST = 2.5e-3
 SPLITS = (2.0, 3.4, 3.9)
 
@@ -256,7 +256,7 @@ def fit_later() -> list[dict[str, Any]]:
         for low, high in pairwise(edges):
             places = np.linspace(x[low], x[high], 200)
             heights = CubicSpline(x[low : high + 1], ratios[low : high + 1])(places)
-            pieces.append(Chebyshev.fit(places, heights, 18 if high == edges[-1] else 8))
+            pieces.append(Chebyshev.fit(places, heights, 18 if high == edges[-1] else 12))
         laws_of_waves.append(table(pieces))
     return laws_of_waves
 

@@ -2,7 +2,7 @@
 Mass of a striker
 =================
 
-A striker generates one wave if its mass is below 1.25 granules, apart from waves below
+A striker generates one wave if its mass is below 1.22 granules, apart from waves below
 0.4 % of it. A heavier one generates a train: the heavier, the more waves. Below
 1.8 granules it rebounds, with 7 % of its velocity if it is like them.
 """
@@ -41,5 +41,5 @@ ax.legend(ncols=2)
 plt.show()
 
 # %%
-# What to see: a second wave from a mass of 1.25 granules on, then one after the other.
+# What to see: a second wave from a mass of 1.22 granules on, then one after the other.
 # The dots, simulations of the leading wave, lie near the law.

@@ -144,6 +144,12 @@ def test_trains_of_strikers_meet_the_reference_to_all_its_digits(ratio: float, p
     assert waves[waves > 0] == pytest.approx(peaks, abs=0.6 * digits)
 
 
+@pytest.mark.parametrize(("ratio", "second"), [(1.2, 0.0), (1.217, 0.00436), (1.24, 0.00800), (1.28, 0.01433)])
+def test_the_second_wave_of_a_striker_begins_at_the_threshold(ratio: float, second: float) -> None:
+    waves = striker_waves(ratio)
+    assert waves[1] / waves[0] == pytest.approx(second, abs=1e-4)  # of docs/universal.md
+
+
 @pytest.mark.parametrize(("ratio", "velocity"), [(0.5, -0.36339), (1.0, -0.0710850), (2.0, 0.0), (10.0, 0.0)])
 def test_strikers_rebound_with_the_reference_velocity(ratio: float, velocity: float) -> None:
     assert striker_velocity(ratio) == pytest.approx(velocity, abs=6e-8 if ratio == 1.0 else 6e-6)

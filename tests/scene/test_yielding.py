@@ -114,7 +114,8 @@ def test_an_elastic_chain_refuses_an_unknown_yield_strength(run: Any, chain: sw.
 
 
 @pytest.mark.parametrize("command", ["predict", "simulate", "compare", "report"])
-def test_the_refusal_names_the_place_in_the_file(command: str, tmp_path: Path) -> None:
+def test_the_refusal_names_the_place_in_the_file(command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)  # the report is written there
     if command == "report":
         pytest.importorskip("matplotlib")
     chain = "chain: {material: bearing-steel-52100, diameter: 9.5 mm, elastic_only: true}"

@@ -161,7 +161,8 @@ def test_a_precompressed_endless_chain_is_a_long_finite_one(contact: sw.PowerCon
     other = sw.simulate(shock, long, contacts=(0, 5, 40), until=one.end)
     assert [peak.contact for peak in one.contacts] == [0, 5, 40]
     for here, there in zip(one.contacts, other.contacts, strict=True):
-        # the far ends differ in the last digits, and with them a few steps
+        # the waves reach more than 512 granules with the power contact, so that one chain is integrated in parts, the
+        # other as a whole: 1.5e-12, far below the error estimates of 1e-7
         assert here.peak_force == pytest.approx(there.peak_force, rel=1e-11)
         assert here.time == pytest.approx(there.time, rel=1e-9)
     assert one.peak_force is None
