@@ -11,7 +11,7 @@ import numpy as np
 from attrs import define, evolve, field
 
 from shockwave.base.errors import InvalidValueError, ShockwaveError
-from shockwave.base.numerics import bracketed_root
+from shockwave.base.numerics import FloatArray, bracketed_root
 from shockwave.base.progress import report_progress
 from shockwave.studies.design_options import VERIFIED_RTOL, DesignScenes
 from shockwave.studies.design_result import Option
@@ -22,6 +22,12 @@ from shockwave.studies.warning_groups import kind_of
 _MOST_WHOLE = 200
 # Fewest cells of the grid on which the quantity is simulated.
 _CELLS = 32
+# Most scenes of the grid, and departure from a cubic that a cell is assumed to have, over that at its ends.
+_MOST_SCENES = 1000
+_CAUTION = 4.0
+# Most times that a cell of the grid is halved, and most cells that may then be left, a few beside each jump.
+_HALVINGS = 9
+_MOST_JUMPS = 32
 # Parts into which the cells beside an extremum are divided, and most times that they are.
 _PARTS, _ROUNDS = 4, 12
 # Tolerance of the simulations of the grid, over the tolerance of the solutions.
@@ -112,6 +118,19 @@ def _warnings(options: Sequence[Option]) -> list[str]:
     return list({kind_of(warning): warning for option in options for warning in option.warnings}.values())
 
 
+def _departures(x: FloatArray, y: FloatArray) -> FloatArray:
+    """Distances of values from the cubics through two neighbours on either side; next to the ends, of the nearest."""
+    middle = range(2, len(x) - 2)
+    around = x[[[index - 2, index - 1, index + 1, index + 2] for index in middle]]
+    values = y[[[index - 2, index - 1, index + 1, index + 2] for index in middle]]
+    cubic = np.zeros(len(around))
+    for one in range(4):
+        others = [other for other in range(4) if other != one]
+        ratios = (x[2:-2, None] - around[:, others]) / (around[:, [one]] - around[:, others])
+        cubic += values[:, one] * ratios.prod(axis=1)
+    return np.pad(np.abs(cubic - y[2:-2]), 2, mode="edge")
+
+
 @define
 class _Line:
     """The required quantity along the interval of the parameter, known where its scenes were simulated."""
@@ -131,7 +150,9 @@ class _Line:
         shares = np.linspace(0.0, 1.0, each * (points - 1) + 1).tolist()
         self.simulate(shares, _GRID_SHARE * self.rtol)
         table = [self.options[share] for share in shares[::each]]
-        self.refine()
+        unresolved = self.resolve()
+        if not unresolved:
+            self.refine()
         limits = self.limits()
         solutions = [option for option in map(self.solution, limits) if _equals(self.target, option, self.rtol)]
         intervals = self.intervals(limits) if self.target.sign != "=" else ()
@@ -143,7 +164,7 @@ class _Line:
             "intervals": intervals,
             "nearest": None if solutions or intervals else shown[0],
             "table": tuple(table),
-            "warnings": tuple(_warnings([*shown, *of_ends])),
+            "warnings": (*unresolved, *_warnings([*shown, *of_ends])),
         }
 
     def simulate(self, shares: Sequence[float], rtol: float) -> None:
@@ -161,6 +182,23 @@ class _Line:
             self.simulate([share], VERIFIED_RTOL)
         ratio = self.options[share].reached / self.target.value
         return 0.0 if abs(ratio - 1) <= _STOP_SHARE * self.rtol else math.asinh(ratio) - math.asinh(1.0)
+
+    def resolve(self) -> tuple[str, ...]:
+        """Halve the cells within which the quantity may reach the target; a warning if there are too many."""
+        parameter = self.scenes.parameters[0]
+        for left in reversed(range(_HALVINGS + 1)):
+            shares = np.array(sorted(self.options))
+            heights = np.array([self.height(share) for share in shares.tolist()])
+            departures = _CAUTION * _departures(shares, heights)
+            reach = np.maximum(np.minimum(*np.abs([heights[:-1], heights[1:]])), _CAUTION * _GRID_SHARE * self.rtol)
+            cells = np.flatnonzero(np.maximum(departures[:-1], departures[1:]) > reach)
+            if cells.size > (_MOST_SCENES - len(shares) if left else _MOST_JUMPS):
+                first, last = (parameter.shown(parameter.at(share)) for share in shares[[cells[0], cells[-1] + 1]])
+                name = self.target.quantity.name
+                return (f"{name} varies too fast between {first} and {last}: some solutions may be missing",)
+            if left and cells.size:
+                self.simulate(((shares[cells] + shares[cells + 1]) / 2).tolist(), _GRID_SHARE * self.rtol)
+        return ()
 
     def refine(self) -> None:
         """Divide the cells beside the least and the greatest value, and beside extrema that may reach the target."""

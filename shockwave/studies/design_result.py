@@ -210,10 +210,9 @@ class Design(Result):
         if self.spanned:
             return f"no value gives {bound} exactly, although it is within the reachable range: it jumps there"
         below = target.sign == "<=" or (target.sign == "=" and target.value < self.lowest.reached)
-        name, option = ("minimum", self.lowest) if below else ("maximum", self.highest)
-        return (
-            f"{bound} is out of reach: the {name} is {self.shown(option, target.quantity)} at {self.value_text(option)}"
-        )
+        name, option = ("least", self.lowest) if below else ("greatest", self.highest)
+        nearest = f"{self.shown(option, target.quantity)} at {self.value_text(option)}"
+        return f"{bound} is out of reach: the {name} value found is {nearest}"
 
     def _violation_text(self) -> str:
         """The requirements that the nearest option violates."""

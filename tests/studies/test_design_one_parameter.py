@@ -149,6 +149,30 @@ def test_all_crossings_of_a_wave_are_found_with_few_simulations() -> None:
     assert curve.count < 150
 
 
+@pytest.mark.parametrize("points", [2, 9, 40])
+def test_teeth_of_a_long_shock_on_a_wall_are_resolved_whatever_the_rows_of_the_table(points: int) -> None:
+    chain = sw.Chain(material="bearing-steel-52100", diameter="1 in", granules=10, end=sw.Wall(material="same"))
+    shock = sw.Shock(profile="final-peak-sawtooth", peak_force="100 N", duration="11 ms")
+    ends, limit = (20e-3, 25e-3), 120.102
+    result = sw.design(
+        shock, chain, vary="chain.diameter", between=ends, target=f"{WALL_FORCE} <= {limit} N", points=points
+    )
+    sizes = np.linspace(*ends, 101)
+    chains = [attrs.evolve(chain, radius=size / 2) for size in sizes.tolist()]
+    forces = np.array([each.transmitted.peak_force for each in sw.simulate_many([shock] * 101, chains)])  # type: ignore
+    inside = [any(low <= size <= high for low, high in result.intervals) for size in sizes]
+    # at the others the force is within the tolerance of the limit
+    clear = np.abs(forces / limit - 1) > 2e-4
+    assert len(result.intervals) > 3
+    np.testing.assert_array_equal(np.array(inside)[clear], (forces <= limit)[clear])
+
+
+def test_a_quantity_that_is_not_resolved_is_reported() -> None:
+    curve = Curve(lambda x: 1 + 0.1 * math.sin(1e4 * x * x))
+    assert "peak_force varies too fast between " in curve.answer["warnings"][0]
+    assert "varies too fast" not in "".join(Curve(lambda x: 1 + 0.1 * math.sin(20 * x)).answer["warnings"])
+
+
 def test_a_jump_over_the_target_is_no_solution() -> None:
     curve = Curve(lambda x: 0.9 if x < 0.4 else 1.1)
     assert curve.values == []
@@ -249,7 +273,7 @@ def test_an_unreachable_target_is_reported_with_the_range() -> None:
     result = design({"peak_force": 1000.0})
     assert (result.solutions, result.reachable, result.best) == ((), False, None)
     assert result.nearest.value == 2e-3
-    assert result.why.startswith("1 kN is out of reach: the maximum is 1")
+    assert result.why.startswith("1 kN is out of reach: the greatest value found is 1")
     assert str(result).startswith("no radius gives a peak force of 1 kN; nearest 2 mm (simulated 1")
 
 

@@ -137,7 +137,7 @@ def _published(ratio: float) -> float:
 def test_restitution_is_the_published_curve(ratio: float) -> None:
     impact = sw.Impact(velocity=_yield_velocity() / ratio)
     result = sw.simulate(impact, PAIR, rtol=1e-7)
-    # rtol is that of the force; the velocities differ by up to 10 rtol, since the law has kinks within the steps
+    # rtol is that of the force; the velocities differ by up to 10 rtol, since the law has kinks within steps
     assert result.restitution == pytest.approx(_published(ratio), rel=5e-6)
 
 
