@@ -144,11 +144,11 @@ class ShockProfile(Explained, abc.ABC):
     # ---------------------------------------------------------------- final methods
 
     def force(self, s: npt.ArrayLike) -> FloatArray:
-        """Force over peak force at any s, zero outside [0, n]; same shape as ``s``."""
+        """Force over peak force at any s, zero outside [0, n], NaN for NaN; same shape as ``s``."""
         s = floats("s", s)
         rising = (s >= 0) & (s <= 1)
         decaying = (s > 1) & (s <= self.duration_ratio)
-        result = np.zeros_like(s)
+        result = np.where(np.isnan(s), s, 0.0)
         result[rising] = guard(self, "rise", s[rising])
         result[decaying] = guard(self, "decay", s[decaying])
         return result

@@ -11,6 +11,7 @@ import pytest
 
 from shockwave.base.errors import InvalidValueError
 from shockwave.profiles.exponential import Exponential
+from shockwave.profiles.half_sine import HalfSine
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.profiles.steep_edges import find_edges
@@ -183,3 +184,8 @@ def test_a_wrong_parameter_is_named(profile: Any, name: str, value: Any) -> None
     sound = {field.name: 2.0 for field in attrs.fields(profile)}
     with pytest.raises(InvalidValueError, match=rf"^{name}: must be "):
         profile(**{**sound, name: value})
+
+
+@pytest.mark.parametrize("profile", [Triangular(duration_ratio=3), HalfSine()], ids=["triangular", "half-sine"])
+def test_the_force_at_no_time_is_no_number(profile: ShockProfile) -> None:
+    np.testing.assert_array_equal(profile.force([math.nan, -1.0, 1.0]), [math.nan, 0.0, 1.0])
