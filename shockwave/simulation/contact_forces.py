@@ -24,7 +24,7 @@ from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.yielding import UNJUDGED, Yielding, beyond_elastic, first_yield_force, strength_of
 from shockwave.simulation.contact_setup import ChainSetup
-from shockwave.simulation.convergence_runs import Runs, run, runs_of, tolerances_for
+from shockwave.simulation.convergence_runs import run, runs_of, tolerances_for, warn_missed
 from shockwave.simulation.recording import Recording, sample_times
 from shockwave.simulation.result_parts import (
     Computation,
@@ -139,7 +139,7 @@ def simulate_chain(
         run_cost=Cost(steps=runs.steps, force_evaluations=runs.evaluations, seconds=time.perf_counter() - begin),
         run_warnings=(
             *_note_fixed_wall(case),
-            *_warn_missed(runs),
+            *warn_missed(runs),
             *_unphysical(case, motion),
             *_warn_unfinished(case, motion, velocities, apart),
             *_later_warning(case, motion, later),
@@ -187,18 +187,6 @@ def _note_fixed_wall(case: ChainSetup) -> Iterator[str]:
     """Note on a movable wall that is integrated as a fixed one."""
     if case.scene.chain.end is not None and case.scene.chain.end.mass is not None and case.assembly.fixed_wall:
         yield "The wall is integrated as a fixed one: its spring or dashpot holds it to rtol/100 of the overlap."
-
-
-def _warn_missed(runs: Runs) -> list[str]:
-    """Warning if a force that decides, or its time, does not meet the tolerance."""
-    if not runs.missed:
-        return []
-    judged = runs.case.judged_contacts(runs.motion.forces)
-    worst = int(judged[np.argmax(runs.errors[judged])])
-    if runs.errors[worst] <= runs.case.rtol:
-        return ["The tolerance was not met by the time of a greatest force, though by all greatest forces."]
-    reached = f"the relative error of the greatest force at contact {worst} is estimated as {runs.errors[worst]:.1e}"
-    return [f"The tolerance was not met: {reached}, not {runs.case.rtol:.1e}."]
 
 
 def _unphysical(case: ChainSetup, motion: Motion) -> Iterator[str]:

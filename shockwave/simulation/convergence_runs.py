@@ -142,6 +142,18 @@ def runs_of(case: ChainSetup) -> Runs:
     return best._replace(steps=steps, evaluations=evaluations)
 
 
+def warn_missed(runs: Runs) -> list[str]:
+    """Warning if a force that decides, or its time, does not meet the tolerance."""
+    if not runs.missed:
+        return []
+    judged = runs.case.judged_contacts(runs.motion.forces)
+    worst = int(judged[np.argmax(runs.errors[judged])])
+    missed = f"the relative error of the greatest force at contact {worst} is estimated as {runs.errors[worst]:.1e}"
+    if runs.errors[worst] <= runs.case.rtol:
+        missed = "the time of a greatest force may be wrong by more than 10 rtol of the characteristic time"
+    return [f"The tolerance was not met: {missed} (rtol {runs.case.rtol:.1e})."]
+
+
 def tolerances_for(rtol: float) -> tuple[float, float]:
     """Tolerances of the run whose results count, and of a coarser one from which its errors are estimated.
 
