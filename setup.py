@@ -40,21 +40,7 @@ EXTENSIONS = [
     Extension(
         f"shockwave.{name}",
         [f"shockwave/{name.replace('.', '/')}.c"],
-        depends=[
-            f"shockwave/engine/_{header}.h"
-            for header in (
-                "block",
-                "buffers",
-                "control",
-                "cubic",
-                "free_path",
-                "law",
-                "march",
-                "observe",
-                "stage",
-                "step",
-            )
-        ],
+        depends=sorted(map(str, Path("shockwave/engine").glob("*.h"))),
         optional=True,
         py_limited_api=True,
         define_macros=[("Py_LIMITED_API", "0x030B0000")],
@@ -62,7 +48,7 @@ EXTENSIONS = [
         extra_compile_args=["-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"],
         libraries=["m"],
     )
-    for name in ("engine._compiled", "engine._chains")
+    for name in ("engine._lanes", "engine._chains")
 ]
 
 setup(

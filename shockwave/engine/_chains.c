@@ -8,6 +8,8 @@
 #include <Python.h>
 #include <stdlib.h>
 #include "_buffers.h"
+#include "_interrupt.h"
+#include "_vectors.h"
 #include "_free_path.h"
 #include "_cubic.h"
 #include "_march.h"
@@ -18,12 +20,7 @@
 #define INLINE static inline
 #endif
 
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#define X86_VECTORS
-#include <immintrin.h>
-typedef double Values4 __attribute__((vector_size(32)));
-typedef long long Bits4 __attribute__((vector_size(32)));
-typedef double Values8 __attribute__((vector_size(64)));
+#ifdef X86_VECTORS
 #define WIDTH 8
 #define TARGET __attribute__((target("avx512f")))
 #define NAME(function) function##_8

@@ -128,16 +128,9 @@ static void accept(March *m, double h, double end)
 /* Checks from time to time for signals and for the end of the time limit; whether to go on. */
 static int go_on(March *m)
 {
-    PyObject *answer;
-    int end;
     if (m->effort < m->asked) return 1;
     m->asked = m->effort + m->r->interval;
-    PyEval_RestoreThread(m->thread);
-    answer = PyErr_CheckSignals() < 0 ? NULL : PyObject_CallFunctionObjArgs(m->expired, NULL);
-    end = !answer || PyObject_IsTrue(answer);
-    Py_XDECREF(answer);
-    m->thread = PyEval_SaveThread();
-    return !end;
+    return !interrupted(m->expired, &m->thread);
 }
 
 /* Sets the size of the next step, from the error over the tolerance; whether this one, of size h, is accepted. `share` is the

@@ -4,9 +4,6 @@
    after the last block, so that the neighbours of every body are in the row; element -1 of the forces is the weight of a
    striker. Bodies beyond the window are at rest: their elements of `mobile` and of the reaches are zero. */
 
-#define BLOCK 8       /* elements of a block; rows consist of whole blocks */
-#define MAX_STAGES 17
-
 enum { RUNNING, DONE, TOO_LONG, FAILED };
 
 /* Settings, constants and results of a run, in the order of mixed_chain_run.py, which explains them. */

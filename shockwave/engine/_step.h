@@ -1,4 +1,4 @@
-/* Stage and new state of a step for Hertz's exponent: the same arithmetic as in `stage` and `combine` of _compiled.c, for
+/* Stage and new state of a step for Hertz's exponent: the same arithmetic as in `stage` and `combine` of _window.h, for
    vectors of one width.
 
    Included once for each width, with these macros: WITH_VECTORS, the attribute of functions that use the vectors;

@@ -11,7 +11,7 @@ from shockwave.base.errors import InvalidValueError
 
 compiled: ModuleType | None = None
 with suppress(ImportError):  # built without a C compiler
-    compiled = import_module("shockwave.engine._compiled")
+    compiled = import_module("shockwave.engine._lanes")
 
 
 Backend: TypeAlias = Literal["compiled", "numpy"]

@@ -23,7 +23,7 @@ from shockwave.scene.solitary_wave import wave_law
 _WIDTH = 8
 # Numbers found for each shock.
 _NUMBERS = len(Primary._fields) - 1
-# Number of columns of the table of jobs, JOB in _compiled.c.
+# Number of columns of the table of jobs, JOB in `_lane.h`.
 _COLUMNS = 27
 # Table without requested contacts.
 _NONE = np.empty(0)
@@ -89,7 +89,7 @@ def find_short(
 
 
 def _search_compiled(compiled: ModuleType, method: type[Nystroem], requests: Sequence[Request]) -> list[Primary]:
-    """The leading waves by the compiled code, from tables with the columns that `_compiled.c` defines."""
+    """The leading waves by the compiled code, from tables with the columns that `_lane.h` defines."""
     jobs: list[float] = []
     stops: list[float] = []
     wanted: list[float] = []

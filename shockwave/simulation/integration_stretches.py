@@ -28,7 +28,7 @@ _MOST_STEPS = 256
 _ROOM = 32
 _ROOM_RATE = 1.1
 _ROOM_TIME = 200.0
-# The state of the compiled code; see `_compiled.c`.
+# The state of the compiled code; see `_train.h`.
 _COLUMNS = (
     "now", "size", "until", "stop", "granules", "flying", "flown", "age", "steps", "kept", "evaluations", "peaks",
     "strongest", "ended", "target", "rise_time", "peak_force", "duration", "length", "tolerance", "kept_since",

@@ -45,7 +45,7 @@ BUFFERS = [(name, at) for name, text in ARGUMENTS.items() for at, each in enumer
 
 
 def function(name: str) -> Callable[..., Any]:
-    module = "_chains" if name == "run" else "_compiled"
+    module = "_chains" if name == "run" else "_lanes"
     return getattr(import_module(f"shockwave.engine.{module}"), name)  # type: ignore[no-any-return]
 
 
