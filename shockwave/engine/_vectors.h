@@ -6,8 +6,8 @@
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 #define X86_VECTORS
 #include <immintrin.h>
-typedef double Values4 __attribute__((vector_size(32), aligned(8), may_alias));
+typedef double Values4 __attribute__((vector_size(32)));
 typedef long long Bits4 __attribute__((vector_size(32)));
-typedef double Values8 __attribute__((vector_size(64), aligned(8), may_alias));
+typedef double Values8 __attribute__((vector_size(64)));
 typedef long long Bits8 __attribute__((vector_size(64)));
 #endif

@@ -148,9 +148,13 @@ static void combine(long n, const Method *m, const double *h, Window *w, double 
 }
 
 #ifdef X86_VECTORS
+/* in memory, at any element */
+typedef Values4 Anywhere4 __attribute__((aligned(8), may_alias));
+typedef Values8 Anywhere8 __attribute__((aligned(8), may_alias));
+
 #define WITH_VECTORS __attribute__((target("avx2")))
 #define NAME(function) function##_avx2
-#define Values Values4
+#define Values Anywhere4
 #define Bits Bits4
 #define PARTS 2
 #define SINGLE(w) ((w)->lanes == 1)
@@ -180,7 +184,7 @@ __attribute__((target("avx512f"))) static inline __m512d roots(__m512d d)
 
 #define WITH_VECTORS __attribute__((target("avx512f")))
 #define NAME(function) function##_avx512
-#define Values Values8
+#define Values Anywhere8
 #define Bits Bits8
 #define PARTS 1
 #define SINGLE(w) 0
