@@ -5,12 +5,11 @@
 enum { NOW, STEP_SIZE, UNTIL, STOP, GRANULE_COUNT, FLYING, FLOWN, AGE, TAKEN, KEPT_STEPS, EVALUATED, PEAKS, STRONGEST, ENDED,
        TARGET, RISE, PEAK_FORCE, LENGTH, CHAIN_GRANULES, ALLOWED, KEPT_SINCE, STATE };
 
-#define INTERVAL_FREE 50.0    /* interval between the ends of integrations after the force has ended */
+#define STRETCH 50.0          /* interval between the ends of integrations after the force has ended */
 #define GROWTH 16             /* number of granules by which the window grows */
 #define MARGIN 4              /* number of granules at its end that must be at rest */
 #define PARTING 16            /* number of steps between the checks for granules in free flight */
 /* see peak_log.py */
-#define LEAST_PEAK 1e-4
 #define LOSS 6e-5
 #define NEGLIGIBLE 0.1
 #define SAME_WAVE 0.5
@@ -217,7 +216,7 @@ static int log_maximum(March *r, long j, double h)
     if (!(begin[1] > 0 && end[1] <= 0)) return 1;
     force = overlap_force(w, begin[0] > end[0] ? begin[0] : end[0]);
     if (force > r->state[STRONGEST]) r->state[STRONGEST] = force;
-    if (!(force > LEAST_PEAK * r->state[STRONGEST])) return 1;
+    if (!(force > FLOOR * r->state[STRONGEST])) return 1;
     share = summit(begin, end, h, &overlap);
     force = overlap_force(w, overlap);
     time = lane->t + share * h;
@@ -298,7 +297,7 @@ static int march_on(March *r)
         double size, jolt;
         if (!lane->driven && lane->t >= lane->until) {
             if (!coast(r)) return 0;
-            lane->until = lane->t + INTERVAL_FREE;
+            lane->until = lane->t + STRETCH;
             restart(r);
         }
         size = next_size(lane);

@@ -1,0 +1,54 @@
+"""Constants of the C files: those that the NumPy code has under the same name are equal."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+ENGINE = Path(__file__).parents[2] / "shockwave" / "engine"
+#: Modules with the algorithms of a header.
+TWINS = {
+    "_lane.h": ["engine.wave_search_numpy", "engine.peak_limit", "engine.nystroem_integrators"],
+    "_train.h": ["engine.equal_chain_run", "simulation.peak_log"],
+    "_wave.h": ["simulation.wave_properties"],
+    "_window.h": ["engine.force_law"],
+}
+#: Names in C of constants with another name in NumPy.
+OTHER_NAMES = {"TURNS": "CORRECTIONS"}
+#: Sizes and limits that only the C files have.
+ONLY_C = set("BLOCK FEW INTERVAL MAX_STAGES MIN_OVERLAP MOST_BUFFERS NODES PARTS ROW SHARED WIDTH".split())
+    "BLOCK",
+    "FEW",
+    "INTERVAL",
+    "MAX_STAGES",
+    "MIN_OVERLAP",
+    "MOST_BUFFERS",
+    "NODES",
+    "PARTS",
+    "ROW",
+    "SHARED",
+    "WIDTH",
+}
+
+
+def constants() -> Iterator[tuple[str, str, float]]:
+    """File, name and value of all constants that are numbers."""
+    for file in sorted(ENGINE.glob("_*.[ch]")):
+        for name, value in re.findall(r"^#define (\w+) ([\d.]+(?:e-?\d+)?)(?=\s)", file.read_text(), re.MULTILINE):
+            yield file.name, name, float(value)
+
+
+@pytest.mark.parametrize(("file", "name", "value"), [each for each in constants() if each[1] not in ONLY_C])
+def test_constants_in_c_are_those_of_the_numpy_code(file: str, name: str, value: float) -> None:
+    name = OTHER_NAMES.get(name, name)
+    modules = [vars(import_module(f"shockwave.{module}")) for module in TWINS[file]]
+    values = {module.get(name, module.get(f"_{name}")) for module in modules} - {None}
+    assert values == {value}
+
+
+def test_every_constant_that_only_c_has_exists() -> None:
+    assert {name for _, name, _ in constants()} > ONLY_C
