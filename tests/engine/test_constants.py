@@ -21,18 +21,6 @@ TWINS = {
 OTHER_NAMES = {"TURNS": "CORRECTIONS"}
 #: Sizes and limits that only the C files have.
 ONLY_C = set("BLOCK FEW INTERVAL MAX_STAGES MIN_OVERLAP MOST_BUFFERS NODES PARTS ROW SHARED WIDTH".split())
-    "BLOCK",
-    "FEW",
-    "INTERVAL",
-    "MAX_STAGES",
-    "MIN_OVERLAP",
-    "MOST_BUFFERS",
-    "NODES",
-    "PARTS",
-    "ROW",
-    "SHARED",
-    "WIDTH",
-}
 
 
 def constants() -> Iterator[tuple[str, str, float]]:
