@@ -19,8 +19,9 @@ TWINS = {
 }
 #: Names in C of constants with another name in NumPy.
 OTHER_NAMES = {"TURNS": "CORRECTIONS"}
-#: Sizes and limits that only the C files have.
-ONLY_C = set("BLOCK FEW INTERVAL MAX_STAGES MIN_OVERLAP MOST_BUFFERS NODES PARTS ROW SHARED WIDTH".split())
+#: Sizes of buffers, and limits, that only the C files have.
+SIZES = {"BLOCK", "MAX_STAGES", "MOST_BUFFERS", "NODES", "PARTS", "ROW", "SHARED", "WIDTH"}
+ONLY_C = SIZES | {"FEW", "INTERVAL", "MIN_OVERLAP"}
 
 
 def constants() -> Iterator[tuple[str, str, float]]:
