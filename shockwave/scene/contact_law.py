@@ -28,15 +28,34 @@ class Pairs:
         Reduced mass m1 m2/(m1 + m2) [kg]; at a fixed wall, the mass of the granule.
     stiffnesses : ndarray
         k of F = k d^p [N/m^p].
-    exponent : float
-        p of all contacts.
+    exponents : ndarray
+        p.
     """
 
     moduli: FloatArray
     radii: FloatArray
     masses: FloatArray
     stiffnesses: FloatArray
-    exponent: float = 1.5
+    exponents: FloatArray
+
+
+@frozen(eq=False)
+class PlasticPairs:
+    """Further properties of contacts beyond first yield, as arrays of shape (contacts,).
+
+    Attributes
+    ----------
+    strengths : ndarray
+        Yield strength of the softer body [Pa]; infinite where the contact is elastic.
+    rate_constants : ndarray
+        Rate constant K of the softer body.
+    lengths : ndarray
+        Length over which the closing velocity gives the strain rate, R1 + R2 [m]; at a flat wall, R1.
+    """
+
+    strengths: FloatArray
+    rate_constants: FloatArray
+    lengths: FloatArray
 
 
 class ContactLaw(Explained, ABC):

@@ -22,8 +22,8 @@ class Damping(ABC):
     """A force c d^q d' at each contact, added to the elastic force; their sum is cut off at zero."""
 
     @abstractmethod
-    def power(self, exponent: float) -> float:
-        """Exponent q, for an elastic force k d^p with the ``exponent`` p."""
+    def powers(self, pairs: Pairs) -> FloatArray:
+        """Exponents q, of shape (contacts,)."""
 
     @abstractmethod
     def coefficients(self, pairs: Pairs) -> FloatArray:
@@ -51,13 +51,13 @@ class KuwabaraKono(Damping, Value):
 
     time: SI[float] = quantity("s", "viscous time A of Kuwabara and Kono", at_least=0, at_most=1e30)
 
-    def power(self, exponent: float) -> float:
+    def powers(self, pairs: Pairs) -> FloatArray:
         """q = p - 1."""
-        return exponent - 1
+        return pairs.exponents - 1
 
     def coefficients(self, pairs: Pairs) -> FloatArray:
         """c = p k A."""
-        return pairs.exponent * self.time * pairs.stiffnesses
+        return pairs.exponents * self.time * pairs.stiffnesses
 
 
 @frozen(kw_only=True)
@@ -81,9 +81,9 @@ class Dashpot(Damping, Value):
 
     coefficient: SI[float] = quantity("N*s/m", "coefficient c of the dashpot", at_least=0, at_most=1e30)
 
-    def power(self, exponent: float) -> float:
+    def powers(self, pairs: Pairs) -> FloatArray:
         """q = 0."""
-        return 0.0
+        return np.zeros(pairs.exponents.shape)
 
     def coefficients(self, pairs: Pairs) -> FloatArray:
         """c, the same at all contacts."""
@@ -112,9 +112,9 @@ class Tsuji(Damping, Value):
 
     restitution: SI[float] = quantity("", "coefficient of restitution", above=0, at_most=1)
 
-    def power(self, exponent: float) -> float:
+    def powers(self, pairs: Pairs) -> FloatArray:
         """q = 1/4; `Chain` refuses elastic forces other than Hertz's."""
-        return 0.25
+        return np.full(pairs.exponents.shape, 0.25)
 
     def coefficients(self, pairs: Pairs) -> FloatArray:
         """c = sqrt(5) z sqrt(m* k), with the damping ratio z of `tsuji_ratio`."""

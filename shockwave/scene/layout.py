@@ -6,13 +6,14 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
+import numpy.typing as npt
 from attrs import evolve, frozen
 
 from shockwave.base.errors import InvalidValueError, refuse
 from shockwave.base.numerics import FloatArray
 from shockwave.scene.chain import Chain
 from shockwave.scene.chain_end import Wall
-from shockwave.scene.contact_law import ContactLaw, Pairs, PowerContact
+from shockwave.scene.contact_law import ContactLaw, Pairs, PlasticPairs, PowerContact
 from shockwave.scene.coverage_rules import scene_faults
 from shockwave.scene.damping import HERTZ
 from shockwave.scene.impact import Impact
@@ -45,14 +46,18 @@ class Layout:
         Initial overlaps [m]: the static overlap, or minus the gap.
     damping_coefficients : ndarray, shape (n_contacts,)
         c of the damping force c d^q d' [N s/m^(q + 1)], zeros without damping.
-    damping_power : float
+    damping_powers : ndarray, shape (n_contacts,)
         q.
     wall : Wall or None
         The wall, with its material resolved.
     velocity, weight : float
         Initial velocity [m/s] and weight [N] of granule 0, if it is a striker.
     law : ContactLaw or None
-        Contact law that replaces the power law of ``pairs``.
+        Contact law that replaces the power law of ``pairs`` at some contacts.
+    law_contacts : ndarray of bool, shape (n_contacts,)
+        Where it does.
+    plastic : PlasticPairs or None
+        Properties of elastic-plastic contacts; None if there are none.
     """
 
     masses: FloatArray
@@ -63,11 +68,13 @@ class Layout:
     static_forces: FloatArray
     overlaps: FloatArray
     damping_coefficients: FloatArray
-    damping_power: float
+    damping_powers: FloatArray
     wall: Wall | None
     velocity: float
     weight: float
     law: ContactLaw | None
+    law_contacts: npt.NDArray[np.bool_]
+    plastic: PlasticPairs | None = None
 
     @classmethod
     def of(cls, chain: Chain, excitation: object) -> Layout:
@@ -89,12 +96,12 @@ class Layout:
         pairs = _pairs(chain, materials, sizes, masses, wall)
         static = _static_forces(chain, masses, isinstance(excitation, Impact), len(pairs.stiffnesses))
         with np.errstate(over="ignore"):
-            overlaps = (static / pairs.stiffnesses) ** (1 / pairs.exponent) - np.array(gaps)[: len(static)]
+            overlaps = (static / pairs.stiffnesses) ** (1 / pairs.exponents) - np.array(gaps)[: len(static)]
         if not np.isfinite(overlaps).all():
             problem = f"must give static overlaps that floating-point numbers can hold (got {chain.precompression:g} N)"
             raise InvalidValueError.of("chain.precompression", problem)
         damping = chain.damping
-        none = np.zeros(static.shape)
+        none, law = np.zeros(static.shape), chain.contact if isinstance(chain.contact, ContactLaw) else None
         return cls(
             masses=masses,
             radii=sizes,
@@ -104,11 +111,12 @@ class Layout:
             static_forces=static,
             overlaps=overlaps,
             damping_coefficients=none if damping is None else damping.coefficients(pairs),
-            damping_power=0.0 if damping is None else damping.power(pairs.exponent),
+            damping_powers=none if damping is None else damping.powers(pairs),
             wall=wall,
             velocity=excitation.velocity if isinstance(excitation, Impact) else 0.0,
             weight=chain.gravity * float(masses[0]) if isinstance(excitation, Impact) else 0.0,
-            law=chain.contact if isinstance(chain.contact, ContactLaw) else None,
+            law=law,
+            law_contacts=np.full(static.shape, law is not None),
         )
 
 
@@ -150,8 +158,10 @@ def _pairs(
     contacts, cosine = chain.next_contacts
     stiffnesses = 4 / 3 * moduli * np.sqrt(reduced) * (contacts * math.pow(cosine, 2.5))
     if isinstance(chain.contact, PowerContact):
-        return Pairs(moduli, reduced, shared, np.full(reduced.shape, chain.contact.stiffness), chain.contact.exponent)
-    return Pairs(moduli, reduced, shared, stiffnesses, HERTZ)
+        power = chain.contact
+        stiffnesses, exponents = np.full(reduced.shape, power.stiffness), np.full(reduced.shape, power.exponent)
+        return Pairs(moduli, reduced, shared, stiffnesses, exponents)
+    return Pairs(moduli, reduced, shared, stiffnesses, np.full(reduced.shape, HERTZ))
 
 
 def _static_forces(chain: Chain, masses: FloatArray, striker: bool, contacts: int) -> FloatArray:

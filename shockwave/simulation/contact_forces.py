@@ -193,7 +193,7 @@ def _unphysical(case: ChainSetup, motion: Motion) -> Iterator[str]:
     """Warning of overlaps for which Hertz's law does not hold."""
     if case.scene.chain.contact is None:
         pairs = case.layout.pairs
-        ratios = (motion.forces * case.scales.force / pairs.stiffnesses) ** (1 / pairs.exponent) / pairs.radii
+        ratios = (motion.forces * case.scales.force / pairs.stiffnesses) ** (1 / pairs.exponents) / pairs.radii
         worst = int(np.argmax(ratios))
         if ratios[worst] > _LARGE_OVERLAP:
             overlap = f"The overlap at contact {worst} is about {round_digits(ratios[worst])} times the reduced radius"

@@ -200,7 +200,7 @@ def _granules_within(part: ChainSetup, end: float) -> int:
     last, until, forces = part.granules - 2, part.options.until, float(part.scene.chain.precompression)
     if part.scene.shock is not None:
         forces += _GREATEST * part.scene.shock.peak_force
-    p = part.layout.pairs.exponent
+    p = float(part.layout.pairs.exponents[0])  # an endless chain has one law
     reached = max(last, end * math.sqrt(p) * (forces / part.scales.force) ** ((p - 1) / (2 * p)))
     granules: int = math.ceil(reached + _AHEAD + _AHEAD_RATE * math.cbrt(reached))
     if granules > MOST_GRANULES:
@@ -216,8 +216,10 @@ def _scales(layout: Layout, excitation: Shock | Impact, chain: Chain) -> Scales:
     The unit of force is the peak force of the shock or, for a short shock, approximately that of its wave; for a
     striker it is the force that stops a granule of the same velocity, and its weight.
     """
-    power = layout.pairs.exponent
-    mass, stiffness = (float(np.sort(each)[len(each) // 2]) for each in (layout.masses, layout.pairs.stiffnesses))
+    power = float(layout.pairs.exponents[0])
+    # stiffnesses of contacts with different exponents have different units
+    alike = layout.pairs.stiffnesses[layout.pairs.exponents == power]
+    mass, stiffness = (float(np.sort(each)[len(each) // 2]) for each in (layout.masses, alike))
 
     def of(force: float) -> Scales:
         """Units with T0 = m^(1/2) k^(-1/(2p)) F^(-(p-1)/(2p))."""
@@ -239,7 +241,8 @@ def _is_rigid(layout: Layout, scales: Scales, wall: Wall, rtol: float, until: fl
     The displacement of the wall is compared with the overlap of its contact, under forces of up to `_GREATEST`, or that
     which stores the whole energy of a striker in the contact.
     """
-    power, stiffness, heaviest = layout.pairs.exponent, float(layout.pairs.stiffnesses[-1]), float(max(layout.masses))
+    power, stiffness = float(layout.pairs.exponents[-1]), float(layout.pairs.stiffnesses[-1])
+    heaviest = float(max(layout.masses))
     stopped = (layout.velocity * math.sqrt(float(layout.masses[0]) * (power + 1) / 2)) ** (2 / (power + 1))
     force = max(_GREATEST * scales.force, stopped**power * stiffness ** (1 / (power + 1)))
     force += layout.weight + float(layout.static_forces[-1])
@@ -249,7 +252,7 @@ def _is_rigid(layout: Layout, scales: Scales, wall: Wall, rtol: float, until: fl
 
 
 def _assembly(layout: Layout, scales: Scales, excitation: Shock | Impact, rtol: float, until: float | None) -> Assembly:
-    power, rate = layout.pairs.exponent, layout.damping_power
+    power, rate = float(layout.pairs.exponents[0]), float(layout.damping_powers[0])
     length = scales.energy / scales.force
     force = None
     if isinstance(excitation, Shock):

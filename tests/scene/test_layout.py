@@ -123,18 +123,18 @@ def test_a_gap_follows_each_granule_of_its_segment() -> None:
 
 def test_dampings_have_their_coefficients_and_powers() -> None:
     kuwabara = Layout.of(chain(damping=sw.KuwabaraKono(time=2e-6)), SHOCK)
-    assert kuwabara.damping_power == 0.5
+    assert kuwabara.damping_powers.tolist() == [0.5] * 3
     assert kuwabara.damping_coefficients == pytest.approx(1.5 * 2e-6 * kuwabara.pairs.stiffnesses, rel=ROUNDINGS)
     dashpot = Layout.of(chain(damping=sw.Dashpot(coefficient=6.0)), SHOCK)
-    assert (dashpot.damping_power, dashpot.damping_coefficients.tolist()) == (0.0, [6.0] * 3)
+    assert (dashpot.damping_powers.tolist(), dashpot.damping_coefficients.tolist()) == ([0.0] * 3, [6.0] * 3)
     contact = sw.PowerContact(exponent=2.5, stiffness=1e9)
     other = Layout.of(chain(damping=sw.KuwabaraKono(time=2e-6), contact=contact), SHOCK)
-    assert other.damping_power == 1.5
+    assert other.damping_powers.tolist() == [1.5] * 3
     assert other.damping_coefficients == pytest.approx([2.5 * 2e-6 * 1e9] * 3, rel=ROUNDINGS)
     uneven = chain(sw.Segment(), sw.Segment(radius=1e-3), end=sw.Wall(), damping=sw.Tsuji(restitution=0.5))
     tsuji = Layout.of(uneven, SHOCK)
     expected = math.sqrt(5) * tsuji_ratio(0.5) * np.sqrt(tsuji.pairs.masses * tsuji.pairs.stiffnesses)
-    assert tsuji.damping_power == 0.25
+    assert tsuji.damping_powers.tolist() == [0.25] * 2
     assert tsuji.damping_coefficients == pytest.approx(expected.tolist(), rel=ROUNDINGS)
 
 

@@ -39,9 +39,9 @@ class Reference:
         force = self.mass * self.length / unit**2
         self.force = force
         self.rates = self.mass / masses
-        self.stiffnesses = layout.pairs.stiffnesses * self.length**layout.pairs.exponent / force
-        self.exponent, self.power = layout.pairs.exponent, layout.damping_power
-        self.damping = layout.damping_coefficients * self.length ** (self.power + 1) / unit / force
+        self.exponents, self.powers = layout.pairs.exponents, layout.damping_powers
+        self.stiffnesses = layout.pairs.stiffnesses * self.length**self.exponents / force
+        self.damping = layout.damping_coefficients * self.length ** (self.powers + 1) / unit / force
         self.offsets = layout.overlaps / self.length
         self.static = layout.static_forces / force
         self.spring = wall.stiffness * self.length / force if wall else 0.0
@@ -61,8 +61,8 @@ class Reference:
         column = (-1,) + (1,) * (states.ndim - 1)
         overlap = self.offsets.reshape(column) + ends[0][:-1] - ends[0][1:]
         closed = np.maximum(overlap, 0.0)
-        force = self.stiffnesses.reshape(column) * closed**self.exponent
-        force += self.damping.reshape(column) * closed**self.power * (ends[1][:-1] - ends[1][1:])
+        force = self.stiffnesses.reshape(column) * closed ** self.exponents.reshape(column)
+        force += self.damping.reshape(column) * closed ** self.powers.reshape(column) * (ends[1][:-1] - ends[1][1:])
         acts = overlap > 0
         return np.where(acts, np.maximum(force, 0.0), 0.0), np.where(acts & (force < 0), force, overlap)
 

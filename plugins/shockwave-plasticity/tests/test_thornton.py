@@ -28,6 +28,7 @@ PAIRS = Pairs(
     radii=np.array([RADIUS]),
     masses=np.array([MASS / 2]),
     stiffnesses=np.array([4 / 3 * MODULUS * math.sqrt(RADIUS)]),
+    exponents=np.array([1.5]),
 )
 REST = np.zeros(1)
 
