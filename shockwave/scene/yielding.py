@@ -16,7 +16,7 @@ from shockwave.scene.chain import Chain
 _Number = TypeVar("_Number", float, FloatArray)
 # Pressure at the centre of the contact at first yield, over the yield strength: 1.6 for a Poisson ratio of 0.3
 # (Johnson, Contact Mechanics, section 6.1).
-_PRESSURE = 1.6
+PRESSURE = 1.6
 #: Beginning of the warning of forces beyond first yield.
 BEYOND = "Beyond elastic validity"
 #: Beginning of the warning of contacts without a known yield strength.
@@ -57,7 +57,7 @@ def first_yield_force(radius: _Number, modulus: _Number, strength: _Number) -> _
 
     ``radius`` R* [m], ``modulus`` E* [Pa] and ``strength`` sigma_y [Pa] are numbers, or arrays of the same shape.
     """
-    pressure = _PRESSURE * strength
+    pressure = PRESSURE * strength
     size = radius / modulus
     return math.pi**3 / 6 * size * size * pressure * pressure * pressure
 
