@@ -64,26 +64,12 @@ class Exponential(ShockProfile, Value):
     def closed_running_impulse(self, s: FloatArray) -> FloatArray:
         return elementwise(lambda time: self.closed_at(time)[0], s)
 
-    def closed_double_integral(self, s: FloatArray) -> FloatArray:
-        return elementwise(self._double_integral_at, s)
-
-    def _double_integral_at(self, s: float) -> float:
-        rising = _ramp_at(self.rise_rate, min(s, 1.0), 2)
-        if s <= 1:
-            return rising
-        passed = _ramp_at(-self.decay_rate, 1.0, 2) - _ramp_at(-self.decay_rate, self._left(s), 2)
-        return rising + sum(self.closed_areas()) * (s - 1) - (self.duration_ratio - 1) ** 2 * passed
-
     def closed_at(self, s: float) -> tuple[float, float]:
         if s <= 1:
             return _ramp_at(self.rise_rate, s, 1), _ramp_at(self.rise_rate, s, 0)
         (a1, a2), rate = self.closed_areas(), -self.decay_rate
-        left = self._left(s)
+        left = min(max(1 - (s - 1) / (self.duration_ratio - 1), 0.0), 1.0)  # fraction of the decay
         return a1 + (a2 - (self.duration_ratio - 1) * _ramp_at(rate, left, 1)), _ramp_at(rate, left, 0)
-
-    def _left(self, s: float) -> float:
-        """Remaining fraction of the decay, 1 before the peak."""
-        return min(max(1 - (s - 1) / (self.duration_ratio - 1), 0.0), 1.0)
 
 
 def _ramp(rate: float, s: FloatArray) -> FloatArray:
@@ -96,7 +82,7 @@ def _ramp(rate: float, s: FloatArray) -> FloatArray:
 
 @lru_cache(maxsize=_MOST_KEPT)
 def _ramp_at(rate: float, s: float, integrals: int) -> float:
-    """`_ramp` at one s, integrated 0, 1 or 2 times from 0 to s."""
+    """`_ramp` at one s, integrated 0 or 1 times from 0 to s."""
     shape = s ** (1 + integrals) * (phi(rate * s, integrals) / phi(rate, 0))
     return shape * math.exp(min(rate, 0.0) - min(rate * s, 0.0))  # last, as it may be near underflow
 

@@ -60,15 +60,10 @@ class Friedlander(ShockProfile, Value):
         return 0.5, (self.duration_ratio - 1) * phi(self.decay_coefficient, 1)
 
     def closed_running_impulse(self, s: FloatArray) -> FloatArray:
-        decayed = (self.duration_ratio - 1) * elementwise(lambda time: self._decay_integral(time, 1), s)
-        return np.minimum(s, 1.0) ** 2 / 2 + decayed
+        return np.minimum(s, 1.0) ** 2 / 2 + (self.duration_ratio - 1) * elementwise(self._decay_integral, s)
 
-    def closed_double_integral(self, s: FloatArray) -> FloatArray:
-        decayed = (self.duration_ratio - 1) ** 2 * elementwise(lambda time: self._decay_integral(time, 2), s)
-        return np.minimum(s, 1.0) ** 3 / 6 + np.maximum(s - 1.0, 0.0) / 2 + decayed
-
-    def _decay_integral(self, s: float, times: int) -> float:
-        """F2 as a function of u, integrated once or twice from 0 to u: a sum of terms that are not negative."""
+    def _decay_integral(self, s: float) -> float:
+        """F2 as a function of u, integrated from 0 to u: a sum of terms that are not negative."""
         u = min(max((s - 1) / (self.duration_ratio - 1), 0.0), 1.0)
         x = self.decay_coefficient * u
-        return float(u**times * ((1 - u) * phi(x, times - 1) + times * u * phi(x, times)))
+        return float(u * ((1 - u) * phi(x, 0) + u * phi(x, 1)))

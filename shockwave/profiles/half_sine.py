@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 from attrs import frozen
 
 from shockwave.base.numerics import FloatArray, elementwise
 from shockwave.base.quantity_fields import Value
 from shockwave.profiles.shock_profile import ShockProfile
-
-# Coefficients of (x - sin x)/x^3 in x^2, highest power first; the remainder at x = 2 pi is below the rounding error.
-_SERIES = [(-1) ** k / math.factorial(2 * k + 3) for k in reversed(range(20))]
 
 
 @frozen
@@ -49,11 +45,3 @@ class HalfSine(ShockProfile, Value):
     def closed_running_impulse(self, s: FloatArray) -> FloatArray:
         # (2/pi) (1 - cos(pi s/2)) without cancellation
         return 4 / math.pi * elementwise(math.sin, math.pi / 4 * s) ** 2
-
-    def closed_double_integral(self, s: FloatArray) -> FloatArray:
-        return 4 / math.pi**2 * subtract_sine(math.pi / 2 * s)
-
-
-def subtract_sine(x: FloatArray) -> FloatArray:
-    """x - sin(x) for 0 <= x <= 2 pi, without cancellation; same shape as ``x``."""
-    return np.asarray(x**3 * np.polyval(_SERIES, x**2))

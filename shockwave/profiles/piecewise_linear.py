@@ -41,11 +41,6 @@ class PiecewiseLinear(ShockProfile):
         before, step, force = self._at(s)
         return np.asarray(self._sums[0][before] + 0.5 * step * (self.corners[1][before] + force))
 
-    def closed_double_integral(self, s: FloatArray) -> FloatArray:
-        before, step, force = self._at(s)
-        rest = step * (2.0 * self.corners[1][before] + force) / 6.0
-        return np.asarray(self._sums[1][before] + step * (self._sums[0][before] + rest))
-
     def closed_at(self, s: float) -> tuple[float, float]:
         before = min(bisect_right(self.breakpoints, s), len(self.breakpoints) - 1) - 1
         begin, end = self.breakpoints[before : before + 2]

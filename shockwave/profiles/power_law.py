@@ -42,13 +42,6 @@ class Powers(ShockProfile):
         rising = a1 * np.minimum(s, 1.0) ** (1 + self.rise_exponent)
         return np.asarray(rising + a2 * (1 - self._left(s) ** (1 + self.decay_exponent)))
 
-    def closed_double_integral(self, s: FloatArray) -> FloatArray:
-        a1, a2 = self.closed_areas()
-        rising = a1 * np.minimum(s, 1.0) ** (2 + self.rise_exponent) / (2 + self.rise_exponent)
-        fading = (self.duration_ratio - 1) * (1 - self._left(s) ** (2 + self.decay_exponent))
-        after = np.maximum(s - 1.0, 0.0)
-        return np.asarray(rising + (a1 + a2) * after - a2 * fading / (2 + self.decay_exponent))
-
     def closed_at(self, s: float) -> tuple[float, float]:
         if s <= 1:
             force = s**self.rise_exponent

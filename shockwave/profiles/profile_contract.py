@@ -119,18 +119,18 @@ def check_closed_integrals(
         table = profile.closed_free_path()
         if table is not None:
             table.check()
-        columns = (None, None) if table is None else np.transpose([table.at(end) for end in s.tolist()])
-    for name, column in zip(("double_integral", "running_impulse"), columns, strict=True):
-        with enforce(profile, f"closed_{name}(s) must accept an array of any shape without raising"):
-            values = np.append(getattr(profile, name)(s[:-1]), getattr(profile, name)(s[-1]))
-        integrals = [profile.integral(0.0, end, _QUADRATURE, name == "double_integral") for end in s.tolist()]
-        whole = error * integrals[-1].value
-        for index, (end, right) in enumerate(zip(s.tolist(), integrals, strict=True)):
-            # The decay involves differences of integrals over the whole pulse; near 0 no digits need be lost.
-            allowed = error * right.value if end <= 1 else whole
-            _require_near(profile, f"closed_{name}(s)", values[index], right, allowed, end)
-            if column is not None:
-                _require_near(profile, f"closed_free_path(): {name}", column[index], right, whole, end)
+        columns = () if table is None else np.transpose([table.at(end) for end in s.tolist()])
+    with enforce(profile, "closed_running_impulse(s) must accept an array of any shape without raising"):
+        impulses = np.append(profile.running_impulse(s[:-1]), profile.running_impulse(s[-1]))
+    for end, impulse in zip(s.tolist(), impulses.tolist(), strict=True):
+        right = profile.integral(0.0, end, _QUADRATURE)
+        # The decay involves differences of integrals over the whole pulse; near 0 no digits need be lost.
+        allowed = error * (right.value if end <= 1 else areas.total)
+        _require_near(profile, "closed_running_impulse(s)", impulse, right, allowed, end)
+    for name, column in zip(("displacement", "impulse"), columns, strict=False):
+        integrals = [profile.integral(0.0, end, _QUADRATURE, name == "displacement") for end in s.tolist()]
+        for end, value, right in zip(s.tolist(), column, integrals, strict=True):
+            _require_near(profile, f"closed_free_path(): {name}", value, right, error * integrals[-1].value, end)
 
 
 def _require_near(

@@ -61,10 +61,10 @@ class ShockProfile(Explained, abc.ABC):
     3. Values are finite, never negative, and at most 1; ``rise(1)`` and ``decay(1)`` are 1.
     4. ``breakpoints`` ascends from 0 to n and contains 1 and every s at which the force or one of its first few
        derivatives is discontinuous. The default is (0, 1, n).
-    5. ``closed_areas``, ``closed_running_impulse`` and ``closed_double_integral`` return None (the default: the
-       integral is computed by quadrature) or the exact integral, accurate to a few units in the last place.
-       ``closed_free_path`` returns None (the default: polynomials are fitted to the force) or the table of
-       impulse and displacement on [0, n], as accurate.
+    5. ``closed_areas`` and ``closed_running_impulse`` return None (the default: the integral is computed by
+       quadrature) or the exact integral, accurate to a few units in the last place. ``closed_free_path`` returns None
+       (the default: polynomials are fitted to the force) or the table of impulse and displacement on [0, n], as
+       accurate.
     6. ``recorded_peak_force`` and ``recorded_rise_time`` are None (the default), or the peak force [N] and the rise
        time [s] of the measurement that the shape was read from.
     7. ``notes`` are sentences that state the changes made to the given data; none by default.
@@ -129,10 +129,6 @@ class ShockProfile(Explained, abc.ABC):
         """Exact integral of the force from 0 to s, 0 <= s <= n, or None; same shape as ``s``."""
         return None
 
-    def closed_double_integral(self, s: FloatArray) -> FloatArray | None:
-        """Exact integral of the running impulse from 0 to s, 0 <= s <= n, or None; same shape as ``s``."""
-        return None
-
     def closed_free_path(self) -> FreePath | None:
         """Exact table of impulse and displacement on [0, n], or None."""
         return None
@@ -185,22 +181,12 @@ class ShockProfile(Explained, abc.ABC):
         """
         inside: FloatArray = np.clip(np.asarray(s, dtype=float), 0.0, self.duration_ratio)
         closed = self.closed_running_impulse(inside) if quadrature is None else None
-        return closed if closed is not None else self._integrate_to(inside, quadrature, double=False)
-
-    def double_integral(self, s: npt.ArrayLike, quadrature: str | None = None) -> FloatArray:
-        """Integral of the running impulse from 0 to ``s``, in units of F0 t0^2.
-
-        This is the displacement of a free granule of unit mass under the force; after n it is linear in ``s``.
-        ``quadrature`` as in `areas`. Same shape as ``s``.
-        """
-        s = np.asarray(s, dtype=float)
-        inside = np.clip(s, 0.0, self.duration_ratio)
-        closed = self.closed_double_integral(inside) if quadrature is None else None
-        within = closed if closed is not None else self._integrate_to(inside, quadrature, double=True)
-        beyond = np.maximum(s - self.duration_ratio, 0.0)
-        if not np.any(beyond):
-            return within
-        return within + beyond * self.running_impulse(self.duration_ratio, quadrature)
+        if closed is not None:
+            return closed
+        # Each interval between ends is integrated once; all sums are of positive numbers.
+        points, places = np.unique(np.append(0.0, inside), return_inverse=True)
+        pieces = [self.integral(begin, end, quadrature).value for begin, end in pairwise(points.tolist())]
+        return np.cumsum([0.0, *pieces])[places.ravel()[1:]].reshape(inside.shape)
 
     def free_path(self) -> FreePath:
         """Free-particle displacement and running impulse on [0, n] as a table, for evaluation at many s.
@@ -213,23 +199,12 @@ class ShockProfile(Explained, abc.ABC):
         closed = self.closed_free_path()
         return _fit(self) if closed is None else closed
 
-    def integral(self, begin: float, end: float, quadrature: str | None, double: bool) -> Integral:
+    def integral(self, begin: float, end: float, quadrature: str | None, double: bool = False) -> Integral:
         """Impulse from ``begin`` to ``end``, or with ``double`` its integral, 0 <= begin <= end <= n, by quadrature."""
         points = [begin, *(p for p in self.breakpoints if begin < p < end), end]
         # Cauchy's formula for repeated integration avoids the difference of large numbers.
         integrand = (lambda s: (end - s) * self.force(s)) if double else self.force
         return _integrate(quadrature, integrand, points)
-
-    def _integrate_to(self, ends: FloatArray, quadrature: str | None, double: bool) -> FloatArray:
-        # Each interval between ends is integrated once; all sums are of positive numbers.
-        points, places = np.unique(np.append(0.0, ends), return_inverse=True)
-        impulse, path, integrals = 0.0, 0.0, [0.0]
-        for begin, end in pairwise(points.tolist()):
-            if double:
-                path += (end - begin) * impulse + self.integral(begin, end, quadrature, double=True).value
-            impulse += self.integral(begin, end, quadrature, double=False).value
-            integrals.append(path if double else impulse)
-        return np.array(integrals)[places.ravel()[1:]].reshape(ends.shape)
 
 
 @memoize

@@ -110,7 +110,6 @@ AT_ONCE: dict[str, tuple[Any, str, str]] = {
     "descending": (broken(breakpoints=(0.0, 1.0, 2.5, 2.0, 3.0)), "4", "breakpoints must be numbers that ascend"),
     "area": (broken(closed_areas=lambda _: (0.5, 1.01)), "5", "must be 1, the value by quadrature (got 1.01)"),
     "infinite": (broken(closed_running_impulse=infinite), "5", "the value by quadrature (got inf) at s = 1.6"),
-    "path": (broken(closed_double_integral=lambda _, s: s**2), "5", "the value by quadrature (got 0.09) at s = 0.3"),
     "no-table": (broken(closed_free_path=lambda _: (1.0, 2.0)), "5", "closed_free_path() must return a FreePath"),
     "negative-record": (broken(recorded_peak_force=-1.0), "6", "recorded_peak_force must be > 0 (got -1.0)"),
     "one-note": (broken(notes="a sentence"), "7", "notes must be a tuple of sentences (got 'a sentence')"),
@@ -142,7 +141,7 @@ IN_TESTS: dict[str, tuple[Any, str, str]] = {
     "jump": (broken(decay=lambda _, s: np.where(s < 2.3, 1.0, 0.5)), KINKS, "has a jump or a kink at s = 2.3,"),
     "digits-of-area": (broken(closed_areas=lambda _: (0.5, 1.0 + 1e-9)), DIGITS, "must be 1, the value by quadrature"),
     "impulse": (broken(closed_running_impulse=lost_digits), DIGITS, "(got 5.000444502911705e-13) at s = 1e-06"),
-    "table": (broken(closed_free_path=wrong_table), DIGITS, "closed_free_path(): double_integral must be "),
+    "table": (broken(closed_free_path=wrong_table), DIGITS, "closed_free_path(): displacement must be "),
     "changeable": (Undecorated(), VALUE, ""),
 }
 

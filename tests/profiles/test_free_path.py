@@ -13,7 +13,6 @@ from shockwave.profiles.exponential import Exponential
 from shockwave.profiles.free_path import FreePath, _assemble, _sample
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.shock_profile import ShockProfile
-from shockwave.profiles.tabulated import Tabulated
 from shockwave.profiles.triangular import Triangular
 from support.profile_references import Formula, exact_integral
 from support.programs import SCENE, command, loaded
@@ -30,13 +29,6 @@ SHARES = (0.0, 1e-9, 1e-5, 1e-3, 0.1, 0.3, 0.5, 0.77, 0.97, 1 - 1e-4, 1 - 1e-9, 
 def open_form(profile: ShockProfile) -> Formula:
     """The force of a profile without its closed forms."""
     return Formula(profile.rise, profile.decay, profile.duration_ratio, profile.breakpoints)
-
-
-def record(size: int) -> Tabulated:
-    times = np.linspace(0, 3, size)
-    forces = np.sin(np.pi * times / 3) ** 2 * (1 + 0.3 * np.sin(40 * times))
-    forces[[0, -1]] = 0
-    return Tabulated(times, forces)
 
 
 def named(profile: ShockProfile) -> object:
@@ -63,13 +55,6 @@ def digits_lost(profile: ShockProfile, table: FreePath) -> float:
     s = places(profile.duration_ratio)
     path, impulse = (np.array([exact_integral(profile, integrals, each) for each in s]) for integrals in (2, 1))
     return errors(table, s, path, impulse)
-
-
-def closed_lost(profile: ShockProfile, table: FreePath, seed: int = 1) -> float:
-    n = profile.duration_ratio
-    inside = np.random.default_rng(seed).uniform(0, n, 300)
-    s = np.concatenate((inside, table.rows[:: max(1, len(table.rows) // 200), 0], [n]))
-    return errors(table, s.tolist(), profile.double_integral(s), profile.running_impulse(s))
 
 
 # ---------------------------------------------------------------- digits
@@ -99,14 +84,6 @@ def test_the_error_covers_a_force_that_is_rounded(rates: tuple[float, float], n:
     profile = Exponential(rise_rate=rates[0], decay_rate=rates[1], duration_ratio=n)
     table = profile.free_path()
     assert digits_lost(profile, table) <= table.error <= 1e-11
-
-
-@pytest.mark.parametrize("size", [3, 4, 50, 1001, 40_001])
-def test_records_are_accurate_to_fourteen_digits(size: int) -> None:
-    profile = record(size)
-    table = profile.free_path()
-    assert len(table.rows) == size - 1
-    assert closed_lost(profile, table) <= table.error <= TOLERANCE
 
 
 @pytest.mark.parametrize("part", ["missing", "rounding"])

@@ -1,4 +1,4 @@
-"""Profiles: force, areas, running impulse and double integral; closed forms against 40 digits."""
+"""Profiles: force, areas and running impulse; closed forms against 40 digits."""
 
 from __future__ import annotations
 
@@ -92,22 +92,13 @@ def test_a_steep_force_has_a_layer_in_which_steps_and_quadratures_end(rate: floa
 
 
 @pytest.mark.parametrize("profile", ONE_OF_EACH)
-def test_integrals_are_zero_before_the_shock_and_the_impulse_is_constant_after_it(profile: ShockProfile) -> None:
+def test_the_impulse_is_zero_before_the_shock_and_constant_after_it(profile: ShockProfile) -> None:
     n = profile.duration_ratio
-    assert profile.running_impulse([-5.0, 0.0]).tolist() == profile.double_integral([-5.0, 0.0]).tolist() == [0.0, 0.0]
+    assert profile.running_impulse([-5.0, 0.0]).tolist() == [0.0, 0.0]
     assert len(set(profile.running_impulse([n, n + 1e-9, 1e6]).tolist())) == 1
 
 
-@pytest.mark.parametrize("beyond", [1e-6, 1.0, 1e6])
-@pytest.mark.parametrize("profile", ONE_OF_EACH)
-def test_double_integral_is_linear_after_the_shock(profile: ShockProfile, beyond: float) -> None:
-    n = profile.duration_ratio
-    expected = float(profile.double_integral(n)) + beyond * float(profile.running_impulse(n))
-    # n + beyond is itself rounded.
-    assert float(profile.double_integral(n + beyond)) == pytest.approx(expected, rel=1e-15, abs=1e-14)
-
-
-@pytest.mark.parametrize("method", ["force", "running_impulse", "double_integral"])
+@pytest.mark.parametrize("method", ["force", "running_impulse"])
 def test_exponential_without_rates_is_the_triangle(method: str) -> None:
     s = np.linspace(-0.5, 5.5, 61)
     exponential = Exponential(rise_rate=0, decay_rate=0, duration_ratio=5)
@@ -128,10 +119,6 @@ def test_integrals_of_a_profile_without_closed_forms(quadrature: str) -> None:
     s = np.array([0.0, 1e-6, 0.5, 1.0, 1.5, 2.0])
     impulse = 4 / math.pi * np.sin(math.pi * s / 4) ** 2
     np.testing.assert_allclose(sine().running_impulse(s, quadrature), impulse, rtol=1e-12)
-    s = np.array([0.0, 0.5, 1.0, 1.5, 2.0, 3.0])
-    path = 2 / math.pi * (s - 2 / math.pi * np.sin(math.pi / 2 * s))
-    path[-1] = 2 / math.pi * 2 + 4 / math.pi
-    np.testing.assert_allclose(sine().double_integral(s, quadrature), path, rtol=1e-12)
 
 
 # ---------------------------------------------------------------- against 40 digits
@@ -142,16 +129,15 @@ FADING = (1e-6, 0.3, 0.9, 1 - 1e-6, 1.0)
 
 
 @pytest.mark.parametrize("profile", EXACT_CASES.values(), ids=EXACT_CASES)
-@pytest.mark.parametrize(("method", "integrals"), [("running_impulse", 1), ("double_integral", 2)])
-def test_integrals_keep_their_digits(profile: ShockProfile, method: str, integrals: int) -> None:
-    integral, n = getattr(profile, method), profile.duration_ratio
+def test_the_impulse_keeps_its_digits(profile: ShockProfile) -> None:
+    impulse, n = profile.running_impulse, profile.duration_ratio
     for s in RISING:
         # Relative, however small: a rounding of s is multiplied by a rate of 300.
-        assert float(integral(s)) == pytest.approx(exact_integral(profile, integrals, s), rel=1e-13, abs=0)
+        assert float(impulse(s)) == pytest.approx(exact_integral(profile, 1, s), rel=1e-13, abs=0)
     for share in FADING:
-        s, whole = 1 + share * (n - 1), float(integral(n))
+        s, whole = 1 + share * (n - 1), float(impulse(n))
         # Of the whole, as sums over the whole are subtracted.
-        assert float(integral(s)) == pytest.approx(exact_integral(profile, integrals, s), rel=1e-15, abs=1e-15 * whole)
+        assert float(impulse(s)) == pytest.approx(exact_integral(profile, 1, s), rel=1e-15, abs=1e-15 * whole)
 
 
 @pytest.mark.parametrize("profile", EXACT_CASES.values(), ids=EXACT_CASES)

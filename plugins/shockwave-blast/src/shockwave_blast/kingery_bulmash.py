@@ -138,9 +138,6 @@ class KingeryBulmash(ShockProfile):
     def closed_running_impulse(self, s: FloatArray) -> FloatArray:
         return self._pulse.closed_running_impulse(s)
 
-    def closed_double_integral(self, s: FloatArray) -> FloatArray:
-        return self._pulse.closed_double_integral(s)
-
     @property
     def scaled_distance(self) -> float:
         """Z = R/W^(1/3) [m/kg^(1/3)]."""

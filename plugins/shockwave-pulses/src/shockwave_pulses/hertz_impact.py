@@ -16,10 +16,6 @@ __all__ = ["HertzImpact"]
 # Time to the greatest indentation over indentation/speed: (2/5) B(2/5, 1/2) = 1.4716.
 _TURN = 0.4 * math.gamma(0.4) * math.sqrt(math.pi) / math.gamma(0.9)
 _AREA = 0.8 / _TURN
-# Below this w, s - u/turn is computed by its series, because the difference loses digits.
-_SMALL = 0.5
-# Terms of this series, for an error below rounding at w = _SMALL.
-_TERMS = 50
 _NEEDED = (
     "ball_mass",
     "ball_speed",
@@ -175,13 +171,6 @@ class HertzImpact(ShockProfile):
         # 1 - speed as a quotient, without cancellation for a small loss of speed
         return np.asarray(_AREA * np.where(s <= 1.0, stored / (1.0 + speed), 1.0 + speed))
 
-    def closed_double_integral(self, s: FloatArray) -> FloatArray:
-        stored, _ = _energies(np.minimum(s, 2.0 - s))
-        small = np.minimum(stored, _SMALL)
-        free = stored**0.4 / _TURN
-        lag = np.where((s <= 1.0) & (stored <= _SMALL), free * np.polyval(_LAG, small), s - free)
-        return np.asarray(_AREA * lag)
-
 
 def _energies(s: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Stored and kinetic energy over their sum, w = u^(5/2) and 1 - w, for 0 <= s <= 1; both accurate."""
@@ -194,18 +183,6 @@ def _energies(s: FloatArray) -> tuple[FloatArray, FloatArray]:
         betaincinv(0.5, 0.4, np.where(early, 0.5, 1.0 - s)),
     )
     return np.where(early, lesser, 1.0 - lesser), np.where(early, 1.0 - lesser, lesser)
-
-
-def _lag_series() -> list[float]:
-    """Coefficients, highest first, of s turn/u - 1 = sum over k >= 1 of (1/2)_k/k! 0.4/(k + 0.4) w^k."""
-    terms, binomial = [0.0], 1.0
-    for k in range(1, _TERMS + 1):
-        binomial *= (k - 0.5) / k
-        terms.append(binomial * 0.4 / (k + 0.4))
-    return terms[::-1]
-
-
-_LAG = _lag_series()
 
 
 def _impact_of(impact: HertzImpact) -> tuple[float, float]:
