@@ -17,8 +17,13 @@ Decision = Literal["below", "above", "undecided"]
 WAVE = "peak force of the leading wave"
 #: Description of the force transmitted by a finite chain without a wall, and with one.
 LAST, WALL = "force at the last contact", "force on the wall"
-#: Remedy for a simulated time that is too short.
+#: Remedies for a force that may be greater later: where a later end of the simulated time helps, and where none does.
 LATER = "simulate to a later end"
+UNDAMPED = "state a damping, without which waves never cease"
+UNBOUNDED = "compare longer simulations, because no bound of the later force is known"
+# Most digits of a limit in newtons, and digits of one in other units.
+_STATED = 9
+_ROUNDED = 6
 # Relative half-width below which the printed digits show the range.
 _SMALL = 1e-3
 # Relative error that the digits of the ends of a wide range show: three digits.
@@ -89,8 +94,9 @@ class LeavingForce:
         The force and the ends of its range [N]; None where they are not known.
     remedy : str
         What would decide a verdict that this range leaves open.
-    later : float
-        Bound of the force after the end of the simulated time [N].
+    later, later_remedy : float, str
+        Bound of the force after the end of the simulated time [N], and what would decide a verdict that only this
+        bound leaves open.
     """
 
     name: str
@@ -99,11 +105,12 @@ class LeavingForce:
     high: float | None = None
     remedy: str = ""
     later: float = 0.0
+    later_remedy: str = LATER
 
     @classmethod
     def from_simulation(cls, name: str, value: float, error: float) -> LeavingForce:
         """The force by simulation with the estimate of its absolute ``error`` [N]; an error of 100 % is not known."""
-        ends = {"low": value - error, "high": value + error} if error < value else {}
+        ends: dict[str, Any] = {"low": value - error, "high": value + error} if error < value else {}
         return cls(name=name, value=value, **ends, remedy="simulate with a smaller tolerance")
 
 
@@ -134,7 +141,9 @@ class Verdict:
     remedy: str | None = None
 
     def __str__(self) -> str:
-        limit = f"the limit of {si(self.limit, 'N', 12)}"
+        # a number of newtons is shown as it was stated, one converted from other units rounded
+        digits = _STATED if float(f"{self.limit:.{_STATED}g}") == self.limit else _ROUNDED
+        limit = f"the limit of {si(self.limit, 'N', digits)}"
         figures = f"{self.force} {self._figures()}"
         if self.decision == "undecided":
             return f"undecided for {limit}: {figures}; to decide, {self.remedy}"
@@ -148,19 +157,20 @@ class Verdict:
             return "has not acted yet"
         if self.low is None or self.high is None:
             return f"{si(self.value, 'N', 2)} or more" if self.low else f"{si(self.value, 'N', 2)}, error not known"
-        error = (self.high - self.low) / 2 / self.value
-        nearest = min(self.high - self.value, self.value - self.low) / self.value
-        # the force that was found is accurate where only a later one may be greater
-        value = si(self.value, "N", error=max(nearest, _SMALL) if nearest < error / 10 and error > _SMALL else error)
+        width, error = (self.high - self.low) / 2 / self.value, 1 - self.low / self.value
+        value = si(self.value, "N", error=error)
         # finer than the value, so that rounding moves no end across the limit
-        low, high = (si(force, "N", error=min(error / 10, _FINEST)) for force in (self.low, self.high))
-        return f"{value}, range {low} to {high}" if error > _SMALL else value
+        low, high = (si(force, "N", error=min(width / 10, _FINEST)) for force in (self.low, self.high))
+        if error < _SMALL < width:  # only a later force may be greater
+            return f"{value}, later at most {high}"
+        return f"{value}, range {low} to {high}" if width > _SMALL else value
 
 
 def verdict(limit: Limit, force: LeavingForce) -> Verdict:
     """The verdict on a ``force``."""
     if force.high is not None and force.later > force.high:
-        force = evolve(force, high=force.later if force.later < math.inf else None, remedy=LATER)
+        advice = force.later_remedy if force.high < limit.force else force.remedy
+        force = evolve(force, high=force.later if force.later < math.inf else None, remedy=advice)
     decision: Decision = "undecided"
     if force.high is not None and force.high < limit.force:
         decision = "below"

@@ -19,7 +19,7 @@ from shockwave.engine.backend import chosen
 from shockwave.engine.mixed_chain_problem import Motion
 from shockwave.engine.nystroem_integrators import Rkn86
 from shockwave.registry.registry import load
-from shockwave.scene.force_limit import LAST, WALL, WAVE, LeavingForce
+from shockwave.scene.force_limit import LAST, LATER, UNBOUNDED, UNDAMPED, WALL, WAVE, LeavingForce
 from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.yielding import UNJUDGED, Yielding, beyond_elastic, first_yield_force, strength_of
@@ -109,6 +109,7 @@ def simulate_chain(
     leaving = LeavingForce(name=WAVE, remedy="simulate a finite chain")
     if not endless:
         leaving = last_force(WALL if case.has_wall else LAST, runs.peak(-1), motion.arrival is not None, later)
+        leaving = evolve(leaving, later_remedy=_later_remedy(case, motion, later))
     recoil = None if rebounding is None else 0.0 - math.fsum(masses[: len(rebounding)] * rebounding)
     return Simulation(
         scene=scene,
@@ -211,7 +212,7 @@ def _warn_unfinished(case: ChainSetup, motion: Motion, velocities: FloatArray, a
         excess = float(stiffness * overlap**case.assembly.exponent - case.assembly.static_forces[-1])
         # a striker may lie on the chain
         if min(abs(excess), abs(excess - case.assembly.weight)) > _STILL_ACTING * motion.dynamic_forces[-1] > 0:
-            yield "A wave acts on the wall at the end of the simulated time: its impulse is incomplete (extend until)."
+            yield f"A wave acts on the wall at the end of the simulated time: its impulse is incomplete {case.advice}."
     if not case.layout.weight and _restitution(case, motion, velocities, apart) is not None:
         others = velocities[1:]
         if others.min() < velocities[0] or (case.has_wall and others.max() > -velocities[0]):
@@ -271,16 +272,24 @@ def _later_force(case: ChainSetup, motion: Motion) -> float:
     return float(case.scales.force * (k[-1] * overlap**p + damping))
 
 
+def _later_remedy(case: ChainSetup, motion: Motion, later: float) -> str:
+    """What lowers the bound of the ``later`` force."""
+    if later == math.inf and not case.is_undamped:
+        unfinished = case.assembly.force is not None and motion.end < case.assembly.force.duration
+        return LATER if unfinished else UNBOUNDED
+    return UNDAMPED if case.is_undamped else LATER
+
+
 def _later_warning(case: ChainSetup, motion: Motion, later: float) -> Iterator[str]:
     """Warning of a greater force on the wall after the end of the simulated time."""
     if case.has_wall and motion.arrival is not None and later > case.scales.force * motion.forces[-1]:
         if later < math.inf:
             force = f"of at most {si(later, 'N', 3)}"
-            yield f"A later collision may exert a greater force on the wall, {force} (extend until)."
+            yield f"A later collision may exert a greater force on the wall, {force} {case.advice}."
         elif case.assembly.force is not None and motion.end < case.assembly.force.duration:
             yield "The shock ends after the simulated time: the force on the wall may still grow (extend until)."
         elif case.assembly.weight:
-            yield "The striker may fall on the chain again, with a greater force on the wall (extend until)."
+            yield "The striker may fall on the chain again, with a greater force on the wall (its bound is not known)."
 
 
 def _count_reached(v: FloatArray) -> int:

@@ -124,6 +124,18 @@ class ChainSetup:
         return self.layout.wall is not None
 
     @property
+    def is_undamped(self) -> bool:
+        """Whether waves never cease, because nothing takes energy from a chain under a static load."""
+        assembly = self.assembly
+        damped = assembly.law is not None or assembly.end_damping or assembly.damping.any()
+        return not damped and bool(assembly.static_forces.any() or assembly.weight)
+
+    @property
+    def advice(self) -> str:
+        """Hint in a warning of waves after the end of the simulated time."""
+        return "(without damping, waves never cease)" if self.is_undamped else "(extend until)"
+
+    @property
     def until(self) -> float | None:
         """Requested end of the simulated time, scaled."""
         until = self.options.until

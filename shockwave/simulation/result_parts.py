@@ -84,6 +84,11 @@ class ContactPeak:
     static_force: float = 0.0
 
     @property
+    def total_error(self) -> float:
+        """Estimated error relative to the whole force."""
+        return 1 - self.low / self.peak_force if self.peak_force else self.error_estimate
+
+    @property
     def low(self) -> float:
         """The force less its error estimate [N]."""
         return self.peak_force - self.error_estimate * (self.peak_force - self.static_force)

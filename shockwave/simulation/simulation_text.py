@@ -283,7 +283,7 @@ def _short_table(header: Sequence[str], items: Sequence[_Item], row: Callable[[_
 def _row(peak: ContactPeak, place: str) -> tuple[str, ...]:
     if not peak.peak_force:
         return place, "no force", "-", "-"
-    force = si(peak.peak_force, "N", error=peak.error_estimate)
+    force = si(peak.peak_force, "N", error=peak.total_error)
     return place, force, si(peak.time, "s", _PEAK_TIME_DIGITS), f"{peak.error_estimate:.0e}"
 
 

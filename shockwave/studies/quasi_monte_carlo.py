@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 from scipy.stats import norm, qmc, sobol_indices, truncnorm, uniform
 
 from shockwave.base.errors import InvalidValueError
@@ -239,12 +239,12 @@ def indices(outputs: FloatArray) -> FloatArray:
 
 
 def exceedance(
-    limit: Limit, name: str, batches: FloatArray, error: float, later: FloatArray | float = 0.0
+    limit: Limit, leaving: LeavingForce, batches: FloatArray, error: float, later: FloatArray | float = 0.0
 ) -> tuple[Exceedance, Verdict]:
     """Probability and verdict for forces that leave the chain, shape (batches, draws per batch), with this error.
 
-    NaN is a force that is not known. After the simulated time the forces are less than ``later``. The range of the
-    verdict contains 98 % of the scenes.
+    NaN is a force that is not known; ``leaving`` is that of the nominal scene. After the simulated time the forces are
+    less than ``later``. The range of the verdict contains 98 % of the scenes.
     """
     is_known, forces = ~np.isnan(batches), np.nan_to_num(batches)
     least, most = (1 - error) * forces, (1 + error) * forces
@@ -260,8 +260,8 @@ def exceedance(
         draws=batches.size,
         undecided=round((possible - certain) * batches.size),
     )
-    force = LeavingForce(
-        name=name,
+    force = evolve(
+        leaving,
         value=float(np.median(forces)) if is_known.all() else None,
         low=float(np.quantile(least, _RANGE[0])),
         high=float(np.quantile(most, _RANGE[1], method="higher")),

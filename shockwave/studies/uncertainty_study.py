@@ -207,7 +207,7 @@ def _result(scenes: UncertainScenes, draws: int, seed: int, rtol: float) -> Unce
         forces, later, leaving = outputs[:, -2, 0], outputs[:, -1, 0], nominal.leaving
         outputs, judgement = outputs[:, :-2], verdict(scenario.limit, leaving)
         if not np.isnan(forces).all():
-            exceedance, judgement = sampling.exceedance(scenario.limit, leaving.name, forces, float(errors[-2]), later)
+            exceedance, judgement = sampling.exceedance(scenario.limit, leaving, forces, float(errors[-2]), later)
     slopes, shares = scenes.slopes(), sampling.estimates(sampling.indices, outputs)
     statistics, notes = [], []
     gradients = zip(scenes.quantities, zip(*slopes, strict=True), strict=True)

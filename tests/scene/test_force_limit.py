@@ -18,6 +18,8 @@ from shockwave.sweep.runner import run_sweep
 from support.command_line import scenario, shockwave
 from support.scenes import STEEL
 
+#: A transmitted force.
+FORCE = LeavingForce(name="force")
 SHOCK = sw.Shock(profile=sw.Triangular(duration_ratio=3.0), peak_force=100.0, rise_time=10e-6)
 #: A chain of 20 granules, whose wall has not been reached after 50 us.
 WALLED: dict[str, Any] = {"granules": 20, "end": sw.Wall()}
@@ -59,6 +61,34 @@ def test_a_greater_later_force_is_the_upper_end_of_the_range(limit: float, decis
     found = verdict(sw.Limit(force=limit), force)
     assert (found.high, found.decision) == (70.0, decision)
     assert found.remedy == ("simulate to a later end" if decision == "undecided" else None)
+
+
+def test_a_later_end_is_the_remedy_only_where_the_force_itself_is_below_the_limit() -> None:
+    force = LeavingForce(name="force", value=50.0, low=49.0, high=61.0, later=70.0, remedy="narrow")
+    assert verdict(sw.Limit(force=60.0), force).remedy == "narrow"
+    forces = np.linspace(50.0, 61.0, 1600).reshape(100, 16).T
+    _, judged = exceedance(sw.Limit(force=60.0), FORCE, forces, 1e-4, 70.0)
+    assert judged.remedy == "narrow the distributions"
+
+
+@pytest.mark.parametrize(
+    ("limit", "shown"),
+    [(38.948664, "38.948664 N"), ("20 lbf", "88.9644 N"), ("0.1 kip", "444.822 N")],
+    ids=["newtons", "pounds", "kip"],
+)
+def test_a_limit_is_shown_as_it_was_stated_or_rounded(limit: float | str, shown: str) -> None:
+    judged = verdict(sw.Limit(force=limit), LeavingForce(name="force", value=50.0, low=49.0, high=51.0))
+    assert f"the limit of {shown}:" in str(judged)
+
+
+def test_the_verdict_and_the_first_line_round_a_force_alike() -> None:
+    # the error estimate is relative to the small dynamic part of the force
+    steel = chain(granules=20, end=sw.Wall(), precompression=500.0)
+    result = sw.simulate(SHOCK, steel, rtol=1e-2, limit=2000.0)
+    assert result.transmitted.error_estimate > 2 * result.transmitted.total_error
+    number = str(result.verdict).partition("force on the wall ")[2].partition(" N")[0]
+    assert f"force {number} N on the wall" in str(result)
+    assert f"force on the wall {number} N," in str(sw.predict(SHOCK, steel, rtol=1e-2))
 
 
 @pytest.mark.parametrize("error", [50.0, 60.0])
@@ -182,6 +212,11 @@ def test_a_static_load_leaves_the_verdict_open_where_a_later_force_may_exceed_th
     chain = sw.Chain(material="stainless-steel-302", diameter=20e-3, granules=3, **load)
     impact = sw.Impact(velocity=0.3, diameter=100e-3)
     early, late = (sw.simulate(impact, chain, until=until) for until in (None, 30e-3))
+    # without damping, the energy under a static load stays, and no end of the simulated time decides
+    remedy = "state a damping, without which waves never cease"
+    assert early.leaving.later_remedy == late.leaving.later_remedy == remedy
+    assert not any("extend until" in each for each in (*early.warnings, *late.warnings))
+    assert any("waves never cease" in each for each in early.warnings) or not bounded
     assert early.transmitted.peak_force < late.transmitted.peak_force <= early.leaving.later
     assert (early.leaving.later < math.inf) == bounded
     between = sw.Limit(force=(early.transmitted.peak_force + late.transmitted.peak_force) / 2)
@@ -295,8 +330,8 @@ def test_the_probability_of_exceedance_is_that_of_the_quantiles(tmp_path: Path) 
 
 def test_the_interval_of_a_probability_includes_the_error_of_each_force() -> None:
     forces = np.linspace(0.0, 1.0, 1600).reshape(100, 16).T
-    exact, _ = exceedance(sw.Limit(force=0.5), "force", forces, 0.0)
-    coarse, _ = exceedance(sw.Limit(force=0.5), "force", forces, 0.1)
+    exact, _ = exceedance(sw.Limit(force=0.5), FORCE, forces, 0.0)
+    coarse, _ = exceedance(sw.Limit(force=0.5), FORCE, forces, 0.1)
     assert exact.probability == coarse.probability == 0.5
     # forces from 0.5 / 1.1 to 0.5 / 0.9 may or may not reach the limit
     assert coarse.low == pytest.approx(exact.low - (0.5 / 0.9 - 0.5), abs=3e-3)
@@ -304,7 +339,7 @@ def test_the_interval_of_a_probability_includes_the_error_of_each_force() -> Non
 
 
 def test_a_probability_without_any_exceedance_is_not_known_to_be_zero() -> None:
-    found, judged = exceedance(sw.Limit(force=2.0), "force", np.full((16, 64), 1.0), 1e-4)
+    found, judged = exceedance(sw.Limit(force=2.0), FORCE, np.full((16, 64), 1.0), 1e-4)
     assert (found.probability, found.low) == (0.0, 0.0)
     assert found.high == pytest.approx(3 / 1024)
     assert judged.decision == "below"
@@ -314,13 +349,13 @@ def test_scenes_without_a_known_bound_are_undecided_and_counted() -> None:
     forces = np.linspace(0.0, 1.0, 1600).reshape(100, 16).T
     # a quarter of the scenes may be struck harder later, half of them by less than the limit
     later = np.where(forces < 0.125, math.inf, np.where(forces < 0.25, 0.4, 0.0))
-    found, judged = exceedance(sw.Limit(force=0.5), "force", forces, 0.0, later)
+    found, judged = exceedance(sw.Limit(force=0.5), FORCE, forces, 0.0, later)
     assert (found.probability, found.draws, found.undecided) == (0.5, 1600, 200)
     assert 0.5 + 0.125 < found.high < 0.5 + 0.125 + 0.01
     assert str(found).endswith("; 200 of 1600 scenes are undecided")
     assert judged.decision == "undecided"
     # a force that is not known, too
-    unknown, _ = exceedance(sw.Limit(force=0.5), "force", np.where(forces > 0.75, math.nan, forces), 0.0)
+    unknown, _ = exceedance(sw.Limit(force=0.5), FORCE, np.where(forces > 0.75, math.nan, forces), 0.0)
     assert unknown.undecided == pytest.approx(400, abs=1)
 
 

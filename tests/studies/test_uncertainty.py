@@ -37,6 +37,7 @@ SPREADS = {
 }
 SCENE = scenes.scenario_of(CASE_A, CHAIN)
 SHORT = sw.Shock(profile=POWER, peak_force=100.0, rise_time=1e-3 * UNITS.time)
+FORCE = LeavingForce(name="force")
 
 
 @cache
@@ -158,15 +159,15 @@ def test_an_exponent_has_the_sign_of_a_relative_change(value: float) -> None:
 
 def test_a_verdict_is_on_the_range_of_98_percent_with_the_error_of_the_simulations() -> None:
     forces = np.linspace(1.0, 2.0, 1600).reshape(100, 16).T
-    _, verdict = exceedance(Limit(force=5.0), "force", forces, 0.1)
+    _, verdict = exceedance(Limit(force=5.0), FORCE, forces, 0.1)
     # the ends of 98 % are 1.01 and 1.99
     assert (verdict.low, verdict.high) == (pytest.approx(1.01 * 0.9, rel=1e-3), pytest.approx(1.99 * 1.1, rel=1e-3))
-    assert exceedance(Limit(force=2.1), "force", forces, 0.1)[1].decision == "undecided"
-    assert exceedance(Limit(force=2.1), "force", forces, 0.0)[1].decision == "below"
+    assert exceedance(Limit(force=2.1), FORCE, forces, 0.1)[1].decision == "undecided"
+    assert exceedance(Limit(force=2.1), FORCE, forces, 0.0)[1].decision == "below"
 
 
 def test_a_force_at_the_limit_reaches_it() -> None:
-    found, _ = exceedance(Limit(force=2.0), "force", np.full((16, 16), 2.0), 0.0)
+    found, _ = exceedance(Limit(force=2.0), FORCE, np.full((16, 16), 2.0), 0.0)
     assert found.probability == 1.0
 
 
