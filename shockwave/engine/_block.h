@@ -47,16 +47,16 @@ INLINE V NAME(previous)(V preceding, V v) { return __builtin_shuffle(preceding, 
 
 INLINE V NAME(greater)(V v, V limit) { return NAME(pick)(NAME(exceeds)(v, limit), v, limit); }
 
-/* The power q of d by the C library, element by element; by roots where possible: they are the same everywhere. */
-INLINE V NAME(power)(V d, double q)
+/* d to the power of the damping. */
+INLINE V NAME(powers)(const March *m, long e, V d)
 {
     double each[WIDTH];
     int i;
-    if (q == 0) return NAME(set)(1);
-    if (q == 0.5) return NAME(square_root)(d);
-    if (q == 0.25) return NAME(square_root)(NAME(square_root)(d));
+    if (m->power == 0) return NAME(set)(1);
+    if (m->power == 0.5) return NAME(square_root)(d);
+    if (m->power == 0.25) return NAME(square_root)(NAME(square_root)(d));
     NAME(store)(each, d);
-    for (i = 0; i < WIDTH; i++) each[i] = pow(each[i], q);
+    for (i = 0; i < WIDTH; i++) each[i] = power_of(each[i], m->powers[e + i]);
     return NAME(load)(each);
 }
 

@@ -41,7 +41,7 @@
 /* ---------------------------------------------------------------- Python interface */
 
 enum { METHOD, ROWS, COEFFICIENTS, STOPS, TIMES, RUN, TABLE, SAMPLES, VIEWS };
-#define SHARED 18 /* rows of the table */
+#define SHARED 20 /* rows of the table */
 
 #define KERNEL(width) \
     (Kernel){attempt_##width, evaluate_##width, complete_##width, error_##width, near_##width, changed_##width, \
@@ -90,8 +90,8 @@ static int read_method(Method *method, const double *from, Py_ssize_t count)
 static int make_rows(March *m, const double *table)
 {
     double **const rows[] = {&m->inverse, &m->k, &m->gap, &m->base, &m->root, &m->still, &m->c, &m->far_w, &m->far_u,
-        &m->scale_w, &m->scale_u, &m->best, &m->since, &m->lost, &m->start.x, &m->start.v, &m->both, &m->on, &m->mobile,
-        &m->reach_w, &m->reach_u, &m->y, &m->z, &m->shares, &m->scratch.f};
+        &m->scale_w, &m->scale_u, &m->best, &m->since, &m->lost, &m->start.x, &m->start.v, &m->both, &m->on, &m->exponents,
+        &m->powers, &m->mobile, &m->reach_w, &m->reach_u, &m->y, &m->z, &m->shares, &m->scratch.f};
     End *const ends[] = {&m->start, &m->finish, &m->trial};
     enum { NAMED = sizeof rows / sizeof *rows, OTHERS = 11 };
     const size_t width = (size_t)(m->bodies + BLOCK) / BLOCK * BLOCK + 2 * BLOCK;
@@ -127,7 +127,14 @@ static void fill_rows(March *m)
         m->gap[j] = -m->r->far;
         m->scale_w[j] = m->scale_u[j] = m->r->largest;
     }
-    for (j = 0; j < m->bodies; j++) m->loaded = m->loaded || m->base[j] > 0;
+    m->hertz = 1;
+    m->power = m->powers[0];
+    for (j = 0; j < m->bodies; j++) {
+        m->loaded = m->loaded || m->base[j] > 0;
+        m->hertz = m->hertz && m->exponents[j] == HERTZ;
+        m->jumps = m->jumps || (m->damped && m->powers[j] == 0);
+        if (m->powers[j] != m->power) m->power = -1;
+    }
     widen(m, (long)smaller((double)m->bodies, m->r->window));
 }
 
@@ -150,11 +157,10 @@ static int set_up(March *m, const Buffers *all)
     Run *r = view[RUN].buf;
     if (view[RUN].len != sizeof(Run) || width < 2 || count[TABLE] % SHARED || !(r->contacts >= 1 && r->contacts <= (double)width - 1)
         || !(r->window >= 1 && r->growth >= 1 && r->left < r->contacts && r->right < r->contacts) || count[SAMPLES] != 3 * width * count[TIMES]) return 0;
-    for (setting = &r->p; setting < &r->status; setting++) if (!(*setting >= 0)) return 0;
+    for (setting = &r->tolerance; setting < &r->status; setting++) if (!(*setting >= 0)) return 0;
     *m = (March){
         .r = r, .kernel = widest(), .stops = view[STOPS].buf, .stop_count = (long)count[STOPS], .times = view[TIMES].buf,
-        .sample_count = (long)count[TIMES], .samples = view[SAMPLES].buf, .hertz = r->p == 1.5, .damped = r->damped != 0,
-        .jumps = r->damped != 0 && r->q == 0, .driven = count[ROWS] > 0, .bodies = (long)width - 1,
+        .sample_count = (long)count[TIMES], .samples = view[SAMPLES].buf, .damped = r->damped != 0, .driven = count[ROWS] > 0, .bodies = (long)width - 1,
         .path = path_of(all, ROWS, r->rise_time, r->peak_force)};
     if (!read_method(&m->method, view[METHOD].buf, count[METHOD]) || (m->driven && !m->path.pieces)) return 0;
     if (m->driven && m->r->time > 0) free_path(&m->path, m->r->time, &m->free[0], &m->free[1]);

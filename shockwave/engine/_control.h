@@ -10,7 +10,7 @@ static double kink_error(const March *m, double h, double force, double idle)
    closed: the force is a power of the time. */
 static double predict(March *m, long j, double h, double size)
 {
-    const double d = m->start.d[j], w = m->start.w[j], at = -d / w / h, p = m->r->p + 1, q = m->r->q + 1;
+    const double d = m->start.d[j], w = m->start.w[j], at = -d / w / h, p = m->exponents[j] + 1, q = m->powers[j] + 1;
     double most = m->r->size;
     if (!(fabs(d) < h * fabs(w))) return size;
     if (at > m->r->soon && (d < 0 || (!m->damped && kink_error(m, h, m->start.raw[j], 1 - at) > m->r->kink_share * allowed(m, j))))
@@ -49,11 +49,11 @@ static double kink_at(const March *m, double h, long j, double share)
     double at, error;
     if (acts == (d1 >= 0 && (!m->damped || raw1 >= 0))) return share;
     at = (d0 < 0) != (d1 < 0) ? root_of(d0, h * s->w[j], d1, h * f->w[j]) : 0.5;
-    if (m->damped && d0 >= 0 && raw0 * raw1 < 0 && (d1 >= 0 || m->r->q == 0))
+    if (m->damped && d0 >= 0 && raw0 * raw1 < 0 && (d1 >= 0 || m->powers[j] == 0))
         at = smaller(d1 >= 0 ? 1 : at, root_of(raw0, rate, raw1, 2 * change - rate));
     else if (m->damped && acts) at *= 0.5; /* the force ends before the contact opens */
     error = kink_error(m, h, larger(raw0, raw1), acts ? 1 - at : at);
-    if (!acts && m->jumps && d0 < 0) {
+    if (!acts && m->jumps && m->powers[j] == 0 && d0 < 0) {
         error += m->c[j] * w * (1 - at) * h;
         if (w > 0) at += 0.5 * late(m, f->x, f->w[j], j) / (h * w);
     }
@@ -91,7 +91,7 @@ static void begin(March *m, int changed)
     long e = 0, j;
     for (j = 0; m->jumps && j < m->n; j++) {
         const double d = (x[j] - x[j + 1]) + m->gap[j] + m->base[j], w = v[j] - v[j + 1], before = m->on[j];
-        m->on[j] = d >= 0 || (w > 0 && d >= -late(m, x, w, j));
+        m->on[j] = d >= 0 || (m->powers[j] == 0 && w > 0 && d >= -late(m, x, w, j));
         changed = changed || m->on[j] != before;
     }
     if (changed) m->kernel.evaluate(m, &m->start, 0, m->padded, m->r->time);

@@ -8,7 +8,7 @@ INLINE V NAME(inside)(const March *m, V d, Mask *closed)
     return NAME(pick)(*closed, d, NAME(set)(1));
 }
 
-/* k d^p of contacts with or without a static overlap, for an exponent other than Hertz's. */
+/* k d^p of contacts with or without a static overlap, for any exponents. */
 INLINE V NAME(power_law)(const March *m, long e, V stretch, V inside, Mask closed)
 {
     double s[WIDTH], d[WIDTH], f[WIDTH];
@@ -16,7 +16,8 @@ INLINE V NAME(power_law)(const March *m, long e, V stretch, V inside, Mask close
     NAME(store)(s, NAME(pick)(closed, stretch, NAME(set)(0)));
     NAME(store)(d, inside);
     for (i = 0; i < WIDTH; i++)
-        f[i] = m->base[e + i] > 0 ? m->still[e + i] * expm1(m->r->p * log1p(s[i] / m->base[e + i])) : m->k[e + i] * pow(d[i], m->r->p);
+        f[i] = m->base[e + i] > 0 ? m->still[e + i] * expm1(m->exponents[e + i] * log1p(s[i] / m->base[e + i]))
+                                  : m->k[e + i] * power_of(d[i], m->exponents[e + i]);
     return NAME(load)(f);
 }
 
@@ -37,12 +38,18 @@ INLINE V NAME(elastic)(const March *m, const int hertz, const int loaded, long e
 /* Force with damping, from the elastic one; `raw` is that before it is cut off. */
 INLINE V NAME(damp)(const March *m, long e, V elastic, V d, V w, V *raw)
 {
-    Mask closed;
-    const double q = m->r->q;
-    const V inside = NAME(inside)(m, d, &closed), viscous = NAME(load)(m->c + e) * NAME(power)(inside, q) * w, zero = NAME(set)(0);
+    Mask closed, jumps, acts;
+    const V inside = NAME(inside)(m, d, &closed), on = NAME(load)(m->on + e), zero = NAME(set)(0), one = NAME(set)(1);
+    const V viscous = NAME(load)(m->c + e) * NAME(powers)(m, e, inside) * w;
     /* only the dashpot of a contact that is off does not act: its force would jump within the step */
-    const Mask acts = q == 0 ? NAME(exceeds)(NAME(load)(m->on + e), zero) : closed;
-    *raw = elastic + (q == 0 ? viscous : NAME(pick)(closed, viscous, zero));
+    if (m->power >= 0) {
+        acts = m->power == 0 ? NAME(exceeds)(on, zero) : closed;
+        *raw = elastic + (m->power == 0 ? viscous : NAME(pick)(closed, viscous, zero));
+    } else {
+        jumps = NAME(reaches)(zero, NAME(load)(m->powers + e));
+        acts = NAME(exceeds)(NAME(pick)(jumps, on, NAME(pick)(closed, one, zero)), zero);
+        *raw = elastic + NAME(pick)(jumps, viscous, NAME(pick)(closed, viscous, zero));
+    }
     return NAME(greater)(NAME(pick)(acts, *raw, elastic), -NAME(load)(m->still + e));
 }
 
@@ -50,8 +57,17 @@ INLINE V NAME(damp)(const March *m, long e, V elastic, V d, V w, V *raw)
 INLINE V NAME(stiffness)(const March *m, const int hertz, long e, V d)
 {
     Mask closed;
-    const V inside = NAME(inside)(m, d, &closed), rate = NAME(power)(inside, hertz ? 0.5 : m->r->p - 1);
-    return NAME(pick)(closed, m->r->p * NAME(load)(m->k + e) * rate, NAME(set)(0));
+    const V inside = NAME(inside)(m, d, &closed), p = hertz ? NAME(set)(HERTZ) : NAME(load)(m->exponents + e);
+    double each[WIDTH];
+    V rate;
+    int i;
+    if (hertz) rate = NAME(square_root)(inside);
+    else {
+        NAME(store)(each, inside);
+        for (i = 0; i < WIDTH; i++) each[i] = power_of(each[i], m->exponents[e + i] - 1);
+        rate = NAME(load)(each);
+    }
+    return NAME(pick)(closed, p * NAME(load)(m->k + e) * rate, NAME(set)(0));
 }
 
 /* Time derivative of the force before it is cut off, from stiffness, overlap, closing velocity and its derivative. */
@@ -60,6 +76,6 @@ INLINE V NAME(rate)(const March *m, long e, V stiffness, V d, V w, V closing)
     Mask closed;
     const V inside = NAME(inside)(m, d, &closed), elastic = stiffness * w;
     if (!m->damped) return elastic;
-    return NAME(pick)(closed, elastic + NAME(load)(m->c + e) * NAME(power)(inside, m->r->q)
-                      * (m->r->q / inside * w * w + closing), NAME(set)(0));
+    return NAME(pick)(closed, elastic + NAME(load)(m->c + e) * NAME(powers)(m, e, inside)
+                      * (NAME(load)(m->powers + e) / inside * w * w + closing), NAME(set)(0));
 }

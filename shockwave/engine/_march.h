@@ -4,11 +4,13 @@
    after the last block, so that the neighbours of every body are in the row; element -1 of the forces is the weight of a
    striker. Bodies beyond the window are at rest: their elements of `mobile` and of the reaches are zero. */
 
+#define HERTZ 1.5     /* exponent of the contact force of spheres */
+
 enum { RUNNING, DONE, TOO_LONG, FAILED };
 
 /* Settings, constants and results of a run, in the order of mixed_chain_run.py, which explains them. */
 typedef struct {
-    double p, q, tolerance, until, duration, rise_time, peak_force, first, longest, contacts, end_stiffness, end_damping,
+    double tolerance, until, duration, rise_time, peak_force, first, longest, contacts, end_stiffness, end_damping,
         most_work, damped, weight;
     double far, largest, min_overlap, window, growth, margin, at_rest, safety, min_factor, max_factor, min_step, min_first, step_work, interval,
         soon, kink, kink_share, most_cuts, located, rounding, elastic, viscous, nearly, hopeless, most_turns, near, nudge,
@@ -49,6 +51,7 @@ struct March {
     Method method;
     const double *stops, *times;
     double *inverse, *k, *gap, *base, *root, *still, *c, *far_w, *far_u, *scale_w, *scale_u, *best, *since, *lost, *both, *on;
+    double *exponents, *powers, power; /* p and q of the contacts, and q if all have the same, else -1 */
     double *mobile, *reach_w, *reach_u, *y, *z, *shares, *stage[MAX_STAGES], *samples, *rows;
     End start, finish, trial, scratch;
     long bodies, n, padded, stop, stop_count, sample, sample_count; /* padded: bodies of the window in whole blocks */
@@ -61,6 +64,15 @@ struct March {
 
 static double larger(double value, double limit) { return value > limit ? value : limit; }
 static double smaller(double value, double limit) { return value < limit ? value : limit; }
+
+/* The power q of d by the C library; by roots where possible: they are the same everywhere. */
+static double power_of(double d, double q)
+{
+    if (q == HERTZ) return d * sqrt(d);
+    if (q == 0.5) return sqrt(d);
+    if (q == 0.25) return sqrt(sqrt(d));
+    return q == 0 ? 1 : pow(d, q);
+}
 
 /* Displacement of body 0 by the applied force since the beginning of the step, `passed` before, and the impulse. */
 static double shift(March *m, double passed, double time, double *impulse)

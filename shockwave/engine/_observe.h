@@ -129,7 +129,6 @@ static void add_work(March *m, double h, double end)
 static void add_losses(March *m, double h)
 {
     const End *s = &m->start, *f = &m->finish;
-    const double p = m->r->p + 1;
     double left = 0, right = 0;
     long j;
     int i;
@@ -140,10 +139,12 @@ static void add_losses(March *m, double h)
     m->r->impulse_left += h * left;
     m->r->impulse_right += h * right;
     /* a contact that is cut off loses its energy, whatever the length of the step */
-    for (j = 0; m->damped && j < m->n; j++)
+    for (j = 0; m->damped && j < m->n; j++) {
+        const double p = m->exponents[j] + 1;
         if (m->k[j] > 0 && (s->raw[j] < 0 || s->d[j] < 0) && (f->raw[j] < 0 || f->d[j] < 0))
             m->lost[j] += m->k[j] / p * (pow(larger(s->d[j], 0), p) - pow(larger(f->d[j], 0), p));
         else m->lost[j] += h * m->shares[j];
+    }
 }
 
 /* Velocity of a striker with a weight when it first leaves the chain. */

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from enum import IntEnum
 
 import numpy as np
+import numpy.typing as npt
 from attrs import Factory, define, frozen
 
 from shockwave.base.errors import NumericalError
@@ -26,7 +27,7 @@ class Status(IntEnum):
 
 
 #: Number of rows that describe a chain and its motion.
-ROWS = 18
+ROWS = 20
 #: Index of the size of the next step in `Job.found`.
 SIZE = 7
 #: Scale of an error that is to be ignored.
@@ -37,12 +38,12 @@ _SOON = 0.1
 _HOPELESS = 2.0
 _HOPELESS_LATER = 10.0
 #: Places of settings.
-UNTIL = 3
-_DURATION = 4
-CONTACTS = 9
-END = slice(10, 12)
-_MOST_WORK = 12
-WEIGHT = 14
+UNTIL = 1
+_DURATION = 2
+CONTACTS = 7
+END = slice(8, 10)
+_MOST_WORK = 10
+WEIGHT = 12
 
 
 @define
@@ -100,8 +101,10 @@ class Job:
         The applied force.
     law : BoundLaw or None
         Contact law of a plugin.
-    settings : array, shape (15,)
-        Exponent, damping power, tolerance, until (infinite: found by the run), duration, rise time and peak force,
+    by_law : array of bool, shape (bodies,)
+        Where it holds.
+    settings : array, shape (13,)
+        Tolerance, until (infinite: found by the run), duration, rise time and peak force,
         first step, longest step under force, number of contacts, stiffness and damping of the end, allowed work,
         damped, weight of a striker.
     stops, times : array
@@ -114,7 +117,7 @@ class Job:
         Status, time, arrival (negative: none), work, steps, evaluations, velocity of a striker with a weight when it
         first leaves the chain (0: it has not), size of the next step, and impulses at the watched contacts, less those
         of the static forces; at first those at the beginning.
-    table : array, shape (18, bodies + 1)
+    table : array, shape (20, bodies + 1)
         The arrays below.
     window : int
         Number of bodies that move at first.
@@ -125,6 +128,7 @@ class Job:
     method: GeneralTableau
     problem: ChainProblem | None
     law: BoundLaw | None
+    by_law: npt.NDArray[np.bool_]
     settings: FloatArray
     stops: FloatArray
     times: FloatArray
@@ -172,3 +176,8 @@ class Job:
     def switches(self) -> FloatArray:
         """Accelerations of the closing velocities by a unit force, and whether dashpots act, shape (2, bodies)."""
         return self.table[16:18, :-1]
+
+    @property
+    def exponents(self) -> FloatArray:
+        """Exponents of the elastic forces, and powers of the damping, shape (2, bodies)."""
+        return self.table[18:20, :-1]

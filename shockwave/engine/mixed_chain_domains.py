@@ -73,23 +73,15 @@ class _Parts:
 
     def __init__(self, contacts: Contacts, compiled: ModuleType | None) -> None:
         self.own, self.job, self.compiled = contacts, contacts.job, compiled
-        self.bodies, self.both, p = contacts.bodies, self.job.switches[0], contacts.p
+        self.bodies, self.both = contacts.bodies, self.job.switches[0]
         self.sizes = np.full(self.bodies, math.inf)
         self.sizes[0] = contacts.first
         self.most = np.zeros(self.bodies)
         self.time, self.arrival, self.until = 0.0, -1.0, contacts.until
         self.steps = self.evaluations = self.effort = self.work = self.rebound = self.impulse = 0.0
         self.next_sample = 0
-        self.stiff = contacts.k ** (1 / p)
-        # a change passes M contacts of frequency o in the time t with the weight (o t)^(2M)/(2M)!, M dashpots of rate g
-        # with (g t)^M/M!
-        mobile = np.sqrt(contacts.inverse[:-1] * contacts.inverse[1:])
-        leak, share = math.log(_LEAK * contacts.tolerance), 2.0 if contacts.damped else 1.0
-        reach = math.exp((math.lgamma(2 * _MARGIN + 1) + leak) / (2 * _MARGIN))
-        self.elastic = reach / math.sqrt(share * _strongest(p * self.stiff[:-1] * mobile))
-        reach = math.exp((math.lgamma(_MARGIN + 1) + leak) / _MARGIN)
-        rates = contacts.c[:-1] * np.maximum(self.stiff[:-1], _TINY) ** -contacts.q * mobile
-        self.viscous = reach / (share * _strongest(rates))
+        self.stiff = contacts.k ** (1 / contacts.p)
+        self.viscous = self.spans_under(1.0)[1]
 
     @property
     def driven(self) -> bool:
@@ -132,11 +124,27 @@ class _Parts:
         """Time in which a change does not pass the margin of a part."""
         own, p = self.own, self.own.p
         energies = np.where((state.d > 0) | (state.w > 0), self.stiff * state.square / self.both, 0.0)
-        force = math.pow((p + 1) / 2 * float(energies.max()), p / (p + 1)) + float(own.static.max()) + own.weight
+        force = float((((p + 1) / 2 * energies) ** (p / (p + 1))).max()) + float(own.static.max()) + own.weight
         if self.driven:
             force = max(force, own.strength)
-        force = max(_RISE * force, _TINY)
-        return min(self.elastic * math.pow(force, (1 - p) / (2 * p)), self.viscous * math.pow(force, -own.q / p))
+        return min(self.spans_under(max(_RISE * force, _TINY)))
+
+    def spans_under(self, force: float) -> tuple[float, float]:
+        """Times in which a change does not pass the elastic contacts, and the dashpots, of a margin.
+
+        A change passes M contacts of frequency o in the time t with the weight (o t)^(2M)/(2M)!, M dashpots of rate g
+        with (g t)^M/M!. The ``force`` is the greatest one.
+        """
+        own, p = self.own, self.own.p[:-1]
+        mobile = np.sqrt(own.inverse[:-1] * own.inverse[1:])
+        leak, share = math.log(_LEAK * own.tolerance), 2.0 if own.damped else 1.0
+        reach = math.exp((math.lgamma(2 * _MARGIN + 1) + leak) / (2 * _MARGIN))
+        elastic = reach / math.sqrt(share * _strongest(p * self.stiff[:-1] * force ** (1 - 1 / p) * mobile))
+        if not own.damped:
+            return elastic, math.inf
+        reach = math.exp((math.lgamma(_MARGIN + 1) + leak) / _MARGIN)
+        overlaps = force ** (1 / p) / np.maximum(self.stiff[:-1], _TINY)
+        return elastic, reach / (share * _strongest(own.c[:-1] * overlaps ** own.q[:-1] * mobile))
 
     def live(self, state: _State, span: float) -> npt.NDArray[np.bool_]:
         """Whether each contact is integrated: it is not quiet, and closed or will be, or it has a static force."""
@@ -231,6 +239,7 @@ class _Parts:
             method=job.method,
             problem=job.problem if driven else None,
             law=None,
+            by_law=job.by_law[first:high],
             settings=settings,
             stops=job.stops[job.stops > self.time] if driven else job.stops[:0],
             times=times,

@@ -7,9 +7,10 @@ from collections.abc import Callable
 from contextlib import suppress
 
 import numpy as np
+import numpy.typing as npt
 from attrs import frozen
 
-from shockwave.base.numerics import FloatArray, elementwise
+from shockwave.base.numerics import FloatArray
 from shockwave.engine.cubic_interpolation import root
 from shockwave.engine.mixed_chain_arrays import Job
 from shockwave.scene.chain import HERTZ
@@ -63,13 +64,13 @@ class End:
     a: FloatArray
 
 
-def greatest_overlap(start: End, finish: End, size: float, tolerance: float) -> float:
-    """Fraction of a step at which an overlap is greatest, where the history of a contact changes; else 1.
+def greatest_overlap(start: End, finish: End, size: float, tolerance: float, contacts: npt.NDArray[np.bool_]) -> float:
+    """Fraction of a step at which an overlap of these ``contacts`` is greatest, where the history changes; else 1.
 
     A step need not be divided if the overlap at its beginning or at its end is the greatest to a relative difference of
     ``tolerance``.
     """
-    turns = np.flatnonzero((start.w > 0) & (finish.w < 0) & (finish.d > 0))
+    turns = np.flatnonzero((start.w > 0) & (finish.w < 0) & (finish.d > 0) & contacts)
     before, after, overlap = start.w[turns], -finish.w[turns], finish.d[turns]
     misses = np.minimum(before, after) ** 2 / (before + after) * size > tolerance * overlap
     return float((before / (before + after))[misses].min(initial=1.0))
@@ -104,16 +105,19 @@ class Contacts:
 
     def __init__(self, job: Job) -> None:
         self.job = job
-        self.p, self.q, self.tolerance, self.until, self.duration, _, self.strength = job.settings[:7].tolist()
-        self.first, self.longest, contacts, self.end_stiffness, self.end_damping = job.settings[7:12].tolist()
-        self.most_work, damped, self.weight = job.settings[12:].tolist()
+        self.tolerance, self.until, self.duration, _, self.strength = job.settings[:5].tolist()
+        self.first, self.longest, contacts, self.end_stiffness, self.end_damping = job.settings[5:10].tolist()
+        self.most_work, damped, self.weight = job.settings[10:].tolist()
         self.inverse, self.k, self.gap, self.base, self.root, self.static, self.c = job.chain[:7]
         self.reach = job.chain[7:]
+        self.p, self.q = job.exponents
+        self.hertz = bool((self.p == HERTZ).all())
         self.bodies, self.contacts = len(self.inverse), int(contacts)
         self.mobile = np.append(self.inverse, 0.0)
         self.both = job.switches[0]
         self.damped, self.loaded = damped != 0, bool(self.base.any())
-        self.jumps = self.damped and self.q == 0 and job.law is None
+        self.by_law = job.by_law
+        self.jumps = self.damped & (self.q == 0) & ~job.by_law
         self.on = np.ones(self.bodies, dtype=bool)
         self.state = np.empty(0) if job.law is None else job.law.initial_state()
 
@@ -142,20 +146,19 @@ class Contacts:
         powers = np.zeros(high - low)
         if self.damped:
             w = v[part] - v[low + 1 : high + 1]
+        inside = np.where(closed, d, 1.0)
+        raw = f = np.where(closed, self.elastic(stretch, d, inside, part), -static)
+        if self.damped:
+            # only the dashpot of a contact that is off does not act: its force would jump within the step
+            jumps = self.q[part] == 0
+            viscous = self.c[part] * _powers(inside, self.q[part]) * w
+            raw = f + np.where(jumps | closed, viscous, 0.0)
+            total = np.maximum(np.where(np.where(jumps, self.on[part], closed), raw, f), -static)
+            powers = (total - f) * w
+            f = total
         if self.job.law is not None:
-            f = raw = self.law_forces(d, w, low, high)
-            powers = f * w
-        else:
-            inside = np.where(closed, d, 1.0)
-            raw = f = np.where(closed, self.elastic(stretch, d, inside, part), -static)
-            if self.damped:
-                # only the dashpot of a contact that is off does not act: its force would jump within the step
-                acts = self.on[part] if self.q == 0.0 else closed
-                viscous = (self.c[part] if self.q == 0.0 else self.c[part] * _power(inside, self.q)) * w
-                raw = f + (viscous if self.q == 0.0 else np.where(closed, viscous, 0.0))
-                total = np.maximum(np.where(acts, raw, f), -static)
-                powers = (total - f) * w
-                f = total
+            here, law = self.by_law[part], self.law_forces(d, w, low, high)
+            raw, f, powers = (np.where(here, law, other) for law, other in ((law, raw), (law, f), (law * w, powers)))
         if high == self.bodies and (self.end_stiffness or self.end_damping):
             f[-1] = self.end_stiffness * x[-2] + self.end_damping * v[-2]
             powers[-1] = self.end_damping * v[-2] * v[-2]
@@ -164,12 +167,13 @@ class Contacts:
     def elastic(self, stretch: FloatArray, d: FloatArray, inside: FloatArray, part: slice) -> FloatArray:
         """Elastic forces minus static ones of some contacts; ``inside`` are the overlaps, or 1 where they are open."""
         k, base, root = self.k[part], self.base[part], np.sqrt(inside)
-        if self.p != HERTZ:
+        if not self.hertz:
+            p = self.p[part]
             if not self.loaded:
-                return np.asarray(k * _power(inside, self.p))
+                return np.asarray(k * _powers(inside, p))
             strain = np.where(d > MIN_OVERLAP, stretch, 0.0) / np.where(base > 0, base, 1.0)
-            strain = _libm(lambda each: math.expm1(self.p * math.log1p(each)), strain)
-            return np.asarray(np.where(base > 0, self.static[part] * strain, k * _power(inside, self.p)))
+            strain = _libm(lambda each, power: math.expm1(power * math.log1p(each)), strain, p)
+            return np.asarray(np.where(base > 0, self.static[part] * strain, k * _powers(inside, p)))
         if not self.loaded:
             return np.asarray(k * (inside * root))
         return np.asarray(k * (stretch * (d + root * self.root[part] + base) / (root + self.root[part])))
@@ -182,7 +186,7 @@ class Contacts:
         assert self.job.law is not None
         every, forces = np.zeros((2, self.bodies)), np.zeros(self.bodies)
         every[:, low:high] = d, w
-        overlaps, velocities = every[:, : self.contacts]
+        overlaps, velocities = (every * self.by_law)[:, : self.contacts]
         forces[: self.contacts] = self.job.law.force(overlaps, velocities, self.state)
         return np.where(d > MIN_OVERLAP, forces[low:high], 0.0)
 
@@ -200,17 +204,15 @@ class Contacts:
         """
         high = low + len(d)
         part, closed = slice(low, high), d > MIN_OVERLAP
-        inside = np.where(closed, d, 1.0)
+        inside, p, q = np.where(closed, d, 1.0), self.p[part], self.q[part]
+        slope = p * self.k[part] * _powers(inside, p - 1) * w
+        if self.damped:
+            slope = slope + self.c[part] * _powers(inside, q) * (q / inside * w * w + closing)
         if self.job.law is not None:
             rate = np.abs(w) / inside + np.abs(closing) / self.job.scales[0, part]
             span = LAW_CHANGE / np.maximum(rate, 1e-300)
             after, before = (self.law_forces(d + side * w, w + side * closing, low, high) for side in (span, -span))
-            slope = (after - before) / (2 * span)
-        else:
-            slope = self.p * self.k[part] * _power(inside, self.p - 1) * w
-            if self.damped:
-                rate = _power(inside, self.q)
-                slope = slope + self.c[part] * rate * (self.q / inside * w * w + closing)
+            slope = np.where(self.by_law[part], (after - before) / (2 * span), slope)
         return np.where(closed, slope, 0.0)
 
     def force_at(self, x: FloatArray, v: FloatArray, j: int, time: float, n: int) -> tuple[float, float]:
@@ -226,7 +228,7 @@ class Contacts:
 
     def first_size(self, j: int, w: float) -> float:
         """Longest step after contact j has closed with the velocity w."""
-        p, q, allowed = self.p + 1, self.q + 1, float(self.allowed(j + 1)[j])
+        p, q, allowed = float(self.p[j]) + 1, float(self.q[j]) + 1, float(self.allowed(j + 1)[j])
         most = math.pow(allowed / (ELASTIC * self.k[j] * math.pow(w, p - 1)), 1 / p)
         if q == 1:
             return most
@@ -273,21 +275,23 @@ class Contacts:
         return float((problem.free(after)[1] - problem.free(before)[1]) / (after - before))
 
 
-def _power(d: FloatArray, q: float) -> FloatArray:
-    """The power q of d, by roots where possible: they are equal to the last bit everywhere."""
-    if q == 0.25:
-        return np.asarray(np.sqrt(np.sqrt(d)))
-    if q == 0.5:
-        return np.sqrt(d)
-    return np.ones_like(d) if q == 0 else _libm(lambda each: math.pow(each, q), d)
+def _powers(d: FloatArray, powers: FloatArray) -> FloatArray:
+    """Powers of d, by roots where possible: they are equal to the last bit everywhere."""
+    roots = np.sqrt(d)
+    values = np.where(powers == 0.5, roots, np.where(powers == HERTZ, d * roots, 1.0))
+    values = np.where(powers == 0.25, np.sqrt(roots), values)
+    others = np.flatnonzero((powers != 0) & (powers != 0.25) & (powers != 0.5) & (powers != HERTZ))
+    if others.size:
+        values[others] = _libm(math.pow, d[others], powers[others])
+    return values
 
 
-def _libm(function: Callable[[float], float], values: FloatArray) -> FloatArray:
+def _libm(function: Callable[[float, float], float], values: FloatArray, powers: FloatArray) -> FloatArray:
     """A function of the C library, as in the compiled code: the steps amplify a difference in the last digit."""
 
-    def bounded(value: float) -> float:
+    def bounded(value: float, power: float) -> float:
         with suppress(OverflowError):
-            return function(value)
+            return function(value, power)
         return math.inf
 
-    return elementwise(bounded, values)
+    return np.fromiter(map(bounded, values.tolist(), powers.tolist()), float, len(values))

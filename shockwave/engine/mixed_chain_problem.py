@@ -1,10 +1,9 @@
-"""Chains of mixed granules in scaled units, and their integration."""
+"""Integration of chains of mixed granules in scaled units."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cached_property
 from types import ModuleType
 
 import numpy as np
@@ -13,165 +12,19 @@ from attrs import frozen
 from shockwave.base.errors import InvalidValueError, NumericalError
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.integrator import Integrator
-from shockwave.engine.mixed_chain_arrays import LARGEST, ROWS, Forecast, Job, Status
+from shockwave.engine.mixed_chain_arrays import ROWS, Forecast, Job, Status
+from shockwave.engine.mixed_chain_assembly import Assembly
 from shockwave.engine.mixed_chain_domains import run
-from shockwave.engine.mixed_chain_forces import FAR, VISCOUS
+from shockwave.engine.mixed_chain_forces import VISCOUS
 from shockwave.engine.nystroem_integrators import Nystroem, Rkn86
 from shockwave.engine.nystroem_tableaux import GeneralTableau, dop853, of_nystroem
-from shockwave.engine.scaled_problem import ChainProblem
 from shockwave.engine.time_limit import is_limited
-from shockwave.scene.contact_law import BoundLaw
 
-# Least fraction of closing velocity and overlap at one contact that is expected at the next, and of their estimates at
-# the first one.
-_EXPECTED = 0.1
-# Least scale of errors, over that at the first contact.
-_LEAST = 1e-60
-# First step, over the time in which the first contact closes.
-_FIRST_STEP = 0.05
 # Least number of steps under the applied force.
 _LEAST_STEPS = 8
 # Largest number of evaluations of a contact force without a time limit, and its increase with the number of bodies.
 _WORK = 2e9
 _WORK_PER_BODY = 6e6
-# Rate in characteristic times beyond which it makes the steps short.
-_FAST = 30.0
-# Gauss-Legendre rule on (0, 1) for the energy of contacts with a static overlap: nodes and weights.
-_RULE = (np.polynomial.legendre.leggauss(12) + np.array([[1.0], [0.0]])) / 2
-
-
-@frozen(eq=False, slots=False)
-class Assembly:
-    """A chain of mixed granules, in scaled units.
-
-    Positions x are displacements from the initial ones. Contact j lies between bodies j and j + 1, the last one between
-    the last body and the wall if there is a fixed one. With the overlap d = d0 + x_j - x_{j+1} its force is
-    F = max(k d^p + c d^q d', 0) where d > 0, else 0. Static forces k d0^p are balanced by constant forces.
-
-    Attributes
-    ----------
-    inverse_masses : array, shape (bodies,)
-        The last body is the end if that is movable.
-    stiffnesses : array, shape (contacts,)
-        k.
-    overlaps : array, shape (contacts,)
-        d0, negative for a gap.
-    exponent : float
-        p.
-    fixed_wall : bool
-        Whether the last contact is with a fixed flat: then there are as many contacts as bodies, else one less.
-    damping : array, shape (contacts,)
-        c.
-    damping_power : float
-        q.
-    end_stiffness, end_damping : float
-        Spring and dashpot between the last body and the ground.
-    force : ChainProblem or None
-        The applied force on body 0; its ``granules`` are not used.
-    velocity, weight : float
-        Initial velocity of body 0, and a constant force on it: the weight of a striker.
-    law : BoundLaw or None
-        Contact law of a plugin, which replaces stiffness and damping.
-    """
-
-    inverse_masses: FloatArray
-    stiffnesses: FloatArray
-    overlaps: FloatArray
-    exponent: float
-    fixed_wall: bool
-    damping: FloatArray
-    damping_power: float
-    end_stiffness: float = 0.0
-    end_damping: float = 0.0
-    force: ChainProblem | None = None
-    velocity: float = 0.0
-    weight: float = 0.0
-    law: BoundLaw | None = None
-
-    @cached_property
-    def is_damped(self) -> bool:
-        """Whether the forces depend on the velocities."""
-        return self.law is not None or self.end_damping > 0 or bool(np.any(self.damping > 0))
-
-    @cached_property
-    def static_forces(self) -> FloatArray:
-        """Static contact forces, shape (contacts,)."""
-        return np.asarray(self.stiffnesses * np.maximum(self.overlaps, 0.0) ** self.exponent)
-
-    @property
-    def _first_scales(self) -> tuple[float, float]:
-        """Orders of magnitude of closing velocity and force, minus the static one, at the first contact."""
-        p, k = self.exponent, float(self.stiffnesses[0])
-        linear = p * k * max(float(self.overlaps[0]), 0.0) ** (p - 1)
-        mass = 1 / float(np.sum(self.inverse_masses[:2]))
-        force = self.weight if self.force is None else self.force.peak_force
-        overlap = min((force / k) ** (1 / p), force / linear if linear else math.inf)
-        velocity = math.sqrt(overlap * force / mass)
-        if self.force is None:
-            velocity, force = max(self.velocity, velocity), math.inf
-        else:
-            velocity = min(velocity, self.force.free(self.force.duration)[1] * float(self.inverse_masses[0]))
-        reached = ((p + 1) / 2 * mass * velocity**2 / k) ** (1 / (p + 1))
-        return velocity, min(force, max(k * reached**p, velocity * math.sqrt(mass * linear)))
-
-    @cached_property
-    def beginning(self) -> tuple[FloatArray, FloatArray, float]:
-        """Rows of a `Job` that describe the chain, the scales of errors at the beginning, and the first step."""
-        inverse, p = np.asarray(self.inverse_masses, dtype=float), self.exponent
-        bodies, contacts = len(inverse), len(self.overlaps)
-        k, offsets, c = np.zeros((3, bodies))
-        k[:contacts], offsets[:contacts], c[:contacts] = self.stiffnesses, self.overlaps, self.damping
-        offsets[contacts:] = -FAR
-        base, gap = np.maximum(offsets, 0.0), np.minimum(offsets, 0.0)
-        before = np.append(inverse[0], inverse[:-1])
-        velocity, force = self._first_scales
-        # overlap of each contact under the force at the first one
-        extent = np.minimum((force / np.where(k > 0, k, 1.0)) ** (1 / p), _ratio(force, p * k * base ** (p - 1)))
-        reach = np.array([2 * inverse / (before + inverse), extent / np.append(extent[0], extent[:-1])])
-        reach = _EXPECTED * np.minimum(reach, 1.0)
-        scales = np.multiply.accumulate(np.column_stack(([1.0, 1.0], reach[:, 1:])), axis=1)
-        scales = np.maximum(scales, _LEAST) * (_EXPECTED * np.array([[velocity], [extent[0]]]))
-        scales[:, contacts:] = LARGEST
-        first = _FIRST_STEP * float(scales[1, 0] / scales[0, 0])
-        return np.array([inverse, k, gap, base, np.sqrt(base), k * base**p, c, *reach]), scales, first
-
-    def cause_of_work(self) -> str:
-        """Keys of the scenario that make the steps of a run short or many."""
-        inverse, p, last = self.inverse_masses, self.exponent, float(self.inverse_masses[-1])
-        lighter = np.maximum(inverse, np.append(inverse[1:], 0.0))[: len(self.overlaps)]
-        force = self._first_scales[1] + float(self.static_forces.max())
-        overlaps = (force / self.stiffnesses) ** (1 / p)
-        elastic = np.sqrt(p * force / overlaps * lighter)
-        rates = {
-            f"the mass or the stiffness at contact {np.argmax(elastic)} (chain.granules, chain.end)": elastic.max(),
-            "chain.damping": (self.damping * overlaps**self.damping_power * lighter).max(),
-            "chain.end.stiffness and the mass of the wall": math.sqrt(self.end_stiffness * last),
-            "chain.end.damping and the mass of the wall": self.end_damping * last,
-        }
-        cause = max(rates, key=lambda each: float(rates[each]))
-        long = "simulate.until, the duration of the shock, or the length of the chain"
-        return cause if rates[cause] > _FAST else long
-
-    def potential(self, x: FloatArray) -> FloatArray:
-        """Integral of the contact force minus its static part from the initial state to ``x``, shape (contacts,).
-
-        Zeros for the law of a plugin: its energy depends on the history, and counts as dissipated.
-        """
-        if self.law is not None:
-            return np.zeros(len(self.overlaps))
-        changes = (x - np.append(x[1:], 0.0))[: len(self.overlaps)]
-        static, p = np.maximum(self.overlaps, 0.0), self.exponent
-        closed = np.maximum(self.overlaps + changes, 0.0)
-        whole = (closed ** (p + 1) - static ** (p + 1)) / (p + 1) - static**p * changes
-        if not static.any():
-            return np.asarray(self.stiffnesses * whole)
-        # Gauss-Legendre quadrature of a force that is nearly linear avoids the difference of large numbers
-        shares, weights = _RULE[:, :, None]
-        strain = changes / np.where(static > 0, static, 1.0)
-        near = (static > 0) & (np.abs(strain) < 0.5)
-        inner = np.where(near, strain, 0.0) * shares
-        slight = np.add.reduce(weights * np.expm1(p * np.log1p(inner)), axis=0) * static**p * changes
-        return np.asarray(self.stiffnesses * np.where(near, slight, whole))
 
 
 @frozen(eq=False, slots=False)
@@ -338,13 +191,14 @@ def _job(assembly: Assembly, tolerance: float, until: float | None, times: Float
     first = _first_step(assembly, first, tolerance * float(scales[0, 0]))
     pulse = (0.0, 1.0, 0.0) if problem is None else (problem.duration, problem.rise_time, problem.peak_force)
     work = math.inf if is_limited() else _WORK + _WORK_PER_BODY * bodies
-    settings = [assembly.exponent, assembly.damping_power, tolerance, math.inf if until is None else until, *pulse]
+    settings = [tolerance, math.inf if until is None else until, *pulse]
     settings += [first, pulse[0] / _LEAST_STEPS, len(assembly.overlaps), assembly.end_stiffness, assembly.end_damping]
     settings += [work, assembly.is_damped, assembly.weight]
     job = Job(
         method=method,
         problem=problem,
         law=assembly.law,
+        by_law=np.zeros(bodies, dtype=bool),
         settings=np.array(settings, dtype=float),
         stops=np.array([] if problem is None else problem.stops),
         times=times,
@@ -355,6 +209,9 @@ def _job(assembly: Assembly, tolerance: float, until: float | None, times: Float
         forecast=Forecast.of(settings, assembly.static_forces, assembly.cause_of_work),
     )
     job.chain[:], job.scales[:] = chain, scales
+    job.exponents[:] = assembly.powers_of_contacts
+    if assembly.law_contacts is not None:
+        job.by_law[: len(assembly.overlaps)] = assembly.law_contacts
     inverse = chain[0]
     job.switches[:] = inverse + np.append(inverse[1:], 0.0), np.ones(bodies)
     job.v[0] = assembly.velocity
@@ -367,8 +224,9 @@ def _first_step(assembly: Assembly, first: float, tolerance: float) -> float:
     The force of the contact then begins with a broken power of the time, which the error estimate of a step does not
     detect. ``tolerance`` is that of the closing velocity.
     """
-    c, q, rate = float(assembly.damping[0]), assembly.damping_power, float(assembly.inverse_masses[0])
-    if assembly.force is None or assembly.law is not None or q == 0 or assembly.overlaps[0] != 0:
+    c, q, rate = (float(each[0]) for each in (assembly.damping, assembly.damping_powers, assembly.inverse_masses))
+    by_law = assembly.law_contacts is not None and assembly.law_contacts[0]
+    if assembly.force is None or by_law or q == 0 or assembly.overlaps[0] != 0:
         return first
     allowed = tolerance / float(np.sum(assembly.inverse_masses[:2]))
     path, impulse = assembly.force.free(first)
@@ -376,11 +234,6 @@ def _first_step(assembly: Assembly, first: float, tolerance: float) -> float:
         first /= 2
         path, impulse = assembly.force.free(first)
     return first
-
-
-def _ratio(one: float, others: FloatArray) -> FloatArray:
-    """Quotients, infinite where a divisor is zero."""
-    return np.asarray(np.where(others > 0, one / np.where(others > 0, others, 1.0), math.inf))
 
 
 def _check(job: Job) -> None:

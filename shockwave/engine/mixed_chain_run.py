@@ -15,9 +15,9 @@ from shockwave.base.numerics import FloatArray
 from shockwave.engine import mixed_chain_forces as forces
 from shockwave.engine.cubic_interpolation import around_tops, root, top
 from shockwave.engine.mixed_chain_arrays import LARGEST, Job, Status
-from shockwave.engine.mixed_chain_forces import Contacts, End, greatest_overlap, has_arrived, is_over, kink_error
+from shockwave.engine.mixed_chain_forces import End, greatest_overlap, has_arrived, is_over, kink_error
 from shockwave.engine.mixed_chain_peaks import MOST_TURNS, NEAR, NUDGE, Overlap
-from shockwave.engine.nystroem_tableaux import scaled_error
+from shockwave.engine.mixed_chain_stages import Stages
 from shockwave.engine.time_limit import expired
 
 # Number of granules by which the window grows.
@@ -74,95 +74,16 @@ def run(job: Job, compiled: ModuleType | None) -> None:
     job.found[:] = progress
 
 
-class _March(Contacts):
+class _March(Stages):
     """A run with NumPy; ``n`` bodies are in the window, the others at rest."""
 
     def __init__(self, job: Job) -> None:
         super().__init__(job)
-        self.n = min(job.window, self.bodies) if job.law is None else self.bodies
-        self.mobile[self.n :] = 0.0
-        stages = len(job.method.nodes)
-        # forces and accelerations, as those of `End`, and powers of the damping
-        self.stages, self.stage_rates = np.zeros((stages, self.bodies + 2)), np.zeros((stages, self.bodies))
-        self.powers = np.zeros((stages, self.bodies))
-        self.stages[:, 0] = self.weight
-        self.weighted = np.empty(0)
         self.stops = [*job.stops.tolist(), math.inf]
-        self.driven = job.problem is not None
-        _, self.time, self.arrival, self.work, self.steps, *rest = job.found.tolist()
-        self.evaluations, self.rebound, self.size, *self.impulses = rest
-        self.free = (0.0, 0.0) if job.problem is None or self.time == 0 else job.problem.free(self.time)
+        _, _, self.arrival, self.work, self.steps, _, self.rebound, self.size, *self.impulses = job.found.tolist()
         self.held = self.effort = 0.0
         self.rejected, self.cuts = False, 0
         self.next_sample = 0
-
-    # ---------------------------------------------------------------- steps
-
-    def attempt(
-        self, start: End, size: float, end: float, low: int, high: int
-    ) -> tuple[FloatArray, FloatArray, list[float]]:
-        """State after a step, of bodies low to high; valid at least one body per stage inside of ends within the chain.
-
-        Also returns the impulses of the applied force at the stages, since the beginning of the step.
-        """
-        method, h, square = self.job.method, size, size * size
-        part = slice(low, high)
-        x, v, inverse = start.x[part], start.v[part], self.inverse[part]
-        whole_y, whole_z = start.x.copy(), start.v.copy()
-        y, z = whole_y[part], whole_z[part]
-        nodes, first, *later = method.columns
-        coasting = x + nodes * h * v
-        impulses = [0.0]
-        self.stages[0], self.stage_rates[0, : self.n] = start.f, start.a[:-1]
-        self.powers[0, : self.n] = start.powers
-        # each acceleration is added at once to all sums that contain it, in the same order as in the compiled code
-        sums = first * self.stage_rates[0, part]
-        terms, row = np.empty_like(sums), 0
-        for i, (c, column) in enumerate(zip(method.nodes[1:].tolist(), later, strict=True), start=1):
-            np.add(coasting[i], square * sums[row], out=y)
-            if method.damped:
-                np.add(v, h * sums[row + 1], out=z)
-            row += 1 + method.damped
-            if self.driven and low == 0:
-                self.push(whole_y, whole_z, impulses, c * h, end if c == 1.0 else self.time + c * h)
-            self.stages[i, low + 1 : high + 1], powers, _ = self.forces(whole_y, whole_z, low, high)
-            if self.damped:
-                self.powers[i, part] = powers
-            f = self.stages[i, low : high + 1]
-            np.multiply(inverse, f[:-1] - f[1:], out=self.stage_rates[i, part])
-            left = sums[row:]
-            left += np.multiply(column, self.stage_rates[i, part], out=terms[row:])
-        # rows: those of position and velocity, then those of their errors
-        self.weighted = sums[row:]
-        np.add(coasting[-1], square * self.weighted[0], out=y)
-        np.add(v, h * self.weighted[1], out=z)
-        self.evaluations += method.evaluations
-        if self.driven and low == 0:
-            self.push(whole_y, whole_z, impulses, h, end)
-        return whole_y, whole_z, impulses
-
-    def push(self, x: FloatArray, v: FloatArray, impulses: list[float], passed: float, time: float) -> None:
-        """Add the motion of body 0 by the applied force within the step, and append its impulse to ``impulses``."""
-        shift, impulse = self.shift(passed, time)
-        impulses.append(impulse)
-        x[0] += shift
-        v[0] += self.inverse[0] * impulse
-
-    def shift(self, passed: float, time: float) -> tuple[float, float]:
-        """Displacement of body 0 by the applied force since the beginning of the step, and the impulse."""
-        problem = self.job.problem
-        assert problem is not None
-        path, impulse = problem.free(time)
-        return float(self.inverse[0]) * ((path - self.free[0]) - passed * self.free[1]), impulse - self.free[1]
-
-    def error(self, size: float) -> float:
-        """Largest error of the last attempt over the tolerance."""
-        n, rates = self.n, self.weighted[2:].reshape(-1, 2, self.n)
-        changes = np.zeros((*rates.shape[:2], n + 1))  # the last element is the wall, which is at rest
-        np.multiply(rates, ((size * size,), (size,)), out=changes[..., :-1])
-        errors = np.abs(changes[..., :-1] - changes[..., 1:])
-        errors /= self.job.scales[::-1, :n]
-        return float(scaled_error(*np.maximum.reduce(errors, axis=(1, 2)).tolist()) / self.tolerance)
 
     def run(self) -> None:
         """Integrate to the end."""
@@ -219,9 +140,9 @@ class _March(Contacts):
         ``last``, the state at the end of the last step, is used again if no contact is switched or added.
         """
         n = self.n
-        if self.jumps:
+        if self.jumps.any():
             d, w = self.overlaps(x, 0, n)[1], v[:n] - v[1 : n + 1]
-            on = (d >= 0) | ((d >= -self.closing_tolerance(x, w, self.time)) & (w > 0))
+            on = (d >= 0) | (self.jumps[:n] & (d >= -self.closing_tolerance(x, w, self.time)) & (w > 0))
             last = last if np.array_equal(on, self.on[:n]) else None
             self.on[:n] = on
         start = last
@@ -248,10 +169,9 @@ class _March(Contacts):
                 opens = kink_error(h, start.raw[near], 1 - at) > _KINK_SHARE * self.allowed(self.n)[near]
                 soon &= (d < 0) | opens
             size = min(size, float((at[soon] * h).min(initial=math.inf)))
-            if self.job.law is None:
-                # a contact has just closed: its force is a power of the time
-                for j in near[np.abs(d) < _SOON * h * w].tolist():
-                    self.size = min(self.size, self.first_size(j, float(start.w[j])))
+            # a contact has just closed: its force is a power of the time
+            for j in near[(np.abs(d) < _SOON * h * w) & ~self.by_law[near]].tolist():
+                self.size = min(self.size, self.first_size(j, float(start.w[j])))
         size = min(size, self.size)
         if size >= left:
             return left, stop
@@ -260,8 +180,9 @@ class _March(Contacts):
 
     def kink(self, start: End, finish: End, size: float) -> float:
         """Fraction of the step at which it should end since a contact closes, opens or is cut off; 1 if it need not."""
-        share = greatest_overlap(start, finish, size, self.tolerance) if self.state.size else 1.0
-        acts, still_acts = self.on[: self.n] if self.jumps else start.d >= 0, finish.d >= 0
+        law = self.by_law[: self.n]
+        share = greatest_overlap(start, finish, size, self.tolerance, law) if self.state.size else 1.0
+        acts, still_acts = self.on[: self.n] if self.jumps.any() else start.d >= 0, finish.d >= 0
         if self.damped:  # otherwise the force has the sign of the overlap, but for rounding under a static force
             acts, still_acts = acts & (start.raw >= 0), still_acts & (finish.raw >= 0)
         changes = acts != still_acts
@@ -274,8 +195,8 @@ class _March(Contacts):
             if (d0 < 0) != (d1 < 0):
                 at = root(d0, size * float(start.w[j]), d1, size * float(finish.w[j]))
             closes = not acts[j]
-            jumps = closes and self.jumps and d0 < 0
-            if self.damped and d0 >= 0 and raw0 * raw1 < 0 and (d1 >= 0 or self.q == 0.0):
+            jumps = closes and self.jumps[j] and d0 < 0
+            if self.damped and d0 >= 0 and raw0 * raw1 < 0 and (d1 >= 0 or self.q[j] == 0):
                 change = raw1 - raw0
                 rate = size * float(start.slope[j]) if raw0 > 0 else change
                 cut = root(raw0, rate, raw1, 2 * change - rate)
@@ -301,7 +222,8 @@ class _March(Contacts):
             lost = size * np.add.reduce(weights * self.powers[:, :n], axis=0)
             # a contact that is cut off loses its energy, whatever the length of the step
             idle = [((end.raw < 0) | (end.d < 0)) & (self.k[:n] > 0) for end in (start, finish)]
-            kept = [self.k[:n] / (self.p + 1) * np.maximum(end.d, 0.0) ** (self.p + 1) for end in (start, finish)]
+            p = self.p[:n] + 1
+            kept = [self.k[:n] / p * np.maximum(end.d, 0.0) ** p for end in (start, finish)]
             job.losses[:n] += np.where(idle[0] & idle[1], kept[0] - kept[1], lost)
         if self.driven:
             self.add_work(finish, size, end, impulses)
@@ -323,8 +245,9 @@ class _March(Contacts):
             self.mobile[n : self.n] = self.inverse[n : self.n]
         self.raise_scales(finish, self.n)
         if job.law is not None:
-            count = self.contacts
-            self.state = job.law.update(finish.d[:count], finish.w[:count], self.state)
+            here = self.by_law[: self.contacts]
+            d, w = (np.where(here, values[: self.contacts], 0.0) for values in (finish.d, finish.w))
+            self.state = job.law.update(d, w, self.state)
         following = self.begin(finish.x, finish.v, finish)
         self.look_for_arrival(following)
         return following

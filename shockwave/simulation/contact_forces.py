@@ -206,10 +206,10 @@ def _warn_unfinished(case: ChainSetup, motion: Motion, velocities: FloatArray, a
     if motion.arrival is None and case.scene.chain.count is not None:
         last = "wall" if case.has_wall else "last contact"
         yield f"The leading wave has not reached the {last} by the end of the simulated time (extend until)."
-    if case.has_wall and case.layout.law is None:
+    if case.has_wall and not case.layout.law_contacts[-1]:
         closing = motion.x[case.granules - 1] - (motion.x[case.granules] if len(motion.x) > case.granules else 0.0)
         stiffness, overlap = case.assembly.stiffnesses[-1], max(float(case.assembly.overlaps[-1] + closing), 0.0)
-        excess = float(stiffness * overlap**case.assembly.exponent - case.assembly.static_forces[-1])
+        excess = float(stiffness * overlap ** case.assembly.exponents[-1] - case.assembly.static_forces[-1])
         # a striker may lie on the chain
         if min(abs(excess), abs(excess - case.assembly.weight)) > _STILL_ACTING * motion.dynamic_forces[-1] > 0:
             yield f"A wave acts on the wall at the end of the simulated time: its impulse is incomplete {case.advice}."
@@ -241,7 +241,7 @@ def _later_force(case: ChainSetup, motion: Motion) -> float:
     if not has_ended or assembly.law is not None or (assembly.weight and not assembly.fixed_wall):
         return math.inf
     masses, apart = 1 / assembly.inverse_masses, _apart(motion.x, v, assembly.overlaps)
-    static, k, p = assembly.static_forces + assembly.weight, assembly.stiffnesses, assembly.exponent
+    static, k, p = assembly.static_forces + assembly.weight, assembly.stiffnesses[-1], float(assembly.exponents[-1])
     # nothing holds the last body: a granule, or a wall without a spring
     is_free = not (assembly.fixed_wall or assembly.end_stiffness or assembly.end_damping)
     granules = len(v) if is_free else case.granules
@@ -254,22 +254,22 @@ def _later_force(case: ChainSetup, motion: Motion) -> float:
         frame = min(frame, _mean(v[first:last], masses[first:last]))
     energy = math.fsum(0.5 * masses[first:last] * (v[first:last] - frame) ** 2) + math.fsum(motion.potential)
     energy += motion.end_energy
-    at_rest = (static / k) ** (1 / p)
+    at_rest = (static / assembly.stiffnesses) ** (1 / assembly.exponents)
     if assembly.weight:
         lowered = np.cumsum((at_rest - assembly.overlaps)[::-1])[::-1]
         energy += assembly.weight * float(lowered[0] - motion.x[0]) - math.fsum(assembly.potential(lowered))
 
     def excess(overlap: float) -> float:
-        stored = k[-1] * (overlap ** (p + 1) - at_rest[-1] ** (p + 1)) / (p + 1) - static[-1] * (overlap - at_rest[-1])
+        stored = k * (overlap ** (p + 1) - at_rest[-1] ** (p + 1)) / (p + 1) - static[-1] * (overlap - at_rest[-1])
         return float(stored - energy)
 
     # half of the elastic energy at this overlap is enough for each of the two other terms
-    upper = max((2 * (p + 1) / k[-1] * energy) ** (1 / (p + 1)), (2 * (p + 1)) ** (1 / p) * at_rest[-1])
+    upper = max((2 * (p + 1) / k * energy) ** (1 / (p + 1)), (2 * (p + 1)) ** (1 / p) * at_rest[-1])
     overlap = bracketed_root(excess, at_rest[-1], upper, "the greatest later overlap") if energy > 0 else at_rest[-1]
     behind = case.granules - 1 - (not case.has_wall)
     closing = math.sqrt(2 * max(energy, 0)) * float(np.sum(np.sqrt(assembly.inverse_masses[behind : behind + 2])))
-    damping = float(assembly.damping[-1]) * overlap**assembly.damping_power * closing
-    return float(case.scales.force * (k[-1] * overlap**p + damping))
+    damping = float(assembly.damping[-1]) * overlap ** float(assembly.damping_powers[-1]) * closing
+    return float(case.scales.force * (k * overlap**p + damping))
 
 
 def _later_remedy(case: ChainSetup, motion: Motion, later: float) -> str:

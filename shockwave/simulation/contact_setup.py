@@ -14,7 +14,8 @@ from shockwave.base.errors import Fault, InvalidValueError, refuse
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.backend import chosen
 from shockwave.engine.integrator import Integrator
-from shockwave.engine.mixed_chain_problem import Assembly, integrate
+from shockwave.engine.mixed_chain_assembly import Assembly
+from shockwave.engine.mixed_chain_problem import integrate
 from shockwave.engine.scaled_problem import ChainProblem
 from shockwave.registry.registry import load
 from shockwave.scene.chain import Chain, Scales
@@ -264,7 +265,7 @@ def _is_rigid(layout: Layout, scales: Scales, wall: Wall, rtol: float, until: fl
 
 
 def _assembly(layout: Layout, scales: Scales, excitation: Shock | Impact, rtol: float, until: float | None) -> Assembly:
-    power, rate = float(layout.pairs.exponents[0]), float(layout.damping_powers[0])
+    powers, rates = layout.pairs.exponents, layout.damping_powers
     length = scales.energy / scales.force
     force = None
     if isinstance(excitation, Shock):
@@ -276,16 +277,17 @@ def _assembly(layout: Layout, scales: Scales, excitation: Shock | Impact, rtol: 
     bodies = layout.masses if wall.mass is None else np.append(layout.masses, wall.mass)
     return Assembly(
         inverse_masses=scales.mass / bodies,
-        stiffnesses=layout.pairs.stiffnesses * (length**power / scales.force),
+        stiffnesses=layout.pairs.stiffnesses * (length**powers / scales.force),
         overlaps=layout.overlaps / length,
-        exponent=power,
+        exponents=powers,
         fixed_wall=layout.wall is not None and wall.mass is None,
-        damping=layout.damping_coefficients * (length**rate * scales.velocity / scales.force),
-        damping_power=rate,
+        damping=layout.damping_coefficients * (length**rates * scales.velocity / scales.force),
+        damping_powers=rates,
         end_stiffness=wall.stiffness * length / scales.force,
         end_damping=wall.damping * scales.velocity / scales.force,
         force=force,
         velocity=layout.velocity / scales.velocity,
         weight=layout.weight / scales.force,
         law=None if law is None else BoundLaw(law, layout.pairs, length, scales.velocity, scales.force),
+        law_contacts=None if law is None else layout.law_contacts,
     )

@@ -166,7 +166,7 @@ MISFITS = {
     "step-at-no-time": ("attempt", "a[5] = None"),
     "run-without-coefficients": ("run", "a[2] = a[2][:0]"),
     "run-with-few-settings": ("run", "a[5] = a[5][:-1].copy()"),
-    "run-of-many-contacts": ("run", "a[5][9] = 1e6"),
+    "run-of-many-contacts": ("run", "a[5][7] = 1e6"),
     "run-with-a-negative-margin": ("run", "a[5][20] = -1e6"),
 }
 

@@ -7,20 +7,24 @@ from typing import Any
 
 import numpy as np
 import pytest
-from attrs import evolve
+from attrs import evolve, frozen
 from scipy.optimize import brentq
 
 import shockwave as sw
 from shockwave.base.errors import InvalidValueError
+from shockwave.base.numerics import FloatArray
 from shockwave.engine.fixed_step_integrators import Verlet
-from shockwave.engine.mixed_chain_problem import Assembly, Motion, integrate
+from shockwave.engine.mixed_chain_assembly import Assembly
+from shockwave.engine.mixed_chain_problem import Motion, integrate
 from shockwave.engine.nystroem_integrators import Rkn64, Rkn1210
 from shockwave.engine.scaled_problem import ChainProblem
 from shockwave.engine.scipy_integrators import Dop853
+from shockwave.scene.contact_law import BoundLaw, ContactLaw, Pairs
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.convergence_runs import tolerances_for
 from support.assemblies import PULSE, mixed, uniform
 from support.chain_reference import Reference
+from support.fixed_steps import runge_kutta
 from support.random_chains import scene as random_scene
 from support.reference_chains import CASES, scenario_of
 
@@ -59,7 +63,7 @@ MIXED = {
     "power": mixed(20, exponent=1.2),
     "precompressed-power": mixed(20, exponent=1.2, overlaps=np.full(20, 0.1)),
     "striker-with-a-weight": striker(8),
-    "damped-striker": evolve(striker(8), damping=np.full(8, 0.05), damping_power=0.5),
+    "damped-striker": evolve(striker(8), damping=np.full(8, 0.05), damping_powers=np.full(8, 0.5)),
     "long": mixed(520),
 }
 
@@ -267,8 +271,7 @@ def test_extremes_are_within_their_bounds(chain: Assembly) -> None:
 def test_a_run_ends_when_all_granules_fly_apart_before_a_wave_arrives(code: Any) -> None:
     # the last granule is so light that no wave reaches it
     masses = np.array([1.0, 1.0, 1e-4])
-    free = {key: np.zeros(2) for key in ("overlaps", "damping")}
-    chain = uniform(3, inverse_masses=1 / masses, stiffnesses=np.ones(2), fixed_wall=False, **free)
+    chain = uniform(2, inverse_masses=1 / masses, fixed_wall=False)
     motion = integrate(chain, 1e-6, compiled=code)
     assert motion.arrival is None
     assert np.all(np.diff(motion.v) > 0)
@@ -287,3 +290,35 @@ def test_integrators_agree(integrator: Any) -> None:
     other = integrate(uniform(5), 1e-9, until=20.0, compiled=compiled, integrator=integrator)
     assert other.integrator == integrator.name
     np.testing.assert_allclose(other.forces, own.forces, rtol=1e-7)
+
+
+def test_laws_that_change_along_the_chain_are_those_of_each_contact() -> None:
+    exponents, powers = np.repeat([1.5, 2.0, 1.2], 4), np.repeat([0.5, 0.0, 0.25], 4)
+    chain = evolve(uniform(12), exponents=exponents, damping=np.repeat([0.1, 0.0, 0.2], 4), damping_powers=powers)
+    one, other = (integrate(chain, 1e-8, until=40.0, compiled=code) for code in (compiled, None))
+    assert one.steps == other.steps
+    np.testing.assert_allclose(one.forces, other.forces, rtol=1e-11)
+    # fixed steps pass the opening of contacts, and the ends of steps miss the maxima
+    np.testing.assert_allclose(one.forces, runge_kutta(chain, 40.0, 0.01).forces, rtol=1e-4)
+    assert abs(one.energy_balance) < 1e-7 * one.work
+
+
+@frozen
+class Copy(ContactLaw):
+    """Hertz's law as that of a plugin."""
+
+    def force(self, overlap: FloatArray, closing_velocity: FloatArray, state: FloatArray, pairs: Pairs) -> FloatArray:
+        return pairs.stiffnesses * np.maximum(overlap, 0.0) ** 1.5
+
+
+def test_a_law_of_a_plugin_stands_beside_power_laws() -> None:
+    chain = mixed(8, damping=np.full(8, 0.05), damping_power=0.5)
+    some = np.arange(8) % 3 == 0
+    chain = evolve(chain, damping=np.where(some, 0.0, chain.damping))
+    pairs = Pairs(*np.ones((4, 8)), exponents=np.full(8, 1.5))
+    by_law = evolve(chain, law=BoundLaw(Copy(), pairs, 1.0, 1.0, 1.0), law_contacts=some)
+    one, other = (integrate(each, 1e-8, until=20.0) for each in (chain, by_law))
+    np.testing.assert_allclose(one.forces, other.forces, rtol=1e-8)
+    # the energies of such contacts are not known, and count as dissipated
+    assert abs(other.energy_balance) < 1e-6 * other.work
+    assert other.potential[some].tolist() == [0.0] * 3

@@ -8,23 +8,23 @@ import numpy as np
 from attrs import evolve
 
 import shockwave as sw
-from shockwave.engine.mixed_chain_problem import Assembly
+from shockwave.engine.mixed_chain_assembly import Assembly
 from shockwave.engine.scaled_problem import ChainProblem
 
 #: A triangular pulse of unit force and rise time.
 PULSE = ChainProblem(sw.PowerLaw(rise_exponent=1, decay_exponent=1, duration_ratio=3), 1.0, 1.0)
 
 
-def uniform(granules: int, **changes: Any) -> Assembly:
+def uniform(granules: int, exponent: float = 1.5, damping_power: float = 0.0, **changes: Any) -> Assembly:
     """Equal granules before a wall, under a triangular pulse."""
     assembly = Assembly(
         inverse_masses=np.ones(granules),
         stiffnesses=np.ones(granules),
         overlaps=np.zeros(granules),
-        exponent=1.5,
+        exponents=np.full(granules, exponent),
         fixed_wall=True,
         damping=np.zeros(granules),
-        damping_power=0.0,
+        damping_powers=np.full(granules, damping_power),
         force=PULSE,
     )
     return evolve(assembly, **changes)

@@ -1,0 +1,186 @@
+"""Chains of mixed granules in scaled units."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+from attrs import frozen
+
+from shockwave.base.numerics import FloatArray
+from shockwave.engine.mixed_chain_arrays import LARGEST
+from shockwave.engine.mixed_chain_forces import FAR
+from shockwave.engine.scaled_problem import ChainProblem
+from shockwave.scene.contact_law import BoundLaw
+
+# Least fraction of closing velocity and overlap at one contact that is expected at the next, and of their estimates at
+# the first one.
+_EXPECTED = 0.1
+# Least scale of errors, over that at the first contact.
+_LEAST = 1e-60
+# First step, over the time in which the first contact closes.
+_FIRST_STEP = 0.05
+# Rate in characteristic times beyond which it makes the steps short.
+_FAST = 30.0
+# Gauss-Legendre rule on (0, 1) for the energy of contacts with a static overlap: nodes and weights.
+_RULE = (np.polynomial.legendre.leggauss(12) + np.array([[1.0], [0.0]])) / 2
+
+
+@frozen(eq=False, slots=False)
+class Assembly:
+    """A chain of mixed granules, in scaled units.
+
+    Positions x are displacements from the initial ones. Contact j lies between bodies j and j + 1, the last one between
+    the last body and the wall if there is a fixed one. With the overlap d = d0 + x_j - x_{j+1} its force is
+    F = max(k d^p + c d^q d', 0) where d > 0, else 0. Static forces k d0^p are balanced by constant forces.
+
+    Attributes
+    ----------
+    inverse_masses : array, shape (bodies,)
+        The last body is the end if that is movable.
+    stiffnesses : array, shape (contacts,)
+        k.
+    overlaps : array, shape (contacts,)
+        d0, negative for a gap.
+    exponents : array, shape (contacts,)
+        p.
+    fixed_wall : bool
+        Whether the last contact is with a fixed flat: then there are as many contacts as bodies, else one less.
+    damping : array, shape (contacts,)
+        c.
+    damping_powers : array, shape (contacts,)
+        q.
+    end_stiffness, end_damping : float
+        Spring and dashpot between the last body and the ground.
+    force : ChainProblem or None
+        The applied force on body 0; its ``granules`` are not used.
+    velocity, weight : float
+        Initial velocity of body 0, and a constant force on it: the weight of a striker.
+    law : BoundLaw or None
+        Contact law of a plugin, which replaces stiffness and damping ...
+    law_contacts : array of bool, shape (contacts,), or None
+        ... at these contacts.
+    """
+
+    inverse_masses: FloatArray
+    stiffnesses: FloatArray
+    overlaps: FloatArray
+    exponents: FloatArray
+    fixed_wall: bool
+    damping: FloatArray
+    damping_powers: FloatArray
+    end_stiffness: float = 0.0
+    end_damping: float = 0.0
+    force: ChainProblem | None = None
+    velocity: float = 0.0
+    weight: float = 0.0
+    law: BoundLaw | None = None
+    law_contacts: npt.NDArray[np.bool_] | None = None
+
+    @cached_property
+    def is_damped(self) -> bool:
+        """Whether the forces depend on the velocities."""
+        return self.law is not None or self.end_damping > 0 or bool(np.any(self.damping > 0))
+
+    @cached_property
+    def static_forces(self) -> FloatArray:
+        """Static contact forces, shape (contacts,)."""
+        return np.asarray(self.stiffnesses * np.maximum(self.overlaps, 0.0) ** self.exponents)
+
+    @cached_property
+    def powers_of_contacts(self) -> FloatArray:
+        """Exponents, and powers of the damping, shape (2, bodies).
+
+        Without a coefficient, the power of a contact is that of others: equal powers take less time.
+        """
+        used = self.damping > 0
+        shared = self.damping_powers[np.argmax(used)]
+        powers = np.empty((2, len(self.inverse_masses)))
+        powers[:, -1] = self.exponents[-1], shared
+        powers[:, : len(used)] = self.exponents, np.where(used, self.damping_powers, shared)
+        return powers
+
+    @property
+    def _first_scales(self) -> tuple[float, float]:
+        """Orders of magnitude of closing velocity and force, minus the static one, at the first contact."""
+        p, k = float(self.exponents[0]), float(self.stiffnesses[0])
+        linear = p * k * max(float(self.overlaps[0]), 0.0) ** (p - 1)
+        mass = 1 / float(np.sum(self.inverse_masses[:2]))
+        force = self.weight if self.force is None else self.force.peak_force
+        overlap = min((force / k) ** (1 / p), force / linear if linear else math.inf)
+        velocity = math.sqrt(overlap * force / mass)
+        if self.force is None:
+            velocity, force = max(self.velocity, velocity), math.inf
+        else:
+            velocity = min(velocity, self.force.free(self.force.duration)[1] * float(self.inverse_masses[0]))
+        reached = ((p + 1) / 2 * mass * velocity**2 / k) ** (1 / (p + 1))
+        return velocity, min(force, max(k * reached**p, velocity * math.sqrt(mass * linear)))
+
+    @cached_property
+    def beginning(self) -> tuple[FloatArray, FloatArray, float]:
+        """Rows of a `Job` that describe the chain, the scales of errors at the beginning, and the first step."""
+        inverse = np.asarray(self.inverse_masses, dtype=float)
+        bodies, contacts = len(inverse), len(self.overlaps)
+        p = self.powers_of_contacts[0]
+        k, offsets, c = np.zeros((3, bodies))
+        k[:contacts], offsets[:contacts], c[:contacts] = self.stiffnesses, self.overlaps, self.damping
+        offsets[contacts:] = -FAR
+        base, gap = np.maximum(offsets, 0.0), np.minimum(offsets, 0.0)
+        before = np.append(inverse[0], inverse[:-1])
+        velocity, force = self._first_scales
+        # overlap of each contact under the force at the first one
+        extent = np.minimum((force / np.where(k > 0, k, 1.0)) ** (1 / p), _ratio(force, p * k * base ** (p - 1)))
+        reach = np.array([2 * inverse / (before + inverse), extent / np.append(extent[0], extent[:-1])])
+        reach = _EXPECTED * np.minimum(reach, 1.0)
+        scales = np.multiply.accumulate(np.column_stack(([1.0, 1.0], reach[:, 1:])), axis=1)
+        scales = np.maximum(scales, _LEAST) * (_EXPECTED * np.array([[velocity], [extent[0]]]))
+        scales[:, contacts:] = LARGEST
+        first = _FIRST_STEP * float(scales[1, 0] / scales[0, 0])
+        return np.array([inverse, k, gap, base, np.sqrt(base), k * base**p, c, *reach]), scales, first
+
+    def cause_of_work(self) -> str:
+        """Keys of the scenario that make the steps of a run short or many."""
+        inverse, p, last = self.inverse_masses, self.exponents, float(self.inverse_masses[-1])
+        lighter = np.maximum(inverse, np.append(inverse[1:], 0.0))[: len(self.overlaps)]
+        force = self._first_scales[1] + float(self.static_forces.max())
+        overlaps = (force / self.stiffnesses) ** (1 / p)
+        elastic = np.sqrt(p * force / overlaps * lighter)
+        rates = {
+            f"the mass or the stiffness at contact {np.argmax(elastic)} (chain.granules, chain.end)": elastic.max(),
+            "chain.damping": (self.damping * overlaps**self.damping_powers * lighter).max(),
+            "chain.end.stiffness and the mass of the wall": math.sqrt(self.end_stiffness * last),
+            "chain.end.damping and the mass of the wall": self.end_damping * last,
+        }
+        cause = max(rates, key=lambda each: float(rates[each]))
+        long = "simulate.until, the duration of the shock, or the length of the chain"
+        return cause if rates[cause] > _FAST else long
+
+    def potential(self, x: FloatArray) -> FloatArray:
+        """Integral of the contact force minus its static part from the initial state to ``x``, shape (contacts,).
+
+        Zero for the law of a plugin: its energy depends on the history, and counts as dissipated.
+        """
+        potential = self._elastic_potential(x)
+        return potential if self.law_contacts is None else np.where(self.law_contacts, 0.0, potential)
+
+    def _elastic_potential(self, x: FloatArray) -> FloatArray:
+        changes = (x - np.append(x[1:], 0.0))[: len(self.overlaps)]
+        static, p = np.maximum(self.overlaps, 0.0), self.exponents
+        closed = np.maximum(self.overlaps + changes, 0.0)
+        whole = (closed ** (p + 1) - static ** (p + 1)) / (p + 1) - static**p * changes
+        if not static.any():
+            return np.asarray(self.stiffnesses * whole)
+        # Gauss-Legendre quadrature of a force that is nearly linear avoids the difference of large numbers
+        shares, weights = _RULE[:, :, None]
+        strain = changes / np.where(static > 0, static, 1.0)
+        near = (static > 0) & (np.abs(strain) < 0.5)
+        inner = np.where(near, strain, 0.0) * shares
+        slight = np.add.reduce(weights * np.expm1(p * np.log1p(inner)), axis=0) * static**p * changes
+        return np.asarray(self.stiffnesses * np.where(near, slight, whole))
+
+
+def _ratio(one: float, others: FloatArray) -> FloatArray:
+    """Quotients, infinite where a divisor is zero."""
+    return np.asarray(np.where(others > 0, one / np.where(others > 0, others, 1.0), math.inf))

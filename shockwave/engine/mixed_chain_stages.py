@@ -1,0 +1,94 @@
+"""Stages of a step of a chain of mixed granules, with NumPy."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from shockwave.base.numerics import FloatArray
+from shockwave.engine.mixed_chain_arrays import Job
+from shockwave.engine.mixed_chain_forces import Contacts, End
+from shockwave.engine.nystroem_tableaux import scaled_error
+
+
+class Stages(Contacts):
+    """Contacts that a method moves; ``n`` bodies are in the window, the others at rest."""
+
+    def __init__(self, job: Job) -> None:
+        super().__init__(job)
+        self.n = min(job.window, self.bodies) if job.law is None else self.bodies
+        self.mobile[self.n :] = 0.0
+        stages = len(job.method.nodes)
+        # forces and accelerations, as those of `End`, and powers of the damping
+        self.stages, self.stage_rates = np.zeros((stages, self.bodies + 2)), np.zeros((stages, self.bodies))
+        self.powers = np.zeros((stages, self.bodies))
+        self.stages[:, 0] = self.weight
+        self.weighted = np.empty(0)
+        self.time, self.evaluations = float(job.found[1]), float(job.found[5])
+        self.driven = job.problem is not None
+        self.free = (0.0, 0.0) if job.problem is None or self.time == 0 else job.problem.free(self.time)
+
+    def attempt(
+        self, start: End, size: float, end: float, low: int, high: int
+    ) -> tuple[FloatArray, FloatArray, list[float]]:
+        """State after a step, of bodies low to high; valid at least one body per stage inside of ends within the chain.
+
+        Also returns the impulses of the applied force at the stages, since the beginning of the step.
+        """
+        method, h, square = self.job.method, size, size * size
+        part = slice(low, high)
+        x, v, inverse = start.x[part], start.v[part], self.inverse[part]
+        whole_y, whole_z = start.x.copy(), start.v.copy()
+        y, z = whole_y[part], whole_z[part]
+        nodes, first, *later = method.columns
+        coasting = x + nodes * h * v
+        impulses = [0.0]
+        self.stages[0], self.stage_rates[0, : self.n] = start.f, start.a[:-1]
+        self.powers[0, : self.n] = start.powers
+        # each acceleration is added at once to all sums that contain it, in the same order as in the compiled code
+        sums = first * self.stage_rates[0, part]
+        terms, row = np.empty_like(sums), 0
+        for i, (c, column) in enumerate(zip(method.nodes[1:].tolist(), later, strict=True), start=1):
+            np.add(coasting[i], square * sums[row], out=y)
+            if method.damped:
+                np.add(v, h * sums[row + 1], out=z)
+            row += 1 + method.damped
+            if self.driven and low == 0:
+                self.push(whole_y, whole_z, impulses, c * h, end if c == 1.0 else self.time + c * h)
+            self.stages[i, low + 1 : high + 1], powers, _ = self.forces(whole_y, whole_z, low, high)
+            if self.damped:
+                self.powers[i, part] = powers
+            f = self.stages[i, low : high + 1]
+            np.multiply(inverse, f[:-1] - f[1:], out=self.stage_rates[i, part])
+            left = sums[row:]
+            left += np.multiply(column, self.stage_rates[i, part], out=terms[row:])
+        # rows: those of position and velocity, then those of their errors
+        self.weighted = sums[row:]
+        np.add(coasting[-1], square * self.weighted[0], out=y)
+        np.add(v, h * self.weighted[1], out=z)
+        self.evaluations += method.evaluations
+        if self.driven and low == 0:
+            self.push(whole_y, whole_z, impulses, h, end)
+        return whole_y, whole_z, impulses
+
+    def push(self, x: FloatArray, v: FloatArray, impulses: list[float], passed: float, time: float) -> None:
+        """Add the motion of body 0 by the applied force within the step, and append its impulse to ``impulses``."""
+        shift, impulse = self.shift(passed, time)
+        impulses.append(impulse)
+        x[0] += shift
+        v[0] += self.inverse[0] * impulse
+
+    def shift(self, passed: float, time: float) -> tuple[float, float]:
+        """Displacement of body 0 by the applied force since the beginning of the step, and the impulse."""
+        problem = self.job.problem
+        assert problem is not None
+        path, impulse = problem.free(time)
+        return float(self.inverse[0]) * ((path - self.free[0]) - passed * self.free[1]), impulse - self.free[1]
+
+    def error(self, size: float) -> float:
+        """Largest error of the last attempt over the tolerance."""
+        n, rates = self.n, self.weighted[2:].reshape(-1, 2, self.n)
+        changes = np.zeros((*rates.shape[:2], n + 1))  # the last element is the wall, which is at rest
+        np.multiply(rates, ((size * size,), (size,)), out=changes[..., :-1])
+        errors = np.abs(changes[..., :-1] - changes[..., 1:])
+        errors /= self.job.scales[::-1, :n]
+        return float(scaled_error(*np.maximum.reduce(errors, axis=(1, 2)).tolist()) / self.tolerance)
