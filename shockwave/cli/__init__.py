@@ -9,12 +9,12 @@ import os
 import sys
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 
 from shockwave.base.text import Detail, on_stdout
 from shockwave.cli.output import failure, progress_on_stderr
 from shockwave.cli.parser import parse
-from shockwave.cli.standard_streams import OutputError, reopen_closed_streams, standard_streams
+from shockwave.cli.standard_streams import drop_unwritable_text, reopen_closed_streams, show_all_characters
 
 # New objects after which garbage is collected: more than a command creates at its start, nearly all of which last.
 _GARBAGE = 200_000
@@ -38,18 +38,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status; exceptions are reported, not raised."""
     for name in _THREADS:
         os.environ.setdefault(name, "1")
-    with standard_streams():
-        try:
-            return _run(sys.argv[1:] if arguments is None else list(arguments))
-        except KeyboardInterrupt:
-            print("interrupted", file=sys.stderr)
-            return 130
-        except Exception as error:
-            if isinstance(error.__cause__, BrokenPipeError) and isinstance(error, OutputError):
-                return 0  # the reader has closed the pipe
-            text, status = failure(error)
+    show_all_characters()
+    try:
+        return _run(sys.argv[1:] if arguments is None else list(arguments))
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        return 130
+    except Exception as error:
+        drop_unwritable_text(sys.stdout)
+        if isinstance(error, BrokenPipeError):
+            return 0  # the reader has closed the pipe
+        text, status = failure(error)
+        with suppress(OSError):
             print(text, file=sys.stderr)
-            return status
+        drop_unwritable_text(sys.stderr)
+        return status
 
 
 def _run(arguments: list[str]) -> int:

@@ -22,7 +22,7 @@ def run(options: argparse.Namespace) -> int:
     function = load("commands", options.name)
     try:
         return int(function(options.arguments) or 0)
-    except ShockwaveError:
+    except (ShockwaveError, BrokenPipeError):
         raise
     except Exception as error:
         problem = f"must not raise (got {describe(error):.200})"

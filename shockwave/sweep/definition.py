@@ -146,9 +146,6 @@ class SweepDefinition(Sweep):
         """
         file = str(folder / DEFINITION)
         document = parse_json(read_bytes(file, _MOST_BYTES, _REMEDY), file, _REMEDY)
-        if isinstance(document, dict) and document.get("format") in range(_FORMAT):
-            got = f"got format {document['format']} of an earlier version; run the sweep again in a new folder"
-            raise InvalidValueError.of((), f"must be of format {_FORMAT} ({got})", file)
         return structure_document(document, SweepDefinition, file, "the definition of a sweep", _REMEDY)
 
     def write(self, folder: Path) -> None:

@@ -21,8 +21,6 @@ from shockwave.sweep.workers import cores
 _MOST_MEASURED = 64
 # Time after which no further point is run [s].
 _TIME_LIMIT = 3.0
-# Points that are run in one call.
-_GROUP = 8
 # Time to start the workers and to write the tables [s].
 _OVERHEAD = 1.0
 
@@ -68,9 +66,9 @@ def _measure(points: Points, sample: Sequence[int]) -> tuple[float, list[str]]:
     begin = time.perf_counter()
     evaluated, elapsed, lines = 0, 0.0, ""
     while evaluated < len(sample) and elapsed < _TIME_LIMIT:
-        size = _GROUP if evaluated and elapsed / evaluated < _TIME_LIMIT / _GROUP else 1
-        lines += points.lines(sample[evaluated : evaluated + size])
-        evaluated = min(evaluated + size, len(sample))
+        reached = min(2 * evaluated + 1, len(sample))
+        lines += points.lines(sample[evaluated:reached])
+        evaluated = reached
         elapsed = time.perf_counter() - begin
     entries = map(json.loads, lines.splitlines())
     return elapsed / evaluated, [f"a measured point failed: {entry['error']}" for entry in entries if "error" in entry]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 import re
 from collections.abc import Iterator, Sequence
@@ -11,7 +10,6 @@ from contextlib import contextmanager
 from io import BytesIO
 from itertools import chain, product
 from pathlib import Path
-from types import NoneType
 from typing import IO, Any, NamedTuple
 
 import numpy as np
@@ -28,16 +26,8 @@ NOT_RUN = "not run"
 _STATUSES = (NOT_RUN, "done", "failed", "crashed")
 _LOCK = "sweep.lock"
 _LINE = re.compile(rb'\{"index": (\d{1,9}), "status": "(done|failed|crashed)", .*\}\n')
-
-
-_Types = tuple[type, ...]
-_TYPES: dict[str, _Types] = {
-    "number": (float, int, NoneType),
-    "whole": (int, NoneType),
-    "text": (str, NoneType),
-}
 # Exceptions that a damaged line raises.
-_DAMAGES = (ValueError, KeyError, TypeError, OverflowError, RecursionError)
+_DAMAGES = (ValueError, KeyError, TypeError, RecursionError)
 
 
 def line_of(index: int, status: str, **content: object) -> str:
@@ -67,7 +57,6 @@ class Journal:
         self._offsets = np.zeros(points, dtype=np.int64)
         self._size = 0
         self._file: IO[bytes] | None = None
-        self._held: tuple[int, int] | None = None
 
     def count(self, *statuses: str) -> int:
         """Return the number of points with one of these statuses."""
@@ -94,12 +83,11 @@ class Journal:
         """
         warnings = []
         ignored = 0
-        types = [_TYPES[column.kind] for column in columns]
         with self._open() as file:
             for number, line in enumerate(file):
                 report_progress("reading the journal", min(number, self.points - 1), self.points)
                 if line.endswith(b"\n"):
-                    ignored += not self._record(line, types)
+                    ignored += not self._record(line, len(columns))
                 else:
                     warnings.append(f"the last line of {JOURNAL} is incomplete and was ignored: its point is run again")
         report_progress("reading the journal", self.points, self.points)
@@ -111,16 +99,16 @@ class Journal:
         # a sweep that was killed before its first point has no journal
         return open_regular(self.path) if self.path.exists() else BytesIO()
 
-    def _record(self, line: bytes, types: Sequence[_Types] | None = None) -> bool:
-        """Record the next line, and return whether it belongs to a point and has values of these ``types``."""
+    def _record(self, line: bytes, columns: int | None = None) -> bool:
+        """Record the next line, and return whether it belongs to a point and has a value for each of the columns."""
         place, self._size = self._size, self._size + len(line)
         match = _LINE.fullmatch(line)
         index = int(match[1]) if match else self.points
         if match is None or index >= self.points:
             return False
-        if types is not None:
+        if columns is not None:
             try:
-                _content(line, types, index)
+                _content(line, columns, index)
             except _DAMAGES:
                 return False
         self._states[index] = _STATUSES.index(match[2].decode())
@@ -136,7 +124,7 @@ class Journal:
             If the journal cannot be read, or was changed since `read`.
         """
         places = product(*(axis.values for axis in definition.axes))
-        nothing, types = [None] * len(definition.columns), [_TYPES[column.kind] for column in definition.columns]
+        nothing = [None] * len(definition.columns)
         with self._open() as file:
             for index, positions in enumerate(places):
                 point = tuple(chain(*positions))
@@ -145,7 +133,7 @@ class Journal:
                 if status != NOT_RUN:
                     file.seek(self._offsets[index])
                     try:
-                        values, problem = _content(file.readline(), types, index)
+                        values, problem = _content(file.readline(), len(nothing), index)
                     except _DAMAGES:
                         raise self._change_error(f"no line of point {index} where it was") from None
                 yield Row(index, point, status, values or nothing, problem)
@@ -174,11 +162,12 @@ class Journal:
             raise FileAccessError(f"{self.folder}: {problem}") from None
         except (OSError, ValueError) as error:  # a ValueError for a NUL character in the path
             raise not_writable(self.folder, error) from error
-        self._held = _identity(self.folder / _LOCK)
         try:
             yield
         finally:
-            self._close()
+            if self._file is not None:
+                self._file.close()
+                self._file = None
             lock.release()
 
     def add(self, lines: str) -> None:
@@ -190,7 +179,9 @@ class Journal:
             If the lines cannot be written, or others have changed the journal.
         """
         content = lines.encode()
-        self._refuse_changes(content)
+        size = os.path.getsize(self.path) if os.path.exists(self.path) else 0
+        if size < self._size or (self._file is not None and size > self._size):
+            raise self._change_error(f"{size} of {self._size} bytes")
         if self._file is None:
             self._file = open_regular(self.path, mode="a+b", buffering=0)
             self._file.truncate(self._size)  # removes an incomplete last line
@@ -204,37 +195,12 @@ class Journal:
         for line in content.splitlines(keepends=True):
             self._record(line)
 
-    def _refuse_changes(self, more: bytes) -> None:
-        """Raise `FileAccessError` if others truncated, deleted or replaced the file; keep its lines, and ``more``."""
-        size = os.path.getsize(self.path) if os.path.exists(self.path) else 0
-        if size == self._size or (self._file is None and size > self._size):
-            return
-        changed = self._change_error(f"{size} of {self._size} bytes")
-        if self._held != _identity(self.folder / _LOCK):  # another sweep may run in a new folder
-            raise changed
-        try:
-            if self._file is not None and os.fstat(self._file.fileno()).st_size == self._size:
-                self._file.seek(0)
-                more = self._file.read() + more
-            with open_regular(self.path, mode="ab") as kept:
-                kept.write(b"\n" * bool(size) + more)  # the last line may have been cut
-            self._close()
-            self._size = os.path.getsize(self.path)
-        except OSError as error:
-            raise not_writable(self.path, error) from error
-        raise changed
-
-    def _close(self) -> None:
-        if self._file is not None:
-            self._file.close()
-            self._file = None
-
     def _change_error(self, got: str) -> FileAccessError:
         remedy = "run the same command to run the lost points again"
         return FileAccessError(f"{self.path}: must not be changed by others during a sweep (got {got}; {remedy})")
 
 
-def _content(line: bytes, types: Sequence[_Types], index: int) -> tuple[list[Any] | None, str | None]:
+def _content(line: bytes, columns: int, index: int) -> tuple[list[Any] | None, str | None]:
     """Values or error of the line of a point; raises one of `_DAMAGES` if it is not such a line."""
     entry = json.loads(line)
     if entry["index"] != index:
@@ -242,20 +208,9 @@ def _content(line: bytes, types: Sequence[_Types], index: int) -> tuple[list[Any
     if entry["status"] != "done":
         return None, str(entry["error"])
     values: list[Any] = entry["values"]
-    if len(values) != len(types) or not all(map(_fits, values, types)):
-        raise TypeError
+    if len(values) != columns:
+        raise ValueError
     return values, None
-
-
-def _fits(value: Any, types: _Types) -> bool:
-    """Whether a value has one of these types and, if it is a number, is finite."""
-    return type(value) in types and (value is None or isinstance(value, str) or math.isfinite(value))
-
-
-def _identity(file: Path) -> tuple[int, int] | None:
-    """Device and number of a file, which no other file has while this one is open; None if there is none."""
-    status = file.stat() if os.path.exists(file) else None
-    return status and (status.st_dev, status.st_ino)
 
 
 def _refuse_others(folder: Path) -> None:

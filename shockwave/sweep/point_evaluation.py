@@ -47,8 +47,6 @@ _POINT_ERRORS = (Exception, SystemExit)
 SLICE = 0.5
 # Most points that a worker evaluates in one call.
 _MOST_TOGETHER = 1024
-# Number of points in the last call of a batch over that in the first call of the next, whose points may take longer.
-_CAUTION = 16
 #: Largest ratio of the numbers of points of two consecutive calls.
 GROWTH = 4
 
@@ -270,16 +268,14 @@ def _hash(content: bytes) -> str:
 
 # ---------------------------------------------------------------- batches, as workers run them
 
-# Points of the last sweep, which are not safe to share, and number of points in the first call of the next batch, for
-# each thread.
+# Points of the last sweep, for each thread, because they are not safe to share.
 _cache = threading.local()
 
 
-def run_batch(content: bytes, indices: Sequence[int], first: int | None = None) -> str:
+def run_batch(content: bytes, indices: Sequence[int]) -> str:
     """Evaluate points of a sweep for about half a second, and return their lines of the journal.
 
-    The remaining points of the batch are sent again by the client. ``first`` is the number of points in the first call;
-    by default, it follows from the last batch.
+    The remaining points of the batch are sent again by the client.
 
     Raises
     ------
@@ -287,18 +283,12 @@ def run_batch(content: bytes, indices: Sequence[int], first: int | None = None) 
         If this worker has other versions, materials or files than the client.
     """
     if getattr(_cache, "content", None) != content:
-        _cache.points = _receive_points(content)
-        _cache.content, _cache.size = content, 1
+        _cache.points, _cache.content = _receive_points(content), content
     begin = time.perf_counter()
-    lines = ""
-    at = 0
-    size = first or _cache.size
+    lines, at, size = "", 0, 1
     while not lines or (at < len(indices) and time.perf_counter() - begin < SLICE):
         lines += _cache.points.lines(indices[at : at + size])
-        at += size
-        last, size = size, min(GROWTH * size, _MOST_TOGETHER)
-    in_time = time.perf_counter() - begin < SLICE
-    _cache.size = max(_cache.size, last // _CAUTION) if in_time else 1
+        at, size = at + size, min(GROWTH * size, _MOST_TOGETHER)
     return lines
 
 

@@ -164,9 +164,7 @@ class Processes(Workers):
         # the points before the one that hangs take a slice, those in the same call GROWTH times as long
         extra = (1 + GROWTH) * SLICE if len(indices) > 1 else 0.0
         limit = self.timeout and self.timeout + extra
-        # one point in the first call, whose time is not known
-        arguments = (content, indices, 1) if limit else (content, indices)
-        return self.pool.schedule(run_batch, arguments, timeout=limit)
+        return self.pool.schedule(run_batch, (content, indices), timeout=limit)
 
     def close(self) -> None:
         """Terminate the processes."""

@@ -419,8 +419,8 @@ def test_module_runs_as_a_program_and_a_closed_pipe_is_no_error() -> None:
 
 #: Redirections of a shell, a command, its status, and what is then written on stderr.
 STREAMS = {
-    "closed": (">&-", "list backends", 5, "the output cannot be written (Bad file descriptor)\n"),
-    "full": (">/dev/full", "list backends", 5, "the output cannot be written (No space left on device)\n"),
+    "closed": (">&-", "list backends", 5, "error of the operating system: Bad file descriptor (SHOCKWAVE_DEBUG=1"),
+    "full": (">/dev/full", "list backends", 5, "error of the operating system: No space left on device (SHOCK"),
     "all closed": ("<&- >&- 2>&-", "list backends", 5, ""),
     "no errors": ("2>&-", "list backends", 0, ""),
     "errors closed": ("2>&-", "predict nowhere.yaml", 5, ""),
@@ -434,7 +434,7 @@ def test_streams_that_cannot_be_written_end_with_a_documented_status(case: str) 
     redirection, command, status, lost = STREAMS[case]
     words = ["sh", "-c", f'"$0" -m shockwave {command} {redirection}', sys.executable]
     run = subprocess.run(words, capture_output=True, text=True, cwd=ROOT)
-    assert (run.returncode, run.stderr) == (status, lost)
+    assert (run.returncode, run.stderr[: len(lost) or None]) == (status, lost)
 
 
 def test_workers_start_without_standard_streams(tmp_path: Path) -> None:
@@ -446,10 +446,9 @@ def test_workers_start_without_standard_streams(tmp_path: Path) -> None:
     assert (tmp_path / "results" / "results.csv").exists()
 
 
-def test_an_error_of_the_system_names_the_file_and_is_none_of_the_output(monkeypatch: pytest.MonkeyPatch) -> None:
-    for error in (PermissionError(13, "Permission denied", "library.so"), BrokenPipeError(32, "Broken pipe")):
-        monkeypatch.setattr(scenario_commands, "load_scenario", lambda *_, error=error: raised(error))
-        answer = shockwave("validate", SCENE)
-        assert answer.status == 5
-        file = f"{error.filename}: " if error.filename else ""
-        assert answer.err.startswith(f"{file}error of the operating system: {error.strerror} (")
+def test_an_error_of_the_system_names_the_file(monkeypatch: pytest.MonkeyPatch) -> None:
+    error = PermissionError(13, "Permission denied", "library.so")
+    monkeypatch.setattr(scenario_commands, "load_scenario", lambda *_: raised(error))
+    answer = shockwave("validate", SCENE)
+    assert answer.status == 5
+    assert answer.err.startswith("library.so: error of the operating system: Permission denied (")

@@ -259,13 +259,7 @@ def test_an_incomplete_journal_is_read_as_far_as_possible(tmp_path: Path, name: 
 
 DAMAGED = {
     "unreadable": LINES[5].replace("7.0,", "7.0"),
-    "text-for-number": line(5, "train", "7", 0.7, 1),
     "a-column-too-many": line(5, "train", 7, 0.7, 1, 1),
-    "nan": line(5, "train", float("nan"), 0.7, 1),
-    "infinity": line(5, "train", 7.0, -float("inf"), 1),
-    "beyond-a-float": LINES[5].replace("7.0", "1e999"),
-    "long-whole-number": line(5, "train", 7.0, 0.7, 10**400),
-    "truth": line(5, "train", True, 0.7, 1),
     "two-points": LINES[5].replace("}", ', "index": 4}'),
     "no-point": LINES[5].replace('"index": 5', '"index": 6'),
 }
@@ -290,44 +284,25 @@ def test_a_journal_that_is_cut_while_it_is_read_is_an_error(folder: Path) -> Non
             list(journal.rows(definition))
 
 
-def test_points_that_are_added_to_a_journal_that_was_cut_are_kept(tmp_path: Path) -> None:
-    place = folder_of(tmp_path / "out", lines=[])
-    definition = SweepDefinition.read(place)
-    journal, again = (Journal(place, definition.points) for _ in range(2))
-    with journal.lock():
-        journal.add(LINES[0])
-        journal.add(LINES[1])
-        os.truncate(place / "journal.jsonl", len(LINES[0]) + 5)
-        with pytest.raises(
-            FileAccessError, match=r"must not be changed by others during a sweep \(got \d+ of \d+ bytes"
-        ):
-            journal.add(LINES[2])
-        journal.add(LINES[3])
-    assert again.read(definition.columns)[0].endswith("damaged or belong to no point: 1")
-    assert again.open_points() == [1, 4, 5]
-
-
-EARLIER = r"of format 3 \(got format {} of an earlier version; run the sweep again in a new folder\)$"
-#: A key of the definition, its wrong value, and the message.
-WRONG_DEFINITIONS: dict[str, tuple[str, Any, str]] = {
-    "text-for-axes": ("axes", "abc", ""),
-    "no-axes": ("axes", [], ""),
-    "many-points": ("axes", [{"names": [], "units": [], "values": [[]] * 1000}] * 3, ""),
-    "words-for-numbers": ("axes", [{"names": ["a"], "units": ["s"], "values": [["two"]]}], ""),
-    "a-value-too-many": ("axes", [{"names": ["a"], "units": ["s"], "values": [[1.0, 2.0]]}], ""),
-    "versions": ("versions", [1], ""),
-    "not-a-number": ("scenario", float("nan"), ""),
-    "earlier-format": ("format", 2, EARLIER.format(2)),
-    "later-format": ("format", 4, ""),
+#: A key of the definition, and its wrong value.
+WRONG_DEFINITIONS: dict[str, tuple[str, Any]] = {
+    "text-for-axes": ("axes", "abc"),
+    "no-axes": ("axes", []),
+    "many-points": ("axes", [{"names": [], "units": [], "values": [[]] * 1000}] * 3),
+    "words-for-numbers": ("axes", [{"names": ["a"], "units": ["s"], "values": [["two"]]}]),
+    "a-value-too-many": ("axes", [{"names": ["a"], "units": ["s"], "values": [[1.0, 2.0]]}]),
+    "versions": ("versions", [1]),
+    "not-a-number": ("scenario", float("nan")),
+    "later-format": ("format", 4),
 }
 
 
 @pytest.mark.parametrize("name", WRONG_DEFINITIONS)
 def test_an_invalid_definition_is_refused(folder: Path, name: str) -> None:
-    key, value, message = WRONG_DEFINITIONS[name]
+    key, value = WRONG_DEFINITIONS[name]
     document = json.loads((folder / "sweep.json").read_text())
     (folder / "sweep.json").write_text(json.dumps(document | {key: value}))
-    with pytest.raises(InvalidValueError, match=rf"sweep\.json: must be {message}"):
+    with pytest.raises(InvalidValueError, match=r"sweep\.json: must be "):
         load_sweep(folder)
 
 

@@ -485,11 +485,9 @@ def deleted(folder: Path) -> None:
 
 #: What may happen to the folder of a sweep, after how many points, and how many points are kept at least.
 CHANGES: dict[str, tuple[Callable[[Path], object], int, int]] = {
-    "deleted": (deleted, 15, 15),
-    "deleted at the end": (deleted, 40, 40),
+    "deleted at the end": (deleted, 40, 0),
     "replaced by a copy": (replaced, 15, 15),
-    "cut": (lambda folder: os.truncate(folder / "journal.jsonl", 500), 15, 3),
-    "emptied": (lambda folder: os.truncate(folder / "journal.jsonl", 0), 15, 1),
+    "cut": (lambda folder: os.truncate(folder / "journal.jsonl", 500), 15, 2),
     "folder deleted": (shutil.rmtree, 15, 0),
     "begun again": (removed_and_begun_again, 15, 0),
 }
