@@ -1,20 +1,26 @@
-"""Arguments that a function does not take, reported like any other invalid value, with the nearest name."""
+"""Arguments that a function does not take, and all wrong values of a constructor, reported as invalid values."""
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from functools import wraps
 from typing import Any, TypeVar, cast
 
-from shockwave.base.errors import Fault, InvalidValueError, hint_of, text_of
+import attrs
+
+from shockwave.base.errors import Fault, InvalidValueError, UnknownNameError, collect_faults, hint_of, text_of
 
 _Function = TypeVar("_Function")
 _VARIADIC = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
 
 
-def explain_arguments(function: _Function) -> _Function:
-    """``function``, which raises `InvalidValueError` where Python raises TypeError for its arguments."""
+def explain_arguments(function: _Function, of: Any = None) -> _Function:
+    """``function``, which raises `InvalidValueError` where Python raises TypeError for its arguments.
+
+    For the constructor ``of`` an attrs class, an error has the faults of all fields.
+    """
 
     @wraps(cast(Any, function))
     def call(*values: Any, **named: Any) -> Any:
@@ -24,7 +30,12 @@ def explain_arguments(function: _Function) -> _Function:
             faults = _misfits(function, values, named)
             if not faults:
                 raise
-            raise InvalidValueError(*faults) from error
+            raise InvalidValueError(*faults, *_faults_of_fields(of, named)) from error
+        except (InvalidValueError, UnknownNameError) as error:
+            others = [fault for fault in _faults_of_fields(of, named) if fault not in error.faults]
+            if not others:
+                raise
+            raise InvalidValueError(*error.faults, *others) from None
 
     return cast(_Function, call)
 
@@ -44,6 +55,21 @@ def _misfits(function: Any, values: Sequence[Any], keywords: Mapping[str, Any]) 
     return []
 
 
+def _faults_of_fields(of: Any, keywords: Mapping[str, Any]) -> list[Fault]:
+    """Faults of the values of the fields of an attrs class."""
+    faults: list[Fault] = []
+    for each in () if of is None else attrs.fields(of):
+        if each.name in keywords:
+            # a validator may read the instance, which is incomplete
+            with suppress(AttributeError), collect_faults(faults):
+                value, convert = keywords[each.name], cast(Any, each.converter)
+                if convert is not None:
+                    value = convert(value, *([None, each] if isinstance(convert, attrs.Converter) else []))
+                if each.validator is not None:
+                    each.validator(None, each, value)
+    return faults
+
+
 def unknown_arguments(keywords: Mapping[str, object], parameters: Collection[str]) -> list[Fault]:
     """Errors of keyword arguments that are not ``parameters``."""
     names = [name for name in keywords if name not in parameters]
@@ -59,4 +85,4 @@ class Explained:
     @classmethod
     def __attrs_init_subclass__(cls) -> None:
         if "__init__" in vars(cls):
-            cls.__init__ = explain_arguments(cls.__init__)  # type: ignore[method-assign]
+            cls.__init__ = explain_arguments(cls.__init__, cls)  # type: ignore[method-assign]

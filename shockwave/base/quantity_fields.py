@@ -1,7 +1,7 @@
 """Declaration of quantities: unit, range and meaning of a field, and its check.
 
-The same declaration serves a Python constructor, which raises an error for the first wrong value, the loader of
-scenario files, which reports all wrong values, and the templates that ``shockwave new`` writes.
+The same declaration serves a Python constructor and the loader of scenario files, which report all wrong values, and
+the templates that ``shockwave new`` writes.
 """
 
 from __future__ import annotations

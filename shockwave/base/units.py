@@ -37,7 +37,7 @@ _UNITS = (
     {"%": "0.01"}
     | {"sec": "1 s", "Hz": "1 /s"}
     | {"in": "0.0254 m", "ft": "12 in", "mil": "1e-3 in"}
-    | {"lb": "0.45359237 kg", "t": "1000 kg"}
+    | {"lb": "0.45359237 kg", "lbm": "1 lb", "t": "1000 kg"}
     | {"N": "1 kg*m/s^2", "kgf": "9.80665 N", "lbf": "4.4482216152605 N", "kip": "1000 lbf", "Ns": "1 N*s"}
     | {"Pa": "1 N/m^2", "bar": "1e5 Pa", "mbar": "100 Pa"}
     | {"psi": "1 lbf/in^2", "psig": "1 psi", "ksi": "1000 psi", "Msi": "1e6 psi"}
@@ -132,7 +132,9 @@ def _factor(of_unit: str, unit: str) -> Decimal:
     base, dimension = _measure(unit)
     value, dimension_of_unit = _measure(of_unit)
     if dimension_of_unit != dimension:
-        raise ValueError(_advice(of_unit, unit))
+        weight, dimension_of_weight = _measure(f"{of_unit}*gee")
+        as_weight = f"; as a weight, 1 {of_unit} is {weight / base:.6g} {unit}"
+        raise ValueError(_advice(of_unit, unit) or as_weight * (dimension_of_weight == dimension))
     return value / base
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from attrs import frozen
 
-from shockwave.cli.option import Change, Option, key_option, number_between, one_of, option
+from shockwave.cli.option import Change, Option, check_folder, key_option, number_between, one_of, option
 
 #: Page of the documentation on all commands.
 PAGE = "https://granular-shockwave.readthedocs.io/en/latest/commands.html"
@@ -62,7 +62,7 @@ _EXPLORE = [
 _SWEEP = [
     option("FILE", f"{_FILE.meaning}, with a `sweep` block"),
     _SET,
-    option("-o --output FOLDER", "folder of the results (default: NAME-sweep for NAME.yaml)"),
+    option("-o --output FOLDER", "folder of the results (default: NAME-sweep for NAME.yaml)", type=check_folder),
     option("--dry-run", "report the number of points and the estimated time; run and write nothing"),
     option("--workers N", "number of workers (default: one for each core)", type=number_between(1, 10_000, int)),
     option(
@@ -77,7 +77,7 @@ _SWEEP = [
     _JSON,
 ]
 _PLOT = [
-    option("FOLDER", "folder written by `shockwave sweep`"),
+    option("FOLDER", "folder written by `shockwave sweep`", type=check_folder),
     option("--column NAME", "quantity to plot (default: the amplification)"),
     option("--x NAME", "dotted name of the horizontal variable (default: the one with the most values)"),
     option("--at NAME=VALUE", "hold a variable at one of its values; may be repeated", **_MANY),

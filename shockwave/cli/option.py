@@ -104,6 +104,13 @@ def number_between(low: float, high: float, kind: Callable[[str], float] = to_si
     return number
 
 
+def check_folder(text: str) -> str:
+    """The name of a folder, unchanged; `-` names none."""
+    if text == "-":
+        raise argparse.ArgumentTypeError("must be a folder, not standard input or output (got '-')")
+    return text
+
+
 def one_of(*names: str) -> dict[str, Any]:
     """Arguments of an option whose values are names."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
 from typing import Any, Literal, cast
 
 from attrs import frozen
@@ -32,6 +33,8 @@ _LARGEST_POWER = 2.0
 Sign = Literal["<=", ">=", "="]
 _REQUIREMENT = re.compile(r"\s*([\w.\[\]]+)\s*(<=|>=|=)(?![<>=])\s*(.*\S)\s*")
 _FORM = "must be a quantity, <=, >= or =, and a value, such as 'transmitted.peak_force <= 60 N'"
+# Least likeness of a name to the one that is suggested for it.
+_LIKE = 0.5
 # Relative tolerance of an equality of several parameters.
 _EQUAL = 1e-3
 # Relative tolerance of any requirement for rounding, as of a sum of diameters.
@@ -58,7 +61,13 @@ def target_named(name: object, contacts: Sequence[int], kind: str) -> Quantity:
     if _CONTACT.fullmatch(str(name)):
         rule = "must count from 0 in the list of the reported contacts, which simulate.contacts sets"
         raise InvalidValueError.of(kind, f"{rule} (got {text_of(name)}; the list has {len(contacts)})")
-    hint = hint_of(str(name), list(targets_of(contacts[:1])))
+    # columns of sweeps and printed names, too, lead to a name
+    known = targets_of(contacts[:1])
+    others = {other: each for each, quantity in known.items() for other in (each, quantity.column, quantity.label)}
+    likely = next(
+        (others[other] for other in get_close_matches(str(name).replace("_", " "), others, 1, _LIKE)), str(name)
+    )
+    hint = hint_of(likely, list(known))
     raise InvalidValueError.of(kind, f"must be a property of the result (got {text_of(name)}; {hint})")
 
 

@@ -58,6 +58,37 @@ def test_all_missing_arguments_are_reported() -> None:
     assert [fault.path for fault in caught.value.faults] == ["poisson_ratio", "density"]
 
 
+FAULTY: dict[str, tuple[Callable[..., object], dict[str, Any], list[str]]] = {
+    "chain": (
+        sw.Chain,
+        {"diameter": "3 kg", "granules": -1, "packing": "cubic"},
+        ["material", "granules", "packing"],
+    ),
+    "misspelt": (sw.Chain, {"material": "ptfe", "diamter": 3, "gravity": -2}, ["diamter", "gravity"]),
+    "shock": (
+        sw.Shock,
+        {"profile": "triangular", "duration_ratio": 0, "rise_time": "1 N"},
+        ["duration_ratio", "rise_time"],
+    ),
+    "profile": (sw.PowerLaw, {"rise_exponent": -1, "decay_exponent": -3}, ["rise_exponent", "decay_exponent"]),
+    "material": (
+        sw.Material,
+        {"youngs_modulus": -1, "poisson_ratio": 3, "density": 0},
+        ["youngs_modulus", "poisson_ratio", "density"],
+    ),
+    "names": (sw.Segment, {"count": 0, "material": "nope"}, ["count", "material"]),
+}
+
+
+@pytest.mark.parametrize(("make", "values", "paths"), FAULTY.values(), ids=FAULTY)
+def test_a_constructor_reports_all_wrong_values(
+    make: Callable[..., object], values: dict[str, Any], paths: list[str]
+) -> None:
+    with pytest.raises(sw.InvalidValueError) as caught:
+        make(**values)
+    assert {fault.path for fault in caught.value.faults} >= set(paths)
+
+
 def test_too_many_arguments_are_reported_with_the_names() -> None:
     with pytest.raises(
         sw.InvalidValueError, match=r"^arguments: .*too many positional arguments; known: times, forces"

@@ -70,7 +70,7 @@ def test_spellings_of_the_field_are_read_without_pint(
 
 REGISTRY = pint.UnitRegistry()
 # Usual units that pint lacks or takes for others; the test above has them.
-OWN = {"mil", "psig", "Ns", "Msi", *(name for name in units._UNITS if name.endswith("gee"))}
+OWN = {"mil", "psig", "lbm", "Ns", "Msi", *(name for name in units._UNITS if name.endswith("gee"))}
 
 
 @pytest.mark.parametrize("name", [*units._BASES, *sorted(units._UNITS.keys() - OWN)])
@@ -86,6 +86,8 @@ SLIPS = [
     ("1 KN", "N", "unknown unit; did you mean 'kN'"), ("1 kn", "N", "did you mean 'kN'"),
     ("3/8 in", "m", "; write 0.375 in"), ("1 kg", "N", "did you mean 'kgf'"), ("60 lb", "N", "did you mean 'lbf'"),
     ("1 Mpa", "Pa", "unknown unit; did you mean 'MPa' or 'mPa'"), ("3 KN/m", "N/m", "did you mean 'kN'"),
+    ("20 g", "N", "as a weight, 1 g is 0.00980665 N"), ("20 lbm", "N", "did you mean 'lbf'"),
+    ("20 lb/in^2", "Pa", "as a weight, 1 lb/in.2 is 6894.76 Pa"),
 ]  # fmt: skip
 
 

@@ -292,6 +292,8 @@ WRONG = {
         ["simulate", "--contacts", "3,-1", SCENE],
         "--contacts: simulate.contacts: must be whole numbers from 0",
     ),
+    "sweep-into-a-stream": (["sweep", SCENE, "-o", "-"], "--output: must be a folder, not standard input or output"),
+    "plot-of-a-stream": (["plot", "-"], "FOLDER: must be a folder, not standard input or output (got '-')"),
     "no-worker": (["sweep", SCENE, "--workers", "0"], "--workers: must be >= 1 and <= 10000 (got 0)"),
     "integrator": (["predict", SCENE, "--integrator", "nope"], "--integrator: simulate.integrator: unknown integrator"),
     "quadrature": (["compare", SCENE, "--set", "predict.quadrature=tanh"], "(got 'tanh'; did you mean 'tanh-sinh'?"),
