@@ -53,6 +53,7 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "scene.segments": ("Cell", "Segment", "Taper"),
     "scene.shock": ("Shock",),
     "scene.solitary_wave": ("SolitaryWave",),
+    "simulation.shock_spectrum": ("ShockSpectrum", "shock_spectrum"),
     "simulation.simulate": ("simulate_many",),
     "simulation.simulation_result": ("Simulation",),
     "studies.amplification_curve": ("UniversalCurve",),

@@ -58,6 +58,8 @@ if TYPE_CHECKING:  # mypy resolves cycles of imports only here
     from shockwave.scene.segments import Taper as Taper
     from shockwave.scene.shock import Shock as Shock
     from shockwave.scene.solitary_wave import SolitaryWave as SolitaryWave
+    from shockwave.simulation.shock_spectrum import ShockSpectrum as ShockSpectrum
+    from shockwave.simulation.shock_spectrum import shock_spectrum as shock_spectrum
     from shockwave.simulation.simulate import simulate_many as simulate_many
     from shockwave.simulation.simulation_result import Simulation as Simulation
     from shockwave.studies.amplification_curve import UniversalCurve as UniversalCurve

@@ -53,6 +53,15 @@ _CURVE = [
     option("--longest LONGEST", "longest shock in characteristic times", type=number_between(1e-3, 1e3), default=50.0),
     option("-o --output FILE", "write points (.json) or a picture (.svg, .png, .pdf)"),
 ]
+_SPECTRUM = [
+    *_SCENARIO,
+    option("--mass MASS", "mass on which the force at the end of the chain acts, unless the end is movable"),
+    option("--damping RATIO", "damping ratio of the oscillators (default: 0.05)", default=0.05),
+    option("--from FREQUENCY", "lowest natural frequency (default: one period in the simulated time)"),
+    option("--to FREQUENCY", "highest natural frequency (default: several periods in a solitary wave)"),
+    option("-o --output FILE", "write a table (.csv) or a picture (.svg, .png, .pdf)"),
+    _JSON,
+]
 _EXPLORE = [
     Option(("file",), f"{_FILE.meaning} (default: an example)", {"nargs": "?", "metavar": "FILE"}),
     _SET,
@@ -203,6 +212,7 @@ COMMANDS = [
     Command("validate", "scenario_commands:validate", "check scenario files and report all errors", _VALIDATE),
     Command("report", "scenario_commands:report", "write a page on a scenario, with pictures", _REPORT),
     Command("explore", "plugin_commands:run", "open a page with sliders in the browser (shockwave-explore)", _EXPLORE),
+    Command("spectrum", "spectrum_command:spectrum", "shock response spectrum behind the chain", _SPECTRUM),
     Command("curve", "curve_command:curve", "amplification as a function of the rise time", _CURVE),
     Command("sweep", "sweep_command:sweep", "run or resume all cases of a sweep", _SWEEP),
     Command("plot", "plot_command:plot", "plot the results of a sweep as lines or as a map", _PLOT),

@@ -24,6 +24,7 @@ from shockwave.pictures.picture_elements import METHODS as METHODS
 from shockwave.pictures.picture_elements import style as style
 from shockwave.pictures.shock import correction_area as correction_area
 from shockwave.pictures.shock import pulse as pulse
+from shockwave.pictures.shock_spectrum import shock_spectrum as shock_spectrum
 from shockwave.pictures.uncertainty import distribution as distribution
 from shockwave.pictures.waves import contact_forces as contact_forces
 from shockwave.pictures.waves import space_time as space_time

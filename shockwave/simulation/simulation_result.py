@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from attrs import field, frozen
 
@@ -30,6 +30,10 @@ from shockwave.simulation.result_parts import (
     Transmitted,
     last_force,
 )
+
+if TYPE_CHECKING:  # other results do not need it
+    from shockwave.base.quantity_fields import Number
+    from shockwave.simulation.shock_spectrum import ShockSpectrum
 
 # Attributes that the document contains under their names.
 _KEYS = (
@@ -284,6 +288,22 @@ class Simulation(SceneResult):
     def recording(self) -> Recording | Any:
         """Requested histories, integrated at the first access; None if they could not be computed."""
         return self._recording[0]
+
+    def spectrum(
+        self,
+        *,
+        mass: Number | None = None,
+        damping: Number = 0.05,
+        low: Number | None = None,
+        high: Number | None = None,
+    ) -> ShockSpectrum:
+        """Compute the shock response spectrum of what reaches the structure behind a finite chain.
+
+        The base accelerates as a movable end, or as ``mass`` [kg] under the force on a wall or at the last contact less
+        the static force. There are twelve frequencies per octave, from ``low`` to ``high`` [Hz], by default from one
+        period within the simulated time to several within a solitary wave.
+        """
+        return self.computation.spectrum(self, mass=mass, damping=damping, low=low, high=high)
 
     @property
     def cost(self) -> Cost:

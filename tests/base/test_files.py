@@ -100,6 +100,7 @@ WRITERS = {
     "report": "report scene.yaml -o old.html",
     "schema": "schema -o old.json",
     "curve": "curve scene.yaml --rtol 1e-2 --longest 1 -o old.json",
+    "spectrum": "spectrum scene.yaml --set chain.granules=4 --mass 1 --from 1e3 --to 1e3 -o old.csv",
     "design": "design scene.yaml --vary chain.radius --between 1mm 3mm --target amplification=0.5 -o old.pdf",
     "bench": "bench scene.yaml --quick --family quadratures --timeout 1e-3 -o old.html",
 }

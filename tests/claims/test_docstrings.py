@@ -12,6 +12,7 @@ from support.pages import ROOT, Block
 #: Results of functions, base classes of plugins and parts of section 4: their users do not construct them.
 NOT_CONSTRUCTED = {
     *("Comparison", "ContactLaw", "Design", "EjectionOutcome", "Outcome", "ShockProfile", "Simulation"),
+    "ShockSpectrum",
     *("SingleOutcome", "SweepReport", "SweepResults", "TrainOutcome", "Uncertainty", "Verdict"),
 }
 #: They need a file of a sweep; `docs/python/sweeps.md` shows them.

@@ -38,6 +38,7 @@ READERS = {
     "compare": "compare {} --rtol 1e-2",
     "validate": "validate {}",
     "report": "report {} -o page.html",
+    "spectrum": "spectrum {} --mass 1kg --from 1kHz --to 2kHz",
     "curve": "curve {} --rtol 1e-2 --longest 1",
     "sweep": "sweep {} --workers 1 -o results",
     "design": "design {} --vary chain.diameter --between 2mm 4mm --target chain.mass<=9 --rtol 1e-2 --points 2",

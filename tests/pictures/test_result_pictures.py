@@ -48,6 +48,10 @@ RESULTS: dict[str, tuple[Any, tuple[str, str]]] = {
     "histories": (lambda: sw.simulate(SHOCK, WALLED, record=["forces"]), ("time (µs)", "contact force (N)")),
     "recording": (lambda: sw.simulate(SHOCK, WALLED, record=["forces"]).recording, ("time (µs)", "contact force (N)")),
     "comparison": (lambda: sw.compare(SHOCK, CHAIN), ("wave", "peak force (N)")),
+    "spectrum": (
+        lambda: sw.simulate(SHOCK, WALLED).spectrum(mass=1.0, low=1e3, high=1e4),
+        ("natural frequency (kHz)", "greatest acceleration (m/s²)"),
+    ),
     "curve": (
         lambda: sw.UniversalCurve(SHOCK.profile, rtol=1e-2),
         ("rise time / characteristic time, t₀/T₀", "amplification"),

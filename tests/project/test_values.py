@@ -67,6 +67,7 @@ def values() -> dict[str, Any]:
         "comparison": sw.compare(SHOCK, CHAIN, rtol=1e-4),
         "comparison of a striker": sw.compare(striker, WALLED),
         "recording": recorded.recording,
+        "spectrum": sw.simulate(SHOCK, WALLED).spectrum(mass=1.0, low=1e3, high=2e3),
         "curve": sw.UniversalCurve(SHOCK.profile, rtol=1e-2, longest=1.0),
         "design": sw.design(
             SHOCK, CHAIN, vary="shock.rise_time", between=("1 us", "30 us"), target="amplification = 0.7"
