@@ -117,6 +117,10 @@ def simulate(
         reported. Default: none in an endless chain, all in a finite one, evenly spaced beyond 1000.
     record : sequence of "forces", "field", "energies", optional
         Histories to record: forces at ``contacts``, positions and velocities of all granules, energies. Default: none.
+    sensors : sequence of sensors, optional
+        Sensors whose histories and first pulses are computed: ``"wall"``, ``"structure"``, ``{"contact": 5}``,
+        ``{"granule": 10}`` (the mean of its two contact forces), also with ``"quantity"``: ``"velocity"`` or
+        ``"displacement"``. Default: none.
     interval, until : float, optional
         Sampling interval of the histories and their end [s], 1e-30 to 1e30. Default: a tenth of the characteristic time
         of the wave, and shortly after the leading wave has passed the last of ``contacts`` or was measured. ``until``

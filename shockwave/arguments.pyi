@@ -9,7 +9,7 @@ from typing import Literal, TypedDict
 from shockwave.base.quantity_fields import Number
 from shockwave.prediction.predictor import Model
 from shockwave.prediction.section4 import Alpha
-from shockwave.scene.simulate_options import Backend, Recorded, Waves
+from shockwave.scene.simulate_options import Backend, Recorded, SensorArgument, Waves
 
 class SimulateArguments(TypedDict, total=False):
     integrator: str | None
@@ -19,6 +19,7 @@ class SimulateArguments(TypedDict, total=False):
     backend: Backend
     contacts: Iterable[int]
     record: Iterable[Recorded]
+    sensors: Iterable[SensorArgument]
     interval: Number | None
     until: Number | None
     timeout: Number | None

@@ -39,7 +39,8 @@ class Converted(Generic[_Value, _Argument]):
 SI: TypeAlias = Converted[_Value, _Value | Number]
 
 _KEY = "shockwave"
-_PLAIN = "shockwave_plain_text"
+#: Key of the metadata of a field whose text is never the name of a file.
+PLAIN = "shockwave_plain_text"
 # Items of a tuple that are all shown, and length of the repr of one.
 _MOST_ITEMS = 8
 _LONGEST_ITEM = 200
@@ -174,7 +175,7 @@ def tuple_repr(values: Any) -> str:
 
 def plain_text(default: Any = attrs.NOTHING) -> Any:
     """An attrs field for text that is shown or compared, and is never the name of a file."""
-    return attrs.field(default=default, metadata={_PLAIN: True})
+    return attrs.field(default=default, metadata={PLAIN: True})
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(quantity, plain_text, attrs.field))
@@ -192,7 +193,7 @@ class Value(Explained):
 
 def is_plain_text(attribute: attrs.Attribute[Any]) -> bool:
     """Whether the attribute was declared by `plain_text`."""
-    return _PLAIN in attribute.metadata
+    return PLAIN in attribute.metadata
 
 
 def one_of(*choices: object) -> Any:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 import importlib
+import io
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
@@ -12,6 +14,7 @@ import numpy.typing as npt
 
 from shockwave import OWN_DISTRIBUTION, __version__
 from shockwave.base.errors import UsageError, message_of, shorten
+from shockwave.base.files import write_file
 from shockwave.base.quantities import unit_of
 from shockwave.base.text import si
 
@@ -88,6 +91,19 @@ def frame(table: Table, about: Mapping[str, Any]) -> Any:
     )
     data_frame.attrs |= {"units": {name: one.unit for name, one in [(row, index), *rest]}, **about}
     return data_frame
+
+
+def write_table(table: Table, about: Mapping[str, Any], file: str) -> None:
+    """Write a table to a file: CSV with the units in the heads of the columns, or NetCDF for the ending ``.nc``."""
+    if file.lower().endswith(".nc"):
+        write_file(file, bytes(dataset(table, about).to_netcdf()))
+        return
+    columns = dict(_flat(table))
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(f"{name} [{each.unit}]" if each.unit else name for name, each in columns.items())
+    writer.writerows(zip(*(each.values.tolist() for each in columns.values()), strict=True))
+    write_file(file, text.getvalue())
 
 
 def cells(table: Table, most: int, most_columns: int) -> dict[str, Any]:

@@ -45,6 +45,9 @@ _DETAIL = [
     option("--verbose", "show everything"),
 ]
 _SIMULATED = [*_SCENARIOS, _JSON, _LIMIT, *_DETAIL, *_SIMULATE]
+_RECORD = option(
+    "--record FILE", "write the histories (.csv, .nc) or their picture (.svg, .png, .pdf); may be repeated", **_MANY
+)
 _PREDICTED = [*_SIMULATED, key_option("--model MODEL", "predict.model")]
 _VALIDATE = [*_SCENARIOS, _JSON]
 _CURVE = [
@@ -207,7 +210,7 @@ class Command:
 #: All commands.
 COMMANDS = [
     Command("predict", "scenario_commands:predict", "predict the waves that a shock generates", _PREDICTED),
-    Command("simulate", "scenario_commands:simulate", "simulate the motion, measure the waves", _SIMULATED),
+    Command("simulate", "scenario_commands:simulate", "simulate the motion, measure the waves", [*_SIMULATED, _RECORD]),
     Command("compare", "scenario_commands:compare", "compare section 4 with a simulation", _SIMULATED),
     Command("validate", "scenario_commands:validate", "check scenario files and report all errors", _VALIDATE),
     Command("report", "scenario_commands:report", "write a page on a scenario, with pictures", _REPORT),

@@ -44,10 +44,10 @@ def of_arguments(options: argparse.Namespace) -> Iterator[None]:
         raise UsageError("\n".join(named)) from None
 
 
-def check_output(output: str | None, *endings: str, hint: str = "") -> None:
+def check_output(output: str | None, *endings: str, hint: str = "", option: str = "--output") -> None:
     """Refuse an output file with another ending, before anything is computed."""
     if output and not output.lower().endswith(endings):
-        raise UsageError(f"--output: must end in {join(endings)} (got {output}{hint})")
+        raise UsageError(f"{option}: must end in {join(endings)} (got {output}{hint})")
 
 
 def json_text(document: object) -> str:

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from shockwave import answers
-from shockwave.base.errors import Fault, FileAccessError, NumericalError, ShockwaveError
+from shockwave.base.errors import Fault, FileAccessError, InvalidValueError, NumericalError, ShockwaveError, UsageError
 from shockwave.base.progress import track
 from shockwave.base.quantities import FORCES, LEADING_WAVE, WALL, Quantity
 from shockwave.base.result import VERSION
 from shockwave.base.text import alarm, error_text, limits, notes, paragraph, si, table
-from shockwave.cli.output import check_output, failure, json_text, write_output
+from shockwave.cli.output import announce_file, check_output, failure, json_text, write_output
 from shockwave.cli.scenario_files import load_scenario, load_scenarios, name_of, shown_name, stem_of
 from shockwave.prediction.outcome_text import SHOWN_ERROR
 from shockwave.scenario.scenario import Scenario
@@ -31,6 +31,9 @@ _PEAK, _AMPLIFICATION = LEADING_WAVE[:2]
 _GREATEST = FORCES[0]
 # Line that every page of `shockwave report` contains.
 _GENERATOR = b'<meta name="generator" content="shockwave">'
+# Endings of files of histories, and of their pictures.
+_HISTORIES = (".csv", ".nc")
+_PICTURES = (".svg", ".png", ".pdf")
 # Names of columns and their cells.
 _Row = dict[str, str]
 
@@ -81,7 +84,41 @@ def predict(options: Namespace) -> int:
 
 
 def simulate(options: Namespace) -> int:
-    return _run(options, answers.simulate, _simulation_row)
+    for file in options.record:
+        check_output(file, *_HISTORIES, *_PICTURES, option="--record")
+    if options.record and len(options.files) > 1:
+        raise UsageError(f"--record: must be given with one scenario (got {len(options.files)})")
+
+    def answer(scenario: Scenario) -> Any:
+        result = answers.simulate(scenario)
+        for file in options.record:
+            _write_histories(result, file)
+        return result
+
+    return _run(options, answer, _simulation_row)
+
+
+def _write_histories(result: Simulation, file: str) -> None:
+    """Write the histories of a result as a table or, with a row for each unit of its sensors, as a picture."""
+    if not (result.options.sensors or result.options.record):
+        hint = "such as --set 'simulate.sensors=[wall]'"
+        raise InvalidValueError.of("simulate.sensors", f"must be given for --record (got nothing; {hint})")
+    recording = result.recording
+    if recording is None:
+        raise NumericalError(result.warnings[-1])
+    with announce_file(file):
+        if file.lower().endswith(_HISTORIES):
+            recording.write(file)
+            return
+        from shockwave import pictures
+
+        units = list(dict.fromkeys(each.unit for each in recording.sensors))
+        drawn, places = pictures.figure(max(len(units), 1), size="page")
+        for ax, unit in zip(places, units, strict=False):
+            pictures.sensors(result, unit, ax=ax)
+        if not units:
+            result.plot(ax=places[0])
+        pictures.save(drawn, file)
 
 
 def compare(options: Namespace) -> int:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from shockwave.pictures.amplification_curves import design, materials, pareto, universal_curves
 from shockwave.pictures.finite_chains import peak_forces
+from shockwave.pictures.sensor_histories import sensors
 from shockwave.pictures.waves import contact_forces, sources, train
 
 if TYPE_CHECKING:
@@ -13,13 +14,18 @@ if TYPE_CHECKING:
 
 
 def draw_scene(result: Any, *, ax: Axes | None) -> Axes:
-    """Draw recorded contact forces, or the greatest forces along a finite chain, or the peak forces of the waves."""
+    """Draw the histories of sensors or contacts, or the greatest forces along a chain, or those of the waves."""
     simulated, _ = sources(result)
-    if simulated is not None and "forces" in simulated.options.record:
-        return contact_forces(simulated, ax=ax)
+    if simulated is not None and (simulated.options.sensors or "forces" in simulated.options.record):
+        return draw_histories(simulated, ax=ax)
     if simulated is not None and simulated.contacts:
         return peak_forces(simulated, ax=ax)
     return train(result, ax=ax)
+
+
+def draw_histories(result: Any, *, ax: Axes | None) -> Axes:
+    """Draw the histories of sensors or, without them, contact forces."""
+    return (sensors if getattr(result, "options", result).sensors else contact_forces)(result, ax=ax)
 
 
 def draw_curve(result: Any, *, ax: Axes | None) -> Axes:

@@ -143,6 +143,10 @@ def _of_combination(chain: Chain, impact: Any, options: SimulateOptions, data: M
     if options.integrator is not None and (impact is not None or uniform_of(chain) is None):
         reason = load("integrators", options.integrator).refusal(chain.is_damped)
         faults = [Fault("simulate.integrator", reason)] if reason else []
+    if options.sensors:
+        from shockwave.scene.sensors import sensor_faults  # most simulations have none
+
+        faults += (fault.below("simulate") for fault in sensor_faults(options.sensors, chain, impact is not None))
     if chain.count is not None:
         last = chain.count + (impact is not None) + (chain.end is not None) - 2
         for index, contact in enumerate(data["simulate"]["contacts"] if options.contacts else ()):

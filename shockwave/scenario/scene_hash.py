@@ -48,6 +48,8 @@ def normalise(scenario: Scenario) -> str:
         **_excitation(scenario),
         "simulate": {**_settings(scenario.simulate), "record": sorted(set(scenario.simulate.record))},
     }
+    if not scenario.simulate.sensors:
+        del form["simulate"]["sensors"]
     if scenario.chain.elastic_only:
         form["elastic_only"] = True
     if scenario.limit is not None:

@@ -34,6 +34,12 @@ _NUMBER = "^\\s*[-+\N{MINUS SIGN}]?\\.?[0-9]"
 
 _BOUNDS = {"exclusiveMinimum": "above", "minimum": "at_least", "exclusiveMaximum": "below", "maximum": "at_most"}
 Form = dict[str, Any]
+# Keys of a sensor at a contact or in a granule.
+_SENSOR: Form = {
+    "contact": {"type": "integer"},
+    "granule": {"type": "integer"},
+    "quantity": {"enum": ["force", "velocity", "displacement"]},
+}
 
 
 def schema() -> Form:
@@ -54,6 +60,8 @@ def schema() -> Form:
     optional |= {"limit": keys_of(Limit), "published": keys_of(Published), "sweep": SWEEP}
     for block, keys in optional.items():
         forms[block] |= _or_null(_mapping(keys))
+    sensor = {"anyOf": [*_in_any_case(["wall", "structure"]), {"type": "object", "properties": _SENSOR}]}
+    forms["simulate"]["properties"]["sensors"]["items"] = sensor
     for part in ("grid", "zip"):
         forms["sweep"]["properties"][part] |= _dotted()
     forms["sweep"]["properties"]["points"] |= {"type": "array", "minItems": 1, "items": _dotted()}

@@ -5,20 +5,37 @@ from __future__ import annotations
 import functools
 import operator
 import typing
-from collections.abc import Collection, Iterable
-from typing import Any, Literal
+from collections.abc import Collection, Iterable, Mapping
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import attrs
 from attrs import field, frozen
 
 from shockwave.base.arguments import unknown_arguments
 from shockwave.base.errors import InvalidValueError, refuse
-from shockwave.base.quantity_fields import MAGNITUDES, SI, Converted, Value, one_of, quantity, text_of, tuple_repr
+from shockwave.base.quantity_fields import (
+    MAGNITUDES,
+    PLAIN,
+    SI,
+    Converted,
+    Value,
+    one_of,
+    quantity,
+    text_of,
+    tuple_repr,
+)
 from shockwave.registry.registry import find
+
+if TYPE_CHECKING:
+    from shockwave.scene.sensors import Sensor
+else:  # most simulations have none
+    Sensor = Any
 
 Waves = Literal["train", "primary"]
 Backend = Literal["auto", "compiled", "numpy"]
 Recorded = Literal["forces", "field", "energies"]
+#: A sensor as a scenario states it, such as ``wall``, ``{granule: 10}`` or ``{granule: 3, quantity: velocity}``.
+SensorArgument: TypeAlias = Literal["wall", "structure"] | Mapping[str, int | str]
 
 # Greatest number of a contact: far beyond any chain that can be simulated.
 _MOST_CONTACT = 10**12
@@ -45,6 +62,14 @@ def _check_record(values: Iterable[Any]) -> tuple[Any, ...]:
     return names
 
 
+def _sensors(values: Any) -> Any:
+    if not values:
+        return ()
+    from shockwave.scene.sensors import sensors_of
+
+    return sensors_of(values)
+
+
 @frozen(kw_only=True)
 class SimulateOptions(Value):
     """Options of a simulation.
@@ -68,9 +93,14 @@ class SimulateOptions(Value):
         reported. Default: none in an endless chain, all in a finite one, evenly spaced beyond 1000.
     record : sequence of "forces", "field", "energies"
         Histories to record: forces at ``contacts``, positions and velocities of all granules, energies.
+    sensors : sequence of sensors
+        Sensors whose histories and first pulses are computed: ``wall``, ``structure``, ``{contact: N}``,
+        ``{granule: N}`` (the mean of its two contact forces), also with ``quantity: velocity`` or ``displacement``.
+        Default: none.
     interval, until : float, optional
         Sampling interval of the histories and their end [s]. Default: a tenth of the characteristic time of the wave,
-        and shortly after the leading wave has passed the last of ``contacts`` or was measured.
+        and shortly after the leading wave has passed the last of ``contacts`` or was measured; with ``sensors``, the
+        duration of the shock plus three times the time at which it arrives at the end of the chain or the last of them.
     timeout : float, optional
         Maximum computing time [s]. If the leading wave has not been found by then, the simulation fails; anything else
         still missing is omitted with a warning. Default: no limit.
@@ -96,13 +126,16 @@ class SimulateOptions(Value):
     backend: Backend = field(default="auto", validator=one_of(*typing.get_args(Backend)))
     contacts: Converted[tuple[int, ...], Iterable[int]] = field(default=(), converter=_contacts, repr=tuple_repr)
     record: Converted[tuple[Recorded, ...], Iterable[Recorded]] = field(default=(), converter=_check_record)
+    sensors: Converted[tuple[Sensor, ...], Iterable[SensorArgument]] = field(
+        default=(), converter=_sensors, metadata={PLAIN: True}
+    )
     interval: SI[float | None] = quantity("s", "sampling interval of the histories", within=MAGNITUDES, default=None)
     until: SI[float | None] = quantity("s", "end of the histories", within=MAGNITUDES, default=None)
     timeout: SI[float | None] = quantity("s", "maximum computing time", above=0, default=None)
 
     def __attrs_post_init__(self) -> None:
-        if self.interval is not None and not self.record:
-            problem = f"must be left out without record (got {self.interval:g} s; list what to record)"
+        if self.interval is not None and not (self.record or self.sensors):
+            problem = f"must be left out without record or sensors (got {self.interval:g} s; list what to record)"
             raise InvalidValueError.of("interval", problem)
         takes = "rtol backend"
         if self.integrator is not None:

@@ -18,14 +18,14 @@ from shockwave.base.text import round_digits, si
 from shockwave.engine.backend import chosen
 from shockwave.engine.mixed_chain_problem import Motion
 from shockwave.engine.nystroem_integrators import Rkn86
-from shockwave.registry.registry import load
 from shockwave.scene.force_limit import LAST, LATER, UNBOUNDED, UNDAMPED, WALL, WAVE, LeavingForce
 from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.yielding import UNJUDGED, Yielding, beyond_elastic, first_yield_force, strength_of
+from shockwave.simulation.chain_histories import chain_options, count_reached
 from shockwave.simulation.contact_setup import ChainSetup
-from shockwave.simulation.convergence_runs import run, runs_of, tolerances_for, warn_missed
-from shockwave.simulation.recording import Recording, sample_times
+from shockwave.simulation.convergence_runs import runs_of, warn_missed
+from shockwave.simulation.recording import sample_times
 from shockwave.simulation.result_parts import (
     Computation,
     ContactForces,
@@ -105,7 +105,7 @@ def simulate_chain(
     if error := beyond_elastic(chain, lambda: yielding):
         raise error
     endless, later = chain.count is None, _later_force(case, motion)
-    reached = _count_reached(motion.v) if endless else count
+    reached = count_reached(motion.v) if endless else count
     leaving = LeavingForce(name=WAVE, remedy="simulate a finite chain")
     if not endless:
         leaving = last_force(WALL if case.has_wall else LAST, runs.peak(-1), motion.arrival is not None, later)
@@ -161,12 +161,10 @@ def forces_of(result: Simulation) -> ContactForces:
     NumericalError
         If the integration would take too long, fails, or reaches the time limit.
     """
-    granules, options = cast(int, result.chain.granules), result.options
-    integrator = result.integrator
+    granules, options = cast(int, result.chain.granules), chain_options(result)
     warnings: list[str] = []
-    if load("integrators", integrator).refusal(damped=False):
-        warnings = [f"{Rkn86.name} integrates the greatest forces at the contacts; {integrator} only the waves."]
-    options = evolve(options, step=None, integrator=None if warnings else integrator, backend=options.wanted_backend)
+    if options.integrator is None:
+        warnings = [f"{Rkn86.name} integrates the greatest forces at the contacts; {result.integrator} only the waves."]
     code = "numpy" if chosen(options.backend) is None else "compiled"
     if options.timeout is None and options.until is None:
         duration = max(scale_scene(result.scene)[0].duration, _SINGLE)
@@ -292,11 +290,6 @@ def _later_warning(case: ChainSetup, motion: Motion, later: float) -> Iterator[s
             yield "The striker may fall on the chain again, with a greater force on the wall (its bound is not known)."
 
 
-def _count_reached(v: FloatArray) -> int:
-    """Number of granules that the waves have reached."""
-    return 1 + int(np.flatnonzero(v).max(initial=0))
-
-
 def _segments(case: ChainSetup, motion: Motion, granules: int) -> Iterator[SegmentEnergy]:
     """Energy of each segment, of so many granules in all."""
     count, energies = case.granules, case.scales.energy * motion.kinetic[: case.granules]
@@ -360,40 +353,3 @@ def _first_yield(case: ChainSetup, motion: Motion) -> Yielding | None:
     first = first_yield_force(radii, moduli, softer[at])
     ratios = motion.forces[at] * case.scales.force / first
     return Yielding(first_yield_force=float(first.min()), peak_ratio=float(ratios.max()))
-
-
-# ---------------------------------------------------------------- histories
-
-
-def record_chain(result: Simulation) -> Recording:
-    """Histories that the options of ``result`` request, by another integration of the chain.
-
-    Raises
-    ------
-    InvalidValueError
-        If the histories have too many values.
-    """
-    options, end = result.options, cast(float, result.end)
-    case = ChainSetup.of(options, result.scene)
-    scales, count = case.scales, case.granules
-    times = sample_times(options, scales, end / scales.time, count)
-    motion = run(case, tolerances_for(case.rtol)[0], end / scales.time, times)
-    if result.chain.count is None:
-        count = _count_reached(motion.v)
-    recorded: dict[str, FloatArray] = {}
-    if "forces" in options.record:
-        forces = scales.force * motion.samples_forces
-        recorded["forces"] = forces[:, case.reported]
-        if case.has_wall:
-            recorded["wall_force"] = forces[:, -1]
-    if "field" in options.record:
-        recorded["displacements"] = scales.energy / scales.force * motion.samples_x[:, :count]
-        recorded["velocities"] = scales.velocity * motion.samples_v[:, :count]
-    if "energies" in options.record:
-        squares = motion.samples_v**2 / case.assembly.inverse_masses
-        recorded["kinetic_energy"] = scales.energy / 2 * np.add.reduce(squares, axis=1)
-        if case.layout.law is None:
-            contacts = np.add.reduce([case.assembly.potential(x) for x in motion.samples_x], axis=1)
-            spring = case.assembly.end_stiffness / 2 * motion.samples_x[:, -1] ** 2
-            recorded["contact_energy"] = scales.energy * (contacts + spring)
-    return Recording(times=times * scales.time, contacts=tuple(case.reported.tolist()), **recorded)

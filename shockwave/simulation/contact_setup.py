@@ -110,7 +110,7 @@ class ChainSetup:
         filled = options if method is not None and not method.adaptive else evolve(options, rtol=options.rtol or RTOL)
         reported = np.array(select_contacts(options, len(layout.pairs.stiffnesses)), dtype=np.intp)
         check_end(options, excitation)
-        if options.record and options.until is not None:
+        if (options.record or options.sensors) and options.until is not None:
             sample_times(options, scales, options.until / scales.time, len(layout.masses))
         return cls(scene, layout, scales, assembly, filled, method, compiled, reported)
 
@@ -151,6 +151,7 @@ class ChainSetup:
         """Contacts for which the tolerance holds: those requested, that of the greatest force, and the last one."""
         endless = self.scene.chain.count is None
         requested = self.reported.tolist() if self.options.contacts or endless else []
+        requested += [contact for sensor in self.options.sensors for contact in sensor.contacts]
         last = [] if endless else [len(forces) - 1]
         return np.array(sorted({*requested, int(np.argmax(forces)), *last}), dtype=np.intp)
 
@@ -172,7 +173,7 @@ def check_setup(options: SimulateOptions, scene: Scene) -> ChainSetup | None:
         part = _part(options, scene)
         if part.until is not None:
             granules = _granules_within(part, part.until)
-            if options.record:
+            if options.record or options.sensors:
                 sample_times(options, part.scales, part.until, granules)
         return None
     return ChainSetup.of(options, scene)
@@ -189,17 +190,19 @@ def _endless(options: SimulateOptions, scene: Scene) -> ChainSetup:
         # rounded, so that it does not depend on the code that integrated the part
         end = float(f"{end:.{_DIGITS}g}")
     whole = ChainSetup.of(part.options, _of_length(scene, _granules_within(part, end)))
-    filled = evolve(whole.options, contacts=options.contacts, record=options.record, interval=options.interval)
+    names = ("contacts", "record", "sensors", "interval")
+    filled = evolve(whole.options, **{name: getattr(options, name) for name in names})
     return evolve(whole, scene=scene, options=filled, reported=np.array(options.contacts or _ENDLESS), end=end)
 
 
 def _part(options: SimulateOptions, scene: Scene) -> ChainSetup:
     """The part of an endless chain up to the last reported contact."""
-    granules = (options.contacts or _ENDLESS)[-1] + 2
+    sensors = tuple(each.number for each in options.sensors)
+    granules = max(options.contacts + sensors or _ENDLESS) + 2
     if granules > MOST_GRANULES:
         problem = f"must be at most {MOST_GRANULES - 2} (got {granules - 2})"
         raise InvalidValueError.of("contacts", problem)
-    others = evolve(options, contacts=(), record=(), interval=None)
+    others = evolve(options, contacts=(), record=(), sensors=(), interval=None)
     return ChainSetup.of(others, _of_length(scene, granules))
 
 

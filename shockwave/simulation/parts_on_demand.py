@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
+from typing import Any
 
 import numpy as np
 from attrs import evolve
@@ -137,7 +138,7 @@ def record(result: Simulation) -> Recording:
     times = sample_times(options, scales, until, result.primary.contact + until)
     spans = march(scale_scene(result.scene)[0], setup_of(options).integrator())
     x, v = _states(spans, times.tolist())
-    kept: dict[str, FloatArray] = {}
+    kept: dict[str, Any] = {}
     contacts = options.contacts if result.chain.count is None else select_contacts(options, result.chain.count - 1)
     if "forces" in options.record:
         forces = contact_forces(x, result.chain.exponent)

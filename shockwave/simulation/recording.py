@@ -38,6 +38,15 @@ def plain(value: Any) -> Any:
     )
 
 
+@frozen(eq=False)
+class SensorHistory:
+    """History of a sensor: its name, its SI unit, and its values at the times of the recording."""
+
+    name: str
+    unit: str
+    values: FloatArray
+
+
 @frozen(kw_only=True, eq=False, repr=False)
 class Recording(Result):
     """Histories at equal time intervals, in SI units; histories that were not requested are None.
@@ -59,6 +68,8 @@ class Recording(Result):
         of a movable wall and its spring.
     wall_force : array, shape (k,), or None
         Force on the wall [N]; None without a wall or ``forces``.
+    sensors : tuple of SensorHistory
+        Histories of the sensors, in their order; those of a movable end are four.
     """
 
     times: FloatArray
@@ -69,8 +80,9 @@ class Recording(Result):
     kinetic_energy: FloatArray | Any = None
     contact_energy: FloatArray | Any = None
     wall_force: FloatArray | Any = None
+    sensors: tuple[SensorHistory, ...] = ()
 
-    _picture = "shockwave.pictures.waves:contact_forces"
+    _picture = "shockwave.pictures.default_pictures:draw_histories"
     _tables = (("histories", "time"),)
 
     def __repr__(self) -> str:
@@ -89,19 +101,34 @@ class Recording(Result):
 
     @property
     def _arrays(self) -> dict[str, FloatArray]:
-        return {name: kept for name, kept in asdict(self, recurse=False).items() if isinstance(kept, np.ndarray)}
+        arrays = {name: kept for name, kept in asdict(self, recurse=False).items() if isinstance(kept, np.ndarray)}
+        return arrays | {each.name: each.values for each in self.sensors}
 
     def _table(self, name: str) -> Table:
         from shockwave.base.result_tables import column, coordinate
 
-        table = coordinate("time", self.times)
+        table, units = coordinate("time", self.times), {each.name: each.unit for each in self.sensors}
         for name, kept in self._arrays.items():
             if name != "times":
                 second = "contact" if name == "forces" else "granule"
                 places = self.contacts if name == "forces" else range(kept.shape[-1])
                 table |= coordinate(second, places) if kept.ndim > 1 else {}
-                table |= column(name, kept, *("time", second)[: kept.ndim])
+                table |= column(name, kept, *("time", second)[: kept.ndim], unit=units.get(name))
         return table
+
+    def write(self, file: str) -> None:
+        """Write the histories as CSV, with the units in the heads of the columns, or as NetCDF (``.nc``).
+
+        Raises
+        ------
+        FileAccessError
+            If the file cannot be written.
+        UsageError
+            If xarray is not installed, for NetCDF.
+        """
+        from shockwave.base.result_tables import write_table
+
+        write_table(self._table("histories"), {}, file)
 
     def to_dict(self) -> dict[str, Any]:
         """Attributes by name, with arrays as lists of SI floats."""

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from attrs import frozen
 
-from shockwave.base.errors import NumericalError, ShockwaveError, detach
+from shockwave.base.errors import NumericalError, ShockwaveError, detach, refuse
 from shockwave.base.progress import report_progress
 from shockwave.engine.scaled_problem import ChainProblem
 from shockwave.engine.time_limit import expired, time_limit
@@ -179,6 +179,10 @@ def job_of(options: SimulateOptions, scene: Scene) -> Job:
     PluginError
         If the profile violates its contract.
     """
+    if options.sensors:
+        from shockwave.scene.sensors import sensor_faults  # most simulations have none
+
+        refuse(sensor_faults(options.sensors, scene.chain, scene.shock is None))
     if scene.shock is None or scene.uniform is None:
         from shockwave.simulation.contact_setup import check_setup  # a shock on equal granules does not need it
 
@@ -372,8 +376,8 @@ class Computation:
 
     def recording(self, result: Simulation) -> Recording:
         """Histories that the options request."""
-        if result.wave is None:
-            from shockwave.simulation.contact_forces import record_chain as record
+        if result.wave is None or result.options.sensors:
+            from shockwave.simulation.chain_histories import record_chain as record
         else:
             from shockwave.simulation.parts_on_demand import record
 

@@ -368,7 +368,8 @@ class Simulation(SceneResult):
     def _recording(self) -> tuple[Recording | None, tuple[str, ...]]:
         """Histories, and a warning if they could not be computed."""
         try:
-            return (self.computation.recording(self) if self.options.record else None), ()
+            wanted = self.options.record or self.options.sensors
+            return (self.computation.recording(self) if wanted else None), ()
         except NumericalError as error:
             return None, (f"No histories: {error}.",)
 

@@ -186,6 +186,8 @@ def kind_and_rule(key: keys.Key) -> tuple[str, str]:
         return named.get(key.name, "mapping"), "-"
     if float in members:
         return "name or number" if str in members else "number", "-"
+    if key.name == "sensors":
+        return "list of sensors", "-"
     return "list of whole numbers" if listed and int in members else "list of text" if listed else "text", "-"
 
 

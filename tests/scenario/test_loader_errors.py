@@ -196,7 +196,7 @@ MARKED = {
     ),
     "interval-without-record": (
         finite() + "simulate: {interval: |1 us}\n", "simulate.interval",
-        "must be left out without record (got 1e-06 s; list what to record)",
+        "must be left out without record or sensors (got 1e-06 s; list what to record)",
     ),
     "sweep-of-a-missing-segment": (
         finite() + "sweep: {grid: {|'chain.granules[3].radius': [1, 2]}}\n", "sweep.grid.'chain.granules[3].radius'",

@@ -6,6 +6,7 @@ cut off, and knows nothing of windows, equilibria or free-particle displacements
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
@@ -83,13 +84,32 @@ class Reference:
 
     def greatest(self, end: float, looser: float = 1.0) -> tuple[Array, Array]:
         """Greatest dynamic parts of the forces [N] and their times [s], from 0 to ``end`` [s]."""
+        best, when = self.contacts(self.start)[0], np.zeros(len(self.static))
+        for dense, sampled in self.steps(end, looser):
+            forces = self.contacts(dense(sampled))[0]
+            for contact in np.flatnonzero(forces.max(axis=1) > best * (1 - 1e-3)):
+                at, force = self._top(dense, sampled, forces[contact], contact)
+                if force > best[contact]:
+                    best[contact], when[contact] = force, at
+        return (best - self.static) * self.force, when * self.unit
+
+    def history(self, times: Array) -> tuple[Array, Array, Array]:
+        """Total contact forces [N], displacements [m] and velocities [m/s], a row for each of ``times`` [s]."""
+        states = np.repeat(self.start[:, None], len(times), axis=1)
+        for dense, sampled in self.steps(float(times[-1])):
+            inside = (times > sampled[0] * self.unit) & (times <= sampled[-1] * self.unit * (1 + 1e-14))
+            states[:, inside] = dense(times[inside] / self.unit)
+        bodies, forces = len(self.rates), self.contacts(states)[0] * self.force
+        return forces.T, self.length * states[:bodies].T, self.length / self.unit * states[bodies:].T
+
+    def steps(self, end: float, looser: float = 1.0) -> Iterator[tuple[DenseOutput, Array]]:
+        """Steps to ``end`` [s], which end on kinks: their dense output, and times within them."""
         control = {"max_step": STEP, "rtol": looser * RTOL, "atol": looser * ATOL}
         stops = [end]
         if self.shock is not None:
             stops += [point * self.shock.rise_time for point in self.shock.profile.breakpoints]
         times = sorted({stop / self.unit for stop in stops if 0 <= stop <= end} | {0.0})
-        state, best, when = self.start, self.contacts(self.start)[0], np.zeros(len(self.static))
-        size: float | None = None
+        state, size = self.start, None
         for begin, stop in pairwise(times):
             time, kink, struck = begin, stop, -1
             while time < stop:
@@ -99,19 +119,15 @@ class Reference:
                     before = solver.y
                     solver.step()
                     dense, sampled = solver.dense_output(), np.linspace(solver.t_old, solver.t, SAMPLES)
-                    forces, signs = self.contacts(dense(sampled))
+                    signs = self.contacts(dense(sampled))[1]
                     if kink == stop and (found := self._kink(dense, sampled, signs, struck)):
                         # once more, to the kink
                         state, (time, kink, struck), size = before, (solver.t_old, *found), solver.step_size
                         break
                     struck = -1 if kink == stop else struck
-                    for contact in np.flatnonzero(forces.max(axis=1) > best * (1 - 1e-3)):
-                        at, force = self._top(dense, sampled, forces[contact], contact)
-                        if force > best[contact]:
-                            best[contact], when[contact] = force, at
+                    yield dense, sampled
                 else:
                     state, time, size, kink = solver.y, kink, solver.h_abs, stop
-        return (best - self.static) * self.force, when * self.unit
 
     def _kink(self, dense: DenseOutput, times: Array, signs: Array, struck: int) -> tuple[float, int] | None:
         """The first time within a step at which a contact opens, closes or is cut off, and the contact."""
