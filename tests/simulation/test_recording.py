@@ -88,6 +88,7 @@ def test_only_requested_histories_are_kept(kept: str, shapes: dict[str, tuple[in
     document = json.loads(json.dumps(found.to_dict(), allow_nan=False))["recording"]
     assert len(document.pop("times")) == 81
     assert document.pop("contacts") == [1]
+    assert document.pop("sensors") == []
     assert {name: np.shape(history) for name, history in document.items() if history is not None} == shapes
 
 
