@@ -45,7 +45,7 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "scene.chain": ("Chain",),
     "scene.chain_end": ("Wall",),
     "scene.closed_form_laws": ("damped_decay", "striker_waves", "wall_factor"),
-    "scene.contact_law": ("ContactLaw", "PowerContact"),
+    "scene.contact_law": ("ContactLaw", "ElasticPlastic", "Hertz", "PowerContact"),
     "scene.damping": ("Dashpot", "KuwabaraKono", "Tsuji"),
     "scene.force_limit": ("Limit", "Verdict"),
     "scene.impact": ("Impact",),

@@ -44,6 +44,8 @@ if TYPE_CHECKING:  # mypy resolves cycles of imports only here
     from shockwave.scene.closed_form_laws import striker_waves as striker_waves
     from shockwave.scene.closed_form_laws import wall_factor as wall_factor
     from shockwave.scene.contact_law import ContactLaw as ContactLaw
+    from shockwave.scene.contact_law import ElasticPlastic as ElasticPlastic
+    from shockwave.scene.contact_law import Hertz as Hertz
     from shockwave.scene.contact_law import PowerContact as PowerContact
     from shockwave.scene.damping import Dashpot as Dashpot
     from shockwave.scene.damping import KuwabaraKono as KuwabaraKono

@@ -82,6 +82,7 @@ ENTRIES = {
     "contacts": [
         Entry("hertz", f"{_CONTACT}:Hertz", "k d^(3/2), k from materials and radii (default)"),
         Entry("power-law", f"{_CONTACT}:PowerContact", "k d^p, with k and p the same at all contacts"),
+        Entry("elastic-plastic", f"{_CONTACT}:ElasticPlastic", "Hertz's law up to plastic flow, finite chains"),
         Entry("kuwabara-kono", f"{_DAMPING}:KuwabaraKono", "damping (3/2) k A d^(1/2) d', viscoelastic", takes=_DAMPS),
         Entry("dashpot", f"{_DAMPING}:Dashpot", "damping c d', linear", takes=_DAMPS),
         Entry("tsuji", f"{_DAMPING}:Tsuji", "damping c d^(1/4) d', with constant restitution", takes=_DAMPS),

@@ -35,7 +35,11 @@ TAPER = (
     evolve(_keys(Taper)["spacing"], meaning="linear (equal differences, default) or geometric (equal ratios)"),
 )
 #: Keys of a segment.
-SEGMENT = (_keys(Segment)["count"], _MATERIAL, Key("diameter", spec=_DIAMETER), _RADIUS, _keys(Segment)["gap"])
+SEGMENT = (
+    *(_keys(Segment)["count"], _MATERIAL, Key("diameter", spec=_DIAMETER), _RADIUS, _keys(Segment)["gap"]),
+    Key("contact", default=None, meaning="law of the contacts behind its granules, by default that of the chain"),
+    Key("damping", default=None, meaning="damping at these contacts, by default that of the chain"),
+)
 # Keys of sizes, of which a segment has one.
 _SIZES = ("diameter", "radius")
 #: Keys of a repeated cell.
@@ -87,7 +91,8 @@ def _segment(content: Any) -> Segment:
     if content is None:
         raise InvalidValueError(f"must be a mapping of {', '.join(key.name for key in SEGMENT)} (got nothing)")
     sizes = {key.name: partial(_size, key) for key in SEGMENT if key.name in _SIZES}
-    return Segment(**structure(content, SEGMENT, {"material": material, **sizes}))
+    laws = {block: partial(law, block) for block in LAWS}
+    return Segment(**structure(content, SEGMENT, {"material": material, **sizes, **laws}))
 
 
 def _size(key: Key, given: Any) -> Any:
@@ -167,8 +172,7 @@ def impact(given: Any) -> Impact:
 PARSERS: Mapping[str, Parser] = {
     "granules": granules,
     "end": end,
-    "damping": partial(law, "damping"),
-    "contact": partial(law, "contact"),
+    **{block: partial(law, block) for block in LAWS},
 }
 
 
@@ -190,17 +194,21 @@ def keys_below(data: Mapping[str, Any]) -> Iterator[tuple[str, Key]]:
     if isinstance(chain.get("end"), dict):
         yield from _of_block("chain.end", END, chain["end"])
     for block in LAWS:
-        block_content = _mapping(chain.get(block))
-        with suppress(ShockwaveError):  # reported at the place of the name
-            name = block_content.get("model", "power-law" if block == "contact" and block_content else None)
-            if isinstance(name, str):
-                yield from _of_block(f"chain.{block}", keys_of(load("contacts", name)), block_content)
+        yield from _of_law("chain", block, chain)
     if "impact" in data:
         yield from _of_block("impact", IMPACT, _mapping(data["impact"]))
 
 
 def _mapping(given: Any) -> dict[str, Any]:
     return given if isinstance(given, dict) else {}
+
+
+def _of_law(place: str, block: str, content: Mapping[str, Any]) -> Iterator[tuple[str, Key]]:
+    values = _mapping(content.get(block))
+    with suppress(ShockwaveError):  # reported at the place of the name
+        name = values.get("model", "power-law" if block == "contact" and values else None)
+        if isinstance(name, str):
+            yield from _of_block(f"{place}.{block}", keys_of(load("contacts", name)), values)
 
 
 def _of_block(place: str, keys: Sequence[Key], content: Mapping[str, Any]) -> Iterator[tuple[str, Key]]:
@@ -213,5 +221,7 @@ def _of_block(place: str, keys: Sequence[Key], content: Mapping[str, Any]) -> It
         elif key.name in _SIZES and (tapers := [one for one in _SIZES if isinstance(content.get(one), dict)]):
             name = f"{place}.{tapers[0]}"
             yield from ((f"{name}.{end.name}", end) for end in TAPER[:2])
+        elif key.name in LAWS:
+            yield from _of_law(place, key.name, content)
         else:
             yield name, key

@@ -92,14 +92,21 @@ def _chain() -> Form:
     properties["granules"] = description | {"anyOf": [granules, parts]}
     properties["end"] |= {"anyOf": [*_in_any_case(["free"]), _KINDS[type(None)], _mapping(END)]}
     for block in LAWS:
-        laws = [_where("model", name, _mapping(_law(name))) for name in models(block)]
-        named = {"properties": {"model": {"anyOf": _in_any_case(models(block))}}}
-        properties[block] |= {"type": ["object", "null"], "allOf": [named, *laws]}
+        properties[block] |= _laws(block)
     return form
+
+
+def _laws(block: str) -> Form:
+    """Contact laws or dampings."""
+    laws = [_where("model", name, _mapping(_law(name))) for name in models(block)]
+    named = {"properties": {"model": {"anyOf": _in_any_case(models(block))}}}
+    return {"type": ["object", "null"], "allOf": [named, *laws]}
 
 
 def _segment() -> Form:
     form = _mapping(SEGMENT)
+    for block in LAWS:
+        form["properties"][block] |= _laws(block)
     for name in ("diameter", "radius"):
         size = form["properties"][name]
         form["properties"][name] = {"description": size.pop("description"), "anyOf": [size, _mapping(TAPER)]}

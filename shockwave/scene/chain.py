@@ -16,7 +16,7 @@ from shockwave.scene.material import Material, check_material, material_of
 
 if TYPE_CHECKING:  # a chain of equal spheres does not need them
     from shockwave.scene.chain_end import Wall
-    from shockwave.scene.contact_law import ContactLaw, PowerContact
+    from shockwave.scene.contact_law import AnyContact, PowerContact
     from shockwave.scene.damping import Damping
     from shockwave.scene.segments import Cell, Segment
 
@@ -79,7 +79,7 @@ class Chain(Value):
         striker from the first touch on.
     damping : KuwabaraKono, Dashpot or Tsuji, optional
         Damping at all contacts.
-    contact : PowerContact or ContactLaw, optional
+    contact : PowerContact, ElasticPlastic or ContactLaw, optional
         Contact law, by default Hertz's.
     elastic_only : bool
         Whether to refuse results with forces beyond first yield, default False.
@@ -116,7 +116,7 @@ class Chain(Value):
     precompression: float = quantity("N", "static contact force", at_least=0, default=0.0)
     gravity: float = quantity("m/s**2", "acceleration of gravity towards the wall", at_least=0, default=0.0)
     damping: Damping | None = None
-    contact: PowerContact | ContactLaw | None = field(default=None, converter=_contact)
+    contact: AnyContact | None = field(default=None, converter=_contact)
     elastic_only: bool = field(default=False, validator=one_of(False, True))
     packing: Packing | None = field(default=None, validator=optional(one_of(*_PACKINGS)))
 
@@ -131,7 +131,7 @@ class Chain(Value):
         precompression: Number = 0.0,
         gravity: Number = 0.0,
         damping: Damping | None = None,
-        contact: PowerContact | ContactLaw | None = None,
+        contact: AnyContact | None = None,
         elastic_only: bool = False,
         packing: Packing | None = None,
     ) -> None:
@@ -159,7 +159,7 @@ class Chain(Value):
         if packing is None:
             from shockwave.scene.feature_rules import check_features  # needed only here
 
-            check_features(self.granules, **features)
+            check_features(self.granules, self.elastic_only, **features)
         elif any(features.values()) or isinstance(self.granules, tuple):
             problem = f"must be left out for a chain with further features (got {packing!r})"
             raise InvalidValueError.of("packing", problem)
@@ -197,9 +197,21 @@ class Chain(Value):
 
     @property
     def is_damped(self) -> bool:
-        """Whether forces depend on velocities, or on a contact law of a plugin."""
-        sprung = self.end is not None and self.end.damping > 0
-        return self.damping is not None or sprung or (self.contact is not None and self._power_contact is None)
+        """Whether forces depend on velocities, on a contact law of a plugin, or on plastic flow."""
+        if self.is_uniform:
+            return False
+        from shockwave.scene.feature_rules import is_damped  # equal granules do not need it
+
+        return is_damped(self.granules, self.end, self.contact, self.damping)
+
+    @property
+    def is_plastic(self) -> bool:
+        """Whether some contacts are elastic-plastic."""
+        if self.is_uniform:
+            return False
+        from shockwave.scene.feature_rules import is_plastic  # equal granules do not need it
+
+        return is_plastic(self.granules, self.contact)
 
     @cached_property
     def contact_stiffness(self) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import TypeAlias
 
 import numpy as np
 from attrs import frozen
@@ -166,6 +167,37 @@ class PowerContact(Value):
     )
 
 
+@frozen(kw_only=True)
+class ElasticPlastic(Value):
+    """Elastic-plastic contact: Hertz's law until a contact flows plastically, and elastic unloading from there.
+
+    The law of Burgoyne and Daraio (2014), limited to Hertz's force. A contact flows at the yield strength of its softer
+    body, which the rate constant of that body raises with the strain rate; a body without a yield strength counts as
+    elastic.
+
+    Raises
+    ------
+    InvalidValueError
+        Raised by the layout of a chain if the yield strength of the softer body divided by E* is outside 0.001 to 0.1.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> row = sw.Chain(
+    ...     material="stainless-steel-302",
+    ...     diameter="9.5 mm",
+    ...     granules=20,
+    ...     contact=sw.ElasticPlastic(),
+    ... )
+    >>> row.is_plastic
+    True
+    """
+
+
 @frozen
 class Hertz:
     """Hertz's law F = k d^(3/2), with k from the materials and radii of each contact: the default."""
+
+
+#: Law of a contact.
+AnyContact: TypeAlias = PowerContact | ElasticPlastic | ContactLaw | Hertz

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 from attrs import evolve
 
@@ -41,7 +41,6 @@ def reduce_chain(chain: Chain) -> Chain | None:
         return None
     if chain.count is None:
         return chain
-    assert isinstance(chain.granules, Sequence)
     first = next(segment for _, segment in each_segment(chain.granules))
     radius = _kind(chain, first)[0]
     return evolve(chain, material=first.material or chain.material, radius=radius, granules=chain.count)
@@ -81,10 +80,13 @@ def _further(chain: Chain, laws: bool = True) -> Iterator[tuple[Steps, str]]:
 
     ``laws`` states whether endless chains may have other contact laws than Hertz's.
     """
-    segments = [*each_segment(chain.granules)] if isinstance(chain.granules, Sequence) else []
+    segments = [*each_segment(chain.granules)]
     for place, segment in segments:
         if segment.gap:
             yield ("granules", *place, "gap"), "a gap"
+        for name, text in (("contact", "another contact law"), ("damping", "damping")):
+            if getattr(segment, name):
+                yield ("granules", *place, name), text
     for place, segment in segments:
         kind = _kind(chain, segment)
         taper = kind[0] != kind[1]

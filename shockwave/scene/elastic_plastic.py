@@ -29,6 +29,8 @@ SOFTENING_POWER = 0.1637
 #: Area of contact of full plasticity without overlap, over R*^2: a constant less a factor of q.
 AREA = 3.999e-9 / _FITTED**2
 AREA_LESS = 4.104e-6 / _FITTED**2
+#: Strength over E* for which the law is defined; below, the hardness exceeds that of any metal.
+RANGE = 1e-3, 0.1
 #: Strain rate above which the strength grows [1/s].
 RATE = 1e-3
 # Overlap over that of first yield between which the curve leaves Hertz's law.

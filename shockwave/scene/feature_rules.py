@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from shockwave.base.errors import Fault, refuse
+from shockwave.base.errors import Fault, Steps, refuse
 from shockwave.base.quantity_fields import text_of
 from shockwave.scene.chain_end import Wall
-from shockwave.scene.contact_law import ContactLaw, PowerContact
-from shockwave.scene.damping import HERTZ, Damping, Tsuji
+from shockwave.scene.contact_law import AnyContact, ContactLaw, ElasticPlastic, PowerContact
+from shockwave.scene.damping import HERTZ, Damping, Dashpot, Tsuji
 from shockwave.scene.segments import MOST_GRANULES, Cell, Segment, each_segment
 
 Granules = int | Sequence[Segment | Cell] | None
@@ -17,15 +17,19 @@ Granules = int | Sequence[Segment | Cell] | None
 _TYPES: Mapping[str, tuple[Any, str]] = {
     "end": (Wall, "a Wall"),
     "damping": (Damping, "a KuwabaraKono, a Dashpot or a Tsuji"),
-    "contact": (PowerContact | ContactLaw, "a PowerContact or a ContactLaw"),
+    "contact": (AnyContact, "a PowerContact, an ElasticPlastic, a ContactLaw or a Hertz"),
 }
+
+# Damping of a segment that has none in a chain with damping, and its text in a file.
+_UNDAMPED = Dashpot(coefficient=0.0)
+_UNDAMPED_TEXT = "damping: {model: dashpot, coefficient: 0}"
 
 #: Exponents of the contact force for which the waves of an endless chain are computed: nearer to 1 they are too long,
 #: and beyond, the granules behave nearly as hard spheres do.
 WAVE_EXPONENTS = (1.05, 6.0)
 
 
-def check_features(granules: Granules, **features: Any) -> None:
+def check_features(granules: Granules, elastic_only: bool, **features: Any) -> None:
     """Check the features of a chain, named as the arguments of `Chain`.
 
     Raises
@@ -39,7 +43,25 @@ def check_features(granules: Granules, **features: Any) -> None:
         for name, (types, rule) in _TYPES.items()
         if name in features and not isinstance(features[name], types)
     ]
-    refuse(faults or [*_of_length(granules, features), *_of_pairs(granules, features)])
+    for place, segment in each_segment(granules):
+        for name, value in (("contact", segment.contact), ("damping", segment.damping)):
+            types, rule = _TYPES[name]
+            if not isinstance(value, types | None):
+                faults.append(Fault(("granules", *place, name), f"must be {rule} (got {text_of(value)})"))
+    refuse(faults or [*_of_length(granules, features), *_of_pairs(granules, features, elastic_only)])
+
+
+def is_damped(granules: Granules, end: Wall | None, contact: object, damping: object) -> bool:
+    """Whether forces depend on velocities, on a contact law of a plugin, or on plastic flow."""
+    laws = [(contact, damping), *((segment.contact, segment.damping) for _, segment in each_segment(granules))]
+    memory = ContactLaw | ElasticPlastic
+    return (end is not None and end.damping > 0) or any(each[1] or isinstance(each[0], memory) for each in laws)
+
+
+def is_plastic(granules: Granules, contact: object) -> bool:
+    """Whether some contacts are elastic-plastic."""
+    contacts = [contact, *(segment.contact for _, segment in each_segment(granules))]
+    return any(isinstance(each, ElasticPlastic) for each in contacts)
 
 
 def _of_length(granules: Granules, features: Mapping[str, Any]) -> Iterator[Fault]:
@@ -60,22 +82,47 @@ def _of_length(granules: Granules, features: Mapping[str, Any]) -> Iterator[Faul
         yield Fault("granules", f"must be <= {MOST_GRANULES} for a chain with {names} (got {granules})")
 
 
-def _of_pairs(granules: Granules, features: Mapping[str, Any]) -> Iterator[Fault]:
+def _of_pairs(granules: Granules, features: Mapping[str, Any], elastic_only: bool) -> Iterator[Fault]:
     """Errors of features that exclude each other."""
     static = [name for name in ("precompression", "gravity") if name in features]
     if "gravity" in features and "end" not in features:
         yield Fault(
             "gravity", f"must be 0 for a chain with a free end (got {features['gravity']:g}; give a wall as end)"
         )
-    for place, segment in each_segment(granules) if static and isinstance(granules, Sequence) else ():
-        if segment.gap:
+    segments = [*each_segment(granules)]
+    for place, segment in segments:
+        if static and segment.gap:
             yield Fault(("granules", *place, "gap"), f"must be 0 under {' and '.join(static)} (got {segment.gap:g} m)")
-    contact, damping = features.get("contact"), features.get("damping")
-    if isinstance(contact, ContactLaw):
-        rule = f"must be left out for the contact law {type(contact).__name__}, which cannot be combined with it"
-        for name in (*static, *(["damping"] if damping else [])):
-            yield Fault(name, rule)
-    elif isinstance(damping, Tsuji) and contact is not None and contact.exponent != HERTZ:
-        rule = "must be dashpot or kuwabara-kono for a contact exponent other than 1.5, for which the restitution"
-        got = f"got tsuji, exponent {contact.exponent:g}"
-        yield Fault("damping.model", f"{rule} depends on the velocity ({got})")
+    yield from _of_laws(features.get("contact"), features.get("damping"), segments, static, elastic_only)
+
+
+def _of_laws(
+    contact: Any, damping: Any, segments: list[tuple[Steps, Segment]], static: list[str], elastic_only: bool
+) -> Iterator[Fault]:
+    """Errors of the laws of the contacts: those of the chain, and those of segments with their own."""
+    laws: list[tuple[Steps, Any, Any]] = [((), contact, damping)]
+    for place, segment in segments:
+        if segment.contact or segment.damping:
+            laws.append((("granules", *place), segment.contact or contact, segment.damping or damping))
+    plugins = [(steps, law) for steps, law, _ in laws if isinstance(law, ContactLaw)]
+    if plugins and static:
+        rule = f"must be left out for the contact law {type(plugins[0][1]).__name__}, which cannot be combined with it"
+        yield from (Fault(name, rule) for name in static)
+    for steps, law in plugins:
+        if law != plugins[0][1]:
+            rule = "must be the law of the other contacts with a law of a plugin"
+            yield Fault((*steps, "contact"), f"{rule} (got {text_of(law)}; change one of the two)")
+    if elastic_only and any(isinstance(law, ElasticPlastic) for _, law, _ in laws):
+        yield Fault("elastic_only", "must be left out for elastic-plastic contacts (got true)")
+    damped = {("granules", *place) for place, segment in segments if segment.damping} | {()}
+    for steps, law, force in laws:
+        # where the segment has its own law alone, the damping is that of the chain
+        name, hint = ("damping", "") if steps in damped else ("contact", f" (or {_UNDAMPED_TEXT} for this segment)")
+        if isinstance(law, ContactLaw | ElasticPlastic) and force not in (None, _UNDAMPED):
+            of = f"the contact law {type(law).__name__}" if steps in damped else "the damping of the chain"
+            yield Fault((*steps, name), f"must be left out for {of}, which cannot be combined with it{hint}")
+        elif isinstance(force, Tsuji) and isinstance(law, PowerContact) and law.exponent != HERTZ:
+            rule = "must be dashpot or kuwabara-kono for a contact exponent other than 1.5, for which the restitution"
+            got = f"got tsuji, exponent {law.exponent:g}"
+            path = (*steps, "damping", "model") if steps in damped else (*steps, "contact")
+            yield Fault(path, f"{rule} depends on the velocity ({got})")

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -13,12 +14,15 @@ from shockwave.base.errors import InvalidValueError, refuse
 from shockwave.base.numerics import FloatArray
 from shockwave.scene.chain import Chain
 from shockwave.scene.chain_end import Wall
-from shockwave.scene.contact_law import ContactLaw, Pairs, PlasticPairs, PowerContact
+from shockwave.scene.contact_law import AnyContact, ContactLaw, ElasticPlastic, Pairs, PlasticPairs, PowerContact
 from shockwave.scene.coverage_rules import scene_faults
-from shockwave.scene.damping import HERTZ
+from shockwave.scene.damping import HERTZ, Damping
+from shockwave.scene.elastic_plastic import RANGE, Loading
 from shockwave.scene.impact import Impact
 from shockwave.scene.material import Material
 from shockwave.scene.segments import Cell, Segment, Taper
+
+_Law = TypeVar("_Law")
 
 #: Index of the segment of a striker.
 STRIKER = -1
@@ -87,21 +91,36 @@ class Layout:
         """
         refuse(scene_faults(chain, excitation))
         rows = [*_striker(chain, excitation), *_granules(chain)]
-        segments, materials, radii, gaps = zip(*rows, strict=True)
+        segments, materials, radii, gaps, contacts, dampings = zip(*rows, strict=True)
         sizes = np.array(radii)
         masses = 4 / 3 * math.pi * np.array([one.density for one in materials]) * sizes * sizes * sizes
         wall = chain.end
         if wall is not None and wall.material == "same":
             wall = evolve(wall, material=materials[-1])
         pairs = _pairs(chain, materials, sizes, masses, wall)
+        laws = _places(contacts[: len(pairs.stiffnesses)])
+        for law, at in laws:
+            if isinstance(law, PowerContact):
+                pairs.stiffnesses[at], pairs.exponents[at] = law.stiffness, law.exponent
         static = _static_forces(chain, masses, isinstance(excitation, Impact), len(pairs.stiffnesses))
+        plastic = _plastic(laws, materials, sizes, wall)
         with np.errstate(over="ignore"):
-            overlaps = (static / pairs.stiffnesses) ** (1 / pairs.exponents) - np.array(gaps)[: len(static)]
+            overlaps = (static / pairs.stiffnesses) ** (1 / pairs.exponents)
+        if plastic is not None and static.any():
+            ratios = plastic.strengths / pairs.moduli
+            within = np.where(np.isfinite(ratios), np.clip(ratios, *RANGE), math.inf)
+            # reached by slow loading; where no strength limits it, the law of the contact holds
+            loaded = Loading(pairs.stiffnesses, pairs.radii, within).overlap(static)
+            overlaps = np.where(np.isfinite(within), loaded, overlaps)
+        overlaps -= np.array(gaps)[: len(static)]
         if not np.isfinite(overlaps).all():
             problem = f"must give static overlaps that floating-point numbers can hold (got {chain.precompression:g} N)"
             raise InvalidValueError.of("chain.precompression", problem)
-        damping = chain.damping
-        none, law = np.zeros(static.shape), chain.contact if isinstance(chain.contact, ContactLaw) else None
+        coefficients, powers = np.zeros((2, *static.shape))
+        for damping, at in _places(dampings[: len(static)]):
+            if damping is not None:
+                coefficients[at], powers[at] = damping.coefficients(pairs)[at], damping.powers(pairs)[at]
+        plugins = [(law, at) for law, at in laws if isinstance(law, ContactLaw)]
         return cls(
             masses=masses,
             radii=sizes,
@@ -110,28 +129,30 @@ class Layout:
             pairs=pairs,
             static_forces=static,
             overlaps=overlaps,
-            damping_coefficients=none if damping is None else damping.coefficients(pairs),
-            damping_powers=none if damping is None else damping.powers(pairs),
+            damping_coefficients=coefficients,
+            damping_powers=powers,
             wall=wall,
             velocity=excitation.velocity if isinstance(excitation, Impact) else 0.0,
             weight=chain.gravity * float(masses[0]) if isinstance(excitation, Impact) else 0.0,
-            law=law,
-            law_contacts=np.full(static.shape, law is not None),
+            law=plugins[0][0] if plugins else None,
+            law_contacts=np.any([at for _, at in plugins], axis=0) if plugins else np.zeros(static.shape, dtype=bool),
+            plastic=plastic,
         )
 
 
-# Index of the segment, material, radius [m], gap behind it [m].
-_Row = tuple[int, Material, float, float]
+# Index of the segment, material, radius [m], gap behind it [m]; law and damping of the contact behind it.
+_Row = tuple[int, Material, float, float, AnyContact | None, Damping | None]
 
 
 def _striker(chain: Chain, excitation: object) -> Iterator[_Row]:
     if isinstance(excitation, Impact):
-        yield STRIKER, excitation.material or chain.material, excitation.radius or chain.radius, 0.0
+        material, radius = excitation.material or chain.material, excitation.radius or chain.radius
+        yield STRIKER, material, radius, 0.0, chain.contact, chain.damping
 
 
 def _granules(chain: Chain) -> Iterator[_Row]:
     if isinstance(chain.granules, int):
-        yield from [(0, chain.material, chain.radius, 0.0)] * chain.granules
+        yield from [(0, chain.material, chain.radius, 0.0, chain.contact, chain.damping)] * chain.granules
     for index, part in enumerate(chain.granules if isinstance(chain.granules, tuple) else ()):
         for segment in part.cell * part.repeat if isinstance(part, Cell) else (part,):
             yield from _of_segment(chain, index, segment)
@@ -139,14 +160,21 @@ def _granules(chain: Chain) -> Iterator[_Row]:
 
 def _of_segment(chain: Chain, index: int, segment: Segment) -> Iterator[_Row]:
     material, radius = segment.material or chain.material, segment.radius or chain.radius
+    laws = segment.contact or chain.contact, segment.damping or chain.damping
     for size in radius.sizes(segment.count) if isinstance(radius, Taper) else [radius] * segment.count:
-        yield index, material, size, segment.gap
+        yield index, material, size, segment.gap, *laws
+
+
+def _places(laws: Sequence[_Law]) -> list[tuple[_Law, npt.NDArray[np.bool_]]]:
+    """Each of the laws of the contacts, and where it holds."""
+    numbers = np.array([id(law) for law in laws])
+    return [(law, numbers == number) for number, law in {id(law): law for law in laws}.items()]
 
 
 def _pairs(
     chain: Chain, materials: tuple[Material, ...], radii: FloatArray, masses: FloatArray, wall: Wall | None
 ) -> Pairs:
-    """Properties of all contacts: E* and R* of two bodies, k = 4/3 E* sqrt(R*), and reduced masses."""
+    """Properties of all contacts, by Hertz's law: E* and R* of two bodies, k = 4/3 E* sqrt(R*), and reduced masses."""
     compliances = np.array([material.compliance for material in materials])
     curvatures, inverse_masses = 1 / radii, 1 / masses
     if wall is not None:
@@ -157,11 +185,30 @@ def _pairs(
     moduli, reduced, shared = (1 / (values[:-1] + values[1:]) for values in (compliances, curvatures, inverse_masses))
     contacts, cosine = chain.next_contacts
     stiffnesses = 4 / 3 * moduli * np.sqrt(reduced) * (contacts * math.pow(cosine, 2.5))
-    if isinstance(chain.contact, PowerContact):
-        power = chain.contact
-        stiffnesses, exponents = np.full(reduced.shape, power.stiffness), np.full(reduced.shape, power.exponent)
-        return Pairs(moduli, reduced, shared, stiffnesses, exponents)
     return Pairs(moduli, reduced, shared, stiffnesses, np.full(reduced.shape, HERTZ))
+
+
+def _plastic(
+    laws: Sequence[tuple[object, npt.NDArray[np.bool_]]],
+    materials: tuple[Material, ...],
+    radii: FloatArray,
+    wall: Wall | None,
+) -> PlasticPairs | None:
+    """Properties of elastic-plastic contacts, from the softer body; None if no contact has this law."""
+    places = [at for law, at in laws if isinstance(law, ElasticPlastic)]
+    if not places:
+        return None
+    bodies = [*materials, *([] if wall is None else [wall.material])]
+    reach = np.append(radii, [0.0] * (wall is not None))
+    strengths = np.array([getattr(body, "yield_strength", None) or math.inf for body in bodies])
+    constants = np.array([getattr(body, "rate_constant", 0.0) for body in bodies])
+    softer = np.minimum(strengths[:-1], strengths[1:])
+    behind = (strengths[1:] < strengths[:-1]) | ((strengths[1:] == softer) & (constants[1:] < constants[:-1]))
+    return PlasticPairs(
+        strengths=np.where(np.any(places, axis=0), softer, math.inf),
+        rate_constants=np.where(behind, constants[1:], constants[:-1]),
+        lengths=reach[:-1] + reach[1:],
+    )
 
 
 def _static_forces(chain: Chain, masses: FloatArray, striker: bool, contacts: int) -> FloatArray:
@@ -184,5 +231,5 @@ def mass_and_length(chain: Chain, hint: str = "") -> tuple[float, float]:
     if chain.count is None:
         raise InvalidValueError.of("chain.granules", f"must be given for its mass and length (got nothing{hint})")
     rows = [*_granules(chain)]
-    mass = 4 / 3 * math.pi * math.fsum(material.density * radius**3 for _, material, radius, _ in rows)
-    return mass, math.fsum(2 * radius + gap for *_, radius, gap in rows)
+    mass = 4 / 3 * math.pi * math.fsum(material.density * radius**3 for _, material, radius, *_ in rows)
+    return mass, math.fsum(2 * radius + gap for _, _, radius, gap, *_ in rows)

@@ -28,6 +28,9 @@ class Material(Value):
         Density rho [kg/m^3], above 0.
     yield_strength : float, optional
         Yield strength [Pa], above 0, at which contacts begin to deform plastically; by default unknown.
+    rate_constant : float
+        Rate constant K, default 0: the strength is 1 + K ln(rate / 0.001 s^-1) times the yield strength, for the strain
+        rate of an elastic-plastic contact.
     name, source : str, optional
         Name of the material, and source of its values.
 
@@ -50,6 +53,9 @@ class Material(Value):
     poisson_ratio: SI[float] = quantity("", "Poisson's ratio nu", above=-1, below=0.5)
     density: SI[float] = quantity("kg/m**3", "density rho", within=MAGNITUDES)
     yield_strength: SI[float | None] = quantity("Pa", "yield strength", within=MAGNITUDES, default=None)
+    rate_constant: SI[float] = quantity(
+        "", "increase of the yield strength with the logarithm of the strain rate", at_least=0, at_most=1, default=0.0
+    )
     name: str = plain_text(default="")
     source: str = plain_text(default="")
 

@@ -46,6 +46,10 @@ def unusual(excitation: Any, chain: Any) -> list[Fault]:
             bounds = " to ".join(si(end, unit, 6) for end in (low, high))
             problem = f"is {si(value, unit)}; usual values are {bounds} ({reason}). Check the unit."
             faults.append(Fault(f"{place}.{name}", problem))
+    if chain.is_plastic:
+        from shockwave.scene.plastic_range import doubtful  # elastic contacts do not need it
+
+        faults += doubtful(chain, excitation)
     return faults
 
 
@@ -64,8 +68,6 @@ def _values(excitation: Any, chain: Any) -> Iterator[tuple[str, str, float]]:
         yield "impact", "velocity", excitation.velocity
         yield from _sphere("impact", excitation)
     yield from _sphere("chain", chain)
-    if getattr(chain.damping, "time", 0.0):
-        yield "chain.damping", "time", chain.damping.time
     if chain.end is not None:
         yield from _material("chain.end.wall", chain.end.material)
     for index, part in enumerate(chain.granules if isinstance(chain.granules, tuple) else ()):
@@ -76,12 +78,14 @@ def _values(excitation: Any, chain: Any) -> Iterator[tuple[str, str, float]]:
 
 
 def _sphere(place: str, part: Any) -> Iterator[tuple[str, str, float]]:
-    """Diameter, gap and material of a part, as far as it has its own."""
+    """Diameter, gap, damping and material of a part, as far as it has its own."""
     if part.radius is not None:
         for radius in (part.radius,) if isinstance(part.radius, float) else (part.radius.first, part.radius.last):
             yield place, "diameter", 2 * radius
     if getattr(part, "gap", 0.0):
         yield place, "gap", part.gap
+    if time := getattr(getattr(part, "damping", None), "time", 0.0):
+        yield f"{place}.damping", "time", time
     yield from _material(f"{place}.material", part.material)
 
 

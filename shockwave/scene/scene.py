@@ -163,7 +163,12 @@ def faults_of(chain: Chain, impact: Impact | None) -> list[Fault]:
         return []
     from shockwave.scene.coverage_rules import scene_faults  # equal granules do not need it
 
-    return scene_faults(chain, impact)
+    faults = scene_faults(chain, impact)
+    if faults or not chain.is_plastic:
+        return faults
+    from shockwave.scene.plastic_range import range_faults  # elastic contacts do not need it
+
+    return range_faults(chain, impact)
 
 
 def scenes_of(shocks: Iterable[Any], chain: Any, single: str, threads: object) -> list[Scene | InvalidValueError]:

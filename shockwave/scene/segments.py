@@ -22,6 +22,8 @@ from shockwave.base.quantity_fields import (
     text_of,
     tuple_repr,
 )
+from shockwave.scene.contact_law import AnyContact
+from shockwave.scene.damping import Damping
 from shockwave.scene.material import Material, check_material, material_of
 
 #: Greatest number of granules in segments: a bound on memory, far beyond what can be integrated.
@@ -93,6 +95,10 @@ class Segment(Value):
         Size [m], at most one of them; by default that of the chain.
     gap : float
         Initial distance between each of these granules and the next one [m], default 0.
+    contact : PowerContact, ElasticPlastic, ContactLaw or Hertz, optional
+        Law of the contacts between each of these granules and the next one or the wall; by default that of the chain.
+    damping : KuwabaraKono, Dashpot or Tsuji, optional
+        Damping at these contacts; by default that of the chain.
 
     Raises
     ------
@@ -113,6 +119,8 @@ class Segment(Value):
     gap: float = quantity(
         "m", "initial distance between each granule and the next one", at_least=0, at_most=1e6, default=0.0
     )
+    contact: AnyContact | None = None
+    damping: Damping | None = None
 
     def __init__(
         self,
@@ -122,9 +130,11 @@ class Segment(Value):
         radius: Number | Taper | None = None,
         diameter: Number | Taper | None = None,
         gap: Number = 0.0,
+        contact: AnyContact | None = None,
+        damping: Damping | None = None,
     ) -> None:
-        size = radius_of(radius, diameter)
-        self.__attrs_init__(count=count, material=material, radius=size, gap=gap)  # type: ignore[arg-type]
+        size, laws = radius_of(radius, diameter), {"contact": contact, "damping": damping}
+        self.__attrs_init__(count=count, material=material, radius=size, gap=gap, **laws)  # type: ignore[arg-type]
         if isinstance(self.radius, Taper) and self.count < 2:
             raise InvalidValueError.of("count", f"must be >= 2 for a taper (got {self.count})")
 
@@ -193,9 +203,9 @@ def check_segments(value: Sequence[Any]) -> tuple[Segment | Cell, ...]:
     return tuple(value)
 
 
-def each_segment(parts: Sequence[Segment | Cell]) -> Iterator[tuple[Steps, Segment]]:
-    """Path below ``granules`` and the segment itself, for every segment; those of a cell once."""
-    for index, part in enumerate(parts):
+def each_segment(granules: object) -> Iterator[tuple[Steps, Segment]]:
+    """Path below ``granules`` and the segment itself, for every segment; those of a cell once, none of a number."""
+    for index, part in enumerate(granules if isinstance(granules, tuple) else ()):
         if isinstance(part, Segment):
             yield (index,), part
         else:

@@ -14,16 +14,17 @@ from attrs import asdict, evolve
 
 from shockwave.base.errors import NumericalError
 from shockwave.base.numerics import FloatArray, bracketed_root
-from shockwave.base.text import round_digits, si
+from shockwave.base.text import si
 from shockwave.engine.backend import chosen
 from shockwave.engine.mixed_chain_problem import Motion
 from shockwave.engine.nystroem_integrators import Rkn86
 from shockwave.scene.force_limit import LAST, LATER, UNBOUNDED, UNDAMPED, WALL, WAVE, LeavingForce
 from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
-from shockwave.scene.yielding import UNJUDGED, Yielding, beyond_elastic, first_yield_force, strength_of
+from shockwave.scene.yielding import beyond_elastic
 from shockwave.simulation.chain_histories import chain_options, count_reached
 from shockwave.simulation.contact_setup import ChainSetup
+from shockwave.simulation.contact_validity import first_yield, warn_overlaps, warn_unjudged
 from shockwave.simulation.convergence_runs import runs_of, warn_missed
 from shockwave.simulation.recording import sample_times
 from shockwave.simulation.result_parts import (
@@ -55,8 +56,6 @@ _FREE = 0.2
 _NUMPY = 40.0
 # Longest computing time of the forces without a timeout or an end of the simulated time [s].
 _MOST_SECONDS = 25.0
-# Overlap, over the reduced radius of the contact, beyond which Hertz's law is doubtful.
-_LARGE_OVERLAP = 0.1
 # Least dynamic force on the wall of an unfinished wave, over its greatest.
 _STILL_ACTING = 0.01
 # Least velocity of a granule that flies off, relative to the fastest granule.
@@ -101,7 +100,7 @@ def simulate_chain(
     rebounding = None if loaded else _leaving_velocities(-velocities, apart)
     spalls = None if loaded or case.has_wall else _leaving_velocities(velocities[::-1], apart[::-1])
     chain = scene.chain
-    yielding = _first_yield(case, motion)
+    yielding = first_yield(case, motion)
     if error := beyond_elastic(chain, lambda: yielding):
         raise error
     endless, later = chain.count is None, _later_force(case, motion)
@@ -141,10 +140,10 @@ def simulate_chain(
         run_warnings=(
             *_note_fixed_wall(case),
             *warn_missed(runs),
-            *_unphysical(case, motion),
+            *warn_overlaps(case, motion),
             *_warn_unfinished(case, motion, velocities, apart),
             *_later_warning(case, motion, later),
-            *_warn_unjudged(case, yielding),
+            *warn_unjudged(case, yielding),
             *[NO_LIMIT] * endless,
         ),
         computation=computation,
@@ -186,17 +185,6 @@ def _note_fixed_wall(case: ChainSetup) -> Iterator[str]:
     """Note on a movable wall that is integrated as a fixed one."""
     if case.scene.chain.end is not None and case.scene.chain.end.mass is not None and case.assembly.fixed_wall:
         yield "The wall is integrated as a fixed one: its spring or dashpot holds it to rtol/100 of the overlap."
-
-
-def _unphysical(case: ChainSetup, motion: Motion) -> Iterator[str]:
-    """Warning of overlaps for which Hertz's law does not hold."""
-    if case.scene.chain.contact is None:
-        pairs = case.layout.pairs
-        ratios = (motion.forces * case.scales.force / pairs.stiffnesses) ** (1 / pairs.exponents) / pairs.radii
-        worst = int(np.argmax(ratios))
-        if ratios[worst] > _LARGE_OVERLAP:
-            overlap = f"The overlap at contact {worst} is about {round_digits(ratios[worst])} times the reduced radius"
-            yield f"{overlap}: Hertz's law holds for small overlaps only."
 
 
 def _warn_unfinished(case: ChainSetup, motion: Motion, velocities: FloatArray, apart: _Flags) -> Iterator[str]:
@@ -325,31 +313,3 @@ def _restitution(case: ChainSetup, motion: Motion, velocities: FloatArray, apart
     centre = 0.0 if case.has_wall else math.fsum(masses * velocities[1:]) / math.fsum(masses)
     away = centre - float(velocities[0])
     return away / case.layout.velocity if away > 0 else None
-
-
-def _strengths(case: ChainSetup) -> FloatArray:
-    """Smaller yield strength at each contact [Pa]; NaN where one is not known."""
-    wall = [] if case.layout.wall is None else [case.layout.wall.material]
-    strengths = np.array([strength_of(each) for each in (*case.layout.materials, *wall)])
-    return np.asarray(np.minimum(strengths[:-1], strengths[1:]))
-
-
-def _warn_unjudged(case: ChainSetup, yielding: Yielding | None) -> Iterator[str]:
-    """Warning of contacts that are not compared with first yield."""
-    unknown = int(np.isnan(_strengths(case)).sum())
-    if yielding is not None and unknown:
-        where = "1 contact" if unknown == 1 else f"{unknown} contacts"
-        yield f"{UNJUDGED} at {where}, because a yield strength is not known (state yield_strength)."
-
-
-def _first_yield(case: ChainSetup, motion: Motion) -> Yielding | None:
-    """First yield in the weaker material of each contact, where both yield strengths are known."""
-    layout, softer = case.layout, _strengths(case)
-    at = np.flatnonzero(np.isfinite(softer))
-    every = case.scene.chain.elastic_only and at.size < softer.size
-    if not at.size or every or layout.law is not None:
-        return None
-    radii, moduli = layout.pairs.radii[at], layout.pairs.moduli[at]
-    first = first_yield_force(radii, moduli, softer[at])
-    ratios = motion.forces[at] * case.scales.force / first
-    return Yielding(first_yield_force=float(first.min()), peak_ratio=float(ratios.max()))

@@ -244,7 +244,9 @@ def _objects(scenario: Scenario, sweep: Sweep) -> set[tuple[str, Any]]:
         objects.add(("profiles", f"{cls.__module__}:{cls.__qualname__}"))
         if scenario.document is not None:
             objects.add(("profiles", scenario.document.data["shock"]["profile"]))
-    laws = scenario.chain.damping, scenario.chain.contact
+    granules: Any = scenario.chain.granules if isinstance(scenario.chain.granules, tuple) else ()
+    parts = [scenario.chain, *(segment for part in granules for segment in getattr(part, "cell", (part,)))]
+    laws = [law for part in parts for law in (part.damping, part.contact)]
     objects |= {("contacts", f"{type(law).__module__}:{type(law).__qualname__}") for law in laws}
     texts = {(name, value) for name, value in sweep.pairs() if isinstance(value, str)}
     objects |= {(_KINDS[name], value) for name, value in texts if name in _KINDS}

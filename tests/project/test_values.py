@@ -34,6 +34,7 @@ SETTINGS: dict[str, Any] = {
         profile=sw.Exponential(rise_rate=1, decay_rate=1, duration_ratio=2), peak_force=1.0, rise_time=1e-6
     ),
     "law": sw.PowerContact(exponent=2.0, stiffness=1e7),
+    "laws": (sw.Hertz(), sw.ElasticPlastic()),
     "predictor": sw.Predictor(model="section-4"),
     "pulses": (sw.HalfSine(), sw.Haversine(), sw.InitialPeakSawtooth(), sw.FinalPeakSawtooth()),
     "plateaus": (sw.Trapezoid(), sw.Rectangular(), sw.Friedlander()),

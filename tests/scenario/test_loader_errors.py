@@ -95,7 +95,7 @@ MARKED = {
     # segments
     "unknown-key-of-a-segment": (
         _segments("[{count: 2}, {|size: 1}]"), "chain.granules[1].size",
-        "unknown key (got 'size'; known: count, material, diameter, radius, gap)",
+        "unknown key (got 'size'; known: count, material, diameter, radius, gap, contact, damping)",
     ),
     "both-sizes-of-a-segment": (
         _segments("[{diameter: 1, |radius: 1}]"), "chain.granules[0].radius", "must be left out if diameter is given",
@@ -112,7 +112,7 @@ MARKED = {
     "no-segment": (_segments("|[]"), "chain.granules", "one or more segments"),
     "nothing-as-a-segment": (
         _segments("[{count: 4}, |null]"), "chain.granules[1]",
-        "must be a mapping of count, material, diameter, radius, gap (got nothing)",
+        "must be a mapping of count, material, diameter, radius, gap, contact, damping (got nothing)",
     ),
     "radius-from-a-diameter": (
         _segments("[{count: 4, diameter: |1e-12 m}]"), "chain.granules[0].diameter", "must be >= 1e-12 and <= 1e+06 m",
@@ -165,6 +165,38 @@ MARKED = {
     "law-of-nothing": (
         finite(", |contact: {}"), "chain.contact.exponent",
         "must be given (got nothing; exponent p of F = k d^p, >= 1 and <= 10; or give model)",
+    ),
+    "elastic-plastic-endless-chain": (
+        _chain(f"{ENDLESS}, contact: |{{model: elastic-plastic}}"), "chain.contact",
+        "must be left out for an endless chain (give the number of granules)",
+    ),
+    "elastic-plastic-with-damping": (
+        finite(", contact: {model: elastic-plastic}, damping: |{model: dashpot, coefficient: 1}"), "chain.damping",
+        "must be left out for the contact law ElasticPlastic",
+    ),
+    "elastic-plastic-segment-with-damping": (
+        _segments("[{contact: |{model: elastic-plastic}}, {}], damping: {model: dashpot, coefficient: 1}"),
+        "chain.granules[0].contact", "(or damping: {model: dashpot, coefficient: 0} for this segment)",
+    ),
+    "elastic-plastic-chain-that-must-be-elastic": (
+        finite(", contact: {model: elastic-plastic}, elastic_only: |true"), "chain.elastic_only",
+        "must be left out for elastic-plastic contacts",
+    ),
+    "elastic-plastic-packing": (
+        _segments("4, contact: {model: elastic-plastic}, packing: |hexagonal"), "chain.packing",
+        "must be left out for a chain with further features",
+    ),
+    "elastic-plastic-contact-that-is-too-soft": (
+        finite(", contact: |{model: elastic-plastic}, end: {wall: rigid}"), "chain.contact",
+        "at contact 3, between granule 3 (copper) and the wall (rigid)",
+    ),
+    "elastic-plastic-contact-of-a-segment-that-is-too-hard": (
+        _segments("[{material: stainless-steel-302, contact: |{model: elastic-plastic}}, {material: ptfe}]"),
+        "chain.granules[0].contact", "at contact 0, between granule 0 (stainless-steel-302) and granule 1 (ptfe)",
+    ),
+    "tsuji-of-a-segment-without-hertz": (
+        _segments("[{}, {damping: {model: |tsuji, restitution: 0.9}}], contact: {exponent: 2, stiffness: 1}"),
+        "chain.granules[1].damping.model", "must be dashpot or kuwabara-kono for a contact exponent other than 1.5",
     ),
     "unit-of-a-stiffness": (
         finite(", contact: {exponent: 2, stiffness: |5e7 N/m}"), "chain.contact.stiffness",

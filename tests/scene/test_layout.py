@@ -14,6 +14,7 @@ from scipy.integrate import solve_ivp
 import shockwave as sw
 from shockwave.base.errors import InvalidValueError
 from shockwave.scene.damping import tsuji_ratio
+from shockwave.scene.elastic_plastic import Loading
 from shockwave.scene.layout import Layout, mass_and_length
 from support.scenes import CHAIN, STEEL, triangle
 
@@ -136,6 +137,79 @@ def test_dampings_have_their_coefficients_and_powers() -> None:
     expected = math.sqrt(5) * tsuji_ratio(0.5) * np.sqrt(tsuji.pairs.masses * tsuji.pairs.stiffnesses)
     assert tsuji.damping_powers.tolist() == [0.25] * 2
     assert tsuji.damping_coefficients == pytest.approx(expected.tolist(), rel=ROUNDINGS)
+
+
+# ---------------------------------------------------------------- laws of segments
+
+POWER = sw.PowerContact(exponent=2.0, stiffness=1e9)
+
+
+def test_a_segment_s_laws_hold_between_each_of_its_granules_and_the_next_one_or_the_wall() -> None:
+    dashpot, viscous = sw.Dashpot(coefficient=6.0), sw.KuwabaraKono(time=2e-6)
+    own = sw.Segment(count=2, contact=POWER, damping=dashpot)
+    cell = sw.Cell(repeat=2, cell=[sw.Segment(contact=sw.Hertz()), own])
+    layout = Layout.of(chain(cell, end=sw.Wall(), damping=viscous), sw.Impact(velocity=1.0))
+    assert layout.pairs.exponents.tolist() == [1.5, 1.5, 2, 2, 1.5, 2, 2]  # the striker's contact has the chain's law
+    assert layout.pairs.stiffnesses[[2, 6]].tolist() == [1e9, 1e9]
+    assert layout.damping_powers.tolist() == [0.5, 0.5, 0, 0, 0.5, 0, 0]
+    assert layout.damping_coefficients[[2, 6]].tolist() == [6.0, 6.0]
+    # the chain's damping has the stiffness and the exponent of each contact
+    viscous_only = Layout.of(chain(sw.Segment(count=2, contact=POWER), damping=viscous), SHOCK)
+    assert viscous_only.damping_coefficients == pytest.approx([2 * 2e-6 * 1e9], rel=ROUNDINGS)
+
+
+def test_hertz_in_a_segment_replaces_the_law_of_the_chain() -> None:
+    layout = Layout.of(chain(sw.Segment(contact=sw.Hertz()), sw.Segment(count=2), contact=POWER), SHOCK)
+    assert layout.pairs.exponents.tolist() == [1.5, 2.0]
+    assert layout.pairs.stiffnesses == pytest.approx([CHAIN.contact_stiffness, 1e9], rel=ROUNDINGS)
+
+
+def test_a_chain_of_equal_granules_whose_laws_differ_is_not_uniform() -> None:
+    plain = chain(sw.Segment(), sw.Segment(count=3))
+    assert sw.simulate(SHOCK, plain).wave is not None
+    laws: list[dict[str, Any]] = [{"contact": sw.Hertz()}, {"damping": sw.Dashpot(coefficient=0.0)}]
+    for each in laws:
+        assert sw.simulate(SHOCK, chain(sw.Segment(), sw.Segment(count=3, **each))).wave is None
+
+
+# ---------------------------------------------------------------- elastic-plastic contacts
+
+HARD, SOFT = (
+    attrs.evolve(STEEL, yield_strength=strength, rate_constant=rate) for strength, rate in ((2e9, 0.04), (6e8, 0.02))
+)
+
+
+def test_the_softer_body_and_its_rate_constant_count() -> None:
+    parts = [sw.Segment(material=HARD), sw.Segment(material=SOFT, radius=2e-3), sw.Segment(), sw.Segment(count=2)]
+    layout = Layout.of(chain(*parts, contact=sw.ElasticPlastic(), end=sw.Wall(material=HARD)), SHOCK)
+    assert layout.plastic is not None
+    assert layout.plastic.strengths.tolist() == [6e8, 6e8, math.inf, math.inf, 2e9]
+    assert layout.plastic.rate_constants[[0, 1, 4]].tolist() == [0.02, 0.02, 0.04]
+    assert layout.plastic.lengths[[0, 4]].tolist() == [RADIUS + 2e-3, RADIUS]
+    # of equally strong bodies, that with the smaller rate constant flows first
+    equal = attrs.evolve(SOFT, rate_constant=0.0)
+    for pair in ((SOFT, equal), (equal, SOFT)):
+        pairs = Layout.of(chain(*(sw.Segment(material=body) for body in pair), contact=sw.ElasticPlastic()), SHOCK)
+        assert pairs.plastic is not None
+        assert pairs.plastic.rate_constants.tolist() == [0.0]
+
+
+def test_elastic_plastic_contacts_may_be_those_of_one_segment_alone() -> None:
+    own = sw.Segment(material=SOFT, contact=sw.ElasticPlastic())
+    layout = Layout.of(chain(sw.Segment(material=SOFT), own, sw.Segment(count=2, material=SOFT)), SHOCK)
+    assert layout.plastic is not None
+    assert layout.plastic.strengths.tolist() == [math.inf, 6e8, math.inf]
+    assert Layout.of(chain(), SHOCK).plastic is None
+
+
+@pytest.mark.parametrize("force", [0.5, 50.0, 5000.0], ids=["elastic", "flowing", "fully-plastic"])
+def test_static_overlaps_of_elastic_plastic_contacts_carry_the_static_force(force: float) -> None:
+    beads = chain(sw.Segment(count=3, material=SOFT), contact=sw.ElasticPlastic(), precompression=force)
+    layout = Layout.of(beads, SHOCK)
+    pairs, strengths = layout.pairs, 6e8 / layout.pairs.moduli
+    assert Loading(pairs.stiffnesses, pairs.radii, strengths).force(layout.overlaps) == pytest.approx([force] * 2)
+    hertz = (force / pairs.stiffnesses) ** (2 / 3)
+    assert (layout.overlaps > 1.01 * hertz).all() == (force > 10)
 
 
 @pytest.mark.parametrize("restitution", [0.99, 0.9, 0.5, 0.136, 0.13, 0.01])

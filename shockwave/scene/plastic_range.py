@@ -1,0 +1,89 @@
+"""Range of the law of elastic-plastic contacts: contacts that it does not cover, and those for which it is doubtful."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from shockwave.base.errors import Fault, Steps
+from shockwave.base.text import round_digits
+from shockwave.scene.chain import Chain
+from shockwave.scene.elastic_plastic import RANGE
+from shockwave.scene.layout import STRIKER, Layout
+from shockwave.scene.material import Material
+from shockwave.scene.segments import Cell
+
+# Strength over E*, around that of the finite elements to which the law was fitted, 0.011 to 0.036.
+_FITTED = 0.005, 0.04
+# Parts of names of materials that the law does not describe, and what they do.
+_OTHERS = {
+    "break": ("glass", "silica", "alumina", "zirconia"),
+    "creep": ("ptfe", "nylon"),
+}
+
+
+def range_faults(chain: Chain, excitation: object) -> list[Fault]:
+    """Errors of contacts outside the range of the law, one for each pair of materials at a place."""
+    faults = []
+    for steps, where, ratio, unknown in _contacts(chain, Layout.of(chain, excitation)):
+        if math.isfinite(ratio) and not RANGE[0] <= ratio <= RANGE[1]:
+            rule = f"must be another law {where}: the yield strength of the softer body divided by E* is"
+            hint = f"; state the yield_strength of {' and '.join(unknown)}" if unknown else ""
+            faults.append(
+                Fault(steps, f"{rule} outside {RANGE[0]:g} to {RANGE[1]:g} (got {round_digits(ratio)}{hint})")
+            )
+    return faults
+
+
+def doubtful(chain: Chain, excitation: object) -> list[Fault]:
+    """Sentences on contacts near the ends of the range, and on materials that do not flow plastically."""
+    layout = Layout.of(chain, excitation)
+    faults = []
+    for steps, where, ratio, _ in _contacts(chain, layout):
+        if math.isfinite(ratio) and not _FITTED[0] <= ratio <= _FITTED[1]:
+            got = f"the yield strength of the softer body divided by E* is {round_digits(ratio)} {where}"
+            faults.append(Fault(steps, f"is less accurate outside {_FITTED[0]:g} to {_FITTED[1]:g}: {got}."))
+    path = ("chain", "contact") if chain.contact else ("chain", "granules")
+    bodies = {*layout.materials, *([] if layout.wall is None else [layout.wall.material])}
+    for body in sorted((each for each in bodies if isinstance(each, Material)), key=_name):
+        if body.yield_strength is None:
+            faults.append(Fault(path, f"takes {_name(body)} as elastic: its yield strength is not known."))
+        for verb, parts in _OTHERS.items():
+            if any(part in body.name for part in parts):
+                faults.append(Fault(path, f"does not describe {_name(body)}: such materials {verb}."))
+    return faults
+
+
+def _contacts(chain: Chain, layout: Layout) -> Iterator[tuple[Steps, str, float, list[str]]]:
+    """Place, description, strength over E*, and bodies without a strength of the elastic-plastic contacts.
+
+    Of contacts between the same materials at a place, only the first is included.
+    """
+    assert layout.plastic is not None
+    ratios, seen = layout.plastic.strengths / layout.pairs.moduli, set()
+    bodies = [*layout.materials, *([] if layout.wall is None else [layout.wall.material])]
+    for contact, ratio in enumerate(ratios.tolist()):
+        pair, steps = bodies[contact : contact + 2], _place(chain, layout.segments[contact])
+        if (steps, *pair) in seen:
+            continue
+        seen.add((steps, *pair))
+        names = [f"granule {contact + index} ({_name(body)})" for index, body in enumerate(pair)]
+        if layout.segments[contact] == STRIKER:
+            names[0] = f"the striker ({_name(pair[0])})"
+        if contact + 1 == len(layout.masses):
+            names[1] = f"the wall ({_name(pair[1])})"
+        unknown = [_name(body) for body in pair if isinstance(body, Material) and body.yield_strength is None]
+        yield steps, f"at contact {contact}, between {' and '.join(names)}", ratio, unknown
+
+
+def _place(chain: Chain, index: int) -> Steps:
+    """Path of the law of the contacts behind the granules of a part of the chain."""
+    part = chain.granules[index] if isinstance(chain.granules, tuple) and index != STRIKER else None
+    if isinstance(part, Cell):
+        return ("chain", "granules", index) if any(segment.contact for segment in part.cell) else ("chain", "contact")
+    return ("chain", "contact") if part is None or part.contact is None else ("chain", "granules", index, "contact")
+
+
+def _name(body: Material | str) -> str:
+    """Name of a material; without one, its modulus."""
+    return body if isinstance(body, str) else body.name or f"E {body.youngs_modulus / 1e9:g} GPa"

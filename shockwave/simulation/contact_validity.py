@@ -1,0 +1,57 @@
+"""Validity of the forces at contacts: first yield, and overlaps beyond Hertz's law."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from shockwave.base.numerics import FloatArray
+from shockwave.base.text import round_digits
+from shockwave.engine.mixed_chain_problem import Motion
+from shockwave.scene.damping import HERTZ
+from shockwave.scene.yielding import UNJUDGED, Yielding, first_yield_force, strength_of
+from shockwave.simulation.contact_setup import ChainSetup
+
+# Overlap, over the reduced radius of the contact, beyond which Hertz's law is doubtful.
+_LARGE_OVERLAP = 0.1
+
+
+def _strengths(case: ChainSetup) -> FloatArray:
+    """Smaller yield strength at each contact [Pa]; NaN where one is not known."""
+    wall = [] if case.layout.wall is None else [case.layout.wall.material]
+    strengths = np.array([strength_of(each) for each in (*case.layout.materials, *wall)])
+    return np.asarray(np.minimum(strengths[:-1], strengths[1:]))
+
+
+def warn_unjudged(case: ChainSetup, yielding: Yielding | None) -> Iterator[str]:
+    """Warning of contacts that are not compared with first yield."""
+    unknown = int(np.isnan(_strengths(case)).sum())
+    if yielding is not None and unknown:
+        where = "1 contact" if unknown == 1 else f"{unknown} contacts"
+        yield f"{UNJUDGED} at {where}, because a yield strength is not known (state yield_strength)."
+
+
+def first_yield(case: ChainSetup, motion: Motion) -> Yielding | None:
+    """First yield in the weaker material of each contact, where both yield strengths are known."""
+    layout, softer = case.layout, _strengths(case)
+    at = np.flatnonzero(np.isfinite(softer))
+    every = case.scene.chain.elastic_only and at.size < softer.size
+    if not at.size or every or layout.law is not None:
+        return None
+    radii, moduli = layout.pairs.radii[at], layout.pairs.moduli[at]
+    first = first_yield_force(radii, moduli, softer[at])
+    ratios = motion.forces[at] * case.scales.force / first
+    return Yielding(first_yield_force=float(first.min()), peak_ratio=float(ratios.max()))
+
+
+def warn_overlaps(case: ChainSetup, motion: Motion) -> Iterator[str]:
+    """Warning of overlaps for which Hertz's law does not hold."""
+    pairs = case.layout.pairs
+    hertz = np.isclose(pairs.stiffnesses, 4 / 3 * pairs.moduli * np.sqrt(pairs.radii)) & (pairs.exponents == HERTZ)
+    overlaps = (motion.forces * case.scales.force / pairs.stiffnesses) ** (2 / 3) / pairs.radii
+    ratios = np.where(hertz & ~case.layout.law_contacts, overlaps, 0.0)
+    worst = int(np.argmax(ratios))
+    if ratios[worst] > _LARGE_OVERLAP:
+        overlap = f"The overlap at contact {worst} is about {round_digits(ratios[worst])} times the reduced radius"
+        yield f"{overlap}: Hertz's law holds for small overlaps only."

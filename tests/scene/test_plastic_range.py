@@ -1,0 +1,65 @@
+"""Range of the law of elastic-plastic contacts: refusals and warnings, with the bodies and their places."""
+
+from typing import Any
+
+import attrs
+import pytest
+
+import shockwave as sw
+from shockwave.base.errors import InvalidValueError
+from shockwave.scene.plausibility import unusual
+from shockwave.scene.scene import faults_of
+
+PLASTIC = sw.ElasticPlastic()
+IMPACT = sw.Impact(velocity=1.0)
+STEEL = sw.Material(youngs_modulus=200e9, poisson_ratio=0.3, density=7650, yield_strength=1.9e9, name="hard steel")
+MODULUS = 200e9 / (2 * 0.91)
+
+
+def chain(*parts: Any, **features: Any) -> sw.Chain:
+    granules = parts or (sw.Segment(count=3),)
+    return sw.Chain(**{"material": STEEL, "radius": 5e-3, "granules": granules, "contact": PLASTIC} | features)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "refused", "warned"),
+    [(0.9e-3, True, True), (1.1e-3, False, True), (0.02, False, False), (0.09, False, True), (0.11, True, True)],
+)
+def test_the_strength_is_compared_with_the_modulus_of_the_contact(ratio: float, refused: bool, warned: bool) -> None:
+    beads = chain(material=attrs.evolve(STEEL, yield_strength=ratio * MODULUS))
+    assert bool(faults_of(beads, IMPACT)) is refused
+    assert any("is less accurate" in fault.problem for fault in unusual(IMPACT, beads)) is warned
+    if refused:
+        with pytest.raises(
+            InvalidValueError, match=r"^chain.contact: must be another law at contact 0, between the str"
+        ):
+            sw.simulate(IMPACT, beads)
+
+
+def test_a_refusal_names_both_bodies_and_the_one_without_a_strength() -> None:
+    (fault,) = faults_of(chain(sw.Segment(count=3), sw.Segment(count=3, material="ptfe")), None)
+    assert "contact 2, between granule 2 (hard steel) and granule 3 (ptfe)" in fault.problem
+    assert "state the yield_strength of ptfe" in fault.problem
+
+
+def test_the_place_of_a_refusal_is_the_law_of_the_contact() -> None:
+    soft = attrs.evolve(STEEL, yield_strength=1e7, name="soft")
+    own = sw.Segment(material=soft, contact=PLASTIC)
+    cell = sw.Cell(repeat=2, cell=[own, sw.Segment(material=soft)])
+    places = [fault.path for fault in faults_of(chain(sw.Segment(), own, cell, contact=None), IMPACT)]
+    # once for each pair of materials at a place, and not for elastic contacts
+    assert places == ["chain.granules[1].contact", "chain.granules[2]"]
+
+
+@pytest.mark.parametrize(
+    ("material", "part"),
+    [
+        ("alumina", "does not describe alumina: such materials break"),
+        ("nylon-66", "does not describe nylon-66: such materials creep"),
+        (attrs.evolve(STEEL, yield_strength=None, name=""), "takes E 200 GPa as elastic"),
+    ],
+    ids=["brittle", "creeping", "without-strength"],
+)
+def test_materials_that_the_law_does_not_describe_are_named(material: Any, part: str) -> None:
+    assert any(part in fault.problem for fault in unusual(IMPACT, chain(material=material)))
+    assert not any(part in fault.problem for fault in unusual(IMPACT, chain(material=material, contact=None)))
