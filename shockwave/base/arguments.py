@@ -55,6 +55,24 @@ def _misfits(function: Any, values: Sequence[Any], keywords: Mapping[str, Any]) 
     return []
 
 
+def explain_types(function: _Function) -> _Function:
+    """``function``, which raises `InvalidValueError` for an argument that lacks an attribute."""
+
+    @wraps(cast(Any, function))
+    def call(*values: Any, **named: Any) -> Any:
+        try:
+            return cast(Any, function)(*values, **named)
+        except AttributeError as error:
+            signature = inspect.signature(cast(Any, function))
+            for name, value in signature.bind(*values, **named).arguments.items():
+                if value is error.obj:
+                    kind = signature.parameters[name].annotation.replace(" | ", " or ")
+                    raise InvalidValueError.of(name, f"must be {kind} (got {text_of(value)})") from error
+            raise
+
+    return cast(_Function, call)
+
+
 def _faults_of_fields(of: Any, keywords: Mapping[str, Any]) -> list[Fault]:
     """Faults of the values of the fields of an attrs class."""
     faults: list[Fault] = []

@@ -10,6 +10,7 @@ from attrs import evolve
 
 from shockwave.base.errors import InvalidValueError, ScenarioError, UnknownNameError, UsageError
 from shockwave.base.quantity_fields import join
+from shockwave.base.text import paragraph
 from shockwave.cli.output import announce_file, check_output, of_arguments, print_result
 from shockwave.cli.scenario_files import load_scenarios, name_of
 from shockwave.scenario.block_keys import MATERIALS
@@ -45,7 +46,7 @@ def design(options: argparse.Namespace) -> int:
     # the ranking of materials or whole numbers is a result if the target lies in their range
     if not result.why or (result.least is None and result.is_ranked and result.spanned):
         return 0
-    print(f"{name_of(scenario)}: {result.why}", file=sys.stderr)
+    print("\n".join(paragraph("", f"{name_of(scenario)}: {result.why}", 2)), file=sys.stderr)
     return 1
 
 

@@ -7,6 +7,7 @@ package.
 """
 
 from shockwave.base.arguments import explain_arguments as _explained
+from shockwave.base.arguments import explain_types as _of_right_types
 from shockwave.pictures.accuracy import approach as approach
 from shockwave.pictures.accuracy import balance as balance
 from shockwave.pictures.accuracy import work_precision as work_precision
@@ -33,5 +34,5 @@ from shockwave.pictures.waves import train as train
 
 for _name, _drawing in [*globals().items()]:
     if getattr(_drawing, "__module__", "").startswith("shockwave.pictures."):
-        globals()[_name] = _explained(_drawing)
-del _name, _drawing, _explained
+        globals()[_name] = _explained(_of_right_types(_drawing))
+del _name, _drawing, _explained, _of_right_types

@@ -44,8 +44,9 @@ class VariedParameter:
 
     @property
     def label(self) -> str:
-        """The last part of the name in printed form."""
-        return self.name.rpartition(".")[2].replace("_", " ")
+        """The last part of the name in printed form; for an end of a taper, the last two."""
+        *_, whole, last = self.name.split(".")
+        return f"{whole} {last}" if last in ("from", "to") else last.replace("_", " ")
 
     @property
     def is_wide(self) -> bool:

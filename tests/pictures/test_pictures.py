@@ -395,6 +395,21 @@ def test_invalid_sizes_files_and_data_are_refused(ax: Axes, message: str) -> Non
         REFUSED[message](ax)
 
 
+@pytest.mark.parametrize(
+    ("draw", "kind"),
+    [
+        (pictures.pulse, "shock: must be Shock"),
+        (pictures.train, "result: must be Comparison or Outcome or Simulation or Section4Outcome"),
+        (pictures.design, "result: must be Design"),
+        (pictures.universal_curves, "curves: must be Mapping"),
+    ],
+    ids=["shock", "scene", "design", "curves"],
+)
+def test_a_picture_of_something_else_is_an_error_that_names_what_is_wanted(draw: Any, kind: str) -> None:
+    with pytest.raises(sw.InvalidValueError, match=rf"^{kind}.* \(got 3\)"):
+        draw(3)
+
+
 def test_a_figure_gives_the_same_element_until_it_is_changed() -> None:
     figure, (ax,) = pictures.figure()
     ax.plot([0, 1])

@@ -388,6 +388,12 @@ def test_the_command_ranks_materials_whose_range_has_the_target(capsys: pytest.C
         printed = capsys.readouterr()
         assert printed.out.startswith("no material gives a peak force of ")
         assert sentence in printed.err
+        assert max(map(len, [*printed.out.splitlines(), *printed.err.splitlines()])) <= 80
+
+
+def test_an_end_of_a_taper_is_named_with_its_size() -> None:
+    assert VariedParameter(name="chain.granules[1].diameter.from").label == "diameter from"
+    assert VariedParameter(name="chain.precompression").label == "precompression"
 
 
 def test_the_command_prints_what_python_gives(capsys: pytest.CaptureFixture[str]) -> None:
