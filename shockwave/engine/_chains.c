@@ -13,6 +13,7 @@
 #include "_free_path.h"
 #include "_cubic.h"
 #include "_march.h"
+#include "_plastic.h"
 
 #ifdef __GNUC__
 #define INLINE TARGET static inline __attribute__((always_inline))
@@ -40,12 +41,12 @@
 
 /* ---------------------------------------------------------------- Python interface */
 
-enum { METHOD, ROWS, COEFFICIENTS, STOPS, TIMES, RUN, TABLE, SAMPLES, VIEWS };
+enum { METHOD, ROWS, COEFFICIENTS, STOPS, TIMES, RUN, TABLE, SAMPLES, PLASTIC, LAW, VIEWS };
 #define SHARED 20 /* rows of the table */
 
 #define KERNEL(width) \
     (Kernel){attempt_##width, evaluate_##width, complete_##width, error_##width, near_##width, changed_##width, \
-             turning_##width, above_##width, raise_scales_##width, width}
+             turning_##width, above_##width, yielding_##width, raise_scales_##width, width}
 
 static Kernel widest(void)
 {
@@ -87,7 +88,7 @@ static int read_method(Method *method, const double *from, Py_ssize_t count)
 }
 
 /* Rows of a run: copies of those of the table, in its order, and those of the work. */
-static int make_rows(March *m, const double *table)
+static int make_rows(March *m, const double *table, const double *plastic)
 {
     double **const rows[] = {&m->inverse, &m->k, &m->gap, &m->base, &m->root, &m->still, &m->c, &m->far_w, &m->far_u,
         &m->scale_w, &m->scale_u, &m->best, &m->since, &m->lost, &m->start.x, &m->start.v, &m->both, &m->on, &m->exponents,
@@ -95,7 +96,7 @@ static int make_rows(March *m, const double *table)
     End *const ends[] = {&m->start, &m->finish, &m->trial};
     enum { NAMED = sizeof rows / sizeof *rows, OTHERS = 11 };
     const size_t width = (size_t)(m->bodies + BLOCK) / BLOCK * BLOCK + 2 * BLOCK;
-    const size_t count = NAMED + 3 * OTHERS + (size_t)m->method.stages;
+    const size_t count = NAMED + 3 * OTHERS + (size_t)m->method.stages + (m->yields ? PLASTIC_ROWS : 0);
     double *row;
     int i, j;
     m->rows = calloc(count * width + BLOCK, sizeof *row);
@@ -113,6 +114,10 @@ static int make_rows(March *m, const double *table)
         end->f[-1] = m->r->weight;
     }
     for (i = 0; i < m->method.stages; i++, row += width) m->stage[i] = row;
+    for (i = 0; m->yields && i < PLASTIC_ROWS; i++, row += width) {
+        (&m->plastic.strength)[i] = row;
+        memcpy(row, plastic + i * (m->bodies + 1), (size_t)(m->bodies + 1) * sizeof *row);
+    }
     m->scratch.f[-1] = m->r->weight;
     return 1;
 }
@@ -138,14 +143,18 @@ static void fill_rows(March *m)
     widen(m, (long)smaller((double)m->bodies, m->r->window));
 }
 
-/* Copies the results of a run into its table. */
-static void give_rows(const March *m, double *table)
+/* Copies the results of a run into its tables. */
+static void give_rows(const March *m, double *table, double *plastic)
 {
+    const double *const constants[] = {m->k, m->gap, m->base, m->root};
     const double *const rows[] = {m->scale_w, m->scale_u, m->best, m->since, m->lost, m->start.x, m->start.v};
     const long width = m->bodies + 1;
     int i;
     for (i = 0; i < 7; i++) /* of the greatest forces, only those of contacts */
         memcpy(table + (9 + i) * width, rows[i], (size_t)(i == 2 ? (long)m->r->contacts : m->bodies) * sizeof *table);
+    for (i = 0; m->yields && i < 4; i++) memcpy(table + (1 + i) * width, constants[i], (size_t)m->bodies * sizeof *table);
+    for (i = 0; m->yields && i < PLASTIC_ROWS; i++)
+        memcpy(plastic + i * width, (&m->plastic.strength)[i], (size_t)m->bodies * sizeof *table);
 }
 
 /* Sets up a run from the buffers; returns 0 if they do not fit one another. */
@@ -157,17 +166,19 @@ static int set_up(March *m, const Buffers *all)
     Run *r = view[RUN].buf;
     if (view[RUN].len != sizeof(Run) || width < 2 || count[TABLE] % SHARED || !(r->contacts >= 1 && r->contacts <= (double)width - 1)
         || !(r->window >= 1 && r->growth >= 1 && r->left < r->contacts && r->right < r->contacts) || count[SAMPLES] != 3 * width * count[TIMES]) return 0;
+    if (count[PLASTIC] && (count[PLASTIC] != PLASTIC_ROWS * width || view[LAW].len != sizeof(Law))) return 0;
     for (setting = &r->tolerance; setting < &r->status; setting++) if (!(*setting >= 0)) return 0;
     *m = (March){
         .r = r, .kernel = widest(), .stops = view[STOPS].buf, .stop_count = (long)count[STOPS], .times = view[TIMES].buf,
-        .sample_count = (long)count[TIMES], .samples = view[SAMPLES].buf, .damped = r->damped != 0, .driven = count[ROWS] > 0, .bodies = (long)width - 1,
+        .sample_count = (long)count[TIMES], .samples = view[SAMPLES].buf, .damped = r->damped != 0, .yields = count[PLASTIC] > 0,
+        .plastic.law = view[LAW].buf, .driven = count[ROWS] > 0, .bodies = (long)width - 1,
         .path = path_of(all, ROWS, r->rise_time, r->peak_force)};
     if (!read_method(&m->method, view[METHOD].buf, count[METHOD]) || (m->driven && !m->path.pieces)) return 0;
     if (m->driven && m->r->time > 0) free_path(&m->path, m->r->time, &m->free[0], &m->free[1]);
     return 1;
 }
 
-PyDoc_STRVAR(run_doc, "run(method, rows, coefficients, stops, times, settings, table, samples, expired)\n--\n\n"
+PyDoc_STRVAR(run_doc, "run(method, rows, coefficients, stops, times, settings, table, samples, plastic, law, expired)\n--\n\n"
              "Integrates a chain of mixed granules, in place. See mixed_chain_run.py.");
 
 static PyObject *run(PyObject *self, PyObject *args)
@@ -175,15 +186,15 @@ static PyObject *run(PyObject *self, PyObject *args)
     Buffers all;
     March m;
     (void)self;
-    if (!take(&all, args, "run", "fffffFFF", 1)) return NULL;
+    if (!take(&all, args, "run", "fffffFFFFf", 1)) return NULL;
     if (!set_up(&m, &all)) return misfit(&all, "run");
-    if (make_rows(&m, all.view[TABLE].buf)) {
+    if (make_rows(&m, all.view[TABLE].buf, all.view[PLASTIC].buf)) {
         fill_rows(&m);
         m.expired = PyTuple_GetItem(args, VIEWS);
         m.thread = PyEval_SaveThread();
         m.r->status = integrate(&m);
         PyEval_RestoreThread(m.thread);
-        give_rows(&m, all.view[TABLE].buf);
+        give_rows(&m, all.view[TABLE].buf, all.view[PLASTIC].buf);
         free(m.rows);
     } else PyErr_NoMemory();
     release(&all);

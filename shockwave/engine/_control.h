@@ -62,12 +62,14 @@ static double kink_at(const March *m, double h, long j, double share)
 }
 
 /* Fraction of the step at which it should end because a contact closes, opens or is cut off; 1 if it need not. */
-static double kink(const March *m, double h)
+static double kink(March *m, double h)
 {
     double share = 1;
     long e = 0, j;
     while ((e = m->kernel.changed(m, e)) < m->padded)
         for (j = e, e += m->kernel.width; j < e && j < m->n; j++) share = kink_at(m, h, j, share);
+    for (e = 0; m->yields && (e = m->kernel.yielding(m, h, e)) < m->padded;)
+        for (j = e, e += m->kernel.width; j < e && j < m->n && j < (long)m->r->contacts; j++) share = mode_end(m, h, j, share);
     return share;
 }
 
@@ -89,12 +91,15 @@ static void begin(March *m, int changed)
     const double *x = m->start.x, *v = m->start.v;
     const long contacts = (long)m->r->contacts;
     long e = 0, j;
+    int turn;
     for (j = 0; m->jumps && j < m->n; j++) {
         const double d = (x[j] - x[j + 1]) + m->gap[j] + m->base[j], w = v[j] - v[j + 1], before = m->on[j];
         m->on[j] = d >= 0 || (m->powers[j] == 0 && w > 0 && d >= -late(m, x, w, j));
         changed = changed || m->on[j] != before;
     }
     if (changed) m->kernel.evaluate(m, &m->start, 0, m->padded, m->r->time);
+    for (turn = 0; m->yields && turn < MOST_CHANGES && change_modes(m); turn++)
+        m->kernel.evaluate(m, &m->start, 0, m->padded, m->r->time);
     while ((e = m->kernel.above(m, e)) < m->padded)
         for (j = e, e += m->kernel.width; j < e && j < contacts; j++) raise_best(m, j, m->start.f[j], m->r->time);
     m->over = m->r->until == INFINITY && m->r->time >= m->r->duration;

@@ -15,24 +15,64 @@ INLINE V NAME(power_law)(const March *m, long e, V stretch, V inside, Mask close
     int i;
     NAME(store)(s, NAME(pick)(closed, stretch, NAME(set)(0)));
     NAME(store)(d, inside);
-    for (i = 0; i < WIDTH; i++)
-        f[i] = m->base[e + i] > 0 ? m->still[e + i] * expm1(m->exponents[e + i] * log1p(s[i] / m->base[e + i]))
-                                  : m->k[e + i] * power_of(d[i], m->exponents[e + i]);
+    for (i = 0; i < WIDTH; i++) {
+        const double base = m->base[e + i], p = m->exponents[e + i], before = m->root[e + i], root = sqrt(d[i]);
+        if (base > 0 && p != HERTZ) f[i] = m->still[e + i] * expm1(p * log1p(s[i] / base));
+        else if (base > 0) f[i] = m->k[e + i] * (s[i] * (d[i] + root * before + base) / (root + before));
+        else f[i] = m->k[e + i] * power_of(d[i], p);
+    }
     return NAME(load)(f);
 }
 
-/* Elastic force, with the overlap as change since the beginning and in all. */
-INLINE V NAME(elastic)(const March *m, const int hertz, const int loaded, long e, V stretch, V d)
+/* Elastic force, with the overlap as change since the beginning and in all; that of plastic flow if the chain `yields`,
+   unless it is curved. */
+INLINE V NAME(elastic)(const March *m, const int hertz, const int loaded, const int yields, long e, V stretch, V d)
 {
     Mask closed;
     const V inside = NAME(inside)(m, d, &closed), k = NAME(load)(m->k + e), open = -NAME(load)(m->still + e);
+    V force;
     if (!NAME(any)(closed)) return open; /* without roots */
-    if (hertz && !loaded) return NAME(pick)(closed, k * (inside * NAME(square_root)(inside)), open);
-    if (hertz) {
+    if (hertz && !loaded) force = k * (inside * NAME(square_root)(inside));
+    else if (hertz) {
         const V base = NAME(load)(m->base + e), before = NAME(load)(m->root + e), root = NAME(square_root)(inside);
-        return NAME(pick)(closed, k * (stretch * (d + root * before + base) / (root + before)), open);
-    }
-    return NAME(pick)(closed, NAME(power_law)(m, e, stretch, inside, closed), open);
+        force = k * (stretch * (d + root * before + base) / (root + before));
+    } else force = NAME(power_law)(m, e, stretch, inside, closed);
+    if (yields) force += NAME(load)(m->plastic.offset + e) + NAME(load)(m->plastic.tangent + e) * stretch;
+    return NAME(pick)(closed, force, open);
+}
+
+/* Forces of contacts that flow along a curve, in place of others; `power` receives their total power where it is
+   integrated. */
+INLINE V NAME(flow)(const March *m, long e, V force, V d, V w, V *power)
+{
+    const V zero = NAME(set)(0), curved = NAME(load)(m->plastic.curved + e);
+    double f[WIDTH], overlaps[WIDTH], velocities[WIDTH];
+    int i;
+    *power = zero;
+    if (!NAME(any)(NAME(exceeds)(curved, zero))) return force;
+    NAME(store)(f, force);
+    NAME(store)(overlaps, d);
+    NAME(store)(velocities, w);
+    for (i = 0; i < WIDTH; i++)
+        if (m->plastic.curved[e + i] > 0) f[i] = load(&m->plastic, e + i, (int)m->plastic.mode[e + i], overlaps[i], velocities[i]) - m->still[e + i];
+    force = NAME(load)(f);
+    *power = NAME(pick)(NAME(exceeds)(curved, NAME(set)(1)), (force + NAME(load)(m->still + e)) * w, zero);
+    return force;
+}
+
+/* Time derivatives of the forces of contacts that flow, in place of others. */
+INLINE V NAME(flow_rates)(const March *m, long e, V rate, V d, V w, V closing)
+{
+    double r[WIDTH], overlaps[WIDTH], velocities[WIDTH], changes[WIDTH];
+    int i;
+    if (!NAME(any)(NAME(exceeds)(NAME(load)(m->plastic.mode + e), NAME(set)(ELASTIC)))) return rate;
+    NAME(store)(r, rate);
+    NAME(store)(overlaps, d);
+    NAME(store)(velocities, w);
+    NAME(store)(changes, closing);
+    for (i = 0; i < WIDTH; i++)
+        if (m->plastic.mode[e + i] > ELASTIC) r[i] = load_rate(m, e + i, overlaps[i], velocities[i], changes[i]);
+    return NAME(load)(r);
 }
 
 /* Force with damping, from the elastic one; `raw` is that before it is cut off. */

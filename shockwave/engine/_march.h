@@ -14,7 +14,7 @@ typedef struct {
         most_work, damped, weight;
     double far, largest, min_overlap, window, growth, margin, at_rest, safety, min_factor, max_factor, min_step, min_first, step_work, interval,
         soon, kink, kink_share, most_cuts, located, rounding, elastic, viscous, nearly, hopeless, most_turns, near, nudge,
-        passed, wave, noise, instant, left, right;
+        passed, wave, noise, instant, law_change, parts, left, right;
     double status, time, arrival, work, steps, evaluations, rebound, size, impulse_left, impulse_right;
 } Run;
 
@@ -31,6 +31,16 @@ typedef struct {
     Terms positions[MAX_STAGES + 1], velocities[MAX_STAGES + 1], errors[4];
 } Method;
 
+/* Constants of the law of elastic-plastic contacts, and rows of their properties, state, and constants within a step; see
+   mixed_chain_plastic.py. */
+typedef struct { double pi, pressure, full, full_less, hardness, softening, softening_power, area, area_less; } Law;
+typedef struct {
+    double *strength, *radius, *rate, *slow, *virgin, *start, *first, *cap, *full, *a, *b, *level, *slope, *yield, *unit;
+    double *mode, *reached, *force, *left, *limit, *offset, *tangent, *curved;
+    const Law *law;
+} Plastic;
+#define PLASTIC_ROWS 23
+
 typedef struct March March;
 
 /* The functions over blocks of elements, for the widest vectors of the processor; see `_stage.h`. */
@@ -40,7 +50,7 @@ typedef struct {
     void (*complete)(March *, End *, long low, long high, double time);
     double (*error)(March *, double h);
     long (*near)(const March *, double h, long from), (*changed)(const March *, long from), (*turning)(const March *, double h, long from),
-        (*above)(const March *, long from);
+        (*above)(const March *, long from), (*yielding)(const March *, double h, long from);
     void (*raise_scales)(March *, long high);
     long width;
 } Kernel;
@@ -55,7 +65,8 @@ struct March {
     double *mobile, *reach_w, *reach_u, *y, *z, *shares, *stage[MAX_STAGES], *samples, *rows;
     End start, finish, trial, scratch;
     long bodies, n, padded, stop, stop_count, sample, sample_count; /* padded: bodies of the window in whole blocks */
-    int hertz, damped, loaded, jumps, driven, rejected, cuts, over, at_stop;
+    Plastic plastic;
+    int yields, hertz, damped, loaded, jumps, driven, rejected, cuts, over, at_stop;
     double held, effort, asked, free[2], impulses[MAX_STAGES + 1], forces[3][MAX_STAGES]; /* forces: at the first contact, left and right */
     Path path;
     PyObject *expired;
@@ -111,3 +122,31 @@ static double late(const March *m, const double *x, double w, long j)
 
 /* Impulse that changes the closing velocity of a contact by the tolerance. */
 static double allowed(const March *m, long j) { return m->r->tolerance * m->scale_w[j] / m->both[j]; }
+
+/* Closing acceleration of a contact at one end of a step. */
+static double closing(March *m, const End *end, long j, double time)
+{
+    return end->a[j] + (j ? 0 : m->inverse[0] * applied(m, time)) - end->a[j + 1];
+}
+
+/* Coefficients of the polynomial of degree 5 with the changes of an overlap, and their derivatives, at both ends of a step. */
+static void overlap_of(March *m, double h, long j, double c[6])
+{
+    const End *s = &m->start, *f = &m->finish;
+    const double w0 = h * s->w[j], a0 = h * h * closing(m, s, j, m->r->time), a1 = h * h * closing(m, f, j, m->r->time + h);
+    const double u = f->u[j] - s->u[j] - w0 - a0 / 2, w = h * f->w[j] - w0 - a0, a = a1 - a0;
+    c[0] = s->u[j];
+    c[1] = w0;
+    c[2] = a0 / 2;
+    c[3] = 10 * u - 4 * w + a / 2;
+    c[4] = -15 * u + 7 * w - a;
+    c[5] = 6 * u - 3 * w + a / 2;
+}
+
+/* Change of the overlap, closing velocity and acceleration at a fraction s of a step, in units of it. */
+static void motion_at(const double c[6], double s, double *u, double *w, double *a)
+{
+    *u = c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * c[5]))));
+    *w = c[1] + s * (2 * c[2] + s * (3 * c[3] + s * (4 * c[4] + s * 5 * c[5])));
+    *a = 2 * c[2] + s * (6 * c[3] + s * (12 * c[4] + s * 20 * c[5]));
+}

@@ -5,32 +5,13 @@ static void raise_best(March *m, long j, double force, double time)
     if (force > m->best[j]) { m->best[j] = force; m->since[j] = time; }
 }
 
-/* Closing acceleration of a contact at one end of a step. */
-static double closing(March *m, const End *end, long j, double time)
-{
-    return end->a[j] + (j ? 0 : m->inverse[0] * applied(m, time)) - end->a[j + 1];
-}
-
-/* Coefficients of the polynomial of degree 5 with the changes of an overlap, and their derivatives, at both ends of a step. */
-static void overlap_of(March *m, double h, long j, double c[6])
-{
-    const End *s = &m->start, *f = &m->finish;
-    const double w0 = h * s->w[j], a0 = h * h * closing(m, s, j, m->r->time), a1 = h * h * closing(m, f, j, m->r->time + h);
-    const double u = f->u[j] - s->u[j] - w0 - a0 / 2, w = h * f->w[j] - w0 - a0, a = a1 - a0;
-    c[0] = s->u[j];
-    c[1] = w0;
-    c[2] = a0 / 2;
-    c[3] = 10 * u - 4 * w + a / 2;
-    c[4] = -15 * u + 7 * w - a;
-    c[5] = 6 * u - 3 * w + a / 2;
-}
-
 /* Change of the force per step at a fraction s of it, by the polynomial of the overlap. */
 static double slope_at(const March *m, double h, long j, const double c[6], double s)
 {
-    const double d = (c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * c[5]))))) + m->base[j];
-    const double w = c[1] + s * (2 * c[2] + s * (3 * c[3] + s * (4 * c[4] + s * 5 * c[5])));
-    const double a = 2 * c[2] + s * (6 * c[3] + s * (12 * c[4] + s * 20 * c[5]));
+    double d, w, a;
+    motion_at(c, s, &d, &w, &a);
+    d += m->base[j];
+    if (m->yields && m->plastic.mode[j] > ELASTIC) return h * load_rate(m, j, d, w / h, a / (h * h));
     return h * rate_1(m, j, stiffness_1(m, m->hertz, j, d), d, w / h, a / (h * h));
 }
 

@@ -46,20 +46,25 @@ TARGET static void NAME(displace)(const March *m, const Terms *t, const double *
 
 /* Forces of the contacts, and accelerations of the bodies without the applied force, from low to high; `whole`: all that
    belongs to the end of a step. The power of the damping is added to its sum with a weight. */
-INLINE void NAME(forces_of)(const March *m, const int hertz, const int damped, const int loaded, const int whole,
+INLINE void NAME(forces_of)(const March *m, const int hertz, const int damped, const int loaded, const int yields, const int whole,
                             const double *x, const double *v, long low, long high, double weight, End *to)
 {
     V here = NAME(load)(x + low), speed = damped ? NAME(load)(v + low) : here, before = NAME(load)(to->f + low - WIDTH);
     long e;
     for (e = low; e < high; e += WIDTH) {
         const V after = NAME(load)(x + e + WIDTH), u = (here - NAME(next)(here, after)) + NAME(load)(m->gap + e);
-        const V d = loaded ? u + NAME(load)(m->base + e) : u, elastic = NAME(elastic)(m, hertz, loaded, e, u, d);
-        V f = elastic, raw = elastic;
+        const V d = loaded ? u + NAME(load)(m->base + e) : u;
+        V elastic = NAME(elastic)(m, hertz, loaded, yields, e, u, d), f, raw, flow = u;
+        if (yields && !damped) elastic = NAME(flow)(m, e, elastic, d, u, &flow);
+        f = raw = elastic;
         if (damped) {
             const V following = NAME(load)(v + e + WIDTH), w = speed - NAME(next)(speed, following);
+            V power;
+            if (yields) elastic = NAME(flow)(m, e, elastic, d, w, &flow);
             f = NAME(damp)(m, e, elastic, d, w, &raw);
-            if (weight != 0) NAME(store)(m->shares + e, NAME(load)(m->shares + e) + weight * ((f - elastic) * w));
-            if (whole) NAME(store)(to->power + e, (f - elastic) * w);
+            power = yields ? (f - elastic) * w + flow : (f - elastic) * w;
+            if (weight != 0) NAME(store)(m->shares + e, NAME(load)(m->shares + e) + weight * power);
+            if (whole) NAME(store)(to->power + e, power);
             speed = following;
         }
         NAME(store)(to->f + e, f);
@@ -91,13 +96,15 @@ static void NAME(add_end)(const March *m, const double *x, const double *v, long
 TARGET static void NAME(forces)(March *m, const int whole, const double *x, const double *v, long low, long high, int stage, End *to)
 {
     const double weight = m->damped && stage >= 0 ? m->method.weights[stage] : 0;
-#define FORCES(hertz, damped, loaded) \
-    if (whole) NAME(forces_of)(m, hertz, damped, loaded, 1, x, v, low, high, weight, to); \
-    else NAME(forces_of)(m, hertz, damped, loaded, 0, x, v, low, high, weight, to);
-    if (m->hertz && !m->damped && !m->loaded) { FORCES(1, 0, 0) }
-    else if (m->hertz && !m->damped) { FORCES(1, 0, 1) }
-    else if (m->hertz && !m->loaded) { FORCES(1, 1, 0) }
-    else { FORCES(m->hertz, m->damped, m->loaded) }
+#define FORCES(hertz, damped, loaded, yields) \
+    if (whole) NAME(forces_of)(m, hertz, damped, loaded, yields, 1, x, v, low, high, weight, to); \
+    else NAME(forces_of)(m, hertz, damped, loaded, yields, 0, x, v, low, high, weight, to);
+    if (m->yields && m->hertz && !m->damped && !m->loaded) { FORCES(1, 0, 0, 1) }
+    else if (m->yields) { FORCES(m->hertz, m->damped, m->loaded, 1) }
+    else if (m->hertz && !m->damped && !m->loaded) { FORCES(1, 0, 0, 0) }
+    else if (m->hertz && !m->damped) { FORCES(1, 0, 1, 0) }
+    else if (m->hertz && !m->loaded) { FORCES(1, 1, 0, 0) }
+    else { FORCES(m->hertz, m->damped, m->loaded, 0) }
 #undef FORCES
     NAME(add_end)(m, x, v, high, weight, to);
     if (stage < 0) return;
@@ -114,7 +121,9 @@ TARGET static void NAME(complete)(March *m, End *end, long low, long high, doubl
     a = NAME(load)(end->a + low);
     for (e = low; e < high; e += WIDTH) {
         const V following = NAME(load)(end->v + e + WIDTH), after = NAME(load)(end->a + e + WIDTH), w = speed - NAME(next)(speed, following);
-        const V slope = NAME(rate)(m, e, NAME(load)(end->stiffness + e), NAME(load)(end->d + e), w, a - NAME(next)(a, after));
+        const V change = a - NAME(next)(a, after), d = NAME(load)(end->d + e);
+        V slope = NAME(rate)(m, e, NAME(load)(end->stiffness + e), d, w, change);
+        if (m->yields) slope = NAME(flow_rates)(m, e, slope, d, w, change);
         NAME(store)(end->w + e, w);
         NAME(store)(end->slope + e, NAME(pick)(NAME(exceeds)(NAME(load)(end->raw + e), NAME(set)(0)), slope, NAME(set)(0)));
         speed = following;
@@ -250,6 +259,16 @@ TARGET static long NAME(turning)(const March *m, double h, long from)
 TARGET static long NAME(above)(const March *m, long from)
 {
     SCAN(from, if (NAME(any)(NAME(exceeds)(NAME(load)(m->start.f + e), NAME(load)(m->best + e)))) return e;)
+}
+
+/* ... whose mode may end within a step; */
+TARGET static long NAME(yielding)(const March *m, double h, long from)
+{
+    const V span = NAME(set)(2 * h);
+    SCAN(from,
+        const V w = NAME(greater)(NAME(magnitude)(NAME(load)(m->start.w + e)), NAME(magnitude)(NAME(load)(m->finish.w + e)));
+        const V d = NAME(greater)(NAME(load)(m->start.d + e), NAME(load)(m->finish.d + e));
+        if (NAME(any)(NAME(exceeds)(d + span * w, NAME(load)(m->plastic.limit + e)))) return e;)
 }
 
 /* Raises the scales of the errors to what was reached before `high` at the end of the step, or is expected next to it. */

@@ -119,6 +119,10 @@ class Job:
         of the static forces; at first those at the beginning.
     table : array, shape (20, bodies + 1)
         The arrays below.
+    plastic : array, shape (23, bodies + 1) or (0, 0)
+        Rows of elastic-plastic contacts; see `mixed_chain_plastic`.
+    loading : array
+        Constants of their law.
     window : int
         Number of bodies that move at first.
     forecast : Forecast
@@ -136,6 +140,8 @@ class Job:
     watched: tuple[int, int]
     found: FloatArray
     table: FloatArray
+    plastic: FloatArray = Factory(lambda: np.empty((0, 0)))
+    loading: FloatArray = Factory(lambda: np.empty(0))
     window: int = 12
     forecast: Forecast = Factory(Forecast)
 

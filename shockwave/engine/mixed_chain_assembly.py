@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +15,9 @@ from shockwave.engine.mixed_chain_arrays import LARGEST
 from shockwave.engine.mixed_chain_forces import FAR
 from shockwave.engine.scaled_problem import ChainProblem
 from shockwave.scene.contact_law import BoundLaw
+
+if TYPE_CHECKING:  # chains without such contacts do not need it
+    from shockwave.engine.mixed_chain_plastic import PlasticContacts
 
 # Least fraction of closing velocity and overlap at one contact that is expected at the next, and of their estimates at
 # the first one.
@@ -62,6 +66,8 @@ class Assembly:
         Contact law of a plugin, which replaces stiffness and damping ...
     law_contacts : array of bool, shape (contacts,), or None
         ... at these contacts.
+    plastic : PlasticContacts or None
+        Elastic-plastic contacts, whose ``stiffnesses`` are those of Hertz's law.
     """
 
     inverse_masses: FloatArray
@@ -78,15 +84,20 @@ class Assembly:
     weight: float = 0.0
     law: BoundLaw | None = None
     law_contacts: npt.NDArray[np.bool_] | None = None
+    plastic: PlasticContacts | None = None
 
     @cached_property
     def is_damped(self) -> bool:
         """Whether the forces depend on the velocities."""
-        return self.law is not None or self.end_damping > 0 or bool(np.any(self.damping > 0))
+        rate = self.plastic is not None and self.plastic.rates.any()
+        return self.law is not None or self.end_damping > 0 or bool(np.any(self.damping > 0) or rate)
 
     @cached_property
     def static_forces(self) -> FloatArray:
         """Static contact forces, shape (contacts,)."""
+        if self.plastic is not None:
+            elastic = self.stiffnesses * np.maximum(self.overlaps, 0.0) ** self.exponents
+            return np.where(np.isinf(self.plastic.loading.strengths), elastic, self.plastic.at_rest(self.overlaps)[0])
         return np.asarray(self.stiffnesses * np.maximum(self.overlaps, 0.0) ** self.exponents)
 
     @cached_property
@@ -102,11 +113,20 @@ class Assembly:
         powers[:, : len(used)] = self.exponents, np.where(used, self.damping_powers, shared)
         return powers
 
+    @cached_property
+    def at_rest(self) -> tuple[FloatArray, FloatArray]:
+        """Stiffnesses and overlaps, less residual ones, at the beginning."""
+        if self.plastic is None:
+            return self.stiffnesses, self.overlaps
+        _forces, stiffnesses, left = self.plastic.at_rest(self.overlaps)
+        elastic = np.isinf(self.plastic.loading.strengths)
+        return np.where(elastic, self.stiffnesses, stiffnesses), self.overlaps - left
+
     @property
     def _first_scales(self) -> tuple[float, float]:
         """Orders of magnitude of closing velocity and force, minus the static one, at the first contact."""
-        p, k = float(self.exponents[0]), float(self.stiffnesses[0])
-        linear = p * k * max(float(self.overlaps[0]), 0.0) ** (p - 1)
+        p, (k, overlap) = float(self.exponents[0]), (float(each[0]) for each in self.at_rest)
+        linear = p * k * max(overlap, 0.0) ** (p - 1)
         mass = 1 / float(np.sum(self.inverse_masses[:2]))
         force = self.weight if self.force is None else self.force.peak_force
         overlap = min((force / k) ** (1 / p), force / linear if linear else math.inf)
@@ -124,8 +144,9 @@ class Assembly:
         inverse = np.asarray(self.inverse_masses, dtype=float)
         bodies, contacts = len(inverse), len(self.overlaps)
         p = self.powers_of_contacts[0]
-        k, offsets, c = np.zeros((3, bodies))
-        k[:contacts], offsets[:contacts], c[:contacts] = self.stiffnesses, self.overlaps, self.damping
+        k, offsets, c, still = np.zeros((4, bodies))
+        k[:contacts], offsets[:contacts] = self.at_rest
+        c[:contacts], still[:contacts] = self.damping, self.static_forces
         offsets[contacts:] = -FAR
         base, gap = np.maximum(offsets, 0.0), np.minimum(offsets, 0.0)
         before = np.append(inverse[0], inverse[:-1])
@@ -138,7 +159,7 @@ class Assembly:
         scales = np.maximum(scales, _LEAST) * (_EXPECTED * np.array([[velocity], [extent[0]]]))
         scales[:, contacts:] = LARGEST
         first = _FIRST_STEP * float(scales[1, 0] / scales[0, 0])
-        return np.array([inverse, k, gap, base, np.sqrt(base), k * base**p, c, *reach]), scales, first
+        return np.array([inverse, k, gap, base, np.sqrt(base), still, c, *reach]), scales, first
 
     def cause_of_work(self) -> str:
         """Keys of the scenario that make the steps of a run short or many."""

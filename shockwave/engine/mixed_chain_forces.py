@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -28,6 +29,14 @@ VISCOUS = 8e-3
 LOCATED = 0.1
 #: Rounding error of an overlap, relative to positions and displacements.
 ROUNDING = 1e-14
+#: Fraction of the tolerance that a kink may use.
+KINK_SHARE = 0.1
+#: Smallest step, relative to the time and to the first step.
+MIN_STEP = 1e-15
+#: Parts of a step at whose ends the mode of a contact with rate is examined, and the largest number of changes of a
+#: mode at one time.
+PARTS = 4
+MOST_CHANGES = 4
 #: Change of overlap and closing velocity, relative to the overlap and to the greatest velocity, for the slope of the
 #: force of a plugin: the error of its central difference is about the square, and that of rounding 1e-16 over it.
 LAW_CHANGE = 1e-5
@@ -62,6 +71,32 @@ class End:
     powers: FloatArray
     slope: FloatArray
     a: FloatArray
+
+
+class Flow(Protocol):
+    """The modes of elastic-plastic contacts: `mixed_chain_plastic.Plasticity`, which other chains do not load.
+
+    A force has the terms ``offset`` and ``tangent`` times the change of the overlap besides that of Hertz.
+    """
+
+    offset: FloatArray
+    tangent: FloatArray
+
+    def forces(self, f: FloatArray, d: FloatArray, w: FloatArray | None, low: int) -> FloatArray:
+        """Replace the forces minus static ones of contacts that flow along a curve; their powers if integrated."""
+        ...
+
+    def rates(self, slope: FloatArray, motion: Sequence[FloatArray], low: int) -> None:
+        """Replace the time derivatives of the forces of contacts that flow."""
+        ...
+
+    def change_modes(self, start: End, time: float) -> bool:
+        """Change the modes that end at the beginning of a step; whether there are any."""
+        ...
+
+    def end_of_modes(self, start: End, finish: End, time: float, size: float, share: float) -> float:
+        """Fraction of the step at which it should end because a mode does; ``share`` if it need not."""
+        ...
 
 
 def greatest_overlap(start: End, finish: End, size: float, tolerance: float, contacts: npt.NDArray[np.bool_]) -> float:
@@ -119,6 +154,7 @@ class Contacts:
         self.by_law = job.by_law
         self.jumps = self.damped & (self.q == 0) & ~job.by_law
         self.on = np.ones(self.bodies, dtype=bool)
+        self.flow: Flow | None = None
         self.state = np.empty(0) if job.law is None else job.law.initial_state()
 
     def end_of(self, x: FloatArray, v: FloatArray, time: float, n: int) -> End:
@@ -147,14 +183,19 @@ class Contacts:
         if self.damped:
             w = v[part] - v[low + 1 : high + 1]
         inside = np.where(closed, d, 1.0)
-        raw = f = np.where(closed, self.elastic(stretch, d, inside, part), -static)
+        elastic = self.elastic(stretch, d, inside, part)
+        if self.flow:
+            elastic = elastic + (self.flow.offset[part] + self.flow.tangent[part] * stretch)
+        raw = f = np.where(closed, elastic, -static)
+        if self.flow:
+            flow_powers = self.flow.forces(f, d, w if self.damped else None, low)
         if self.damped:
             # only the dashpot of a contact that is off does not act: its force would jump within the step
             jumps = self.q[part] == 0
             viscous = self.c[part] * _powers(inside, self.q[part]) * w
             raw = f + np.where(jumps | closed, viscous, 0.0)
             total = np.maximum(np.where(np.where(jumps, self.on[part], closed), raw, f), -static)
-            powers = (total - f) * w
+            powers = (total - f) * w + flow_powers if self.flow else (total - f) * w
             f = total
         if self.job.law is not None:
             here, law = self.by_law[part], self.law_forces(d, w, low, high)
@@ -166,17 +207,16 @@ class Contacts:
 
     def elastic(self, stretch: FloatArray, d: FloatArray, inside: FloatArray, part: slice) -> FloatArray:
         """Elastic forces minus static ones of some contacts; ``inside`` are the overlaps, or 1 where they are open."""
-        k, base, root = self.k[part], self.base[part], np.sqrt(inside)
-        if not self.hertz:
-            p = self.p[part]
-            if not self.loaded:
-                return np.asarray(k * _powers(inside, p))
-            strain = np.where(d > MIN_OVERLAP, stretch, 0.0) / np.where(base > 0, base, 1.0)
-            strain = _libm(lambda each, power: math.expm1(power * math.log1p(each)), strain, p)
-            return np.asarray(np.where(base > 0, self.static[part] * strain, k * _powers(inside, p)))
+        k, p, base, root = self.k[part], self.p[part], self.base[part], np.sqrt(inside)
         if not self.loaded:
-            return np.asarray(k * (inside * root))
-        return np.asarray(k * (stretch * (d + root * self.root[part] + base) / (root + self.root[part])))
+            return np.asarray(k * (inside * root if self.hertz else _powers(inside, p)))
+        hertz = k * (stretch * (d + root * self.root[part] + base) / (root + self.root[part]))
+        if self.hertz:
+            return np.asarray(hertz)
+        strain = np.where(d > MIN_OVERLAP, stretch, 0.0) / np.where(base > 0, base, 1.0)
+        strain = _libm(lambda each, power: math.expm1(power * math.log1p(each)), strain, p)
+        changes = np.where(p == HERTZ, hertz, self.static[part] * strain)
+        return np.asarray(np.where(base > 0, changes, k * _powers(inside, p)))
 
     def law_forces(self, d: FloatArray, w: FloatArray, low: int, high: int) -> FloatArray:
         """Forces of a plugin's contact law for some contacts, from their overlaps and closing velocities.
@@ -208,6 +248,8 @@ class Contacts:
         slope = p * self.k[part] * _powers(inside, p - 1) * w
         if self.damped:
             slope = slope + self.c[part] * _powers(inside, q) * (q / inside * w * w + closing)
+        if self.flow:
+            self.flow.rates(slope, (d, w, closing), low)
         if self.job.law is not None:
             rate = np.abs(w) / inside + np.abs(closing) / self.job.scales[0, part]
             span = LAW_CHANGE / np.maximum(rate, 1e-300)

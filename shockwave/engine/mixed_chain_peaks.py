@@ -38,14 +38,18 @@ class Overlap:
         higher = 10 * u - 4 * w + a / 2, -15 * u + 7 * w - a, 6 * u - 3 * w + a / 2
         return cls(contacts, j, size, (float(start.u[j]), w0, a0 / 2, *higher))
 
-    def slope(self, s: float) -> float:
-        """Change of the force per step at a fraction ``s`` of it."""
-        c, j, size = self.coefficients, self.j, self.size
+    def motion(self, s: float) -> tuple[float, float, float]:
+        """Overlap, closing velocity and acceleration at a fraction ``s`` of the step."""
+        c, size = self.coefficients, self.size
         u = c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * c[5]))))
         w = c[1] + s * (2 * c[2] + s * (3 * c[3] + s * (4 * c[4] + s * 5 * c[5])))
         a = 2 * c[2] + s * (6 * c[3] + s * (12 * c[4] + s * 20 * c[5]))
-        motion = np.array([[u + self.contacts.base[j]], [w / size], [a / (size * size)]])
-        return size * float(self.contacts.rates(motion[0], motion[1], motion[2], j)[0])
+        return u + float(self.contacts.base[self.j]), w / size, a / (size * size)
+
+    def slope(self, s: float) -> float:
+        """Change of the force per step at a fraction ``s`` of it."""
+        d, w, a = np.array(self.motion(s))[:, None]
+        return self.size * float(self.contacts.rates(d, w, a, self.j)[0])
 
     def vanish(self, low: float, high: float, at: float) -> tuple[float, float]:
         """Fraction of the step at which the slope vanishes, and the derivative of the slope there.

@@ -186,7 +186,7 @@ def integrate(
 
 def _job(assembly: Assembly, tolerance: float, until: float | None, times: FloatArray, method: GeneralTableau) -> Job:
     """Arrays of a run."""
-    bodies, problem = len(assembly.inverse_masses), assembly.force
+    bodies, problem, plastic = len(assembly.inverse_masses), assembly.force, assembly.plastic
     chain, scales, first = assembly.beginning
     first = _first_step(assembly, first, tolerance * float(scales[0, 0]))
     pulse = (0.0, 1.0, 0.0) if problem is None else (problem.duration, problem.rise_time, problem.peak_force)
@@ -206,6 +206,8 @@ def _job(assembly: Assembly, tolerance: float, until: float | None, times: Float
         watched=(len(assembly.overlaps) - 1,) * 2,
         found=np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, first, 0.0, 0.0]),
         table=np.zeros((ROWS, bodies + 1)),
+        plastic=np.empty((0, 0)) if plastic is None else plastic.table(assembly.overlaps, bodies),
+        loading=np.empty(0) if plastic is None else plastic.constants,
         forecast=Forecast.of(settings, assembly.static_forces, assembly.cause_of_work),
     )
     job.chain[:], job.scales[:] = chain, scales

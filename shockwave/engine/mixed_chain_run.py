@@ -10,12 +10,23 @@ import math
 from types import ModuleType
 
 import numpy as np
+import numpy.typing as npt
 
 from shockwave.base.numerics import FloatArray
 from shockwave.engine import mixed_chain_forces as forces
 from shockwave.engine.cubic_interpolation import around_tops, root, top
 from shockwave.engine.mixed_chain_arrays import LARGEST, Job, Status
-from shockwave.engine.mixed_chain_forces import End, greatest_overlap, has_arrived, is_over, kink_error
+from shockwave.engine.mixed_chain_forces import (
+    KINK_SHARE,
+    MIN_STEP,
+    MOST_CHANGES,
+    PARTS,
+    End,
+    greatest_overlap,
+    has_arrived,
+    is_over,
+    kink_error,
+)
 from shockwave.engine.mixed_chain_peaks import MOST_TURNS, NEAR, NUDGE, Overlap
 from shockwave.engine.mixed_chain_stages import Stages
 from shockwave.engine.time_limit import expired
@@ -34,13 +45,10 @@ _STEP = 4000
 _COMPILED_STEP = 32
 # Number of contact forces of the compiled code between two checks of the time limit: tens of milliseconds.
 _INTERVAL = 2e6
-# Smallest step, relative to the time and to the first step.
-_MIN_STEP = 1e-15
+# Smallest first step over that estimated.
 _MIN_FIRST = 1e-13
 # Smallest fraction of a step after which a contact is predicted to close that shortens the step.
 _SOON = 1e-3
-# Fraction of the tolerance that a kink may use.
-_KINK_SHARE = 0.1
 # Largest number of steps that are shortened in succession to end at a kink.
 _MOST_CUTS = 8
 # A maximum within a step is computed if it may exceed the greatest force so far, less this fraction of it.
@@ -59,18 +67,20 @@ def run(job: Job, compiled: ModuleType | None) -> None:
     path = None if job.problem is None else job.problem.path
     tables = (np.empty(0), np.empty(0)) if path is None else (path.rows, path.coefficients)
     window = forces.FAR, LARGEST, forces.MIN_OVERLAP, job.window, _GROWTH, _MARGIN, _AT_REST
-    control = _SAFETY, _MIN_FACTOR, _MAX_FACTOR, _MIN_STEP, _MIN_FIRST, _COMPILED_STEP, _INTERVAL
+    control = _SAFETY, _MIN_FACTOR, _MAX_FACTOR, MIN_STEP, _MIN_FIRST, _COMPILED_STEP, _INTERVAL
     contacts = (forces.LOCATED, forces.ROUNDING, forces.ELASTIC, forces.VISCOUS)
-    kinks = _SOON, forces.KINK, _KINK_SHARE, _MOST_CUTS, *contacts
+    kinks = _SOON, forces.KINK, KINK_SHARE, _MOST_CUTS, *contacts
     peaks = (_NEARLY, _HOPELESS, MOST_TURNS, NEAR, NUDGE, forces.PASSED, forces.WAVE, forces.NOISE, forces.INSTANT)
-    settings = np.concatenate((job.settings, window, control, kinks, peaks, job.watched, job.found))
+    modes = forces.LAW_CHANGE, PARTS
+    settings = np.concatenate((job.settings, window, control, kinks, peaks, modes, job.watched, job.found))
     progress = settings[-len(job.found) :]
 
     def ends() -> bool:
         job.forecast.check(progress[1], progress[5] * (job.table.shape[1] + _COMPILED_STEP), progress[4])
         return expired()
 
-    compiled.run(job.method.packed, *tables, job.stops, job.times, settings, job.table, job.samples, ends)
+    buffers = job.stops, job.times, settings, job.table, job.samples, job.plastic, job.loading
+    compiled.run(job.method.packed, *tables, *buffers, ends)
     job.found[:] = progress
 
 
@@ -84,6 +94,10 @@ class _March(Stages):
         self.held = self.effort = 0.0
         self.rejected, self.cuts = False, 0
         self.next_sample = 0
+        if job.plastic.size:
+            from shockwave.engine.mixed_chain_plastic import Plasticity
+
+            self.flow = Plasticity(self, job)
 
     def run(self) -> None:
         """Integrate to the end."""
@@ -103,7 +117,7 @@ class _March(Stages):
                 over = self.until == math.inf and self.time >= self.duration and is_over(start, self.contacts)
                 if self.time >= self.until or over:
                     status = Status.DONE
-            elif share == 1 and self.size < max(_MIN_STEP * self.time, _MIN_FIRST * self.first):
+            elif share == 1 and self.size < max(MIN_STEP * self.time, _MIN_FIRST * self.first):
                 status = Status.FAILED
             if status is Status.RUNNING and self.effort > self.most_work:
                 status = Status.TOO_LONG
@@ -148,6 +162,10 @@ class _March(Stages):
         start = last
         if start is None or len(start.d) != n or self.job.law is not None:
             start = self.end_of(x, v, self.time, n)
+        for _ in range(MOST_CHANGES):
+            if self.flow is None or not self.flow.change_modes(start, self.time):
+                break
+            start = self.end_of(x, v, self.time, n)
         f, best = start.f[1 : n + 1], self.job.peaks
         above = np.flatnonzero(f[: self.contacts] > best[0, : min(n, self.contacts)])
         best[0, above], best[1, above] = f[above], self.time
@@ -166,7 +184,7 @@ class _March(Stages):
             if self.damped:
                 soon &= d < 0
             else:
-                opens = kink_error(h, start.raw[near], 1 - at) > _KINK_SHARE * self.allowed(self.n)[near]
+                opens = kink_error(h, start.raw[near], 1 - at) > KINK_SHARE * self.allowed(self.n)[near]
                 soon &= (d < 0) | opens
             size = min(size, float((at[soon] * h).min(initial=math.inf)))
             # a contact has just closed: its force is a power of the time
@@ -186,8 +204,18 @@ class _March(Stages):
         if self.damped:  # otherwise the force has the sign of the overlap, but for rounding under a static force
             acts, still_acts = acts & (start.raw >= 0), still_acts & (finish.raw >= 0)
         changes = acts != still_acts
-        if not changes.any():
-            return share
+        if changes.any():
+            share = self.end_of_contacts(start, finish, size, (acts, changes), share)
+        return self.flow.end_of_modes(start, finish, self.time, size, share) if self.flow else share
+
+    def end_of_contacts(
+        self, start: End, finish: End, size: float, flags: tuple[npt.NDArray[np.bool_], ...], share: float
+    ) -> float:
+        """Fraction of the step at which it should end since some contacts act or cease to; ``share`` if it need not.
+
+        The ``flags`` are those of contacts that act at the beginning, and of those that change.
+        """
+        acts, changes = flags
         late, allowed = self.closing_tolerance(finish.x, finish.w, self.time), self.allowed(self.n)
         for j in np.flatnonzero(changes).tolist():
             d0, d1, raw0, raw1 = (float(a[j]) for a in (start.d, finish.d, start.raw, finish.raw))
@@ -208,7 +236,7 @@ class _March(Stages):
                 w = max(float(start.w[j]), float(finish.w[j]))
                 error += float(self.c[j]) * w * (1 - at) * size
                 at += 0.5 * float(late[j]) / (size * w) if w > 0 else 0.0
-            if error > _KINK_SHARE * allowed[j] and at * size > _MIN_STEP * max(self.time, self.first):
+            if error > KINK_SHARE * allowed[j] and at * size > MIN_STEP * max(self.time, self.first):
                 share = min(share, at)
         return share
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from importlib import import_module
 from types import ModuleType
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -30,6 +31,9 @@ from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.solitary_wave import MOMENTUM
 from shockwave.simulation.recording import check_end, sample_times, select_contacts
 from shockwave.simulation.wave_setup import RTOL
+
+if TYPE_CHECKING:  # chains without such contacts do not need it
+    from shockwave.engine.mixed_chain_plastic import PlasticContacts
 
 # Contacts of an endless chain that are reported unless they are requested.
 _ENDLESS = (0, 1, 2, 5, 10, 20, 50, 100)
@@ -270,6 +274,17 @@ def _is_rigid(layout: Layout, scales: Scales, wall: Wall, rtol: float, until: fl
     return bool(power * force < _STILL * rtol * overlap * max(wall.stiffness, wall.damping / span))
 
 
+def _plastic(layout: Layout, stiffnesses: FloatArray, length: float, velocity: float) -> PlasticContacts | None:
+    """Elastic-plastic contacts in units of length and velocity, from scaled stiffnesses; None if there are none."""
+    if layout.plastic is None:
+        return None
+    from shockwave.engine.mixed_chain_plastic import PlasticContacts
+    from shockwave.scene.elastic_plastic import RATE, Loading
+
+    loading = Loading(stiffnesses, layout.pairs.radii / length, layout.plastic.strengths / layout.pairs.moduli)
+    return PlasticContacts(loading, layout.plastic.rate_constants, RATE * layout.plastic.lengths / velocity)
+
+
 def _assembly(layout: Layout, scales: Scales, excitation: Shock | Impact, rtol: float, until: float | None) -> Assembly:
     powers, rates = layout.pairs.exponents, layout.damping_powers
     length = scales.energy / scales.force
@@ -281,9 +296,10 @@ def _assembly(layout: Layout, scales: Scales, excitation: Shock | Impact, rtol: 
     if wall.mass is not None and _is_rigid(layout, scales, wall, rtol, until):
         wall = Wall(material=wall.material)
     bodies = layout.masses if wall.mass is None else np.append(layout.masses, wall.mass)
+    stiffnesses = layout.pairs.stiffnesses * (length**powers / scales.force)
     return Assembly(
         inverse_masses=scales.mass / bodies,
-        stiffnesses=layout.pairs.stiffnesses * (length**powers / scales.force),
+        stiffnesses=stiffnesses,
         overlaps=layout.overlaps / length,
         exponents=powers,
         fixed_wall=layout.wall is not None and wall.mass is None,
@@ -296,4 +312,5 @@ def _assembly(layout: Layout, scales: Scales, excitation: Shock | Impact, rtol: 
         weight=layout.weight / scales.force,
         law=None if law is None else BoundLaw(law, layout.pairs, length, scales.velocity, scales.force),
         law_contacts=None if law is None else layout.law_contacts,
+        plastic=_plastic(layout, stiffnesses, length, scales.velocity),
     )

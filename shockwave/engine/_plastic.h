@@ -1,0 +1,255 @@
+/* Elastic-plastic contacts: the algorithm of mixed_chain_plastic.py, which explains it. The mode of a contact is fixed
+   within a step, so that its force is smooth. */
+
+#define MOST_CHANGES 4 /* of the mode of a contact at one time */
+
+enum { CAPPED, ELASTIC, MIDDLE, FULL, PLATEAU };
+
+/* Loading curve of one ratio of strength and modulus; see Curve in elastic_plastic.py. */
+typedef struct { double first, ratio, bend, full, level, slope; } Curve;
+
+static Curve curve_of(const Plastic *p, double strength)
+{
+    const double yielding = 0.5 * p->law->pressure * p->law->pi * strength;
+    const double pressure = p->law->pi * (p->law->hardness - p->law->softening * pow(strength, p->law->softening_power)) * strength;
+    Curve c;
+    c.first = yielding * yielding;
+    c.full = p->law->full * strength - p->law->full_less;
+    c.slope = 2 * pressure;
+    c.level = pressure * (p->law->area - p->law->area_less * strength);
+    c.ratio = 4.0 / 3.0 * yielding;
+    c.bend = (c.slope + c.level / c.full - c.ratio) / log(c.full / c.first);
+    return c;
+}
+
+/* The curve of contact j at a closing velocity. */
+static Curve faster_curve(const Plastic *p, long j, double w)
+{
+    return curve_of(p, p->strength[j] * (w > p->slow[j] ? 1 + p->rate[j] * log(w / p->slow[j]) : 1));
+}
+
+/* Force of loading in a mode. */
+static double load(const Plastic *p, long j, int mode, double d, double w)
+{
+    const double e = d / p->radius[j];
+    Curve c;
+    if (mode == PLATEAU) return p->force[j];
+    if (mode == CAPPED) return p->virgin[j] * (d * sqrt(d));
+    if (p->rate[j] == 0) return mode == MIDDLE ? d * (p->a[j] + p->b[j] * log(d)) : p->level[j] + p->slope[j] * d;
+    c = faster_curve(p, j, w);
+    return p->unit[j] * (mode == MIDDLE ? e * (c.ratio + c.bend * log(e / c.first)) : c.level + c.slope * e);
+}
+
+/* Its time derivative, from closing velocity and acceleration. */
+static double load_rate(const March *m, long j, double d, double w, double a)
+{
+    const Plastic *p = &m->plastic;
+    const int mode = (int)p->mode[j];
+    double span;
+    if (mode == PLATEAU) return 0;
+    if (p->rate[j] == 0) return w * (mode == MIDDLE ? p->a[j] + p->b[j] * (1 + log(d)) : p->slope[j]);
+    span = m->r->law_change / (fabs(w) / d + fabs(a) / larger(fabs(w), p->slow[j]));
+    return (load(p, j, mode, d + span * w, w + span * a) - load(p, j, mode, d - span * w, w - span * a)) / (2 * span);
+}
+
+/* The part of the loading curve at an overlap. */
+static int region(const Plastic *p, long j, double d, double w)
+{
+    const double e = d / p->radius[j];
+    Curve c;
+    if (!(d > p->cap[j])) return CAPPED;
+    if (p->rate[j] == 0) return d > p->full[j] ? FULL : MIDDLE;
+    c = faster_curve(p, j, w);
+    if (e > c.full) return FULL;
+    return e > c.first && c.ratio + c.bend * log(e / c.first) < 4.0 / 3.0 * sqrt(e) ? MIDDLE : CAPPED;
+}
+
+/* Mode of a contact at an overlap, closing velocity and acceleration. */
+static int next_mode(const March *m, long j, double d, double w, double a)
+{
+    const Plastic *p = &m->plastic;
+    const int mode = (int)p->mode[j];
+    int next;
+    double force;
+    if (!(d > p->limit[j])) return mode;
+    if (mode == ELASTIC && !(w > 0)) return ELASTIC;
+    if (mode != ELASTIC && w < 0) return ELASTIC;
+    if (mode == ELASTIC) d += p->left[j];
+    next = region(p, j, d, w);
+    if (p->rate[j] == 0 || mode == CAPPED) return next;
+    if (mode == MIDDLE || mode == FULL) return next != CAPPED && load_rate(m, j, d, w, a) < 0 ? PLATEAU : next;
+    force = load(p, j, next, d, w);
+    if (!(force > p->force[j])) return PLATEAU;
+    if (mode == PLATEAU) return next;
+    d -= p->left[j];
+    return m->k[j] * (d * sqrt(d)) >= force ? next : ELASTIC;
+}
+
+/* Stiffness K of unloading from a force, and the overlap above the residual one there. */
+static double unloading(const Plastic *p, long j, double force, double *depth)
+{
+    const double area = (2 * force + p->yield[j]) / (2 * p->law->pi * p->law->pressure * (p->unit[j] * p->strength[j]));
+    const double k = p->virgin[j] * sqrt(4 * p->unit[j] / (3 * force) * area * sqrt(area));
+    *depth = pow(force / k, 2.0 / 3.0);
+    return k;
+}
+
+/* Energy that a contact releases, or has taken up since zero overlap in its mode; zero where that is integrated. */
+static double stored(const March *m, long j, double d)
+{
+    const Plastic *p = &m->plastic;
+    const int mode = (int)p->mode[j];
+    const double depth = mode == ELASTIC ? d - p->left[j] : d;
+    if (mode <= ELASTIC) return depth > 0 ? 0.4 * m->k[j] * (depth * depth * sqrt(depth)) : 0;
+    if (mode == PLATEAU) return p->force[j] * d;
+    if (p->rate[j] != 0) return 0;
+    return mode == MIDDLE ? 0.5 * d * d * (p->a[j] + p->b[j] * (log(d) - 0.5)) : d * (p->level[j] + 0.5 * p->slope[j] * d);
+}
+
+/* Sets what the kernel needs of the mode of a contact, of which k is known. */
+static void set_constants(March *m, long j)
+{
+    Plastic *p = &m->plastic;
+    const int mode = (int)p->mode[j], smooth = mode <= ELASTIC, rate = p->rate[j] != 0;
+    const double start = p->start[j] - (mode == ELASTIC ? p->left[j] : 0), level = mode == PLATEAU ? p->force[j] : p->level[j];
+    m->base[j] = larger(start, 0);
+    m->gap[j] = smaller(start, 0);
+    m->root[j] = sqrt(m->base[j]);
+    p->curved[j] = mode == MIDDLE || (mode == FULL && rate) ? 1 + rate : 0;
+    p->tangent[j] = mode == FULL && !rate ? p->slope[j] : 0;
+    p->offset[j] = (smooth ? m->k[j] * (m->base[j] * m->root[j]) : level + p->tangent[j] * m->base[j]) - m->still[j];
+    if (mode == CAPPED) p->limit[j] = p->first[j];
+    else if (!smooth) p->limit[j] = -m->r->largest;
+}
+
+/* Changes the mode of a contact at the beginning of a step. */
+static void change_mode(March *m, long j, int next, double a)
+{
+    Plastic *p = &m->plastic;
+    const int mode = (int)p->mode[j];
+    const double force = m->start.f[j] + m->still[j], w = m->start.w[j];
+    double d = m->start.d[j] + (mode == ELASTIC ? p->left[j] : 0);
+    m->lost[j] += stored(m, j, d);
+    if (next == ELASTIC) {
+        /* the contact has turned just before */
+        p->reached[j] = d + (a < 0 ? smaller(0.5 * w * w / -a, m->r->nudge * d) : 0);
+        if (mode != PLATEAU) p->force[j] = p->curved[j] > 1 ? larger(p->force[j], force) : load(p, j, mode, p->reached[j], 0);
+        m->k[j] = unloading(p, j, p->force[j], &p->limit[j]);
+        p->left[j] = p->reached[j] - p->limit[j];
+    } else {
+        if (next != PLATEAU || mode != ELASTIC) p->force[j] = larger(p->force[j], force);
+        m->k[j] = next == CAPPED ? p->virgin[j] : 0;
+    }
+    p->mode[j] = next;
+    set_constants(m, j);
+    m->lost[j] -= stored(m, j, d);
+}
+
+/* Changes the modes that end at the beginning of a step; whether there are any. */
+static int change_modes(March *m)
+{
+    const long contacts = (long)m->r->contacts;
+    int changed = 0;
+    long j;
+    for (j = 0; j < m->n && j < contacts; j++)
+        if (m->start.d[j] > m->plastic.limit[j]) {
+            const double a = closing(m, &m->start, j, m->r->time);
+            const int next = next_mode(m, j, m->start.d[j], m->start.w[j], a);
+            if (next != (int)m->plastic.mode[j]) {
+                change_mode(m, j, next, a);
+                changed = 1;
+            } else if (m->plastic.curved[j] > 1) m->plastic.force[j] = larger(m->plastic.force[j], m->start.f[j] + m->still[j]);
+        }
+    return changed;
+}
+
+/* First place between low and high where a polynomial with these coefficients of Bernstein is negative; 2 if nowhere. */
+static double first_negative(const double *b, int degree, double low, double high, double near)
+{
+    double left[6], right[6];
+    const double middle = 0.5 * (low + high);
+    int i, k, positive = 1;
+    for (i = 0; i <= degree; i++) positive = positive && b[i] >= 0;
+    if (positive) return 2;
+    if (high - low < near) return b[0] > 0 && b[degree] < 0 ? low + (high - low) * b[0] / (b[0] - b[degree]) : low;
+    memcpy(right, b, sizeof *b * (size_t)(degree + 1));
+    for (i = 0; i <= degree; i++) {
+        left[i] = right[0];
+        for (k = 0; k < degree - i; k++) right[k] = 0.5 * (right[k] + right[k + 1]);
+    }
+    {
+        const double at = first_negative(left, degree, low, middle, near);
+        return at <= 1 ? at : first_negative(right, degree, middle, high, near);
+    }
+}
+
+/* Mode of contact j at a fraction s of the step. */
+static int mode_at(const March *m, double h, long j, const double c[6], double s)
+{
+    double d, w, a;
+    motion_at(c, s, &d, &w, &a);
+    return next_mode(m, j, d + m->base[j], w / h, a / (h * h));
+}
+
+/* Where between low and high the mode of a contact with rate ends; 2 if it does not. */
+static double mode_ends(const March *m, double h, long j, const double c[6], double low, double high)
+{
+    const int mode = (int)m->plastic.mode[j];
+    const double begin = low, part = (high - low) / m->r->parts;
+    double before = low, at;
+    int i;
+    for (i = 1; i <= (int)m->r->parts; i++, before = at) {
+        at = begin + i * part;
+        if (mode_at(m, h, j, c, at) == mode) continue;
+        while (at - before > m->r->near) {
+            const double middle = 0.5 * (before + at);
+            if (mode_at(m, h, j, c, middle) == mode) before = middle; else at = middle;
+        }
+        return at;
+    }
+    return 2;
+}
+
+/* Fraction of the step at which the mode of contact j ends; 2 if it does not. `c`: the polynomial of the overlap. */
+static double leaves(const March *m, double h, long j, const double c[6])
+{
+    const Plastic *p = &m->plastic;
+    const int mode = (int)p->mode[j], rate = p->rate[j] != 0;
+    const double end = mode == CAPPED ? p->cap[j] : mode == ELASTIC ? p->limit[j] : p->full[j];
+    const double b[6] = {c[0], c[0] + c[1] / 5, c[0] + (4 * c[1] + c[2]) / 10, c[0] + (6 * c[1] + 3 * c[2] + c[3]) / 10,
+                         c[0] + (4 * c[1] + 3 * c[2] + 2 * c[3] + c[4]) / 5, c[0] + c[1] + c[2] + c[3] + c[4] + c[5]};
+    double rest[6], at = 2, passes = 2, d, w, a;
+    int i;
+    if (mode != ELASTIC) {
+        for (i = 0; i < 5; i++) rest[i] = b[i + 1] - b[i];
+        at = first_negative(rest, 4, 0, 1, m->r->near);
+        if (mode == CAPPED && at <= 1) {
+            motion_at(c, at, &d, &w, &a);
+            if (!(d + m->base[j] > p->limit[j])) at = 2;
+        }
+    }
+    if (mode == ELASTIC || (!rate && mode != FULL)) {
+        for (i = 0; i < 6; i++) rest[i] = (end - m->base[j]) - b[i];
+        passes = first_negative(rest, 5, 0, 1, m->r->near);
+    }
+    if (!rate) return smaller(at, passes);
+    if (mode == ELASTIC) return passes > 1 ? 2 : mode_ends(m, h, j, c, passes, 1);
+    return smaller(mode_ends(m, h, j, c, 0, smaller(at, 1)), at);
+}
+
+/* Fraction of the step at which it should end because the mode of contact j ends; `share` if it need not. */
+static double mode_end(March *m, double h, long j, double share)
+{
+    const double force = larger(m->start.f[j], m->finish.f[j]) + m->still[j], most = m->r->kink_share * allowed(m, j);
+    double c[6], at, d, w, a, depth, stiffness, late;
+    overlap_of(m, h, j, c);
+    at = leaves(m, h, j, c);
+    if (at >= share) return share;
+    motion_at(c, at, &d, &w, &a);
+    unloading(&m->plastic, j, larger(force, m->plastic.yield[j]), &depth);
+    stiffness = 1.5 * larger(force, m->plastic.yield[j]) / depth;
+    /* the impulse that a step misses this long after the end of a mode */
+    late = smaller(sqrt(most / (stiffness * fabs(w / h))), cbrt(most / (stiffness * fabs(a / (h * h)))));
+    if ((1 - at) * h <= late || at + 0.5 * late / h >= share) return share;
+    return at * h + 0.5 * late > m->r->min_step * larger(m->r->time, m->r->first) ? at + 0.5 * late / h : share;
+}
