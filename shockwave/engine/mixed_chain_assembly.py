@@ -181,6 +181,7 @@ class Assembly:
     def potential(self, x: FloatArray) -> FloatArray:
         """Integral of the contact force minus its static part from the initial state to ``x``, shape (contacts,).
 
+        Elastic-plastic contacts are those of the beginning.
         Zero for the law of a plugin: its energy depends on the history, and counts as dissipated.
         """
         potential = self._elastic_potential(x)
@@ -188,18 +189,28 @@ class Assembly:
 
     def _elastic_potential(self, x: FloatArray) -> FloatArray:
         changes = (x - np.append(x[1:], 0.0))[: len(self.overlaps)]
-        static, p = np.maximum(self.overlaps, 0.0), self.exponents
-        closed = np.maximum(self.overlaps + changes, 0.0)
+        stiffnesses, overlaps = self.at_rest
+        static, p = np.maximum(overlaps, 0.0), self.exponents
+        closed = np.maximum(overlaps + changes, 0.0)
         whole = (closed ** (p + 1) - static ** (p + 1)) / (p + 1) - static**p * changes
         if not static.any():
-            return np.asarray(self.stiffnesses * whole)
+            return np.asarray(stiffnesses * whole)
         # Gauss-Legendre quadrature of a force that is nearly linear avoids the difference of large numbers
         shares, weights = _RULE[:, :, None]
         strain = changes / np.where(static > 0, static, 1.0)
         near = (static > 0) & (np.abs(strain) < 0.5)
         inner = np.where(near, strain, 0.0) * shares
         slight = np.add.reduce(weights * np.expm1(p * np.log1p(inner)), axis=0) * static**p * changes
-        return np.asarray(self.stiffnesses * np.where(near, slight, whole))
+        return np.asarray(stiffnesses * np.where(near, slight, whole))
+
+    def changed_potential(self, x: FloatArray, residual: FloatArray, energies: FloatArray) -> FloatArray:
+        """`potential` with the residual overlaps and releasable energies of elastic-plastic contacts after a run."""
+        potential = self.potential(x)
+        stiffnesses, overlaps = self.at_rest
+        before = stiffnesses / 2.5 * np.maximum(overlaps, 0.0) ** 2.5
+        changes = (x - np.append(x[1:], 0.0))[: len(self.overlaps)]
+        flowed = residual != self.overlaps - overlaps
+        return np.asarray(np.where(flowed, energies - before - self.static_forces * changes, potential))
 
 
 def _ratio(one: float, others: FloatArray) -> FloatArray:

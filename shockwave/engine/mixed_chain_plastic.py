@@ -11,6 +11,7 @@ import math
 from collections.abc import Sequence
 from enum import IntEnum
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from attrs import frozen
@@ -98,6 +99,37 @@ class PlasticContacts:
         table[: len(rows), :count] = np.minimum(rows, LARGEST)
         table[len(rows), :count] = np.where(elastic, LARGEST, limits)
         return table
+
+
+class Rest(NamedTuple):
+    """Contacts after a run, as arrays of shape (contacts,).
+
+    Attributes
+    ----------
+    residual : array
+        Residual overlaps.
+    reached : array
+        Overlaps from which contacts unloaded last; zero where one has not flowed.
+    energies : array
+        Energies that unloading releases.
+    """
+
+    residual: FloatArray
+    reached: FloatArray
+    energies: FloatArray
+
+
+def settle(job: Job) -> Rest:
+    """Let contacts that flow at the end of a run turn there, and complete their losses."""
+    chain = Contacts(job)
+    flow, count = Plasticity(chain, job), chain.contacts
+    d = chain.overlaps(job.x, 0, chain.bodies)[1][:count]
+    for j in np.flatnonzero((flow.mode[:count] != Mode.ELASTIC) & (d > flow.limit[:count])).tolist():
+        force = 0.0 if flow.curved[j] > 1 else flow.load(j, int(flow.mode[j]), float(d[j]), 0.0)
+        flow.change_mode(j, Mode.ELASTIC, (float(d[j]), 0.0, 0.0), force)
+    d = chain.overlaps(job.x, 0, chain.bodies)[1][:count]
+    energies = [flow.stored(j, each) for j, each in enumerate((d + flow.left[:count]).tolist())]
+    return Rest(flow.left[:count], flow.reached[:count], np.array(energies))
 
 
 class Plasticity:

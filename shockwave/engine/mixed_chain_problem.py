@@ -54,6 +54,10 @@ class Motion:
         Kinetic energies at the end.
     potential : array, shape (contacts,)
         Energies of the contacts at the end, of the forces minus the static ones.
+    losses : array, shape (bodies,)
+        Energies dissipated by each contact, and by the dashpot of the end.
+    residual_overlaps, greatest_overlaps : array, shape (contacts,), or None
+        Residual and greatest overlaps of elastic-plastic contacts, and zeros; None without such contacts.
     end_energy : float
         Energy of the spring of the end.
     initial_energy : float
@@ -81,6 +85,9 @@ class Motion:
     dissipated: float
     kinetic: FloatArray
     potential: FloatArray
+    losses: FloatArray
+    residual_overlaps: FloatArray | None
+    greatest_overlaps: FloatArray | None
     end_energy: float
     initial_energy: float
     rebound: float | None
@@ -158,6 +165,11 @@ def integrate(
     impulse = weight * end if assembly.force is None else assembly.force.free(end)[1]
     masses = 1 / assembly.inverse_masses
     peaks = job.peaks[0, :contacts]
+    residual = greatest = None
+    if assembly.plastic is None:
+        potential = assembly.potential(x)
+    else:
+        residual, greatest, potential = _deformations(assembly, job)
     return Motion(
         forces=assembly.static_forces + peaks,
         force_times=job.peaks[1, :contacts],
@@ -171,7 +183,10 @@ def integrate(
         work=float(found[3]) + weight * float(x[0]),
         dissipated=math.fsum(job.losses.tolist()),
         kinetic=0.5 * masses * v * v,
-        potential=assembly.potential(x),
+        potential=potential,
+        losses=job.losses,
+        residual_overlaps=residual,
+        greatest_overlaps=greatest,
         end_energy=0.5 * assembly.end_stiffness * float(x[-1]) ** 2,
         initial_energy=0.5 * float(masses[0]) * assembly.velocity**2,
         rebound=-float(found[6]) if found[6] < 0 else None,
@@ -182,6 +197,18 @@ def integrate(
         samples_v=job.samples[:, 1, :-1],
         samples_forces=job.samples[:, 2, :contacts],
     )
+
+
+def _deformations(assembly: Assembly, job: Job) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Residual and greatest overlaps of elastic-plastic contacts, and the energies of all contacts."""
+    from shockwave.engine.mixed_chain_plastic import settle
+
+    assert assembly.plastic is not None
+    rest, law, contacts = settle(job), assembly.plastic.loading, len(assembly.overlaps)
+    forces = assembly.static_forces + job.peaks[0, :contacts]
+    greatest = np.maximum(rest.reached, (forces / law.stiffnesses) ** (2 / 3) * (rest.residual == 0))
+    potential = assembly.changed_potential(job.x[:-1], rest.residual, rest.energies)
+    return rest.residual, np.where(np.isinf(law.strengths), 0.0, greatest), potential
 
 
 def _job(assembly: Assembly, tolerance: float, until: float | None, times: FloatArray, method: GeneralTableau) -> Job:
