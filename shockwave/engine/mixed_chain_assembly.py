@@ -62,6 +62,8 @@ class Assembly:
         Contact law of a plugin, which replaces stiffness and damping ...
     law_contacts : array of bool, shape (contacts,), or None
         ... at these contacts.
+    movable_end : bool
+        Whether the last body is a movable end, whose motion is observed.
     """
 
     inverse_masses: FloatArray
@@ -78,6 +80,7 @@ class Assembly:
     weight: float = 0.0
     law: BoundLaw | None = None
     law_contacts: npt.NDArray[np.bool_] | None = None
+    movable_end: bool = False
 
     @cached_property
     def is_damped(self) -> bool:
