@@ -113,7 +113,8 @@ def simulate_chain(
         arrived = motion.arrival is not None
         leaving = last_force(WALL if case.has_wall else LAST, runs.peak(-1), arrived, later)
         spring = None if end is None else end.leaving(arrived)
-        leaving = evolve(leaving, later_remedy=_later_remedy(case, motion, later), spring=spring)
+        remedy = _later_remedy(case, motion, later)
+        leaving = evolve(leaving, later_remedy=remedy, spring=spring and evolve(spring, later_remedy=remedy))
     recoil = None if rebounding is None else 0.0 - math.fsum(masses[: len(rebounding)] * rebounding)
     return Simulation(
         scene=scene,

@@ -49,8 +49,8 @@ class MovableEnd:
         if leaving and leaving.high is not None and self.later > leaving.high and self.runs.motion.arrival is not None:
             most = f", to at most {si(self.later, 'N', 3)}" if self.later < math.inf else ""
             rate = math.sqrt(self.wall.stiffness / (self.wall.mass or 1.0))
-            half = f" by about {si(math.pi / rate, 's', 2)}" if rate else ""
-            yield f"The spring force may still grow after the simulated time{most} (extend until{half})."
+            period = f"; half a period of wall and spring is {si(math.pi / rate, 's', 2)}" if rate else ""
+            yield f"The spring force may still grow after the simulated time{most}{period} {self.runs.case.advice}."
 
 
 def _structure(runs: Runs) -> Structure:

@@ -164,6 +164,12 @@ class Structure:
     peak_acceleration_time: float | None
     peak_spring_force_time: float
 
+    @property
+    def error_estimate(self) -> float:
+        """The largest of the errors."""
+        errors = self.peak_displacement_error, self.peak_acceleration_error, self.peak_spring_force_error
+        return max(error for error in errors if error is not None)
+
     def leaving(self, arrived: bool, later: float) -> LeavingForce:
         """The spring force as a force that is limited; see `last_force`."""
         error = self.peak_spring_force_error * self.peak_spring_force

@@ -162,9 +162,10 @@ class Simulation(SceneResult):
 
     @property
     def error_estimate(self) -> float:
-        """Relative error estimate of ``peak_force``; without one, the largest of the reported contacts."""
+        """Relative error estimate of ``peak_force``; without one, the largest of reported contacts and structure."""
         if self.wave is None:
-            return max(peak.error_estimate for peak in self.contacts)
+            parts = self.contacts if self.structure is None else (*self.contacts, self.structure)
+            return max(part.error_estimate for part in parts)
         return self.wave.error_estimate
 
     @cached_property

@@ -85,7 +85,7 @@ def test_the_spring_force_after_the_simulated_time_is_bounded(damping: float) ->
     (warning,) = (each for each in early.warnings if "spring force" in each)
     half = math.pi * math.sqrt(0.05 / 1e6)
     assert f"to at most {spring.later:.3g} N" in warning
-    assert f"by about {1e6 * half:.2g} us".replace("e+02", "00") in warning
+    assert f"half a period of wall and spring is {1e6 * half:.2g} us".replace("e+02", "00") in warning
     assert not any("spring force" in each for each in sw.simulate(IMPACT, chain, until=3e-3).warnings) or damping
 
 
@@ -121,6 +121,16 @@ def test_without_a_movable_end_there_is_no_structure() -> None:
     outcome = sw.predict(IMPACT, row(SOFT))
     assert outcome.structure == sw.simulate(IMPACT, row(SOFT)).structure
     assert outcome.to_dict()["structure"]["peak_spring_force"] == outcome.structure.peak_spring_force
+
+
+def test_a_limit_on_a_spring_is_read_from_a_file_and_refused_in_its_place() -> None:
+    scene = {**LONG, "limit": {"force": "60 N", "at": "spring"}}
+    assert sw.Scenario.from_dict(scene).limit == sw.Limit(force=60.0, at="spring")
+    with pytest.raises(sw.ScenarioError, match=r"text:2:27: limit\.at: must be chain"):
+        sw.Scenario.from_yaml(
+            "{chain: {material: ptfe, diameter: 9.5 mm, granules: 5}, impact: {velocity: 1},\n"
+            " limit: {force: 60 N, at: spring}}"
+        )
 
 
 def test_designs_and_uncertainties_read_the_structure() -> None:
