@@ -142,6 +142,12 @@ WALL = (
     Quantity("transmitted.peak_force", "N", "greatest force on the wall", "transmitted_force", "wall force"),
     Quantity("transmitted.impulse", "N s", "impulse on the wall", "transmitted_impulse", "wall impulse"),
 )
+#: Motion of a movable end.
+STRUCTURE = (
+    Quantity("structure.peak_displacement", "m", "greatest displacement of the movable end"),
+    Quantity("structure.peak_acceleration", "m/s^2", "greatest acceleration of the movable end"),
+    Quantity("structure.peak_spring_force", "N", "greatest force of its spring and dashpot on the ground"),
+)
 FORCES_ERROR = (Quantity("forces_error", "", "relative error of these forces, estimated", "error_estimate", source=""),)
 STRIKER = (Quantity("restitution", "", "coefficient of restitution of the striker"),)
 DISSIPATED = (Quantity("dissipated_energy", "J", "energy dissipated by damping"),)
@@ -218,7 +224,7 @@ def contact_forces(contacts: Sequence[int]) -> tuple[Quantity, ...]:
 
 _ALL = (
     *(*LEADING_WAVE, *TRAIN, *FINITE, *FORCES, *WALL, *FORCES_ERROR, *STRIKER, *DISSIPATED, *COMPARED, *PREDICTED),
-    *(*SCALED, *VERDICT, *NOTES, *STEADY_WAVE, *YIELD, *GRANULES),
+    *(*STRUCTURE, *SCALED, *VERDICT, *NOTES, *STEADY_WAVE, *YIELD, *GRANULES),
 )
 _UNITS = {name: unit for unit, names in _OTHERS.items() for name in names}
 _UNITS |= {each.name.rpartition(".")[2]: each.unit for each in _ALL if each.unit}
@@ -232,5 +238,5 @@ def unit_of(name: str) -> str:
 
 def errors_of(column: str) -> tuple[str, ...]:
     """Columns of a sweep with the error of a column, of which the first that the sweep has counts."""
-    is_force = column == WALL[0].column or column.startswith("force_")
+    is_force = column in (WALL[0].column, *(each.column for each in STRUCTURE)) or column.startswith("force_")
     return (FORCES_ERROR[0].column,) if is_force else _ERRORS.get(column, ())

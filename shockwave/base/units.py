@@ -11,6 +11,8 @@ from typing import Any, TypeAlias
 
 from shockwave.base.errors import InvalidValueError, nearest, text_of
 
+#: Standard acceleration of gravity [m/s^2].
+STANDARD_GRAVITY = 9.80665
 #: Hint for a decimal comma.
 COMMA = "; numbers have a decimal point and no comma"
 # Characters of a quantity.

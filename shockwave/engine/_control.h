@@ -114,6 +114,7 @@ static void accept(March *m, double h, double end)
     add_losses(m, h);
     if (m->driven) add_work(m, h, end);
     find_peaks(m, h);
+    find_extremes(m, h);
     store_samples(m, end);
     look_for_rebound(m, h);
     m->r->time = end;

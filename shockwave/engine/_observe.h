@@ -34,23 +34,38 @@ static double vanish(const March *m, double h, long j, double low, double high, 
     return at;
 }
 
+/* Interval of a step with values and slopes, per step, at its ends. */
+typedef struct { double low, f0, r0, high, f1, r1; } Interval;
+
+/* Narrows an interval to that around the maximum of the cubic; whether there may be one above `least` and both ends. */
+static int narrow(Interval *of, double least)
+{
+    const double rise = of->f1 - of->f0, r0 = of->r0, r1 = of->r1, c = 3 * rise - 2 * r0 - r1, e = r0 + r1 - 2 * rise, at = -c / (3 * e);
+    const double value = of->f0 + at * (r0 + at * (c + at * e)), middle = r0 + at * (2 * c + at * 3 * e), ends = larger(of->f0, of->f1);
+    /* a cubic with slopes of the same sign may have a maximum and a minimum, on both sides of its point of inflection */
+    if (r0 > 0 && r1 > 0 && at > 0 && at < 1) { of->high = at; of->f1 = value; of->r1 = middle; }
+    else if (r0 <= 0 && r1 <= 0 && at > 0 && at < 1) { of->low = at; of->f0 = value; of->r0 = middle; }
+    return of->r0 > 0 && of->r1 <= 0 && larger(of->f0, of->f1) + 0.25 * (of->high - of->low) * (of->r0 - of->r1) > larger(least, ends);
+}
+
+/* Place of the maximum of the cubic in a narrowed interval. */
+static double top_in(const Interval *of)
+{
+    const double span = of->high - of->low;
+    return of->low + span * top_of(span * of->r0, span * of->r1, of->f1 - of->f0);
+}
+
 /* Computes the maximum of a contact force within the step, if it may be the greatest so far: at the end of a step to the
    time at which its slope vanishes, by the polynomial of the overlap. */
 static void find_peak(March *m, double h, long j)
 {
     const long reach = m->method.stages + 2, first = j > reach ? (j - reach) / BLOCK * BLOCK : 0;
     const long last = (long)smaller((double)((j + reach + 1 + BLOCK) / BLOCK * BLOCK), (double)m->padded);
-    double low = 0, f0 = m->start.f[j], r0 = h * m->start.slope[j], high = 1, f1 = m->finish.f[j], r1 = h * m->finish.slope[j];
-    const double rise = f1 - f0, c = 3 * rise - 2 * r0 - r1, e = r0 + r1 - 2 * rise, at = -c / (3 * e), ends = larger(f0, f1);
-    const double value = f0 + at * (r0 + at * (c + at * e)), middle = r0 + at * (2 * c + at * 3 * e);
+    Interval of = {0, m->start.f[j], h * m->start.slope[j], 1, m->finish.f[j], h * m->finish.slope[j]};
     double share, left = 0, slope = 0, bend;
     int turn;
-    /* a cubic with slopes of the same sign may have a maximum and a minimum, on both sides of its point of inflection */
-    if (r0 > 0 && r1 > 0 && at > 0 && at < 1) { high = at; f1 = value; r1 = middle; }
-    else if (r0 <= 0 && r1 <= 0 && at > 0 && at < 1) { low = at; f0 = value; r0 = middle; }
-    if (r0 <= 0 || r1 > 0 || larger(f0, f1) + 0.25 * (high - low) * (r0 - r1)
-        <= larger(m->best[j] - m->r->nearly * fabs(m->best[j] + m->still[j]), ends)) return;
-    share = vanish(m, h, j, low, high, low + (high - low) * top_of((high - low) * r0, (high - low) * r1, f1 - f0), &bend);
+    if (!narrow(&of, m->best[j] - m->r->nearly * fabs(m->best[j] + m->still[j]))) return;
+    share = vanish(m, h, j, of.low, of.high, top_in(&of), &bend);
     for (turn = 0; turn < m->r->most_turns; turn++) {
         const double time = m->r->time + share * h;
         m->kernel.attempt(m, share * h, time, first, last, &m->trial);
@@ -71,6 +86,47 @@ static void find_peaks(March *m, double h)
     long e = 0, j;
     while ((e = m->kernel.turning(m, h, e)) < m->padded && e < contacts)
         for (j = e, e += m->kernel.width; j < e && j < m->n && j < contacts; j++) find_peak(m, h, j);
+}
+
+/* Displacement, acceleration and spring force of a movable end, and their changes in a step of size h. */
+static void read_end(const March *m, const End *at, double h, double y[3], double rate[3])
+{
+    const long j = m->bodies - 1;
+    const double v = at->v[j], a = at->a[j], spring = m->r->end_stiffness * v + m->r->end_damping * a;
+    y[0] = at->x[j];
+    y[1] = a;
+    y[2] = at->f[j];
+    rate[0] = h * v;
+    rate[1] = h * m->inverse[j] * (at->slope[j - 1] - spring);
+    rate[2] = h * spring;
+}
+
+/* Computes the greatest magnitudes of the motion of a movable end within the step. */
+static void find_extremes(March *m, double h)
+{
+    const long reach = m->bodies - m->method.stages - 3, first = reach > 0 ? reach / BLOCK * BLOCK : 0;
+    double y[3][3], r[3][3];
+    int i, side, turn;
+    if (m->n < m->bodies || m->r->extremes[0] == INFINITY) return; /* there is none */
+    read_end(m, &m->start, h, y[0], r[0]);
+    read_end(m, &m->finish, h, y[1], r[1]);
+    for (i = 0; i < 3; i++) for (side = -1; side <= 1; side += 2) {
+        double *best = m->r->extremes + i, *since = m->r->extreme_times + i, share = 0, before = -1;
+        Interval of = {0, side * y[0][i], side * r[0][i], 1, side * y[1][i], side * r[1][i]};
+        if (of.f0 > *best) { *best = of.f0; *since = m->r->time; }
+        if (of.f1 > *best) { *best = of.f1; *since = m->r->time + h; }
+        if (!narrow(&of, *best)) continue;
+        for (turn = 0; turn < m->r->most_turns && fabs(share - before) >= m->r->near; turn++) {
+            before = share;
+            share = top_in(&of);
+            m->kernel.attempt(m, share * h, m->r->time + share * h, first, m->padded, &m->trial);
+            m->kernel.complete(m, &m->trial, first, m->padded, m->r->time + share * h);
+            read_end(m, &m->trial, h, y[2], r[2]);
+            if (side * r[2][i] > 0) { of.low = share; of.f0 = side * y[2][i]; of.r0 = side * r[2][i]; }
+            else { of.high = share; of.f1 = side * y[2][i]; of.r1 = side * r[2][i]; }
+        }
+        if (side * y[2][i] > *best) { *best = side * y[2][i]; *since = m->r->time + top_in(&of) * h; }
+    }
 }
 
 /* Stores the states at the requested times up to the end of the step. */

@@ -1,6 +1,7 @@
 """Cubic interpolation within a step, from values and slopes at its ends."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -25,6 +26,12 @@ def top(r0: float, r1: float, rise: float) -> float:
     """Position of the maximum in (0, 1) of a cubic that rises by ``rise``, with slopes r0 > 0, r1 <= 0 at its ends."""
     at = root(r0, 6 * rise - 4 * r0 - 2 * r1, r1, 2 * r0 + 4 * r1 - 6 * rise)
     return at if at < 1.0 else 0.5
+
+
+def top_between(begin: Sequence[float], end: Sequence[float]) -> float:
+    """Place of the maximum of a cubic between two places, from place, value and slope there."""
+    span = end[0] - begin[0]
+    return begin[0] + span * top(span * begin[2], span * end[2], end[1] - begin[1])
 
 
 def around_tops(f: FloatArray, r: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -30,6 +30,9 @@ class Status(IntEnum):
 ROWS = 20
 #: Index of the size of the next step in `Job.found`.
 SIZE = 7
+#: Indices of the motion of a movable end there, and its values without one.
+EXTREMES = slice(10, 16)
+NO_END = (math.inf,) * 3 + (0.0,) * 3
 #: Scale of an error that is to be ignored.
 LARGEST = 1e300
 # Share of the allowed work after which the whole work of a run is estimated, and the estimates over the allowed work
@@ -113,10 +116,11 @@ class Job:
         x, v and total forces.
     watched : tuple of int
         Two contacts whose impulses are requested.
-    found : array, shape (10,)
+    found : array, shape (16,)
         Status, time, arrival (negative: none), work, steps, evaluations, velocity of a striker with a weight when it
-        first leaves the chain (0: it has not), size of the next step, and impulses at the watched contacts, less those
-        of the static forces; at first those at the beginning.
+        first leaves the chain (0: it has not), size of the next step, impulses at the watched contacts, less those of
+        the static forces, and greatest magnitudes of displacement, acceleration and spring force of a movable end
+        (infinite: there is none), and their times; at first those at the beginning.
     table : array, shape (20, bodies + 1)
         The arrays below.
     plastic : array, shape (23, bodies + 1) or (0, 0)

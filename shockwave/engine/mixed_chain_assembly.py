@@ -68,6 +68,8 @@ class Assembly:
         ... at these contacts.
     plastic : PlasticContacts or None
         Elastic-plastic contacts, whose ``stiffnesses`` are those of Hertz's law.
+    movable_end : bool
+        Whether the last body is a movable end, whose motion is observed.
     """
 
     inverse_masses: FloatArray
@@ -85,6 +87,7 @@ class Assembly:
     law: BoundLaw | None = None
     law_contacts: npt.NDArray[np.bool_] | None = None
     plastic: PlasticContacts | None = None
+    movable_end: bool = False
 
     @cached_property
     def is_damped(self) -> bool:

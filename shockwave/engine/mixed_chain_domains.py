@@ -19,7 +19,18 @@ import numpy.typing as npt
 
 from shockwave.base.numerics import FloatArray
 from shockwave.engine import mixed_chain_run
-from shockwave.engine.mixed_chain_arrays import CONTACTS, END, LARGEST, SIZE, UNTIL, WEIGHT, Job, Status
+from shockwave.engine.mixed_chain_arrays import (
+    CONTACTS,
+    END,
+    EXTREMES,
+    LARGEST,
+    NO_END,
+    SIZE,
+    UNTIL,
+    WEIGHT,
+    Job,
+    Status,
+)
 from shockwave.engine.mixed_chain_forces import FAR, Contacts
 from shockwave.engine.time_limit import expired
 
@@ -80,6 +91,7 @@ class _Parts:
         self.time, self.arrival, self.until = 0.0, -1.0, contacts.until
         self.steps = self.evaluations = self.effort = self.work = self.rebound = self.impulse = 0.0
         self.next_sample = 0
+        self.extremes = contacts.job.found[EXTREMES].tolist()
         self.stiff = contacts.k ** (1 / contacts.p)
         self.viscous = self.spans_under(1.0)[1]
 
@@ -107,7 +119,7 @@ class _Parts:
             else:
                 job.forecast.check(self.time, self.effort, self.steps)
         counts = self.steps, self.effort / self.bodies, self.rebound, 0.0
-        job.found[:] = status, self.time, self.arrival, self.work, *counts, 0.0, self.impulse
+        job.found[:] = status, self.time, self.arrival, self.work, *counts, 0.0, self.impulse, *self.extremes
 
     def state(self) -> _State:
         """The state of all contacts."""
@@ -193,14 +205,15 @@ class _Parts:
             part = self.part((first, low, high), (a, b), f, end, times)
             part.found[SIZE] = min(float(self.sizes[a:b].min()), _FIRST * span)
             mixed_chain_run.run(part, self.compiled)
-            status, _time, arrival, work, steps, evaluations, rebound, size, left, right = part.found.tolist()
+            status, _, arrival, work, steps, evaluations, rebound, size, *others = part.found.tolist()
+            (left, right), extremes = others[:2], others[2:]
             if status != Status.DONE:
                 return Status(int(status))
             self.steps, self.effort = self.steps + steps, self.effort + evaluations * (high - low)
             self.work += work
             self.rebound = rebound if first == 0 else self.rebound
             if high == self.bodies:
-                self.arrival = max(self.arrival, arrival)
+                self.arrival, self.extremes = max(self.arrival, arrival), extremes
             mine, here = slice(a, b), slice(a - first, b - first)
             x[mine], v[mine], sizes[mine] = part.x[here], part.v[here], size
             if low < a:  # the impulse at the contact with the part before is that of the latter
@@ -230,6 +243,7 @@ class _Parts:
         job, own, whole = self.job, self.own, high == self.bodies
         watched = max(body[0] - 1 - first, 0), min(body[1], own.contacts) - 1 - first
         driven = first == 0 and self.driven
+        arrival, extremes = (self.arrival, self.extremes) if whole else (0.0, NO_END)
         table = job.table[:, first : high + 1].copy()
         settings = job.settings.copy()
         settings[UNTIL], settings[CONTACTS] = end, own.contacts - first if whole else high - first
@@ -245,9 +259,7 @@ class _Parts:
             times=times,
             samples=np.zeros((len(times), 3, high - first + 1)),
             watched=watched,
-            found=np.array(
-                [0.0, self.time, self.arrival if whole else 0.0, 0.0, 0.0, 0.0, self.rebound, 0.0, 0.0, 0.0]
-            ),
+            found=np.array([0.0, self.time, arrival, 0.0, 0.0, 0.0, self.rebound, 0.0, 0.0, 0.0, *extremes]),
             table=table,
             window=high - first,
         )

@@ -12,7 +12,7 @@ from attrs import frozen
 from shockwave.base.errors import InvalidValueError, NumericalError
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.integrator import Integrator
-from shockwave.engine.mixed_chain_arrays import ROWS, Forecast, Job, Status
+from shockwave.engine.mixed_chain_arrays import EXTREMES, NO_END, ROWS, Forecast, Job, Status
 from shockwave.engine.mixed_chain_assembly import Assembly
 from shockwave.engine.mixed_chain_domains import run
 from shockwave.engine.mixed_chain_forces import VISCOUS
@@ -60,6 +60,8 @@ class Motion:
         Residual and greatest overlaps of elastic-plastic contacts, and zeros; None without such contacts.
     end_energy : float
         Energy of the spring of the end.
+    extremes : array, shape (2, 3)
+        Greatest magnitudes of displacement, acceleration and spring force of a movable end, and their times.
     initial_energy : float
         Kinetic energy at the beginning.
     rebound : float or None
@@ -89,6 +91,7 @@ class Motion:
     residual_overlaps: FloatArray | None
     greatest_overlaps: FloatArray | None
     end_energy: float
+    extremes: FloatArray
     initial_energy: float
     rebound: float | None
     steps: int
@@ -188,6 +191,7 @@ def integrate(
         residual_overlaps=residual,
         greatest_overlaps=greatest,
         end_energy=0.5 * assembly.end_stiffness * float(x[-1]) ** 2,
+        extremes=found[EXTREMES].reshape(2, 3),
         initial_energy=0.5 * float(masses[0]) * assembly.velocity**2,
         rebound=-float(found[6]) if found[6] < 0 else None,
         steps=int(found[4]),
@@ -221,6 +225,7 @@ def _job(assembly: Assembly, tolerance: float, until: float | None, times: Float
     settings = [tolerance, math.inf if until is None else until, *pulse]
     settings += [first, pulse[0] / _LEAST_STEPS, len(assembly.overlaps), assembly.end_stiffness, assembly.end_damping]
     settings += [work, assembly.is_damped, assembly.weight]
+    extremes = np.zeros(6) if assembly.movable_end else NO_END
     job = Job(
         method=method,
         problem=problem,
@@ -231,7 +236,7 @@ def _job(assembly: Assembly, tolerance: float, until: float | None, times: Float
         times=times,
         samples=np.zeros((len(times), 3, bodies + 1)),
         watched=(len(assembly.overlaps) - 1,) * 2,
-        found=np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, first, 0.0, 0.0]),
+        found=np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, first, 0.0, 0.0, *extremes]),
         table=np.zeros((ROWS, bodies + 1)),
         plastic=np.empty((0, 0)) if plastic is None else plastic.table(assembly.overlaps, bodies),
         loading=np.empty(0) if plastic is None else plastic.constants,

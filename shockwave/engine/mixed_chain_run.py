@@ -14,8 +14,9 @@ import numpy.typing as npt
 
 from shockwave.base.numerics import FloatArray
 from shockwave.engine import mixed_chain_forces as forces
-from shockwave.engine.cubic_interpolation import around_tops, root, top
-from shockwave.engine.mixed_chain_arrays import LARGEST, Job, Status
+from shockwave.engine.cubic_interpolation import around_tops, root, top_between
+from shockwave.engine.mixed_chain_arrays import EXTREMES, LARGEST, Job, Status
+from shockwave.engine.mixed_chain_end import EndExtremes
 from shockwave.engine.mixed_chain_forces import (
     KINK_SHARE,
     MIN_STEP,
@@ -90,7 +91,8 @@ class _March(Stages):
     def __init__(self, job: Job) -> None:
         super().__init__(job)
         self.stops = [*job.stops.tolist(), math.inf]
-        _, _, self.arrival, self.work, self.steps, _, self.rebound, self.size, *self.impulses = job.found.tolist()
+        _, _, self.arrival, self.work, self.steps, _, self.rebound, self.size, *self.impulses = job.found[:10].tolist()
+        self.extremes = EndExtremes(self)
         self.held = self.effort = 0.0
         self.rejected, self.cuts = False, 0
         self.next_sample = 0
@@ -124,7 +126,7 @@ class _March(Stages):
             job.forecast.check(self.time, self.effort, self.steps)
         job.x[:], job.v[:] = start.x, start.v
         counts = self.steps, self.evaluations, self.rebound, self.size
-        job.found[:] = status, self.time, self.arrival, self.work, *counts, *self.impulses
+        job.found[: EXTREMES.start] = status, self.time, self.arrival, self.work, *counts, *self.impulses
 
     def resize(self, size: float, error: float, share: float, at_stop: bool) -> bool:
         """Set the size of the next step, from the error over the tolerance, and return whether this one is accepted.
@@ -256,6 +258,7 @@ class _March(Stages):
         if self.driven:
             self.add_work(finish, size, end, impulses)
         self.find_peaks(start, finish, size, n)
+        self.extremes.update(start, finish, (self.time, size), self.attempt)
         self.sample(start, end)
         if self.weight > 0 and self.rebound == 0:
             self.rebound = self.first_rebound(start, finish, size)
@@ -320,10 +323,8 @@ class _March(Stages):
         A repeated step ends at the time at which its slope vanishes, by the polynomial of the overlap.
         """
         best = self.job.peaks[:, j]
-        (low, f0, r0), (high, f1, r1) = begin, end
-        span = high - low
         overlap = Overlap.between(self, start, finish, self.time, size, j)
-        share, bend = overlap.vanish(low, high, low + span * top(span * r0, span * r1, f1 - f0))
+        share, bend = overlap.vanish(begin[0], end[0], top_between(begin, end))
         reach = len(self.job.method.nodes) + 2
         first, last = max(j - reach, 0), min(j + reach + 1, self.n)
         left = here = slope = 0.0

@@ -54,6 +54,9 @@ def peak_forces(result: Simulation, *, ax: Axes | None = None) -> Axes:
         if result.transmitted is not None:
             wall = result.transmitted
             ax.plot([wall.contact], [wall.peak_force], "s", markersize=4.5, label="wall", **look)
+        if result.structure is not None and result.structure.peak_spring_force:
+            spring = result.structure.peak_spring_force
+            ax.plot([result.transmitted.contact], [spring], "D", markersize=4, color=GREEN, label="spring behind it")
         draw_limit(ax, result.limit)
         _borders(ax, result, vertical=True)
         ax.set_xlim(-0.5, (result.scene.contact_count or len(contacts)) - 0.5)

@@ -245,6 +245,7 @@ def draw_limit(ax: Axes, limit: Any, label: str = "limit", upright: bool = False
     """Draw a line at a `Limit` or a number, in the colour of the text; none if it is None."""
     if limit is not None:
         draw = ax.axvline if upright else ax.axhline
+        label = "limit of the spring" if getattr(limit, "at", "chain") == "spring" else label
         draw(getattr(limit, "force", limit), color=ink(), linewidth=0.9, linestyle="-.", label=label)
 
 

@@ -10,7 +10,7 @@ from shockwave.base.errors import UnknownNameError
 from shockwave.base.text import percent
 from shockwave.pictures.figure_files import canvas
 from shockwave.pictures.picture_elements import GREY, METHODS, draw_limit, ink
-from shockwave.scene.force_limit import WALL, WAVE
+from shockwave.scene.force_limit import SPRING, WALL, WAVE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from shockwave.studies.uncertainty_result import Uncertainty
 
 # Quantity that a limit applies to, by the description of the transmitted force.
-_LIMITED = {WAVE: "peak_force", WALL: "transmitted.peak_force"}
+_LIMITED = {WAVE: "peak_force", WALL: "transmitted.peak_force", SPRING: "structure.peak_spring_force"}
 # Ends of the shaded interval.
 _FEW, _MANY = 0.05, 0.95
 

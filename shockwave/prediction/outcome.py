@@ -25,7 +25,7 @@ from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.yielding import Yielding, yielding_of
 
 if TYPE_CHECKING:  # a result that is only printed does not need them
-    from shockwave.simulation.result_parts import ContactPeak, Transmitted
+    from shockwave.simulation.result_parts import ContactPeak, Structure, Transmitted
 
 _FAILS = (
     "The shock fails conditions (3), for which section 4 was derived: its error is not known here. Simulate to obtain"
@@ -163,6 +163,11 @@ class Outcome(SceneResult):
         return self._read("transmitted")
 
     @property
+    def structure(self) -> Structure | Any:
+        """Motion of a movable end; None without one."""
+        return self._read("structure")
+
+    @property
     def leaving(self) -> LeavingForce:
         """The transmitted force, on the wall, at the last contact, or of the wave in an endless chain."""
         finite, walled = self.chain.count is not None, self.chain.end is not None
@@ -275,6 +280,7 @@ class Outcome(SceneResult):
         document |= {
             "greatest_force": self.greatest_force and asdict(self.greatest_force),
             "transmitted": wall and asdict(wall) | {"low": wall.low, "high": wall.high} | unknown,
+            "structure": self.structure and asdict(self.structure),
             "verdict": plain_verdict(self),
             "yield": self.yielding and asdict(self.yielding),
             "regime": self.regime,

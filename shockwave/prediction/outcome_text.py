@@ -90,6 +90,8 @@ def _forces(outcome: Outcome) -> Iterator[tuple[str, str]]:
         yield "greatest force", f"{_peak(top)}, at contact {top.contact}"
     if outcome.peak_force is not None and outcome.simulation is not None and outcome.chain.count is not None:
         yield "leading wave", force_text(outcome.peak_force, outcome.low, outcome.high)
+    if outcome.structure is not None:
+        yield from outcome.structure.facts()
     if ratio is not None and outcome.relation is not None:
         error = SHOWN_ERROR if outcome.low is None or not outcome.peak_force else 1 - outcome.low / outcome.peak_force
         digits = min(significant_digits(ratio, error), 5)

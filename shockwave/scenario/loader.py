@@ -46,7 +46,7 @@ from shockwave.scenario.uncertainty_block import read as read_spreads
 from shockwave.scenario.value_conversion import Parser, convert, items, material, names_files, structure, values_of
 from shockwave.scenario.yaml_document import Document
 from shockwave.scene.chain import Chain
-from shockwave.scene.force_limit import Limit
+from shockwave.scene.force_limit import Limit, limit_faults
 from shockwave.scene.scene import faults_of, uniform_of
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
@@ -132,6 +132,7 @@ def _parts(document: Document, spreads: Any, path: Path | None) -> tuple[dict[st
     with collect_faults(faults, "uncertainty"):
         parts["uncertainty"] = read_spreads(spreads, document.data)
     if "chain" in values:
+        faults += limit_faults(parts["limit"], parts["chain"].end)
         faults += _of_combination(parts["chain"], parts["impact"], parts["simulate"], document.data)
     return parts, faults
 

@@ -53,7 +53,7 @@ def normalise(scenario: Scenario) -> str:
     if scenario.chain.elastic_only:
         form["elastic_only"] = True
     if scenario.limit is not None:
-        form["limit"] = attrs.asdict(scenario.limit)
+        form["limit"] = attrs.asdict(scenario.limit, filter=lambda field, value: value != field.default)
     return json.dumps(_canonical(form), sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 

@@ -6,10 +6,10 @@ import math
 from typing import Any, Literal
 
 import attrs
-from attrs import asdict, evolve, frozen
+from attrs import asdict, evolve, field, frozen
 
-from shockwave.base.errors import InvalidValueError
-from shockwave.base.quantity_fields import SI, Number, Value, quantity, quantity_of, text_of
+from shockwave.base.errors import Fault, InvalidValueError
+from shockwave.base.quantity_fields import SI, Number, Value, one_of, quantity, quantity_of, text_of
 from shockwave.base.text import alarm, percent, si
 
 Decision = Literal["below", "above", "undecided"]
@@ -17,6 +17,8 @@ Decision = Literal["below", "above", "undecided"]
 WAVE = "peak force of the leading wave"
 #: Description of the force transmitted by a finite chain without a wall, and with one.
 LAST, WALL = "force at the last contact", "force on the wall"
+#: Description of the force that spring and dashpot of a movable end exert on the ground.
+SPRING = "force of the spring on the ground"
 #: Remedies for a force that may be greater later: where a later end of the simulated time helps, and where none does.
 LATER = "simulate to a later end"
 UNDAMPED = "state a damping, without which waves never cease"
@@ -38,6 +40,9 @@ class Limit(Value):
     ----------
     force : float
         Largest admissible force [N].
+    at : "chain" or "spring"
+        Whether it limits the force that leaves the chain (default), or that of spring and dashpot of a movable end on
+        the ground, without the static load.
 
     Examples
     --------
@@ -52,6 +57,13 @@ class Limit(Value):
     """
 
     force: SI[float] = quantity("N", "largest admissible transmitted force", above=0, example="60 N")
+    at: Literal["chain", "spring"] = field(default="chain", validator=one_of("chain", "spring"))
+
+    def force_of(self, leaving: LeavingForce) -> LeavingForce:
+        """The force that it limits: that which leaves the chain, or that of the spring behind it."""
+        if self.at == "chain":
+            return evolve(leaving, spring=None)
+        return leaving.spring or evolve(leaving, name=SPRING)
 
     def verdict(self, result: Any) -> Verdict:
         """Verdict on the transmitted force in ``result``, of a prediction or a simulation.
@@ -82,6 +94,14 @@ def limit_of(limit: Limit | Number | None) -> Limit | None:
     return Limit(force=spec.check("limit", limit))
 
 
+def limit_faults(limit: Limit | None, end: Any) -> list[Fault]:
+    """Error of a limit on a spring that the ``end`` of the chain does not have."""
+    if limit is None or limit.at == "chain" or (end is not None and (end.stiffness or end.damping)):
+        return []
+    rule = "must be chain for an end without a spring or dashpot"
+    return [Fault("limit.at", f"{rule} (got 'spring'; give mass and stiffness of the wall)")]
+
+
 @frozen(kw_only=True)
 class LeavingForce:
     """Transmitted force: on the wall, else at the last contact, else of the leading wave.
@@ -97,6 +117,8 @@ class LeavingForce:
     later, later_remedy : float, str
         Bound of the force after the end of the simulated time [N], and what would decide a verdict that only this
         bound leaves open.
+    spring : LeavingForce or None
+        Force of the spring or dashpot of a movable end on the ground.
     """
 
     name: str
@@ -106,6 +128,7 @@ class LeavingForce:
     remedy: str = ""
     later: float = 0.0
     later_remedy: str = LATER
+    spring: LeavingForce | None = None
 
     @classmethod
     def from_simulation(cls, name: str, value: float, error: float) -> LeavingForce:
@@ -130,6 +153,8 @@ class Verdict:
         Description of the force.
     remedy : str or None
         What would decide it; None if it is decided.
+    beside : str or None
+        The other of the two forces at a movable end with a spring or dashpot, and its decision.
     """
 
     limit: float
@@ -139,12 +164,13 @@ class Verdict:
     decision: Decision
     force: str
     remedy: str | None = None
+    beside: str | None = None
 
     def __str__(self) -> str:
         # a number of newtons is shown as it was stated, one converted from other units rounded
         digits = _STATED if float(f"{self.limit:.{_STATED}g}") == self.limit else _ROUNDED
         limit = f"the limit of {si(self.limit, 'N', digits)}"
-        figures = f"{self.force} {self._figures()}"
+        figures = "; ".join(filter(None, (f"{self.force} {self._figures()}", self.beside)))
         if self.decision == "undecided":
             return f"undecided for {limit}: {figures}; to decide, {self.remedy}"
         return f"{self.decision} {limit}: {figures}"
@@ -167,7 +193,15 @@ class Verdict:
 
 
 def verdict(limit: Limit, force: LeavingForce) -> Verdict:
-    """The verdict on a ``force``."""
+    """The verdict on a ``force``, or on that of the spring behind it."""
+    judged = _judge(limit, limit.force_of(force))
+    if force.spring is None:
+        return judged
+    other = _judge(limit, force if limit.at == "spring" else force.spring)
+    return evolve(judged, beside=f"{other.force} {other._figures()}, {other.decision}")
+
+
+def _judge(limit: Limit, force: LeavingForce) -> Verdict:
     if force.high is not None and force.later > force.high:
         advice = force.later_remedy if force.high < limit.force else force.remedy
         force = evolve(force, high=force.later if force.later < math.inf else None, remedy=advice)

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from attrs import field, frozen
 
-from shockwave.base.errors import Fault, InvalidValueError, detach, locate
+from shockwave.base.errors import Fault, InvalidValueError, detach, locate, refuse
 from shockwave.base.quantity_fields import text_of
 from shockwave.base.result import cached_property
 from shockwave.scene.chain import Chain
-from shockwave.scene.force_limit import Limit, limit_of
+from shockwave.scene.force_limit import Limit, limit_faults, limit_of
 from shockwave.scene.shock import Shock
 
 if TYPE_CHECKING:  # a shock on equal granules does not need them
@@ -64,6 +64,7 @@ class Scene:
             if isinstance(excitation, Chain):
                 got += "; the chain comes second"
             raise InvalidValueError.of("shock", f"must be a Shock or an Impact, and the chain a Chain ({got})")
+        refuse(limit_faults(self.limit, chain.end))
 
     @property
     def impact(self) -> Impact | None:

@@ -26,6 +26,7 @@ from shockwave.simulation.chain_histories import chain_options, count_reached
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.contact_validity import first_yield, warn_overlaps, warn_unjudged
 from shockwave.simulation.convergence_runs import runs_of, warn_missed
+from shockwave.simulation.movable_end import MovableEnd
 from shockwave.simulation.recording import sample_times
 from shockwave.simulation.result_parts import (
     Computation,
@@ -104,11 +105,15 @@ def simulate_chain(
     if error := beyond_elastic(chain, lambda: yielding):
         raise error
     endless, later = chain.count is None, _later_force(case, motion)
+    end = MovableEnd.of(runs) if case.has_wall else None
     reached = count_reached(motion.v) if endless else count
     leaving = LeavingForce(name=WAVE, remedy="simulate a finite chain")
     if not endless:
-        leaving = last_force(WALL if case.has_wall else LAST, runs.peak(-1), motion.arrival is not None, later)
-        leaving = evolve(leaving, later_remedy=_later_remedy(case, motion, later))
+        arrived = motion.arrival is not None
+        leaving = last_force(WALL if case.has_wall else LAST, runs.peak(-1), arrived, later)
+        spring = None if end is None else end.leaving(arrived)
+        remedy = _later_remedy(case, motion, later)
+        leaving = evolve(leaving, later_remedy=remedy, spring=spring and evolve(spring, later_remedy=remedy))
     recoil = None if rebounding is None else 0.0 - math.fsum(masses[: len(rebounding)] * rebounding)
     return Simulation(
         scene=scene,
@@ -118,6 +123,7 @@ def simulate_chain(
         wave=None,
         forces=ContactForces(contacts=runs.reported, greatest=runs.greatest, leaving=leaving),
         transmitted=on_wall,
+        structure=end and end.structure,
         end=motion.end * scales.time,
         arrival_time=None if endless or motion.arrival is None else motion.arrival * scales.time,
         velocities=tuple(velocities[:reached].tolist()),
@@ -138,7 +144,7 @@ def simulate_chain(
         characteristic_time=scales.time,
         run_cost=Cost(steps=runs.steps, force_evaluations=runs.evaluations, seconds=time.perf_counter() - begin),
         run_warnings=(
-            *_note_fixed_wall(case),
+            *(end.warnings() if end else ()),
             *warn_missed(runs),
             *warn_overlaps(case, motion),
             *_warn_unfinished(case, motion, velocities, apart),
@@ -179,12 +185,6 @@ def forces_of(result: Simulation) -> ContactForces:
 
 
 # ---------------------------------------------------------------- parts of the result
-
-
-def _note_fixed_wall(case: ChainSetup) -> Iterator[str]:
-    """Note on a movable wall that is integrated as a fixed one."""
-    if case.scene.chain.end is not None and case.scene.chain.end.mass is not None and case.assembly.fixed_wall:
-        yield "The wall is integrated as a fixed one: its spring or dashpot holds it to rtol/100 of the overlap."
 
 
 def _warn_unfinished(case: ChainSetup, motion: Motion, velocities: FloatArray, apart: _Flags) -> Iterator[str]:

@@ -310,6 +310,7 @@ def _assembly(layout: Layout, scales: Scales, excitation: Shock | Impact, rtol: 
         force=force,
         velocity=layout.velocity / scales.velocity,
         weight=layout.weight / scales.force,
+        movable_end=wall.mass is not None,
         law=None if law is None else BoundLaw(law, layout.pairs, length, scales.velocity, scales.force),
         law_contacts=None if law is None else layout.law_contacts,
         plastic=_plastic(layout, stiffnesses, length, scales.velocity),

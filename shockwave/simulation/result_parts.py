@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 from attrs import evolve, field, frozen
 
 from shockwave.base.errors import NumericalError
+from shockwave.base.text import round_digits, si
+from shockwave.base.units import STANDARD_GRAVITY
 from shockwave.engine.scaled_problem import Primary
 from shockwave.scene.chain import Scales
-from shockwave.scene.force_limit import LATER, LeavingForce
+from shockwave.scene.force_limit import LATER, SPRING, LeavingForce
 from shockwave.simulation.measured_wave import MeasuredWave, Passage
 from shockwave.simulation.recording import Recording
 
@@ -111,8 +113,11 @@ def last_force(name: str, peak: ContactPeak | None, arrived: bool = True, later:
     if peak is None:
         return LeavingForce(name=name, remedy="simulate with a longer timeout")
     error = peak.error_estimate * (peak.peak_force - peak.static_force)
-    found = LeavingForce.from_simulation(name, peak.peak_force, error)
-    return evolve(found, later=later) if arrived else evolve(found, later=later, high=None, remedy=LATER)
+    return _at_first(LeavingForce.from_simulation(name, peak.peak_force, error), arrived, later)
+
+
+def _at_first(force: LeavingForce, arrived: bool, later: float) -> LeavingForce:
+    return evolve(force, later=later) if arrived else evolve(force, later=later, high=None, remedy=LATER)
 
 
 @frozen(kw_only=True)
@@ -130,6 +135,57 @@ class Transmitted(ContactPeak):
 
     impulse: float
     impulse_error: float
+
+
+@frozen(kw_only=True)
+class Structure:
+    """Motion of a movable end: greatest magnitudes within the simulated time.
+
+    Attributes
+    ----------
+    peak_displacement, peak_acceleration : float or None
+        Displacement from the static state [m] and acceleration [m/s^2]; None for an end that is integrated as a fixed
+        wall.
+    peak_spring_force : float
+        Force of spring and dashpot on the ground, k x + c x' [N], without the static load.
+    peak_displacement_error, peak_acceleration_error, peak_spring_force_error : float
+        Estimated relative errors.
+    peak_displacement_time, peak_acceleration_time, peak_spring_force_time : float or None
+        Times at which these are reached [s].
+    """
+
+    peak_displacement: float | Any
+    peak_acceleration: float | Any
+    peak_spring_force: float
+    peak_displacement_error: float | None
+    peak_acceleration_error: float | None
+    peak_spring_force_error: float
+    peak_displacement_time: float | None
+    peak_acceleration_time: float | None
+    peak_spring_force_time: float
+
+    @property
+    def error_estimate(self) -> float:
+        """The largest of the errors."""
+        errors = self.peak_displacement_error, self.peak_acceleration_error, self.peak_spring_force_error
+        return max(error for error in errors if error is not None)
+
+    def leaving(self, arrived: bool, later: float) -> LeavingForce:
+        """The spring force as a force that is limited; see `last_force`."""
+        error = self.peak_spring_force_error * self.peak_spring_force
+        return _at_first(LeavingForce.from_simulation(SPRING, self.peak_spring_force, error), arrived, later)
+
+    def facts(self) -> Iterator[tuple[str, str]]:
+        """Labels and texts of the motion and the spring force."""
+        if self.peak_acceleration is not None:
+            displacement = si(self.peak_displacement, "m", error=self.peak_displacement_error)
+            acceleration = f"{round_digits(self.peak_acceleration, 5)} m/s^2"
+            in_g = f"{round_digits(self.peak_acceleration / STANDARD_GRAVITY, 4)} g"
+            yield "structure", f"displacement {displacement}, acceleration {acceleration} ({in_g})"
+        if self.peak_spring_force:
+            error, time = self.peak_spring_force_error, si(self.peak_spring_force_time, "s", 5)
+            force = si(self.peak_spring_force, "N", error=error)
+            yield "spring force", f"{force} at {time}, estimated error {error:.0e}"
 
 
 @frozen(kw_only=True)

@@ -26,6 +26,7 @@ from shockwave.simulation.result_parts import (
     Cost,
     LeadingWave,
     SegmentEnergy,
+    Structure,
     Train,
     Transmitted,
     last_force,
@@ -38,7 +39,7 @@ if TYPE_CHECKING:  # other results do not need it
 # Attributes that the document contains under their names.
 _KEYS = (
     *("scenario", "peak_force", "amplification", "error_estimate", "waves", "passages", "contacts", "greatest_force"),
-    *("transmitted", "end", "arrival_time", "applied_momentum", "applied_energy", "dissipated_energy"),
+    *("transmitted", "structure", "end", "arrival_time", "applied_momentum", "applied_energy", "dissipated_energy"),
     *("velocities", "restitution", "segments", "end_energy", "momentum_defect", "energy_defect"),
     *("recording", "integrator", "backend", "rtol", "cost"),
 )
@@ -86,6 +87,8 @@ class Simulation(SceneResult):
         Greatest forces at the contacts, if they were computed at once.
     transmitted : Transmitted or None
         Force on the wall; None if the end is free.
+    structure : Structure or None
+        Greatest displacement, acceleration and spring force of a movable end; None without one.
     end : float or None
         End of the simulated time [s].
     arrival_time : float or None
@@ -124,6 +127,7 @@ class Simulation(SceneResult):
     measured: Train | None = field(default=None, eq=False)
     forces: ContactForces | None = None
     transmitted: Transmitted | Any = None
+    structure: Structure | Any = None
     end: float | Any = None
     arrival_time: float | Any = None
     velocities: tuple[float, ...] | Any = None
@@ -158,9 +162,10 @@ class Simulation(SceneResult):
 
     @property
     def error_estimate(self) -> float:
-        """Relative error estimate of ``peak_force``; without one, the largest of the reported contacts."""
+        """Relative error estimate of ``peak_force``; without one, the largest of reported contacts and structure."""
         if self.wave is None:
-            return max(peak.error_estimate for peak in self.contacts)
+            parts = self.contacts if self.structure is None else (*self.contacts, self.structure)
+            return max(part.error_estimate for part in parts)
         return self.wave.error_estimate
 
     @cached_property

@@ -150,6 +150,8 @@ def _answer_of_forces(result: Simulation) -> Iterator[tuple[str, str]]:
         force, time, error = _row(result.transmitted, "")[1:]
         yield "wall force", f"{force} at {time}, estimated error {error}" if result.transmitted.peak_force else force
         yield "wall impulse", impulse_text(result.transmitted)
+    if result.structure is not None:
+        yield from result.structure.facts()
     if result.restitution is not None:
         yield "restitution", f"{result.restitution:.5g} (of the striker)"
     if result.recoil_velocities is not None:

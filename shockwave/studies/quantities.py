@@ -25,7 +25,7 @@ from shockwave.simulation.recording import select_contacts
 
 _CONTACT = re.compile(r"contacts\[\d+\]\.peak_force")
 _OF_LIMIT = table.LEADING_WAVE[:2]
-_OF_FORCES = (table.FORCES[0], *table.WALL, *table.STRIKER, *table.DISSIPATED)
+_OF_FORCES = (table.FORCES[0], *table.WALL, *table.STRUCTURE, *table.STRIKER, *table.DISSIPATED)
 # Hint in the error for the mass of an endless chain.
 _OR_LEAST = "; or state another quantity to minimise, --least of the command or least in Python"
 # No property of the leading wave grows faster than the square of its peak force.

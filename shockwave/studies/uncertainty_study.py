@@ -14,7 +14,7 @@ from shockwave.base.errors import InvalidValueError, ShockwaveError, below
 from shockwave.base.log import logger
 from shockwave.base.numerics import FloatArray
 from shockwave.base.progress import report_progress
-from shockwave.base.quantities import Quantity
+from shockwave.base.quantities import STRUCTURE, Quantity
 from shockwave.base.quantity_fields import Quantity as Number
 from shockwave.base.quantity_fields import join
 from shockwave.base.text import si
@@ -45,8 +45,8 @@ _STEP_RTOL = 1e-8
 _ENDS = (0.01, 0.99)
 # Standard deviation, over the error of a simulation, of a spread that the error may have caused.
 _NOISE = 3.0
-# The transmitted force.
-_LEAVING = Quantity("leaving.value", "N")
+# The force that a limit is for.
+_LIMITED = {"chain": Quantity("leaving.value", "N"), "spring": STRUCTURE[2]}
 
 
 def uncertainty(
@@ -156,11 +156,11 @@ class UncertainScenes:
         results = varied_scenes.simulate_all(scenes, self.scenario.simulate, rtol, _LONGEST)
         for result in results:
             self.warnings.add(result.wave_warnings)
-        limited = self.scenario.limit is not None
-        read = [*self.quantities, _LEAVING] if limited else self.quantities
+        limit = self.scenario.limit
+        read = self.quantities if limit is None else [*self.quantities, _LIMITED[limit.at]]
         figures = [[figures_of(each, result) or (math.nan, 0.0) for result in results] for each in read]
-        if limited:
-            figures.append([(_later(result.leaving), 0.0) for result in results])
+        if limit is not None:
+            figures.append([(_later(limit.force_of(result.leaving)), 0.0) for result in results])
         read_values, errors = np.moveaxis(np.array(figures), -1, 0)
         return read_values, errors.max(axis=1)
 
@@ -207,7 +207,8 @@ def _result(scenes: UncertainScenes, draws: int, seed: int, rtol: float) -> Unce
         forces, later, leaving = outputs[:, -2, 0], outputs[:, -1, 0], nominal.leaving
         outputs, judgement = outputs[:, :-2], verdict(scenario.limit, leaving)
         if not np.isnan(forces).all():
-            exceedance, judgement = sampling.exceedance(scenario.limit, leaving, forces, float(errors[-2]), later)
+            force = scenario.limit.force_of(leaving)
+            exceedance, judgement = sampling.exceedance(scenario.limit, force, forces, float(errors[-2]), later)
     slopes, shares = scenes.slopes(), sampling.estimates(sampling.indices, outputs)
     statistics, notes = [], []
     gradients = zip(scenes.quantities, zip(*slopes, strict=True), strict=True)

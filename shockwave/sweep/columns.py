@@ -88,7 +88,8 @@ def chain_columns(scenario: Scenario, run: Run, section4: bool) -> tuple[Quantit
     ``section4`` states whether section 4 may predict some points. Columns of a wall or a striker that no point has are
     left out.
     """
-    wall = () if scenario.chain.end is None else quantities.WALL
+    end = scenario.chain.end
+    wall = () if end is None else quantities.WALL if end.mass is None else (*quantities.WALL, *quantities.STRUCTURE)
     striker = () if scenario.impact is None else quantities.STRIKER
     contacts = quantities.contact_forces(scenario.simulate.contacts)
     equal = {"compare": quantities.COMPARED, "predict": quantities.PREDICTED}.get(run, ()) if section4 else ()

@@ -272,6 +272,7 @@ IN_SWEEPS: dict[str, Any] = {
     "finite chains": quantities.FINITE,
     "other chains": (*quantities.FORCES[1:], *quantities.FORCES_ERROR, *quantities.DISSIPATED),
     "other chains with a wall": quantities.WALL,
+    "other chains with a movable end": quantities.STRUCTURE,
     "other chains with a striker": quantities.STRIKER,
     "other chains, `contacts: [10]`": quantities.contact_forces([10]),
     "`limit`": quantities.VERDICT,

@@ -14,6 +14,7 @@ ENGINE = Path(__file__).parents[2] / "shockwave" / "engine"
 TWINS = {
     "_lane.h": ["engine.wave_search_numpy", "engine.peak_limit", "engine.nystroem_integrators"],
     "_march.h": ["engine.mixed_chain_forces"],
+    "_plastic.h": ["engine.mixed_chain_forces", "engine.mixed_chain_plastic"],
     "_train.h": ["engine.equal_chain_run", "simulation.peak_log"],
     "_wave.h": ["simulation.wave_properties"],
     "_window.h": ["engine.force_law"],
@@ -21,7 +22,7 @@ TWINS = {
 #: Names in C of constants with another name in NumPy.
 OTHER_NAMES = {"TURNS": "CORRECTIONS"}
 #: Sizes of buffers, and limits, that only the C files have.
-SIZES = {"BLOCK", "MAX_STAGES", "MOST_BUFFERS", "NODES", "PARTS", "ROW", "SHARED", "WIDTH"}
+SIZES = {"BLOCK", "MAX_STAGES", "MOST_BUFFERS", "NODES", "PARTS", "PLASTIC_ROWS", "ROW", "SHARED", "WIDTH"}
 ONLY_C = SIZES | {"FEW", "INTERVAL", "MIN_OVERLAP"}
 
 

@@ -361,7 +361,11 @@ def test_estimates_hold_and_are_neither_halved_nor_a_hundred_times_too_large(rat
 def test_a_missed_tolerance_is_that_of_the_time_or_of_the_force(error: float, part: str) -> None:
     case: Any = SimpleNamespace(rtol=1e-6, judged_contacts=lambda forces: np.arange(len(forces)))
     runs: Any = SimpleNamespace(
-        case=case, missed=True, motion=SimpleNamespace(forces=np.ones(2)), errors=np.array([0.0, error])
+        case=case,
+        missed=True,
+        motion=SimpleNamespace(forces=np.ones(2)),
+        errors=np.array([0.0, error]),
+        end_errors=np.empty(0),
     )
     (warning,) = repeated_runs.warn_missed(runs)
     assert part in warning
