@@ -62,7 +62,7 @@ _SPECTRUM = [
     option("--damping RATIO", "damping ratio of the oscillators (default: 0.05)", default=0.05),
     option("--from FREQUENCY", "lowest natural frequency (default: one period in the simulated time)"),
     option("--to FREQUENCY", "highest natural frequency (default: several periods in a solitary wave)"),
-    option("-o --output FILE", "write a table (.csv) or a picture (.svg, .png, .pdf)"),
+    option("-o --output FILE", "write a table (.csv, .nc) or a picture (.svg, .png, .pdf)"),
     _JSON,
 ]
 _EXPLORE = [

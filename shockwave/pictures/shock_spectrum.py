@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from shockwave.pictures.figure_files import canvas
 from shockwave.pictures.picture_elements import METHODS
@@ -12,33 +12,21 @@ if TYPE_CHECKING:
 
     from shockwave.simulation.shock_spectrum import ShockSpectrum
 
-_LABELS = {
-    "acceleration": ("greatest acceleration", "m/s\N{SUPERSCRIPT TWO}"),
-    "pseudo_velocity": ("pseudo-velocity", "m/s"),
-}
 
-
-def shock_spectrum(
-    result: ShockSpectrum,
-    quantity: Literal["acceleration", "pseudo_velocity"] = "acceleration",
-    *,
-    ax: Axes | None = None,
-) -> Axes:
-    """Draw a shock response spectrum; in grey that of the shock without the chain.
+def shock_spectrum(result: ShockSpectrum, *, ax: Axes | None = None) -> Axes:
+    """Draw the greatest absolute accelerations of a shock response spectrum; in grey without the chain.
 
     Parameters
     ----------
     result : ShockSpectrum
-        The spectrum; frequency in Hz.
-    quantity : "acceleration" or "pseudo_velocity"
-        Absolute acceleration [m/s^2] or pseudo-velocity [m/s].
+        The spectrum; frequency in Hz, acceleration in m/s^2.
     ax : Axes, optional
         Axes to draw on; default: those of a new figure.
     """
-    with canvas(ax, result, x=("natural frequency", "Hz"), y=_LABELS[quantity]) as ax:
-        alone = getattr(result, f"input_{quantity}")
-        if alone is not None:
-            ax.plot(result.frequencies, alone, color=METHODS["shock"], linestyle="--", label="shock alone")
-        ax.plot(result.frequencies, getattr(result, quantity), color=METHODS["simulation"], label=result.base)
+    unit = "m/s\N{SUPERSCRIPT TWO}"
+    with canvas(ax, result, x=("natural frequency", "Hz"), y=("greatest acceleration", unit)) as ax:
+        if result.input_acceleration is not None:
+            ax.plot(result.frequencies, result.input_acceleration, "--", color=METHODS["shock"], label="shock alone")
+        ax.plot(result.frequencies, result.acceleration, color=METHODS["simulation"], label=result.base)
         ax.set(xscale="log", yscale="log", xlim=(result.frequencies[0], result.frequencies[-1]))
         return ax

@@ -196,7 +196,21 @@ class ElasticPlastic(Value):
 
 @frozen
 class Hertz:
-    """Hertz's law F = k d^(3/2), with k from the materials and radii of each contact: the default."""
+    """Hertz's law F = k d^(3/2), with k from the materials and radii of each contact: the default of a chain.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> hard = sw.Segment(count=5, material="alumina", contact=sw.Hertz())
+    >>> row = sw.Chain(
+    ...     material="stainless-steel-440c",
+    ...     diameter="9.5 mm",
+    ...     granules=[{"count": 20}, hard],
+    ...     contact=sw.ElasticPlastic(),
+    ... )
+    >>> row.count
+    25
+    """
 
 
 #: Law of a contact.

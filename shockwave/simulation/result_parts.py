@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from attrs import evolve, field, frozen
 
@@ -15,9 +15,6 @@ from shockwave.scene.chain import Scales
 from shockwave.scene.force_limit import LATER, SPRING, LeavingForce
 from shockwave.simulation.measured_wave import MeasuredWave, Passage
 from shockwave.simulation.recording import Recording
-
-if TYPE_CHECKING:  # other results do not need it
-    from shockwave.simulation.shock_spectrum import ShockSpectrum
 
 
 @frozen(kw_only=True, slots=False)  # faster to make
@@ -287,6 +284,3 @@ class Computation(Protocol):
 
     def recording(self, result: Any) -> Recording:
         """Histories that the options request."""
-
-    def spectrum(self, result: Any, **arguments: Any) -> ShockSpectrum:
-        """Shock response spectrum of what reaches the structure."""

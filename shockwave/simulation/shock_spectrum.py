@@ -7,15 +7,16 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from attrs import asdict, cmp_using, field, frozen
+from attrs import cmp_using, field, frozen
 from scipy.linalg import solve_banded
 
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.numerics import FloatArray, floats
 from shockwave.base.quantity_fields import Number, Quantity, text_of
 from shockwave.base.result import VERSION, Result
-from shockwave.base.result_tables import Table, along, evenly
+from shockwave.base.result_tables import Table, along, cells, write_table
 from shockwave.base.text import brief, facts, is_wide, percent, si, strong, table
+from shockwave.simulation.recording import plain
 
 #: Damping ratio of the oscillators.
 DAMPING = Quantity("", "damping ratio of the oscillators", at_least=0, below=1)
@@ -33,11 +34,10 @@ _PER_OCTAVE = 12
 # Frequency in the grid of a spectrum [Hz].
 _GRID = 1000.0
 # Rows of the printed table.
-_ROWS = 6
-_UNITS = {"frequency": "Hz", "acceleration": "m/s^2", "pseudo_velocity": "m/s", "error": ""}
-_INPUT = {"input_acceleration": "m/s^2", "input_pseudo_velocity": "m/s"}
-
-
+_ROWS = 8
+# Units of the columns of a table.
+_UNITS = {"acceleration": "m/s^2", "pseudo_velocity": "m/s", "errors": ""}
+_UNITS |= {"input_acceleration": "m/s^2", "input_pseudo_velocity": "m/s"}
 # Arrays are equal if all values are.
 _ARRAYS = cmp_using(eq=np.array_equal)
 
@@ -97,49 +97,25 @@ class ShockSpectrum(Result):
         return float(self.errors.max())
 
     def _table(self, name: str) -> Table:
-        values = {"acceleration": self.acceleration, "pseudo_velocity": self.pseudo_velocity, "error": self.errors}
-        if self.input_acceleration is not None:
-            values |= {name: getattr(self, name) for name in _INPUT}
-        return along("frequency", self.frequencies, values, _UNITS | _INPUT)
+        values = {name: values for name in _UNITS if (values := getattr(self, name)) is not None}
+        return along("frequency", self.frequencies, values, {"frequency": "Hz", **_UNITS})
 
-    def to_csv(self) -> str:
-        """The table as text with a line of names and units."""
-        columns = self._table("spectrum")
-        lines = [",".join(f"{name} [{column.unit or 1}]" for name, column in columns.items())]
-        rows = zip(*(column.values.tolist() for column in columns.values()), strict=True)
-        return "\n".join([*lines, *(",".join(f"{value:.10g}" for value in row) for row in rows), ""])
+    def write(self, file: str) -> None:
+        """Write the spectrum as CSV, with the units in the heads of the columns, or as NetCDF (``.nc``)."""
+        write_table(self._table("spectrum"), {}, file)
 
     def to_dict(self) -> dict[str, Any]:
         """Document printed by ``shockwave spectrum --json``."""
-        values = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in _items(self)}
-        return VERSION | values | {"error_estimate": self.error_estimate, "warnings": list(self.warnings)}
+        return {**VERSION, **plain(self), "error_estimate": self.error_estimate}
 
     def __str__(self) -> str:
-        error, shown = self.error_estimate, slice(None) if is_wide() else evenly(len(self.frequencies), _ROWS)
-        lines = [("base", f"{self.base}, 0 to {si(self.end, 's', 4)}")]
-        lines += [("acceleration", self._peak("acceleration")), ("pseudo-velocity", self._peak("pseudo_velocity"))]
-        if self.input_acceleration is not None:
-            lines.append(("shock alone", self._peak("input_acceleration")))
-        columns = self._table("spectrum")
-        names = {"frequency": "frequency", "acceleration": "acceleration", "pseudo_velocity": "pseudo-velocity"}
-        names |= {"input_acceleration": "shock alone"} if self.input_acceleration is not None else {}
-        cells = ([_cell(value, str(columns[name].unit)) for value in columns[name].values[shown]] for name in names)
-        rows = table(tuple(names.values()), zip(*cells, strict=True)).split("\n")
-        accuracy = f"damping {percent(self.damping)}, accurate to {error:.0e}" if error else "exact"
-        return brief([strong(f"shock response spectrum, {accuracy}")], self.warnings, [*facts(lines), *rows])
-
-    def _peak(self, name: str) -> str:
-        values = getattr(self, name)
-        at = si(float(self.frequencies[values.argmax()]), "Hz", 4)
-        return f"at most {values.max():.4g} {(_UNITS | _INPUT)[name]}, at {at}"
-
-
-def _items(spectrum: ShockSpectrum) -> list[tuple[str, Any]]:
-    return list(asdict(spectrum, recurse=False).items())
-
-
-def _cell(value: float, unit: str) -> str:
-    return si(value, unit, 4) if unit == "Hz" else f"{value:.4g} {unit}"
+        at = int(self.acceleration.argmax())
+        answer = f"greatest response {self.acceleration[at]:.4g} m/s^2, at {si(float(self.frequencies[at]), 'Hz', 4)}"
+        accuracy = f"estimated relative error {self.error_estimate:.0e}" if self.error_estimate else "exact"
+        base = f"{self.base}, to {si(self.end, 's', 4)}; damping {percent(self.damping)}"
+        shown = cells(self._table("spectrum"), len(self.frequencies) if is_wide() else _ROWS, len(_UNITS) + 1)
+        rows = table(shown["header"], shown["rows"], ("errors", *shown["header"][4:])).split("\n")
+        return brief([strong(f"{answer}, {accuracy}")], self.warnings, [*facts([("base", base)]), *rows])
 
 
 def shock_spectrum(
@@ -188,17 +164,16 @@ def shock_spectrum(
     [760.406, 1000.0]
     """
     t, a = floats("times", times), floats("accelerations", accelerations)
-    if t.ndim != 1 or t.shape != a.shape or len(t) < 2 or not np.isfinite([t, a]).all():
-        rule = "must be at least two finite numbers, and as many as accelerations"
+    fits = t.ndim == 1 and t.shape == a.shape and len(t) > 1 and bool(np.isfinite([t, a]).all())
+    if not fits or (np.diff(t) < 0).any() or t[-1] == t[0]:
+        rule = "must be at least two numbers in ascending order, and as many as accelerations"
         raise InvalidValueError.of("times", f"{rule} (got {text_of(times)})")
-    if not (np.diff(t) >= 0).all() or t[-1] == t[0]:
-        raise InvalidValueError.of("times", f"must ascend (got {text_of(times)})")
     ratio = DAMPING.check("damping", damping)
     if frequencies is None:
         span = float(t[-1] - t[0])
         frequencies = octave_fractions(1 / span, max(_HIGHEST * len(t), 1.0) / span)
     f = np.atleast_1d(floats("frequencies", frequencies))
-    if f.size == 0 or not (np.isfinite(f) & (f > 0)).all():
+    if not f.size or not ((f > 0) & (f < math.inf)).all():
         raise InvalidValueError.of("frequencies", f"must be > 0 Hz (got {text_of(frequencies)})")
     acceleration, pseudo_velocity = greatest_responses(t, a, f, ratio)
     return ShockSpectrum(

@@ -38,7 +38,6 @@ if TYPE_CHECKING:
     from shockwave.base.quantity_fields import Number
     from shockwave.scene.impact import Impact
     from shockwave.simulation.contact_setup import ChainSetup
-    from shockwave.simulation.shock_spectrum import ShockSpectrum
 
 # Largest number of shocks that one of several threads takes at a time: more would leave threads idle at the end.
 _SHARE = 128
@@ -383,13 +382,6 @@ class Computation:
 
         with self._allowed(result):
             return record(result)
-
-    def spectrum(self, result: Simulation, **arguments: Any) -> ShockSpectrum:
-        """Shock response spectrum of what reaches the structure."""
-        from shockwave.simulation.transmitted_spectrum import spectrum_of
-
-        with self._allowed(result):
-            return spectrum_of(result, **arguments)
 
     def _allowed(self, result: Simulation) -> AbstractContextManager[None]:
         return time_limit(None if self.limit is None else self.limit - result.run_cost.seconds)

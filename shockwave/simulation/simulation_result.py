@@ -295,20 +295,17 @@ class Simulation(SceneResult):
         return self._recording[0]
 
     def spectrum(
-        self,
-        *,
-        mass: Number | None = None,
-        damping: Number = 0.05,
-        low: Number | None = None,
-        high: Number | None = None,
+        self, mass: Number | None = None, damping: Number = 0.05, low: Number | None = None, high: Number | None = None
     ) -> ShockSpectrum:
         """Compute the shock response spectrum of what reaches the structure behind a finite chain.
 
         The base accelerates as a movable end, or as ``mass`` [kg] under the force on a wall or at the last contact less
-        the static force. There are twelve frequencies per octave, from ``low`` to ``high`` [Hz], by default from one
-        period within the simulated time to several within a solitary wave.
+        the static force. Twelve frequencies per octave go from ``low`` to ``high`` [Hz], by default from one period
+        within the simulated time to several within a solitary wave.
         """
-        return self.computation.spectrum(self, mass=mass, damping=damping, low=low, high=high)
+        from shockwave.simulation.transmitted_spectrum import spectrum_of  # needed only here
+
+        return spectrum_of(self, mass, damping, low, high)
 
     @property
     def cost(self) -> Cost:

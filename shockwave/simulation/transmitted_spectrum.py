@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
-import numpy.typing as npt
 from attrs import evolve
 
 from shockwave.base.errors import InvalidValueError, NumericalError, ShockwaveError
@@ -11,98 +12,87 @@ from shockwave.base.numerics import FloatArray
 from shockwave.base.quantity_fields import Number, Quantity
 from shockwave.base.text import percent
 from shockwave.scene.shock import Shock
-from shockwave.simulation.contact_setup import ChainSetup
-from shockwave.simulation.convergence_runs import run, tolerances_for
-from shockwave.simulation.recording import sample_times
-from shockwave.simulation.shock_spectrum import (
-    DAMPING,
-    FREQUENCY,
-    ShockSpectrum,
-    greatest_responses,
-    octave_fractions,
-)
-from shockwave.simulation.simulation_result import Simulation
+from shockwave.simulation.shock_spectrum import DAMPING, FREQUENCY, ShockSpectrum, greatest_responses, octave_fractions
+from shockwave.simulation.wave_setup import RTOL
 
 _MASS = Quantity("kg", "mass on which the force acts", above=0)
-# First sampling interval in characteristic times, least number of samples of the shock, and number of times that the
-# interval is halved, while the tolerance of a step decreases tenfold, until two spectra differ by less than this.
+# First sampling interval in characteristic times, and least number of samples of the shock.
 _INTERVAL = 0.05
 _FEWEST = 200
+# The interval is halved, and the tolerance of the simulation decreases tenfold, at most so many times, until two
+# spectra differ by less than this.
 _HALVINGS = 5
 _TIGHTER = 0.1
+_LEAST_RTOL = 1e-13
 _AGREED = 1e-3
 # Highest default frequency times the characteristic time: several periods within a solitary wave.
 _HIGHEST = 5.0
 # Acceleration at the end of the simulated time, over the greatest one, that is a warning.
 _STILL_MOVING = 0.01
 _TINY = 1e-300
-_History = tuple[FloatArray, FloatArray]
 
 
 def spectrum_of(
-    result: Simulation, mass: Number | None, damping: Number, low: Number | None, high: Number | None
+    result: Any, mass: Number | None, damping: Number, low: Number | None, high: Number | None
 ) -> ShockSpectrum:
-    """Compute `Simulation.spectrum`: from histories with smaller and smaller intervals, until two spectra agree."""
-    chain, end = result.chain, result.chain.end
+    """Compute `Simulation.spectrum` of a result, from histories with smaller and smaller intervals."""
+    end, count = result.chain.end, result.chain.count
+    if count is None:
+        raise InvalidValueError.of("chain.granules", "must be given for a spectrum (got an endless chain)")
     movable = end is not None and end.mass is not None
-    if chain.count is None or chain.contact_share != 1:
-        got = "an endless chain" if chain.count is None else "a packing"
-        raise InvalidValueError.of("chain.granules", f"must be a finite chain for a spectrum (got {got})")
+    if movable and result.end_energy is None:
+        problem = "must let the end move (got a wall that is integrated as a fixed one; delete its mass"
+        raise InvalidValueError.of("chain.end.stiffness", f"{problem}, and give that of the structure)")
     if movable and mass is not None:
         problem = "must be left out for a movable end, whose acceleration is that of the base"
         raise InvalidValueError.of("mass", f"{problem} (got {mass})")
     if not movable and mass is None:
         raise InvalidValueError.of("mass", "must be given for a force: the mass on which it acts (got none)")
-    kilograms = end.mass if end is not None and end.mass is not None else _MASS.check("mass", mass)
-    ratio, options = DAMPING.check("damping", damping), result.options
-    options = evolve(options, integrator=None, step=None, record=("forces",), backend=options.wanted_backend)
-    case = ChainSetup.of(options, result.scene)
-    if movable and case.assembly.fixed_wall:
-        problem = "must let the end move (got a wall that is integrated as a fixed one; delete its mass"
-        raise InvalidValueError.of("chain.end.stiffness", f"{problem}, and give that of the structure)")
-    tolerance, coarse = tolerances_for(case.rtol)
-    until = run(case, coarse, case.until).end if result.end is None else result.end / case.scales.time
-    first, last = FREQUENCY.check("low", low), FREQUENCY.check("high", high)
-    last = last or _HIGHEST / case.scales.time
-    frequencies = octave_fractions(first or min(1 / (until * case.scales.time), last), last)
-    spectra: list[npt.NDArray[np.float64]] = []
-    errors = np.ones(len(frequencies))
+    kilograms: float = end.mass if movable else _MASS.check("mass", mass)
+    ratio, first, last = DAMPING.check("damping", damping), FREQUENCY.check("low", low), FREQUENCY.check("high", high)
+    sensor: Any = "structure" if movable else "wall"
+    if end is None:
+        sensor = {"contact": count - 2 + (result.shock is None)}
+    spectra: list[FloatArray] = []
+    errors = frequencies = np.ones(1)
     for halvings in range(_HALVINGS + 1):
-        interval = _INTERVAL / 2**halvings
+        interval = _INTERVAL * result.characteristic_time / 2**halvings
         try:
-            histories = [_transmitted(case, interval, tolerance * _TIGHTER**halvings, until, kilograms)]
+            times, accelerations = _transmitted(result, sensor, interval, halvings, kilograms)
         except ShockwaveError:
             if halvings < 2:
                 raise
             break
+        if not halvings:
+            last = last or _HIGHEST / result.characteristic_time
+            frequencies = octave_fractions(first or min(1 / times[-1], last), last)
+        histories = [(times, accelerations)]
         if result.shock is not None:
-            histories.append(_applied(result.shock, interval * case.scales.time, _FEWEST * 2**halvings, kilograms))
+            histories.append(_applied(result.shock, interval, _FEWEST * 2**halvings, kilograms))
         spectra.append(np.array([greatest_responses(*each, frequencies, ratio) for each in histories]))
         if halvings:
-            changes = np.abs(spectra[-1] - spectra[-2]) / np.maximum(spectra[-1], _TINY)
-            errors = changes.max(axis=(0, 1))
+            errors = np.max(np.abs(spectra[-1] - spectra[-2]) / np.maximum(spectra[-1], _TINY), axis=(0, 1))
             if errors.max() < _AGREED:
                 break
-    accelerations = np.abs(histories[0][1])
-    if not accelerations.any():
+    sizes = np.abs(accelerations)
+    if not sizes.any():
         raise NumericalError("nothing reaches the structure by the end of the simulated time (extend until)")
     others = () if result.wave is None else result.run_warnings  # of the leading wave
     warnings = [warning for warning in result.first_warnings if warning not in others]
-    if (share := accelerations[-1] / accelerations.max()) > _STILL_MOVING:
+    if (share := sizes[-1] / sizes.max()) > _STILL_MOVING:
         rest = f"the acceleration is {percent(share)} of the greatest one"
         warnings.append(f"At the end of the simulated time {rest}, and later motion is left out (extend until).")
     if errors.max() >= _AGREED:
         warnings.append(f"The spectra of two simulations agree to {errors.max():.0e} only (set a smaller rtol).")
-    force = "force on the wall" if case.has_wall else "force at the last contact"
-    acceleration, pseudo_velocity = spectra[-1][0]
+    force = "force at the last contact" if end is None else "force on the wall"
     shock = spectra[-1][1] if result.shock is not None else (None, None)
     return ShockSpectrum(
         frequencies=frequencies,
-        acceleration=acceleration,
-        pseudo_velocity=pseudo_velocity,
+        acceleration=spectra[-1][0, 0],
+        pseudo_velocity=spectra[-1][0, 1],
         errors=errors,
         damping=ratio,
-        end=until * case.scales.time,
+        end=float(times[-1]),
         base="acceleration of the movable end" if movable else f"{force} over {kilograms:g} kg",
         mass=kilograms,
         input_acceleration=shock[0],
@@ -112,21 +102,23 @@ def spectrum_of(
     )
 
 
-def _transmitted(case: ChainSetup, interval: float, tolerance: float, until: float, mass: float) -> _History:
-    """Times [s], and acceleration of the movable end, or the dynamic force over the mass [m/s^2]."""
-    scales, assembly = case.scales, case.assembly
-    times = sample_times(evolve(case.options, interval=interval * scales.time), scales, until, case.granules)
-    motion = run(case, tolerance, until, times)
-    forces = motion.samples_forces[:, -1] - assembly.static_forces[-1]
-    if len(motion.v) > case.granules:
-        forces = forces - assembly.end_stiffness * motion.samples_x[:, -1]
-        forces -= assembly.end_damping * motion.samples_v[:, -1]
-    return times * scales.time, forces * (scales.force / mass)
+def _transmitted(
+    result: Any, sensor: Any, interval: float, halvings: int, mass: float
+) -> tuple[FloatArray, FloatArray]:
+    """Times [s], and acceleration of a movable end, or the force less its static part over the mass [m/s^2]."""
+    method = {"integrator": None, "step": None, "backend": result.options.wanted_backend}
+    rtol = max((result.options.rtol or RTOL) * _TIGHTER**halvings, _LEAST_RTOL)
+    options = evolve(result.options, **method, rtol=rtol, sensors=[sensor], record=(), interval=interval)
+    recording = result.computation.recording(evolve(result, options=options))
+    histories = {history.name.removeprefix("structure_"): history.values for history in recording.sensors}
+    if sensor == "structure":
+        return recording.times, histories["acceleration"]
+    (forces,) = histories.values()
+    return recording.times, (forces - forces[0]) / mass
 
 
-def _applied(shock: Shock, interval: float, fewest: int, mass: float) -> _History:
+def _applied(shock: Shock, interval: float, fewest: int, mass: float) -> tuple[FloatArray, FloatArray]:
     """Times [s], and the force of the shock over the mass [m/s^2]."""
-    ratio = shock.profile.duration_ratio
-    even = np.linspace(0, ratio, max(fewest, int(shock.duration / interval)) + 1)
+    even = np.linspace(0, shock.profile.duration_ratio, max(fewest, int(shock.duration / interval)) + 1)
     knots = np.union1d(even, shock.profile.breakpoints)
     return knots * shock.rise_time, shock.profile.force(knots) * (shock.peak_force / mass)

@@ -88,9 +88,9 @@ def test_pyyeti_agrees() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (([0, 1], [1, 2, 3]), "times: must be at least two finite numbers, and as many as accelerations"),
-        (([0, 1], [1, math.nan]), "times: must be at least two finite numbers"),
-        (([0, 2, 1], [1, 2, 3]), "times: must ascend"),
+        (([0, 1], [1, 2, 3]), "times: must be at least two numbers in ascending order, and as many as accelerations"),
+        (([0, 1], [1, math.nan]), "times: must be at least two numbers"),
+        (([0, 2, 1], [1, 2, 3]), "times: must be at least two numbers in ascending order"),
         (([0, 1], [1, 2], [0.0]), "frequencies: must be > 0 Hz"),
         (([0, 1], [1, 2], [1.0], 1.0), "damping: must be >= 0 and < 1"),
     ],
