@@ -205,7 +205,7 @@ class Hertz:
     >>> row = sw.Chain(
     ...     material="stainless-steel-440c",
     ...     diameter="9.5 mm",
-    ...     granules=[{"count": 20}, hard],
+    ...     granules=[sw.Segment(count=20), hard],
     ...     contact=sw.ElasticPlastic(),
     ... )
     >>> row.count
