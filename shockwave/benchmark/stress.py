@@ -133,14 +133,12 @@ def stress(names: Iterable[str] = (), backend: str | None = None) -> Stress:
         If the backend is unknown or was not built.
     """
     backends = _backends(backend)
-    jobs = [(case, backends if case.each_backend else backends[-1:]) for case in find(names)]
+    jobs = [(case, each) for case in find(names) for each in (backends if case.each_backend else backends[-1:])]
     begin = time.perf_counter()
-    rows: list[Row] = []
     with ProcessPool(os.cpu_count() or 1, context=start_server(_MODULES)) as pool:
-        futures = [pool.schedule(_in_process, (case.name, own), timeout=case.limit * len(own)) for case, own in jobs]
+        futures = [pool.schedule(_in_process, (case.name, each), timeout=case.limit) for case, each in jobs]
         try:
-            for (case, own), future in zip(track("stress", jobs), futures, strict=True):
-                rows += _rows(case, own, future)
+            rows = [_row(*job, future) for job, future in zip(track("stress", jobs), futures, strict=True)]
         except KeyboardInterrupt:
             pool.stop()  # type: ignore[no-untyped-call]
             raise
@@ -153,13 +151,10 @@ def _backends(backend: str | None) -> tuple[Backend, ...]:
     return ("numpy",) if chosen(backend) is None else ("compiled",)
 
 
-def _in_process(name: str, backends: tuple[Backend, ...]) -> list[tuple[Finding, float]]:
+def _in_process(name: str, backend: Backend) -> tuple[Finding, float]:
     (case,) = find([name])
-    findings = []
-    for each in backends:
-        begin = time.perf_counter()
-        findings.append((check(case, each), time.perf_counter() - begin))
-    return findings
+    begin = time.perf_counter()
+    return check(case, backend), time.perf_counter() - begin
 
 
 def check(case: Case, backend: Backend) -> Finding:
@@ -171,12 +166,12 @@ def check(case: Case, backend: Backend) -> Finding:
         return Finding(f"{type(error).__name__}: {error}", (f"raised in {place.name}, line {place.lineno}",))
 
 
-def _rows(case: Case, backends: tuple[Backend, ...], future: Future[list[tuple[Finding, float]]]) -> list[Row]:
-    """The rows of a case, also of one that hangs or crashes."""
+def _row(case: Case, backend: Backend, future: Future[tuple[Finding, float]]) -> Row:
+    """The row of a run, also of one that hangs or crashes."""
     try:
-        return [Row(case, each, *found) for each, found in zip(backends, future.result(), strict=True)]
+        return Row(case, backend, *future.result())
     except TimeoutError:
-        outcome = f"stopped at the time limit of {case.limit * len(backends):g} s"
+        outcome = f"stopped at the time limit of {case.limit:g} s"
     except ProcessExpired as error:
         outcome = f"the process ended with status {error.exitcode}"
-    return [Row(case, each, Finding(outcome, (outcome,))) for each in backends]
+    return Row(case, backend, Finding(outcome, (outcome,)))

@@ -30,7 +30,7 @@ def design(options: argparse.Namespace) -> int:
         with of_arguments(options), scenario.scene.locate_errors():
             result = run(
                 scenario,
-                **vary,
+                vary=vary,
                 target=options.target,
                 budget=options.budget,
                 least=options.least,
@@ -51,7 +51,7 @@ def design(options: argparse.Namespace) -> int:
 
 
 def _parse_parameters(options: argparse.Namespace) -> dict[str, Any]:
-    """The arguments of `design` that name the parameters, their intervals and materials."""
+    """The parameters, with their intervals or materials."""
     if len(set(options.vary)) < len(options.vary):
         raise UsageError(f"--vary must name different parameters (got {join(options.vary, 'and')})")
     numbers = [name for name in options.vary if not name.endswith(MATERIALS)]
@@ -61,10 +61,8 @@ def _parse_parameters(options: argparse.Namespace) -> dict[str, Any]:
     if options.among is not None and len(numbers) == len(options.vary):
         raise UsageError(f"--among must be omitted for {join(numbers, 'and')} (got {options.among})")
     among = options.among and [part.strip() for part in options.among.split(",") if part.strip()]
-    if len(options.vary) == 1:
-        return {"vary": options.vary[0], "between": next(iter(options.between), None), "among": among}
     ends = dict(zip(numbers, options.between, strict=True))
-    return {"vary": {name: ends.get(name, among) for name in options.vary}}
+    return {name: ends.get(name, among) for name in options.vary}
 
 
 def _draw(result: Any, output: str, ranked: bool = False) -> None:

@@ -17,6 +17,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
 from functools import cache
 from itertools import chain
+from operator import itemgetter
 from typing import Any
 
 from attrs import evolve, frozen
@@ -169,29 +170,17 @@ def plugins() -> tuple[Plugin, ...]:
 
 def installed_plugins() -> list[Plugin]:
     """All plugins as described by their metadata, sorted by name; of two copies on the path, the first."""
-    from importlib.metadata import distributions
+    from importlib.metadata import Distribution, entry_points
 
-    plugins_by_name: dict[str, list[Plugin]] = {}
-    for of_distribution in map(_plugins_of, distributions()):
-        if of_distribution:
-            plugins_by_name.setdefault(_canonical(of_distribution[0].distribution), of_distribution)
+    named_points: list[tuple[str, Distribution, str]] = []
+    for point in entry_points(group="shockwave"):
+        if point.dist is not None:
+            named_points.append((_canonical(point.dist.name), point.dist, point.value))
     disabled = set(map(_canonical, os.environ.get(DISABLE, "").split(",")))
     return [
-        evolve(plugin, disabled=not disabled.isdisjoint((EVERY, name)))
-        for name in sorted(plugins_by_name)
-        for plugin in plugins_by_name[name]
+        Plugin(of_point.name, of_point.version, module, disabled=not disabled.isdisjoint((EVERY, name)))
+        for name, of_point, module in sorted(named_points, key=itemgetter(0))
     ]
-
-
-def _plugins_of(distribution: Any) -> list[Plugin]:
-    """The entry points of a distribution, or its problem if its metadata cannot be read."""
-    try:
-        points = distribution.entry_points.select(group="shockwave")
-        return [Plugin(distribution.name, distribution.version, point.value) for point in points]
-    except Exception as error:
-        folder = getattr(distribution, "_path", None)  # such as shockwave_pulses-0.1.dist-info
-        name = "an installed distribution" if folder is None else folder.name.partition("-")[0]
-        return [Plugin(name, "", "", problem=f"its metadata cannot be read ({describe(error)})")]
 
 
 def _canonical(distribution: str) -> str:
@@ -201,7 +190,7 @@ def _canonical(distribution: str) -> str:
 
 def read(plugin: Plugin) -> Plugin:
     """``plugin`` with the entries of its module of hooks, or with its problem."""
-    if plugin.disabled or plugin.problem:
+    if plugin.disabled:
         return plugin
     try:
         with redirect_stdout(sys.stderr):

@@ -13,6 +13,7 @@ from attrs import define, evolve, field
 from shockwave.base.errors import InvalidValueError, ShockwaveError
 from shockwave.base.numerics import FloatArray, bracketed_root
 from shockwave.base.progress import report_progress
+from shockwave.profiles.quadrature.gauss_legendre import interpolate
 from shockwave.studies.design_options import VERIFIED_RTOL, DesignScenes
 from shockwave.studies.design_result import Option
 from shockwave.studies.quantities import Requirement
@@ -120,14 +121,9 @@ def _warnings(options: Sequence[Option]) -> list[str]:
 
 def _departures(x: FloatArray, y: FloatArray) -> FloatArray:
     """Distances of values from the cubics through two neighbours on either side; next to the ends, of the nearest."""
-    middle = range(2, len(x) - 2)
-    around = x[[[index - 2, index - 1, index + 1, index + 2] for index in middle]]
-    values = y[[[index - 2, index - 1, index + 1, index + 2] for index in middle]]
-    cubic = np.zeros(len(around))
-    for one in range(4):
-        others = [other for other in range(4) if other != one]
-        ratios = (x[2:-2, None] - around[:, others]) / (around[:, [one]] - around[:, others])
-        cubic += values[:, one] * ratios.prod(axis=1)
+    around = [[index - 2, index - 1, index + 1, index + 2] for index in range(2, len(x) - 2)]
+    pairs = zip(x[2:-2].tolist(), around, strict=True)
+    cubic = [float(interpolate(x[places], np.array([middle]))[0] @ y[places]) for middle, places in pairs]
     return np.pad(np.abs(cubic - y[2:-2]), 2, mode="edge")
 
 

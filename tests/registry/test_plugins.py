@@ -67,29 +67,6 @@ def test_a_plugin_is_found_as_installed(install: Install) -> None:
     assert registry.load("profiles", "test-pulse") is sys.modules[f"{module}_pulse"].Pulse
 
 
-#: Files of the metadata that cannot be read, and what is reported of them.
-UNREADABLE = {
-    "no equals sign": ("entry_points.txt", b"[shockwave]\nno equals sign\n", "Error: "),
-    "no text": ("entry_points.txt", b"[shockwave]\n\xff = a\n", "UnicodeDecodeError"),
-    "description is no text": ("METADATA", b"Name: \xff\n", "UnicodeDecodeError"),
-}
-
-
-@pytest.mark.parametrize("name", UNREADABLE)
-def test_unreadable_metadata_are_a_fault_of_one_plugin(name: str, install: Install, site: Path) -> None:
-    file, content, cause = UNREADABLE[name]
-    install("a-pulses")
-    install("test-pulses")
-    (site / "a_pulses-1.2.dist-info" / file).write_bytes(content)
-    registry.forget()
-    assert registry.find("profiles", "test-pulses").distribution == "test-pulses"
-    with pytest.raises(PluginError, match="plugin a_pulses is faulty: its metadata cannot be read"):
-        registry.find("profiles", "gaussian")
-    rows = listed()
-    assert cause in rows["a_pulses"]["problem"]
-    assert rows["test-pulses"]["problem"] is None
-
-
 # ---------------------------------------------------------------- faults
 
 HOOK = "from shockwave.hooks import Entry, hookimpl\n@hookimpl\ndef shockwave_profiles({arguments}):\n    {body}\n"
