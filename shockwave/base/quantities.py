@@ -140,7 +140,13 @@ FORCES = (
 #: Force on a wall.
 WALL = (
     Quantity("transmitted.peak_force", "N", "greatest force on the wall", "transmitted_force", "wall force"),
-    Quantity("transmitted.impulse", "N s", "impulse on the wall", "transmitted_impulse", "wall impulse"),
+    Quantity(
+        "transmitted.impulse",
+        "N s",
+        "impulse on the wall beyond the static force",
+        "transmitted_impulse",
+        "wall impulse",
+    ),
 )
 #: Motion of a movable end.
 STRUCTURE = (

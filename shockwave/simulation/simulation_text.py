@@ -253,7 +253,8 @@ def _passage_row(passage: Passage) -> tuple[str, ...]:
 
 def impulse_text(wall: Transmitted) -> str:
     """The impulse on a wall, to five digits or to those that its error supports."""
-    return si(wall.impulse, "N s", min(5, significant_digits(wall.impulse, wall.impulse_error)))
+    impulse = si(wall.impulse, "N s", min(5, significant_digits(wall.impulse, wall.impulse_error)))
+    return impulse + " beyond the static force" * bool(wall.static_force)
 
 
 def place_of(result: Simulation, contact: int) -> str:

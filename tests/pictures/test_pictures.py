@@ -1,6 +1,7 @@
 """Pictures: drawn values agree with the data, axes have units, and files are reproducible."""
 
 import itertools
+import re
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -325,6 +326,15 @@ def test_the_impulse_on_the_wall_ends_below_the_limit(ax: Axes) -> None:
     (right,) = (each for each in ax.figure.axes if each is not ax)
     impulse = right.get_lines()[0].get_ydata()
     assert impulse[-1] / right.get_ylim()[1] < 0.7  # type: ignore[index]
+
+
+def test_the_impulse_on_a_loaded_wall_has_one_name(ax: Axes) -> None:
+    loaded = evolve(in_finite_chain("shock").chain, precompression=2.0)
+    result = sw.simulate(SHOCKS["train"], loaded, record=["forces"])
+    pictures.wall_force(result, ax=ax)
+    (right,) = (each for each in ax.figure.axes if each is not ax)
+    assert right.get_ylabel().startswith("impulse beyond the static force")
+    assert re.search(r"wall impulse .* beyond the static force$", str(result), re.MULTILINE)
 
 
 def test_trains_have_the_forces_of_section_4_and_simulated_ones(ax: Axes) -> None:

@@ -70,6 +70,14 @@ def plain(text: str) -> str:
     return " ".join(re.sub("<[^>]*>", "", text).replace("\N{NO-BREAK SPACE}", " ").split())
 
 
+def test_the_widest_table_is_stacked_on_a_phone_with_a_name_for_each_cell() -> None:
+    (table,) = parsed(undrawn("ejection")).iterfind(".//div[@class='spanning stacked']//table")
+    for row in table.iterfind("tbody/tr"):
+        names = [cell.get("data-name", "") for cell in row]
+        assert len(set(names)) == len(names) == len(table.findall("thead/tr/th"))
+    assert "prefers-color-scheme: dark" in undrawn("ejection")
+
+
 @pytest.mark.parametrize("name", keeping(SCENES, "ejection"))
 def test_every_page_is_complete_and_self_contained(name: str) -> None:
     text = made(name)

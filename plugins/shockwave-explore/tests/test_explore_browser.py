@@ -62,6 +62,14 @@ def test_the_page_keeps_up_with_a_slider(page: Page) -> None:
     assert median(times) < 1.0
 
 
+def test_a_chain_that_was_endless_has_its_granules_again(page: Page) -> None:
+    page.open()
+    page.after(lambda: page.fill("chain.granules", "17"))
+    for end in ("endless chain", "free end"):
+        page.after(lambda: Select(page.find('[id="chain.end"]')).select_by_visible_text(end))  # noqa: B023
+    assert page.value("chain.granules") == "17"
+
+
 def test_a_link_restores_everything_that_was_set(page: Page) -> None:
     page.open()
     for name, choice in (("shock.profile", "triangular"), ("chain.material", "brass-260"), ("chain.end", "wall: ptfe")):

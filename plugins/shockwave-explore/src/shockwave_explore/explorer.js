@@ -6,6 +6,7 @@ let valid = initial; // text of the scenario that is shown
 let written = $("text").value; // the text as it was written into its field
 let start = initial; // that to which Reset returns
 let refused = {}; // edits that made no valid scenario, and stay in their fields
+let count; // granules of the last finite chain, to which an endless one returns
 let typing = ""; // id of the field with text that is not sent yet
 let waiting = null; // the request that follows the present one
 let busy = false;
@@ -81,6 +82,7 @@ async function show(request) {
   $("figures").innerHTML = reply.figures;
   animate(time);
   renew(reply.controls, request);
+  count = $("chain.granules")?.value ?? (request.edits && count);
   document.body.dataset.shown = Number(document.body.dataset.shown ?? 0) + 1;
 }
 
@@ -169,7 +171,8 @@ $("controls").addEventListener("input", ({ target }) => {
 $("controls").addEventListener("change", ({ target }) => {
   if (target.type === "range") return;
   typing = "";
-  ask({ edits: { [target.id]: complete(target.value.trim(), target.dataset.unit) }, centre: target.id });
+  const restored = target.id === "chain.end" && count && !$("chain.granules") ? { "chain.granules": count } : {};
+  ask({ edits: { ...restored, [target.id]: complete(target.value.trim(), target.dataset.unit) }, centre: target.id });
 });
 $("controls").addEventListener("keydown", ({ key, target }) => {
   if (key !== "Escape" || target.type !== "text") return;
