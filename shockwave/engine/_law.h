@@ -71,7 +71,7 @@ INLINE V NAME(flow_rates)(const March *m, long e, V rate, V d, V w, V closing)
     NAME(store)(velocities, w);
     NAME(store)(changes, closing);
     for (i = 0; i < WIDTH; i++)
-        if (m->plastic.mode[e + i] > ELASTIC) r[i] = load_rate(m, e + i, overlaps[i], velocities[i], changes[i]);
+        if (m->plastic.mode[e + i] > ELASTIC) r[i] = load_rate(m, e + i, (int)m->plastic.mode[e + i], overlaps[i], velocities[i], changes[i]);
     return NAME(load)(r);
 }
 

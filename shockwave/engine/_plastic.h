@@ -41,10 +41,9 @@ static double load(const Plastic *p, long j, int mode, double d, double w)
 }
 
 /* Its time derivative, from closing velocity and acceleration. */
-static double load_rate(const March *m, long j, double d, double w, double a)
+static double load_rate(const March *m, long j, int mode, double d, double w, double a)
 {
     const Plastic *p = &m->plastic;
-    const int mode = (int)p->mode[j];
     double span;
     if (mode == PLATEAU) return 0;
     if (p->rate[j] == 0) return w * (mode == MIDDLE ? p->a[j] + p->b[j] * (1 + log(d)) : p->slope[j]);
@@ -76,13 +75,14 @@ static int next_mode(const March *m, long j, double d, double w, double a)
     if (mode != ELASTIC && w < 0) return ELASTIC;
     if (mode == ELASTIC) d += p->left[j];
     next = region(p, j, d, w);
-    if (p->rate[j] == 0 || mode == CAPPED) return next;
-    if (mode == MIDDLE || mode == FULL) return next != CAPPED && load_rate(m, j, d, w, a) < 0 ? PLATEAU : next;
+    if (p->rate[j] == 0) return next;
     force = load(p, j, next, d, w);
-    if (!(force > p->force[j])) return PLATEAU;
-    if (mode == PLATEAU) return next;
-    d -= p->left[j];
-    return m->k[j] * (d * sqrt(d)) >= force ? next : ELASTIC;
+    if ((mode == ELASTIC || mode == PLATEAU) && !(force > p->force[j])) return PLATEAU;
+    if (mode == ELASTIC) {
+        const double depth = d - p->left[j];
+        if (m->k[j] * (depth * sqrt(depth)) < force) return ELASTIC;
+    }
+    return mode != PLATEAU && next != CAPPED && load_rate(m, j, next, d, w, a) < 0 ? PLATEAU : next;
 }
 
 /* Stiffness K of unloading from a force, and the overlap above the residual one there. */
@@ -122,6 +122,19 @@ static void set_constants(March *m, long j)
     else if (!smooth) p->limit[j] = -m->r->largest;
 }
 
+/* Force of the plateau that begins where unloading or Hertz's law meets the falling curve of loading, or this falls: the
+   step has ended slightly later. */
+static double corner(const March *m, long j, double d, double a)
+{
+    const Plastic *p = &m->plastic;
+    const double w = m->start.w[j], force = m->start.f[j] + m->still[j];
+    const int mode = (int)p->mode[j], next = region(p, j, d, w);
+    const double loading = load(p, j, next, d, w), fall = load_rate(m, j, next, d, w, a);
+    if (mode > ELASTIC) return larger(p->force[j], force);
+    if (mode == ELASTIC && !(loading > p->force[j])) return p->force[j];
+    return loading - fall * (force - loading) / (m->start.slope[j] - fall);
+}
+
 /* Changes the mode of a contact at the beginning of a step. */
 static void change_mode(March *m, long j, int next, double a)
 {
@@ -137,7 +150,7 @@ static void change_mode(March *m, long j, int next, double a)
         m->k[j] = unloading(p, j, p->force[j], &p->limit[j]);
         p->left[j] = p->reached[j] - p->limit[j];
     } else {
-        if (next != PLATEAU || mode != ELASTIC) p->force[j] = larger(p->force[j], force);
+        p->force[j] = next == PLATEAU ? corner(m, j, d, a) : larger(p->force[j], force);
         m->k[j] = next == CAPPED ? p->virgin[j] : 0;
     }
     p->mode[j] = next;
@@ -210,6 +223,20 @@ static double mode_ends(const March *m, double h, long j, const double c[6], dou
     return 2;
 }
 
+/* Place up to which a contact that closes at `low` closes. */
+static double closes_until(const March *m, const double c[6], double low)
+{
+    double d, w, a, high = 1;
+    motion_at(c, high, &d, &w, &a);
+    if (w > 0) return high;
+    while (high - low > m->r->near) {
+        const double middle = 0.5 * (low + high);
+        motion_at(c, middle, &d, &w, &a);
+        if (w > 0) low = middle; else high = middle;
+    }
+    return low;
+}
+
 /* Fraction of the step at which the mode of contact j ends; 2 if it does not. `c`: the polynomial of the overlap. */
 static double leaves(const March *m, double h, long j, const double c[6])
 {
@@ -233,7 +260,7 @@ static double leaves(const March *m, double h, long j, const double c[6])
         passes = first_negative(rest, 5, 0, 1, m->r->near);
     }
     if (!rate) return smaller(at, passes);
-    if (mode == ELASTIC) return passes > 1 ? 2 : mode_ends(m, h, j, c, passes, 1);
+    if (mode == ELASTIC) return passes > 1 ? 2 : mode_ends(m, h, j, c, passes, closes_until(m, c, passes));
     return smaller(mode_ends(m, h, j, c, 0, smaller(at, 1)), at);
 }
 
@@ -250,6 +277,7 @@ static double mode_end(March *m, double h, long j, double share)
     stiffness = 1.5 * larger(force, m->plastic.yield[j]) / depth;
     /* the impulse that a step misses this long after the end of a mode */
     late = smaller(sqrt(most / (stiffness * fabs(w / h))), cbrt(most / (stiffness * fabs(a / (h * h)))));
+    if (m->plastic.rate[j] != 0) late *= m->r->sharp;
     if ((1 - at) * h <= late || at + 0.5 * late / h >= share) return share;
     return at * h + 0.5 * late > m->r->min_step * larger(m->r->time, m->r->first) ? at + 0.5 * late / h : share;
 }

@@ -36,6 +36,8 @@ MIN_STEP = 1e-15
 #: Parts of a step at whose ends the mode of a contact with rate is examined, and the largest number of changes of a
 #: mode at one time.
 PARTS = 4
+#: Fraction of the allowed delay of the end of a mode with rate: the force may be greatest there, with a corner.
+SHARP = 0.25
 MOST_CHANGES = 4
 #: Change of overlap and closing velocity, relative to the overlap and to the greatest velocity, for the slope of the
 #: force of a plugin: the error of its central difference is about the square, and that of rounding 1e-16 over it.

@@ -18,7 +18,7 @@ from attrs import frozen
 
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.mixed_chain_arrays import LARGEST, Job
-from shockwave.engine.mixed_chain_forces import KINK_SHARE, LAW_CHANGE, MIN_STEP, PARTS, Contacts, End
+from shockwave.engine.mixed_chain_forces import KINK_SHARE, LAW_CHANGE, MIN_STEP, PARTS, SHARP, Contacts, End
 from shockwave.engine.mixed_chain_peaks import NEAR, NUDGE, Overlap
 from shockwave.scene import elastic_plastic
 from shockwave.scene.elastic_plastic import Curve, Loading, unloading_stiffness
@@ -166,9 +166,8 @@ class Plasticity:
         slow = float(self.slow[j])
         return Curve.of(float(self.strength[j]) * (1 + float(self.rate[j]) * math.log(w / slow) if w > slow else 1.0))
 
-    def load_rate(self, j: int, d: float, w: float, a: float) -> float:
-        """Time derivative of the force of a contact that flows, from closing velocity and acceleration."""
-        mode = int(self.mode[j])
+    def load_rate(self, j: int, mode: int, d: float, w: float, a: float) -> float:
+        """Time derivative of the force of loading in a mode, from closing velocity and acceleration."""
         if mode == Mode.PLATEAU:
             return 0.0
         if self.rate[j] == 0:
@@ -191,7 +190,7 @@ class Plasticity:
     def rates(self, slope: FloatArray, motion: Sequence[FloatArray], low: int) -> None:
         """Replace the time derivatives of the forces of contacts that flow; ``motion``: overlaps, w and w'."""
         for i in np.flatnonzero(self.mode[low : low + len(slope)] > Mode.ELASTIC).tolist():
-            slope[i] = self.load_rate(low + i, *(float(values[i]) for values in motion))
+            slope[i] = self.load_rate(low + i, int(self.mode[low + i]), *(float(values[i]) for values in motion))
 
     def stored(self, j: int, d: float) -> float:
         """Energy that a contact releases, or has taken up since zero overlap; zero where that is integrated."""
@@ -230,18 +229,19 @@ class Plasticity:
             return mode
         if mode != Mode.ELASTIC and w < 0:
             return Mode.ELASTIC
-        following = self.region(j, d + float(self.left[j]) if mode == Mode.ELASTIC else d, w)
-        if self.rate[j] == 0 or mode == Mode.CAPPED:
+        d += float(self.left[j]) if mode == Mode.ELASTIC else 0.0
+        following = self.region(j, d, w)
+        if self.rate[j] == 0:
             return following
-        if mode in (Mode.MIDDLE, Mode.FULL):
-            falls = following != Mode.CAPPED and self.load_rate(j, d, w, a) < 0
-            return Mode.PLATEAU if falls else following
-        force = self.load(j, following, d + float(self.left[j]) if mode == Mode.ELASTIC else d, w)
-        if not force > self.force[j]:
+        force = self.load(j, following, d, w)
+        if mode in (Mode.ELASTIC, Mode.PLATEAU) and not force > self.force[j]:
             return Mode.PLATEAU
-        if mode == Mode.PLATEAU or self.chain.k[j] * (d * math.sqrt(d)) >= force:
-            return following
-        return Mode.ELASTIC
+        if mode == Mode.ELASTIC:
+            depth = d - float(self.left[j])
+            if self.chain.k[j] * (depth * math.sqrt(depth)) < force:
+                return Mode.ELASTIC
+        rising = mode == Mode.PLATEAU or following == Mode.CAPPED
+        return following if rising or not self.load_rate(j, following, d, w, a) < 0 else Mode.PLATEAU
 
     def change_modes(self, start: End, time: float) -> bool:
         """Change the modes that end at the beginning of a step; whether there are any."""
@@ -250,16 +250,32 @@ class Plasticity:
         for j in np.flatnonzero(start.d[:n] > self.limit[:n]).tolist():
             a = float(self.chain.closing(start.a[j : j + 2], time, j)[0])
             following = self.next_mode(j, float(start.d[j]), float(start.w[j]), a)
-            force = float(start.f[j + 1] + self.chain.static[j])
+            force, slope = float(start.f[j + 1] + self.chain.static[j]), float(start.slope[j])
             if following != self.mode[j]:
-                self.change_mode(j, following, (float(start.d[j]), float(start.w[j]), a), force)
+                self.change_mode(j, following, (float(start.d[j]), float(start.w[j]), a), force, slope)
                 changed = True
             elif self.curved[j] > 1:
                 self.force[j] = max(float(self.force[j]), force)
         return changed
 
-    def change_mode(self, j: int, following: int, motion: tuple[float, float, float], force: float) -> None:
-        """Change the mode of a contact, from its motion and force."""
+    def corner(self, j: int, motion: tuple[float, float, float], force: float, slope: float) -> float:
+        """Force of the plateau that begins where unloading or Hertz's law meets falling loading, or this falls.
+
+        The step has ended slightly later.
+        """
+        mode, (d, w, a) = int(self.mode[j]), motion
+        following = self.region(j, d, w)
+        loading, fall = self.load(j, following, d, w), self.load_rate(j, following, d, w, a)
+        if mode > Mode.ELASTIC:
+            return max(float(self.force[j]), force)
+        if mode == Mode.ELASTIC and not loading > self.force[j]:
+            return float(self.force[j])
+        return loading - fall * (force - loading) / (slope - fall)
+
+    def change_mode(
+        self, j: int, following: int, motion: tuple[float, float, float], force: float, slope: float = 0.0
+    ) -> None:
+        """Change the mode of a contact, from its motion, force and the time derivative of that."""
         mode, (d, w, a), chain = int(self.mode[j]), motion, self.chain
         d += float(self.left[j]) if mode == Mode.ELASTIC else 0.0
         self.job.losses[j] += self.stored(j, d)
@@ -272,8 +288,8 @@ class Plasticity:
             chain.k[j], self.limit[j] = self.unloading(j, float(self.force[j]))
             self.left[j] = reached - self.limit[j]
         else:
-            if following != Mode.PLATEAU or mode != Mode.ELASTIC:
-                self.force[j] = max(float(self.force[j]), force)
+            meets = following == Mode.PLATEAU
+            self.force[j] = self.corner(j, (d, w, a), force, slope) if meets else max(float(self.force[j]), force)
             chain.k[j] = self.virgin[j] if following == Mode.CAPPED else 0.0
         self.mode[j] = following
         self.set_constants(j)
@@ -325,6 +341,7 @@ class Plasticity:
                 late = math.sqrt(most / (stiffness * abs(w)))
             if a:
                 late = min(late, math.cbrt(most / (stiffness * abs(a))))
+            late *= SHARP if self.rate[j] else 1.0
             cut = at + 0.5 * late / size
             least = MIN_STEP * max(time, self.chain.first)
             if (1 - at) * size > late and cut < share and at * size + 0.5 * late > least:
@@ -349,7 +366,7 @@ class Plasticity:
         if not rate:
             return min(at, passes)
         if mode == Mode.ELASTIC:
-            return 2.0 if passes > 1 else self.mode_ends(overlap, passes, 1.0)
+            return 2.0 if passes > 1 else self.mode_ends(overlap, passes, closes_until(overlap, passes))
         return min(self.mode_ends(overlap, 0.0, min(at, 1.0)), at)
 
     def mode_ends(self, overlap: Overlap, low: float, high: float) -> float:
@@ -368,6 +385,20 @@ class Plasticity:
                 return at
             before = at
         return 2.0
+
+
+def closes_until(overlap: Overlap, low: float) -> float:
+    """Place up to which a contact that closes at ``low`` closes."""
+    high = 1.0
+    if overlap.motion(high)[1] > 0:
+        return high
+    while high - low > NEAR:
+        middle = 0.5 * (low + high)
+        if overlap.motion(middle)[1] > 0:
+            low = middle
+        else:
+            high = middle
+    return low
 
 
 def first_negative(b: list[float], low: float, high: float) -> float:
