@@ -229,6 +229,9 @@ class Computation(Protocol):
     def forces(self, result: Any) -> ContactForces:
         """Greatest forces at the contacts of a finite chain of equal granules."""
 
+    def value_with_yield(self, result: Any) -> tuple[str, ...]:
+        """Sentence on the forces with elastic-plastic contacts, if they can be computed at once."""
+
     def recording(self, result: Any) -> Recording:
         """Histories that the options request."""
 

@@ -64,10 +64,10 @@ class Answer(NamedTuple):
     def notes(self) -> str | None:
         """All warnings, then the notes on a record."""
         if self.simulated is not None:
-            return remarks_of(self.simulated.warnings, self.simulated.notes)
+            return remarks_of(self.simulated.wave_warnings, self.simulated.notes)
         assert self.predicted is not None
         unknown = (f"No answer: {self.predicted.reason}.",) * (self.predicted.reason is not None)
-        return remarks_of((*unknown, *self.predicted.warnings), self.predicted.notes)
+        return remarks_of((*unknown, *self.predicted.first_warnings), self.predicted.notes)
 
 
 def columns_of(run: Run, train: bool, finite: bool = False) -> tuple[Quantity, ...]:
