@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from attrs import evolve, frozen
 
-from shockwave.base.errors import Fault, InvalidValueError, NumericalError, refuse
+from shockwave.base.errors import Fault, InvalidValueError, refuse
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.backend import chosen
 from shockwave.engine.integrator import Integrator
@@ -103,9 +103,6 @@ class ChainSetup:
         if scene.chain.count is None and scene.shock is not None:
             return _endless(options, scene)
         layout, excitation = scene.layout, scene.excitation
-        kinds = (layout.pairs.exponents, layout.damping_powers, layout.law_contacts)
-        if layout.plastic is not None or any((kind != kind[0]).any() for kind in kinds):
-            raise NumericalError("elastic-plastic contacts and contact laws that differ cannot be integrated yet")
         scales = _scales(layout, excitation, scene.chain)
         assembly = _assembly(layout, scales, excitation, options.rtol or RTOL, options.until)
         method = None if options.integrator is None else load("integrators", options.integrator)

@@ -24,6 +24,7 @@ from shockwave.simulation.result_parts import (
     ContactForces,
     ContactPeak,
     Cost,
+    Dissipated,
     LeadingWave,
     SegmentEnergy,
     Train,
@@ -38,7 +39,7 @@ if TYPE_CHECKING:  # other results do not need it
 # Attributes that the document contains under their names.
 _KEYS = (
     *("scenario", "peak_force", "amplification", "error_estimate", "waves", "passages", "contacts", "greatest_force"),
-    *("transmitted", "end", "arrival_time", "applied_momentum", "applied_energy", "dissipated_energy"),
+    *("transmitted", "end", "arrival_time", "applied_momentum", "applied_energy", "dissipated"),
     *("velocities", "restitution", "segments", "end_energy", "momentum_defect", "energy_defect"),
     *("recording", "integrator", "backend", "rtol", "cost"),
 )
@@ -100,9 +101,8 @@ class Simulation(SceneResult):
         separation.
     segments : tuple of SegmentEnergy or None
         Energy in each segment at the end of the simulated time; a striker is a segment of its own.
-    dissipated_energy : float or None
-        Energy dissipated by the damping of contacts and of the wall [J]. With the contact law of a plugin, whose stored
-        energy is not known, it includes that of the contacts that are closed at the end.
+    dissipated : Dissipated or None
+        Energy dissipated by contacts and by the wall.
     end_energy : float or None
         Kinetic and elastic energy of a movable wall and its spring [J]; None without one.
     first_yield : Yielding or None
@@ -130,7 +130,7 @@ class Simulation(SceneResult):
     restitution: float | Any = None
     segments: tuple[SegmentEnergy, ...] | Any = None
     applied_energy: float | Any = None
-    dissipated_energy: float | Any = None
+    dissipated: Dissipated | Any = None
     end_energy: float | Any = None
     first_yield: Yielding | None = None
 

@@ -92,8 +92,9 @@ def chain_columns(scenario: Scenario, run: Run, section4: bool) -> tuple[Quantit
     striker = () if scenario.impact is None else quantities.STRIKER
     contacts = quantities.contact_forces(scenario.simulate.contacts)
     equal = {"compare": quantities.COMPARED, "predict": quantities.PREDICTED}.get(run, ()) if section4 else ()
-    forces = (*quantities.FORCES, *wall, *quantities.FORCES_ERROR, *striker, *quantities.DISSIPATED, *contacts)
-    return (*forces, *equal, *quantities.NOTES)
+    plastic = quantities.PLASTIC if scenario.chain.is_plastic else ()
+    forces = (*quantities.FORCES, *wall, *quantities.FORCES_ERROR, *striker, *quantities.DISSIPATED, *plastic)
+    return (*forces, *contacts, *equal, *quantities.NOTES)
 
 
 def column_of(quantity: Quantity) -> Column:
