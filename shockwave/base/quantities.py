@@ -156,7 +156,12 @@ STRUCTURE = (
 )
 FORCES_ERROR = (Quantity("forces_error", "", "relative error of these forces, estimated", "error_estimate", source=""),)
 STRIKER = (Quantity("restitution", "", "coefficient of restitution of the striker"),)
-DISSIPATED = (Quantity("dissipated_energy", "J", "energy dissipated by damping"),)
+DISSIPATED = (Quantity("dissipated.energy", "J", "dissipated energy"),)
+#: Plastic flow of contacts.
+PLASTIC = (
+    Quantity("dissipated.plastic", "J", "energy dissipated by plastic flow of contacts", "plastic_energy"),
+    Quantity("yield.yielded_contacts", "", "number of contacts beyond first yield", "yielded_contacts", kind="whole"),
+)
 #: Section 4 beside a prediction or a simulation.
 SECTION4 = _from(
     "predicted",
@@ -212,10 +217,10 @@ GRANULES = _from(
 # Units of further numbers in results.
 _OTHERS = {
     "N": ("force", "forces", "wall_force", "static_force", "first_yield_force", "roots"),
-    "J": ("kinetic_energy", "contact_energy", "applied_energy", "end_energy"),
+    "J": ("kinetic_energy", "contact_energy", "applied_energy", "end_energy", "dissipated"),
     "m/s": ("velocity", "velocities", "recoil_velocities", "spall_velocities"),
     "s": ("times", "end", "arrival_time", "seconds"),
-    "m": ("displacements",),
+    "m": ("displacements", "residual_overlap"),
 }
 
 
@@ -230,7 +235,7 @@ def contact_forces(contacts: Sequence[int]) -> tuple[Quantity, ...]:
 
 _ALL = (
     *(*LEADING_WAVE, *TRAIN, *FINITE, *FORCES, *WALL, *FORCES_ERROR, *STRIKER, *DISSIPATED, *COMPARED, *PREDICTED),
-    *(*STRUCTURE, *SCALED, *VERDICT, *NOTES, *STEADY_WAVE, *YIELD, *GRANULES),
+    *(*PLASTIC, *STRUCTURE, *SCALED, *VERDICT, *NOTES, *STEADY_WAVE, *YIELD, *GRANULES),
 )
 _UNITS = {name: unit for unit, names in _OTHERS.items() for name in names}
 _UNITS |= {each.name.rpartition(".")[2]: each.unit for each in _ALL if each.unit}

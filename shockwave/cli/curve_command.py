@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from argparse import Namespace
 
+from attrs import evolve
+
 from shockwave import pictures
 from shockwave.base.text import limits, si, strong
 from shockwave.cli.output import announce_file, check_output, json_text, write_output
 from shockwave.cli.scenario_files import load_scenarios
 from shockwave.scene.chain import Scales
+from shockwave.scene.yielding import warn_beyond, yielding_of
 from shockwave.studies.amplification_curve import UniversalCurve
 
 
@@ -29,11 +32,14 @@ def curve(options: Namespace) -> int:
         with announce_file(options.output):
             pictures.save(figure, options.output)
         return 0
+    beyond: tuple[str, ...] = ()
     answer = f"t0/T0 = {ratio:.6g} is beyond the range of this curve (increase --longest)"
     if ratio <= universal.longest_rise_time:
         error = float(universal.error(ratio))
         amplification = si(float(universal.amplification(ratio)), "", error=error)
         answer = f"amplification {amplification}, error {error:.0e}, at t0/T0 = {ratio:.6g}"
+        force = float(universal.amplification(ratio)) * shock.peak_force
+        beyond = warn_beyond(yielding_of(chain, force), evolve(chain, granules=None))
     endless = [f"the chain of {chain.count} granules is treated as endless"] * (chain.count is not None)
-    print(strong(answer), *limits(endless), "", universal, sep="\n")
+    print(strong(answer), *limits([*endless, *beyond]), "", universal, sep="\n")
     return 0

@@ -22,7 +22,7 @@ from shockwave.scene.scene import Scene
 from shockwave.scene.scene_result import SceneResult
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
-from shockwave.scene.yielding import Yielding, yielding_of
+from shockwave.scene.yielding import Yielding, warn_beyond, yielding_of
 
 if TYPE_CHECKING:  # a result that is only printed does not need them
     from shockwave.simulation.result_parts import ContactPeak, Structure, Transmitted
@@ -256,9 +256,15 @@ class Outcome(SceneResult):
 
     @property
     def warnings(self) -> tuple[str, ...]:
+        """Sentences on what limits the first numbers, with those of a short chain whose contacts flow plastically."""
+        result = self.simulated
+        return (*self.first_warnings, *(() if result is None else result.value_with_yield))
+
+    @property
+    def first_warnings(self) -> tuple[str, ...]:
         """Sentences on what limits the first numbers."""
         result = self.simulated
-        beyond = self.yielding.warnings if self.yielding else ()
+        beyond = warn_beyond(self.yielding, self.chain)
         if result is not None:
             # those of the train limit no first number
             return tuple(dict.fromkeys((*result.first_warnings, *beyond)))

@@ -197,12 +197,12 @@ class Chain(Value):
 
     @property
     def is_damped(self) -> bool:
-        """Whether forces depend on velocities, on a contact law of a plugin, or on plastic flow."""
+        """Whether forces depend on velocities, on a contact law of a plugin, or on the rate of plastic flow."""
         if self.is_uniform:
             return False
         from shockwave.scene.feature_rules import is_damped  # equal granules do not need it
 
-        return is_damped(self.granules, self.end, self.contact, self.damping)
+        return is_damped(self)
 
     @property
     def is_plastic(self) -> bool:

@@ -8,6 +8,7 @@ from attrs import evolve
 
 from shockwave.base.errors import Fault, NotCoveredError, Steps
 from shockwave.scene.chain import Chain
+from shockwave.scene.contact_law import PowerContact
 from shockwave.scene.impact import Impact
 from shockwave.scene.segments import Segment, Taper, each_segment
 
@@ -96,7 +97,8 @@ def _further(chain: Chain, laws: bool = True) -> Iterator[tuple[Steps, str]]:
     names = {"end": "a wall", "precompression": "a static force", "gravity": "gravity", "damping": "damping"}
     names["packing"] = "a packing"
     if chain.count is not None or not laws:
-        names["contact"] = f"another contact law{'; without granules it is covered' if laws else ''}"
+        covered = laws and isinstance(chain.contact, PowerContact)
+        names["contact"] = f"another contact law{'; without granules it is covered' if covered else ''}"
     for name, text in names.items():
         if getattr(chain, name):
             yield (name,), text

@@ -51,11 +51,15 @@ def check_features(granules: Granules, elastic_only: bool, **features: Any) -> N
     refuse(faults or [*_of_length(granules, features), *_of_pairs(granules, features, elastic_only)])
 
 
-def is_damped(granules: Granules, end: Wall | None, contact: object, damping: object) -> bool:
-    """Whether forces depend on velocities, on a contact law of a plugin, or on plastic flow."""
-    laws = [(contact, damping), *((segment.contact, segment.damping) for _, segment in each_segment(granules))]
-    memory = ContactLaw | ElasticPlastic
-    return (end is not None and end.damping > 0) or any(each[1] or isinstance(each[0], memory) for each in laws)
+def is_damped(chain: Any) -> bool:
+    """Whether forces depend on velocities, on a contact law of a plugin, or on the rate of plastic flow."""
+    parts = [chain, *(segment for _, segment in each_segment(chain.granules))]
+    if (chain.end is not None and chain.end.damping > 0) or any(part.damping for part in parts):
+        return True
+    rate = is_plastic(chain.granules, chain.contact) and any(
+        part.material.rate_constant for part in parts if part.material
+    )
+    return rate or any(isinstance(part.contact, ContactLaw) for part in parts)
 
 
 def is_plastic(granules: Granules, contact: object) -> bool:

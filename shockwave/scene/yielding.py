@@ -17,6 +17,13 @@ _Number = TypeVar("_Number", float, FloatArray)
 # Pressure at the centre of the contact at first yield, over the yield strength: 1.6 for a Poisson ratio of 0.3
 # (Johnson, Contact Mechanics, section 6.1).
 PRESSURE = 1.6
+# Force over that of first yield up to which contacts of metals load by Hertz's law, and what differs up to there and
+# beyond.
+_CAP = 9.0
+_UNLOADS = "Up to about 9 times, contacts load elastically and lose energy in unloading only."
+_FLOWS = "Beyond about 9 times, contacts flow as they load, and forces are smaller."
+# Key of a scenario that includes plastic flow.
+_KEY = "chain.contact: {model: elastic-plastic}"
 #: Beginning of the warning of forces beyond first yield.
 BEYOND = "Beyond elastic validity"
 #: Beginning of the warning of contacts without a known yield strength.
@@ -33,18 +40,16 @@ class Yielding:
         Smallest force in the chain at which a contact begins to yield [N].
     peak_ratio : float
         Largest ratio of a peak force to the force at which its contact begins to yield.
+    elastic_ratio : float
+        The same for contacts without plastic flow; 0 if there are none.
+    yielded_contacts : int or None
+        Number of contacts with a greater peak force than that of first yield; None for an endless chain.
     """
 
     first_yield_force: float
     peak_ratio: float
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """Sentence on forces beyond first yield, if there are any."""
-        if self.peak_ratio <= 1:
-            return ()
-        exceeds = "a peak force exceeds that of first yield, and plastic deformation of the contacts is not modelled"
-        return (f"{BEYOND}: {exceeds}.",)
+    elastic_ratio: float
+    yielded_contacts: int | None = None
 
     def facts(self) -> list[tuple[str, str]]:
         """Label and text."""
@@ -74,7 +79,19 @@ def yielding_of(chain: Chain, peak_force: float) -> Yielding | None:
     if material.yield_strength is None:
         return None
     force = first_yield_force(chain.radius / 2, 1 / (2 * material.compliance), material.yield_strength)
-    return Yielding(first_yield_force=force, peak_ratio=peak_force / force)
+    return Yielding(first_yield_force=force, peak_ratio=peak_force / force, elastic_ratio=peak_force / force)
+
+
+def warn_beyond(yielding: Yielding | None, chain: Chain) -> tuple[str, ...]:
+    """Sentence on forces beyond first yield at elastic contacts: what differs there, and the key that includes it."""
+    if yielding is None or yielding.elastic_ratio <= 1:
+        return ()
+    ratio = f"{BEYOND}: a peak force is {round_digits(yielding.elastic_ratio)} times that of first yield."
+    differs = _UNLOADS if yielding.elastic_ratio <= _CAP else _FLOWS
+    remedy = f" {_KEY} includes yield{', without damping' if chain.damping else ''}."
+    if chain.count is None:
+        remedy = f" The peak force is an upper limit; a finite chain with {_KEY} includes yield."
+    return (f"{ratio} {differs}{'' if chain.packing or chain.contact is not None else remedy}",)
 
 
 def beyond_elastic(chain: Chain, yielding: Callable[[], Yielding | None]) -> InvalidValueError | None:

@@ -32,6 +32,7 @@ from shockwave.simulation.result_parts import (
     Computation,
     ContactForces,
     Cost,
+    Dissipated,
     SegmentEnergy,
     Train,
     Transmitted,
@@ -96,7 +97,7 @@ def simulate_chain(
     carried = math.fsum(motion.v[:count] / case.assembly.inverse_masses[:count])
     movable = len(motion.v) > count
     velocities, masses = scales.velocity * motion.v[:count], case.layout.masses
-    apart = _apart(motion.x[:count], motion.v[:count], case.assembly.overlaps)
+    apart = _apart(motion.x[:count], motion.v[:count], _offsets(case, motion))
     loaded = bool(case.layout.static_forces.any())
     rebounding = None if loaded else _leaving_velocities(-velocities, apart)
     spalls = None if loaded or case.has_wall else _leaving_velocities(velocities[::-1], apart[::-1])
@@ -135,7 +136,7 @@ def simulate_chain(
         restitution=_restitution(case, motion, velocities, apart),
         applied_momentum=momentum * scales.momentum,
         applied_energy=energy * scales.energy,
-        dissipated_energy=motion.dissipated * scales.energy,
+        dissipated=_dissipated(case, motion),
         segments=tuple(_segments(case, motion, reached)),
         end_energy=(float(motion.kinetic[-1]) + motion.end_energy) * scales.energy if movable else None,
         first_yield=yielding,
@@ -194,7 +195,7 @@ def _warn_unfinished(case: ChainSetup, motion: Motion, velocities: FloatArray, a
         yield f"The leading wave has not reached the {last} by the end of the simulated time (extend until)."
     if case.has_wall and not case.layout.law_contacts[-1]:
         closing = motion.x[case.granules - 1] - (motion.x[case.granules] if len(motion.x) > case.granules else 0.0)
-        stiffness, overlap = case.assembly.stiffnesses[-1], max(float(case.assembly.overlaps[-1] + closing), 0.0)
+        stiffness, overlap = _stiffnesses(case, motion)[-1], max(float(_offsets(case, motion)[-1] + closing), 0.0)
         excess = float(stiffness * overlap ** case.assembly.exponents[-1] - case.assembly.static_forces[-1])
         # a striker may lie on the chain
         if min(abs(excess), abs(excess - case.assembly.weight)) > _STILL_ACTING * motion.dynamic_forces[-1] > 0:
@@ -226,8 +227,9 @@ def _later_force(case: ChainSetup, motion: Motion) -> float:
     # the energy of the law of a plugin is not known, and a movable wall may give way under the weight
     if not has_ended or assembly.law is not None or (assembly.weight and not assembly.fixed_wall):
         return math.inf
-    masses, apart = 1 / assembly.inverse_masses, _apart(motion.x, v, assembly.overlaps)
-    static, k, p = assembly.static_forces + assembly.weight, assembly.stiffnesses[-1], float(assembly.exponents[-1])
+    masses, apart = 1 / assembly.inverse_masses, _apart(motion.x, v, _offsets(case, motion))
+    stiffnesses = _stiffnesses(case, motion)
+    static, k, p = assembly.static_forces + assembly.weight, stiffnesses[-1], float(assembly.exponents[-1])
     # nothing holds the last body: a granule, or a wall without a spring
     is_free = not (assembly.fixed_wall or assembly.end_stiffness or assembly.end_damping)
     granules = len(v) if is_free else case.granules
@@ -240,7 +242,7 @@ def _later_force(case: ChainSetup, motion: Motion) -> float:
         frame = min(frame, _mean(v[first:last], masses[first:last]))
     energy = math.fsum(0.5 * masses[first:last] * (v[first:last] - frame) ** 2) + math.fsum(motion.potential)
     energy += motion.end_energy
-    at_rest = (static / assembly.stiffnesses) ** (1 / assembly.exponents)
+    at_rest = (static / stiffnesses) ** (1 / assembly.exponents)
     if assembly.weight:
         lowered = np.cumsum((at_rest - assembly.overlaps)[::-1])[::-1]
         energy += assembly.weight * float(lowered[0] - motion.x[0]) - math.fsum(assembly.potential(lowered))
@@ -280,15 +282,39 @@ def _later_warning(case: ChainSetup, motion: Motion, later: float) -> Iterator[s
 
 def _segments(case: ChainSetup, motion: Motion, granules: int) -> Iterator[SegmentEnergy]:
     """Energy of each segment, of so many granules in all."""
-    count, energies = case.granules, case.scales.energy * motion.kinetic[: case.granules]
-    halves = case.scales.energy / 2 * motion.potential
-    energies[:-1] += halves[: count - 1]
-    energies[1:] += halves[: count - 1]
+    count, contacts = case.granules, len(motion.forces)
+    values = case.scales.energy * np.array([motion.kinetic[:count], np.zeros(count)])
+    halves = case.scales.energy / 2 * np.array([motion.potential, motion.losses[:contacts]])
+    values[:, :-1] += halves[:, : count - 1]
+    values[:, 1:] += halves[:, : count - 1]
     if case.has_wall:
-        energies[-1] += 2 * halves[-1]
-    begins, values = [0, *(np.flatnonzero(np.diff(case.layout.segments)) + 1).tolist(), count], energies.tolist()
+        values[:, -1] += 2 * halves[:, -1]
+    begins = [0, *(np.flatnonzero(np.diff(case.layout.segments)) + 1).tolist(), count]
     for begin, end in pairwise(begins):
-        yield SegmentEnergy(first=begin, last=min(end, granules) - 1, energy=math.fsum(values[begin:end]))
+        energy, dissipated = (math.fsum(part[begin:end]) for part in values.tolist())
+        yield SegmentEnergy(first=begin, last=min(end, granules) - 1, energy=energy, dissipated=dissipated)
+
+
+def _dissipated(case: ChainSetup, motion: Motion) -> Dissipated:
+    """Energies dissipated by plastic flow, damping and a dashpot at the end."""
+    losses, plastic = case.scales.energy * motion.losses, case.layout.plastic
+    contacts, flows = len(motion.forces), False if plastic is None else np.isfinite(plastic.strengths)
+    kinds = np.where(flows, losses[:contacts], 0.0), np.where(flows, 0.0, losses[:contacts]), losses[contacts:]
+    plastic_energy, damping, end = (math.fsum(kind.tolist()) for kind in kinds)
+    energy = motion.dissipated * case.scales.energy
+    return Dissipated(energy=energy, plastic=plastic_energy, damping=damping, end=end)
+
+
+def _offsets(case: ChainSetup, motion: Motion) -> FloatArray:
+    """Overlaps of the contacts in the initial state, less those at which they carry no force at the end, scaled."""
+    residual = motion.residual_overlaps
+    return case.assembly.overlaps if residual is None else case.assembly.overlaps - residual
+
+
+def _stiffnesses(case: ChainSetup, motion: Motion) -> FloatArray:
+    """Stiffnesses with which the contacts unload at the end, scaled."""
+    plastic = case.assembly.plastic
+    return case.assembly.stiffnesses if plastic is None else plastic.loading.unloading(motion.forces)
 
 
 def _apart(x: FloatArray, v: FloatArray, overlaps: FloatArray) -> _Flags:

@@ -35,14 +35,20 @@ def warn_unjudged(case: ChainSetup, yielding: Yielding | None) -> Iterator[str]:
 def first_yield(case: ChainSetup, motion: Motion) -> Yielding | None:
     """First yield in the weaker material of each contact, where both yield strengths are known."""
     layout, softer = case.layout, _strengths(case)
-    at = np.flatnonzero(np.isfinite(softer))
+    at = np.flatnonzero(np.isfinite(softer) & ~layout.law_contacts)
     every = case.scene.chain.elastic_only and at.size < softer.size
-    if not at.size or every or layout.law is not None:
+    if not at.size or every:
         return None
     radii, moduli = layout.pairs.radii[at], layout.pairs.moduli[at]
     first = first_yield_force(radii, moduli, softer[at])
     ratios = motion.forces[at] * case.scales.force / first
-    return Yielding(first_yield_force=float(first.min()), peak_ratio=float(ratios.max()))
+    plastic = np.zeros(at.shape) if layout.plastic is None else np.isfinite(layout.plastic.strengths[at])
+    return Yielding(
+        first_yield_force=float(first.min()),
+        peak_ratio=float(ratios.max()),
+        elastic_ratio=float(np.where(plastic, 0.0, ratios).max()),
+        yielded_contacts=None if case.scene.chain.count is None else int((ratios > 1).sum()),
+    )
 
 
 def warn_overlaps(case: ChainSetup, motion: Motion) -> Iterator[str]:

@@ -54,6 +54,9 @@ _TIME_SHARE = 10.0
 # Larger differences of the times of two runs, in characteristic times, belong to different peaks of about equal force.
 _OTHER_PEAK = 0.5
 
+# Numbers of a `ContactPeak`.
+_PEAK = "contact", "peak_force", "time", "error_estimate", "static_force", "residual_overlap"
+
 
 class Runs(NamedTuple):
     """The best of several runs.
@@ -108,11 +111,11 @@ class Runs(NamedTuple):
     def _peaks(self, contacts: npt.NDArray[np.intp]) -> tuple[ContactPeak, ...]:
         scales, motion = self.case.scales, self.motion
         forces, times = motion.forces * scales.contact_force, motion.force_times * scales.time
-        columns = (contacts, *(each[contacts] for each in (forces, times, self.errors, self.case.layout.static_forces)))
-        return tuple(
-            ContactPeak(contact=contact, peak_force=force, time=time, error_estimate=error, static_force=static)
-            for contact, force, time, error, static in zip(*(each.tolist() for each in columns), strict=True)
-        )
+        residual = np.zeros(forces.shape) if motion.residual_overlaps is None else motion.residual_overlaps
+        overlaps = scales.energy / scales.force * residual
+        columns = (forces, times, self.errors, self.case.layout.static_forces, overlaps)
+        rows = zip(contacts.tolist(), *(each[contacts].tolist() for each in columns), strict=True)
+        return tuple(ContactPeak(**dict(zip(_PEAK, row, strict=True))) for row in rows)
 
 
 def runs_of(case: ChainSetup) -> Runs:

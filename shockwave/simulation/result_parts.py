@@ -77,6 +77,8 @@ class ContactPeak:
         Estimated error of the force, relative to its dynamic part ``peak_force - static_force``.
     static_force : float
         Force at the contact before the shock arrives [N].
+    residual_overlap : float
+        Overlap at which the force vanishes at the end of the simulated time [m]; zero unless the contact has flowed.
     """
 
     contact: int
@@ -84,6 +86,7 @@ class ContactPeak:
     time: float
     error_estimate: float
     static_force: float = 0.0
+    residual_overlap: float = 0.0
 
     @property
     def total_error(self) -> float:
@@ -220,11 +223,40 @@ class SegmentEnergy:
         Kinetic energy of its granules and elastic energy of their contacts [J], relative to the static state. Half of
         the energy of a contact between two segments is assigned to each; that of the contact with the wall is assigned
         to the last segment.
+    dissipated : float
+        Energy dissipated at these contacts [J], assigned in the same way.
     """
 
     first: int
     last: int
     energy: float
+    dissipated: float
+
+
+@frozen(kw_only=True)
+class Dissipated:
+    """Energy dissipated within the simulated time [J].
+
+    Attributes
+    ----------
+    energy : float
+        All of it.
+    plastic : float
+        By plastic flow of contacts.
+    damping : float
+        By damping of contacts. With the contact law of a plugin, whose stored energy is not known, it includes that of
+        the contacts that are closed at the end.
+    end : float
+        By the dashpot of a movable wall.
+    bar : float
+        By waves into a bar at the end.
+    """
+
+    energy: float
+    plastic: float
+    damping: float
+    end: float
+    bar: float = 0.0
 
 
 @frozen(kw_only=True)
@@ -281,6 +313,9 @@ class Computation(Protocol):
 
     def forces(self, result: Any) -> ContactForces:
         """Greatest forces at the contacts of a finite chain of equal granules."""
+
+    def value_with_yield(self, result: Any) -> tuple[str, ...]:
+        """Sentence on the forces with elastic-plastic contacts, if they can be computed at once."""
 
     def recording(self, result: Any) -> Recording:
         """Histories that the options request."""

@@ -373,6 +373,13 @@ class Computation:
         with self._allowed(result):
             return forces_of(result)
 
+    def value_with_yield(self, result: Simulation) -> tuple[str, ...]:
+        """Sentence on the forces with elastic-plastic contacts, if they can be computed at once."""
+        from shockwave.simulation.yield_advice import value_with_yield
+
+        with self._allowed(result):
+            return value_with_yield(result)
+
     def recording(self, result: Simulation) -> Recording:
         """Histories that the options request."""
         if result.wave is None or result.options.sensors:

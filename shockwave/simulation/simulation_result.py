@@ -16,7 +16,7 @@ from shockwave.scene.scene_result import SceneResult
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.solitary_wave import SolitaryWave
-from shockwave.scene.yielding import Yielding, yielding_of
+from shockwave.scene.yielding import Yielding, warn_beyond, yielding_of
 from shockwave.simulation.measured_wave import MeasuredWave, Passage
 from shockwave.simulation.recording import Recording, plain
 from shockwave.simulation.result_parts import (
@@ -24,6 +24,7 @@ from shockwave.simulation.result_parts import (
     ContactForces,
     ContactPeak,
     Cost,
+    Dissipated,
     LeadingWave,
     SegmentEnergy,
     Structure,
@@ -39,7 +40,7 @@ if TYPE_CHECKING:  # other results do not need it
 # Attributes that the document contains under their names.
 _KEYS = (
     *("scenario", "peak_force", "amplification", "error_estimate", "waves", "passages", "contacts", "greatest_force"),
-    *("transmitted", "structure", "end", "arrival_time", "applied_momentum", "applied_energy", "dissipated_energy"),
+    *("transmitted", "structure", "end", "arrival_time", "applied_momentum", "applied_energy", "dissipated"),
     *("velocities", "restitution", "segments", "end_energy", "momentum_defect", "energy_defect"),
     *("recording", "integrator", "backend", "rtol", "cost"),
 )
@@ -103,9 +104,8 @@ class Simulation(SceneResult):
         separation.
     segments : tuple of SegmentEnergy or None
         Energy in each segment at the end of the simulated time; a striker is a segment of its own.
-    dissipated_energy : float or None
-        Energy dissipated by the damping of contacts and of the wall [J]. With the contact law of a plugin, whose stored
-        energy is not known, it includes that of the contacts that are closed at the end.
+    dissipated : Dissipated or None
+        Energy dissipated by contacts and by the wall.
     end_energy : float or None
         Kinetic and elastic energy of a movable wall and its spring [J]; None without one.
     first_yield : Yielding or None
@@ -134,7 +134,7 @@ class Simulation(SceneResult):
     restitution: float | Any = None
     segments: tuple[SegmentEnergy, ...] | Any = None
     applied_energy: float | Any = None
-    dissipated_energy: float | Any = None
+    dissipated: Dissipated | Any = None
     end_energy: float | Any = None
     first_yield: Yielding | None = None
 
@@ -317,18 +317,23 @@ class Simulation(SceneResult):
     def first_warnings(self) -> tuple[str, ...]:
         """Warnings of unusual values, the accuracy of the first numbers, and their first yield."""
         beyond = self.first_yield if self.wave is None else yielding_of(self.chain, self.wave.peak_force)
-        return (*self._run_warnings, *(beyond.warnings if beyond else ()))
+        return (*self._run_warnings, *warn_beyond(beyond, self.chain))
 
     @property
     def wave_warnings(self) -> tuple[str, ...]:
         """Warnings of the first numbers and of forces beyond first yield, and of the train if it was requested."""
         train = self.train.warnings if self.options.waves == "train" else ()
-        return (*self._run_warnings, *train, *(self.yielding.warnings if self.yielding else ()))
+        return (*self._run_warnings, *train, *warn_beyond(self.yielding, self.chain))
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings of all numbers: the first ones, the waves if they were requested, the passages and the histories."""
-        return (*self.wave_warnings, *self._passages[1], *self._recording[1])
+        return (*self.wave_warnings, *self.value_with_yield, *self._passages[1], *self._recording[1])
+
+    @cached_property
+    def value_with_yield(self) -> tuple[str, ...]:
+        """Sentence on the forces with elastic-plastic contacts, where warnings name them and the chain is short."""
+        return self.computation.value_with_yield(self) if warn_beyond(self.yielding, self.chain) else ()
 
     @property
     def _run_warnings(self) -> tuple[str, ...]:

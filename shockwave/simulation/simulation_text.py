@@ -160,10 +160,21 @@ def _answer_of_forces(result: Simulation) -> Iterator[tuple[str, str]]:
         yield "free end", f"granules that fly off: {_speeds(result.spall_velocities, 'the last granule')}"
     if result.yielding is not None:
         yield from result.yielding.facts()
+    if result.chain.is_plastic:
+        yield "plastic flow", _flow(result)
     arrival = result.arrival_time
     wave = "does not reach the end" if arrival is None else f"arrives at {si(arrival, 's', _PEAK_TIME_DIGITS)}"
     wave = "" if result.chain.count is None else f"; the leading wave {wave}"
     yield "simulated", f"to {si(result.end, 's', _PEAK_TIME_DIGITS)}{wave}"
+
+
+def dissipated_text(result: Simulation) -> str:
+    """The dissipated energy, and its parts if there are several."""
+    whole = result.dissipated.energy
+    parts = {name: getattr(result.dissipated, name) for name in ("plastic", "damping", "end", "bar")}
+    shown = ", ".join(f"{name} {si(value, 'J')}" for name, value in parts.items() if value)
+    each = f": {shown}" if "," in shown else f", all {shown.split()[0]}"
+    return f"{si(whole, 'J')} ({whole / result.applied_energy:.1%}){each}"
 
 
 def _rebound(result: Simulation) -> str:
@@ -211,9 +222,8 @@ def balances(result: Simulation) -> Iterator[tuple[str, str]]:
         yield "applied momentum", momentum
         if result.yielding is not None:
             yield from result.yielding.facts()
-    if result.dissipated_energy:
-        share = result.dissipated_energy / result.applied_energy
-        yield "dissipated", f"{si(result.dissipated_energy, 'J')} ({share:.1%})"
+    if result.dissipated is not None and result.dissipated.energy:
+        yield "dissipated", dissipated_text(result)
     yield "balance", balance_text(result)
 
 
@@ -281,6 +291,14 @@ def _short_table(header: Sequence[str], items: Sequence[_Item], row: Callable[[_
     shown = choose_items(items)
     note = f"\n  ({len(shown)} of {len(items)} rows; --wide shows all)" if len(shown) < len(items) else ""
     return table(header, map(row, shown)) + note
+
+
+def _flow(result: Simulation) -> str:
+    """Number of yielded contacts, the largest residual overlap among those reported, and the dissipated energy."""
+    count = 0 if result.yielding is None else result.yielding.yielded_contacts
+    deepest = max(peak.residual_overlap for peak in result.contacts)
+    share = result.dissipated.plastic / result.applied_energy
+    return f"{count} contacts, residual overlap up to {si(deepest, 'm', 3)}, {share:.1%} of the energy"
 
 
 def _row(peak: ContactPeak, place: str) -> tuple[str, ...]:

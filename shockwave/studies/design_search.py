@@ -60,7 +60,7 @@ def design(
         Requirements such as ``"transmitted.peak_force <= 60 N"``: a quantity, ``=``, ``<=`` or ``>=``, and a value. A
         mapping of one quantity to a number in SI units or text is an equality. Quantities have the names of the JSON
         of a simulation: peak_force, amplification, momentum, energy, speed, width, granule_velocity (leading wave),
-        greatest_force.peak_force, transmitted.peak_force, transmitted.impulse, dissipated_energy, restitution,
+        greatest_force.peak_force, transmitted.peak_force, transmitted.impulse, dissipated.energy, restitution,
         yield.peak_ratio, contacts[0].peak_force for the first of the reported contacts; and chain.mass, chain.length.
     least : str, optional
         Quantity to minimise; by default chain.mass where the best option is searched.

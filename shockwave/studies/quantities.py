@@ -114,8 +114,8 @@ def figures_of_scene(
 
 def targets_of(contacts: Sequence[int]) -> dict[str, Quantity]:
     """Quantities by their names, for a scenario that reports these contacts."""
-    targets = (*table.GRANULES, *_OF_LIMIT, *_OF_FORCES, *table.YIELD, *table.STEADY_WAVE, *contact_forces(contacts))
-    return {each.name: each for each in targets}
+    targets = (*table.GRANULES, *_OF_LIMIT, *_OF_FORCES, *table.YIELD, *table.PLASTIC, *table.STEADY_WAVE)
+    return {each.name: each for each in (*targets, *contact_forces(contacts))}
 
 
 def quantities_of(scenario: Scenario, result: Any) -> list[Quantity]:

@@ -64,10 +64,10 @@ class Answer(NamedTuple):
     def notes(self) -> str | None:
         """All warnings, then the notes on a record."""
         if self.simulated is not None:
-            return remarks_of(self.simulated.warnings, self.simulated.notes)
+            return remarks_of(self.simulated.wave_warnings, self.simulated.notes)
         assert self.predicted is not None
         unknown = (f"No answer: {self.predicted.reason}.",) * (self.predicted.reason is not None)
-        return remarks_of((*unknown, *self.predicted.warnings), self.predicted.notes)
+        return remarks_of((*unknown, *self.predicted.first_warnings), self.predicted.notes)
 
 
 def columns_of(run: Run, train: bool, finite: bool = False) -> tuple[Quantity, ...]:
@@ -93,8 +93,9 @@ def chain_columns(scenario: Scenario, run: Run, section4: bool) -> tuple[Quantit
     striker = () if scenario.impact is None else quantities.STRIKER
     contacts = quantities.contact_forces(scenario.simulate.contacts)
     equal = {"compare": quantities.COMPARED, "predict": quantities.PREDICTED}.get(run, ()) if section4 else ()
-    forces = (*quantities.FORCES, *wall, *quantities.FORCES_ERROR, *striker, *quantities.DISSIPATED, *contacts)
-    return (*forces, *equal, *quantities.NOTES)
+    plastic = quantities.PLASTIC if scenario.chain.is_plastic else ()
+    forces = (*quantities.FORCES, *wall, *quantities.FORCES_ERROR, *striker, *quantities.DISSIPATED, *plastic)
+    return (*forces, *contacts, *equal, *quantities.NOTES)
 
 
 def column_of(quantity: Quantity) -> Column:

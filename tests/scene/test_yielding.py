@@ -12,7 +12,7 @@ import pytest
 import shockwave as sw
 from shockwave.base.errors import InvalidValueError
 from shockwave.registry.registry import load
-from shockwave.scene.yielding import yielding_of
+from shockwave.scene.yielding import Yielding, warn_beyond, yielding_of
 from support.command_line import scenario, shockwave
 
 #: The beads of the two published figures.
@@ -57,6 +57,39 @@ def test_an_elastic_chain_refuses_forces_beyond_first_yield(chain: sw.Chain) -> 
     assert sw.simulate(shock(5.0), chain).yielding is not None
     with pytest.raises(InvalidValueError, match=BEYOND):
         sw.simulate(shock(400.0), chain)
+
+
+@pytest.mark.parametrize(
+    ("chain", "ratio", "parts"),
+    [
+        (
+            BEADS,
+            8.0,
+            ("8 times that of first yield. Up to about 9 times", "The peak force is an upper limit"),
+        ),
+        (
+            BEADS,
+            10.0,
+            ("Beyond about 9 times", "chain.contact: {model: elastic-plastic} includes yield."),
+        ),
+        (attrs.evolve(BEADS, granules=5), 10.0, ("smaller. chain.contact: {model: elastic-plastic} includes yield.",)),
+        (
+            attrs.evolve(BEADS, granules=5, damping=sw.Dashpot(coefficient=1.0)),
+            10.0,
+            ("elastic-plastic} includes yield, without damping.",),
+        ),
+        (attrs.evolve(BEADS, packing="hexagonal"), 10.0, ("Beyond about 9 times",)),
+    ],
+    ids=["endless-unloading", "endless-flow", "finite", "damped", "packing"],
+)
+def test_the_warning_says_what_differs_and_how_to_include_it(
+    chain: sw.Chain, ratio: float, parts: tuple[str, ...]
+) -> None:
+    yielding = Yielding(first_yield_force=1.0, peak_ratio=ratio, elastic_ratio=ratio)
+    (warning,) = warn_beyond(yielding, chain)
+    assert all(part in warning for part in parts)
+    assert (warning.endswith("smaller.")) is (chain.packing is not None)
+    assert warn_beyond(attrs.evolve(yielding, elastic_ratio=1.0), chain) == warn_beyond(None, chain) == ()
 
 
 def test_a_greater_force_than_that_of_the_leading_wave_counts() -> None:

@@ -50,7 +50,7 @@ def test_draws_are_simulations_of_their_scenes(file: Path) -> None:
     values = {name: float(column[7]) for name, column in found.values.items()}
     own = Family(scenario).scenario(values)
     known = sw.simulate(own.shock, own.chain, rtol=1e-8, contacts=[0, 4])
-    names = [WALL_FORCE, "transmitted.impulse", GREATEST, "dissipated_energy", "contacts[1].peak_force"]
+    names = [WALL_FORCE, "transmitted.impulse", GREATEST, "dissipated.energy", "contacts[1].peak_force"]
     errors = {one.name: one.model_error for one in found.quantities}
     for name in names:
         reached = figures_of(target_named(name, [0, 4], "target"), known)
