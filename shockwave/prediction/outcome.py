@@ -192,7 +192,7 @@ class Outcome(SceneResult):
             return float(shock.peak_force * shock.rise_time * shock.profile.total_area)
         material = self.excitation.material or self.chain.material
         striker = Chain(material=material, radius=self.excitation.radius or self.chain.radius)
-        return striker.granule_mass * self.excitation.velocity
+        return striker.granule_mass * self.excitation.speed(self.chain.gravity)
 
     # ---------------------------------------------------------------- section 4
 

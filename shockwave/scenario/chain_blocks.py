@@ -53,7 +53,8 @@ END = (
 )
 #: Keys of the ``impact`` block.
 IMPACT = (
-    _keys(Impact)["velocity"],
+    evolve(_keys(Impact)["velocity"], required=True),
+    evolve(_keys(Impact)["drop_height"], instead_of=("velocity",)),
     Key("diameter", spec=evolve(_DIAMETER, meaning="diameter of the striker, by default that of the chain")),
     evolve(_keys(Impact)["radius"], instead_of=("diameter",)),
     _MATERIAL,

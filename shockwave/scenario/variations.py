@@ -29,7 +29,7 @@ _SHAPE = "shock.parameters"
 _RESHAPING = ("shock.profile", "shock.duration_ratio")
 # Block of a striker, and the numbers there.
 _IMPACT = "impact"
-_STRIKER = ("impact.velocity", "impact.diameter", "impact.radius")
+_STRIKER = ("impact.velocity", "impact.drop_height", "impact.diameter", "impact.radius")
 
 
 @define(eq=False)

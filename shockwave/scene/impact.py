@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 from attrs import field, frozen
 
+from shockwave.base.errors import InvalidValueError
 from shockwave.base.quantity_fields import SIZES, Number, Value, quantity, radius_of
+from shockwave.base.units import STANDARD_GRAVITY
 from shockwave.scene.material import Material, check_material, material_of
+
+# Up to the speed of light, from far below any that is measured, so that forces and times are floats.
+_VELOCITIES = {"at_least": 1e-20, "at_most": 299_792_458.0}
+_HEIGHTS = {"at_least": 1e-40, "at_most": 1e9}
 
 
 @frozen(kw_only=True, init=False)
@@ -14,8 +23,11 @@ class Impact(Value):
 
     Parameters
     ----------
-    velocity : float
+    velocity : float, optional
         Velocity of the striker towards the chain [m/s], from 1e-20 to the speed of light.
+    drop_height : float, optional
+        Height of its fall [m], instead of the velocity: sqrt(2 g h), with g of the chain or, without gravity along the
+        chain, 9.80665 m/s^2. Exactly one of the two must be given.
     radius, diameter : float, optional
         Size of the striker [m], at most one of them; by default that of the chain.
     material : Material or str, optional
@@ -24,7 +36,7 @@ class Impact(Value):
     Raises
     ------
     InvalidValueError
-        If a value is out of range, or both sizes are given.
+        If a value is out of range, both sizes are given, or not exactly one of velocity and drop height.
 
     Examples
     --------
@@ -36,18 +48,28 @@ class Impact(Value):
     '1.185 N'
     """
 
-    # up to the speed of light, from far below any that is measured, so that forces and times are floats
-    velocity: float = quantity("m/s", "velocity of the striker", at_least=1e-20, at_most=299_792_458.0)
+    velocity: float | Any = quantity("m/s", "velocity of the striker", within=_VELOCITIES, default=None)
+    drop_height: float | None = quantity("m", "height of the fall of the striker", within=_HEIGHTS, default=None)
     radius: float | None = quantity("m", "radius of the striker", within=SIZES, default=None)
     material: Material | None = field(default=None, converter=material_of, validator=check_material)
 
     def __init__(
         self,
         *,
-        velocity: Number,
+        velocity: Number | None = None,
+        drop_height: Number | None = None,
         radius: Number | None = None,
         diameter: Number | None = None,
         material: Material | str | None = None,
     ) -> None:
         size = radius_of(radius, diameter)
-        self.__attrs_init__(velocity=velocity, radius=size, material=material)  # type: ignore[arg-type]
+        self.__attrs_init__(velocity=velocity, drop_height=drop_height, radius=size, material=material)  # type: ignore[arg-type]
+        if (velocity is None) == (drop_height is None):
+            got = "nothing" if velocity is None else "both"
+            raise InvalidValueError.of("velocity", f"must be given, or drop_height, but not both (got {got})")
+
+    def speed(self, gravity: float) -> float:
+        """Velocity towards a chain with this gravity along it [m/s]."""
+        if self.drop_height is None:
+            return float(self.velocity)
+        return math.sqrt(2 * (gravity or STANDARD_GRAVITY) * self.drop_height)

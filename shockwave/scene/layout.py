@@ -132,7 +132,7 @@ class Layout:
             damping_coefficients=coefficients,
             damping_powers=powers,
             wall=wall,
-            velocity=excitation.velocity if isinstance(excitation, Impact) else 0.0,
+            velocity=excitation.speed(chain.gravity) if isinstance(excitation, Impact) else 0.0,
             weight=chain.gravity * float(masses[0]) if isinstance(excitation, Impact) else 0.0,
             law=plugins[0][0] if plugins else None,
             law_contacts=np.any([at for _, at in plugins], axis=0) if plugins else np.zeros(static.shape, dtype=bool),

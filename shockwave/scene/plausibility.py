@@ -65,7 +65,7 @@ def _values(excitation: Any, chain: Any) -> Iterator[tuple[str, str, float]]:
         yield "shock", "peak_force", excitation.peak_force
         yield "shock", "rise_time", excitation.rise_time
     else:
-        yield "impact", "velocity", excitation.velocity
+        yield "impact", "velocity", excitation.speed(chain.gravity)
         yield from _sphere("impact", excitation)
     yield from _sphere("chain", chain)
     if chain.end is not None:

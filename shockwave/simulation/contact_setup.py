@@ -248,7 +248,7 @@ def _scales(layout: Layout, excitation: Shock | Impact, chain: Chain) -> Scales:
 
     if isinstance(excitation, Impact):
         # (m^p v^2p k)^(1/(p+1)), factor by factor so that no intermediate power overflows
-        force = mass ** (power / (power + 1)) * excitation.velocity ** (2 * power / (power + 1))
+        force = mass ** (power / (power + 1)) * layout.velocity ** (2 * power / (power + 1))
         return of(force * stiffness ** (1 / (power + 1)) + layout.weight)
     scales = of(excitation.peak_force)
     strength = scales.rise_time(excitation.rise_time) * excitation.profile.total_area / MOMENTUM

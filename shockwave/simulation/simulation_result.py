@@ -86,14 +86,10 @@ class Simulation(SceneResult):
         Waves and rebounding granules, if they were measured at once.
     forces : ContactForces or None
         Greatest forces at the contacts, if they were computed at once.
-    transmitted : Transmitted or None
-        Force on the wall; None if the end is free.
-    structure : Structure or None
-        Greatest displacement, acceleration and spring force of a movable end; None without one.
-    end : float or None
-        End of the simulated time [s].
-    arrival_time : float or None
-        Time at which the leading wave reaches the last contact [s]; None if it does not.
+    transmitted, structure : Transmitted, Structure or None
+        Force on the wall, and greatest motion of a movable end; None without one.
+    end, arrival_time : float or None
+        End of the simulated time, and time at which the leading wave reaches the last contact, if it does [s].
     velocities : tuple of float or None
         Velocities of all granules at the end of the simulated time [m/s], the striker first; in an endless chain, of
         those that the waves have reached.
@@ -164,8 +160,7 @@ class Simulation(SceneResult):
     def error_estimate(self) -> float:
         """Relative error estimate of ``peak_force``; without one, the largest of reported contacts and structure."""
         if self.wave is None:
-            parts = self.contacts if self.structure is None else (*self.contacts, self.structure)
-            return max(part.error_estimate for part in parts)
+            return max(float(part.error_estimate) for part in (*self.contacts, self.structure) if part is not None)
         return self.wave.error_estimate
 
     @cached_property
@@ -397,8 +392,8 @@ class Simulation(SceneResult):
         )
         ends = {name: None if unknown else plain(getattr(self, name)) for name in _ENDS}
         options = {"wave_threshold": self.options.wave_threshold, "step": self.options.step}
-        others = {"yield": plain(self.yielding), "scene": self.scene.summary().to_dict()}
-        others["verdict"] = plain_verdict(self)
+        others = {"yield": plain(self.yielding), "verdict": plain_verdict(self)}
+        others["scene"] = self.scene.summary().to_dict()
         document = VERSION | {name: plain(getattr(self, name)) for name in _KEYS}
         others |= {"warnings": [*self.warnings, *self._forces.warnings], "notes": list(self.notes)}
         return {**document, **ends, **options, **others}
