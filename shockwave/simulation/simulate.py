@@ -345,11 +345,9 @@ def _measure(problem: ChainProblem, scales: Scales, setup: Setup) -> Answer:
 
 @frozen
 class Computation:
-    """Computes the parts of results that are rarely needed, by modules that are imported then; see `Simulation`.
+    """Computes the parts of results that are rarely needed, by modules that are imported then; see `Simulation`."""
 
-    ``limit`` is the time limit of the whole scene [s].
-    """
-
+    #: Time limit of the whole scene [s].
     limit: float | None
 
     def train(self, result: Simulation) -> Train:

@@ -271,6 +271,7 @@ IN_SWEEPS: dict[str, Any] = {
     "`waves: train`": quantities.TRAIN,
     "finite chains": quantities.FINITE,
     "other chains": (*quantities.FORCES[1:], *quantities.FORCES_ERROR, *quantities.DISSIPATED),
+    "other chains with elastic-plastic contacts": quantities.PLASTIC,
     "other chains with a wall": quantities.WALL,
     "other chains with a movable end": quantities.STRUCTURE,
     "other chains with a striker": quantities.STRIKER,
