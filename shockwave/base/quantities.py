@@ -217,8 +217,10 @@ GRANULES = _from(
 # Units of further numbers in results.
 _OTHERS = {
     "N": ("force", "forces", "wall_force", "static_force", "first_yield_force", "roots"),
-    "J": ("kinetic_energy", "contact_energy", "applied_energy", "end_energy", "dissipated")
-    + ("dissipated.damping", "dissipated.end", "dissipated.bar"),
+    "J": (
+        *("kinetic_energy", "contact_energy", "applied_energy", "end_energy"),
+        *("dissipated", "dissipated.damping", "dissipated.end", "dissipated.bar"),
+    ),
     "m/s": ("velocity", "velocities", "recoil_velocities", "spall_velocities"),
     "s": ("times", "end", "arrival_time", "seconds"),
     "m": ("displacements", "residual_overlap"),

@@ -169,7 +169,7 @@ _LIST = [
 _NEW = [
     option("--profile PROFILE", "profile of the shock (default: half-sine; with --full: power-law)"),
     option("--full", "write every key with its meaning"),
-    option("--example EXAMPLE", "write an example", **one_of("wall", "striker", "record")),
+    option("--example EXAMPLE", "write an example", **one_of("wall", "striker", "record", "plastic")),
     option("-o --output FILE", "write to FILE, which must not exist (default: stdout)"),
 ]
 _SCHEMA = [option("-o --output FILE", "write to FILE (default: stdout)")]

@@ -19,6 +19,7 @@ from shockwave.pictures.figure_files import figure as figure
 from shockwave.pictures.figure_files import save as save
 from shockwave.pictures.figure_files import svg as svg
 from shockwave.pictures.finite_chains import chain_map as chain_map
+from shockwave.pictures.finite_chains import force_overlap as force_overlap
 from shockwave.pictures.finite_chains import peak_forces as peak_forces
 from shockwave.pictures.finite_chains import wall_force as wall_force
 from shockwave.pictures.picture_elements import METHODS as METHODS

@@ -12,6 +12,9 @@ from shockwave.pictures.colour_maps import reach_of
 from shockwave.pictures.figure_files import canvas
 from shockwave.pictures.picture_elements import GREEN, GREY, METHODS, add_legend, draw_limit, halo, label_axis
 from shockwave.pictures.waves import field_of_forces, find_histories
+from shockwave.scene.scene import Scene
+from shockwave.scene.simulate_options import SimulateOptions
+from shockwave.simulation.simulate import simulate_scene
 from shockwave.simulation.simulation_result import Simulation
 
 if TYPE_CHECKING:
@@ -19,6 +22,9 @@ if TYPE_CHECKING:
 
 # Most borders of a picture; of a chain with more, such as a repeated cell, none is drawn.
 _MOST_BORDERS = 12
+# Points of a curve of Hertz's law, and tolerance of the forces with elastic contacts, finer than a line.
+_CURVE = 200
+_ELASTIC_RTOL = 1e-4
 # Height at which a growing impulse ends, below a limit near the top of the axes.
 _ENDS = 0.65
 
@@ -30,7 +36,8 @@ def peak_forces(result: Simulation, *, ax: Axes | None = None) -> Axes:
     ----------
     result : Simulation
         Result of a simulation; force in N. A static force is a dotted line, the force on a wall a square. Contacts that
-        are far apart are not connected. A limit is that of the transmitted force.
+        are far apart are not connected. A limit is that of the transmitted force. Of a chain with elastic-plastic
+        contacts, the forces with elastic ones are shown, too, which are simulated here.
     ax : Axes, optional
         Axes to draw on; default: those of a new figure.
 
@@ -49,6 +56,10 @@ def peak_forces(result: Simulation, *, ax: Axes | None = None) -> Axes:
     static = np.array([peak.static_force for peak in result.contacts])
     with canvas(ax, result, x="contact", y="greatest force", from_zero=True) as ax:
         ax.plot(contacts, forces, marker + ("-" if joined else ""), markersize=2.5, label="greatest force", **look)
+        if result.chain.is_plastic:
+            elastic = {peak.contact: peak.peak_force for peak in _elastic(result).contacts}
+            values = [elastic[contact] for contact in contacts.tolist()]
+            ax.plot(contacts, values, "--" if joined else "_", color=METHODS["elastic"], linewidth=1.1, label="elastic")
         if static.any():
             ax.plot(contacts, static, ":" if joined else "_", color=GREY, linewidth=1.0, label="static force")
         if result.transmitted is not None:
@@ -61,6 +72,40 @@ def peak_forces(result: Simulation, *, ax: Axes | None = None) -> Axes:
         _borders(ax, result, vertical=True)
         ax.set_xlim(-0.5, (result.scene.contact_count or len(contacts)) - 0.5)
         ax.locator_params(axis="x", integer=True)
+        return ax
+
+
+def force_overlap(result: Simulation, contact: int, *, ax: Axes | None = None) -> Axes:
+    """Draw the force at a contact against its overlap, with Hertz's law.
+
+    Parameters
+    ----------
+    result : Simulation
+        Result of a finite chain with ``forces`` and ``field`` recorded; overlap in m, force in N.
+    contact : int
+        The contact; its force must be recorded.
+    ax : Axes, optional
+        Axes to draw on; default: those of a new figure.
+
+    Raises
+    ------
+    InvalidValueError
+        If the forces or the displacements were not recorded, or the contact is none of those recorded.
+    """
+    histories = find_histories(find_histories(result, "forces"), "field")
+    if result.chain.count is None or contact not in histories.contacts:
+        got = f"got {contact}; recorded are {', '.join(map(str, histories.contacts)) or 'none'}"
+        raise InvalidValueError.of("contact", f"must be a recorded contact of a finite chain ({got})")
+    layout, x = result.scene.layout, np.asarray(histories.displacements)
+    behind = x[:, contact + 1] if contact + 1 < x.shape[1] else 0.0
+    overlaps = layout.overlaps[contact] + x[:, contact] - behind
+    forces = np.asarray(histories.forces)[:, histories.contacts.index(contact)]
+    k, p = layout.pairs.stiffnesses[contact], layout.pairs.exponents[contact]
+    with canvas(ax, result, x="overlap", y="contact force", from_zero=True) as ax:
+        look: dict[str, Any] = {"color": METHODS["simulation"], "linewidth": 1.1, "label": "simulation"}
+        ax.plot(overlaps[overlaps > 0], forces[overlaps > 0], **look)
+        curve = np.linspace(0.0, (forces.max() / k) ** (1 / p), _CURVE)
+        ax.plot(curve, k * curve**p, "--", color=METHODS["elastic"], linewidth=1.1, label="elastic")
         return ax
 
 
@@ -125,6 +170,15 @@ def wall_force(result: Simulation, *, ax: Axes | None = None) -> Axes:
         right.yaxis.label.set_fontsize(ax.yaxis.label.get_fontsize())
         add_legend(ax, [*ax.get_legend_handles_labels()[0], *right.get_legend_handles_labels()[0]])
         return ax
+
+
+def _elastic(result: Simulation) -> Simulation:
+    """Result of the same scene with elastic contacts."""
+    from shockwave.scene.plastic_range import elastic_chain
+
+    scene = Scene(excitation=result.scene.excitation, chain=elastic_chain(result.chain))
+    options = result.options
+    return simulate_scene(scene, SimulateOptions(rtol=_ELASTIC_RTOL, until=options.until, contacts=options.contacts))
 
 
 def find_borders(result: Simulation) -> list[int]:

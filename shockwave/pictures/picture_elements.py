@@ -31,7 +31,7 @@ COLOURS = (BLUE, GREEN, PURPLE, ORANGE, SKY, VERMILION, GREY)
 #: Colour of a number by its origin, the same in every picture. They are distinct under deuteranopia, protanopia and
 #: tritanopia, and their contrast to white and to black is at least 3. A limit has the colour of the text.
 METHODS: Mapping[str, str] = MappingProxyType(
-    {"simulation": BLUE, "section 4": VERMILION, "shock": GREY, "warning": "#C0002A"}
+    {"simulation": BLUE, "section 4": VERMILION, "shock": GREY, "warning": "#C0002A", "elastic": GREEN}
 )
 # Colour of a warning on a dark background.
 _LIGHT_RED = "#FF7A7A"
@@ -45,6 +45,7 @@ Label: TypeAlias = str | tuple[str, str]
 _UNITS = {
     **dict.fromkeys(("time", "run time"), "s"),
     **dict.fromkeys(("force", "contact force", "greatest force", "peak force", "force on the wall"), "N"),
+    "overlap": "m",
     "energy": "J",
 }
 #: Line styles and markers distinguish lines without colour.

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import Any
+
+from attrs import evolve
 
 from shockwave.base.errors import Fault, Steps
 from shockwave.base.text import round_digits
 from shockwave.scene.chain import Chain
+from shockwave.scene.contact_law import ElasticPlastic, Hertz
 from shockwave.scene.elastic_plastic import RANGE
 from shockwave.scene.layout import STRIKER, Layout
 from shockwave.scene.material import Material
@@ -52,6 +56,19 @@ def doubtful(chain: Chain, excitation: object) -> list[Fault]:
             if any(part in body.name for part in parts):
                 faults.append(Fault(path, f"does not describe {_name(body)}: such materials {verb}."))
     return faults
+
+
+def elastic_chain(chain: Chain) -> Chain:
+    """The chain with Hertz's law at its elastic-plastic contacts."""
+
+    def elastic(part: Any) -> Any:
+        if isinstance(part, Cell):
+            return evolve(part, cell=[elastic(segment) for segment in part.cell])
+        return evolve(part, contact=Hertz()) if isinstance(part.contact, ElasticPlastic) else part
+
+    granules = [*map(elastic, chain.granules)] if isinstance(chain.granules, tuple) else chain.granules
+    contact = None if isinstance(chain.contact, ElasticPlastic) else chain.contact
+    return evolve(chain, granules=granules, contact=contact)
 
 
 def _contacts(chain: Chain, layout: Layout) -> Iterator[tuple[Steps, str, float, list[str]]]:

@@ -16,7 +16,7 @@ from support.command_line import shockwave
 from support.texts import schema_faults
 
 PROFILES = [entry.name for entry in built_ins.ENTRIES["profiles"]]
-EXAMPLES = ("wall", "striker", "record")
+EXAMPLES = ("wall", "striker", "record", "plastic")
 WAYS = {
     "plain": [],
     "full": ["--full"],
