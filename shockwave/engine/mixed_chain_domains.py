@@ -92,7 +92,10 @@ class _Parts:
         self.steps = self.evaluations = self.effort = self.work = self.rebound = self.impulse = 0.0
         self.next_sample = 0
         self.extremes = contacts.job.found[EXTREMES].tolist()
-        self.stiff = contacts.k ** (1 / contacts.p)
+        if self.job.plastic.size:
+            from shockwave.engine.mixed_chain_plastic import Plasticity
+
+            contacts.flow = Plasticity(contacts, self.job)
         self.viscous = self.spans_under(1.0)[1]
 
     @property
@@ -135,11 +138,16 @@ class _Parts:
     def span(self, state: _State) -> float:
         """Time in which a change does not pass the margin of a part."""
         own, p = self.own, self.own.p
-        energies = np.where((state.d > 0) | (state.w > 0), self.stiff * state.square / self.both, 0.0)
+        stiff = self.stiffest(0.0) ** (1 / p)
+        energies = np.where((state.d > 0) | (state.w > 0), stiff * state.square / self.both, 0.0)
         force = float((((p + 1) / 2 * energies) ** (p / (p + 1))).max()) + float(own.static.max()) + own.weight
         if self.driven:
             force = max(force, own.strength)
         return min(self.spans_under(max(_RISE * force, _TINY)))
+
+    def stiffest(self, force: float) -> FloatArray:
+        """Largest k of each contact at forces up to this one, or as now."""
+        return self.own.k if self.own.flow is None else self.own.flow.stiffest(force)
 
     def spans_under(self, force: float) -> tuple[float, float]:
         """Times in which a change does not pass the elastic contacts, and the dashpots, of a margin.
@@ -148,14 +156,15 @@ class _Parts:
         with (g t)^M/M!. The ``force`` is the greatest one.
         """
         own, p = self.own, self.own.p[:-1]
+        stiff = self.stiffest(force)[:-1] ** (1 / p)
         mobile = np.sqrt(own.inverse[:-1] * own.inverse[1:])
         leak, share = math.log(_LEAK * own.tolerance), 2.0 if own.damped else 1.0
         reach = math.exp((math.lgamma(2 * _MARGIN + 1) + leak) / (2 * _MARGIN))
-        elastic = reach / math.sqrt(share * _strongest(p * self.stiff[:-1] * force ** (1 - 1 / p) * mobile))
+        elastic = reach / math.sqrt(share * _strongest(p * stiff * force ** (1 - 1 / p) * mobile))
         if not own.damped:
             return elastic, math.inf
         reach = math.exp((math.lgamma(_MARGIN + 1) + leak) / _MARGIN)
-        overlaps = force ** (1 / p) / np.maximum(self.stiff[:-1], _TINY)
+        overlaps = force ** (1 / p) / np.maximum(stiff, _TINY)
         return elastic, reach / (share * _strongest(own.c[:-1] * overlaps ** own.q[:-1] * mobile))
 
     def live(self, state: _State, span: float) -> npt.NDArray[np.bool_]:
@@ -222,7 +231,10 @@ class _Parts:
             job.losses[mine] += part.losses[here]
             job.peaks[:, mine] = part.peaks[:, here]
             kept = slice(a, b - (b == high < self.bodies))
-            job.scales[:, kept] = part.scales[:, kept.start - first : kept.stop - first]
+            there = slice(kept.start - first, kept.stop - first)
+            job.scales[:, kept] = part.scales[:, there]
+            if own.flow is not None:
+                job.chain[1:5, kept], job.plastic[:, kept] = part.chain[1:5, there], part.plastic[:, there]
             shown[:, :, mine] = part.samples[:, :, here]
         x[-1] = v[-1] = 0.0
         job.x[:], job.v[:], self.sizes = x, v, sizes
@@ -261,10 +273,14 @@ class _Parts:
             watched=watched,
             found=np.array([0.0, self.time, arrival, 0.0, 0.0, 0.0, self.rebound, 0.0, 0.0, 0.0, *extremes]),
             table=table,
+            plastic=job.plastic[:, first : high + 1].copy(),
+            loading=job.loading,
             window=high - first,
         )
         part.losses[:] = 0.0
         chain, scales = part.chain, part.scales
+        if own.flow is not None:
+            part.plastic[:, [0] * (low > 0) + [-2] * (not whole)] = own.flow.elastic[:, None]
         if not whole:
             chain[1:7, -1] = 0.0, -FAR, 0.0, 0.0, -f[high - 1], 0.0
             scales[:, -1] = LARGEST

@@ -78,11 +78,17 @@ class End:
 class Flow(Protocol):
     """The modes of elastic-plastic contacts: `mixed_chain_plastic.Plasticity`, which other chains do not load.
 
-    A force has the terms ``offset`` and ``tangent`` times the change of the overlap besides that of Hertz.
+    A force has the terms ``offset`` and ``tangent`` times the change of the overlap besides that of Hertz; ``elastic``
+    is the column of a contact without modes.
     """
 
     offset: FloatArray
     tangent: FloatArray
+    elastic: FloatArray
+
+    def stiffest(self, force: float) -> FloatArray:
+        """Largest stiffness k of each contact at forces up to this one, or as now."""
+        ...
 
     def forces(self, f: FloatArray, d: FloatArray, w: FloatArray | None, low: int) -> FloatArray:
         """Replace the forces minus static ones of contacts that flow along a curve; their powers if integrated."""

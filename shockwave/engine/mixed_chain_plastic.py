@@ -144,7 +144,17 @@ class Plasticity:
         self.mode, self.reached, self.force, self.left = (rows[name] for name in ROWS[15:19])
         self.limit, self.offset, self.tangent, self.curved = (rows[name] for name in ROWS[19:])
 
+        self.elastic = np.where(np.array(ROWS) == "limit", LARGEST, 0.0)
+
     # ---------------------------------------------------------------- forces
+
+    def stiffest(self, force: float) -> FloatArray:
+        """Largest stiffness k of each contact at forces up to this one, or as now."""
+        yields = self.strength > 0
+        shared = np.where(yields, self.unit * self.strength, 1.0)
+        first = np.where(yields, self.yields, 1.0)
+        softest = unloading_stiffness(self.virgin, self.unit, shared, first, np.maximum(force, first))
+        return np.asarray(np.where(yields, np.maximum(softest, self.chain.k), self.chain.k))
 
     def load(self, j: int, mode: int, d: float, w: float) -> float:
         """Force of loading in a mode."""

@@ -164,7 +164,7 @@ class Loading:
         """K of unloading K (d - d_r)^(3/2) from these forces on."""
         finite = np.isfinite(self.strengths)
         shared = self.units * np.where(finite, self.strengths, 1.0)
-        first = np.where(finite, self.first_forces, 0.0)
+        first = np.where(finite, self.first_forces, 1.0)
         softer = unloading_stiffness(self.stiffnesses, self.units, shared, first, np.maximum(forces, first))
         return np.asarray(np.where(forces > self.first_forces, softer, self.stiffnesses))
 

@@ -1,0 +1,159 @@
+"""The engine for elastic-plastic contacts: reference chains, both codes, balances, and what thermodynamics demands."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from attrs import evolve
+
+import shockwave as sw
+from shockwave.engine import mixed_chain_domains
+from shockwave.engine.mixed_chain_assembly import Assembly
+from shockwave.engine.mixed_chain_problem import integrate
+from shockwave.simulation.contact_setup import ChainSetup
+from shockwave.simulation.convergence_runs import runs_of
+from support.fixed_steps import runge_kutta
+from support.plastic_chains import REFERENCE, plastic, reference_scenario
+
+pytestmark = pytest.mark.compiled
+
+try:
+    from shockwave.engine import _chains as compiled
+except ImportError:
+    compiled = None
+
+NAMES = list(REFERENCE["cases"])
+
+
+def setup(name: str, rtol: float, **changes: Any) -> ChainSetup:
+    scenario = reference_scenario(name)
+    return ChainSetup.of(evolve(scenario.simulate, rtol=rtol, **changes), scenario.scene)
+
+
+@pytest.mark.skipif(compiled is None, reason="without compiled code it takes long")
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6])
+@pytest.mark.parametrize("name", NAMES)
+def test_reference_chains_are_met(name: str, rtol: float) -> None:
+    runs, reference = runs_of(setup(name, rtol)), REFERENCE["cases"][name]
+    scales, motion = runs.case.scales, runs.motion
+    errors = np.abs(motion.forces * scales.force / reference["peaks"] - 1)
+    judged = runs.case.judged_contacts(motion.forces)
+    assert (errors[judged] <= reference["trust"] + rtol).all()
+    # the reference is good to its trust
+    assert (errors <= reference["trust"] + runs.errors).mean() >= 0.95
+    count = len(reference["velocities"])
+    assert np.abs(motion.v[:count] * scales.velocity - reference["velocities"]).max() < max(10 * rtol, 2e-5)
+    assert np.abs(motion.force_times * scales.time - reference["times"]).max() < 1e-2 * scales.time
+    assert not runs.missed
+
+
+MIXED: dict[str, Assembly] = {
+    "plain": plastic(6),
+    "rate": plastic(5, rate=0.03),
+    "gaps": plastic(5, overlaps=-np.linspace(0.0, 0.3, 5)),
+    "static": plastic(6, radius=300.0, overlaps=np.full(6, 1.2)),
+    "static-rate": plastic(4, radius=300.0, rate=0.03, overlaps=np.full(4, 1.2)),
+    "movable-end": plastic(
+        5, radius=300.0, inverse_masses=np.append(np.ones(5), 0.1), fixed_wall=False, end_stiffness=0.3, end_damping=0.1
+    ),
+    "mixed-laws": plastic(
+        6,
+        radius=300.0,
+        rate=0.02,
+        some=np.arange(6) % 2 == 0,
+        exponents=np.array([1.5, 1.5, 1.5, 2.0, 1.5, 1.5]),
+        damping=np.array([0.0, 0.1, 0.0, 0.2, 0.0, 0.1]),
+        damping_powers=np.array([0.0, 0.5, 0.0, 0.0, 0.0, 0.5]),
+    ),
+    "striker": plastic(6, radius=200.0, force=None, velocity=1.0),
+}
+
+
+@pytest.mark.skipif(compiled is None, reason="not compiled")
+@pytest.mark.parametrize("name", MIXED)
+def test_both_codes_agree(name: str) -> None:
+    times = np.linspace(0, 25, 5)
+    one, other = (integrate(MIXED[name], 1e-6, until=25.0, times=times, compiled=code) for code in (compiled, None))
+    assert (one.steps, one.evaluations) == (other.steps, other.evaluations)
+    for key in (
+        "forces",
+        "force_times",
+        "x",
+        "v",
+        "losses",
+        "residual_overlaps",
+        "greatest_overlaps",
+        "samples_forces",
+    ):
+        np.testing.assert_allclose(getattr(one, key), getattr(other, key), rtol=1e-10, atol=1e-12, err_msg=key)
+    assert (one.residual_overlaps > 0).any()
+
+
+@pytest.mark.parametrize("name", MIXED)
+def test_momentum_and_energy_balance(name: str) -> None:
+    chain = MIXED[name]
+    motion = integrate(chain, 1e-8, until=25.0, compiled=compiled)
+    whole = motion.work + motion.initial_energy
+    assert abs(motion.energy_balance) < 1e-6 * whole
+    assert (motion.losses >= -1e-9 * whole).all()
+    masses = 1 / chain.inverse_masses
+    given = motion.applied_impulse + chain.velocity * masses[0]
+    taken = motion.last_impulse if chain.fixed_wall else 0.0
+    if chain.end_stiffness == 0:
+        assert math.fsum((masses * motion.v).tolist()) + taken == pytest.approx(given, abs=1e-7)
+
+
+@pytest.mark.parametrize("name", ["rate", "gaps", "static", "mixed-laws"])
+def test_chains_agree_with_fixed_steps(name: str) -> None:
+    motion = integrate(MIXED[name], 1e-8, until=12.0, compiled=compiled)
+    course = runge_kutta(MIXED[name], 12.0, 0.004)
+    # the history of a contact is that at the ends of the steps
+    np.testing.assert_allclose(motion.forces, course.forces, rtol=3e-3)
+    np.testing.assert_allclose(motion.x, course.x, atol=3e-3 * np.abs(course.x).max())
+
+
+@pytest.mark.parametrize("rate", [0.0, 0.03])
+def test_a_long_chain_in_parts_moves_like_a_whole(rate: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    masses = np.random.default_rng(1).uniform(0.5, 2.0, 600)
+    chain = plastic(600, rate=rate, radius=300.0, inverse_masses=1 / masses)
+    parts = integrate(chain, 1e-7, until=60.0, compiled=compiled)
+    monkeypatch.setattr(mixed_chain_domains, "_LEAST_BODIES", 1000)
+    whole = integrate(chain, 1e-7, until=60.0, compiled=compiled)
+    passed = whole.force_times < 50.0
+    for key in ("forces", "residual_overlaps", "losses"):
+        one, other = (getattr(motion, key)[passed] for motion in (parts, whole))
+        np.testing.assert_allclose(one, other, rtol=1e-5, atol=1e-7, err_msg=key)
+    assert abs(parts.energy_balance) < 1e-6 * parts.work
+
+
+@pytest.mark.parametrize(("velocity", "restitution"), [*REFERENCE["restitution"].items()])
+def test_restitution_of_two_spheres(velocity: str, restitution: float) -> None:
+    material = sw.Material(youngs_modulus=200e9, poisson_ratio=0.3, density=7650.0, yield_strength=1896e6)
+    chain = sw.Chain(material=material, diameter=6.35e-3, granules=1, contact=sw.ElasticPlastic())
+    result = sw.simulate(sw.Impact(velocity=float(velocity)), chain, rtol=1e-8)
+    assert result.restitution == pytest.approx(restitution, abs=1e-8)
+
+
+@pytest.mark.parametrize("rate", [0.0, 0.03])
+def test_a_faster_collision_loses_more(rate: float) -> None:
+    shares = []
+    for velocity in np.geomspace(0.02, 5.0, 12).tolist():
+        chain = plastic(1, radius=300.0, rate=rate, force=None, velocity=velocity)
+        shares.append(-float(integrate(chain, 1e-9, until=60.0, compiled=compiled).v[0]) / velocity)
+    assert max(shares) <= 1 + 1e-7
+    if not rate:
+        assert (np.diff(shares) < 1e-8).all()
+    assert shares[-1] < 0.7
+
+
+def test_an_elastic_contact_among_plastic_ones_is_that_of_hertz() -> None:
+    elastic = evolve(plastic(3, strength=math.inf), plastic=None)
+    one, other = (integrate(chain, 1e-8, until=15.0) for chain in (plastic(3, strength=math.inf), elastic))
+    np.testing.assert_array_equal(one.forces, other.forces)
+    assert one.dissipated == 0
+    assert one.residual_overlaps is not None
+    assert not one.residual_overlaps.any()
+    assert other.residual_overlaps is None
