@@ -240,22 +240,23 @@ def _later_force(case: ChainSetup, motion: Motion) -> float:
         frame = _mean(v[first:], masses[first:])
         last -= _first(~(np.append(True, apart) & (v >= frame))[first:][::-1])
         frame = min(frame, _mean(v[first:last], masses[first:last]))
-    energy = math.fsum(0.5 * masses[first:last] * (v[first:last] - frame) ** 2) + math.fsum(motion.potential)
-    energy += motion.end_energy
     at_rest = (static / stiffnesses) ** (1 / assembly.exponents)
-    if assembly.weight:
-        lowered = np.cumsum((at_rest - assembly.overlaps)[::-1])[::-1]
-        energy += assembly.weight * float(lowered[0] - motion.x[0]) - math.fsum(assembly.potential(lowered))
+    overlaps = _offsets(case, motion) + (motion.x - np.append(motion.x[1:], 0.0))[: len(at_rest)]
+    powers = assembly.exponents + 1
+    stored = stiffnesses / powers * (np.maximum(overlaps, 0.0) ** powers - at_rest**powers)
+    energy = math.fsum(0.5 * masses[first:last] * (v[first:last] - frame) ** 2) + motion.end_energy
+    energy += math.fsum(stored - static * (overlaps - at_rest))
 
     def excess(overlap: float) -> float:
         stored = k * (overlap ** (p + 1) - at_rest[-1] ** (p + 1)) / (p + 1) - static[-1] * (overlap - at_rest[-1])
         return float(stored - energy)
 
+    energy = max(energy, 0.0)
     # half of the elastic energy at this overlap is enough for each of the two other terms
     upper = max((2 * (p + 1) / k * energy) ** (1 / (p + 1)), (2 * (p + 1)) ** (1 / p) * at_rest[-1])
     overlap = bracketed_root(excess, at_rest[-1], upper, "the greatest later overlap") if energy > 0 else at_rest[-1]
     behind = case.granules - 1 - (not case.has_wall)
-    closing = math.sqrt(2 * max(energy, 0)) * float(np.sum(np.sqrt(assembly.inverse_masses[behind : behind + 2])))
+    closing = math.sqrt(2 * energy) * float(np.sum(np.sqrt(assembly.inverse_masses[behind : behind + 2])))
     damping = float(assembly.damping[-1]) * overlap ** float(assembly.damping_powers[-1]) * closing
     return float(case.scales.force * (k * overlap**p + damping))
 
