@@ -6,19 +6,18 @@ import math
 import time
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import TypeAlias, cast
+from typing import cast
 
 import numpy as np
-import numpy.typing as npt
 from attrs import asdict, evolve
 
 from shockwave.base.errors import NumericalError
-from shockwave.base.numerics import FloatArray, bracketed_root
+from shockwave.base.numerics import FloatArray
 from shockwave.base.text import si
 from shockwave.engine.backend import chosen
 from shockwave.engine.mixed_chain_problem import Motion
 from shockwave.engine.nystroem_integrators import Rkn86
-from shockwave.scene.force_limit import LAST, LATER, UNBOUNDED, UNDAMPED, WALL, WAVE, LeavingForce
+from shockwave.scene.force_limit import LAST, WALL, WAVE, LeavingForce
 from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.yielding import beyond_elastic
@@ -26,6 +25,7 @@ from shockwave.simulation.chain_histories import chain_options, count_reached
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.contact_validity import first_yield, warn_overlaps, warn_unjudged
 from shockwave.simulation.convergence_runs import runs_of, warn_missed
+from shockwave.simulation.later_forces import Flags, are_apart, later_force, later_remedy, offsets, stiffnesses
 from shockwave.simulation.movable_end import MovableEnd
 from shockwave.simulation.recording import sample_times
 from shockwave.simulation.result_parts import (
@@ -40,8 +40,6 @@ from shockwave.simulation.result_parts import (
 )
 from shockwave.simulation.simulation_result import Simulation
 from shockwave.simulation.wave_setup import scale_scene
-
-_Flags: TypeAlias = npt.NDArray[np.bool_]
 
 # Computing time of the forces at the contacts of equal granules, per squared number of granules and per characteristic
 # time of the duration of the shock [s]; the equivalents of each granule, and of each step with and without compiled
@@ -97,7 +95,7 @@ def simulate_chain(
     carried = math.fsum(motion.v[:count] / case.assembly.inverse_masses[:count])
     movable = len(motion.v) > count
     velocities, masses = scales.velocity * motion.v[:count], case.layout.masses
-    apart = _apart(motion.x[:count], motion.v[:count], _offsets(case, motion))
+    apart = are_apart(motion.x[:count], motion.v[:count], offsets(case, motion))
     loaded = bool(case.layout.static_forces.any())
     rebounding = None if loaded else _leaving_velocities(-velocities, apart)
     spalls = None if loaded or case.has_wall else _leaving_velocities(velocities[::-1], apart[::-1])
@@ -105,7 +103,7 @@ def simulate_chain(
     yielding = first_yield(case, motion)
     if error := beyond_elastic(chain, lambda: yielding):
         raise error
-    endless, later = chain.count is None, _later_force(case, motion)
+    endless, later = chain.count is None, later_force(case, motion)
     end = MovableEnd.of(runs) if case.has_wall else None
     reached = count_reached(motion.v) if endless else count
     leaving = LeavingForce(name=WAVE, remedy="simulate a finite chain")
@@ -113,7 +111,7 @@ def simulate_chain(
         arrived = motion.arrival is not None
         leaving = last_force(WALL if case.has_wall else LAST, runs.peak(-1), arrived, later)
         spring = None if end is None else end.leaving(arrived)
-        remedy = _later_remedy(case, motion, later)
+        remedy = later_remedy(case, motion, later)
         leaving = evolve(leaving, later_remedy=remedy, spring=spring and evolve(spring, later_remedy=remedy))
     recoil = None if rebounding is None else 0.0 - math.fsum(masses[: len(rebounding)] * rebounding)
     return Simulation(
@@ -181,21 +179,21 @@ def forces_of(result: Simulation) -> ContactForces:
             took = f"the integration of {granules} granules would take about {seconds:.0f} s or more"
             raise NumericalError(f"{took} (set until or a timeout to integrate all the same)")
     runs = runs_of(ChainSetup.of(options, result.scene))
-    leaving = last_force(LAST, runs.peak(-1), runs.motion.arrival is not None, _later_force(runs.case, runs.motion))
+    leaving = last_force(LAST, runs.peak(-1), runs.motion.arrival is not None, later_force(runs.case, runs.motion))
     return ContactForces(contacts=runs.reported, greatest=runs.greatest, leaving=leaving, warnings=tuple(warnings))
 
 
 # ---------------------------------------------------------------- parts of the result
 
 
-def _warn_unfinished(case: ChainSetup, motion: Motion, velocities: FloatArray, apart: _Flags) -> Iterator[str]:
+def _warn_unfinished(case: ChainSetup, motion: Motion, velocities: FloatArray, apart: Flags) -> Iterator[str]:
     """Warnings of results that may change after the end of the simulated time."""
     if motion.arrival is None and case.scene.chain.count is not None:
         last = "wall" if case.has_wall else "last contact"
         yield f"The leading wave has not reached the {last} by the end of the simulated time (extend until)."
     if case.has_wall and not case.layout.law_contacts[-1]:
         closing = motion.x[case.granules - 1] - (motion.x[case.granules] if len(motion.x) > case.granules else 0.0)
-        stiffness, overlap = _stiffnesses(case, motion)[-1], max(float(_offsets(case, motion)[-1] + closing), 0.0)
+        stiffness, overlap = stiffnesses(case, motion)[-1], max(float(offsets(case, motion)[-1] + closing), 0.0)
         excess = float(stiffness * overlap ** case.assembly.exponents[-1] - case.assembly.static_forces[-1])
         # a striker may lie on the chain
         if min(abs(excess), abs(excess - case.assembly.weight)) > _STILL_ACTING * motion.dynamic_forces[-1] > 0:
@@ -204,69 +202,6 @@ def _warn_unfinished(case: ChainSetup, motion: Motion, velocities: FloatArray, a
         others = velocities[1:]
         if others.min() < velocities[0] or (case.has_wall and others.max() > -velocities[0]):
             yield "The striker may be struck again after the simulated time: its restitution is provisional."
-
-
-def _mean(v: FloatArray, masses: FloatArray) -> float:
-    """Velocity of the centre of mass, at least 0."""
-    return max(float(np.average(v, weights=masses)), 0.0) if len(v) else 0.0
-
-
-def _first(marks: _Flags) -> int:
-    """Index of the first mark that is set; their number if there is none."""
-    return int(np.argmax(marks)) if marks.any() else len(marks)
-
-
-def _later_force(case: ChainSetup, motion: Motion) -> float:
-    """Bound of the force at the last contact after the end of the simulated time [N]; infinite where none is known.
-
-    The energy above that of the chain at rest, loaded by the weight of a striker, may all be stored in this contact,
-    except that of bodies that move away from the others.
-    """
-    assembly, force, v = case.assembly, case.assembly.force, motion.v
-    has_ended = force is None or motion.end >= force.duration
-    # the energy of the law of a plugin is not known, and a movable wall may give way under the weight
-    if not has_ended or assembly.law is not None or (assembly.weight and not assembly.fixed_wall):
-        return math.inf
-    masses, apart = 1 / assembly.inverse_masses, _apart(motion.x, v, _offsets(case, motion))
-    stiffnesses = _stiffnesses(case, motion)
-    static, k, p = assembly.static_forces + assembly.weight, stiffnesses[-1], float(assembly.exponents[-1])
-    # nothing holds the last body: a granule, or a wall without a spring
-    is_free = not (assembly.fixed_wall or assembly.end_stiffness or assembly.end_damping)
-    granules = len(v) if is_free else case.granules
-    first, last, frame = _first(~(np.append(apart[: granules - 1], True) & (v[:granules] <= 0))), len(v), 0.0
-    if static.any():  # what it acts on returns; a striker without a weight does not
-        first = min(first, int(force is None and not assembly.weight))
-    elif is_free and first < last:  # what counts is the motion relative to that of the whole
-        frame = _mean(v[first:], masses[first:])
-        last -= _first(~(np.append(True, apart) & (v >= frame))[first:][::-1])
-        frame = min(frame, _mean(v[first:last], masses[first:last]))
-    at_rest = (static / stiffnesses) ** (1 / assembly.exponents)
-    overlaps = _offsets(case, motion) + (motion.x - np.append(motion.x[1:], 0.0))[: len(at_rest)]
-    powers = assembly.exponents + 1
-    stored = stiffnesses / powers * (np.maximum(overlaps, 0.0) ** powers - at_rest**powers)
-    energy = math.fsum(0.5 * masses[first:last] * (v[first:last] - frame) ** 2) + motion.end_energy
-    energy += math.fsum(stored - static * (overlaps - at_rest))
-
-    def excess(overlap: float) -> float:
-        stored = k * (overlap ** (p + 1) - at_rest[-1] ** (p + 1)) / (p + 1) - static[-1] * (overlap - at_rest[-1])
-        return float(stored - energy)
-
-    energy = max(energy, 0.0)
-    # half of the elastic energy at this overlap is enough for each of the two other terms
-    upper = max((2 * (p + 1) / k * energy) ** (1 / (p + 1)), (2 * (p + 1)) ** (1 / p) * at_rest[-1])
-    overlap = bracketed_root(excess, at_rest[-1], upper, "the greatest later overlap") if energy > 0 else at_rest[-1]
-    behind = case.granules - 1 - (not case.has_wall)
-    closing = math.sqrt(2 * energy) * float(np.sum(np.sqrt(assembly.inverse_masses[behind : behind + 2])))
-    damping = float(assembly.damping[-1]) * overlap ** float(assembly.damping_powers[-1]) * closing
-    return float(case.scales.force * (k * overlap**p + damping))
-
-
-def _later_remedy(case: ChainSetup, motion: Motion, later: float) -> str:
-    """What lowers the bound of the ``later`` force."""
-    if later == math.inf and not case.is_undamped:
-        unfinished = case.assembly.force is not None and motion.end < case.assembly.force.duration
-        return LATER if unfinished else UNBOUNDED
-    return UNDAMPED if case.is_undamped else LATER
 
 
 def _later_warning(case: ChainSetup, motion: Motion, later: float) -> Iterator[str]:
@@ -306,32 +241,14 @@ def _dissipated(case: ChainSetup, motion: Motion) -> Dissipated:
     return Dissipated(energy=energy, plastic=plastic_energy, damping=damping, end=end)
 
 
-def _offsets(case: ChainSetup, motion: Motion) -> FloatArray:
-    """Overlaps of the contacts in the initial state, less those at which they carry no force at the end, scaled."""
-    residual = motion.residual_overlaps
-    return case.assembly.overlaps if residual is None else case.assembly.overlaps - residual
-
-
-def _stiffnesses(case: ChainSetup, motion: Motion) -> FloatArray:
-    """Stiffnesses with which the contacts unload at the end, scaled."""
-    plastic = case.assembly.plastic
-    return case.assembly.stiffnesses if plastic is None else plastic.loading.unloading(motion.forces)
-
-
-def _apart(x: FloatArray, v: FloatArray, overlaps: FloatArray) -> _Flags:
-    """Whether each contact between these bodies is open, and they do not approach each other."""
-    gaps = x[1:] - x[:-1] - overlaps[: len(x) - 1]
-    return np.asarray((gaps >= 0) & (v[:-1] <= v[1:]))
-
-
-def _leaving_velocities(outwards: FloatArray, apart: _Flags) -> FloatArray:
+def _leaving_velocities(outwards: FloatArray, apart: Flags) -> FloatArray:
     """Velocities of the granules that fly off an end, outermost first, from the outward velocities of all granules."""
     free = len(outwards) if apart.all() else int(np.argmin(apart))
     slow = outwards[:free] <= _EJECTED * np.abs(outwards).max()
     return outwards[: int(np.argmax(slow)) if slow.any() else free]
 
 
-def _restitution(case: ChainSetup, motion: Motion, velocities: FloatArray, apart: _Flags) -> float | None:
+def _restitution(case: ChainSetup, motion: Motion, velocities: FloatArray, apart: Flags) -> float | None:
     if case.layout.weight:  # it falls back
         return motion.rebound and motion.rebound / case.assembly.velocity
     if not (case.scene.shock is None and apart[0]):

@@ -6,15 +6,13 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-import numpy as np
 from attrs import frozen
 
 from shockwave.base.text import si
-from shockwave.engine.mixed_chain_problem import Motion
 from shockwave.scene.chain_end import Wall
 from shockwave.scene.force_limit import LeavingForce
-from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.convergence_runs import Runs
+from shockwave.simulation.later_forces import later_spring_force
 from shockwave.simulation.result_parts import Structure
 
 _NAMES = ("peak_displacement", "peak_acceleration", "peak_spring_force")
@@ -35,7 +33,7 @@ class MovableEnd:
         wall = runs.case.layout.wall
         if wall is None or wall.mass is None:
             return None
-        return cls(wall, runs, _structure(runs), _later_force(runs.case, runs.motion))
+        return cls(wall, runs, _structure(runs), later_spring_force(runs.case, runs.motion))
 
     def leaving(self, arrived: bool) -> LeavingForce | None:
         """The force on the ground, if there is a spring or a dashpot; ``arrived``: whether the wave has arrived."""
@@ -67,22 +65,3 @@ def _structure(runs: Runs) -> Structure:
     for name, (value, time, error) in zip(_NAMES, rows, strict=True):
         figures |= {name: value, f"{name}_time": time, f"{name}_error": error}
     return Structure(**figures)
-
-
-def _later_force(case: ChainSetup, motion: Motion) -> float:
-    """Bound of the spring force after the end of the simulated time [N]; infinite where none is known.
-
-    The greatest k x + c v for an energy E = k x^2/2 + M v^2/2 is sqrt(2 E (k + c^2/M)). Bodies that fly away from the
-    wall bring none.
-    """
-    assembly, force, x, v = case.assembly, case.assembly.force, motion.x, motion.v
-    if not assembly.movable_end:
-        return 0.0
-    if assembly.law is not None or assembly.weight or (force is not None and motion.end < force.duration):
-        return math.inf
-    gaps = x[1:] - x[:-1] - assembly.overlaps
-    away = (gaps >= 0) & (v[:-1] <= v[1:]) & (v[:-1] <= 0) & (not assembly.static_forces.any())
-    first = int(np.argmin(np.append(away, False)))
-    energy = math.fsum(motion.kinetic[first:]) + math.fsum(motion.potential) + motion.end_energy
-    stiffness = assembly.end_stiffness + assembly.end_damping**2 * float(assembly.inverse_masses[-1])
-    return float(case.scales.force * math.sqrt(2 * energy * stiffness))
