@@ -138,12 +138,10 @@ def test_the_impulse_keeps_its_digits(profile: ShockProfile) -> None:
 
 
 @pytest.mark.parametrize("profile", EXACT_CASES.values(), ids=EXACT_CASES)
-def test_float_formulas_agree_with_arrays(profile: ShockProfile) -> None:
+def test_the_force_of_one_time_is_that_of_an_array(profile: ShockProfile) -> None:
     s = [*np.linspace(0.01, 1, 9).tolist(), *np.linspace(1, profile.duration_ratio, 9)[1:].tolist()]
-    found = np.array([profile.closed_at(each) for each in s])
     # a rounding of s is multiplied by rates and exponents of some hundred
-    np.testing.assert_allclose(found[:, 0], profile.running_impulse(s), rtol=1e-12)
-    np.testing.assert_allclose(found[:, 1], profile.force(s), rtol=1e-12)
+    np.testing.assert_allclose([profile.closed_at(each)[1] for each in s], profile.force(s), rtol=1e-12)  # type: ignore[index]
 
 
 @pytest.mark.parametrize("profile", EXACT_CASES.values(), ids=EXACT_CASES)
