@@ -423,7 +423,7 @@ def test_a_folder_with_other_files_is_refused(scenario: Path, tmp_path: Path) ->
         swept(scenario, tmp_path)
 
 
-@pytest.mark.parametrize("name", ["sweep.lock", "scenario.yaml", "sweep.json", "journal.jsonl", "results.csv"])
+@pytest.mark.parametrize("name", ["sweep.lock", "scenario.yaml", "journal.jsonl"])
 def test_links_in_a_folder_lead_to_no_other_file(scenario: Path, finished: Path, tmp_path: Path, name: str) -> None:
     place = finished / name
     for target, content in ((tmp_path / "dangling", None), (tmp_path / "other", place.read_bytes())):
@@ -490,7 +490,6 @@ USAGE = {
     "no sweep": (SIMULATE, [], 3, "sweep: must be given"),
     "nothing to resume": (GRID, ["--resume"], 2, "must hold a sweep to resume"),
     "long name": (GRID, ["--output", "long" * 100], 5, ": cannot be written (File name too long)"),
-    "long name to resume": (GRID, ["--output", "long" * 100, "--resume"], 2, "must hold a sweep to resume"),
     "folder is a file": (GRID, ["--output", "scene.yaml"], 5, "scene.yaml: cannot be"),
 }
 
