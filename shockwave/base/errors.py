@@ -156,10 +156,7 @@ class UnknownNameError(ShockwaveError, LookupError):
     @classmethod
     def of(cls, kind: str, name: str, known: Iterable[str], hint: str = "") -> Self:
         """Error of a ``name`` of some ``kind``; ``hint`` is further advice."""
-        names = list(known)
-        shown = ", ".join(names if len(names) <= MOST_NAMES else [*names[:_FEW_NAMES], "..."])
-        more = f"; {hint}" if hint else ""
-        return cls(f"unknown {kind} (got {name!r}; {nearest(name, names)}known: {shown}{more})")
+        return cls(f"unknown {kind} (got {name!r}; {hint_of(name, [*known])}{f'; {hint}' * bool(hint)})")
 
 
 class PluginError(ShockwaveError):

@@ -259,8 +259,10 @@ def limits(warnings: Iterable[str]) -> list[str]:
     return [alarm(line) for warning in warnings for line in paragraph("  ! ", warning, 4)]
 
 
-def error_text(error: float) -> str:
-    """A relative error, to three digits or so."""
+def error_text(error: float | None) -> str:
+    """A relative error, to three digits or so; a dash for None."""
+    if error is None:
+        return "-"
     if abs(error) < 5e-4:
         return f"{error:+.1e}"
     return f"{error:+.2%}" if abs(error) < 0.1 else f"{error:+.1%}"

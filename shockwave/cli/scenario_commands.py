@@ -214,7 +214,7 @@ def _outcome_row(outcome: Outcome) -> _Row:
     row["relation"] = outcome.relation or "-"
     if paper is not None and outcome.simulation is not None:
         row["section-4"] = si(paper.peak_force, "N", error=SHOWN_ERROR)
-        row["section-4 error"] = "-" if paper.error is None else error_text(paper.error)
+        row["section-4 error"] = error_text(paper.error)
     if paper is not None:
         row |= {"(3)": _conditions(paper), "regime": paper.regime}
     return row
@@ -269,7 +269,7 @@ def _comparison_row(both: Comparison) -> _Row:
         "regime": paper.regime,
         "relation": f"{paper.relation} / {both.relation}",
         "waves": f"{len(paper.waves)} / {_wave_count(simulated)}",
-        "added momentum": "-" if errors.added_momentum is None else error_text(errors.added_momentum),
+        "added momentum": error_text(errors.added_momentum),
         "simulation error": f"{simulated.error_estimate:.0e}",
         "virtual t0": _virtual_rise_time(paper, SHOWN_ERROR),
     }

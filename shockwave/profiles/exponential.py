@@ -61,9 +61,6 @@ class Exponential(ShockProfile, Value):
     def closed_areas(self) -> tuple[float, float]:
         return _ramp_at(self.rise_rate, 1.0, 1), (self.duration_ratio - 1) * _ramp_at(-self.decay_rate, 1.0, 1)
 
-    def closed_running_impulse(self, s: FloatArray) -> FloatArray:
-        return elementwise(lambda time: self.closed_at(time)[0], s)
-
     def closed_at(self, s: float) -> tuple[float, float]:
         if s <= 1:
             return _ramp_at(self.rise_rate, s, 1), _ramp_at(self.rise_rate, s, 0)

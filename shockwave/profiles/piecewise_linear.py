@@ -5,7 +5,7 @@ from __future__ import annotations
 import abc
 from bisect import bisect_right
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,17 +29,17 @@ class PiecewiseLinear(ShockProfile):
         return tuple(self.corners[0].tolist())
 
     def rise(self, s: FloatArray) -> FloatArray:
-        return np.asarray(self._at(s)[2])
+        times, forces = self.corners
+        before = np.clip(np.searchsorted(times, s, side="right") - 1, 0, times.size - 2)
+        # A fraction of the interval instead of a slope, which could overflow for close corners.
+        share = (s - times[before]) / (times[before + 1] - times[before])
+        return np.asarray(forces[before] + share * (forces[before + 1] - forces[before]))
 
     def decay(self, s: FloatArray) -> FloatArray:
-        return np.asarray(self._at(s)[2])
+        return self.rise(s)
 
     def closed_areas(self) -> tuple[float, float]:
         return self._sums[2]
-
-    def closed_running_impulse(self, s: FloatArray) -> FloatArray:
-        before, step, force = self._at(s)
-        return np.asarray(self._sums[0][before] + 0.5 * step * (self.corners[1][before] + force))
 
     def closed_at(self, s: float) -> tuple[float, float]:
         before = min(bisect_right(self.breakpoints, s), len(self.breakpoints) - 1) - 1
@@ -64,12 +64,3 @@ class PiecewiseLinear(ShockProfile):
         peak = int(np.argmax(forces))
         # The decay is summed separately: a difference of two sums would lose digits of a short decay.
         return impulses, paths, (float(impulses[peak]), float(running_sums(areas[peak:])[-1]))
-
-    def _at(self, s: FloatArray) -> tuple[Any, Any, Any]:
-        """Index of the corner before ``s``, distance from it, and force at ``s``, each of the shape of ``s``."""
-        times, forces = self.corners
-        before = np.clip(np.searchsorted(times, s, side="right") - 1, 0, times.size - 2)
-        step = s - times[before]
-        left, right = forces[before], forces[before + 1]
-        # A fraction of the interval instead of a slope, which could overflow for close corners.
-        return before, step, left + step / (times[before + 1] - times[before]) * (right - left)

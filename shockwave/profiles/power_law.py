@@ -26,7 +26,8 @@ class Powers(ShockProfile):
         return np.asarray(s**self.rise_exponent)
 
     def decay(self, s: FloatArray) -> FloatArray:
-        return np.asarray(self._left(s) ** self.decay_exponent)
+        n = self.duration_ratio
+        return np.asarray(np.clip((n - s) / (n - 1), 0.0, 1.0) ** self.decay_exponent)
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
@@ -36,11 +37,6 @@ class Powers(ShockProfile):
 
     def closed_areas(self) -> tuple[float, float]:
         return 1 / (1 + self.rise_exponent), (self.duration_ratio - 1) / (1 + self.decay_exponent)
-
-    def closed_running_impulse(self, s: FloatArray) -> FloatArray:
-        a1, a2 = self.closed_areas()
-        rising = a1 * np.minimum(s, 1.0) ** (1 + self.rise_exponent)
-        return np.asarray(rising + a2 * (1 - self._left(s) ** (1 + self.decay_exponent)))
 
     def closed_at(self, s: float) -> tuple[float, float]:
         if s <= 1:
@@ -55,11 +51,6 @@ class Powers(ShockProfile):
         from shockwave.profiles.free_path import tabulate_powers
 
         return tabulate_powers(self.rise_exponent, self.decay_exponent, self.duration_ratio)
-
-    def _left(self, s: FloatArray) -> FloatArray:
-        """Remaining fraction of the decay, 1 before the peak."""
-        n = self.duration_ratio
-        return np.asarray(np.clip((n - s) / (n - 1), 0.0, 1.0))
 
 
 @frozen(kw_only=True)

@@ -6,7 +6,7 @@ import abc
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 from types import MethodWrapperType
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,7 @@ from attrs import frozen
 
 from shockwave.base.arguments import Explained
 from shockwave.base.errors import PluginError
-from shockwave.base.numerics import FloatArray, floats
+from shockwave.base.numerics import FloatArray, elementwise, floats
 from shockwave.profiles.quadrature import Integral, Integrand, Quadrature
 from shockwave.registry.plugin_check import guard, memoize
 from shockwave.registry.registry import UNDECORATED, blame, lacks_decorator, load, owner_of
@@ -127,7 +127,9 @@ class ShockProfile(Explained, abc.ABC):
 
     def closed_running_impulse(self, s: FloatArray) -> FloatArray | None:
         """Exact integral of the force from 0 to s, 0 <= s <= n, or None; same shape as ``s``."""
-        return None
+        if self.closed_at(0.0) is None:
+            return None
+        return elementwise(lambda end: cast(tuple[float, float], self.closed_at(end))[0], s)
 
     def closed_free_path(self) -> FreePath | None:
         """Exact table of impulse and displacement on [0, n], or None."""

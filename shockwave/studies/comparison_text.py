@@ -68,18 +68,14 @@ def _errors(result: Comparison, paper: Section4Outcome) -> Iterator[tuple[str, s
     for number, (wave, error) in enumerate([*zip(paper.waves, errors.waves, strict=True)][:_FEW], start=1):
         simulated = "-" if error.momentum is None else si(wave.momentum / (1 + error.momentum), "N s", _DIGITS)
         predicted = si(wave.momentum, "N s", error=SHOWN_ERROR)
-        yield f"momentum of wave {number}", predicted, simulated, _percent(error.momentum)
+        yield f"momentum of wave {number}", predicted, simulated, error_text(error.momentum)
     if isinstance(paper, EjectionOutcome):
         added = "-" if result.added_momentum is None else si(result.added_momentum, "N s", _DIGITS)
         prediction = si(paper.added_momentum, "N s", error=SHOWN_ERROR)
-        yield "momentum added by ejection", prediction, added, _percent(errors.added_momentum)
+        yield "momentum added by ejection", prediction, added, error_text(errors.added_momentum)
     if paper.exponents is not None and result.exponents is not None and errors.exponents is not None:
         difference = f"{errors.exponents.radius:+.3f} (of R)"
         yield "scaling", exponents_text(paper.exponents), exponents_text(result.exponents), difference
-
-
-def _percent(error: float | None) -> str:
-    return "-" if error is None else error_text(error)
 
 
 def _agreement(agrees: bool | None) -> str:

@@ -13,25 +13,9 @@ from shockwave.base.arguments import explain_arguments
 
 #: Public classes that users construct.
 CONSTRUCTED = [
-    sw.Cell,
-    sw.Chain,
-    sw.Dashpot,
-    sw.Exponential,
-    sw.Impact,
-    sw.KuwabaraKono,
-    sw.Limit,
-    sw.Material,
-    sw.PowerContact,
-    sw.PowerLaw,
-    sw.Predictor,
-    sw.Segment,
-    sw.Shock,
-    sw.Tabulated,
-    sw.Taper,
-    sw.Triangular,
-    sw.Tsuji,
-    sw.UniversalCurve,
-    sw.Wall,
+    *(sw.Cell, sw.Chain, sw.Dashpot, sw.Exponential, sw.Impact, sw.KuwabaraKono, sw.Limit, sw.Material),
+    *(sw.PowerContact, sw.PowerLaw, sw.Predictor, sw.Segment, sw.Shock, sw.Tabulated, sw.Taper, sw.Triangular),
+    *(sw.Tsuji, sw.UniversalCurve, sw.Wall),
 ]
 
 

@@ -2,7 +2,6 @@
 
 import json
 import math
-import re
 import sys
 import xml.etree.ElementTree as ET
 from functools import cache
@@ -17,7 +16,6 @@ from markupsafe import escape
 import shockwave as sw
 from shockwave import cli
 from shockwave.base.errors import UnknownNameError, UsageError
-from shockwave.base.text import si
 from shockwave.scenario.sweep_block import SweepAxis
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.sweep.progress_text import SweepReport
@@ -141,12 +139,6 @@ def test_the_html_of_a_sweep_has_a_table(sweep: sw.SweepResults) -> None:
     assert has_a_table(sweep._repr_html_())
 
 
-def test_the_html_of_a_comparison_has_the_warnings_of_both() -> None:
-    both = sw.compare(CASE_B, evolve(CHAIN, radius=4.75), rtol=1e-3)
-    assert both.warnings
-    assert all(str(escape(warning)) in both._repr_html_().partition("<details")[0] for warning in both.warnings)
-
-
 @pytest.mark.parametrize(("rise_exponent", "holds"), [(1, True), (2, False)])
 def test_the_table_of_conditions_states_whether_they_hold(rise_exponent: float, holds: bool) -> None:
     # a1 = 1/(rise_exponent + 1) is at least 1/2 in the first case alone
@@ -161,15 +153,6 @@ def test_the_tables_of_a_prediction_are_those_of_the_engine() -> None:
     assert leading["peak_force"].tolist() == [result_of("outcome").peak_force]
     struck = sw.predict(sw.Impact(velocity=0.3), WALLED)
     assert struck.to_pandas().equals(sw.simulate(sw.Impact(velocity=0.3), WALLED).to_pandas("contacts"))
-
-
-def test_the_repr_of_a_comparison_has_a_simulated_force_on_every_chain() -> None:
-    both = sw.compare(CASE_B, WALLED, rtol=1e-4)
-    assert both.simulated.peak_force is None
-    assert f"greatest_force.peak_force={si(both.simulated.greatest_force.peak_force, 'N')}" in repr(both)
-    shown = repr(result_of("comparison"))
-    assert "greatest" not in shown
-    assert re.findall(r"([a-z_.]*)\.peak_force=", shown) == ["simulated", "predicted"]
 
 
 #: A record with notes.
@@ -242,24 +225,6 @@ def test_a_comparison_has_both_columns_and_nan_for_a_missing_wave() -> None:
     counts = (len(both.predicted.waves), len(both.waves))
     assert int(np.isnan(forces).sum()) == max(counts) * 2 - sum(counts)
     assert not math.isnan(forces.sel(wave=0, source="simulated"))
-
-
-def test_draws_of_an_uncertainty_have_their_units() -> None:
-    frame = result_of("uncertainty").to_pandas("draws")
-    assert len(frame) == 256
-    outputs = {"peak_force": "N", "amplification": ""}
-    assert frame.attrs["units"] == {"draw": "", **outputs, "shock.peak_force": "N", "chain.radius": "m"}
-
-
-def test_the_log_of_a_scene_without_a_name_reads_well(caplog: pytest.LogCaptureFixture) -> None:
-    caplog.set_level("INFO", "shockwave")
-    MAKERS["uncertainty"]()
-    assert "uncertainty of the scene: 1024 scenes" in caplog.messages
-
-
-def test_values_of_a_design_have_the_unit_of_the_parameter() -> None:
-    units = result_of("design").to_pandas().attrs["units"]
-    assert units == {"option": "", "shock.peak_force": "N", "peak_force": "N"}
 
 
 def test_a_missing_table_is_refused_with_the_known_names() -> None:

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 import attrs
-import pint
 import pytest
 
 import shockwave as sw
@@ -14,7 +13,6 @@ ROOT = Path(__file__).parents[2]
 FILE = ROOT / "profiles" / "paper" / "table1-row1.yaml"
 SHOCK = sw.Shock(profile=sw.Triangular(duration_ratio=3.0), peak_force=100.0, rise_time=10e-6)
 CHAIN = sw.Chain(material=sw.material("paper-steel"), radius=4.75e-3)
-Q = pint.UnitRegistry().Quantity
 
 
 @pytest.fixture(params=["scenario", "path", "text"])
@@ -133,22 +131,6 @@ simulate: {integrator: %s, rtol: 1e-4}
         scenarios.append(attrs.evolve(sw.load_scenario(file), name="", path=None))
     assert scenarios[0] == scenarios[1] == scenarios[2]
     assert scenarios[1].simulate.integrator == "rkn64"
-
-
-@pytest.mark.parametrize("answer", [sw.predict, sw.simulate, sw.compare])
-def test_documents_state_their_version(answer: Any) -> None:
-    assert answer(SHOCK, CHAIN).to_dict()["version"] == 2
-
-
-@pytest.mark.parametrize("size", ["9.5 mm", Q(9.5, "mm"), 9.5e-3], ids=["text", "pint", "float"])
-def test_constructors_take_quantities_with_units(size: Any) -> None:
-    assert sw.Chain(material=CHAIN.material, diameter=size).radius == pytest.approx(4.75e-3, rel=1e-15)
-
-
-@pytest.mark.parametrize("value", ["9.5 N", "9.5 parsnips", "much", Q(9.5, "N")], ids=str)
-def test_a_quantity_of_another_dimension_is_refused(value: Any) -> None:
-    with pytest.raises(sw.InvalidValueError, match=r"^radius: must be a length, such as '9.5 mm' \(got "):
-        sw.Chain(material=CHAIN.material, radius=value)
 
 
 def test_a_comparison_does_not_advise_to_simulate() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import pickle
+import re
 import subprocess
 import sys
 import threading
@@ -388,7 +389,6 @@ def test_a_shock_and_a_chain_in_the_wrong_order_are_refused() -> None:
     with pytest.raises(sw.InvalidValueError, match=rule):
         sw.Predictor().predict(CHAIN, SHOCKS["train"])  # type: ignore[arg-type]
     (error,) = sw.Predictor().predict_many([CHAIN], [SHOCKS["train"]])  # type: ignore[list-item]
-    with pytest.raises(sw.InvalidValueError, match=rule):
-        raise error
+    assert re.search(rule, str(error))
     with pytest.raises(sw.InvalidValueError, match=rule):
         sw.simulate(CHAIN, SHOCKS["train"])  # type: ignore[arg-type]

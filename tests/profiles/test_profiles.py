@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
-import attrs
 import numpy as np
 import pytest
 
-from shockwave.base.errors import InvalidValueError
 from shockwave.profiles.exponential import Exponential
 from shockwave.profiles.half_sine import HalfSine
 from shockwave.profiles.power_law import PowerLaw
@@ -141,12 +138,10 @@ def test_the_impulse_keeps_its_digits(profile: ShockProfile) -> None:
 
 
 @pytest.mark.parametrize("profile", EXACT_CASES.values(), ids=EXACT_CASES)
-def test_float_formulas_agree_with_arrays(profile: ShockProfile) -> None:
+def test_the_force_of_one_time_is_that_of_an_array(profile: ShockProfile) -> None:
     s = [*np.linspace(0.01, 1, 9).tolist(), *np.linspace(1, profile.duration_ratio, 9)[1:].tolist()]
-    found = np.array([profile.closed_at(each) for each in s])
     # a rounding of s is multiplied by rates and exponents of some hundred
-    np.testing.assert_allclose(found[:, 0], profile.running_impulse(s), rtol=1e-12)
-    np.testing.assert_allclose(found[:, 1], profile.force(s), rtol=1e-12)
+    np.testing.assert_allclose([profile.closed_at(each)[1] for each in s], profile.force(s), rtol=1e-12)  # type: ignore[index]
 
 
 @pytest.mark.parametrize("profile", EXACT_CASES.values(), ids=EXACT_CASES)
@@ -155,21 +150,6 @@ def test_areas_are_within_their_errors(profile: ShockProfile) -> None:
     areas = profile.areas()
     assert abs(areas.rise.value - rise) <= areas.rise.error
     assert abs(areas.decay.value - decay) <= areas.decay.error
-
-
-@pytest.mark.parametrize(
-    ("profile", "name", "value"),
-    [
-        (PowerLaw, "rise_exponent", -1),
-        (PowerLaw, "decay_exponent", math.nan),
-        (Exponential, "rise_rate", "much"),
-        (Triangular, "duration_ratio", 0.5),
-    ],
-)
-def test_a_wrong_parameter_is_named(profile: Any, name: str, value: Any) -> None:
-    sound = {field.name: 2.0 for field in attrs.fields(profile)}
-    with pytest.raises(InvalidValueError, match=rf"^{name}: must be "):
-        profile(**{**sound, name: value})
 
 
 @pytest.mark.parametrize("profile", [Triangular(duration_ratio=3), HalfSine()], ids=["triangular", "half-sine"])

@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 from attrs import frozen
 
-from shockwave.base.numerics import FloatArray
+from shockwave.profiles.exponential import Exponential
+from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.quadrature import Integral, Integrand, Quadrature
 from shockwave.profiles.quadrature.gauss_legendre import GaussLegendre
 from shockwave.profiles.quadrature.quadpack import Quadpack
 from shockwave.profiles.quadrature.tanh_sinh import TanhSinh
+from shockwave.profiles.shock_profile import ShockProfile
 
 # Accuracy of the areas in units of the interval, for integrands of at most 1.
 TOLERANCE = 1e-12
@@ -41,30 +43,10 @@ class Case:
     upper: float = 1.0
 
 
-def power_rise(eta: float) -> Case:
-    return Case(f"s^{eta:g}", lambda s: s**eta, 1 / (1 + eta))
-
-
-def power_decay(eta: float, n: float) -> Case:
-    return Case(f"((n-s)/(n-1))^{eta:g},n={n:g}", lambda s: ((n - s) / (n - 1)) ** eta, (n - 1) / (1 + eta), 1.0, n)
-
-
-def exponential_rise(k: float) -> Case:
-    # 1/(1 - e^-k) - 1/k cancels for small k; the next term of its series is k^3/720.
-    area = 0.5 + k / 12 if k < 1e-6 else -1 / math.expm1(-k) - 1 / k
-    return Case(f"rise,k={k:g}", lambda s: np.expm1(-k * s) / math.expm1(-k), area)
-
-
-def exponential_decay(k: float, n: float) -> Case:
-    area = 0.5 - k / 12 if k < 1e-6 else 1 / k + math.exp(-k) / math.expm1(-k)
-
-    def integrand(s: FloatArray) -> FloatArray:
-        # (e^(-k u) - e^-k)/(1 - e^-k), u = (s - 1)/(n - 1), without the difference: for k = 1e-9 it would
-        # leave 7 digits of the integrand itself.
-        past, left = (s - 1) / (n - 1), (n - s) / (n - 1)
-        return np.asarray(np.exp(-k * past) * np.expm1(-k * left) / math.expm1(-k))
-
-    return Case(f"decay,k={k:g},n={n:g}", integrand, (n - 1) * area, 1.0, n)
+def cases_of(profile: ShockProfile) -> list[Case]:
+    """Rise and decay of a profile, whose closed forms are tested with 200 digits."""
+    (rise, decay), n = profile.closed_areas() or (math.nan, math.nan), profile.duration_ratio
+    return [Case(f"rise of {profile!r}", profile.rise, rise), Case(f"{profile!r}", profile.decay, decay, 1.0, n)]
 
 
 def jumps(*places: float) -> Case:
@@ -72,16 +54,14 @@ def jumps(*places: float) -> Case:
     return Case(f"jumps-at-{places}", lambda s: sum(1.0 * (s >= at) for at in places), len(places) - sum(places))
 
 
-SMOOTH = [
-    *(power_rise(eta) for eta in ETAS),
-    *(power_decay(eta, n) for n in RATIOS for eta in ETAS),
-    *(exponential_rise(k) for k in RATES),
-    *(exponential_decay(k, n) for n in RATIOS for k in RATES),
-    # Layers at an end that are narrower than the distance of the first nodes of a simple rule.
-    power_rise(1e6),
-    exponential_rise(1e6),
-    exponential_decay(1e6, 10.0),
+POWERS = [PowerLaw(rise_exponent=eta, decay_exponent=eta, duration_ratio=n) for n in RATIOS for eta in ETAS]
+EXPONENTIALS = [Exponential(rise_rate=k, decay_rate=k, duration_ratio=n) for n in RATIOS for k in RATES]
+# Layers at an end that are narrower than the distance of the first nodes of a simple rule.
+LAYERS = [
+    PowerLaw(rise_exponent=1e6, decay_exponent=1, duration_ratio=10),
+    Exponential(rise_rate=1e6, decay_rate=1e6, duration_ratio=10),
 ]
+SMOOTH = [case for profile in (*POWERS, *EXPONENTIALS, *LAYERS) for case in cases_of(profile)]
 # An arbitrary point, and the gaps between the nodes and the ends or the middle of an interval.
 JUMPS = [jumps(at) for at in (1e-3, 0.123456789, 0.5, 0.5 + 1e-9, 0.5 - 1e-4, 0.7501, 0.999)]
 # One of the jumps is between a node and the end of an interval, and only another division of the intervals shows it.

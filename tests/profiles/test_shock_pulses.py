@@ -11,10 +11,8 @@ import numpy as np
 import pytest
 
 import shockwave as sw
-from conftest import Install
 from shockwave.testing import ProfileContract
-from support.command_line import scenario, shockwave
-from support.scenes import CHAIN, FORCE, UNITS, lasting, power_law
+from support.scenes import CHAIN, FORCE, UNITS, lasting
 from support.texts import load, schema_faults
 
 R, F = 0.25, 0.125
@@ -128,11 +126,6 @@ def test_a_blast_keeps_its_digits(profile: Any) -> None:
     check_paths(profile, s.tolist(), paths)
 
 
-def test_a_sawtooth_is_a_triangle() -> None:
-    saw, triangle = sw.InitialPeakSawtooth(rise_fraction=0.2), sw.Triangular(duration_ratio=5)
-    assert sw.simulate(lasting(saw, 3.0), CHAIN).peak_force == sw.simulate(lasting(triangle, 3.0), CHAIN).peak_force
-
-
 @pytest.mark.parametrize(
     ("make", "values", "message"),
     [
@@ -165,17 +158,6 @@ def test_conditions_hold_or_fail_by_the_margin_of_the_formula(name: str) -> None
     assert any("fails conditions (3)" in warning for warning in outcome.warnings) is fails
 
 
-def test_a_half_sine_as_one_wave_by_5f_and_a_haversine_that_ejects_by_5h() -> None:
-    # In characteristic times the momentum of a wave of unit peak force is 1.652066518648.
-    share = 1.5 / 1.652066518648
-    single = sw.predict(lasting(sw.HalfSine(), 3.0), CHAIN, model="section-4")
-    assert single.peak_force == pytest.approx(FORCE * (share * 4 / math.pi) ** 1.2, rel=1e-12)
-    # (5h) adds the impulse in the window before the end of the virtual shock.
-    added = (1 - share) - math.sin(math.pi * (1 - share)) / math.pi
-    ejection = sw.predict(lasting(sw.Haversine(), 3.0), CHAIN, model="section-4")
-    assert ejection.peak_force == pytest.approx(FORCE * (share + added) ** 1.2, rel=1e-12)
-
-
 # ---------------------------------------------------------------- simulation
 
 
@@ -200,25 +182,6 @@ def test_a_short_pulse_is_an_impulse(profile: sw.ShockProfile) -> None:
     impulse = profile.total_area * shock.rise_time / UNITS.time / 1.652066518648
     assert result.amplification == pytest.approx(1.1681817 * impulse**1.2, rel=2e-6)
     assert result.momentum_defect < 1e-12
-
-
-#: Power laws with a jump in place of a side of 1e-6.
-JUMPS = {
-    "ideal rectangle": power_law(2, 0, 0),
-    "ideal initial peak": power_law(1e6, 0, 1),
-    "ideal final peak": power_law(1 + 1e-6, 1, 0),
-}
-
-
-@pytest.mark.parametrize("duration", [0.3, 3.0, 30.0])
-@pytest.mark.parametrize("name", JUMPS)
-def test_a_side_of_no_duration_is_a_jump(name: str, duration: float) -> None:
-    found, expected = (
-        sw.simulate(lasting(profile, duration), CHAIN, waves="primary").amplification
-        for profile in (PULSES[name], JUMPS[name])
-    )
-    # The impulses differ by 1e-6 at most; each run has this tolerance.
-    assert found == pytest.approx(expected, rel=4e-6)
 
 
 def test_a_long_rectangle_drives_the_first_wave_of_a_step() -> None:
@@ -249,37 +212,4 @@ def test_a_scenario_with_peak_and_duration_is_the_shock_in_python(name: str, tmp
     assert schema_faults(text) == []
 
 
-def test_a_parameter_of_a_pulse_is_swept(tmp_path: Path) -> None:
-    shock = "shock: {profile: trapezoid, peak_force: 30 N, duration: 60 us}"
-    sweep = "sweep: {run: predict, grid: {shock.parameters.rise_fraction: [0.1, 0.4], shock.duration: [20 us, 60 us]}}"
-    file = scenario(tmp_path, STEEL, shock, sweep)
-    assert shockwave("sweep", file, "--output", tmp_path / "out", "--workers", "1").status == 0
-    peaks = sw.load_sweep(tmp_path / "out").to_pandas()["peak_force"]
-    chain = sw.Chain(material="bearing-steel-52100", diameter="9.5 mm")
-    assert len(peaks) == 4
-    for (rise, duration), peak in peaks.items():
-        shock = sw.Shock(profile=sw.Trapezoid(rise_fraction=rise), peak_force=30.0, duration=duration)
-        assert peak == pytest.approx(sw.predict(shock, chain).peak_force, rel=1e-9)
-
-
-def test_a_comparison_states_that_a_half_sine_fails_a_condition(tmp_path: Path) -> None:
-    file = scenario(tmp_path, STEEL, "shock: {profile: half-sine, peak_force: 30 N, duration: 60 us}")
-    document = shockwave("compare", "--json", file).document
-    assert [row["holds"] for row in document["predicted"]["conditions"]] == [True, True, False]
-    assert abs(document["errors"]["peak_force"]) < 0.1
-
-
 # ---------------------------------------------------------------- a plugin with the same names
-
-
-def test_an_old_plugin_that_registers_these_names_is_refused(install: Install, tmp_path: Path) -> None:
-    entries = ", ".join(f"Entry({name!r}, 'a:B', 'a pulse')" for name in ("half-sine", "old-bell"))
-    hooks = (
-        f"from shockwave.hooks import Entry, hookimpl\n@hookimpl\ndef shockwave_profiles():\n    return [{entries}]\n"
-    )
-    install("old-pulses", hooks=hooks)
-    shock = "shock: {profile: PROFILE, peak_force: 30 N, duration: 60 us}"
-    assert shockwave("predict", scenario(tmp_path, STEEL, shock.replace("PROFILE", "half-sine"))).status == 0
-    answer = shockwave("predict", scenario(tmp_path, STEEL, shock.replace("PROFILE", "old-bell")))
-    assert answer.status == shockwave("list", "plugins", "--check").status == 4
-    assert "profile 'half-sine' is a built-in name (uninstall old-pulses, or install a version" in answer.err

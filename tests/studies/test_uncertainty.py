@@ -15,7 +15,6 @@ from attrs import evolve
 
 import shockwave as sw
 from shockwave import cli
-from shockwave.base.progress import progress_shown
 from shockwave.base.quantities import Quantity
 from shockwave.scenario.dotted_names import variable
 from shockwave.scenario.uncertainty_block import Spread
@@ -59,15 +58,6 @@ def test_draws_are_simulations_of_their_scenes(spreads: dict[str, Any]) -> None:
     assert result.outputs["peak_force"][:20] == pytest.approx(forces, rel=result.peak_force.model_error + 1e-8)
     ratios = [each.amplification for each in known]
     assert result.outputs["amplification"][:20] == pytest.approx(ratios, rel=result.peak_force.model_error + 1e-8)
-
-
-def test_progress_ends_with_all_scenes() -> None:
-    reports: list[tuple[str, int, int | None]] = []
-    with progress_shown(lambda *report: reports.append(report)):
-        result = sw.uncertainty(CASE_A, CHAIN, {"chain.radius": "3 %"}, draws=256)
-    own = [report for report in reports if report[0] == "scenes"]
-    assert own[0] == ("scenes", 0, result.evaluations)
-    assert own[-1] == ("scenes", result.evaluations, result.evaluations)
 
 
 def test_a_warning_of_some_draws_is_reported_with_their_number() -> None:
@@ -255,15 +245,6 @@ def test_a_parameter_without_effect_is_refused(case: str, tmp_path: Path, capsys
     message = capsys.readouterr().err
     assert message.startswith(f"{file}:3:")
     assert f"{name}': must change a quantity of the result (got the same " in message
-
-
-def test_a_wide_distribution_about_a_small_value_has_a_slope() -> None:
-    wide = {"shock.rise_time": {"between": [1e-9, 4 * CASE_A.rise_time]}}
-    (one,) = sw.uncertainty(CASE_A, CHAIN, wide, draws=256).peak_force.sensitivities
-    assert math.isfinite(one.exponent)
-    spread = {"shock.rise_time": {"sd": 5 * CASE_A.rise_time}}
-    (one,) = sw.uncertainty(CASE_A, CHAIN, spread, draws=256).peak_force.sensitivities
-    assert math.isfinite(one.exponent)
 
 
 def test_the_block_is_read_in_any_units(tmp_path: Path) -> None:

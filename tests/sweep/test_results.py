@@ -214,13 +214,6 @@ def test_values_have_an_axis_for_each_axis_of_the_sweep(folder: Path) -> None:
     assert (found.units["regime"], found.units["shock.rise_time"]) == (None, "s")
 
 
-def test_failed_points_are_listed_with_their_values(folder: Path) -> None:
-    first, second = load_sweep(folder).failed
-    assert (first.index, first.status, first.problem) == (2, "failed", PROBLEM)
-    assert second.point == {"shock.duration_ratio": 4.0, "shock.rise_time": 0.1 + 0.2}
-    assert second.status == "crashed"
-
-
 def test_results_are_frozen_and_equal_by_value(folder: Path) -> None:
     found = load_sweep(folder)
     assert found == load_sweep(folder)

@@ -290,14 +290,6 @@ def test_the_train_is_measured_if_the_scenario_requests_it(
     assert (found["momentum"], found["foot"]) == (leading.momentum, leading.foot)
 
 
-def test_a_train_that_is_not_integrated_has_no_values(tmp_path: Path, out: Path) -> None:
-    block = "simulate: {rtol: 1e-3, waves: train}\nsweep: {grid: {shock.rise_time: [4 ms]}}\n"
-    swept(written(tmp_path, block), out)
-    found = rows(out)[0]
-    assert found["peak_force"] > 0
-    assert [found[name] for name in ("waves", "recoil_momentum", "recoil_error", "ejected_granules")] == [None] * 4
-
-
 # ---------------------------------------------------------------- workers and resumption
 
 
@@ -380,23 +372,6 @@ def test_another_sweep_is_refused_and_what_differs_is_named(tmp_path: Path, out:
         swept(written(tmp_path, text.replace(old, new)), out)
 
 
-def test_columns_in_another_order_are_another_sweep(scenario: Path, finished: Path) -> None:
-    document = json.loads((finished / "sweep.json").read_text())
-    document["columns"].reverse()
-    (finished / "sweep.json").write_text(json.dumps(document))
-    with pytest.raises(sw.InvalidValueError, match="order of columns"):
-        swept(scenario, finished)
-
-
-def test_the_definition_of_as_many_values_as_a_sweep_may_have_can_be_read(tmp_path: Path) -> None:
-    count, most = 5000, 10**6
-    spacing = f"{{linspace: [1.2345e-105 s, 1e-104 s, {count}]}}"  # of 24 characters each
-    file = written(tmp_path, f"sweep: {{run: predict, zip: {{shock.rise_time: {spacing}}}}}\n")
-    points_of(file).definition.write(tmp_path)
-    assert (tmp_path / "sweep.json").stat().st_size * most / count < definition._MOST_BYTES
-    assert definition.SweepDefinition.read(tmp_path).points == count
-
-
 def test_another_version_must_be_accepted(scenario: Path, finished: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = finished / "journal.jsonl"
     file.write_text("".join(file.read_text().splitlines(keepends=True)[:30]))
@@ -448,7 +423,7 @@ def test_a_folder_with_other_files_is_refused(scenario: Path, tmp_path: Path) ->
         swept(scenario, tmp_path)
 
 
-@pytest.mark.parametrize("name", ["sweep.lock", "scenario.yaml", "sweep.json", "journal.jsonl", "results.csv"])
+@pytest.mark.parametrize("name", ["sweep.lock", "scenario.yaml", "journal.jsonl"])
 def test_links_in_a_folder_lead_to_no_other_file(scenario: Path, finished: Path, tmp_path: Path, name: str) -> None:
     place = finished / name
     for target, content in ((tmp_path / "dangling", None), (tmp_path / "other", place.read_bytes())):
@@ -460,12 +435,6 @@ def test_links_in_a_folder_lead_to_no_other_file(scenario: Path, finished: Path,
         with refused if name == "sweep.lock" else suppress(sw.FileAccessError):
             swept(scenario, finished, retry_failed=True)
         assert (target.read_bytes() if target.exists() else None) == content
-
-
-def test_a_picture_replaces_no_file_that_a_link_in_the_folder_names(finished: Path, tmp_path: Path) -> None:
-    (finished / "amplification.svg").symlink_to(tmp_path / "other")
-    assert shockwave("plot", finished).status == 5
-    assert not (tmp_path / "other").exists()
 
 
 def removed_and_begun_again(folder: Path) -> None:
@@ -521,7 +490,6 @@ USAGE = {
     "no sweep": (SIMULATE, [], 3, "sweep: must be given"),
     "nothing to resume": (GRID, ["--resume"], 2, "must hold a sweep to resume"),
     "long name": (GRID, ["--output", "long" * 100], 5, ": cannot be written (File name too long)"),
-    "long name to resume": (GRID, ["--output", "long" * 100, "--resume"], 2, "must hold a sweep to resume"),
     "folder is a file": (GRID, ["--output", "scene.yaml"], 5, "scene.yaml: cannot be"),
 }
 
@@ -544,11 +512,6 @@ def test_a_failed_point_does_not_stop_the_others(tmp_path: Path, out: Path) -> N
     (failed,) = (line for line in journal(out) if line["status"] == "failed")
     assert failed["index"] == 1
     assert "must give granules a mass that a floating-point number can hold" in failed["error"]
-
-
-def test_a_sweep_without_a_valid_point_is_refused(tmp_path: Path, out: Path) -> None:
-    with pytest.raises(sw.ScenarioError, match=r"chain\.diameter: must give granules a mass"):
-        swept(written(tmp_path, SIMULATE + BROKEN.replace("1 mm", "2e200")), out)
 
 
 def test_a_sweep_of_which_section_4_covers_no_point_is_refused(tmp_path: Path) -> None:

@@ -293,14 +293,6 @@ def test_only_the_points_that_exceed_the_time_limit_fail(tmp_path: Path, install
     assert errors == {"must take at most 3 s (was stopped; increase --timeout)"}
 
 
-def test_fail_fast_does_not_wait_for_other_batches(tmp_path: Path, install: Install) -> None:
-    # the third point hangs
-    file = risky(tmp_path, install, 0, 9, 60, 0, 0, 0, 0, 0)
-    report = run_sweep(file, tmp_path / "out", workers=2, fail_fast=True)
-    assert report.failed == 1
-    assert report.left >= 2
-
-
 # ---------------------------------------------------------------- executors
 
 
