@@ -26,7 +26,7 @@ class Option:
     def help(self) -> str:
         """The meaning, with range and default; those of an option that sets a key of the scenario are the key's."""
         if path := self.settings.get("path"):
-            return self.meaning or _meaning_of(path)
+            return self.meaning or _describe_key(path)
         meaning, bracket, stated = self.meaning.partition(" (default")
         default = self.settings.get("default")
         if default not in (None, [], argparse.SUPPRESS):
@@ -41,7 +41,7 @@ class Option:
         return [f"{name} {value}" if value else name for name in self.names if name.startswith("-")] or [value or ""]
 
 
-def _meaning_of(path: str) -> str:
+def _describe_key(path: str) -> str:
     """Meaning, choices and default of a key of the scenario."""
     from shockwave.scenario.block_keys import BLOCKS  # not needed to read a command line
 

@@ -16,7 +16,7 @@ from shockwave.base.quantities import FORCES, LEADING_WAVE, WALL, Quantity
 from shockwave.base.result import VERSION
 from shockwave.base.text import alarm, error_text, limits, notes, paragraph, si, table
 from shockwave.cli.output import announce_file, check_output, failure, json_text, write_output
-from shockwave.cli.scenario_files import load_scenario, load_scenarios, name_of, shown_name, stem_of
+from shockwave.cli.scenario_files import label_file, load_scenario, load_scenarios, name_of, stem_of
 from shockwave.prediction.outcome_text import SHOWN_ERROR
 from shockwave.scenario.scenario import Scenario
 from shockwave.scene.plausibility import unusual
@@ -140,14 +140,14 @@ def validate(options: Namespace) -> int:
         documents.append(
             {
                 **VERSION,
-                "file": shown_name(file),
+                "file": label_file(file),
                 "valid": not faults,
                 "faults": [fault.to_dict() for fault in faults],
                 "warnings": warnings,
             }
         )
         if not options.json:
-            print("\n".join(map(str, faults)) or f"{shown_name(file)}: valid", *limits(warnings), sep="\n")
+            print("\n".join(map(str, faults)) or f"{label_file(file)}: valid", *limits(warnings), sep="\n")
     if options.json:
         print(json_text(documents if len(documents) > 1 else documents[0]))
     return status

@@ -16,7 +16,7 @@ from shockwave.scenario.yaml_document import STDIN, read_document, read_standard
 _DASH = "-"
 
 
-def shown_name(file: str) -> str:
+def label_file(file: str) -> str:
     """Name of a file in messages."""
     return STDIN if file == _DASH else file
 
@@ -33,7 +33,7 @@ def stem_of(file: str) -> str:
 
 def load_scenario(file: str, options: Namespace, several: bool = False) -> Scenario:
     """Load the scenario in a file, with the changes of the options, whose errors name one of ``several`` files."""
-    where = f" for {shown_name(file)}" if several else ""
+    where = f" for {label_file(file)}" if several else ""
     changes = [Change.of(f"{option}{where}", path, text) for option, path, text in options.changes]
     if file == _DASH:
         return scenario_of(apply_changes(read_standard_input(), changes), None)
@@ -60,7 +60,7 @@ def load_scenarios(options: Namespace, remedy: str = "", output: str | None = No
         scenarios.append(scenario)
         if scenario.sweep is not None:
             got = f"got a sweep of {len(scenario.sweep)}; {remedy or f'run `shockwave sweep {file}`'}"
-            errors.append(UsageError(f"{shown_name(file)}: must describe a single case ({got})"))
+            errors.append(UsageError(f"{label_file(file)}: must describe a single case ({got})"))
     if errors:
         together = ShockwaveError("\n".join(map(str, errors)))
         together.exit_code = max(error.exit_code for error in errors)

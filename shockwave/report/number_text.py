@@ -38,10 +38,10 @@ def number(text: str) -> Markup:
 def typeset(sentence: object) -> Markup:
     """Return a sentence with its numbers as in `number`, and the micro sign in its units."""
 
-    def one(found: re.Match[str]) -> str:
-        return number(found[0]).replace(" u", f"{_BLANK}\N{MICRO SIGN}")
+    def replace_number(match: re.Match[str]) -> str:
+        return number(match[0]).replace(" u", f"{_BLANK}\N{MICRO SIGN}")
 
-    return Markup(_IN_SENTENCES.sub(one, escape(str(sentence))))
+    return Markup(_IN_SENTENCES.sub(replace_number, escape(str(sentence))))
 
 
 def quantity(value: float, unit: str = "", digits: int = 5, error: float | None = None) -> Markup:

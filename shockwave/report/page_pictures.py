@@ -90,6 +90,6 @@ def _pictures_of(results: PageResults) -> dict[str, _Draw]:
 
 
 def _amplification(ax: Axes, shock: Shock, chain: Chain) -> None:
-    own = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
-    longest = min(max(_LONGEST, 2 * own * float(shock.profile.duration_ratio)), _LONGEST_OF_ALL)
-    pictures.universal_curves({"simulation": UniversalCurve(shock.profile, longest=longest)}, mark=own, ax=ax)
+    ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
+    longest = min(max(_LONGEST, 2 * ratio * float(shock.profile.duration_ratio)), _LONGEST_OF_ALL)
+    pictures.universal_curves({"simulation": UniversalCurve(shock.profile, longest=longest)}, mark=ratio, ax=ax)

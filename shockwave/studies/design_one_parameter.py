@@ -189,7 +189,7 @@ class _Line:
             reach = np.maximum(np.minimum(*np.abs([heights[:-1], heights[1:]])), _CAUTION * _GRID_SHARE * self.rtol)
             cells = np.flatnonzero(np.maximum(departures[:-1], departures[1:]) > reach)
             if cells.size > (_MOST_SCENES - len(shares) if left else _MOST_JUMPS):
-                first, last = (parameter.shown(parameter.at(share)) for share in shares[[cells[0], cells[-1] + 1]])
+                first, last = (parameter.format(parameter.at(share)) for share in shares[[cells[0], cells[-1] + 1]])
                 name = self.target.quantity.name
                 return (f"{name} varies too fast between {first} and {last}: some solutions may be missing",)
             if left and cells.size:

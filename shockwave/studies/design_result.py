@@ -61,7 +61,7 @@ class VariedParameter:
         value = low * (high / low) ** share if self.is_wide else low + share * (high - low)
         return float(round(value)) if self.whole else min(max(value, low), high)
 
-    def shown(self, value: float | str, error: float | None = None) -> str:
+    def format(self, value: float | str, error: float | None = None) -> str:
         """A value in printed form, with its absolute error if it is known."""
         if isinstance(value, str):
             return value
@@ -212,7 +212,7 @@ class Design(Result):
             return f"no value gives {bound} exactly, although it is within the reachable range: it jumps there"
         below = target.sign == "<=" or (target.sign == "=" and target.value < self.lowest.reached)
         name, option = ("least", self.lowest) if below else ("greatest", self.highest)
-        nearest = f"{self.shown(option, target.quantity)} at {self.value_text(option)}"
+        nearest = f"{self.format(option, target.quantity)} at {self.value_text(option)}"
         return f"{bound} is out of reach: the {name} value found is {nearest}"
 
     def _violation_text(self) -> str:
@@ -280,9 +280,9 @@ class Design(Result):
     def value_text(self, option: Option) -> str:
         """The values of an option in printed form, the only one with its error."""
         pairs = zip(self.parameters, option.values, strict=True)
-        return ", ".join(each.shown(value, option.value_error) for each, value in pairs)
+        return ", ".join(each.format(value, option.value_error) for each, value in pairs)
 
-    def shown(self, option: Option, quantity: Quantity) -> str:
+    def format(self, option: Option, quantity: Quantity) -> str:
         """A quantity of an option in printed form, with the digits that its error leaves."""
         value, error = option.quantities[quantity.name], max(option.errors[quantity.name], _FINEST)
         if quantity.unit == "kg":

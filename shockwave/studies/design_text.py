@@ -51,12 +51,12 @@ def _answer(design: Design) -> str:
     target = design.requirements[0]
     label, options = target.quantity.label, design.solutions or tuple(filter(None, [design.nearest]))
     values = " or ".join(map(design.value_text, options))
-    simulated = f"(simulated {', '.join(design.shown(option, target.quantity) for option in options)})"
+    simulated = f"(simulated {', '.join(design.format(option, target.quantity) for option in options)})"
     relation = f"of {target.bound[2:]}" if target.sign == "=" else target.bound
     wanted = f"{'an' if label.startswith(('a', 'e')) else 'a'} {label} {relation}"
     if design.intervals:
         (parameter,) = design.parameters
-        ends = [[parameter.shown(end) for end in dict.fromkeys(both)] for both in design.intervals]
+        ends = [[parameter.format(end) for end in dict.fromkeys(both)] for both in design.intervals]
         spans = " or ".join(" to ".join(both) for both in ends)
         limits_of = f" (limits {values}, {simulated[1:]}" if design.solutions else ""
         return f"{design.varied} {spans} gives {wanted}{limits_of}"
@@ -68,7 +68,7 @@ def _answer(design: Design) -> str:
 def _reachable(design: Design) -> str:
     """The range of the first required quantity."""
     quantity = design.requirements[0].quantity
-    ends = (f"{design.shown(each, quantity)} at {design.value_text(each)}" for each in (design.lowest, design.highest))
+    ends = (f"{design.format(each, quantity)} at {design.value_text(each)}" for each in (design.lowest, design.highest))
     return " to ".join(ends)
 
 
@@ -76,9 +76,9 @@ def _best_answer(design: Design) -> str:
     option = design.best or design.nearest
     assert option is not None
     pairs = zip(design.parameters, option.values, strict=True)
-    values = ", ".join(f"{each.name.removeprefix('chain.')} {each.shown(value)}" for each, value in pairs)
+    values = ", ".join(f"{each.name.removeprefix('chain.')} {each.format(value)}" for each, value in pairs)
     quantity = next(each for each in design.quantities if each.name == design.least)
-    shown = f"{quantity.label} {design.shown(option, quantity)} with {values}"
+    shown = f"{quantity.label} {design.format(option, quantity)} with {values}"
     return f"{design.scenario or 'design'}: {shown if design.best else f'{design.why}: {shown}'}"
 
 
@@ -87,7 +87,7 @@ def _requirement_facts(design: Design) -> list[tuple[str, str]]:
     option = design.best or design.nearest
     assert option is not None
     answers = [
-        (each.quantity.label, f"{design.shown(option, each.quantity)}, required {each.bound}")
+        (each.quantity.label, f"{design.format(option, each.quantity)}, required {each.bound}")
         for each in design.requirements
     ]
     least = next(each.label for each in design.quantities if each.name == design.least)
@@ -102,9 +102,9 @@ def _row(design: Design, option: Option) -> dict[str, str]:
     for parameter, value in zip(design.parameters, option.values, strict=True):
         label = design.varied if len(design.parameters) == 1 else parameter.label
         label = parameter.name if label in columns else label
-        shown, _, error = parameter.shown(value, option.value_error).partition(" +- ")
+        shown, _, error = parameter.format(value, option.value_error).partition(" +- ")
         columns |= {label: shown} | ({"+-": error or "-"} if numbers else {})
-    columns |= {quantity.label: design.shown(option, quantity) for quantity in design.quantities}
+    columns |= {quantity.label: design.format(option, quantity) for quantity in design.quantities}
     if design.least is not None:
         columns[""] = "meets all" if option.violation <= 0 else f"misses by {option.violation:.1%}"
     return columns

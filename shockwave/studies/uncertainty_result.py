@@ -147,14 +147,14 @@ class Uncertainty(Result):
     @property
     def peak_force(self) -> QuantityStatistics | None:
         """Peak force of the leading wave [N]; None where it has no limit."""
-        return self._named_quantity("peak_force")
+        return self._find_quantity("peak_force")
 
     @property
     def amplification(self) -> QuantityStatistics | None:
         """Ratio of this peak force to that of the shock; None where it has no limit."""
-        return self._named_quantity("amplification")
+        return self._find_quantity("amplification")
 
-    def _named_quantity(self, name: str) -> QuantityStatistics | None:
+    def _find_quantity(self, name: str) -> QuantityStatistics | None:
         return next((each for each in self.quantities if each.name == name), None)
 
     def _table(self, name: str) -> Table | None:

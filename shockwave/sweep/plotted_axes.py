@@ -69,14 +69,14 @@ class PlottedAxes:
         if not 1 <= len(free) <= 2:
             got = "got one point; see results.csv, or omit an --at"
             if free:
-                known = "; ".join(f"{name}={self._listing(name, 3)}" for name in map(self._longest, free))
+                known = "; ".join(f"{name}={self._list_values(name, 3)}" for name in map(self._longest, free))
                 got = f"got {len(free)}; fix {len(free) - 2} of them with --at NAME=VALUE: {known}"
             raise UsageError(f"a plot must have one or two axes ({got})")
         if x is not None and self._count(x) < 2:
             raise UsageError(f"--x: must be a variable with several values (got {x}, which has one)")
         across = self.results.place(x) if x else max(free, key=lambda place: len(self.positions[place]))
         names = [self._longest(place) for place in free if place != across]
-        self.axes = [self._plotted_axis(name) for name in (x or self._longest(across), *names)]
+        self.axes = [self._choose_axis(name) for name in (x or self._longest(across), *names)]
 
     def _values(self, name: str) -> npt.NDArray[Any]:
         """Values of a variable at the drawn positions."""
@@ -95,7 +95,7 @@ class PlottedAxes:
         values = self.results.axes[self.results.place(name)].along(name)
         return [_text(values[position], unit, position) for position in positions.tolist()]
 
-    def _listing(self, name: str, most: int = _MOST_LISTED) -> str:
+    def _list_values(self, name: str, most: int = _MOST_LISTED) -> str:
         texts = list(dict.fromkeys(self._texts(name, self.positions[self.results.place(name)])))
         return ", ".join(texts[:most] + ["..."] * (len(texts) > most))
 
@@ -111,10 +111,10 @@ class PlottedAxes:
                 raise UsageError(f"{name}: {error}") from None
             equal = np.isclose(self._values(name), number, rtol=_CLOSE, atol=0)
         if not equal.any():
-            raise UsageError(f"{name}: must be one of its values (got {value}; they are {self._listing(name)})")
+            raise UsageError(f"{name}: must be one of its values (got {value}; they are {self._list_values(name)})")
         return np.asarray(equal)
 
-    def _plotted_axis(self, name: str) -> PlottedAxis:
+    def _choose_axis(self, name: str) -> PlottedAxis:
         place = self.results.place(name)
         positions, values, unit = self.positions[place], self._values(name), self.results.units[name]
         if unit is None or np.isnan(values).any():

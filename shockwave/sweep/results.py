@@ -58,9 +58,9 @@ class Failure:
     problem: str
 
 
-def _same(one: Mapping[str, npt.NDArray[Any]], other: Mapping[str, npt.NDArray[Any]]) -> bool:
-    return one.keys() == other.keys() and all(
-        np.array_equal(values, other[name], equal_nan=values.dtype.kind == "f") for name, values in one.items()
+def _same(arrays: Mapping[str, npt.NDArray[Any]], others: Mapping[str, npt.NDArray[Any]]) -> bool:
+    return arrays.keys() == others.keys() and all(
+        np.array_equal(values, others[name], equal_nan=values.dtype.kind == "f") for name, values in arrays.items()
     )
 
 

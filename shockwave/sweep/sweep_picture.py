@@ -84,8 +84,8 @@ def plot(
     if column is not None and column not in numbers:
         raise UnknownNameError.of("numeric column", column, numbers)
     axes = PlottedAxes(results, at or {}, x)
-    known = [each for each in numbers if np.isfinite(axes.pick(each)).any()]
-    name = column or main_quantity(known or numbers)
+    drawable = [each for each in numbers if np.isfinite(axes.pick(each)).any()]
+    name = column or main_quantity(drawable or numbers)
     ax = _draw(axes, name, ax)
     if caption := axes.caption():
         ax.set_xlabel(f"{ax.get_xlabel()}\n{literal(caption)}")

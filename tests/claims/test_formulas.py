@@ -1,11 +1,11 @@
 """Formulas of the documentation: they are drawn as they are meant, with a font of the site."""
 
 import re
-from collections.abc import Callable
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from latex2mathml.converter import convert  # as docs/conf.py
 
 from support.pages import DOCS, prose
 
@@ -16,12 +16,6 @@ NAMESPACE = "{http://www.w3.org/1998/Math/MathML}"
 def formulas(page: Path) -> list[str]:
     text = re.sub(r"`[^`\n]*`", "", prose(page))
     return re.findall(r"(?<![\w$])\$\$?([^$]+?)\$\$?(?![\w$])", text)
-
-
-@pytest.fixture
-def convert() -> Callable[[str], str]:
-    """The converter that `docs/conf.py` uses."""
-    return pytest.importorskip("latex2mathml.converter").convert
 
 
 def misread(formula: str, markup: str) -> bool:
@@ -37,7 +31,7 @@ def misread(formula: str, markup: str) -> bool:
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if formulas(page)], ids=lambda page: page.stem)
-def test_formulas_are_drawn_as_they_are_meant(page: Path, convert: Callable[[str], str]) -> None:
+def test_formulas_are_drawn_as_they_are_meant(page: Path) -> None:
     assert [formula for formula in formulas(page) if misread(formula, convert(formula))] == []
 
 

@@ -24,6 +24,8 @@ from packaging.utils import canonicalize_name
 import shockwave as sw
 from shockwave import hooks
 from shockwave.base.result_tables import library
+from shockwave.engine import backend
+from support.command_line import shockwave
 from support.pages import ROOT, code_in, table
 
 #: The distribution of another project, as it would be named in a command, a hint or a requirement.
@@ -117,6 +119,14 @@ def test_the_recipe_needs_what_the_distribution_needs() -> None:
     assert [line for line in needs["host"] if line.startswith("setuptools")] == [
         need.replace(">", " >") for need in BUILD
     ]
+
+
+def test_the_recipe_tests_the_compiled_code() -> None:
+    (commands,) = (test["script"] for test in RECIPE["tests"] if "script" in test)
+    command = "shockwave simulate - --backend compiled"
+    assert [each for each in commands if isinstance(each, dict) and command in each["then"]]
+    answer = shockwave(*command.split()[1:], stdin=shockwave("new").out)
+    assert (answer.status == 0) == (backend.compiled is not None)
 
 
 def test_the_readme_is_short() -> None:
@@ -239,6 +249,8 @@ def test_only_a_tag_is_published_after_all_builds_by_a_trusted_publisher() -> No
     assert {*upload["needs"]} == {*jobs}
     assert upload["permissions"] == {"id-token": "write"}
     assert [job for job in jobs.values() if "permissions" in job or "secrets" in str(job)] == []
+    actions = [step["uses"] for job in (upload, *jobs.values()) for step in job["steps"] if "uses" in step]
+    assert [action for action in actions if not re.fullmatch(r"[\w/-]+@[0-9a-f]{40}", action)] == []
 
 
 def test_the_paper_has_what_the_journal_asks_for_and_cites_what_it_lists() -> None:
@@ -257,7 +269,9 @@ def test_sample_plugins_need_the_same_versions_as_shockwave(folder: Path) -> Non
     about = project()
     own = requirements("test")
     needed = requirements("test", folder=folder)
-    assert SpecifierSet(needed.pop(sw.OWN_DISTRIBUTION)).contains(about["version"], prereleases=True)
+    versions = SpecifierSet(needed.pop(sw.OWN_DISTRIBUTION))
+    assert versions.contains(about["version"], prereleases=True)
+    assert not versions.contains("0.1")  # which lacks names that they import
     assert {name: floor for name, floor in needed.items() if name in own}.items() <= own.items()
 
 

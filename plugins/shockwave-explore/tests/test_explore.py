@@ -173,6 +173,11 @@ def test_the_marks_of_the_colour_bar_are_round(client: Any) -> None:
     assert marks[-5:] == ["0", "20", "40", "60", "80"]
 
 
+def test_the_grid_lies_behind_the_map(client: Any) -> None:
+    diagram = asked(client, text=WALL)["figures"].partition('aria-label="Space-time diagram"')[2]
+    assert diagram.index("<path") < diagram.index("<image")
+
+
 def test_the_text_of_an_answer_gives_the_same_answer(client: Any) -> None:
     once = asked(client, text=WALL, edits={"shock.duration": "20 us"})
     assert asked(client, text=once["text"]) == once

@@ -123,8 +123,8 @@ def draw_map(times: FloatArray, contacts: Sequence[int], forces: FloatArray, lab
     place = f'x="{area.left}" y="{_TOP}" width="{area.width}" height="{area.height}"'
     bar = area.left + area.width + 8
     parts = [
+        area.axes(("time", "s"), (label, "")),  # its grid lies behind the map
         f'<image {place} {_PIXELS} href="{_encode(levels)}"/>',
-        area.axes(("time", "s"), (label, "")),
         f'<image x="{bar}" y="{_TOP}" width="10" height="{area.height}" {_PIXELS}'
         f' href="{_encode(np.linspace(0, 1, 64)[:, None])}"/>',
     ]
