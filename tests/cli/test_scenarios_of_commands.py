@@ -73,7 +73,7 @@ def test_a_dash_is_standard_input_and_set_holds_in_every_command(
 
 
 BRASS = sw.material("brass-260")
-CONSTANTS = ("youngs_modulus", "poisson_ratio")
+CONSTANTS = ("youngs_modulus", "poisson_ratio", "yield_strength")
 #: Values at paths, and the text of a scenario that has them.
 CHANGES = {
     "number": ("chain.diameter=8e-3", {"diameter: 9.5 mm": "diameter: 8 mm"}),

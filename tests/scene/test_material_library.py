@@ -46,10 +46,13 @@ def test_values_are_plausible_and_have_a_source(name: str) -> None:
 def test_every_yield_strength_states_its_source() -> None:
     strengths = {name: each.yield_strength for name, each in MATERIALS.items() if each.yield_strength is not None}
     assert len(strengths) >= 10
+    assert [
+        name for name in MATERIALS if name not in strengths and "no yield strength" not in MATERIALS[name].source
+    ] == []
     for name, strength in strengths.items():
         assert "yield strength of" in MATERIALS[name].source
-        # metals yield at strains of 1e-4 to 2e-2: a slip of a power of ten shows here
-        assert 1e-4 < strength / MATERIALS[name].youngs_modulus < 2e-2
+        # metals and polymers yield at strains of 1e-4 to 3e-2: a slip of a power of ten shows here
+        assert 1e-4 < strength / MATERIALS[name].youngs_modulus < 3e-2
 
 
 @pytest.mark.parametrize(

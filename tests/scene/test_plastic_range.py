@@ -37,9 +37,9 @@ def test_the_strength_is_compared_with_the_modulus_of_the_contact(ratio: float, 
 
 
 def test_a_refusal_names_both_bodies_and_the_one_without_a_strength() -> None:
-    (fault,) = faults_of(chain(sw.Segment(count=3), sw.Segment(count=3, material="ptfe")), None)
-    assert "contact 2, between granule 2 (hard steel) and granule 3 (ptfe)" in fault.problem
-    assert "state the yield_strength of ptfe" in fault.problem
+    (fault,) = faults_of(chain(sw.Segment(count=3), sw.Segment(count=3, material="delrin")), None)
+    assert "contact 2, between granule 2 (hard steel) and granule 3 (delrin)" in fault.problem
+    assert "state the yield_strength of delrin" in fault.problem
 
 
 def test_the_place_of_a_refusal_is_the_law_of_the_contact() -> None:

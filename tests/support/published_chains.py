@@ -14,6 +14,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import shockwave as sw
+from shockwave.scene.elastic_plastic import Loading
+from shockwave.scene.layout import Layout
 
 from .sampled_peak import sampled_peak
 
@@ -305,6 +307,53 @@ def peaks(history: Array) -> list[float]:
 
 
 #: Comparisons with rows of a reference, in the order of the page.
+# ---------------------------------------------------------------- finite elements
+
+# Law, rate constant and velocity of ten free beads, and the greatest forces at contacts 0, 2, 4, 6 and 8.
+BEADS = {
+    ("elastic", 0.0, 5): ("697.9", "618.2", "601.2", "595.3", "582.6"),
+    ("elastic", 0.0, 20): ("3737.8", "3328.4", "3244.1", "3220.1", "3171.2"),
+    ("plastic", 0.0, 5): ("598.8", "467.3", "376.5", "312.0", "279.2"),
+    ("plastic", 0.0, 20): ("2899.0", "1805.0", "1287.6", "942.1", "741.9"),
+    ("plastic with rate", 0.035, 5): ("666.9", "548.3", "484.2", "435.6", "399.0"),
+    ("plastic with rate", 0.035, 20): ("3229.5", "2275.6", "1776.1", "1472.1", "1203.5"),
+}
+# Yield strength [MPa] -> forces at overlaps of 20, 50 and 100 um of two spheres with E 100 GPa.
+STATIC = {
+    600: ("188.4", "599.2", "1366.1"),
+    1000: ("227.0", "763.0", "1826.2"),
+    2000: ("270.6", "968.0", "2493.6"),
+}
+# Velocity [m/s] -> restitution of two of the beads.
+RESTITUTION = {1: "0.958", 5: "0.781", 10: "0.708", 20: "0.629", 50: "0.486"}
+
+
+def finite_elements() -> Iterator[Row]:
+    """Forces in chains of ten beads, at given overlaps, and restitution of two beads, by finite elements."""
+    scenario = sw.load_scenario(SCENES / "finite-elements.yaml")
+    chain = scenario.chain
+    for (law, constant, velocity), references in BEADS.items():
+        contact = None if law == "elastic" else chain.contact
+        beads = evolve(chain, material=evolve(chain.material, rate_constant=constant), contact=contact)
+        result = sw.simulate(sw.Impact(velocity=velocity), beads, rtol=RTOL, contacts=[0, 2, 4, 6, 8])
+        for each, reference in zip(result.contacts, references, strict=True):
+            quantity = f"{law}, {velocity} m/s: force at contact {each.contact}, N"
+            yield Row(quantity, reference, each.peak_force, each.error_estimate)
+    for strength, references in STATIC.items():
+        material = evolve(chain.material, youngs_modulus=100e9, yield_strength=strength * 1e6)
+        pairs = sw.Chain(material=material, radius=chain.radius, granules=2, end=sw.Wall())
+        layout = Layout.of(evolve(pairs, contact=chain.contact), scenario.excitation)
+        ratios = strength * 1e6 / layout.pairs.moduli
+        loading = Loading(layout.pairs.stiffnesses, layout.pairs.radii, ratios)
+        for overlap, reference in zip((20, 50, 100), references, strict=True):
+            quantity = f"strength {strength} MPa: static force at an overlap of {overlap} um, N"
+            yield Row(quantity, reference, float(loading.force(np.full(ratios.shape, overlap * 1e-6))[0]))
+    pair = evolve(chain, granules=1)
+    for velocity, reference in RESTITUTION.items():
+        result = sw.simulate(sw.Impact(velocity=velocity), pair, rtol=RTOL)
+        yield Row(f"restitution at {velocity} m/s", reference, result.restitution, result.error_estimate)
+
+
 CHECKS: dict[str, Callable[[], Iterator[Row]]] = {
     "taperchain": taperchain,
     "restitution": restitution,
@@ -313,4 +362,5 @@ CHECKS: dict[str, Callable[[], Iterator[Row]]] = {
     "dimers": dimers,
     "precompression": precompression,
     "lazaridi": lazaridi,
+    "finite-elements": finite_elements,
 }
