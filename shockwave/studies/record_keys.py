@@ -30,7 +30,7 @@ _QUESTION = re.compile(r"\bset (?:unit: \S+, and )?(scale|area|mass|interval)\b|
 _PLACEHOLDERS = {"scale": "1", "area": "1 cm**2", "mass": "1 kg", "interval": "1 us"}
 # What the user must state in place of a guess.
 _QUESTIONS = {
-    "scale": "newtons per unit of the file, the inverse of the sensitivity",
+    "scale": "newtons per unit of the file",
     "area": "loaded area",
     "mass": "moving mass",
     "interval": "sampling interval",
@@ -57,8 +57,8 @@ class RecordKey:
     question : str
         What the user must state, if the file does not show it: the value is a guess; else empty.
     without : mapping of str to float, or None
-        Peak force [N], rise time [s] and impulse [N s] with the other keys, and negative forces set to zero; None if
-        the record is refused then.
+        Peak force [N], rise time [s] and impulse [N s] without a step of the processing, and negative forces set to
+        zero; None if the record is refused then, and for what describes the file.
     """
 
     key: str
@@ -161,7 +161,7 @@ def propose_keys(file: str | os.PathLike[str]) -> RecordKeys:
                 key=key,
                 value=value,
                 question=_QUESTIONS[key] if key in guesses else "",
-                without=_figures(path, {other: ordered[other] for other in ordered if other != key}),
+                without=None if key in _FORMAT else _figures(path, ordered, key),
             )
             for key, value in ordered.items()
         ),
@@ -210,8 +210,9 @@ def _read(path: str, keys: dict[str, str]) -> Record:
     return read_record(Path(path), RecordFormat(**{key: values[key] for key in _FORMAT if key in values}))
 
 
-def _figures(path: str, keys: dict[str, str]) -> Mapping[str, float] | None:
+def _figures(path: str, keys: dict[str, str], omitted: str) -> Mapping[str, float] | None:
+    others = {"negative": "zero"} | {key: value for key, value in keys.items() if key != omitted}
     try:
-        return Tabulated.from_file(path, **_values({"negative": "zero"} | keys)).figures
+        return Tabulated.from_file(path, **_values(others)).figures
     except ShockwaveError:
         return None
