@@ -253,13 +253,16 @@ def _window(start: float, stop: float) -> str:
 def _figures(times: FloatArray, forces: FloatArray) -> dict[str, float]:
     """Peak force [N], rise time [s] and impulse [N s]."""
     peak = int(np.argmax(forces))
-    return {"peak force": forces[peak], "rise time": times[peak] - times[0], "impulse": _impulse(times, forces)}
+    figures = {"peak_force": forces[peak], "rise_time": times[peak] - times[0], "impulse": _impulse(times, forces)}
+    return {name: float(value) for name, value in figures.items()}
 
 
 def changes(before: Mapping[str, float], after: Mapping[str, float], least: float = _UNCHANGED) -> str:
     """Relative changes of figures beyond ``least``, each with its name."""
     relative = {name: (after[name] - old) / abs(old) for name, old in before.items() if old}
-    return ", ".join(f"{name} {change:+.2%}" for name, change in relative.items() if abs(change) > least)
+    return ", ".join(
+        f"{name.replace('_', ' ')} {change:+.2%}" for name, change in relative.items() if abs(change) > least
+    )
 
 
 def _impulse(times: FloatArray, values: FloatArray) -> float:

@@ -46,27 +46,6 @@ _INTERVAL = re.compile(rb"(?i)(?:interval|increment|t ?inc|delta_x)\W+(?:[^\n]*[
 _ROUNDS = 12
 
 
-@frozen(kw_only=True)
-class RecordKey:
-    """A proposed key.
-
-    Attributes
-    ----------
-    key, value : str
-        Name, and value as a scenario states it.
-    question : str
-        What the user must state, if the file does not show it: the value is a guess; else empty.
-    without : mapping of str to float, or None
-        Peak force [N], rise time [s] and impulse [N s] without a step of the processing, and negative forces set to
-        zero; None if the record is refused then, and for what describes the file.
-    """
-
-    key: str
-    value: str
-    question: str
-    without: Mapping[str, float] | None
-
-
 @frozen(kw_only=True, eq=False)
 class RecordKeys(Result):
     """Proposed keys for a record file.
@@ -75,10 +54,15 @@ class RecordKeys(Result):
     ----------
     file : str
         The record.
-    keys : tuple of RecordKey
-        The keys.
-    pulse : mapping of str to float, or None
-        Peak force [N], rise time [s] and impulse [N s] with all keys; None if they are refused.
+    keys : dict of str to str
+        Values as a scenario states them, by the names of the keys.
+    guesses : dict of str to str
+        What the user must state in place of a guess, because the file does not show it, by the names of the keys.
+    without : dict of str to (dict of str to float)
+        Peak force [N], rise time [s] and impulse [N s] without a step of the processing, and negative forces set to
+        zero, by the names of the keys.
+    pulse : dict of str to float, or None
+        These figures with all keys; None if the record is refused.
     problem : str
         The error that is left then.
     warnings : tuple of str
@@ -86,7 +70,9 @@ class RecordKeys(Result):
     """
 
     file: str
-    keys: tuple[RecordKey, ...]
+    keys: dict[str, str]
+    guesses: dict[str, str]
+    without: dict[str, Mapping[str, float]]
     pulse: Mapping[str, float] | None
     problem: str
     warnings: tuple[str, ...]
@@ -96,40 +82,35 @@ class RecordKeys(Result):
     @property
     def parameters(self) -> dict[str, Any]:
         """Values by their keys, as `Tabulated.from_file` takes them."""
-        return _values({each.key: each.value for each in self.keys})
+        return _values(self.keys)
 
     @property
     def record(self) -> Record:
         """The samples in newtons, with the sign, and without baseline and crop."""
-        return _read(self.file, {each.key: each.value for each in self.keys})
+        return _read(self.file, self.keys)
 
     def shock(self, folder: str | None = None) -> str:
         """The block of a scenario, which lies in a folder, with the keys, and the effect of each as a comment."""
-        name = os.path.relpath(self.file, folder or os.curdir) if folder is not None else self.file
+        name = self.file if folder is None else os.path.relpath(self.file, folder or os.curdir)
+        comments = {key: f"a guess: state the {question}" for key, question in self.guesses.items()}
+        if self.pulse is not None:
+            comments |= {key: changes(figures, self.pulse) for key, figures in self.without.items()}
         lines = [f"file: {name}"]
-        for each in self.keys:
-            comment = f"a guess: state the {each.question}" if each.question else ""
-            if self.pulse and each.without:
-                comment = changes(each.without, self.pulse)
-            lines.append(f"{each.key}: {each.value}" + (f"  # {comment}" if comment else ""))
+        for key, value in self.keys.items():
+            lines.append(f"{key}: {value}  # {comments[key]}" if comments.get(key) else f"{key}: {value}")
         return "shock:\n  profile: tabulated\n  parameters:\n" + "".join(f"    {line}\n" for line in lines)
 
     def to_dict(self) -> dict[str, Any]:
         """Document printed by ``shockwave record --json``."""
-        keys = [{**asdict(each), "without": _plain(each.without)} for each in self.keys]
-        return {**VERSION, **asdict(self), "keys": keys, "pulse": _plain(self.pulse), "parameters": self.parameters}
+        return {**VERSION, **asdict(self), "keys": self.parameters}
 
     def __str__(self) -> str:
         answer = "no pulse with these keys"
         if self.pulse is not None:
-            units = {"peak force": "N", "rise time": "s", "impulse": "N s"}
-            answer = ", ".join(f"{name} {si(self.pulse[name], unit)}" for name, unit in units.items())
+            units = {"peak_force": "N", "rise_time": "s", "impulse": "N s"}
+            answer = ", ".join(f"{name.replace('_', ' ')} {si(self.pulse[name], units[name])}" for name in units)
         warnings = limits([*filter(None, [self.problem]), *self.warnings])
         return "\n".join([strong(f"{self.file}: {answer}"), *warnings, "", self.shock().rstrip()])
-
-
-def _plain(figures: Mapping[str, float] | None) -> dict[str, float] | None:
-    return None if figures is None else {name.replace(" ", "_"): value for name, value in figures.items()}
 
 
 def propose_keys(file: str | os.PathLike[str]) -> RecordKeys:
@@ -153,18 +134,16 @@ def propose_keys(file: str | os.PathLike[str]) -> RecordKeys:
         if not more:
             break
         keys |= more
-    ordered = {key: keys[key] for key in _KEYS if key in keys}
+    without = {}
+    for omitted in {"baseline", "crop"} & keys.keys():
+        others = {"negative": "zero"} | {key: value for key, value in keys.items() if key != omitted}
+        with suppress(ShockwaveError):
+            without[omitted] = Tabulated.from_file(path, **_values(others)).figures
     return RecordKeys(
         file=path,
-        keys=tuple(
-            RecordKey(
-                key=key,
-                value=value,
-                question=_QUESTIONS[key] if key in guesses else "",
-                without=None if key in _FORMAT else _figures(path, ordered, key),
-            )
-            for key, value in ordered.items()
-        ),
+        keys={key: keys[key] for key in _KEYS if key in keys},
+        guesses={key: _QUESTIONS[key] for key in _KEYS if key in guesses},
+        without=without,
         pulse=pulse.figures if pulse else None,
         problem=problem,
         warnings=pulse.alarms if pulse else (),
@@ -208,11 +187,3 @@ def _values(keys: dict[str, str]) -> dict[str, Any]:
 def _read(path: str, keys: dict[str, str]) -> Record:
     values = _values(keys)
     return read_record(Path(path), RecordFormat(**{key: values[key] for key in _FORMAT if key in values}))
-
-
-def _figures(path: str, keys: dict[str, str], omitted: str) -> Mapping[str, float] | None:
-    others = {"negative": "zero"} | {key: value for key, value in keys.items() if key != omitted}
-    try:
-        return Tabulated.from_file(path, **_values(others)).figures
-    except ShockwaveError:
-        return None
