@@ -172,6 +172,12 @@ _NEW = [
     option("--example EXAMPLE", "write an example", **one_of("wall", "striker", "record", "plastic")),
     option("-o --output FILE", "write to FILE, which must not exist (default: stdout)"),
 ]
+_KEYS = [
+    option("FILE", "record: a text file with a time and a force column"),
+    option("-o --output FILE", "write a scenario with the keys (.yaml) to FILE, which must not exist"),
+    option("--picture FILE", "write a picture (.svg, .png, .pdf) of the record and the pulse"),
+    _JSON,
+]
 _SCHEMA = [option("-o --output FILE", "write to FILE (default: stdout)")]
 _REPORT = [*_SCENARIO, _LIMIT, option("-o --output FILE", "write to FILE, or to stdout for - (default: NAME.html)")]
 
@@ -225,6 +231,7 @@ COMMANDS = [
     Command("stress", "benchmark_commands:stress", "run the catalogue of extreme cases", _STRESS),
     Command("list", "registry_commands:list_registered", "list the available profiles, integrators, ...", _LIST),
     Command("new", "registry_commands:new", "write a scenario to start from", _NEW),
+    Command("record", "record_command:record", "propose the keys of a record file", _KEYS),
     Command("schema", "registry_commands:schema", "write a JSON Schema of scenarios for editors", _SCHEMA),
 ]
 # fmt: on

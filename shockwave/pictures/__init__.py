@@ -24,6 +24,7 @@ from shockwave.pictures.finite_chains import peak_forces as peak_forces
 from shockwave.pictures.finite_chains import wall_force as wall_force
 from shockwave.pictures.picture_elements import METHODS as METHODS
 from shockwave.pictures.picture_elements import style as style
+from shockwave.pictures.record_keys import record_keys as record_keys
 from shockwave.pictures.sensor_histories import sensors as sensors
 from shockwave.pictures.shock import correction_area as correction_area
 from shockwave.pictures.shock import pulse as pulse

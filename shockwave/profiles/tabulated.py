@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import pathlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -187,6 +187,11 @@ class Tabulated(PiecewiseLinear, Value, kw_only=False):
     @property
     def recorded_rise_time(self) -> float:
         return self._pulse.rise_time
+
+    @property
+    def figures(self) -> Mapping[str, float]:
+        """Peak force [N], rise time [s] and impulse [N s], with the decay as recorded."""
+        return self._pulse.figures
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -22,8 +22,8 @@ from shockwave.base.numerics import FloatArray
 from shockwave.base.quantity_fields import join, text_of
 from shockwave.records.record_format import Label, RecordFormat, factors, kind_of, labels_of
 
-# Largest file [bytes]: a larger one is not a force record, and reading it would exhaust the memory.
-_MOST_BYTES = 128 * 2**20
+#: Largest file [bytes]: a larger one is not a force record, and reading it would exhaust the memory.
+MOST_BYTES = 128 * 2**20
 # Longest line [characters], for the same reason.
 _LONGEST_LINE = 10_000
 # Columns that an error lists, and rows in which it looks for them.
@@ -36,9 +36,9 @@ _NUMBER = re.compile(r"(?i)[+-]?(?:[.,]?[0-9]|(?:nan|inf|infinity)\b)")
 _DECIMALS = re.compile(r"(?i)\b0[.,][0-9]|[0-9][.,](?:[0-9]{1,2}(?![0-9])|[0-9]{4})|[0-9]e")
 _THOUSANDS = re.compile(r"\b[1-9][0-9]{0,2}(?:[.,' ][0-9]{3})+(?![0-9])")
 # Dates and times of day.
-_DATE = re.compile(r"[0-9]+[-./:][0-9A-Za-z]+[-./:][0-9]")
+_DATE = re.compile(r"[0-9]+[-./:](?:[0-9]+|[A-Za-z]{3,})[-./:][0-9]")
 # Rows with a decimal comma whose columns are separated by commas or blanks.
-_PADDED = re.compile(",[+-]?0[0-9]|[0-9] +[+-]?[0-9]")
+_PADDED = re.compile(",[+-]?0[0-9]+(?![0-9.])|[0-9] +[+-]?[0-9]")
 # Signs that stand for a minus and for blanks.
 _SIGNS = str.maketrans({"\N{MINUS SIGN}": "-", "\xa0": " ", "\u202f": " "})
 
@@ -122,7 +122,7 @@ def read_record(path: pathlib.Path, form: RecordFormat | None = None) -> Record:
 
 def _table(path: pathlib.Path, form: RecordFormat) -> _Table:
     """Read the file and find its first row of numbers and its column separator."""
-    text = read_text(path, _MOST_BYTES, form.encoding).translate(_SIGNS).replace("\r\n", "\n").replace("\r", "\n")
+    text = read_text(path, MOST_BYTES, form.encoding).translate(_SIGNS).replace("\r\n", "\n").replace("\r", "\n")
     lines = list[_Line]()
     for number, line in enumerate(io.StringIO(text, newline="\n"), 1):  # one by one, as most lines may be blank
         if len(line) > _LONGEST_LINE:

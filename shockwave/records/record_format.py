@@ -32,7 +32,7 @@ _BRACKETS = re.compile(r"\[([^]\d,;:][^],;:]*)\]|\(([^)\d,;:][^),;:]*)\)")
 _SUFFIX = re.compile(rf"^[^[(]+?(?:/ ?([^\W\d][^[(]*)|[_ ]({_BARE}))$")
 # A number, or a setting such as "range: 5 kN": no name of a column.
 _VALUE = re.compile(
-    rf"(?:.*[ :=])?[+-]?[0-9][0-9.,]*(?:e[+-]?[0-9]+)? ?(?:{_BARE})|[+-]?[0-9.,]+(?:e[+-]?[0-9]+)?", re.I
+    rf"(?:.*[ :=])?[+-]?[0-9][0-9.,]*(?:e[+-]?[0-9]+)? ?(?:{_BARE})|(?:.*[:=] *)?[+-]?[0-9.,]+(?:e[+-]?[0-9]+)?", re.I
 )
 # Longest label of a column [characters]; longer text is none.
 _LONGEST_LABEL = 100

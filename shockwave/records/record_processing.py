@@ -73,7 +73,7 @@ class _Process:
     def step(self, change: str, forces: FloatArray, kept: slice = slice(None)) -> None:
         """Take new ``forces``, of which the samples ``kept`` remain, and note the effect."""
         before, self.times, self.forces = _figures(self.times, self.forces), self.times[kept], forces[kept]
-        self.notes.append(f"{change} ({_changes(before, _figures(self.times, self.forces)) or 'no change'}).")
+        self.notes.append(f"{change} ({changes(before, _figures(self.times, self.forces)) or 'no change'}).")
 
 
 def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None, steps: Steps) -> Pulse:
@@ -160,6 +160,8 @@ def _check_samples(times: FloatArray, forces: FloatArray) -> None:
     hint, repeated = "delete it, or sort the times", int(np.count_nonzero(times[1:] == times[:-1]))
     if repeated > 1 + times.size // 100:  # fewer are errors of single rows
         hint = "where digits are missing, set interval to the sampling interval of the instrument"
+    if ((times[1:] <= times[0]) & (np.diff(times) < 0)).any():
+        hint = "a second record begins here: keep one of them"
     _check("times", times, np.append(True, times[1:] > times[:-1]), "must be greater than the one before", hint)
 
 
@@ -239,8 +241,8 @@ def _advice(times: FloatArray, forces: FloatArray, ratio: float | None, steps: S
             keys[0] += f" (subtracts {forces[_within(times, 'baseline', windows['baseline'], 1)].mean():.4g} N)"
         if steps["negative"] is None and after.negative > 0:
             keys.append("negative: zero")
-        if changes := _changes(before.figures, after.figures, _NOTICEABLE):
-            return f"{', '.join(keys)} would change {changes}"
+        if effect := changes(before.figures, after.figures, _NOTICEABLE):
+            return f"{', '.join(keys)} would change {effect}"
     return ""
 
 
@@ -251,13 +253,16 @@ def _window(start: float, stop: float) -> str:
 def _figures(times: FloatArray, forces: FloatArray) -> dict[str, float]:
     """Peak force [N], rise time [s] and impulse [N s]."""
     peak = int(np.argmax(forces))
-    return {"peak force": forces[peak], "rise time": times[peak] - times[0], "impulse": _impulse(times, forces)}
+    figures = {"peak_force": forces[peak], "rise_time": times[peak] - times[0], "impulse": _impulse(times, forces)}
+    return {name: float(value) for name, value in figures.items()}
 
 
-def _changes(before: Mapping[str, float], after: Mapping[str, float], least: float = _UNCHANGED) -> str:
+def changes(before: Mapping[str, float], after: Mapping[str, float], least: float = _UNCHANGED) -> str:
     """Relative changes of figures beyond ``least``, each with its name."""
-    changes = {name: (after[name] - old) / abs(old) for name, old in before.items() if old}
-    return ", ".join(f"{name} {change:+.2%}" for name, change in changes.items() if abs(change) > least)
+    relative = {name: (after[name] - old) / abs(old) for name, old in before.items() if old}
+    return ", ".join(
+        f"{name.replace('_', ' ')} {change:+.2%}" for name, change in relative.items() if abs(change) > least
+    )
 
 
 def _impulse(times: FloatArray, values: FloatArray) -> float:

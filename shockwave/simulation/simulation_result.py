@@ -292,11 +292,9 @@ class Simulation(SceneResult):
     def spectrum(
         self, mass: Number | None = None, damping: Number = 0.05, low: Number | None = None, high: Number | None = None
     ) -> ShockSpectrum:
-        """Compute the shock response spectrum of what reaches the structure behind a finite chain.
+        """Compute the shock response spectrum behind a finite chain, from ``low`` to ``high`` [Hz].
 
-        The base accelerates as a movable end, or as ``mass`` [kg] under the force on a wall or at the last contact less
-        the static force. Twelve frequencies per octave go from ``low`` to ``high`` [Hz], by default from one period
-        within the simulated time to several within a solitary wave.
+        The base is a movable end, or ``mass`` [kg] under the dynamic force on a wall or at the last contact.
         """
         from shockwave.simulation.transmitted_spectrum import spectrum_of  # needed only here
 

@@ -36,23 +36,22 @@ def spectrum_of(
     result: Any, mass: Number | None, damping: Number, low: Number | None, high: Number | None
 ) -> ShockSpectrum:
     """Compute `Simulation.spectrum` of a result, from histories with smaller and smaller intervals."""
-    end, count = result.chain.end, result.chain.count
+    structure, end, count = result.structure, result.chain.end, result.chain.count
     if count is None:
         raise InvalidValueError.of("chain.granules", "must be given for a spectrum (got an endless chain)")
-    movable = end is not None and end.mass is not None
-    if movable and result.end_energy is None:
+    if structure is not None and structure.peak_acceleration is None:
         problem = "must let the end move (got a wall that is integrated as a fixed one; delete its mass"
         raise InvalidValueError.of("chain.end.stiffness", f"{problem}, and give that of the structure)")
-    if movable and mass is not None:
+    if structure is not None and mass is not None:
         problem = "must be left out for a movable end, whose acceleration is that of the base"
         raise InvalidValueError.of("mass", f"{problem} (got {mass})")
-    if not movable and mass is None:
+    if structure is None and mass is None:
         raise InvalidValueError.of("mass", "must be given for a force: the mass on which it acts (got none)")
-    kilograms: float = end.mass if movable else _MASS.check("mass", mass)
+    kilograms: float = _MASS.check("mass", mass) if structure is None else end.mass
     ratio, first, last = DAMPING.check("damping", damping), FREQUENCY.check("low", low), FREQUENCY.check("high", high)
-    sensor: Any = "structure" if movable else "wall"
-    if end is None:
-        sensor = {"contact": count - 2 + (result.shock is None)}
+    sensor: Any = {"contact": count - 2 + (result.shock is None)}
+    if end is not None:
+        sensor = "wall" if structure is None else "structure"
     spectra: list[FloatArray] = []
     errors = frequencies = np.ones(1)
     for halvings in range(_HALVINGS + 1):
@@ -82,8 +81,6 @@ def spectrum_of(
     if (share := sizes[-1] / sizes.max()) > _STILL_MOVING:
         rest = f"the acceleration is {percent(share)} of the greatest one"
         warnings.append(f"At the end of the simulated time {rest}, and later motion is left out (extend until).")
-    if errors.max() >= _AGREED:
-        warnings.append(f"The spectra of two simulations agree to {errors.max():.0e} only (set a smaller rtol).")
     force = "force at the last contact" if end is None else "force on the wall"
     shock = spectra[-1][1] if result.shock is not None else (None, None)
     return ShockSpectrum(
@@ -93,7 +90,7 @@ def spectrum_of(
         errors=errors,
         damping=ratio,
         end=float(times[-1]),
-        base="acceleration of the movable end" if movable else f"{force} over {kilograms:g} kg",
+        base="acceleration of the movable end" if structure else f"{force} over {kilograms:g} kg",
         mass=kilograms,
         input_acceleration=shock[0],
         input_pseudo_velocity=shock[1],

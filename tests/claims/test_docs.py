@@ -30,7 +30,7 @@ from shockwave.scenario.schema import schema
 from shockwave.scene.force_limit import Limit
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.studies.quantities import targets_of
-from support import pages
+from support import acquisition_files, pages
 from support.distributions import install
 from support.pages import DOCS, PAGES, ROOT, Block, blocks_of, code_in, table
 from support.programs import commands
@@ -104,10 +104,27 @@ def test_code_runs(page: Path, tmp_path: Path, patch: pytest.MonkeyPatch) -> Non
     pages.prepare(tmp_path, blocks[-1], patch)
     names: dict[str, Any] = {}
     for block in blocks:
-        if "file" in block.directives:
+        if {"file", "needs"} & block.directives.keys():
             compile(block.text, str(block), "exec")
         else:
             pages.execute(block, names)
+
+
+NEEDING = [block for page in PAGES for block in blocks_of(page) if "needs" in block.directives]
+
+
+@pytest.mark.parametrize("block", NEEDING, ids=lambda block: block.directives["needs"])
+def test_code_runs_with_the_package_that_it_needs(
+    block: Block, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    package = block.directives["needs"]
+    pytest.importorskip(package)
+    monkeypatch.chdir(tmp_path)
+    acquisition_files.write_file(package)
+    names: dict[str, Any] = {}
+    pages.execute(block, names)
+    assert names["blow"].recorded_peak_force == pytest.approx(acquisition_files.FORCES.max())
+    assert names["blow"].recorded_rise_time == pytest.approx(100e-6)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
@@ -326,6 +343,7 @@ PRINTED = {
     "list plugins": ("", "-"),
     "uncertainty": (f"{PROTECTOR} --draws 1024", "-"),
     "spectrum": ("profiles/examples/triangular.yaml --set chain.granules=5 --mass 1kg", "-"),
+    "record": ("profiles/examples/hammer.csv", r"without\.\w+\."),
     "design": (
         f"{PROTECTOR} --vary chain.diameter --target 'peak_force=60 N' --between '2 mm' '40 mm'",
         r"(nearest|table)(\[\])?\.|solutions\[\]\.(quantities|errors)\.",

@@ -105,6 +105,7 @@ FEATURES = (
     *(f"shockwave.scene.{name}" for name in ("feature_rules", "impact", "layout", "power_law_wave", "segments")),
     *(f"shockwave.simulation.{name}" for name in ("contact_forces", "contact_setup", "convergence_runs")),
     *(f"shockwave.simulation.{name}" for name in ("shock_spectrum", "transmitted_spectrum")),
+    "shockwave.studies.record_keys",
     *("shockwave.scene.sensors", "shockwave.simulation.chain_histories", "shockwave.simulation.sensor_signals"),
     *(f"shockwave.engine.{name}" for name in ("mixed_chain_", "_chains", "nystroem_tableaux")),
     "shockwave.scenario.chain_blocks",

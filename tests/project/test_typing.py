@@ -25,7 +25,7 @@ from shockwave.scene.simulate_options import SimulateOptions
 from support.pages import PAGES, ROOT, blocks_of
 
 #: Packages without types, or that are not installed.
-UNTYPED = ("dask", "distributed", "mpi4py", "pandas")
+UNTYPED = ("asammdf", "dask", "distributed", "mpi4py", "nptdms", "pandas", "pyuff")
 START = """
 import pint
 import shockwave as sw

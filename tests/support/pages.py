@@ -8,6 +8,8 @@ A comment right before a fenced block states more about it:
     It is part of a scenario: its top-level keys take the place of those in the file NAME.
 ``<!-- faulty -->``
     The scenario has faults, and the page shows their messages.
+``<!-- needs: PACKAGE -->``
+    The code runs alone, where this package is installed, in a folder with a file that the package has written.
 ``<!-- table: NAME -->``, before a table
     The table is compared with the program.
 
