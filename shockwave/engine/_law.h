@@ -41,40 +41,6 @@ INLINE V NAME(elastic)(const March *m, const int hertz, const int loaded, const 
     return NAME(pick)(closed, force, open);
 }
 
-/* Forces of contacts that flow along a curve, in place of others; `power` receives their total power where it is
-   integrated. */
-INLINE V NAME(flow)(const March *m, long e, V force, V d, V w, V *power)
-{
-    const V zero = NAME(set)(0), curved = NAME(load)(m->plastic.curved + e);
-    double f[WIDTH], overlaps[WIDTH], velocities[WIDTH];
-    int i;
-    *power = zero;
-    if (!NAME(any)(NAME(exceeds)(curved, zero))) return force;
-    NAME(store)(f, force);
-    NAME(store)(overlaps, d);
-    NAME(store)(velocities, w);
-    for (i = 0; i < WIDTH; i++)
-        if (m->plastic.curved[e + i] > 0) f[i] = load(&m->plastic, e + i, (int)m->plastic.mode[e + i], overlaps[i], velocities[i]) - m->still[e + i];
-    force = NAME(load)(f);
-    *power = NAME(pick)(NAME(exceeds)(curved, NAME(set)(1)), (force + NAME(load)(m->still + e)) * w, zero);
-    return force;
-}
-
-/* Time derivatives of the forces of contacts that flow, in place of others. */
-INLINE V NAME(flow_rates)(const March *m, long e, V rate, V d, V w, V closing)
-{
-    double r[WIDTH], overlaps[WIDTH], velocities[WIDTH], changes[WIDTH];
-    int i;
-    if (!NAME(any)(NAME(exceeds)(NAME(load)(m->plastic.mode + e), NAME(set)(ELASTIC)))) return rate;
-    NAME(store)(r, rate);
-    NAME(store)(overlaps, d);
-    NAME(store)(velocities, w);
-    NAME(store)(changes, closing);
-    for (i = 0; i < WIDTH; i++)
-        if (m->plastic.mode[e + i] > ELASTIC) r[i] = load_rate(m, e + i, (int)m->plastic.mode[e + i], overlaps[i], velocities[i], changes[i]);
-    return NAME(load)(r);
-}
-
 /* Force with damping, from the elastic one; `raw` is that before it is cut off. */
 INLINE V NAME(damp)(const March *m, long e, V elastic, V d, V w, V *raw)
 {

@@ -32,7 +32,7 @@ typedef struct {
 } Method;
 
 /* Constants of the law of elastic-plastic contacts, and rows of their properties, state, and constants within a step; see
-   mixed_chain_plastic.py. */
+   mixed_chain_modes.py. */
 typedef struct { double pi, pressure, full, full_less, hardness, softening, softening_power, area, area_less; } Law;
 typedef struct {
     double *strength, *radius, *rate, *slow, *virgin, *start, *first, *cap, *full, *a, *b, *level, *slope, *yield, *unit;
@@ -58,13 +58,14 @@ typedef struct {
 struct March {
     Run *r;
     Kernel kernel;
-    Method method;
+    Method careful, swift; /* the latter for steps in which no force depends on the velocity, if there are stages */
+    const Method *method;
     const double *stops, *times;
     double *inverse, *k, *gap, *base, *root, *still, *c, *far_w, *far_u, *scale_w, *scale_u, *best, *since, *lost, *both, *on;
     double *exponents, *powers, power; /* p and q of the contacts, and q if all have the same, else -1 */
-    double *mobile, *reach_w, *reach_u, *y, *z, *shares, *stage[MAX_STAGES], *samples, *rows;
+    double *mobile, *reach_w, *reach_u, *y, *z, *shares, *flowing, *stage[MAX_STAGES], *room[MAX_STAGES], *samples, *rows;
     End start, finish, trial, scratch;
-    long bodies, n, padded, stop, stop_count, sample, sample_count; /* padded: bodies of the window in whole blocks */
+    long bodies, n, padded, flows, stop, stop_count, sample, sample_count; /* padded: bodies of the window in whole blocks */
     Plastic plastic;
     int yields, hertz, damped, loaded, jumps, driven, rejected, cuts, over, at_stop;
     double held, effort, asked, free[2], impulses[MAX_STAGES + 1], forces[3][MAX_STAGES]; /* forces: at the first contact, left and right */

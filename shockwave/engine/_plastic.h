@@ -1,4 +1,4 @@
-/* Elastic-plastic contacts: the algorithm of mixed_chain_plastic.py, which explains it. The mode of a contact is fixed
+/* Elastic-plastic contacts: the algorithm of mixed_chain_modes.py, which explains it. The mode of a contact is fixed
    within a step, so that its force is smooth. */
 
 #define MOST_CHANGES 4 /* of the mode of a contact at one time */
@@ -118,6 +118,7 @@ static void set_constants(March *m, long j)
     p->curved[j] = mode == MIDDLE || (mode == FULL && rate) ? 1 + rate : 0;
     p->tangent[j] = mode == FULL && !rate ? p->slope[j] : 0;
     p->offset[j] = (smooth ? m->k[j] * (m->base[j] * m->root[j]) : level + p->tangent[j] * m->base[j]) - m->still[j];
+    if (p->curved[j] > 0) p->offset[j] = 0;
     if (mode == CAPPED) p->limit[j] = p->first[j];
     else if (!smooth) p->limit[j] = -m->r->largest;
 }
@@ -174,6 +175,58 @@ static int change_modes(March *m)
             } else if (m->plastic.curved[j] > 1) m->plastic.force[j] = larger(m->plastic.force[j], m->start.f[j] + m->still[j]);
         }
     return changed;
+}
+
+/* Lists the contacts that flow, and chooses the method of the next steps. */
+static void list_flows(March *m)
+{
+    const Plastic *p = &m->plastic;
+    int rates = 0;
+    long j;
+    m->flows = 0;
+    for (j = 0; m->yields && j < (long)m->r->contacts; j++)
+        if (p->mode[j] > ELASTIC) {
+            m->flowing[m->flows++] = (double)j;
+            rates = rates || p->curved[j] > 1;
+        }
+    m->damped = m->r->damped != 0 || rates;
+    m->method = m->damped || !m->swift.stages ? &m->careful : &m->swift;
+}
+
+/* Replaces the forces of the contacts that flow along a curve between low and high, and the accelerations of their bodies. */
+static void flow(March *m, int whole, const double *x, const double *v, long low, long high, double weight, End *to)
+{
+    const Plastic *p = &m->plastic;
+    long i, j;
+    for (i = 0; i < m->flows; i++) {
+        double d, w;
+        j = (long)m->flowing[i];
+        if (p->curved[j] == 0 || j < low || j >= high) continue;
+        d = (x[j] - x[j + 1]) + m->gap[j] + m->base[j];
+        w = m->damped ? v[j] - v[j + 1] : 0;
+        to->f[j] = load(p, j, (int)p->mode[j], d, w) - m->still[j];
+        if (whole) to->raw[j] = to->f[j] + m->still[j];
+        if (p->curved[j] > 1) {
+            m->shares[j] += weight * ((to->f[j] + m->still[j]) * w);
+            if (whole) to->power[j] = (to->f[j] + m->still[j]) * w;
+        }
+    }
+    for (i = 0; i < m->flows; i++) {
+        j = (long)m->flowing[i];
+        if (j >= low && j < high) to->a[j] = m->mobile[j] * (to->f[j - 1] - to->f[j]);
+        if (j >= low && j + 1 < high) to->a[j + 1] = m->mobile[j + 1] * (to->f[j] - to->f[j + 1]);
+    }
+}
+
+/* Sets the time derivatives of the forces of the contacts that flow between low and high. */
+static void set_flow_rates(const March *m, End *end, long low, long high)
+{
+    long i, j;
+    for (i = 0; i < m->flows; i++) {
+        j = (long)m->flowing[i];
+        if (j < low || j >= high) continue;
+        end->slope[j] = load_rate(m, j, (int)m->plastic.mode[j], end->d[j], end->w[j], end->a[j] - end->a[j + 1]);
+    }
 }
 
 /* First place between low and high where a polynomial with these coefficients of Bernstein is negative; 2 if nowhere. */

@@ -54,17 +54,13 @@ INLINE void NAME(forces_of)(const March *m, const int hertz, const int damped, c
     for (e = low; e < high; e += WIDTH) {
         const V after = NAME(load)(x + e + WIDTH), u = (here - NAME(next)(here, after)) + NAME(load)(m->gap + e);
         const V d = loaded ? u + NAME(load)(m->base + e) : u;
-        V elastic = NAME(elastic)(m, hertz, loaded, yields, e, u, d), f, raw, flow = u;
-        if (yields && !damped) elastic = NAME(flow)(m, e, elastic, d, u, &flow);
-        f = raw = elastic;
+        const V elastic = NAME(elastic)(m, hertz, loaded, yields, e, u, d);
+        V f = elastic, raw = elastic;
         if (damped) {
             const V following = NAME(load)(v + e + WIDTH), w = speed - NAME(next)(speed, following);
-            V power;
-            if (yields) elastic = NAME(flow)(m, e, elastic, d, w, &flow);
             f = NAME(damp)(m, e, elastic, d, w, &raw);
-            power = yields ? (f - elastic) * w + flow : (f - elastic) * w;
-            if (weight != 0) NAME(store)(m->shares + e, NAME(load)(m->shares + e) + weight * power);
-            if (whole) NAME(store)(to->power + e, power);
+            if (weight != 0) NAME(store)(m->shares + e, NAME(load)(m->shares + e) + weight * ((f - elastic) * w));
+            if (whole) NAME(store)(to->power + e, (f - elastic) * w);
             speed = following;
         }
         NAME(store)(to->f + e, f);
@@ -95,7 +91,7 @@ static void NAME(add_end)(const March *m, const double *x, const double *v, long
 /* Forces and accelerations; stage is that of the sums of the impulses, or negative. */
 TARGET static void NAME(forces)(March *m, const int whole, const double *x, const double *v, long low, long high, int stage, End *to)
 {
-    const double weight = m->damped && stage >= 0 ? m->method.weights[stage] : 0;
+    const double weight = m->damped && stage >= 0 ? m->method->weights[stage] : 0;
 #define FORCES(hertz, damped, loaded, yields) \
     if (whole) NAME(forces_of)(m, hertz, damped, loaded, yields, 1, x, v, low, high, weight, to); \
     else NAME(forces_of)(m, hertz, damped, loaded, yields, 0, x, v, low, high, weight, to);
@@ -106,6 +102,7 @@ TARGET static void NAME(forces)(March *m, const int whole, const double *x, cons
     else if (m->hertz && !m->loaded) { FORCES(1, 1, 0, 0) }
     else { FORCES(m->hertz, m->damped, m->loaded, 0) }
 #undef FORCES
+    if (m->flows) flow(m, whole, x, v, low, high, weight, to);
     NAME(add_end)(m, x, v, high, weight, to);
     if (stage < 0) return;
     watch(m, to->f, stage);
@@ -122,13 +119,13 @@ TARGET static void NAME(complete)(March *m, End *end, long low, long high, doubl
     for (e = low; e < high; e += WIDTH) {
         const V following = NAME(load)(end->v + e + WIDTH), after = NAME(load)(end->a + e + WIDTH), w = speed - NAME(next)(speed, following);
         const V change = a - NAME(next)(a, after), d = NAME(load)(end->d + e);
-        V slope = NAME(rate)(m, e, NAME(load)(end->stiffness + e), d, w, change);
-        if (m->yields) slope = NAME(flow_rates)(m, e, slope, d, w, change);
+        const V slope = NAME(rate)(m, e, NAME(load)(end->stiffness + e), d, w, change);
         NAME(store)(end->w + e, w);
         NAME(store)(end->slope + e, NAME(pick)(NAME(exceeds)(NAME(load)(end->raw + e), NAME(set)(0)), slope, NAME(set)(0)));
         speed = following;
         a = after;
     }
+    if (m->flows) set_flow_rates(m, end, low, high);
     if (push != 0) end->a[0] = m->mobile[0] * (end->f[-1] - end->f[0]);
 }
 
@@ -142,7 +139,7 @@ TARGET static void NAME(evaluate)(March *m, End *end, long low, long high, doubl
 /* Attempts a step of bodies low to high from m->start; the new state is valid one body per stage inside the range. */
 TARGET static void NAME(attempt)(March *m, double h, double end, long low, long high, End *to)
 {
-    const Method *method = &m->method;
+    const Method *method = m->method;
     const End *s = &m->start;
     const int stages = method->stages, driven = m->driven && low == 0;
     long e;
@@ -161,8 +158,8 @@ TARGET static void NAME(attempt)(March *m, double h, double end, long low, long 
             if (!ends || !method->last_is_next) y[0] += way;
             z[0] += m->inverse[0] * m->impulses[i];
         }
-        m->scratch.a = m->stage[i < stages ? i : 0];
-        if (i < stages && last) m->stage[i] = to->a;
+        m->scratch.a = m->room[i < stages ? i : 0];
+        if (i < stages) m->stage[i] = last ? to->a : m->scratch.a;
         if (last && !(ends && method->last_is_next)) NAME(forces)(m, 1, y, z, low, high, ends ? -1 : i, to);
         else if (!last) NAME(forces)(m, 0, y, z, low, high, i, &m->scratch);
     }
@@ -202,9 +199,9 @@ TARGET static double NAME(largest)(const March *m, const Terms *t, double factor
 /* Largest error of the last attempt, over the tolerance. */
 static double NAME(error)(March *m, double h)
 {
-    const Terms *t = m->method.errors;
+    const Terms *t = m->method->errors;
     const double first = larger(NAME(largest)(m, t, h * h, m->scale_u), NAME(largest)(m, t + 1, h, m->scale_w));
-    const double second = m->method.estimates < 4 ? 0 : larger(NAME(largest)(m, t + 2, h * h, m->scale_u), NAME(largest)(m, t + 3, h, m->scale_w));
+    const double second = m->method->estimates < 4 ? 0 : larger(NAME(largest)(m, t + 2, h * h, m->scale_u), NAME(largest)(m, t + 3, h, m->scale_w));
     const double rough = 0.01 * second * second;
     return (rough != 0 ? first * first / sqrt(first * first + rough) : first) / m->r->tolerance;
 }

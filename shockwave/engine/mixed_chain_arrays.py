@@ -124,9 +124,11 @@ class Job:
     table : array, shape (20, bodies + 1)
         The arrays below.
     plastic : array, shape (23, bodies + 1) or (0, 0)
-        Rows of elastic-plastic contacts; see `mixed_chain_plastic`.
+        Rows of elastic-plastic contacts; see `mixed_chain_modes`.
     loading : array
         Constants of their law.
+    swift : GeneralTableau or None
+        Method for steps in which no force depends on the velocity.
     window : int
         Number of bodies that move at first.
     forecast : Forecast
@@ -146,6 +148,7 @@ class Job:
     table: FloatArray
     plastic: FloatArray = Factory(lambda: np.empty((0, 0)))
     loading: FloatArray = Factory(lambda: np.empty(0))
+    swift: GeneralTableau | None = None
     window: int = 12
     forecast: Forecast = Factory(Forecast)
 

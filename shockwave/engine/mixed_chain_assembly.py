@@ -92,8 +92,12 @@ class Assembly:
     @cached_property
     def is_damped(self) -> bool:
         """Whether the forces depend on the velocities."""
-        rate = self.plastic is not None and self.plastic.rates.any()
-        return self.law is not None or self.end_damping > 0 or bool(np.any(self.damping > 0) or rate)
+        return self.is_viscous or (self.plastic is not None and bool(self.plastic.rates.any()))
+
+    @cached_property
+    def is_viscous(self) -> bool:
+        """Whether they do at all times, and not only while contacts flow."""
+        return self.law is not None or self.end_damping > 0 or bool(np.any(self.damping > 0))
 
     @cached_property
     def static_forces(self) -> FloatArray:

@@ -93,7 +93,7 @@ class _Parts:
         self.next_sample = 0
         self.extremes = contacts.job.found[EXTREMES].tolist()
         if self.job.plastic.size:
-            from shockwave.engine.mixed_chain_plastic import Plasticity
+            from shockwave.engine.mixed_chain_modes import Plasticity
 
             contacts.flow = Plasticity(contacts, self.job)
         self.viscous = self.spans_under(1.0)[1]
@@ -275,6 +275,7 @@ class _Parts:
             table=table,
             plastic=job.plastic[:, first : high + 1].copy(),
             loading=job.loading,
+            swift=job.swift,
             window=high - first,
         )
         part.losses[:] = 0.0

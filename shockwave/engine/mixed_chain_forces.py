@@ -76,7 +76,7 @@ class End:
 
 
 class Flow(Protocol):
-    """The modes of elastic-plastic contacts: `mixed_chain_plastic.Plasticity`, which other chains do not load.
+    """The modes of elastic-plastic contacts: `mixed_chain_modes.Plasticity`, which other chains do not load.
 
     A force has the terms ``offset`` and ``tangent`` times the change of the overlap besides that of Hertz; ``elastic``
     is the column of a contact without modes.
@@ -85,6 +85,11 @@ class Flow(Protocol):
     offset: FloatArray
     tangent: FloatArray
     elastic: FloatArray
+
+    @property
+    def depends_on_velocity(self) -> bool:
+        """Whether a force depends on the closing velocity in the present modes."""
+        ...
 
     def stiffest(self, force: float) -> FloatArray:
         """Largest stiffness k of each contact at forces up to this one, or as now."""
@@ -158,7 +163,8 @@ class Contacts:
         self.bodies, self.contacts = len(self.inverse), int(contacts)
         self.mobile = np.append(self.inverse, 0.0)
         self.both = job.switches[0]
-        self.damped, self.loaded = damped != 0, bool(self.base.any())
+        self.viscous = self.damped = damped != 0
+        self.loaded = bool(self.base.any())
         self.by_law = job.by_law
         self.jumps = self.damped & (self.q == 0) & ~job.by_law
         self.on = np.ones(self.bodies, dtype=bool)

@@ -159,7 +159,8 @@ def integrate(
         If the integration fails, takes too many steps or reaches the time limit.
     """
     name, method = method_for(assembly, integrator)
-    job = _job(assembly, tolerance, until, np.asarray(times, dtype=float), method)
+    swift = of_nystroem(Rkn86) if integrator is None and assembly.is_damped and not assembly.is_viscous else None
+    job = _job(assembly, tolerance, until, np.asarray(times, dtype=float), (method, swift))
     run(job, compiled if assembly.law is None else None)
     _check(job)
     contacts = len(assembly.overlaps)
@@ -215,8 +216,14 @@ def _deformations(assembly: Assembly, job: Job) -> tuple[FloatArray, FloatArray,
     return rest.residual, np.where(np.isinf(law.strengths), 0.0, greatest), potential
 
 
-def _job(assembly: Assembly, tolerance: float, until: float | None, times: FloatArray, method: GeneralTableau) -> Job:
-    """Arrays of a run."""
+def _job(
+    assembly: Assembly,
+    tolerance: float,
+    until: float | None,
+    times: FloatArray,
+    methods: tuple[GeneralTableau, GeneralTableau | None],
+) -> Job:
+    """Arrays of a run; the second method is for steps in which no force depends on the velocity."""
     bodies, problem, plastic = len(assembly.inverse_masses), assembly.force, assembly.plastic
     chain, scales, first = assembly.beginning
     first = _first_step(assembly, first, tolerance * float(scales[0, 0]))
@@ -224,10 +231,11 @@ def _job(assembly: Assembly, tolerance: float, until: float | None, times: Float
     work = math.inf if is_limited() else _WORK + _WORK_PER_BODY * bodies
     settings = [tolerance, math.inf if until is None else until, *pulse]
     settings += [first, pulse[0] / _LEAST_STEPS, len(assembly.overlaps), assembly.end_stiffness, assembly.end_damping]
-    settings += [work, assembly.is_damped, assembly.weight]
+    settings += [work, assembly.is_damped if methods[1] is None else assembly.is_viscous, assembly.weight]
     extremes = np.zeros(6) if assembly.movable_end else NO_END
     job = Job(
-        method=method,
+        method=methods[0],
+        swift=methods[1],
         problem=problem,
         law=assembly.law,
         by_law=np.zeros(bodies, dtype=bool),

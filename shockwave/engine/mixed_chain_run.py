@@ -81,7 +81,8 @@ def run(job: Job, compiled: ModuleType | None) -> None:
         return expired()
 
     buffers = job.stops, job.times, settings, job.table, job.samples, job.plastic, job.loading
-    compiled.run(job.method.packed, *tables, *buffers, ends)
+    swift = np.empty(0) if job.swift is None else job.swift.packed
+    compiled.run(job.method.packed, *tables, *buffers, swift, ends)
     job.found[:] = progress
 
 
@@ -97,9 +98,10 @@ class _March(Stages):
         self.rejected, self.cuts = False, 0
         self.next_sample = 0
         if job.plastic.size:
-            from shockwave.engine.mixed_chain_plastic import Plasticity
+            from shockwave.engine.mixed_chain_modes import Plasticity
 
             self.flow = Plasticity(self, job)
+            self.choose_method()
 
     def run(self) -> None:
         """Integrate to the end."""
@@ -112,7 +114,7 @@ class _March(Stages):
             x1, v1, impulses = self.attempt(start, size, end, 0, self.n)
             error = self.error(size)
             finish = self.end_of(x1, v1, end, self.n)
-            self.effort += len(job.method.nodes) * (self.n + _STEP)
+            self.effort += len(self.method.nodes) * (self.n + _STEP)
             share = self.kink(start, finish, size) if error < _HOPELESS and self.cuts < _MOST_CUTS else 1.0
             if self.resize(size, error, share, at_stop):
                 start = self.accept(start, finish, size, end, impulses)
@@ -133,7 +135,7 @@ class _March(Stages):
 
         ``share`` is the fraction of this step at which it should end, and ``at_stop`` whether it was shortened.
         """
-        factor = _SAFETY * max(error, 1e-12) ** (-1 / (self.job.method.error_order + 1)) if error == error else 0.0
+        factor = _SAFETY * max(error, 1e-12) ** (-1 / (self.method.error_order + 1)) if error == error else 0.0
         if share < 1.0:
             self.cuts += 1
             if self.cuts == 1:
@@ -167,6 +169,7 @@ class _March(Stages):
         for _ in range(MOST_CHANGES):
             if self.flow is None or not self.flow.change_modes(start, self.time):
                 break
+            self.choose_method()
             start = self.end_of(x, v, self.time, n)
         f, best = start.f[1 : n + 1], self.job.peaks
         above = np.flatnonzero(f[: self.contacts] > best[0, : min(n, self.contacts)])
@@ -245,11 +248,11 @@ class _March(Stages):
     def accept(self, start: End, finish: End, size: float, end: float, impulses: list[float]) -> End:
         """Process an accepted step; the beginning of the next one."""
         job, n = self.job, self.n
-        weights = job.method.weights[1][:, None]
+        weights, stages = self.method.weights[1][:, None], slice(len(self.method.nodes))
         for i, contact in enumerate(job.watched):
-            self.impulses[i] += size * sum((weights[:, 0] * self.stages[:, contact + 1]).tolist())
+            self.impulses[i] += size * sum((weights[:, 0] * self.stages[stages, contact + 1]).tolist())
         if self.damped:
-            lost = size * np.add.reduce(weights * self.powers[:, :n], axis=0)
+            lost = size * np.add.reduce(weights * self.powers[stages, :n], axis=0)
             # a contact that is cut off loses its energy, whatever the length of the step
             idle = [((end.raw < 0) | (end.d < 0)) & (self.k[:n] > 0) for end in (start, finish)]
             p = self.p[:n] + 1
@@ -289,7 +292,7 @@ class _March(Stages):
         J is the impulse since the beginning of the step, w the velocity of body 0 without it. With the mean of w', the
         quadrature of J over the stages is replaced by its exact integral.
         """
-        inverse, weights = float(self.inverse[0]), self.job.method.weights[1].tolist()
+        inverse, weights = float(self.inverse[0]), self.method.weights[1].tolist()
         impulse = impulses[-1]
         mean = summed = product = 0.0
         for weight, each, force in zip(weights, impulses, self.stages[:, 1].tolist(), strict=False):
@@ -325,7 +328,7 @@ class _March(Stages):
         best = self.job.peaks[:, j]
         overlap = Overlap.between(self, start, finish, self.time, size, j)
         share, bend = overlap.vanish(begin[0], end[0], top_between(begin, end))
-        reach = len(self.job.method.nodes) + 2
+        reach = len(self.method.nodes) + 2
         first, last = max(j - reach, 0), min(j + reach + 1, self.n)
         left = here = slope = 0.0
         for turn in range(MOST_TURNS):

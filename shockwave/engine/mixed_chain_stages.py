@@ -17,7 +17,7 @@ class Stages(Contacts):
         super().__init__(job)
         self.n = min(job.window, self.bodies) if job.law is None else self.bodies
         self.mobile[self.n :] = 0.0
-        stages = len(job.method.nodes)
+        self.method, stages = job.method, len(job.method.nodes)
         # forces and accelerations, as those of `End`, and powers of the damping
         self.stages, self.stage_rates = np.zeros((stages, self.bodies + 2)), np.zeros((stages, self.bodies))
         self.powers = np.zeros((stages, self.bodies))
@@ -34,7 +34,7 @@ class Stages(Contacts):
 
         Also returns the impulses of the applied force at the stages, since the beginning of the step.
         """
-        method, h, square = self.job.method, size, size * size
+        method, h, square = self.method, size, size * size
         part = slice(low, high)
         x, v, inverse = start.x[part], start.v[part], self.inverse[part]
         whole_y, whole_z = start.x.copy(), start.v.copy()
@@ -92,3 +92,8 @@ class Stages(Contacts):
         errors = np.abs(changes[..., :-1] - changes[..., 1:])
         errors /= self.job.scales[::-1, :n]
         return float(scaled_error(*np.maximum.reduce(errors, axis=(1, 2)).tolist()) / self.tolerance)
+
+    def choose_method(self) -> None:
+        """Choose the method of the next steps, by whether a force depends on the velocity."""
+        self.damped = self.viscous or (self.flow is not None and self.flow.depends_on_velocity)
+        self.method = self.job.method if self.damped or self.job.swift is None else self.job.swift

@@ -1,0 +1,341 @@
+"""Modes of elastic-plastic contacts in a chain of mixed granules, with NumPy.
+
+Each contact has a mode, which is fixed within a step, so that its force is smooth there: loading along one part of the
+curve, or unloading and reloading. Steps end where a mode does. A contact that has not flowed yet loads along Hertz's
+law like one that flows there: only its unloading differs. The compiled code implements the same algorithm.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from enum import IntEnum
+from itertools import pairwise
+
+import numpy as np
+
+from shockwave.base.numerics import FloatArray
+from shockwave.engine.mixed_chain_arrays import LARGEST, Job
+from shockwave.engine.mixed_chain_forces import KINK_SHARE, LAW_CHANGE, MIN_STEP, PARTS, SHARP, Contacts, End
+from shockwave.engine.mixed_chain_peaks import NEAR, NUDGE, Overlap
+from shockwave.scene.elastic_plastic import Curve, unloading_stiffness
+
+#: Rows of the table of a chain with such contacts: properties, state, and constants within a step.
+ROWS = (
+    *("strength", "radius", "rate", "slow", "virgin", "start", "first", "cap", "full", "a", "b", "level", "slope"),
+    *("yield_force", "unit", "mode", "reached", "force", "left", "limit", "offset", "tangent", "curved"),
+)
+
+
+class Mode(IntEnum):
+    """What the force of a contact follows: Hertz's law; unloading; loading between; full plasticity; a constant."""
+
+    CAPPED = 0
+    ELASTIC = 1
+    MIDDLE = 2
+    FULL = 3
+    PLATEAU = 4
+
+
+class Plasticity:
+    """The modes of the contacts of a run with NumPy."""
+
+    def __init__(self, contacts: Contacts, job: Job) -> None:
+        self.chain, self.job, self.rows = contacts, job, job.plastic[:, :-1]
+        rows = dict(zip(ROWS, self.rows, strict=True))
+        self.strength, self.radius, self.rate, self.slow, self.virgin = (rows[name] for name in ROWS[:5])
+        self.start, self.first, self.cap, self.full, self.a, self.b = (rows[name] for name in ROWS[5:11])
+        self.level, self.slope, self.yields, self.unit = (rows[name] for name in ROWS[11:15])
+        self.mode, self.reached, self.force, self.left = (rows[name] for name in ROWS[15:19])
+        self.limit, self.offset, self.tangent, self.curved = (rows[name] for name in ROWS[19:])
+
+        self.elastic = np.where(np.array(ROWS) == "limit", LARGEST, 0.0)
+
+    # ---------------------------------------------------------------- forces
+
+    @property
+    def depends_on_velocity(self) -> bool:
+        """Whether a force depends on the closing velocity in the present modes."""
+        return bool((self.curved > 1).any())
+
+    def stiffest(self, force: float) -> FloatArray:
+        """Largest stiffness k of each contact at forces up to this one, or as now."""
+        yields = self.strength > 0
+        shared = np.where(yields, self.unit * self.strength, 1.0)
+        first = np.where(yields, self.yields, 1.0)
+        softest = unloading_stiffness(self.virgin, self.unit, shared, first, np.maximum(force, first))
+        return np.asarray(np.where(yields, np.maximum(softest, self.chain.k), self.chain.k))
+
+    def load(self, j: int, mode: int, d: float, w: float) -> float:
+        """Force of loading in a mode."""
+        if mode == Mode.PLATEAU:
+            return float(self.force[j])
+        if mode == Mode.CAPPED:
+            return float(self.virgin[j]) * (d * math.sqrt(d))
+        if self.rate[j] == 0:
+            if mode == Mode.MIDDLE:
+                return d * (float(self.a[j]) + float(self.b[j]) * math.log(d))
+            return float(self.level[j]) + float(self.slope[j]) * d
+        curve, e = self.faster_curve(j, w), d / float(self.radius[j])
+        middle = mode == Mode.MIDDLE
+        force = e * (curve.ratio + curve.bend * math.log(e / curve.first)) if middle else curve.level + curve.slope * e
+        return float(self.unit[j]) * force
+
+    def faster_curve(self, j: int, w: float) -> Curve:
+        """The loading curve at a closing velocity."""
+        slow = float(self.slow[j])
+        return Curve.of(float(self.strength[j]) * (1 + float(self.rate[j]) * math.log(w / slow) if w > slow else 1.0))
+
+    def load_rate(self, j: int, mode: int, d: float, w: float, a: float) -> float:
+        """Time derivative of the force of loading in a mode, from closing velocity and acceleration."""
+        if mode == Mode.PLATEAU:
+            return 0.0
+        if self.rate[j] == 0:
+            middle = mode == Mode.MIDDLE
+            return w * float(self.a[j] + self.b[j] * (1 + math.log(d)) if middle else self.slope[j])
+        span = LAW_CHANGE / (abs(w) / d + abs(a) / max(abs(w), float(self.slow[j])))
+        after, before = (self.load(j, mode, d + each * w, w + each * a) for each in (span, -span))
+        return (after - before) / (2 * span)
+
+    def forces(self, f: FloatArray, d: FloatArray, w: FloatArray | None, low: int) -> FloatArray:
+        """Replace the forces minus static ones of contacts that flow along a curve; their powers if integrated."""
+        powers = np.zeros(len(f))
+        for i in np.flatnonzero(self.curved[low : low + len(f)] > 0).tolist():
+            j, speed = low + i, 0.0 if w is None else float(w[i])
+            f[i] = self.load(j, int(self.mode[j]), float(d[i]), speed) - self.chain.static[j]
+            if self.curved[j] > 1:
+                powers[i] = (f[i] + self.chain.static[j]) * speed
+        return powers
+
+    def rates(self, slope: FloatArray, motion: Sequence[FloatArray], low: int) -> None:
+        """Replace the time derivatives of the forces of contacts that flow; ``motion``: overlaps, w and w'."""
+        for i in np.flatnonzero(self.mode[low : low + len(slope)] > Mode.ELASTIC).tolist():
+            slope[i] = self.load_rate(low + i, int(self.mode[low + i]), *(float(values[i]) for values in motion))
+
+    def stored(self, j: int, d: float) -> float:
+        """Energy that a contact releases, or has taken up since zero overlap; zero where that is integrated."""
+        mode = int(self.mode[j])
+        if mode <= Mode.ELASTIC:
+            depth = max(d - float(self.left[j]) if mode == Mode.ELASTIC else d, 0.0)
+            return 0.4 * float(self.chain.k[j]) * (depth * depth * math.sqrt(depth))
+        if mode == Mode.PLATEAU:
+            return float(self.force[j]) * d
+        if self.rate[j] != 0:
+            return 0.0
+        if mode == Mode.MIDDLE:
+            return 0.5 * d * d * float(self.a[j] + self.b[j] * (math.log(d) - 0.5))
+        return d * float(self.level[j] + 0.5 * self.slope[j] * d)
+
+    # ---------------------------------------------------------------- modes
+
+    def region(self, j: int, d: float, w: float) -> Mode:
+        """The part of the loading curve at an overlap."""
+        if not d > self.cap[j]:
+            return Mode.CAPPED
+        if self.rate[j] == 0:
+            return Mode.FULL if d > self.full[j] else Mode.MIDDLE
+        curve, e = self.faster_curve(j, w), d / float(self.radius[j])
+        if e > curve.full:
+            return Mode.FULL
+        below = curve.ratio + curve.bend * math.log(e / curve.first) < 4.0 / 3.0 * math.sqrt(e)
+        return Mode.MIDDLE if e > curve.first and below else Mode.CAPPED
+
+    def next_mode(self, j: int, d: float, w: float, a: float) -> int:
+        """Mode of a contact at an overlap, closing velocity and acceleration."""
+        mode = int(self.mode[j])
+        if not d > self.limit[j]:
+            return mode
+        if mode == Mode.ELASTIC and not w > 0:
+            return mode
+        if mode != Mode.ELASTIC and w < 0:
+            return Mode.ELASTIC
+        d += float(self.left[j]) if mode == Mode.ELASTIC else 0.0
+        following = self.region(j, d, w)
+        if self.rate[j] == 0:
+            return following
+        force = self.load(j, following, d, w)
+        if mode in (Mode.ELASTIC, Mode.PLATEAU) and not force > self.force[j]:
+            return Mode.PLATEAU
+        if mode == Mode.ELASTIC:
+            depth = d - float(self.left[j])
+            if self.chain.k[j] * (depth * math.sqrt(depth)) < force:
+                return Mode.ELASTIC
+        rising = mode == Mode.PLATEAU or following == Mode.CAPPED
+        return following if rising or not self.load_rate(j, following, d, w, a) < 0 else Mode.PLATEAU
+
+    def change_modes(self, start: End, time: float) -> bool:
+        """Change the modes that end at the beginning of a step; whether there are any."""
+        contacts, changed = self.chain.contacts, False
+        n = min(len(start.d), contacts)
+        for j in np.flatnonzero(start.d[:n] > self.limit[:n]).tolist():
+            a = float(self.chain.closing(start.a[j : j + 2], time, j)[0])
+            following = self.next_mode(j, float(start.d[j]), float(start.w[j]), a)
+            force, slope = float(start.f[j + 1] + self.chain.static[j]), float(start.slope[j])
+            if following != self.mode[j]:
+                self.change_mode(j, following, (float(start.d[j]), float(start.w[j]), a), force, slope)
+                changed = True
+            elif self.curved[j] > 1:
+                self.force[j] = max(float(self.force[j]), force)
+        return changed
+
+    def corner(self, j: int, motion: tuple[float, float, float], force: float, slope: float) -> float:
+        """Force of the plateau that begins where unloading or Hertz's law meets falling loading, or this falls.
+
+        The step has ended slightly later.
+        """
+        mode, (d, w, a) = int(self.mode[j]), motion
+        following = self.region(j, d, w)
+        loading, fall = self.load(j, following, d, w), self.load_rate(j, following, d, w, a)
+        if mode > Mode.ELASTIC:
+            return max(float(self.force[j]), force)
+        if mode == Mode.ELASTIC and not loading > self.force[j]:
+            return float(self.force[j])
+        return loading - fall * (force - loading) / (slope - fall)
+
+    def change_mode(
+        self, j: int, following: int, motion: tuple[float, float, float], force: float, slope: float = 0.0
+    ) -> None:
+        """Change the mode of a contact, from its motion, force and the time derivative of that."""
+        mode, (d, w, a), chain = int(self.mode[j]), motion, self.chain
+        d += float(self.left[j]) if mode == Mode.ELASTIC else 0.0
+        self.job.losses[j] += self.stored(j, d)
+        if following == Mode.ELASTIC:
+            # the contact has turned just before
+            self.reached[j] = reached = d + (min(0.5 * w * w / -a, NUDGE * d) if a < 0 else 0.0)
+            if mode != Mode.PLATEAU:
+                flows = self.curved[j] > 1
+                self.force[j] = max(float(self.force[j]), force) if flows else self.load(j, mode, reached, 0.0)
+            chain.k[j], self.limit[j] = self.unloading(j, float(self.force[j]))
+            self.left[j] = reached - self.limit[j]
+        else:
+            meets = following == Mode.PLATEAU
+            self.force[j] = self.corner(j, (d, w, a), force, slope) if meets else max(float(self.force[j]), force)
+            chain.k[j] = self.virgin[j] if following == Mode.CAPPED else 0.0
+        self.mode[j] = following
+        self.set_constants(j)
+        self.job.losses[j] -= self.stored(j, d)
+
+    def unloading(self, j: int, force: float) -> tuple[float, float]:
+        """Stiffness of unloading from a force, and the overlap above the residual one there."""
+        unit, yields = float(self.unit[j]), float(self.yields[j])
+        k = float(unloading_stiffness(float(self.virgin[j]), unit, unit * float(self.strength[j]), yields, force))
+        return k, math.pow(force / k, 2.0 / 3.0)
+
+    def set_constants(self, j: int) -> None:
+        """Set what the forces need of the mode of a contact, of which k is known."""
+        chain, mode, rate = self.chain, int(self.mode[j]), int(self.rate[j] != 0)
+        smooth = mode <= Mode.ELASTIC
+        start = float(self.start[j]) - (float(self.left[j]) if mode == Mode.ELASTIC else 0.0)
+        base = chain.base[j] = max(start, 0.0)
+        chain.gap[j], chain.root[j] = min(start, 0.0), math.sqrt(base)
+        self.curved[j] = 1 + rate if mode == Mode.MIDDLE or (mode == Mode.FULL and rate) else 0
+        self.tangent[j] = self.slope[j] if mode == Mode.FULL and not rate else 0.0
+        level = self.force[j] if mode == Mode.PLATEAU else self.level[j]
+        flow = level + self.tangent[j] * base
+        self.offset[j] = (chain.k[j] * (base * chain.root[j]) if smooth else flow) - chain.static[j]
+        if self.curved[j] > 0:
+            self.offset[j] = 0.0
+        if mode == Mode.CAPPED:
+            self.limit[j] = self.first[j]
+        elif not smooth:
+            self.limit[j] = -LARGEST
+
+    # ---------------------------------------------------------------- ends of modes within a step
+
+    def end_of_modes(self, start: End, finish: End, time: float, size: float, share: float) -> float:
+        """Fraction of the step at which it should end because a mode does; ``share`` if it need not."""
+        n = min(len(start.d), self.chain.contacts)
+        fastest = np.maximum(np.abs(start.w[:n]), np.abs(finish.w[:n]))
+        near = np.maximum(start.d[:n], finish.d[:n]) + 2 * size * fastest > self.limit[:n]
+        for j in np.flatnonzero(near).tolist():
+            overlap = Overlap.between(self.chain, start, finish, time, size, j)
+            at = self.leaves(overlap)
+            if at >= share:
+                continue
+            w, a = overlap.motion(at)[1:]
+            force = max(float(start.f[j + 1]), float(finish.f[j + 1])) + float(self.chain.static[j])
+            force = max(force, float(self.yields[j]))
+            stiffness = 1.5 * force / self.unloading(j, force)[1]
+            # the impulse that a step misses this long after the end of a mode
+            most = KINK_SHARE * float(self.chain.allowed(j + 1)[j])
+            late = math.inf
+            if w:
+                late = math.sqrt(most / (stiffness * abs(w)))
+            if a:
+                late = min(late, math.cbrt(most / (stiffness * abs(a))))
+            late *= SHARP if self.rate[j] else 1.0
+            cut = at + 0.5 * late / size
+            least = MIN_STEP * max(time, self.chain.first)
+            if (1 - at) * size > late and cut < share and at * size + 0.5 * late > least:
+                share = cut
+        return share
+
+    def leaves(self, overlap: Overlap) -> float:
+        """Fraction of the step at which the mode of a contact ends; 2 if it does not."""
+        j, c = overlap.j, overlap.coefficients
+        mode, rate, base = int(self.mode[j]), self.rate[j] != 0, float(self.chain.base[j])
+        b = [c[0], c[0] + c[1] / 5, c[0] + (4 * c[1] + c[2]) / 10, c[0] + (6 * c[1] + 3 * c[2] + c[3]) / 10]
+        b += [c[0] + (4 * c[1] + 3 * c[2] + 2 * c[3] + c[4]) / 5, c[0] + c[1] + c[2] + c[3] + c[4] + c[5]]
+        at = passes = 2.0
+        if mode != Mode.ELASTIC:
+            at = first_negative([after - before for before, after in pairwise(b)], 0.0, 1.0)
+            if mode == Mode.CAPPED and at <= 1 and not overlap.motion(at)[0] > self.limit[j]:
+                at = 2.0
+        if mode == Mode.ELASTIC or (not rate and mode != Mode.FULL):
+            ends = {Mode.CAPPED: self.cap, Mode.ELASTIC: self.limit, Mode.MIDDLE: self.full}
+            end = float(ends[Mode(mode)][j]) - base
+            passes = first_negative([end - each for each in b], 0.0, 1.0)
+        if not rate:
+            return min(at, passes)
+        if mode == Mode.ELASTIC:
+            return 2.0 if passes > 1 else self.mode_ends(overlap, passes, closes_until(overlap, passes))
+        return min(self.mode_ends(overlap, 0.0, min(at, 1.0)), at)
+
+    def mode_ends(self, overlap: Overlap, low: float, high: float) -> float:
+        """Where between low and high the mode of a contact with rate ends; 2 if it does not."""
+        j, before, part = overlap.j, low, (high - low) / PARTS
+        mode = int(self.mode[j])
+        for i in range(1, PARTS + 1):
+            at = low + i * part
+            if self.next_mode(j, *overlap.motion(at)) != mode:
+                while at - before > NEAR:
+                    middle = 0.5 * (before + at)
+                    if self.next_mode(j, *overlap.motion(middle)) == mode:
+                        before = middle
+                    else:
+                        at = middle
+                return at
+            before = at
+        return 2.0
+
+
+def closes_until(overlap: Overlap, low: float) -> float:
+    """Place up to which a contact that closes at ``low`` closes."""
+    high = 1.0
+    if overlap.motion(high)[1] > 0:
+        return high
+    while high - low > NEAR:
+        middle = 0.5 * (low + high)
+        if overlap.motion(middle)[1] > 0:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+def first_negative(b: list[float], low: float, high: float) -> float:
+    """First place between low and high where a polynomial with these coefficients of Bernstein is negative.
+
+    The polynomial is divided in halves; the result is 2 if it is not negative.
+    """
+    if all(each >= 0 for each in b):
+        return 2.0
+    if high - low < NEAR:
+        return low + (high - low) * b[0] / (b[0] - b[-1]) if b[0] > 0 > b[-1] else low
+    middle, left, right = 0.5 * (low + high), [], list(b)
+    for count in range(len(b), 0, -1):
+        left.append(right[0])
+        for k in range(count - 1):
+            right[k] = 0.5 * (right[k] + right[k + 1])
+    at = first_negative(left, low, middle)
+    return at if at <= 1 else first_negative(right, middle, high)
