@@ -60,7 +60,7 @@ def along(row: str, places: Any, quantities: Mapping[str, Any], units: Mapping[s
 def table_of(objects: Sequence[Any], row: str) -> Table:
     """Table of the numbers and texts in attrs objects of a kind; rows are numbered if they have no field ``row``.
 
-    NaN stands for None in a column of numbers.
+    NaN stands for None in a column of numbers. Objects may state their own ``units``.
     """
     columns = {}
     for name in (one.name for one in attrs.fields(type(objects[0]))):
@@ -68,7 +68,10 @@ def table_of(objects: Sequence[Any], row: str) -> Table:
         if all(isinstance(value, _SCALARS) for value in values) and any(value is not None for value in values):
             blank: Any = "" if any(isinstance(value, str) for value in values) else np.nan
             columns[name] = [blank if value is None else value for value in values]
-    return along(row, columns.pop(row, range(len(objects))), columns)
+    stated = [getattr(one, "units", {}) for one in objects]
+    table = along(row, columns.pop(row, range(len(objects))), columns, stated[0])
+    mixed = [name for name, unit in stated[0].items() if any(each[name] != unit for each in stated)]
+    return table | {name: table[name]._replace(unit=None) for name in mixed}
 
 
 def dataset(table: Table, about: Mapping[str, Any]) -> Any:

@@ -45,6 +45,7 @@ def _run(options: Namespace, answer: Callable[[Scenario], Any], row: Callable[[A
     """
     status = 0
     done = []
+    shown: list[Any] = []
     documents = []
     problems = []
     scenarios = load_scenarios(options)
@@ -53,9 +54,14 @@ def _run(options: Namespace, answer: Callable[[Scenario], Any], row: Callable[[A
         try:
             result = answer(scenario)
             # parts of a result that are computed when they are used may fail, too
-            documents.append(result.to_dict())
+            if options.json:
+                documents.append(result.to_dict())
+            else:
+                shown.append(str(result) if single else row(result))
             done.append(result)
-            if documents[-1].get("method") == "simulation" and result.reason:  # of a prediction, which is shown as well
+            if (
+                getattr(result, "method", "") == "simulation" and result.reason
+            ):  # of a prediction, which is shown as well
                 status = max(status, NumericalError.exit_code)
         except Exception as error:
             text, code = failure(scenario.scene.locate_error(error))
@@ -75,7 +81,7 @@ def _run(options: Namespace, answer: Callable[[Scenario], Any], row: Callable[[A
     if options.json and documents:
         print(json_text(documents[0] if single else documents))
     elif done:
-        print(done[0] if single else _table([row(result) for result in done], done, legend))
+        print(shown[0] if single else _table(shown, done, legend))
     return status
 
 
@@ -100,7 +106,7 @@ def simulate(options: Namespace) -> int:
 
 def _write_histories(result: Simulation, file: str) -> None:
     """Write the histories of a result as a table or, with a row for each unit of its sensors, as a picture."""
-    if not (result.options.sensors or result.options.record):
+    if not result.options.is_recorded:
         hint = "such as --set 'simulate.sensors=[wall]'"
         raise InvalidValueError.of("simulate.sensors", f"must be given for --record (got nothing; {hint})")
     recording = result.recording

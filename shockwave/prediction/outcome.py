@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
-from attrs import asdict, evolve, field, frozen
+from attrs import asdict, evolve, field, filters, frozen
 
 from shockwave.base.errors import Fault, InvalidValueError, NumericalError, ShockwaveError, detach
 from shockwave.base.result import VERSION, cached_property
@@ -281,11 +281,11 @@ class Outcome(SceneResult):
         """Document printed by ``predict --json``: SI floats, no NaN."""
         names = ("scenario", "model", "method", "peak_force", "low", "high", "amplification", "relation", "reason")
         document: dict[str, Any] = VERSION | {name: getattr(self, name) for name in names}
-        wall = self.transmitted
+        wall, stored = self.transmitted, filters.exclude("pulses")
         unknown = {"high": None, "error_estimate": None} if wall and not wall.peak_force else {}
         document |= {
-            "greatest_force": self.greatest_force and asdict(self.greatest_force),
-            "transmitted": wall and asdict(wall) | {"low": wall.low, "high": wall.high} | unknown,
+            "greatest_force": self.greatest_force and asdict(self.greatest_force, filter=stored),
+            "transmitted": wall and asdict(wall, filter=stored) | {"low": wall.low, "high": wall.high} | unknown,
             "structure": self.structure and asdict(self.structure),
             "verdict": plain_verdict(self),
             "yield": self.yielding and asdict(self.yielding),

@@ -134,7 +134,7 @@ class SimulateOptions(Value):
     timeout: SI[float | None] = quantity("s", "maximum computing time", above=0, default=None)
 
     def __attrs_post_init__(self) -> None:
-        if self.interval is not None and not (self.record or self.sensors):
+        if self.interval is not None and not self.is_recorded:
             problem = f"must be left out without record or sensors (got {self.interval:g} s; list what to record)"
             raise InvalidValueError.of("interval", problem)
         takes = "rtol backend"
@@ -144,6 +144,11 @@ class SimulateOptions(Value):
             object.__setattr__(self, "integrator", method.name)  # which may differ in case
         if takes:
             self.check(self.integrator or "the default integrator", takes.split())
+
+    @property
+    def is_recorded(self) -> bool:
+        """Whether histories are requested."""
+        return bool(self.record or self.sensors)
 
     @property
     def wanted_backend(self) -> Backend:

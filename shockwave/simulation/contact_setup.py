@@ -114,7 +114,7 @@ class ChainSetup:
         filled = options if method is not None and not method.adaptive else evolve(options, rtol=options.rtol or RTOL)
         reported = np.array(select_contacts(options, len(layout.pairs.stiffnesses)), dtype=np.intp)
         check_end(options, excitation)
-        if (options.record or options.sensors) and options.until is not None:
+        if options.is_recorded and options.until is not None:
             sample_times(options, scales, options.until / scales.time, len(layout.masses))
         return cls(scene, layout, scales, assembly, filled, method, compiled, reported)
 
@@ -177,7 +177,7 @@ def check_setup(options: SimulateOptions, scene: Scene) -> ChainSetup | None:
         part = _part(options, scene)
         if part.until is not None:
             granules = _granules_within(part, part.until)
-            if options.record or options.sensors:
+            if options.is_recorded:
                 sample_times(options, part.scales, part.until, granules)
         return None
     return ChainSetup.of(options, scene)

@@ -25,14 +25,15 @@ _SAMPLES = 10
 AFTER = 5.0
 # Least simulated time over the rise time: earlier, the free-particle displacement loses its digits in rounding.
 _LEAST_TIME = 0.01
-# Largest number of values in the histories, to limit the memory.
-_MOST_NUMBERS = 20_000_000
+#: Largest number of values in the histories, to limit the memory.
+MOST_NUMBERS = 20_000_000
 
 
 def plain(value: Any) -> Any:
     """``value``, with tuples and arrays converted to lists, and results to dictionaries."""
     if has(type(value)):
-        return {name: plain(own) for name, own in asdict(value, recurse=False).items()}
+        public = asdict(value, recurse=False, filter=lambda field, _: bool(field.repr))
+        return {name: plain(own) for name, own in public.items()}
     return (
         value.tolist() if hasattr(value, "tolist") else list(map(plain, value)) if isinstance(value, tuple) else value
     )
@@ -191,7 +192,7 @@ def sample_times(options: SimulateOptions, scales: Scales, until: float, granule
     interval = 1 / _SAMPLES if options.interval is None else options.interval / scales.time
     count = int(until / interval * (1 + 1e-12)) + 1
     contacts = len(options.contacts) or min(granules, MOST_REPORTED)
-    if count * (contacts + 2 * granules) > _MOST_NUMBERS:
+    if count * (contacts + 2 * granules) > MOST_NUMBERS:
         got = f"got {interval * scales.time:g} s for {until * scales.time:g} s; alternatively give an earlier until"
         problem = f"must be longer, because the histories would have {count} samples ({got})"
         raise InvalidValueError.of("interval", problem)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import Any, Protocol
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
 
 from attrs import evolve, field, frozen
 
@@ -15,6 +15,9 @@ from shockwave.scene.chain import Scales
 from shockwave.scene.force_limit import LATER, SPRING, LeavingForce
 from shockwave.simulation.measured_wave import MeasuredWave, Passage
 from shockwave.simulation.recording import Recording
+
+if TYPE_CHECKING:  # other results do not need it
+    from shockwave.simulation.first_pulse import FirstPulse
 
 
 @frozen(kw_only=True, slots=False)  # faster to make
@@ -87,6 +90,12 @@ class ContactPeak:
     error_estimate: float
     static_force: float = 0.0
     residual_overlap: float = 0.0
+    pulses: Callable[[], Mapping[int, FirstPulse]] | None = field(default=None, eq=False, repr=False)
+
+    @property
+    def first(self) -> FirstPulse | Any:
+        """The first pulse at the contact, integrated at the first access; None if it could not be computed."""
+        return None if self.pulses is None else self.pulses().get(self.contact)
 
     @property
     def total_error(self) -> float:
@@ -319,3 +328,6 @@ class Computation(Protocol):
 
     def recording(self, result: Any) -> Recording:
         """Histories that the options request."""
+
+    def first_pulses(self, result: Any, contacts: Sequence[int] | None) -> tuple[tuple[FirstPulse, ...], Sequence[str]]:
+        """First pulses at contacts or, if they are None, of the sensors of the options; and warnings."""

@@ -27,22 +27,30 @@ class Signal:
         Name of the column, and unit.
     contacts : array of int
         Contacts whose mean force it is.
-    granule : int or None
-        Granule whose velocity or displacement it is.
+    body : int or None
+        Granule whose velocity or displacement it is, or the movable end whose spring force it is.
     """
 
     case: ChainSetup
     name: str
     unit: str
     contacts: npt.NDArray[np.intp]
-    granule: int | None = None
+    body: int | None = None
 
     @classmethod
     def of(cls, sensor: Sensor, case: ChainSetup) -> Signal:
-        """The signal of a sensor; of a movable end, the force on it."""
-        contacts = sensor.contacts or ((len(case.assembly.overlaps) - 1,) if sensor.place in (WALL, STRUCTURE) else ())
-        granule = sensor.number if sensor.quantity != "force" else None
-        return cls(case, sensor.name, _UNITS[sensor.quantity], np.array(contacts, dtype=np.intp), granule)
+        """The signal of a sensor; of a movable end, the spring force: that on the wall if it is held still."""
+        last, still = len(case.assembly.overlaps) - 1, not case.assembly.movable_end
+        at_end = sensor.place == WALL or (sensor.place == STRUCTURE and still)
+        contacts = np.array(sensor.contacts or ((last,) if at_end else ()), dtype=np.intp)
+        body = None if contacts.size else last + 1 if sensor.place == STRUCTURE else sensor.number
+        return cls(case, sensor.name, _UNITS[sensor.quantity], contacts, body)
+
+    @property
+    def nearby(self) -> npt.NDArray[np.intp]:
+        """Contacts on which it depends."""
+        last = len(self.case.assembly.overlaps) - 1
+        return self.contacts if self.body is None else np.unique(np.clip([self.body - 1, self.body], 0, last))
 
     @property
     def static(self) -> float:
@@ -50,14 +58,51 @@ class Signal:
         forces = self.case.assembly.static_forces[self.contacts] * self.case.scales.contact_force
         return float(forces.mean()) if forces.size else 0.0
 
+    @property
+    def position(self) -> float:
+        """Distance from the struck end of the chain at rest [m]."""
+        layout, packed = self.case.layout, self.case.scene.chain.next_contacts[1]
+        begins = np.cumsum(2 * layout.radii) - 2 * layout.radii
+        begins -= np.append(0.0, np.cumsum(layout.overlaps))[: len(begins)]
+        ends = begins + 2 * layout.radii
+        if self.body is None:
+            return float(packed * ends[self.contacts].mean())
+        return float(packed * ((begins + ends) / 2)[self.body] if self.body < len(ends) else ends[-1])
+
     def read(self, motion: Motion) -> FloatArray:
         """Values at the times of the samples, with the static part."""
-        scales = self.case.scales
-        if self.granule is None:
+        scales, assembly = self.case.scales, self.case.assembly
+        if self.body is None:
             return np.asarray(motion.samples_forces[:, self.contacts].mean(axis=1) * scales.contact_force)
+        x, v = motion.samples_x[:, self.body], motion.samples_v[:, self.body]
+        if self.unit == "N":
+            return np.asarray(scales.force * (assembly.end_stiffness * x + assembly.end_damping * v))
+        return np.asarray(scales.energy / scales.force * x if self.unit == "m" else scales.velocity * v)
+
+    def dynamic(self, motion: Motion) -> FloatArray:
+        """Values less the static part."""
+        return self.read(motion) - self.static
+
+    def greatest(self, motion: Motion) -> float:
+        """Greatest dynamic value of the force at a single contact; NaN for others."""
+        single = len(self.contacts) == 1
+        return float(motion.dynamic_forces[self.contacts[0]] * self.case.scales.contact_force) if single else np.nan
+
+    def integral(self, motion: Motion, momenta: FloatArray) -> FloatArray:
+        """Integral of the dynamic part without that of the excitation, from the scaled momenta up to each body."""
+        scales, x = self.case.scales, motion.samples_x
+        if self.unit == "m/s":
+            return np.asarray(scales.energy / scales.force * x[:, self.body])
         if self.unit == "m":
-            return np.asarray(scales.energy / scales.force * motion.samples_x[:, self.granule])
-        return np.asarray(scales.velocity * motion.samples_v[:, self.granule])
+            return np.full(len(x), np.nan)
+        places = self.contacts if self.body is None else np.array([self.body])
+        return np.asarray(-momenta[:, places].mean(axis=1) * scales.contact_force * scales.time)
+
+    def applied(self, time: float) -> float:
+        """Integral of the excitation to a scaled time; zero for the motion of a granule."""
+        scales, assembly = self.case.scales, self.case.assembly
+        impulse = assembly.weight * time if assembly.force is None else assembly.force.free(time)[1]
+        return impulse * scales.contact_force * scales.time if self.unit == "N" else 0.0
 
 
 def histories_of(case: ChainSetup, motion: Motion) -> tuple[SensorHistory, ...]:
@@ -73,10 +118,15 @@ def histories_of(case: ChainSetup, motion: Motion) -> tuple[SensorHistory, ...]:
 
 
 def end_histories(case: ChainSetup, motion: Motion) -> list[SensorHistory]:
-    """Displacement, velocity, acceleration and spring force of a movable end, from its static equilibrium."""
+    """Displacement, velocity, acceleration and spring force of a movable end, from its static equilibrium.
+
+    Of an end that spring or dashpot hold still, only the spring force.
+    """
     scales, end = case.scales, case.layout.wall
     assert end is not None
     assert end.mass is not None
+    if not case.assembly.movable_end:
+        return [SensorHistory(f"{STRUCTURE}_spring_force", "N", Signal.of(Sensor(STRUCTURE), case).dynamic(motion))]
     x, v = scales.energy / scales.force * motion.samples_x[:, -1], scales.velocity * motion.samples_v[:, -1]
     spring = end.stiffness * x + end.damping * v
     force = scales.force * (motion.samples_forces[:, -1] - case.assembly.static_forces[-1])

@@ -10,8 +10,6 @@ from functools import partial
 from threading import Event
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
-from attrs import frozen
-
 from shockwave.base.errors import NumericalError, ShockwaveError, detach, refuse
 from shockwave.base.progress import report_progress
 from shockwave.engine.scaled_problem import ChainProblem
@@ -23,10 +21,10 @@ from shockwave.scene.scene import Scene, scenes_of
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions, options_of
 from shockwave.scene.yielding import beyond_elastic
+from shockwave.simulation.computation import Computation
 from shockwave.simulation.leading_wave import LONGEST_MEASURED, Answer, search
-from shockwave.simulation.measured_wave import Passage
-from shockwave.simulation.recording import Recording, check_requests
-from shockwave.simulation.result_parts import ContactForces, Cost, LeadingWave, Train
+from shockwave.simulation.recording import check_requests
+from shockwave.simulation.result_parts import Cost, LeadingWave
 from shockwave.simulation.simulation_result import Simulation
 from shockwave.simulation.wave_setup import Setup, immeasurable, scale_scene, setup_of
 
@@ -341,52 +339,3 @@ def _measure(problem: ChainProblem, scales: Scales, setup: Setup) -> Answer:
     if problem.granules is not None and setup.options.timeout is None and (reason := immeasurable(problem)):
         raise NumericalError(f"the waves reach the free end before they have settled, and {reason}")
     return Answer(*measure_primary(problem, scales, setup))
-
-
-@frozen
-class Computation:
-    """Computes the parts of results that are rarely needed, by modules that are imported then; see `Simulation`."""
-
-    #: Time limit of the whole scene [s].
-    limit: float | None
-
-    def train(self, result: Simulation) -> Train:
-        """All waves and the rebounding granules."""
-        from shockwave.simulation.wave_train import train_of
-
-        with self._allowed(result):
-            return train_of(result)
-
-    def passages(self, result: Simulation, contacts: Sequence[int]) -> list[Passage | NumericalError]:
-        """The leading wave at these contacts; the error where it has no peak."""
-        from shockwave.simulation.parts_on_demand import passages_at
-
-        with self._allowed(result):
-            return passages_at(result, contacts)
-
-    def forces(self, result: Simulation) -> ContactForces:
-        """Greatest forces at the contacts of a finite chain of equal granules."""
-        from shockwave.simulation.contact_forces import forces_of
-
-        with self._allowed(result):
-            return forces_of(result)
-
-    def value_with_yield(self, result: Simulation) -> tuple[str, ...]:
-        """Sentence on the forces with elastic-plastic contacts, if they can be computed at once."""
-        from shockwave.simulation.yield_advice import value_with_yield
-
-        with self._allowed(result):
-            return value_with_yield(result)
-
-    def recording(self, result: Simulation) -> Recording:
-        """Histories that the options request."""
-        if result.wave is None or result.options.sensors:
-            from shockwave.simulation.chain_histories import record_chain as record
-        else:
-            from shockwave.simulation.parts_on_demand import record
-
-        with self._allowed(result):
-            return record(result)
-
-    def _allowed(self, result: Simulation) -> AbstractContextManager[None]:
-        return time_limit(None if self.limit is None else self.limit - result.run_cost.seconds)

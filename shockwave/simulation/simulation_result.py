@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from attrs import field, frozen
+from attrs import evolve, field, frozen
 
 from shockwave.base.errors import NumericalError
-from shockwave.base.result import VERSION, cached_property
+from shockwave.base.result import cached_property
 from shockwave.base.text import render
-from shockwave.scene.force_limit import LAST, WAVE, LeavingForce, plain_verdict
+from shockwave.scene.force_limit import LAST, WAVE, LeavingForce
 from shockwave.scene.plausibility import unusual_warnings
 from shockwave.scene.scene import Scene
 from shockwave.scene.scene_result import SceneResult
@@ -18,7 +20,7 @@ from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.solitary_wave import SolitaryWave
 from shockwave.scene.yielding import Yielding, warn_beyond, yielding_of
 from shockwave.simulation.measured_wave import MeasuredWave, Passage
-from shockwave.simulation.recording import Recording, plain
+from shockwave.simulation.recording import Recording
 from shockwave.simulation.result_parts import (
     Computation,
     ContactForces,
@@ -32,20 +34,12 @@ from shockwave.simulation.result_parts import (
     Transmitted,
     last_force,
 )
+from shockwave.simulation.simulation_document import document_of
 
 if TYPE_CHECKING:  # other results do not need it
     from shockwave.base.quantity_fields import Number
+    from shockwave.simulation.first_pulse import FirstPulse
     from shockwave.simulation.shock_spectrum import ShockSpectrum
-
-# Attributes that the document contains under their names.
-_KEYS = (
-    *("scenario", "peak_force", "amplification", "error_estimate", "waves", "passages", "contacts", "greatest_force"),
-    *("transmitted", "structure", "end", "arrival_time", "applied_momentum", "applied_energy", "dissipated"),
-    *("velocities", "restitution", "segments", "end_energy", "momentum_defect", "energy_defect"),
-    *("recording", "integrator", "backend", "rtol", "cost"),
-)
-# JSON keys for the granules that leave the ends of the chain.
-_ENDS = ("recoil_momentum", "recoil_error", "recoil_velocities", "ejected_granules", "spall_velocities")
 
 
 @frozen(kw_only=True, slots=False, repr=False)
@@ -160,7 +154,7 @@ class Simulation(SceneResult):
     def error_estimate(self) -> float:
         """Relative error estimate of ``peak_force``; without one, the largest of reported contacts and structure."""
         if self.wave is None:
-            return max(float(part.error_estimate) for part in (*self.contacts, self.structure) if part is not None)
+            return max(float(part.error_estimate) for part in (*self._forces.contacts, self.structure) if part)
         return self.wave.error_estimate
 
     @cached_property
@@ -251,7 +245,12 @@ class Simulation(SceneResult):
     @property
     def contacts(self) -> tuple[ContactPeak, ...]:
         """Greatest force at each reported contact of a finite chain within the simulated time; else empty."""
-        return self._forces.contacts
+        return tuple(evolve(peak, pulses=partial(getattr, self, "_contact_pulses")) for peak in self._forces.contacts)
+
+    @property
+    def sensors(self) -> tuple[FirstPulse, ...]:
+        """First pulses of the sensors that the options name, integrated at the first access."""
+        return self._sensors[0]
 
     @property
     def greatest_force(self) -> ContactPeak | Any:
@@ -320,8 +319,8 @@ class Simulation(SceneResult):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings of all numbers: the first ones, the waves if they were requested, the passages and the histories."""
-        return (*self.wave_warnings, *self.value_with_yield, *self._passages[1], *self._recording[1])
+        """Warnings of all numbers: the first ones, the waves if they were requested, and the parts of the options."""
+        return (*self.wave_warnings, *self.value_with_yield, *self._passages[1], *self._sensors[1], *self._recording[1])
 
     @cached_property
     def value_with_yield(self) -> tuple[str, ...]:
@@ -365,11 +364,20 @@ class Simulation(SceneResult):
             return ContactForces(leaving=unknown, warnings=(f"No forces at the contacts: {error}.",))
 
     @cached_property
+    def _sensors(self) -> tuple[tuple[FirstPulse, ...], Sequence[str]]:
+        """First pulses of the sensors, and warnings."""
+        return self.computation.first_pulses(self, None) if self.options.sensors else ((), ())
+
+    @cached_property
+    def _contact_pulses(self) -> dict[int, FirstPulse]:
+        contacts = [peak.contact for peak in self._forces.contacts]
+        return dict(zip(contacts, self.computation.first_pulses(self, contacts)[0], strict=False))
+
+    @cached_property
     def _recording(self) -> tuple[Recording | None, tuple[str, ...]]:
         """Histories, and a warning if they could not be computed."""
         try:
-            wanted = self.options.record or self.options.sensors
-            return (self.computation.recording(self) if wanted else None), ()
+            return (self.computation.recording(self) if self.options.is_recorded else None), ()
         except NumericalError as error:
             return None, (f"No histories: {error}.",)
 
@@ -379,22 +387,12 @@ class Simulation(SceneResult):
     )
     _tables = (
         *(("waves", "wave"), ("contacts", "contact"), ("passages", "contact"), ("segments", "segment")),
-        ("recording", "time"),
+        *(("recording", "time"), ("sensors", "sensor")),
     )
 
     def to_dict(self) -> dict[str, Any]:
         """Document printed by ``simulate --json``: SI floats, no NaN."""
-        # the rebounding granules of a train that is not known
-        unknown = self.wave is not None and (
-            self.options.waves != "train" or (self.recoil_error or 0.0) >= self.applied_momentum
-        )
-        ends = {name: None if unknown else plain(getattr(self, name)) for name in _ENDS}
-        options = {"wave_threshold": self.options.wave_threshold, "step": self.options.step}
-        others = {"yield": plain(self.yielding), "verdict": plain_verdict(self)}
-        others["scene"] = self.scene.summary().to_dict()
-        document = VERSION | {name: plain(getattr(self, name)) for name in _KEYS}
-        others |= {"warnings": [*self.warnings, *self._forces.warnings], "notes": list(self.notes)}
-        return {**document, **ends, **options, **others}
+        return document_of(self)
 
     def __str__(self) -> str:
         return render(self, "shockwave.simulation.simulation_text:simulation_text")

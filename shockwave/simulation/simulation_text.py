@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from shockwave.base.quantities import unit_of
 from shockwave.base.result_tables import evenly
@@ -34,6 +34,8 @@ _AT_ENDS = 10
 _BETWEEN = 12
 # Digits of the times of peaks on chains without a steady leading wave.
 _PEAK_TIME_DIGITS = 5
+_SENSORS = ("sensor", "first peak", "time", "arrival", "width", "impulse", "speed")
+_SPARE_SENSORS = ("time", "impulse")
 _WAVES = ("peak force", "error", "momentum", "energy", "speed", "width", "arrival", "contact", "residual")
 _SPARE_WAVES = ("contact", "energy", "width", "residual")
 _PASSAGES = ("contact", "arrival", "peak force", "error", "from")
@@ -56,9 +58,14 @@ def head(result: Simulation) -> list[str]:
 
 
 def lines(result: Simulation) -> list[str]:
-    """Lines of waves and rebounding granules, or of the forces; on request balances, cost and scene."""
-    if result.wave is None:
-        return _lines_of_forces(result)
+    """Lines of waves and rebounding granules, or of the forces, and of sensors; on request balances, cost and scene."""
+    sensors = (
+        [*table(_SENSORS, map(_sensor_row, result.sensors), _SPARE_SENSORS).split("\n"), ""] if result.sensors else []
+    )
+    return [*sensors, *(_lines_of_forces(result) if result.wave is None else _lines_of_waves(result))]
+
+
+def _lines_of_waves(result: Simulation) -> list[str]:
     leading = [("leading wave", peak_text(result))] if greatest_text(result) else []
     parts = facts([*leading, *answer(result)])
     if detail() >= Detail.EXPLAIN:
@@ -206,8 +213,11 @@ def details(result: Simulation) -> Iterator[tuple[str, str]]:
     """Labels and texts of the balances, the histories and the cost."""
     yield from balances(result)
     if result.recording is not None:
-        times = result.recording.times
-        yield "recorded", f"{', '.join(result.options.record)}: {len(times)} samples to {si(times[-1], 's')}"
+        times, sensors = result.recording.times, [sensor.name for sensor in result.options.sensors]
+        yield (
+            "recorded",
+            f"{', '.join([*result.options.record, *sensors])}: {len(times)} samples to {si(times[-1], 's')}",
+        )
     cost = result.cost
     yield "method", f"{result.integrator} ({result.backend})"
     yield "cost", f"{cost.steps} steps, {cost.force_evaluations} force evaluations, {round_digits(cost.seconds)} s"
@@ -243,6 +253,14 @@ def _wave_row(wave: MeasuredWave) -> tuple[str, ...]:
         str(wave.contact),
         f"{wave.foot:.0e}",
     )
+
+
+def _sensor_row(pulse: Any) -> tuple[str, ...]:
+    names = ("peak", "time", "arrival", "width", "impulse", "speed")
+    values = [(getattr(pulse, name), pulse.units[name]) for name in names]
+    texts = ["-" if value is None else si(value, unit, 4) for value, unit in values]
+    merged = " (merged)" if pulse.merged else ""
+    return (pulse.sensor.replace("_", " "), texts[0] + merged, *texts[1:])
 
 
 def _figure(wave: MeasuredWave, name: str, error: float) -> str:

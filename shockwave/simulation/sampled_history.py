@@ -1,0 +1,177 @@
+"""Histories of signals at equal intervals, and their extremes and crossings, sampled again where not resolved.
+
+Instants follow from polynomials through eight samples. Where those through the inner six differ from them by too much,
+as at a kink, the chain is integrated again with denser samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+from attrs import frozen
+
+from shockwave.base.numerics import FloatArray
+from shockwave.engine.mixed_chain_problem import Motion
+from shockwave.simulation.contact_setup import ChainSetup
+from shockwave.simulation.convergence_runs import run
+from shockwave.simulation.recording import MOST_NUMBERS
+from shockwave.simulation.sensor_signals import Signal
+
+# Interval of all samples over that about an instant that is not resolved, these samples, and the largest number of
+# times that the interval is divided.
+_DENSER = 8
+_CLUSTER = np.arange(17)
+_ROUNDS = 6
+# Relative error that is resolved, over rtol.
+_RESOLVED = 0.3
+#: Share of the error of a time, in characteristic times, that counts as a relative error.
+TIME_SHARE = 0.1
+_BISECTIONS = 45
+# Places of the samples of a polynomial, and the matrices that give its coefficients from all eight and the inner six.
+_NODES = np.arange(-3.0, 5.0)
+_FITS = np.linalg.inv(np.vander(_NODES, increasing=True)), np.zeros((8, 8))
+_FITS[1][:6, 1:7] = np.linalg.inv(np.vander(_NODES[1:7], increasing=True))
+
+#: Numbers of samples or signals.
+Places: TypeAlias = npt.NDArray[np.intp]
+
+
+class Instants(NamedTuple):
+    """Times, values and integrals of signals at instants, and errors of the polynomials that gave them."""
+
+    times: FloatArray
+    values: FloatArray
+    integrals: FloatArray
+    errors: FloatArray
+
+
+@frozen(eq=False)
+class History:
+    """Samples of signals at equal intervals, with a row for each signal.
+
+    Attributes
+    ----------
+    case : ChainSetup
+    tolerance : float
+        That of a step.
+    signals : list of Signal
+        The signals of the rows.
+    begins : array, shape (signals,)
+        Scaled times of the first samples.
+    spacing : float
+        Scaled interval.
+    d, integrals : array, shape (signals, times)
+        Values less their static parts, and their integrals without those of the excitation.
+    """
+
+    case: ChainSetup
+    tolerance: float
+    signals: list[Signal]
+    begins: FloatArray
+    spacing: float
+    d: FloatArray
+    integrals: FloatArray
+
+    @classmethod
+    def of(cls, case: ChainSetup, tolerance: float, signals: list[Signal], times: FloatArray) -> History:
+        """Integrate a chain and sample all signals."""
+        parts = [
+            np.array([(signal.dynamic(motion), signal.integral(motion, momenta)) for signal in signals])
+            for motion, momenta in _motions(case, tolerance, times)
+        ]
+        d, integrals = np.concatenate(parts, axis=2).swapaxes(0, 1)
+        return cls(case, tolerance, signals, np.zeros(len(signals)), float(times[1]), d, integrals)
+
+    def about(self, rows: Places, centres: FloatArray, spacing: float) -> History:
+        """Integrate the chain again, and sample the signal of each of ``rows`` about a time."""
+        span = spacing * (len(_CLUSTER) - 1)
+        last = self.begins[0] + self.spacing * (self.d.shape[1] - 1)
+        begins = np.clip(centres - span / 2, 0.0, last - span)
+        times = (begins[:, None] + spacing * _CLUSTER).ravel()
+        order, owners = np.argsort(times), np.repeat(rows, len(_CLUSTER))
+        samples, done = np.zeros((2, len(times))), 0
+        for motion, momenta in _motions(self.case, self.tolerance, times[order]):
+            part = order[done : done + len(motion.samples_x)]
+            done += len(part)
+            for row in np.unique(owners[part]).tolist():
+                mine, signal = owners[part] == row, self.signals[row]
+                samples[:, part[mine]] = signal.dynamic(motion)[mine], signal.integral(motion, momenta)[mine]
+        d, integrals = samples.reshape(2, len(rows), -1)
+        return History(self.case, self.tolerance, [self.signals[row] for row in rows], begins, spacing, d, integrals)
+
+    def fit(self, rows: Places, places: Places, levels: FloatArray) -> Instants:
+        """Extremes next to the samples at ``places`` or, where a level is not NaN, its crossings behind them."""
+        begins = np.clip(places - 3, 0, self.d.shape[1] - len(_NODES))
+        window = rows[:, None], begins[:, None] + np.arange(len(_NODES))
+        y, shift, turns = self.d[window], (places - 3 - begins).astype(float), np.isnan(levels)
+        low, high = np.maximum(shift - turns, _NODES[0]), np.minimum(shift + 1, _NODES[-1])
+        (at, value), (other, check) = (_solve(y @ matrix.T, levels, low, high) for matrix in _FITS)
+        gap, scale = self.spacing * np.abs(at - other), np.maximum(np.abs(y).max(axis=1), 1e-300)
+        share = np.where(value > self.d[rows, np.maximum(places - 1, 0)], TIME_SHARE, np.maximum(value, 0.0) / scale)
+        errors = np.where(turns, np.abs(value - check) / scale + share * gap, gap)
+        opens = turns & (self.d[rows, places] == 0)
+        at, value, errors = np.where(opens, shift, at), np.where(opens, 0.0, value), np.where(opens, 0.0, errors)
+        times = self.begins[rows] + self.spacing * (begins + 3 + at)
+        return Instants(times, value, _evaluate(self.integrals[window] @ _FITS[0].T, at), errors)
+
+    def solve(self, rows: Places, places: Places, levels: FloatArray) -> Instants:
+        """Instants as of `fit`, with more samples where they are not resolved."""
+        instants, spacing = self.fit(rows, places, levels), self.spacing
+        falls = np.isnan(levels) & (self.d[rows, places] < self.d[rows, np.maximum(places - 1, 0)])
+        for _ in range(_ROUNDS):
+            poor = np.flatnonzero(instants.errors > _RESOLVED * self.case.rtol)
+            if not poor.size:
+                break
+            spacing /= _DENSER
+            closer = self.about(rows[poor], instants.times[poor], spacing)
+            sign, level = np.where(falls[poor], -1.0, 1.0)[:, None], levels[poor, None]
+            crosses = (closer.d[:, 1:] > level) != (closer.d[:, :-1] > level)
+            near = np.where(crosses, np.abs(_CLUSTER[:-1] - len(_CLUSTER) // 2), len(_CLUSTER))
+            inner = 1 + np.argmax(sign * closer.d[:, 1:-1], axis=1)
+            at = np.where(np.isnan(levels[poor]), inner, np.argmin(near, axis=1))
+            for whole, part in zip(instants, closer.fit(np.arange(len(poor)), at, levels[poor]), strict=True):
+                whole[poor] = part
+        return instants
+
+    def greatest(self) -> FloatArray:
+        """Greatest values."""
+        places = self.d.argmax(axis=1)
+        found = self.fit(np.arange(len(places)), places, np.full(len(places), np.nan)).values
+        return np.where((places > 0) & (places < self.d.shape[1] - 1), found, self.d.max(axis=1))
+
+
+def _motions(case: ChainSetup, tolerance: float, times: FloatArray) -> Iterator[tuple[Motion, FloatArray]]:
+    """Motions with samples at these times in ascending order, in blocks that limit the memory, and their momenta."""
+    size = max(MOST_NUMBERS // (3 * len(case.assembly.inverse_masses) + 3), 1)
+    for first in range(0, len(times), size):
+        block = times[first : first + size]
+        motion = run(case, tolerance, float(block[-1]), block)
+        yield motion, np.cumsum(motion.samples_v / case.assembly.inverse_masses, axis=1)
+
+
+def _evaluate(coefficients: FloatArray, at: FloatArray) -> FloatArray:
+    """Values of polynomials, in rows of ascending powers."""
+    value = coefficients[:, -1]
+    for column in coefficients.T[-2::-1]:
+        value = value * at + column
+    return np.asarray(value)
+
+
+def _solve(
+    coefficients: FloatArray, levels: FloatArray, low: FloatArray, high: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Places in intervals where polynomials have these levels or, where these are NaN, extremes; and their values."""
+    turns = np.isnan(levels)[:, None]
+    slopes = np.append(coefficients[:, 1:] * np.arange(1, len(_NODES)), np.zeros((len(levels), 1)), axis=1)
+    target = np.where(turns, slopes, coefficients)
+    target[:, 0] -= np.where(turns[:, 0], 0.0, levels)
+    begins = _evaluate(target, low) > 0
+    for _ in range(_BISECTIONS):
+        middle = (low + high) / 2
+        before = (_evaluate(target, middle) > 0) == begins
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    middle = (low + high) / 2
+    return middle, _evaluate(coefficients, middle)

@@ -1,0 +1,170 @@
+"""First pulses at contacts and sensors: their figures, by their definition, and where they are shown."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from attrs import evolve
+
+import shockwave as sw
+from support.chain_reference import Reference
+from support.first_pulse_reference import DensePulse, Signal
+from support.programs import SCENE, command, loaded
+from support.scenes import CHAIN, UNITS, triangle
+
+pytestmark = pytest.mark.compiled
+
+RIGID = sw.Wall(material="rigid")
+STRIKER = sw.Impact(velocity="0.4 m/s")
+HEAVY = sw.Impact(velocity="0.4 m/s", diameter="20 mm")
+LAYERS = (sw.Segment(count=4), sw.Segment(count=3, material="ptfe", diameter="6 mm"), sw.Segment(count=3))
+DAMPING = sw.KuwabaraKono(time="2 us")
+SPRUNG = sw.Wall(mass="20 g", stiffness="1e7 N/m", damping="50 N*s/m")
+BEADS = evolve(CHAIN, granules=12)
+#: Excitation, chain, sensor, end of the simulated time [s], and whether pulses merge.
+SCENES: dict[str, tuple[Any, sw.Chain, Any, float, bool]] = {
+    "separated": (STRIKER, BEADS, {"contact": 9}, 4e-4, False),
+    "train": (HEAVY, BEADS, {"contact": 9}, 6e-4, False),
+    "train at its beginning": (HEAVY, BEADS, {"contact": 1}, 6e-4, False),
+    "under a long shock": (triangle(12.0), BEADS, {"contact": 0}, 6e-4, False),
+    "before a wall": (STRIKER, evolve(BEADS, end=RIGID), {"contact": 11}, 6e-4, True),
+    "on a wall": (STRIKER, evolve(BEADS, end=RIGID), "wall", 6e-4, False),
+    "granule at a wall": (STRIKER, evolve(BEADS, end=RIGID), {"granule": 12}, 6e-4, False),
+    "velocity": (STRIKER, BEADS, {"granule": 6, "quantity": "velocity"}, 4e-4, False),
+    "precompressed": (triangle(2.0), evolve(BEADS, precompression=20.0), {"contact": 5}, 4e-4, False),
+    "vertical": (STRIKER, evolve(CHAIN, granules=LAYERS, end=RIGID, gravity=9.81), {"contact": 8}, 1e-3, True),
+    "damped": (STRIKER, evolve(CHAIN, granules=LAYERS, end=RIGID, damping=DAMPING), {"granule": 5}, 1e-3, True),
+    "structure": (STRIKER, evolve(BEADS, end=SPRUNG), "structure", 2e-3, False),
+}
+
+
+def signal_of(sensor: Any) -> Signal:
+    """The signal of a sensor, written out once more."""
+    if sensor == "wall":
+        return lambda forces, _, __: forces[-1]
+    if sensor == "structure":
+        return lambda _, x, v: 1e7 * x[-1] + 50 * v[-1]
+    if "contact" in sensor:
+        return lambda forces, _, __: forces[sensor["contact"]]
+    if "quantity" in sensor:
+        return lambda _, __, v: v[sensor["granule"]]
+    return lambda forces, _, __: (forces[sensor["granule"] - 1] + forces[sensor["granule"]]) / 2
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_figures_agree_with_an_independent_integration(name: str) -> None:
+    excitation, chain, sensor, until, merged = SCENES[name]
+    expected = DensePulse(Reference(excitation, chain, 1e-5), until, signal_of(sensor))
+    for rtol in (1e-6, 1e-8):
+        (found,) = sw.simulate(excitation, chain, rtol=rtol, until=until, sensors=[sensor]).sensors
+        for figure in ("peak", "width", "impulse"):
+            # the minimum of the reference, where the integral ends, is polished to 1e-8
+            tolerance = max(rtol, 1e-8) if figure == "impulse" else rtol
+            assert getattr(found, figure) == pytest.approx(getattr(expected, figure), rel=tolerance), figure
+        for figure in ("time", "arrival"):
+            error = getattr(found, figure) - getattr(expected, figure)
+            # the maximum of the reference is polished to the root of the rounding error
+            assert abs(error) < 10 * max(rtol, 1e-7) * UNITS.time, figure
+        assert found.merged is expected.merged is merged
+        assert found.error_estimate < rtol
+
+
+def test_a_separated_pulse_is_the_solitary_wave() -> None:
+    far = sw.simulate(triangle(1.0), CHAIN, rtol=1e-8, sensors=[{"contact": 40}, {"contact": 50}])
+    wave = far.primary
+    first, second = far.sensors
+    # the wave approaches its limit
+    assert second.peak == pytest.approx(wave.peak_force, rel=1e-6)
+    assert second.width == pytest.approx(wave.width, rel=1e-6)
+    assert second.impulse == pytest.approx(wave.momentum, rel=5e-3)  # from 2 % of the peak on
+    assert second.speed == pytest.approx(wave.speed, rel=1e-6)
+    assert second.speed == second.speed_from(first) == first.speed_from(second)
+    assert first.speed is first.speed_from(first) is None
+
+
+def test_the_granule_of_a_sensor_has_a_lower_and_wider_pulse_than_its_contacts() -> None:
+    before, inside, behind = sw.simulate(
+        STRIKER, BEADS, sensors=[{"contact": 5}, {"granule": 6}, {"contact": 6}]
+    ).sensors
+    assert inside.peak < min(before.peak, behind.peak)
+    assert inside.width > max(before.width, behind.width)
+    assert before.arrival < inside.arrival < behind.arrival
+    assert inside.position == pytest.approx((before.position + behind.position) / 2, rel=1e-12)  # rounding
+
+
+def test_every_reported_contact_has_a_first_pulse_beside_its_greatest_force() -> None:
+    result = sw.simulate(STRIKER, evolve(BEADS, end=RIGID), sensors=[{"contact": 3}], contacts=[3, 11])
+    near, last = result.contacts
+    # the greatest force may be a reflection
+    assert near.first == evolve(result.sensors[0], speed=near.first.speed)
+    assert near.first.peak <= near.peak_force * (1 + 1e-9)
+    assert last.first.merged
+    document = result.to_dict()["contacts"][0]["first"]
+    assert set(document) >= {"sensor", "peak", "time", "arrival", "width", "impulse", "merged", "greatest"}
+    assert document["peak"] == near.first.peak
+    assert result.to_dict()["sensors"][0]["sensor"] == "contact_3"
+
+
+def test_the_greatest_value_of_a_sensor_is_total_and_over_all_times() -> None:
+    chain = evolve(CHAIN, granules=LAYERS, end=RIGID, gravity=9.81)
+    whole = sw.simulate(STRIKER, chain, sensors=["wall", {"granule": 5}], interval=2e-7)
+    wall, granule = whole.sensors
+    assert wall.greatest == whole.transmitted.peak_force
+    sampled = float(np.max(whole.recording.sensors[1].values))
+    # the samples miss the maximum by a little
+    assert sampled <= granule.greatest * (1 + 1e-9) <= sampled * (1 + 1e-4)
+
+
+@pytest.mark.parametrize(
+    ("until", "nulls"),
+    [(2e-5, {"peak", "time", "arrival", "width", "impulse", "merged"}), (1.3e-4, {"width", "impulse"})],
+    ids=["before the wave", "within the pulse"],
+)
+def test_what_the_simulated_time_does_not_show_is_null(until: float, nulls: set[str]) -> None:
+    chain = evolve(BEADS, precompression=1.0) if until < 1e-4 else BEADS
+    (pulse,) = sw.simulate(STRIKER, chain, until=until, sensors=[{"contact": 7}]).sensors
+    figures = ("peak", "time", "arrival", "width", "impulse", "merged")
+    assert {name for name in figures if getattr(pulse, name) is None} == nulls
+
+
+def test_a_pulse_that_begins_with_a_jump_arrives_at_once() -> None:
+    chain = evolve(CHAIN, granules=6, damping=sw.Dashpot(coefficient="100 N*s/m"))
+    (pulse,) = sw.simulate(STRIKER, chain, sensors=[{"contact": 0}]).sensors
+    assert pulse.arrival == pytest.approx(0.0, abs=1e-3 * UNITS.time)
+    assert math.isfinite(pulse.impulse)
+
+
+def test_text_and_tables_show_the_first_pulses() -> None:
+    result = sw.simulate(
+        STRIKER, BEADS, sensors=[{"granule": 4}, {"granule": 9}, {"granule": 2, "quantity": "velocity"}]
+    )
+    text = str(result)
+    assert "granule 9" in text
+    assert "m/s" in text
+    frame = result.to_pandas("sensors")
+    assert frame.index.tolist() == ["granule_4", "granule_9", "granule_2_velocity"]
+    assert frame["width"]["granule_9"] == result.sensors[1].width
+    assert [frame.attrs["units"][name] for name in ("arrival", "speed", "peak")] == ["s", "m/s", None]
+
+
+def test_only_what_reads_first_pulses_integrates_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    from shockwave.simulation.computation import Computation
+
+    def refuse(*_: Any) -> None:
+        raise AssertionError("integrated")
+
+    monkeypatch.setattr(Computation, "first_pulses", refuse)
+    result = sw.simulate(STRIKER, BEADS, contacts=[3])
+    assert str(result)
+    assert result.error_estimate < 1e-6
+    assert "shockwave.simulation.first_pulse" not in loaded(command("simulate", SCENE))
+
+
+@pytest.mark.parametrize("integrator", ["verlet", "rk4"])
+def test_other_integrators_of_waves_leave_first_pulses_to_one_that_steps_the_chain(integrator: str) -> None:
+    (pulse,) = sw.simulate(triangle(1.0), CHAIN, integrator=integrator, sensors=[{"contact": 10}]).sensors
+    (expected,) = sw.simulate(triangle(1.0), CHAIN, sensors=[{"contact": 10}]).sensors
+    assert pulse.peak == pytest.approx(expected.peak, rel=1e-6)
