@@ -123,6 +123,15 @@ static double stored(const March *m, long j, double d)
     return mode == MIDDLE ? 0.5 * d * d * (p->a[j] + p->b[j] * (log(d) - 0.5)) : d * (p->level[j] + 0.5 * p->slope[j] * d);
 }
 
+/* Energy that a contact releases from an overlap and force on. */
+static double released(const March *m, long j, double d, double force)
+{
+    const Plastic *p = &m->plastic;
+    double depth = d > 0 ? d : 0;
+    if (p->mode[j] > ELASTIC || (p->mode[j] == CAPPED && d > p->limit[j])) unloading(p, j, force, &depth);
+    return 0.4 * force * depth;
+}
+
 /* Sets what the kernel needs of the mode of a contact, of which k is known. */
 static void set_constants(March *m, long j)
 {

@@ -134,6 +134,14 @@ class Plasticity:
             return 0.5 * d * d * float(self.a[j] + self.b[j] * (math.log(d) - 0.5))
         return d * float(self.level[j] + 0.5 * self.slope[j] * d)
 
+    def released(self, d: FloatArray, forces: FloatArray) -> FloatArray:
+        """Energies that all contacts release from their overlaps, less residual ones, and forces on."""
+        depths = np.maximum(d, 0.0)
+        flows = (self.mode > Mode.ELASTIC) | ((self.mode == Mode.CAPPED) & (d > self.limit))
+        for j in np.flatnonzero(flows).tolist():
+            depths[j] = self.unloading(j, float(forces[j]))[1]
+        return np.asarray(0.4 * forces * depths)
+
     # ---------------------------------------------------------------- modes
 
     def region(self, j: int, d: float, curve: Curve | None) -> Mode:

@@ -352,4 +352,6 @@ class _March(Stages):
             x, v, _ = self.attempt(start, time - self.time, time, 0, self.n)
             row = job.samples[self.next_sample]
             row[0], row[1], row[2, :-1] = x, v, self.forces(x, v, 0, self.bodies)[0] + self.static
+            if self.flow:
+                row[3, :-1] = self.flow.released(self.overlaps(x, 0, self.bodies)[1], row[2, :-1])
             self.next_sample += 1

@@ -157,3 +157,13 @@ def test_an_elastic_contact_among_plastic_ones_is_that_of_hertz() -> None:
     assert one.residual_overlaps is not None
     assert not one.residual_overlaps.any()
     assert other.residual_overlaps is None
+
+
+@pytest.mark.parametrize("name", ["plain", "static", "mixed-laws"])
+def test_energies_in_the_run_are_those_of_runs_that_end_there(name: str) -> None:
+    chain, times = MIXED[name], np.array([3.0, 6.0, 11.0])
+    motion = integrate(chain, 1e-9, until=12.0, times=times, compiled=compiled)
+    potentials = chain.potentials(motion.samples_x, motion.samples_energies)
+    for time, potential in zip(times, potentials, strict=True):
+        ended = integrate(chain, 1e-9, until=float(time), compiled=compiled)
+        np.testing.assert_allclose(potential, ended.potential, atol=1e-6 * max(1.0, np.abs(potential).max()))
