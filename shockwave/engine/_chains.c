@@ -166,7 +166,7 @@ static int set_up(March *m, const Buffers *all)
     const double *setting;
     Run *r = view[RUN].buf;
     if (view[RUN].len != sizeof(Run) || width < 2 || count[TABLE] % SHARED || !(r->contacts >= 1 && r->contacts <= (double)width - 1)
-        || !(r->window >= 1 && r->growth >= 1 && r->left < r->contacts && r->right < r->contacts) || count[SAMPLES] != 3 * width * count[TIMES]) return 0;
+        || !(r->window >= 1 && r->growth >= 1 && r->left < r->contacts && r->right < r->contacts) || count[SAMPLES] != (count[PLASTIC] ? 4 : 3) * width * count[TIMES]) return 0;
     if (count[PLASTIC] && (count[PLASTIC] != PLASTIC_ROWS * width || view[LAW].len != sizeof(Law))) return 0;
     for (setting = &r->tolerance; setting < &r->status; setting++) if (!(*setting >= 0)) return 0;
     *m = (March){

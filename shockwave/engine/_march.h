@@ -14,7 +14,7 @@ typedef struct {
         most_work, damped, weight;
     double far, largest, min_overlap, window, growth, margin, at_rest, safety, min_factor, max_factor, min_step, min_first, step_work, interval,
         soon, kink, kink_share, most_cuts, located, rounding, elastic, viscous, nearly, hopeless, most_turns, near, nudge,
-        passed, wave, noise, instant, law_change, parts, sharp, left, right;
+        passed, wave, noise, instant, parts, sharp, left, right;
     double status, time, arrival, work, steps, evaluations, rebound, size, impulse_left, impulse_right, extremes[3], extreme_times[3];
 } Run;
 

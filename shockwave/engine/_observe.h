@@ -11,7 +11,7 @@ static double slope_at(const March *m, double h, long j, const double c[6], doub
     double d, w, a;
     motion_at(c, s, &d, &w, &a);
     d += m->base[j];
-    if (m->yields && m->plastic.mode[j] > ELASTIC) return h * load_rate(m, j, (int)m->plastic.mode[j], d, w / h, a / (h * h));
+    if (m->yields && m->plastic.mode[j] > ELASTIC) return h * flow_rate(&m->plastic, j, d, w / h, a / (h * h));
     return h * rate_1(m, j, stiffness_1(m, m->hertz, j, d), d, w / h, a / (h * h));
 }
 
@@ -135,7 +135,7 @@ static void store_samples(March *m, double end)
     const long row = m->bodies + 1;
     for (; m->sample < m->sample_count && m->times[m->sample] <= end; m->sample++) {
         const double time = m->times[m->sample];
-        double *x = m->samples + 3 * row * m->sample;
+        double *x = m->samples + (3 + m->yields) * row * m->sample;
         long j;
         m->kernel.attempt(m, time - m->r->time, time, 0, m->padded, &m->trial);
         for (j = 0; j < m->bodies; j++) {
@@ -143,6 +143,7 @@ static void store_samples(March *m, double end)
             x[j] = inside ? m->trial.x[j] : 0;
             x[row + j] = inside ? m->trial.v[j] : 0;
             x[2 * row + j] = (inside ? m->trial.f[j] : 0) + m->still[j];
+            if (m->yields) x[3 * row + j] = inside ? released(m, j, m->trial.d[j], m->trial.f[j] + m->still[j]) : 0;
         }
     }
 }

@@ -6,7 +6,7 @@
 enum { CAPPED, ELASTIC, MIDDLE, FULL, PLATEAU };
 
 /* Loading curve of one ratio of strength and modulus; see Curve in elastic_plastic.py. */
-typedef struct { double first, ratio, bend, full, level, slope; } Curve;
+typedef struct { double first, ratio, bend, full, level, slope, strength; } Curve;
 
 static Curve curve_of(const Plastic *p, double strength)
 {
@@ -19,48 +19,63 @@ static Curve curve_of(const Plastic *p, double strength)
     c.level = pressure * (p->law->area - p->law->area_less * strength);
     c.ratio = 4.0 / 3.0 * yielding;
     c.bend = (c.slope + c.level / c.full - c.ratio) / log(c.full / c.first);
+    c.strength = strength;
     return c;
 }
 
-/* The curve of contact j at a closing velocity. */
+/* The curve of contact j at a closing velocity; nothing without rate. */
 static Curve faster_curve(const Plastic *p, long j, double w)
 {
+    if (p->rate[j] == 0) return (Curve){0};
     return curve_of(p, p->strength[j] * (w > p->slow[j] ? 1 + p->rate[j] * log(w / p->slow[j]) : 1));
 }
 
-/* Force of loading in a mode. */
-static double load(const Plastic *p, long j, int mode, double d, double w)
+/* Force of loading in a mode; `curve`: that at the closing velocity, of a contact with rate. */
+static double load(const Plastic *p, long j, int mode, double d, const Curve *curve)
 {
     const double e = d / p->radius[j];
-    Curve c;
     if (mode == PLATEAU) return p->force[j];
     if (mode == CAPPED) return p->virgin[j] * (d * sqrt(d));
     if (p->rate[j] == 0) return mode == MIDDLE ? d * (p->a[j] + p->b[j] * log(d)) : p->level[j] + p->slope[j] * d;
-    c = faster_curve(p, j, w);
-    return p->unit[j] * (mode == MIDDLE ? e * (c.ratio + c.bend * log(e / c.first)) : c.level + c.slope * e);
+    return p->unit[j] * (mode == MIDDLE ? e * (curve->ratio + curve->bend * log(e / curve->first)) : curve->level + curve->slope * e);
 }
 
-/* Its time derivative, from closing velocity and acceleration. */
-static double load_rate(const March *m, long j, int mode, double d, double w, double a)
+/* Its time derivative in the modes in which a contact flows, from closing velocity and acceleration. */
+static double load_rate(const Plastic *p, long j, int mode, double d, double w, double a, const Curve *c)
 {
-    const Plastic *p = &m->plastic;
-    double span;
+    const double e = d / p->radius[j], unit = p->unit[j], q = c->strength;
+    double pressure, slope, level, ratio, bend, rest;
     if (mode == PLATEAU) return 0;
     if (p->rate[j] == 0) return w * (mode == MIDDLE ? p->a[j] + p->b[j] * (1 + log(d)) : p->slope[j]);
-    span = m->r->law_change / (fabs(w) / d + fabs(a) / larger(fabs(w), p->slow[j]));
-    return (load(p, j, mode, d + span * w, w + span * a) - load(p, j, mode, d - span * w, w - span * a)) / (2 * span);
+    /* derivatives of the curve by the strength, and that by the closing velocity */
+    pressure = (1 + p->law->softening_power) * (0.5 * c->slope / q) - p->law->softening_power * p->law->pi * p->law->hardness;
+    slope = 2 * pressure;
+    level = pressure * (p->law->area - p->law->area_less * q) - 0.5 * c->slope * p->law->area_less;
+    rest = w > p->slow[j] ? p->strength[j] * p->rate[j] / w * a : 0;
+    if (mode == FULL) return unit * (c->slope / p->radius[j] * w + (level + slope * e) * rest);
+    ratio = c->ratio / q;
+    bend = slope + (level - c->level * p->law->full / c->full) / c->full - ratio - c->bend * (p->law->full / c->full - 2 / q);
+    bend /= log(c->full / c->first);
+    pressure = log(e / c->first);
+    return unit * ((c->ratio + c->bend * (1 + pressure)) / p->radius[j] * w + e * (ratio + bend * pressure - 2 * c->bend / q) * rest);
 }
 
 /* The part of the loading curve at an overlap. */
-static int region(const Plastic *p, long j, double d, double w)
+static int region(const Plastic *p, long j, double d, const Curve *c)
 {
     const double e = d / p->radius[j];
-    Curve c;
     if (!(d > p->cap[j])) return CAPPED;
     if (p->rate[j] == 0) return d > p->full[j] ? FULL : MIDDLE;
-    c = faster_curve(p, j, w);
-    if (e > c.full) return FULL;
-    return e > c.first && c.ratio + c.bend * log(e / c.first) < 4.0 / 3.0 * sqrt(e) ? MIDDLE : CAPPED;
+    if (e > c->full) return FULL;
+    return e > c->first && c->ratio + c->bend * log(e / c->first) < 4.0 / 3.0 * sqrt(e) ? MIDDLE : CAPPED;
+}
+
+/* Time derivative of the force of a contact that flows. */
+static double flow_rate(const Plastic *p, long j, double d, double w, double a)
+{
+    const int mode = (int)p->mode[j];
+    const Curve c = mode == PLATEAU ? (Curve){0} : faster_curve(p, j, w);
+    return load_rate(p, j, mode, d, w, a, &c);
 }
 
 /* Mode of a contact at an overlap, closing velocity and acceleration. */
@@ -70,19 +85,21 @@ static int next_mode(const March *m, long j, double d, double w, double a)
     const int mode = (int)p->mode[j];
     int next;
     double force;
+    Curve c;
     if (!(d > p->limit[j])) return mode;
     if (mode == ELASTIC && !(w > 0)) return ELASTIC;
     if (mode != ELASTIC && w < 0) return ELASTIC;
     if (mode == ELASTIC) d += p->left[j];
-    next = region(p, j, d, w);
+    c = faster_curve(p, j, w);
+    next = region(p, j, d, &c);
     if (p->rate[j] == 0) return next;
-    force = load(p, j, next, d, w);
+    force = load(p, j, next, d, &c);
     if ((mode == ELASTIC || mode == PLATEAU) && !(force > p->force[j])) return PLATEAU;
     if (mode == ELASTIC) {
         const double depth = d - p->left[j];
         if (m->k[j] * (depth * sqrt(depth)) < force) return ELASTIC;
     }
-    return mode != PLATEAU && next != CAPPED && load_rate(m, j, next, d, w, a) < 0 ? PLATEAU : next;
+    return mode != PLATEAU && next != CAPPED && load_rate(p, j, next, d, w, a, &c) < 0 ? PLATEAU : next;
 }
 
 /* Stiffness K of unloading from a force, and the overlap above the residual one there. */
@@ -104,6 +121,15 @@ static double stored(const March *m, long j, double d)
     if (mode == PLATEAU) return p->force[j] * d;
     if (p->rate[j] != 0) return 0;
     return mode == MIDDLE ? 0.5 * d * d * (p->a[j] + p->b[j] * (log(d) - 0.5)) : d * (p->level[j] + 0.5 * p->slope[j] * d);
+}
+
+/* Energy that a contact releases from an overlap and force on. */
+static double released(const March *m, long j, double d, double force)
+{
+    const Plastic *p = &m->plastic;
+    double depth = d > 0 ? d : 0;
+    if (p->mode[j] > ELASTIC || (p->mode[j] == CAPPED && d > p->limit[j])) unloading(p, j, force, &depth);
+    return 0.4 * force * depth;
 }
 
 /* Sets what the kernel needs of the mode of a contact, of which k is known. */
@@ -129,8 +155,9 @@ static double corner(const March *m, long j, double d, double a)
 {
     const Plastic *p = &m->plastic;
     const double w = m->start.w[j], force = m->start.f[j] + m->still[j];
-    const int mode = (int)p->mode[j], next = region(p, j, d, w);
-    const double loading = load(p, j, next, d, w), fall = load_rate(m, j, next, d, w, a);
+    const Curve c = faster_curve(p, j, w);
+    const int mode = (int)p->mode[j], next = region(p, j, d, &c);
+    const double loading = load(p, j, next, d, &c), fall = load_rate(p, j, next, d, w, a, &c);
     if (mode > ELASTIC) return larger(p->force[j], force);
     if (mode == ELASTIC && !(loading > p->force[j])) return p->force[j];
     return loading - fall * (force - loading) / (m->start.slope[j] - fall);
@@ -147,7 +174,7 @@ static void change_mode(March *m, long j, int next, double a)
     if (next == ELASTIC) {
         /* the contact has turned just before */
         p->reached[j] = d + (a < 0 ? smaller(0.5 * w * w / -a, m->r->nudge * d) : 0);
-        if (mode != PLATEAU) p->force[j] = p->curved[j] > 1 ? larger(p->force[j], force) : load(p, j, mode, p->reached[j], 0);
+        if (mode != PLATEAU) p->force[j] = p->curved[j] > 1 ? larger(p->force[j], force) : load(p, j, mode, p->reached[j], NULL);
         m->k[j] = unloading(p, j, p->force[j], &p->limit[j]);
         p->left[j] = p->reached[j] - p->limit[j];
     } else {
@@ -200,11 +227,13 @@ static void flow(March *m, int whole, const double *x, const double *v, long low
     long i, j;
     for (i = 0; i < m->flows; i++) {
         double d, w;
+        Curve c;
         j = (long)m->flowing[i];
         if (p->curved[j] == 0 || j < low || j >= high) continue;
         d = (x[j] - x[j + 1]) + m->gap[j] + m->base[j];
         w = m->damped ? v[j] - v[j + 1] : 0;
-        to->f[j] = load(p, j, (int)p->mode[j], d, w) - m->still[j];
+        c = faster_curve(p, j, w);
+        to->f[j] = load(p, j, (int)p->mode[j], d, &c) - m->still[j];
         if (whole) to->raw[j] = to->f[j] + m->still[j];
         if (p->curved[j] > 1) {
             m->shares[j] += weight * ((to->f[j] + m->still[j]) * w);
@@ -221,11 +250,10 @@ static void flow(March *m, int whole, const double *x, const double *v, long low
 /* Sets the time derivatives of the forces of the contacts that flow between low and high. */
 static void set_flow_rates(const March *m, End *end, long low, long high)
 {
-    long i, j;
+    long i;
     for (i = 0; i < m->flows; i++) {
-        j = (long)m->flowing[i];
-        if (j < low || j >= high) continue;
-        end->slope[j] = load_rate(m, j, (int)m->plastic.mode[j], end->d[j], end->w[j], end->a[j] - end->a[j + 1]);
+        const long j = (long)m->flowing[i];
+        if (j >= low && j < high) end->slope[j] = flow_rate(&m->plastic, j, end->d[j], end->w[j], end->a[j] - end->a[j + 1]);
     }
 }
 

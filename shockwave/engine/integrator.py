@@ -97,7 +97,7 @@ class Integrator(abc.ABC):
             return ""
         known = "dop853" if damped else "rkn64, rkn86, rkn1210 or dop853"
         equal = "other than equal granules, given by their number, with free ends under a shock"
-        kind = "with damping or a contact law of a plugin" if damped else equal
+        kind = "with damping, plastic flow with rate, or a contact law of a plugin" if damped else equal
         hint = "" if built_in else "; a method of a plugin steps chains of equal granules only"
         return f"must be {known} for a chain {kind} (got {cls.name!r}{hint})"
 

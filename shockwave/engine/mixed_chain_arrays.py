@@ -112,8 +112,8 @@ class Job:
         damped, weight of a striker.
     stops, times : array
         Kinks of the applied force; times of samples.
-    samples : array, shape (times, 3, bodies + 1)
-        x, v and total forces.
+    samples : array, shape (times, 3 or 4, bodies + 1)
+        x, v and total forces; with elastic-plastic contacts, the energies that contacts release, for p = 3/2.
     watched : tuple of int
         Two contacts whose impulses are requested.
     found : array, shape (16,)

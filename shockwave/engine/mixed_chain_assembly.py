@@ -212,12 +212,24 @@ class Assembly:
 
     def changed_potential(self, x: FloatArray, residual: FloatArray, energies: FloatArray) -> FloatArray:
         """`potential` with the residual overlaps and releasable energies of elastic-plastic contacts after a run."""
-        potential = self.potential(x)
+        flowed = residual != self.overlaps - self.at_rest[1]
+        return np.where(flowed, self.released_potential(x, energies), self.potential(x))
+
+    def potentials(self, x: FloatArray, energies: FloatArray | None) -> FloatArray:
+        """`potential` of several states, with energies that contacts release; shape (times, contacts)."""
+        states = [self.potential(each) for each in x]
+        if self.plastic is None or energies is None:
+            return np.array(states)
+        elastic = np.isinf(self.plastic.loading.strengths)
+        released = [self.released_potential(*each) for each in zip(x, energies, strict=True)]
+        return np.where(elastic, np.array(states), np.array(released))
+
+    def released_potential(self, x: FloatArray, energies: FloatArray) -> FloatArray:
+        """`potential` from the energies that elastic-plastic contacts release."""
         stiffnesses, overlaps = self.at_rest
         before = stiffnesses / 2.5 * np.maximum(overlaps, 0.0) ** 2.5
         changes = (x - np.append(x[1:], 0.0))[: len(self.overlaps)]
-        flowed = residual != self.overlaps - overlaps
-        return np.asarray(np.where(flowed, energies - before - self.static_forces * changes, potential))
+        return np.asarray(energies - before - self.static_forces * changes)
 
 
 def _ratio(one: float, others: FloatArray) -> FloatArray:

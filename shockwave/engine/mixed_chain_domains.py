@@ -209,6 +209,8 @@ class _Parts:
         shown[:, 0] = job.x + (times[:, None] - self.time) * v
         shown[:, 1] = v
         shown[:, 2, :-1] = f + own.static
+        if own.flow is not None:
+            shown[:, 3, :-1] = own.flow.released(own.overlaps(job.x, 0, self.bodies)[1], f + own.static)
         for a, b, low, high in self.ranges(live):
             first = max(low - 1, 0)
             part = self.part((first, low, high), (a, b), f, end, times)
@@ -269,7 +271,7 @@ class _Parts:
             settings=settings,
             stops=job.stops[job.stops > self.time] if driven else job.stops[:0],
             times=times,
-            samples=np.zeros((len(times), 3, high - first + 1)),
+            samples=np.zeros((len(times), job.samples.shape[1], high - first + 1)),
             watched=watched,
             found=np.array([0.0, self.time, arrival, 0.0, 0.0, 0.0, self.rebound, 0.0, 0.0, 0.0, *extremes]),
             table=table,

@@ -103,6 +103,10 @@ class Flow(Protocol):
         """Replace the time derivatives of the forces of contacts that flow."""
         ...
 
+    def released(self, d: FloatArray, forces: FloatArray) -> FloatArray:
+        """Energies that all contacts release from their overlaps, less residual ones, and forces on."""
+        ...
+
     def change_modes(self, start: End, time: float) -> bool:
         """Change the modes that end at the beginning of a step; whether there are any."""
         ...

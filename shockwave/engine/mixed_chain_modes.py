@@ -16,7 +16,7 @@ import numpy as np
 
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.mixed_chain_arrays import LARGEST, Job
-from shockwave.engine.mixed_chain_forces import KINK_SHARE, LAW_CHANGE, MIN_STEP, PARTS, SHARP, Contacts, End
+from shockwave.engine.mixed_chain_forces import KINK_SHARE, MIN_STEP, PARTS, SHARP, Contacts, End
 from shockwave.engine.mixed_chain_peaks import NEAR, NUDGE, Overlap
 from shockwave.scene.elastic_plastic import Curve, unloading_stiffness
 
@@ -66,43 +66,50 @@ class Plasticity:
         softest = unloading_stiffness(self.virgin, self.unit, shared, first, np.maximum(force, first))
         return np.asarray(np.where(yields, np.maximum(softest, self.chain.k), self.chain.k))
 
-    def load(self, j: int, mode: int, d: float, w: float) -> float:
-        """Force of loading in a mode."""
+    def load(self, j: int, mode: int, d: float, curve: Curve | None) -> float:
+        """Force of loading in a mode; ``curve`` is that at the closing velocity, None without rate."""
         if mode == Mode.PLATEAU:
             return float(self.force[j])
         if mode == Mode.CAPPED:
             return float(self.virgin[j]) * (d * math.sqrt(d))
-        if self.rate[j] == 0:
+        if curve is None:
             if mode == Mode.MIDDLE:
                 return d * (float(self.a[j]) + float(self.b[j]) * math.log(d))
             return float(self.level[j]) + float(self.slope[j]) * d
-        curve, e = self.faster_curve(j, w), d / float(self.radius[j])
-        middle = mode == Mode.MIDDLE
+        e, middle = d / float(self.radius[j]), mode == Mode.MIDDLE
         force = e * (curve.ratio + curve.bend * math.log(e / curve.first)) if middle else curve.level + curve.slope * e
         return float(self.unit[j]) * force
 
-    def faster_curve(self, j: int, w: float) -> Curve:
-        """The loading curve at a closing velocity."""
-        slow = float(self.slow[j])
-        return Curve.of(float(self.strength[j]) * (1 + float(self.rate[j]) * math.log(w / slow) if w > slow else 1.0))
+    def faster_curve(self, j: int, w: float) -> Curve | None:
+        """The loading curve at a closing velocity; None without rate."""
+        rate, slow = float(self.rate[j]), float(self.slow[j])
+        if rate == 0:
+            return None
+        return Curve.of(float(self.strength[j]) * (1 + rate * math.log(w / slow) if w > slow else 1.0))
 
-    def load_rate(self, j: int, mode: int, d: float, w: float, a: float) -> float:
-        """Time derivative of the force of loading in a mode, from closing velocity and acceleration."""
+    def load_rate(self, j: int, mode: int, motion: tuple[float, float, float], curve: Curve | None) -> float:
+        """Time derivative of the force of loading while a contact flows, from its overlap, w and w'."""
+        d, w, a = motion
         if mode == Mode.PLATEAU:
             return 0.0
-        if self.rate[j] == 0:
-            middle = mode == Mode.MIDDLE
-            return w * float(self.a[j] + self.b[j] * (1 + math.log(d)) if middle else self.slope[j])
-        span = LAW_CHANGE / (abs(w) / d + abs(a) / max(abs(w), float(self.slow[j])))
-        after, before = (self.load(j, mode, d + each * w, w + each * a) for each in (span, -span))
-        return (after - before) / (2 * span)
+        if curve is None:
+            return w * float(self.a[j] + self.b[j] * (1 + math.log(d)) if mode == Mode.MIDDLE else self.slope[j])
+        radius, unit = float(self.radius[j]), float(self.unit[j])
+        rest = float(self.strength[j]) * float(self.rate[j]) / w * a if w > self.slow[j] else 0.0
+        by_strength, e = curve.changes, d / radius
+        if mode == Mode.FULL:
+            return unit * (curve.slope / radius * w + (by_strength.level + by_strength.slope * e) * rest)
+        log = math.log(e / curve.first)
+        by_rate = by_strength.ratio + by_strength.bend * log - 2 * curve.bend / curve.strength
+        return unit * ((curve.ratio + curve.bend * (1 + log)) / radius * w + e * by_rate * rest)
 
     def forces(self, f: FloatArray, d: FloatArray, w: FloatArray | None, low: int) -> FloatArray:
         """Replace the forces minus static ones of contacts that flow along a curve; their powers if integrated."""
         powers = np.zeros(len(f))
         for i in np.flatnonzero(self.curved[low : low + len(f)] > 0).tolist():
             j, speed = low + i, 0.0 if w is None else float(w[i])
-            f[i] = self.load(j, int(self.mode[j]), float(d[i]), speed) - self.chain.static[j]
+            curve = self.faster_curve(j, speed)
+            f[i] = self.load(j, int(self.mode[j]), float(d[i]), curve) - self.chain.static[j]
             if self.curved[j] > 1:
                 powers[i] = (f[i] + self.chain.static[j]) * speed
         return powers
@@ -110,7 +117,8 @@ class Plasticity:
     def rates(self, slope: FloatArray, motion: Sequence[FloatArray], low: int) -> None:
         """Replace the time derivatives of the forces of contacts that flow; ``motion``: overlaps, w and w'."""
         for i in np.flatnonzero(self.mode[low : low + len(slope)] > Mode.ELASTIC).tolist():
-            slope[i] = self.load_rate(low + i, int(self.mode[low + i]), *(float(values[i]) for values in motion))
+            j, (d, w, a) = low + i, (float(values[i]) for values in motion)
+            slope[i] = self.load_rate(j, int(self.mode[j]), (d, w, a), self.faster_curve(j, w))
 
     def stored(self, j: int, d: float) -> float:
         """Energy that a contact releases, or has taken up since zero overlap; zero where that is integrated."""
@@ -126,15 +134,23 @@ class Plasticity:
             return 0.5 * d * d * float(self.a[j] + self.b[j] * (math.log(d) - 0.5))
         return d * float(self.level[j] + 0.5 * self.slope[j] * d)
 
+    def released(self, d: FloatArray, forces: FloatArray) -> FloatArray:
+        """Energies that all contacts release from their overlaps, less residual ones, and forces on."""
+        depths = np.maximum(d, 0.0)
+        flows = (self.mode > Mode.ELASTIC) | ((self.mode == Mode.CAPPED) & (d > self.limit))
+        for j in np.flatnonzero(flows).tolist():
+            depths[j] = self.unloading(j, float(forces[j]))[1]
+        return np.asarray(0.4 * forces * depths)
+
     # ---------------------------------------------------------------- modes
 
-    def region(self, j: int, d: float, w: float) -> Mode:
+    def region(self, j: int, d: float, curve: Curve | None) -> Mode:
         """The part of the loading curve at an overlap."""
         if not d > self.cap[j]:
             return Mode.CAPPED
-        if self.rate[j] == 0:
+        if curve is None:
             return Mode.FULL if d > self.full[j] else Mode.MIDDLE
-        curve, e = self.faster_curve(j, w), d / float(self.radius[j])
+        e = d / float(self.radius[j])
         if e > curve.full:
             return Mode.FULL
         below = curve.ratio + curve.bend * math.log(e / curve.first) < 4.0 / 3.0 * math.sqrt(e)
@@ -150,10 +166,11 @@ class Plasticity:
         if mode != Mode.ELASTIC and w < 0:
             return Mode.ELASTIC
         d += float(self.left[j]) if mode == Mode.ELASTIC else 0.0
-        following = self.region(j, d, w)
-        if self.rate[j] == 0:
+        curve = self.faster_curve(j, w)
+        following = self.region(j, d, curve)
+        if curve is None:
             return following
-        force = self.load(j, following, d, w)
+        force = self.load(j, following, d, curve)
         if mode in (Mode.ELASTIC, Mode.PLATEAU) and not force > self.force[j]:
             return Mode.PLATEAU
         if mode == Mode.ELASTIC:
@@ -161,7 +178,7 @@ class Plasticity:
             if self.chain.k[j] * (depth * math.sqrt(depth)) < force:
                 return Mode.ELASTIC
         rising = mode == Mode.PLATEAU or following == Mode.CAPPED
-        return following if rising or not self.load_rate(j, following, d, w, a) < 0 else Mode.PLATEAU
+        return following if rising or not self.load_rate(j, following, (d, w, a), curve) < 0 else Mode.PLATEAU
 
     def change_modes(self, start: End, time: float) -> bool:
         """Change the modes that end at the beginning of a step; whether there are any."""
@@ -183,9 +200,10 @@ class Plasticity:
 
         The step has ended slightly later.
         """
-        mode, (d, w, a) = int(self.mode[j]), motion
-        following = self.region(j, d, w)
-        loading, fall = self.load(j, following, d, w), self.load_rate(j, following, d, w, a)
+        mode, (d, w, _a) = int(self.mode[j]), motion
+        curve = self.faster_curve(j, w)
+        following = self.region(j, d, curve)
+        loading, fall = self.load(j, following, d, curve), self.load_rate(j, following, motion, curve)
         if mode > Mode.ELASTIC:
             return max(float(self.force[j]), force)
         if mode == Mode.ELASTIC and not loading > self.force[j]:
@@ -204,7 +222,7 @@ class Plasticity:
             self.reached[j] = reached = d + (min(0.5 * w * w / -a, NUDGE * d) if a < 0 else 0.0)
             if mode != Mode.PLATEAU:
                 flows = self.curved[j] > 1
-                self.force[j] = max(float(self.force[j]), force) if flows else self.load(j, mode, reached, 0.0)
+                self.force[j] = max(float(self.force[j]), force) if flows else self.load(j, mode, reached, None)
             chain.k[j], self.limit[j] = self.unloading(j, float(self.force[j]))
             self.left[j] = reached - self.limit[j]
         else:

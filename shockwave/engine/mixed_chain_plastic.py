@@ -102,7 +102,7 @@ def settle(job: Job) -> Rest:
     flow, count = Plasticity(chain, job), chain.contacts
     d = chain.overlaps(job.x, 0, chain.bodies)[1][:count]
     for j in np.flatnonzero((flow.mode[:count] != Mode.ELASTIC) & (d > flow.limit[:count])).tolist():
-        force = 0.0 if flow.curved[j] > 1 else flow.load(j, int(flow.mode[j]), float(d[j]), 0.0)
+        force = 0.0 if flow.curved[j] > 1 else flow.load(j, int(flow.mode[j]), float(d[j]), None)
         flow.change_mode(j, Mode.ELASTIC, (float(d[j]), 0.0, 0.0), force)
     d = chain.overlaps(job.x, 0, chain.bodies)[1][:count]
     energies = [flow.stored(j, each) for j, each in enumerate((d + flow.left[:count]).tolist())]

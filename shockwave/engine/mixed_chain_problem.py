@@ -72,6 +72,8 @@ class Motion:
     samples_x, samples_v : array, shape (times, bodies)
     samples_forces : array, shape (times, contacts)
         States and total contact forces at the requested times.
+    samples_energies : array, shape (times, contacts), or None
+        Energies that elastic-plastic contacts release; None without such contacts.
     """
 
     forces: FloatArray
@@ -100,6 +102,7 @@ class Motion:
     samples_x: FloatArray
     samples_v: FloatArray
     samples_forces: FloatArray
+    samples_energies: FloatArray | None
 
     @property
     def energy_balance(self) -> float:
@@ -201,6 +204,7 @@ def integrate(
         samples_x=job.samples[:, 0, :-1],
         samples_v=job.samples[:, 1, :-1],
         samples_forces=job.samples[:, 2, :contacts],
+        samples_energies=None if assembly.plastic is None else job.samples[:, 3, :contacts],
     )
 
 
@@ -242,7 +246,7 @@ def _job(
         settings=np.array(settings, dtype=float),
         stops=np.array([] if problem is None else problem.stops),
         times=times,
-        samples=np.zeros((len(times), 3, bodies + 1)),
+        samples=np.zeros((len(times), 3 if plastic is None else 4, bodies + 1)),
         watched=(len(assembly.overlaps) - 1,) * 2,
         found=np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, first, 0.0, 0.0, *extremes]),
         table=np.zeros((ROWS, bodies + 1)),

@@ -72,7 +72,7 @@ def run(job: Job, compiled: ModuleType | None) -> None:
     contacts = (forces.LOCATED, forces.ROUNDING, forces.ELASTIC, forces.VISCOUS)
     kinks = _SOON, forces.KINK, KINK_SHARE, _MOST_CUTS, *contacts
     peaks = (_NEARLY, _HOPELESS, MOST_TURNS, NEAR, NUDGE, forces.PASSED, forces.WAVE, forces.NOISE, forces.INSTANT)
-    modes = forces.LAW_CHANGE, PARTS, forces.SHARP
+    modes = PARTS, forces.SHARP
     settings = np.concatenate((job.settings, window, control, kinks, peaks, modes, job.watched, job.found))
     progress = settings[-len(job.found) :]
 
@@ -352,4 +352,6 @@ class _March(Stages):
             x, v, _ = self.attempt(start, time - self.time, time, 0, self.n)
             row = job.samples[self.next_sample]
             row[0], row[1], row[2, :-1] = x, v, self.forces(x, v, 0, self.bodies)[0] + self.static
+            if self.flow:
+                row[3, :-1] = self.flow.released(self.overlaps(x, 0, self.bodies)[1], row[2, :-1])
             self.next_sample += 1

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from attrs import frozen
@@ -52,18 +52,30 @@ class Curve:
     full: float
     level: float
     slope: float
+    strength: float
 
     @classmethod
     def of(cls, strength: float) -> Curve:
         """The curve of a ``strength`` over E*; infinite if the contact is elastic."""
         if strength == math.inf:
-            return cls(math.inf, 0.0, 0.0, math.inf, 0.0, 0.0)
+            return cls(math.inf, 0.0, 0.0, math.inf, 0.0, 0.0, strength)
         yielding = 0.5 * PRESSURE * math.pi * strength
         first, full = yielding * yielding, FULL * strength - FULL_LESS
         pressure = math.pi * (HARDNESS - SOFTENING * math.pow(strength, SOFTENING_POWER)) * strength
         slope, level = 2 * pressure, pressure * (AREA - AREA_LESS * strength)
         ratio = 4 / 3 * yielding
-        return cls(first, ratio, (slope + level / full - ratio) / math.log(full / first), full, level, slope)
+        bend = (slope + level / full - ratio) / math.log(full / first)
+        return cls(first, ratio, bend, full, level, slope, strength)
+
+    @property
+    def changes(self) -> Changes:
+        """Derivatives by the strength."""
+        q, power = self.strength, SOFTENING_POWER
+        pressure = (1 + power) * (0.5 * self.slope / q) - power * math.pi * HARDNESS
+        level = pressure * (AREA - AREA_LESS * q) - 0.5 * self.slope * AREA_LESS
+        ratio, share = self.ratio / q, FULL / self.full
+        bend = 2 * pressure + (level - self.level * FULL / self.full) / self.full - ratio - self.bend * (share - 2 / q)
+        return Changes(ratio, bend / math.log(self.full / self.first), level, 2 * pressure)
 
     @cached_property
     def cap(self) -> float:
@@ -77,6 +89,15 @@ class Curve:
         if not excess(least) < 0:
             return self.first
         return self.first * bracketed_root(excess, least, most, "the overlap at which loading leaves Hertz's law")
+
+
+class Changes(NamedTuple):
+    """Derivatives of a `Curve` by the strength."""
+
+    ratio: float
+    bend: float
+    level: float
+    slope: float
 
 
 @frozen(eq=False, slots=False)

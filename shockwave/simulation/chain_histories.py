@@ -47,7 +47,7 @@ def record_chain(result: Simulation) -> Recording:
         squares = motion.samples_v**2 / case.assembly.inverse_masses
         recorded["kinetic_energy"] = scales.energy / 2 * np.add.reduce(squares, axis=1)
         if case.layout.law is None:
-            contacts = np.add.reduce([case.assembly.potential(x) for x in motion.samples_x], axis=1)
+            contacts = np.add.reduce(case.assembly.potentials(motion.samples_x, motion.samples_energies), axis=1)
             spring = case.assembly.end_stiffness / 2 * motion.samples_x[:, -1] ** 2
             recorded["contact_energy"] = scales.energy * (contacts + spring)
     return Recording(times=times * scales.time, contacts=tuple(case.reported.tolist()), **recorded)

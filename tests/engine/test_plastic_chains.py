@@ -10,9 +10,12 @@ import pytest
 from attrs import evolve
 
 import shockwave as sw
+from shockwave.base.errors import InvalidValueError
 from shockwave.engine import mixed_chain_domains
 from shockwave.engine.mixed_chain_assembly import Assembly
 from shockwave.engine.mixed_chain_problem import integrate
+from shockwave.engine.nystroem_integrators import Rkn64, Rkn1210
+from shockwave.engine.scipy_integrators import Dop853
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.convergence_runs import runs_of
 from support.fixed_steps import runge_kutta
@@ -157,3 +160,25 @@ def test_an_elastic_contact_among_plastic_ones_is_that_of_hertz() -> None:
     assert one.residual_overlaps is not None
     assert not one.residual_overlaps.any()
     assert other.residual_overlaps is None
+
+
+@pytest.mark.parametrize("name", ["plain", "static", "mixed-laws"])
+def test_energies_in_the_run_are_those_of_runs_that_end_there(name: str) -> None:
+    chain, times = MIXED[name], np.array([3.0, 6.0, 11.0])
+    motion = integrate(chain, 1e-9, until=12.0, times=times, compiled=compiled)
+    potentials = chain.potentials(motion.samples_x, motion.samples_energies)
+    for time, potential in zip(times, potentials, strict=True):
+        ended = integrate(chain, 1e-9, until=float(time), compiled=compiled)
+        np.testing.assert_allclose(potential, ended.potential, atol=1e-6 * max(1.0, np.abs(potential).max()))
+
+
+@pytest.mark.parametrize("integrator", [Rkn64, Rkn1210, Dop853])
+def test_integrators_agree(integrator: Any) -> None:
+    chain = MIXED["plain"]
+    one, other = (integrate(chain, 1e-9, until=25.0, compiled=compiled, integrator=each) for each in (None, integrator))
+    np.testing.assert_allclose(one.forces, other.forces, rtol=1e-6)
+
+
+def test_a_chain_with_rate_refuses_methods_without_velocity_stages() -> None:
+    with pytest.raises(InvalidValueError, match=r"must be dop853 for a chain with .*rate"):
+        integrate(MIXED["rate"], 1e-6, integrator=Rkn64)
