@@ -30,8 +30,8 @@ class Thornton(ContactLaw):
     Parameters
     ----------
     yield_pressure : float
-        Greatest contact pressure p [Pa], above 0; 1.6 times the yield strength of the softer body is usual, and 2.8
-        times agrees better with finite elements.
+        Greatest contact pressure p [Pa], above 0; 1.6 times the yield strength of the softer body is usual,
+        and 2.8 times agrees better with finite elements.
     """
 
     states = 1
