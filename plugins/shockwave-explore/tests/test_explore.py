@@ -336,6 +336,19 @@ def test_the_end_of_the_chain_can_be_chosen() -> None:
     assert load_text(edit_text(WALL, {"chain.end": "free end"})).chain.end is None
 
 
+def test_contacts_can_flow_plastically(client: Any) -> None:
+    plastic = edit_text(WALL, {"chain.contact": "elastic-plastic"})
+    assert load_text(plastic).chain.is_plastic
+    assert (control(WALL, "chain.contact").text, control(plastic, "chain.contact").text) == (
+        "elastic",
+        "elastic-plastic",
+    )
+    assert "another contact law" in asked(client, text=plastic)["results"]
+    assert edit_text(plastic, {"chain.contact": "elastic"}) == edit_text(WALL, {"chain.contact": "elastic"})
+    assert load_text(edit_text(plastic, {"chain.end": "endless chain"})).chain.is_uniform
+    assert "chain.contact" not in [each.name for group in list_controls(load_text(ENDLESS)).values() for each in group]
+
+
 def test_a_shorter_chain_drops_contacts_that_it_does_not_have() -> None:
     assert "contacts" in WALL
     assert load_text(edit_text(WALL, {"chain.granules": 5})).simulate.contacts == ()

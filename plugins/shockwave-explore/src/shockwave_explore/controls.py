@@ -18,7 +18,7 @@ from shockwave.registry.registry import entries
 from shockwave.scenario.block_keys import RECORD, WALLS, keys_of
 from shockwave.scenario.dotted_names import Variable, variables
 
-from .scene import ENDLESS, FREE, TIMES, WALL, value_at
+from .scene import ELASTIC, ENDLESS, FREE, PLASTIC, TIMES, WALL, value_at
 
 # Blocks with controls, and the titles of their groups.
 _TITLES = {"shock": "Shock", "impact": "Impact", "chain": "Chain", "simulate": "Simulation", "predict": "Section 4"}
@@ -105,6 +105,10 @@ def _controls_of(variable: Variable, value: Any, data: Any) -> Iterator[Control]
         yield _make_number(name, label, value, _bound(spec, name, data))
     if name == "chain.granules":
         yield _make_end(value, value_at(data, "chain", "end", "wall"))
+        law = value_at(data, "chain", "contact") or {"model": "hertz"}
+        contacts = {"hertz": ELASTIC, PLASTIC: PLASTIC}.get(law.get("model"), _AS_GIVEN)
+        if value is not None:
+            yield _make_list("chain.contact", "contacts", contacts, ELASTIC, PLASTIC)
 
 
 def _bound(spec: Quantity, name: str, data: Any) -> Quantity:

@@ -23,6 +23,8 @@ from shockwave.scenario.yaml_document import Document, parse_document
 NAME = "scenario"
 #: Choices for the end of a chain; the last one is followed by the material of the wall.
 ENDLESS, FREE, WALL = "endless chain", "free end", "wall: "
+#: Choices for the contacts of a finite chain.
+ELASTIC, PLASTIC = "elastic", "elastic-plastic"
 #: Keys of the times of a shock. A further one replaces the last of those that are given.
 TIMES = "rise_time", "duration", "duration_ratio"
 #: Files of the example scenarios by their names; the page begins with the wall.
@@ -125,6 +127,10 @@ def _list_changes(document: Document, name: str, value: Any) -> Iterator[tuple[t
         walled = {**_mapping_of(end), "wall": str(value).removeprefix(WALL)}
         yield ("chain", "end"), None if value in (ENDLESS, FREE) else walled
         yield ("chain", "granules"), None if value == ENDLESS else _GRANULES if granules is None else granules
+        if value == ENDLESS and value_at(data, "chain", "contact", "model") == PLASTIC:
+            yield ("chain", "contact"), None
+    elif name == "chain.contact":
+        yield ("chain", "contact"), {"model": PLASTIC} if value == PLASTIC else None
     elif name == "shock.profile":
         fresh = parse_document(template(str(value)), NAME).data["shock"]
         old = _mapping_of(data.get("shock"))
