@@ -22,7 +22,7 @@ class FirstPulse:
     width : float or None
         Time from the arrival to the next fall to half of the peak [s].
     impulse : float or None
-        Integral from the beginning to the first minimum after the end or to zero [unit times s].
+        Integral of a force from the beginning to the first minimum after the end or to zero [N s].
     merged : bool or None
         Whether there is a minimum before the end, as of a pulse and its reflection near a wall.
     greatest : float
@@ -49,8 +49,7 @@ class FirstPulse:
     @property
     def units(self) -> dict[str, str]:
         """Units of the figures."""
-        impulse = {"m/s": "m", "m": "m s"}.get(self.unit, f"{self.unit} s")
-        times, own = dict.fromkeys(("time", "arrival", "width"), "s"), {"greatest": self.unit, "impulse": impulse}
+        times, own = dict.fromkeys(("time", "arrival", "width"), "s"), {"greatest": self.unit, "impulse": "N s"}
         return {"peak": self.unit, **times, **own, "speed": "m/s", "position": "m"}
 
     def speed_from(self, other: FirstPulse) -> float | None:

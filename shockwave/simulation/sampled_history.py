@@ -79,7 +79,7 @@ class History:
     def of(cls, case: ChainSetup, tolerance: float, signals: list[Signal], times: FloatArray) -> History:
         """Integrate a chain and sample all signals."""
         parts = [
-            np.array([(signal.dynamic(motion), signal.integral(motion, momenta)) for signal in signals])
+            np.array([(signal.dynamic(motion), signal.integral(momenta)) for signal in signals])
             for motion, momenta in _motions(case, tolerance, times)
         ]
         d, integrals = np.concatenate(parts, axis=2).swapaxes(0, 1)
@@ -98,7 +98,7 @@ class History:
             done += len(part)
             for row in np.unique(owners[part]).tolist():
                 mine, signal = owners[part] == row, self.signals[row]
-                samples[:, part[mine]] = signal.dynamic(motion)[mine], signal.integral(motion, momenta)[mine]
+                samples[:, part[mine]] = signal.dynamic(motion)[mine], signal.integral(momenta)[mine]
         d, integrals = samples.reshape(2, len(rows), -1)
         return History(self.case, self.tolerance, [self.signals[row] for row in rows], begins, spacing, d, integrals)
 

@@ -88,21 +88,19 @@ class Signal:
         single = len(self.contacts) == 1
         return float(motion.dynamic_forces[self.contacts[0]] * self.case.scales.contact_force) if single else np.nan
 
-    def integral(self, motion: Motion, momenta: FloatArray) -> FloatArray:
-        """Integral of the dynamic part without that of the excitation, from the scaled momenta up to each body."""
-        scales, x = self.case.scales, motion.samples_x
-        if self.unit == "m/s":
-            return np.asarray(scales.energy / scales.force * x[:, self.body])
-        if self.unit == "m":
-            return np.full(len(x), np.nan)
+    def integral(self, momenta: FloatArray) -> FloatArray:
+        """Integral of a dynamic force without that of the excitation, from the scaled momenta up to each body."""
+        scales = self.case.scales
+        if self.unit != "N":
+            return np.full(len(momenta), np.nan)
         places = self.contacts if self.body is None else np.array([self.body])
         return np.asarray(-momenta[:, places].mean(axis=1) * scales.contact_force * scales.time)
 
     def applied(self, time: float) -> float:
-        """Integral of the excitation to a scaled time; zero for the motion of a granule."""
+        """Impulse of the excitation to a scaled time [N s]."""
         scales, assembly = self.case.scales, self.case.assembly
         impulse = assembly.weight * time if assembly.force is None else assembly.force.free(time)[1]
-        return impulse * scales.contact_force * scales.time if self.unit == "N" else 0.0
+        return impulse * scales.contact_force * scales.time
 
 
 def histories_of(case: ChainSetup, motion: Motion) -> tuple[SensorHistory, ...]:

@@ -60,7 +60,7 @@ def test_the_figures_agree_with_an_independent_integration(name: str) -> None:
     expected = DensePulse(Reference(excitation, chain, 1e-5), until, signal_of(sensor))
     for rtol in (1e-6, 1e-8):
         (found,) = sw.simulate(excitation, chain, rtol=rtol, until=until, sensors=[sensor]).sensors
-        for figure in ("peak", "width", "impulse"):
+        for figure in ("peak", "width", "impulse") if found.unit == "N" else ("peak", "width"):
             # the minimum of the reference, where the integral ends, is polished to 1e-8
             tolerance = max(rtol, 1e-8) if figure == "impulse" else rtol
             assert getattr(found, figure) == pytest.approx(getattr(expected, figure), rel=tolerance), figure
