@@ -35,78 +35,94 @@ _TINY = 1e-300
 def spectrum_of(
     result: Any, mass: Number | None, damping: Number, low: Number | None, high: Number | None
 ) -> ShockSpectrum:
-    """Compute `Simulation.spectrum` of a result, from histories with smaller and smaller intervals."""
-    structure, end, count = result.structure, result.chain.end, result.chain.count
-    if count is None:
-        raise InvalidValueError.of("chain.granules", "must be given for a spectrum (got an endless chain)")
-    if structure is not None and structure.peak_acceleration is None:
-        problem = "must let the end move (got a wall that is integrated as a fixed one; delete its mass"
-        raise InvalidValueError.of("chain.end.stiffness", f"{problem}, and give that of the structure)")
-    if structure is not None and mass is not None:
-        problem = "must be left out for a movable end, whose acceleration is that of the base"
-        raise InvalidValueError.of("mass", f"{problem} (got {mass})")
-    if structure is None and mass is None:
-        raise InvalidValueError.of("mass", "must be given for a force: the mass on which it acts (got none)")
-    kilograms: float = _MASS.check("mass", mass) if structure is None else end.mass
+    """Compute `Simulation.spectrum` of a result."""
+    base, kilograms = _base(result, mass)
     ratio, first, last = DAMPING.check("damping", damping), FREQUENCY.check("low", low), FREQUENCY.check("high", high)
-    sensor: Any = {"contact": count - 2 + (result.shock is None)}
-    if end is not None:
-        sensor = "wall" if structure is None else "structure"
-    spectra: list[FloatArray] = []
-    errors = frequencies = np.ones(1)
-    for halvings in range(_HALVINGS + 1):
-        interval = _INTERVAL * result.characteristic_time / 2**halvings
-        try:
-            times, accelerations = _transmitted(result, sensor, interval, halvings, kilograms)
-        except ShockwaveError:
-            if halvings < 2:
-                raise
-            break
-        if not halvings:
-            last = last or _HIGHEST / result.characteristic_time
-            frequencies = octave_fractions(first or min(1 / times[-1], last), last)
-        histories = [(times, accelerations)]
-        if result.shock is not None:
-            histories.append(_applied(result.shock, interval, _FEWEST * 2**halvings, kilograms))
-        spectra.append(np.array([greatest_responses(*each, frequencies, ratio) for each in histories]))
-        if halvings:
-            errors = np.max(np.abs(spectra[-1] - spectra[-2]) / np.maximum(spectra[-1], _TINY), axis=(0, 1))
-            if errors.max() < _AGREED:
-                break
+    times, accelerations = _transmitted(result, 0, kilograms)
     sizes = np.abs(accelerations)
     if not sizes.any():
         raise NumericalError("nothing reaches the structure by the end of the simulated time (extend until)")
+    last = last or _HIGHEST / result.characteristic_time
+    frequencies = octave_fractions(first or min(1 / times[-1], last), last)
+    spectra, errors = _agreeing_spectra(result, kilograms, frequencies, ratio)
     others = () if result.wave is None else result.run_warnings  # of the leading wave
     warnings = [warning for warning in result.first_warnings if warning not in others]
     if (share := sizes[-1] / sizes.max()) > _STILL_MOVING:
         rest = f"the acceleration is {percent(share)} of the greatest one"
         warnings.append(f"At the end of the simulated time {rest}, and later motion is left out (extend until).")
-    force = "force at the last contact" if end is None else "force on the wall"
-    shock = spectra[-1][1] if result.shock is not None else (None, None)
     return ShockSpectrum(
         frequencies=frequencies,
-        acceleration=spectra[-1][0, 0],
-        pseudo_velocity=spectra[-1][0, 1],
+        acceleration=spectra[0, 0],
+        pseudo_velocity=spectra[0, 1],
         errors=errors,
         damping=ratio,
         end=float(times[-1]),
-        base="acceleration of the movable end" if structure else f"{force} over {kilograms:g} kg",
+        base=base,
         mass=kilograms,
-        input_acceleration=shock[0],
-        input_pseudo_velocity=shock[1],
+        input_acceleration=None if result.shock is None else spectra[1, 0],
+        input_pseudo_velocity=None if result.shock is None else spectra[1, 1],
         scenario=result.scenario,
         warnings=tuple(warnings),
     )
 
 
-def _transmitted(
-    result: Any, sensor: Any, interval: float, halvings: int, mass: float
+def _base(result: Any, mass: Number | None) -> tuple[str, float]:
+    """What accelerates the base, and its mass [kg]; raises for a result without a spectrum, or a wrong mass."""
+    if result.chain.count is None:
+        raise InvalidValueError.of("chain.granules", "must be given for a spectrum (got an endless chain)")
+    if result.structure is None:
+        if mass is None:
+            raise InvalidValueError.of("mass", "must be given for a force: the mass on which it acts (got none)")
+        kilograms: float = _MASS.check("mass", mass)
+        place = "at the last contact" if result.chain.end is None else "on the wall"
+        return f"force {place} over {kilograms:g} kg", kilograms
+    if result.structure.peak_acceleration is None:
+        problem = "must let the end move (got a wall that is integrated as a fixed one; delete its mass"
+        raise InvalidValueError.of("chain.end.stiffness", f"{problem}, and give that of the structure)")
+    if mass is not None:
+        problem = "must be left out for a movable end, whose acceleration is that of the base"
+        raise InvalidValueError.of("mass", f"{problem} (got {mass})")
+    return "acceleration of the movable end", result.chain.end.mass
+
+
+def _agreeing_spectra(
+    result: Any, mass: float, frequencies: FloatArray, damping: float
 ) -> tuple[FloatArray, FloatArray]:
+    """Spectra behind the chain and of the shock, shape (2 or 1, 2, k), and relative differences from coarser ones."""
+    coarse = errors = np.zeros(0)
+    for halvings in range(_HALVINGS + 1):
+        try:
+            histories = [_transmitted(result, halvings, mass)]
+        except ShockwaveError:  # too many samples, or no time left
+            if halvings < 2:
+                raise
+            break
+        if result.shock is not None:
+            histories.append(_applied(result.shock, _interval(result, halvings), _FEWEST * 2**halvings, mass))
+        fine = np.array([greatest_responses(*history, frequencies, damping) for history in histories])
+        if halvings:
+            errors = np.max(np.abs(fine - coarse) / np.maximum(fine, _TINY), axis=(0, 1))
+        coarse = fine
+        if halvings and errors.max() < _AGREED:
+            break
+    return coarse, errors
+
+
+def _interval(result: Any, halvings: int) -> float:
+    return float(_INTERVAL * result.characteristic_time / 2**halvings)
+
+
+def _transmitted(result: Any, halvings: int, mass: float) -> tuple[FloatArray, FloatArray]:
     """Times [s], and acceleration of a movable end, or the force less its static part over the mass [m/s^2]."""
+    sensor: Any = {"contact": result.chain.count - 2 + (result.shock is None)}
+    if result.chain.end is not None:
+        sensor = "wall" if result.structure is None else "structure"
     method = {"integrator": None, "step": None, "backend": result.options.wanted_backend}
     rtol = max((result.options.rtol or RTOL) * _TIGHTER**halvings, _LEAST_RTOL)
-    options = evolve(result.options, **method, rtol=rtol, sensors=[sensor], record=(), interval=interval)
-    recording = result.computation.recording(evolve(result, options=options))
+    sampled = {"sensors": [sensor], "record": (), "interval": _interval(result, halvings)}
+    recording = result.computation.recording(
+        evolve(result, options=evolve(result.options, **method, rtol=rtol, **sampled))
+    )
     histories = {history.name.removeprefix("structure_"): history.values for history in recording.sensors}
     if sensor == "structure":
         return recording.times, histories["acceleration"]

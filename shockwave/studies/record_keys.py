@@ -77,6 +77,7 @@ class RecordKeys(Result):
     problem: str
     warnings: tuple[str, ...]
 
+    _brief = ("file", "problem")
     _picture = "shockwave.pictures.record_keys:record_keys"
 
     @property

@@ -123,8 +123,8 @@ def test_code_runs_with_the_package_that_it_needs(
     acquisition_files.write_file(package)
     names: dict[str, Any] = {}
     pages.execute(block, names)
-    assert names["blow"].recorded_peak_force == pytest.approx(acquisition_files.FORCES.max())
-    assert names["blow"].recorded_rise_time == pytest.approx(100e-6)
+    assert names["pulse"].recorded_peak_force == pytest.approx(acquisition_files.FORCES.max())
+    assert names["pulse"].recorded_rise_time == pytest.approx(100e-6)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
