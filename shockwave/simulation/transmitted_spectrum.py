@@ -49,7 +49,7 @@ def spectrum_of(
         raise InvalidValueError.of("mass", "must be given for a force: the mass on which it acts (got none)")
     kilograms: float = _MASS.check("mass", mass) if structure is None else end.mass
     ratio, first, last = DAMPING.check("damping", damping), FREQUENCY.check("low", low), FREQUENCY.check("high", high)
-    sensor: Any = {"contact": count - 2 + (result.shock is None)}
+    sensor: Any = {"contact": count - 2 + (result.scene.impact is not None)}
     if end is not None:
         sensor = "wall" if structure is None else "structure"
     spectra: list[FloatArray] = []
