@@ -67,8 +67,10 @@ IMPACT = (
 _RECORD = tuple(key for key in keys_of(RecordFormat) if key.name not in ("area", "mass"))
 #: Keys of the ``motion`` block: a constant velocity, or a record with its format.
 MOTION = (
-    *(_keys(Motion)[name] for name in ("velocity", "until", "times", "values", "quantity")),
-    Key("file", annotation=str, meaning="a record in place of times and values", plain=False),
+    *(_keys(Motion)[name] for name in ("velocity", "until", "quantity")),
+    Key("file", annotation=str, meaning="a record with a time column and one of the quantity", plain=False),
+    Key("times", spec=Quantity("s", "sample times", samples=True)),
+    Key("values", spec=Quantity("", "values in SI units", samples=True)),
     *_RECORD,
 )
 #: Key of a block that names a contact law or a damping.
