@@ -49,6 +49,7 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "scene.damping": ("Dashpot", "KuwabaraKono", "Tsuji"),
     "scene.force_limit": ("Limit", "Verdict"),
     "scene.impact": ("Impact",),
+    "scene.motion": ("Motion",),
     "scene.material": ("Material", "material"),
     "scene.segments": ("Cell", "Segment", "Taper"),
     "scene.shock": ("Shock",),

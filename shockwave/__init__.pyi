@@ -55,6 +55,7 @@ if TYPE_CHECKING:  # mypy resolves cycles of imports only here
     from shockwave.scene.impact import Impact as Impact
     from shockwave.scene.material import Material as Material
     from shockwave.scene.material import material as material
+    from shockwave.scene.motion import Motion as Motion
     from shockwave.scene.segments import Cell as Cell
     from shockwave.scene.segments import Segment as Segment
     from shockwave.scene.segments import Taper as Taper

@@ -216,7 +216,7 @@ GRANULES = _from(
 )
 # Units of further numbers in results.
 _OTHERS = {
-    "N": ("force", "forces", "wall_force", "static_force", "first_yield_force", "roots"),
+    "N": ("force", "forces", "wall_force", "applied_force", "static_force", "first_yield_force", "roots"),
     "J": (
         *("kinetic_energy", "contact_energy", "applied_energy", "end_energy"),
         *("dissipated", "dissipated.damping", "dissipated.end", "dissipated.bar"),

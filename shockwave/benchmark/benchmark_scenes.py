@@ -101,7 +101,7 @@ def described(chain: dict[str, Any], impact: dict[str, Any] | None = None) -> tu
     beads = {"material": "paper-steel", "diameter": 2 * BEADS.radius}
     document = parse_document(json.dumps({"chain": {**beads, **chain}, **excitation}), "case")
     scenario = scenario_of(document, None)
-    return scenario.scene.excitation, scenario.chain
+    return scenario.scene.impact or scenario.shock, scenario.chain
 
 
 _OF_EQUAL_GRANULES = (power, exponential, record, resampled, noisy, sampled, sized)

@@ -142,6 +142,7 @@ static void fill_rows(March *m)
     }
     if (m->yields) list_flows(m);
     widen(m, (long)smaller((double)m->bodies, m->r->window));
+    if (m->r->guided) m->mobile[0] = 0;
 }
 
 /* Copies the results of a run into its tables. */

@@ -11,7 +11,7 @@ enum { RUNNING, DONE, TOO_LONG, FAILED };
 /* Settings, constants and results of a run, in the order of mixed_chain_run.py, which explains them. */
 typedef struct {
     double tolerance, until, duration, rise_time, peak_force, first, longest, contacts, end_stiffness, end_damping,
-        most_work, damped, weight;
+        most_work, damped, weight, guided;
     double far, largest, min_overlap, window, growth, margin, at_rest, safety, min_factor, max_factor, min_step, min_first, step_work, interval,
         soon, kink, kink_share, most_cuts, located, rounding, elastic, viscous, nearly, hopeless, most_turns, near, nudge,
         passed, wave, noise, instant, parts, sharp, left, right;

@@ -159,7 +159,8 @@ static void add_work(March *m, double h, double end)
         mean += weights[i] * m->forces[0][i];
         summed += weights[i] * m->impulses[i];
     }
-    m->r->work += impulse * (m->finish.v[0] - inverse * impulse) + 0.5 * inverse * impulse * impulse;
+    if (m->r->guided) m->r->work += m->start.v[0] * h * mean; /* the path of body 0 is given: the force on it is that of the contact */
+    else m->r->work += impulse * (m->finish.v[0] - inverse * impulse) + 0.5 * inverse * impulse * impulse;
     m->r->work += inverse * (h * product + mean * (area - h * summed));
 }
 

@@ -47,6 +47,7 @@ CONTACTS = 7
 END = slice(8, 10)
 _MOST_WORK = 10
 WEIGHT = 12
+GUIDED = 13
 
 
 @define
@@ -106,10 +107,10 @@ class Job:
         Contact law of a plugin.
     by_law : array of bool, shape (bodies,)
         Where it holds.
-    settings : array, shape (13,)
+    settings : array, shape (14,)
         Tolerance, until (infinite: found by the run), duration, rise time and peak force,
         first step, longest step under force, number of contacts, stiffness and damping of the end, allowed work,
-        damped, weight of a striker.
+        damped, weight of a striker, and whether the path of body 0 is given, for which its inverse mass is 1.
     stops, times : array
         Kinks of the applied force; times of samples.
     samples : array, shape (times, 3 or 4, bodies + 1)

@@ -70,6 +70,10 @@ class Assembly:
         Elastic-plastic contacts, whose ``stiffnesses`` are those of Hertz's law.
     movable_end : bool
         Whether the last body is a movable end, whose motion is observed.
+    guided : bool
+        Whether ``force`` is the acceleration of body 0, which follows it whatever the contacts do, until its duration.
+    top_speed : float
+        Greatest speed of a guided body.
     """
 
     inverse_masses: FloatArray
@@ -88,6 +92,8 @@ class Assembly:
     law_contacts: npt.NDArray[np.bool_] | None = None
     plastic: PlasticContacts | None = None
     movable_end: bool = False
+    guided: bool = False
+    top_speed: float = 0.0
 
     @cached_property
     def is_damped(self) -> bool:
@@ -135,6 +141,10 @@ class Assembly:
         p, (k, overlap) = float(self.exponents[0]), (float(each[0]) for each in self.at_rest)
         linear = p * k * max(overlap, 0.0) ** (p - 1)
         mass = 1 / float(np.sum(self.inverse_masses[:2]))
+        if self.guided:
+            velocity, mass = self.top_speed, 1 / float(self.inverse_masses[:2][-1])
+            reached = ((p + 1) / 2 * mass * velocity**2 / k) ** (1 / (p + 1))
+            return velocity, k * reached**p
         force = self.weight if self.force is None else self.force.peak_force
         overlap = min((force / k) ** (1 / p), force / linear if linear else math.inf)
         velocity = math.sqrt(overlap * force / mass)

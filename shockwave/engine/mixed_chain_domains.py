@@ -22,7 +22,7 @@ from shockwave.engine import mixed_chain_run
 from shockwave.engine.mixed_chain_arrays import (
     CONTACTS,
     END,
-    EXTREMES,
+    GUIDED,
     LARGEST,
     NO_END,
     SIZE,
@@ -88,10 +88,10 @@ class _Parts:
         self.sizes = np.full(self.bodies, math.inf)
         self.sizes[0] = contacts.first
         self.most = np.zeros(self.bodies)
-        self.time, self.arrival, self.until = 0.0, -1.0, contacts.until
-        self.steps = self.evaluations = self.effort = self.work = self.rebound = self.impulse = 0.0
-        self.next_sample = 0
-        self.extremes = contacts.job.found[EXTREMES].tolist()
+        self.until, self.next_sample = contacts.until, 0
+        _, self.time, self.arrival, self.work, self.steps, evaluations, self.rebound, *others = self.job.found.tolist()
+        self.effort, self.extremes = evaluations * self.bodies, others[3:]
+        self.first_impulse, self.impulse = others[1:3]
         if self.job.plastic.size:
             from shockwave.engine.mixed_chain_modes import Plasticity
 
@@ -122,7 +122,8 @@ class _Parts:
             else:
                 job.forecast.check(self.time, self.effort, self.steps)
         counts = self.steps, self.effort / self.bodies, self.rebound, 0.0
-        job.found[:] = status, self.time, self.arrival, self.work, *counts, 0.0, self.impulse, *self.extremes
+        totals = self.first_impulse, self.impulse, *self.extremes
+        job.found[:] = status, self.time, self.arrival, self.work, *counts, *totals
 
     def state(self) -> _State:
         """The state of all contacts."""
@@ -200,7 +201,7 @@ class _Parts:
         end = self.until if end >= self.until else end
         # free flight, with small forces between quiet granules
         v = job.v.copy()
-        v[:-1] += span * (own.inverse * (np.append(0.0, f[:-1]) - f))
+        v[:-1] += span * (own.mobile[:-1] * (np.append(0.0, f[:-1]) - f))
         x = job.x + span * v
         impulses, sizes = span * f, np.full(self.bodies, math.inf)
         times = job.times[self.next_sample :]
@@ -227,6 +228,8 @@ class _Parts:
                 self.arrival, self.extremes = max(self.arrival, arrival), extremes
             mine, here = slice(a, b), slice(a - first, b - first)
             x[mine], v[mine], sizes[mine] = part.x[here], part.v[here], size
+            if a == 0:
+                self.first_impulse += left
             if low < a:  # the impulse at the contact with the part before is that of the latter
                 v[a] += own.inverse[a] * (impulses[a - 1] - left)
             impulses[min(b, own.contacts) - 1] = right
@@ -262,7 +265,7 @@ class _Parts:
         settings = job.settings.copy()
         settings[UNTIL], settings[CONTACTS] = end, own.contacts - first if whole else high - first
         settings[END] *= whole
-        settings[WEIGHT] *= first == 0
+        settings[[WEIGHT, GUIDED]] *= first == 0
         part = Job(
             method=job.method,
             problem=job.problem if driven else None,

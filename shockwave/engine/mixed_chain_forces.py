@@ -159,13 +159,15 @@ class Contacts:
         self.job = job
         self.tolerance, self.until, self.duration, _, self.strength = job.settings[:5].tolist()
         self.first, self.longest, contacts, self.end_stiffness, self.end_damping = job.settings[5:10].tolist()
-        self.most_work, damped, self.weight = job.settings[10:].tolist()
+        self.most_work, damped, self.weight, guided = job.settings[10:].tolist()
         self.inverse, self.k, self.gap, self.base, self.root, self.static, self.c = job.chain[:7]
         self.reach = job.chain[7:]
         self.p, self.q = job.exponents
         self.hertz = bool((self.p == HERTZ).all())
         self.bodies, self.contacts = len(self.inverse), int(contacts)
         self.mobile = np.append(self.inverse, 0.0)
+        self.guided = guided != 0
+        self.mobile[0] *= not self.guided  # contacts do not move a body whose path is given
         self.both = job.switches[0]
         self.viscous = self.damped = damped != 0
         self.loaded = bool(self.base.any())

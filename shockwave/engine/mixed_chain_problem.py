@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from types import ModuleType
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
 from shockwave.base.errors import InvalidValueError, NumericalError
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.integrator import Integrator
-from shockwave.engine.mixed_chain_arrays import EXTREMES, NO_END, ROWS, Forecast, Job, Status
+from shockwave.engine.mixed_chain_arrays import EXTREMES, GUIDED, NO_END, ROWS, UNTIL, Forecast, Job, Status
 from shockwave.engine.mixed_chain_assembly import Assembly
 from shockwave.engine.mixed_chain_domains import run
 from shockwave.engine.mixed_chain_forces import VISCOUS
@@ -166,11 +166,21 @@ def integrate(
     job = _job(assembly, tolerance, until, np.asarray(times, dtype=float), (method, swift))
     run(job, compiled if assembly.law is None else None)
     _check(job)
-    contacts = len(assembly.overlaps)
-    x, v = job.x[:-1], job.v[:-1]
+    contacts, masses = len(assembly.overlaps), 1 / assembly.inverse_masses
     found, weight, end = job.found, assembly.weight, float(job.found[1])
     impulse = weight * end if assembly.force is None else assembly.force.free(end)[1]
-    masses = 1 / assembly.inverse_masses
+    work, samples = float(found[3]), job.samples
+    if assembly.guided:
+        assert assembly.force is not None
+        first, mass = float(job.v[0]), float(masses[0])
+        impulse = mass * (first - assembly.velocity) + float(found[8])
+        work += 0.5 * mass * (first**2 - assembly.velocity**2)
+        if until is None or until > assembly.force.duration:
+            job = _release(assembly, job, until, np.asarray(times, dtype=float))
+            run(job, compiled if assembly.law is None else None)
+            _check(job)
+        found, end, samples = job.found, float(job.found[1]), np.concatenate((samples, job.samples))
+    x, v = job.x[:-1], job.v[:-1]
     peaks = job.peaks[0, :contacts]
     residual = greatest = None
     if assembly.plastic is None:
@@ -187,7 +197,7 @@ def integrate(
         v=v,
         last_impulse=float(found[9]),
         applied_impulse=impulse,
-        work=float(found[3]) + weight * float(x[0]),
+        work=work + weight * float(x[0]),
         dissipated=math.fsum(job.losses.tolist()),
         kinetic=0.5 * masses * v * v,
         potential=potential,
@@ -201,10 +211,10 @@ def integrate(
         steps=int(found[4]),
         evaluations=int(found[5]),
         integrator=name,
-        samples_x=job.samples[:, 0, :-1],
-        samples_v=job.samples[:, 1, :-1],
-        samples_forces=job.samples[:, 2, :contacts],
-        samples_energies=None if assembly.plastic is None else job.samples[:, 3, :contacts],
+        samples_x=samples[:, 0, :-1],
+        samples_v=samples[:, 1, :-1],
+        samples_forces=samples[:, 2, :contacts],
+        samples_energies=None if assembly.plastic is None else samples[:, 3, :contacts],
     )
 
 
@@ -233,9 +243,14 @@ def _job(
     first = _first_step(assembly, first, tolerance * float(scales[0, 0]))
     pulse = (0.0, 1.0, 0.0) if problem is None else (problem.duration, problem.rise_time, problem.peak_force)
     work = math.inf if is_limited() else _WORK + _WORK_PER_BODY * bodies
-    settings = [tolerance, math.inf if until is None else until, *pulse]
+    end, last = math.inf if until is None else until, len(assembly.overlaps) - 1
+    if assembly.guided:
+        end = min(end, pulse[0])
+        times = times[times <= end]
+    settings = [tolerance, end, *pulse]
     settings += [first, pulse[0] / _LEAST_STEPS, len(assembly.overlaps), assembly.end_stiffness, assembly.end_damping]
-    settings += [work, assembly.is_damped if methods[1] is None else assembly.is_viscous, assembly.weight]
+    viscous = assembly.is_damped if methods[1] is None else assembly.is_viscous
+    settings += [work, viscous, assembly.weight, assembly.guided]
     extremes = np.zeros(6) if assembly.movable_end else NO_END
     job = Job(
         method=methods[0],
@@ -247,7 +262,7 @@ def _job(
         stops=np.array([] if problem is None else problem.stops),
         times=times,
         samples=np.zeros((len(times), 3 if plastic is None else 4, bodies + 1)),
-        watched=(len(assembly.overlaps) - 1,) * 2,
+        watched=(0 if assembly.guided else last, last),
         found=np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, first, 0.0, 0.0, *extremes]),
         table=np.zeros((ROWS, bodies + 1)),
         plastic=np.empty((0, 0)) if plastic is None else plastic.table(assembly.overlaps, bodies),
@@ -258,10 +273,33 @@ def _job(
     job.exponents[:] = assembly.powers_of_contacts
     if assembly.law_contacts is not None:
         job.by_law[: len(assembly.overlaps)] = assembly.law_contacts
-    inverse = chain[0]
+    inverse = chain[0] * np.append(not assembly.guided, np.ones(bodies - 1))
     job.switches[:] = inverse + np.append(inverse[1:], 0.0), np.ones(bodies)
+    if assembly.guided:
+        job.chain[0, 0] = 1.0
     job.v[0] = assembly.velocity
     return job
+
+
+def _release(assembly: Assembly, job: Job, until: float | None, times: FloatArray) -> Job:
+    """The job that follows, from the end of the given path of body 0, which then moves freely."""
+    settings, found, (time, arrival) = job.settings.copy(), job.found.copy(), job.found[1:3].tolist()
+    settings[GUIDED], found[0] = 0.0, 0.0
+    settings[UNTIL] = until or (max(time + 3 * arrival, time) if arrival >= 0 else math.inf)
+    job.chain[0, 0] = assembly.inverse_masses[0]
+    job.switches[0, 0] += job.chain[0, 0]
+    later = times[times > time]
+    return evolve(
+        job,
+        problem=None,
+        settings=settings,
+        stops=job.stops[:0],
+        times=later,
+        samples=np.zeros((len(later), *job.samples.shape[1:])),
+        found=found,
+        window=len(job.v) - 1,
+        forecast=Forecast.of(settings.tolist(), assembly.static_forces, assembly.cause_of_work),
+    )
 
 
 def _first_step(assembly: Assembly, first: float, tolerance: float) -> float:
@@ -271,6 +309,7 @@ def _first_step(assembly: Assembly, first: float, tolerance: float) -> float:
     detect. ``tolerance`` is that of the closing velocity.
     """
     c, q, rate = (float(each[0]) for each in (assembly.damping, assembly.damping_powers, assembly.inverse_masses))
+    rate = 1.0 if assembly.guided else rate
     by_law = assembly.law_contacts is not None and assembly.law_contacts[0]
     if assembly.force is None or by_law or q == 0 or assembly.overlaps[0] != 0:
         return first

@@ -259,7 +259,7 @@ class _March(Stages):
             kept = [self.k[:n] / p * np.maximum(end.d, 0.0) ** p for end in (start, finish)]
             job.losses[:n] += np.where(idle[0] & idle[1], kept[0] - kept[1], lost)
         if self.driven:
-            self.add_work(finish, size, end, impulses)
+            self.add_work(start, finish, size, end, impulses)
         self.find_peaks(start, finish, size, n)
         self.extremes.update(start, finish, (self.time, size), self.attempt)
         self.sample(start, end)
@@ -286,11 +286,12 @@ class _March(Stages):
         self.look_for_arrival(following)
         return following
 
-    def add_work(self, finish: End, size: float, end: float, impulses: list[float]) -> None:
+    def add_work(self, start: End, finish: End, size: float, end: float, impulses: list[float]) -> None:
         """Add the work of the force, integrated by parts: J w + J^2/2m minus the integral of J w'.
 
         J is the impulse since the beginning of the step, w the velocity of body 0 without it. With the mean of w', the
-        quadrature of J over the stages is replaced by its exact integral.
+        quadrature of J over the stages is replaced by its exact integral. If the path of body 0 is given, the force on
+        it is that of the contact, and its velocity w0 + J.
         """
         inverse, weights = float(self.inverse[0]), self.method.weights[1].tolist()
         impulse = impulses[-1]
@@ -300,7 +301,10 @@ class _March(Stages):
             mean += weight * force
             summed += weight * each
         area = self.shift(size, end)[0] / inverse
-        self.work += impulse * (float(finish.v[0]) - inverse * impulse) + 0.5 * inverse * impulse * impulse
+        if self.guided:
+            self.work += float(start.v[0]) * size * mean
+        else:
+            self.work += impulse * (float(finish.v[0]) - inverse * impulse) + 0.5 * inverse * impulse * impulse
         self.work += inverse * (size * product + mean * (area - size * summed))
 
     def look_for_arrival(self, start: End) -> None:

@@ -36,7 +36,7 @@ class Stages(Contacts):
         """
         method, h, square = self.method, size, size * size
         part = slice(low, high)
-        x, v, inverse = start.x[part], start.v[part], self.inverse[part]
+        x, v, inverse = start.x[part], start.v[part], self.mobile[part]
         whole_y, whole_z = start.x.copy(), start.v.copy()
         y, z = whole_y[part], whole_z[part]
         nodes, first, *later = method.columns

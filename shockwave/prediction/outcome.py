@@ -185,14 +185,17 @@ class Outcome(SceneResult):
         return first_yield
 
     @property
-    def applied_momentum(self) -> float:
+    def applied_momentum(self) -> float | Any:
         """Impulse of the shock or momentum of the striker [N s]."""
         if isinstance(self.excitation, Shock):
             shock = self.excitation
             return float(shock.peak_force * shock.rise_time * shock.profile.total_area)
-        material = self.excitation.material or self.chain.material
-        striker = Chain(material=material, radius=self.excitation.radius or self.chain.radius)
-        return striker.granule_mass * self.excitation.speed(self.chain.gravity)
+        impact = self.scene.impact
+        if impact is None:
+            return self._read("applied_momentum")
+        material = impact.material or self.chain.material
+        striker = Chain(material=material, radius=impact.radius or self.chain.radius)
+        return striker.granule_mass * impact.speed(self.chain.gravity)
 
     # ---------------------------------------------------------------- section 4
 

@@ -28,6 +28,7 @@ from shockwave.scene.yielding import beyond_elastic
 
 if TYPE_CHECKING:  # a shock on equal granules does not need it
     from shockwave.scene.impact import Impact
+    from shockwave.scene.motion import Motion
     from shockwave.simulation.simulate import Job
 
 Model = Literal["best", "section-4"]
@@ -88,7 +89,7 @@ class Predictor(Value, kw_only=False):
             object.__setattr__(self, "quadrature", find("quadratures", self.quadrature).name)
 
     @explain_arguments
-    def predict(self, shock: Shock | Impact, chain: Chain, options: SimulateOptions | None = None) -> Outcome:
+    def predict(self, shock: Shock | Impact | Motion, chain: Chain, options: SimulateOptions | None = None) -> Outcome:
         """Predict the outcome of ``shock`` on ``chain``.
 
         The simulation runs when one of its values is first read, unless the chain must be elastic.
@@ -123,7 +124,7 @@ class Predictor(Value, kw_only=False):
     @explain_arguments
     def predict_many(
         self,
-        shocks: Iterable[Shock | Impact],
+        shocks: Iterable[Shock | Impact | Motion],
         chain: Chain | Sequence[Chain],
         options: SimulateOptions | None = None,
         threads: int | None = None,

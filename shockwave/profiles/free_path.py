@@ -9,9 +9,9 @@ import functools
 import math
 import operator
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -54,6 +54,10 @@ _NARROWEST = 32.0
 _NOISE = 2 * _EPSILON
 # Rounding error of one value of the force, in machine epsilons.
 _ROUNDINGS = 4.0
+
+
+#: A function of an array of places.
+Function: TypeAlias = Callable[[FloatArray], FloatArray]
 
 
 @frozen(slots=False, eq=False)
@@ -108,6 +112,15 @@ class FreePath:
             rows[part] = _make_rows(knots[part], knots[after], np.full(widths.size, 4))
             rows[part, 2] += 4 * first
         return cls(rows, coefficients.reshape(-1, 2), _ROUNDING)
+
+    @classmethod
+    def of_polynomials(cls, edges: FloatArray, path: Function, impulse: Function, degree: int) -> FreePath:
+        """Table of functions that are polynomials of at most this ``degree`` between the edges, of shape (k,)."""
+        nodes, halves = chebyshev.chebpts1(degree + 1), np.diff(edges) / 2
+        points = (edges[:-1] + halves)[:, None] + halves[:, None] * nodes
+        series = [chebyshev.chebfit(nodes, function(points).T, degree).T for function in (path, impulse)]
+        rows = _make_rows(edges[:-1], edges[1:], np.full(halves.size, degree + 1))
+        return cls(rows, np.stack(series, axis=-1).reshape(-1, 2).astype(float), _ROUNDING)
 
     def check(self) -> None:
         """Raise ValueError if compiled code cannot read the table: type, shape or a row of it is not as described."""

@@ -84,8 +84,8 @@ class _Table:
         raise InvalidValueError.of(key, problem, f"{self.path}:{number}")
 
 
-def read_record(path: pathlib.Path, form: RecordFormat | None = None) -> Record:
-    """Read a time column and a force column.
+def read_record(path: pathlib.Path, form: RecordFormat | None = None, quantity: str = "force") -> Record:
+    """Read a time column and a force column, or one of another quantity.
 
     Nothing is guessed: if neither the header nor ``form`` states a property, an error names its key.
 
@@ -96,6 +96,8 @@ def read_record(path: pathlib.Path, form: RecordFormat | None = None) -> Record:
         brackets or after a slash, their units. Blank lines and comments (``#``, ``%``, ``//``) are ignored.
     form : RecordFormat, optional
         What the file does not state.
+    quantity : str
+        ``force``, or ``acceleration``, ``velocity`` or ``displacement``, whose SI values are then the forces.
 
     Returns
     -------
@@ -111,11 +113,11 @@ def read_record(path: pathlib.Path, form: RecordFormat | None = None) -> Record:
         column is a record of another quantity; each error states its line.
     """
     table = _table(pathlib.Path(path), form or RecordFormat())
-    labels = _labels(table)
-    picks = _picks(table, labels)
+    labels = _labels(table, quantity)
+    picks = _picks(table, labels, quantity)
     numbers, notes = _numbers(table, picks, len(labels)), list[str]()
     place = f"{path}:{table.head[-1][0] if table.head else table.body[0][0]}"
-    per_time, per_force = factors(table.form, [labels[pick] for pick in picks], numbers, place, notes)
+    per_time, per_force = factors(table.form, [labels[pick] for pick in picks], numbers, place, notes, quantity)
     times = _times(table, picks[0], numbers[:, 0], per_time, notes)
     return Record(times, numbers[:, 1] * per_force, tuple(notes), np.array([number for number, _ in table.body]))
 
@@ -164,13 +166,13 @@ def _numeric(line: str, separator: str) -> set[int]:
 # ---------------------------------------------------------------- header
 
 
-def _labels(table: _Table) -> list[Label]:
+def _labels(table: _Table, quantity: str) -> list[Label]:
     """Labels of all columns, which are empty without a header."""
     (first, line), (last, above) = table.body[0], (table.head or table.body)[-1]
     # blanks separate columns, but not a name from its unit
     above = above if table.separator else re.sub(r" (?=[\[(/])|(?<=/) ", "", " ".join(above.split()))
     width = len(_cells(line, table.separator))
-    labels = labels_of(_cells(above, table.separator), width) if table.head else []
+    labels = labels_of(_cells(above, table.separator), width, quantity) if table.head else []
     few, units = len(labels) < width, any(label.unit for label in labels)
     commas = few and table.separator == "," and not table.form.decimal and '"' not in line
     if commas and (units or any(_PADDED.search(row) for _, row in table.body)):
@@ -184,13 +186,13 @@ def _labels(table: _Table) -> list[Label]:
     return labels or [Label()] * width
 
 
-def _picks(table: _Table, labels: Sequence[Label]) -> list[int]:
+def _picks(table: _Table, labels: Sequence[Label], quantity: str) -> list[int]:
     """Columns of time and force: those of the format, or by their units, or in this order if there are just these.
 
     With a sampling interval, the column of the force stands for both.
     """
     every, fewest = range(1, len(labels) + 1), 1 if table.form.interval else 2
-    kinds = [kind_of(label.unit) for label in labels]
+    kinds = [kind_of(label.unit, quantity) for label in labels]
     times = [at for at in every if kinds[at - 1] == "time"]
     # numbers without a unit may be forces, but for those before columns with units: they count samples or are dates
     plain = {at for at in _numeric(table.body[0][1], table.separator) if not labels[at - 1].unit}

@@ -21,6 +21,8 @@ from shockwave.base.units import in_other_case, to_si
 _ENCODINGS = (None, "utf-8", "utf-16", "cp1252")
 # SI unit of each quantity that a column can have.
 _UNITS = {"time": "s", "force": "N", "pressure": "Pa", "acceleration": "m/s**2", "voltage": "V"}
+# The same of quantities that only a record of a motion has.
+_OF_MOTION = {"velocity": "m/s", "displacement": "m"}
 # Key that turns a record of the quantity into one of the force.
 _KEYS = {"pressure": "area, the loaded area", "acceleration": "mass, the moving mass"}
 
@@ -107,7 +109,7 @@ class Label:
     text: str = ""
 
 
-def labels_of(cells: Sequence[str], width: int) -> list[Label]:
+def labels_of(cells: Sequence[str], width: int, quantity: str = "force") -> list[Label]:
     """Labels in the cells of a header; none if one of the first ``width`` is a value, such as in ``range,5 kN``.
 
     A line of units alone, such as ``us,N``, is a header.
@@ -117,7 +119,7 @@ def labels_of(cells: Sequence[str], width: int) -> list[Label]:
     if any(len(cell) > _LONGEST_LABEL or _VALUE.fullmatch(cell) for cell in cells):
         return []
     units = [cell.strip("()[] ") for cell in cells]
-    if not all(map(kind_of, units)):
+    if not all(kind_of(unit, quantity) for unit in units):
         units = [_unit(cell) for cell in cells]
     return [Label(unit, cell) for unit, cell in zip(units, cells, strict=True)]
 
@@ -130,9 +132,10 @@ def _unit(cell: str) -> str:
 
 
 @cache
-def kind_of(unit: str | None) -> str | None:
-    """The quantity that is measured in a unit: time, force, pressure, acceleration or voltage; None for others."""
-    return next((kind for kind, base in _UNITS.items() if not math.isnan(_factor(unit or "", base))), None)
+def kind_of(unit: str | None, quantity: str = "force") -> str | None:
+    """The kind of a unit: time, force, pressure, acceleration, voltage or the ``quantity`` of a record; else None."""
+    units = _UNITS if quantity in _UNITS else {quantity: _OF_MOTION[quantity], **_UNITS}
+    return next((kind for kind, base in units.items() if not math.isnan(_factor(unit or "", base))), None)
 
 
 def _is_unit(text: str) -> bool:
@@ -153,7 +156,12 @@ def _factor(unit: str, base: str) -> float:
 
 
 def factors(
-    form: RecordFormat, labels: Sequence[Label], numbers: FloatArray, place: str, notes: list[str]
+    form: RecordFormat,
+    labels: Sequence[Label],
+    numbers: FloatArray,
+    place: str,
+    notes: list[str],
+    quantity: str = "force",
 ) -> list[float]:
     """Seconds per unit of the time column and newtons per unit of the force column.
 
@@ -169,6 +177,8 @@ def factors(
         Place of the header, for errors.
     notes : list of str
         List to which sentences on the conversion are appended.
+    quantity : str
+        Quantity of the record, if neither area nor mass make it a force.
 
     Raises
     ------
@@ -176,19 +186,22 @@ def factors(
         If a unit is not stated, with a proposal, or a column is a record of another quantity than the format states.
     """
     (time, force), faults = labels, []
-    kind = "pressure" if form.area is not None else "acceleration" if form.mass is not None else "force"
-    base, unit = _UNITS[kind], form.unit or force.unit
+    kind = "pressure" if form.area is not None else "acceleration" if form.mass is not None else quantity
+    base, unit = (_UNITS | _OF_MOTION)[kind], form.unit or force.unit
     per_time, per_force = _factor(form.time_unit or time.unit, "s"), _factor(unit, base)
     if form.interval is None and (math.isnan(per_time) or kind_of(time.unit) not in (None, "time")):
         faults.append(_fault("time_unit", "time", (time.text, form.time_unit), _time_hint(numbers[:, 0]), place))
     # a load in kg and lbs, or in g, which is else an acceleration, is one in kgf, lbf and gf
     is_weight = form.unit in (f"{force.unit}f", f"{force.unit[:-1]}f")
-    stated = "force" if is_weight else kind_of(force.unit)
-    other = next((each for each in (stated, kind_of(form.unit)) if each in (*_KEYS, "force") and each != kind), None)
+    stated = "force" if is_weight else kind_of(force.unit, quantity)
+    other = next(
+        (each for each in (stated, kind_of(form.unit, quantity)) if each in (*_KEYS, "force") and each != kind), None
+    )
     likely = next(iter(in_other_case(unit, base)), base)
     hint = f"unit: {likely} makes the greatest value {np.abs(numbers[:, 1]).max():.4g} {likely}; a voltage needs scale"
     if other is not None:
-        per_force, hint = math.nan, f"set {_KEYS[other]}" if kind == "force" else f"delete {_KEYS[kind]}"
+        per_force, hint = math.nan, f"set {_KEYS[other]}" if kind == "force" else f"delete {_KEYS.get(kind, 'unit')}"
+        hint = hint if quantity == "force" else "set columns or another quantity"
     elif stated != kind and (stated or _is_unit(force.unit)) and None in (form.unit, form.scale):
         product = form.unit or base
         per_force, hint = math.nan, f"set unit: {product}, and scale to the {product} per {force.unit}"

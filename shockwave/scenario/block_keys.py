@@ -114,7 +114,11 @@ def has_chain_blocks(data: Mapping[str, Any]) -> bool:
     """Whether a document has blocks for chains beyond equal spheres."""
     chain = data.get("chain")
     given = chain if isinstance(chain, dict) else {}
-    return "impact" in data or isinstance(given.get("granules"), list) or not given.keys().isdisjoint(CHAIN_BLOCKS)
+    return (
+        not data.keys().isdisjoint(("impact", "motion"))
+        or isinstance(given.get("granules"), list)
+        or not given.keys().isdisjoint(CHAIN_BLOCKS)
+    )
 
 
 # ---------------------------------------------------------------- keys of blocks
@@ -128,6 +132,7 @@ SCENARIO = (
     Key("chain", required=True, meaning="a mapping of material, diameter, granules, and further features"),
     Key("shock", required=True, meaning="a mapping of profile, peak_force, rise_time, duration_ratio, parameters"),
     Key("impact", meaning="a striker: a mapping of velocity, diameter, material", instead_of=("shock",)),
+    Key("motion", meaning="a prescribed motion of the first granule", instead_of=("shock", "impact")),
     Key("predict", default=None, meaning="settings of the prediction"),
     Key("simulate", default=None, meaning="settings of the simulation"),
     Key("limit", default=None, meaning="a mapping of force: the limit on the transmitted force"),

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from attrs import evolve
 
-from shockwave.base.errors import InvalidValueError, ShockwaveError, UnknownNameError, nearest
+from shockwave.base.errors import Fault, InvalidValueError, ShockwaveError, UnknownNameError, nearest, refuse
 from shockwave.base.quantity_fields import SIZES, Quantity, join, text_of
+from shockwave.records.record_format import RecordFormat
 from shockwave.registry.registry import blame, entries, load
 from shockwave.scenario.block_keys import BLOCKS, GRANULES, WALLS, Key, keys_of
 from shockwave.scenario.value_conversion import Parser, convert, items, material, structure
 from shockwave.scene.chain_end import Wall
 from shockwave.scene.contact_law import PowerContact
 from shockwave.scene.impact import Impact
+from shockwave.scene.motion import Motion
 from shockwave.scene.segments import Cell, Segment, Taper
 
 
@@ -40,6 +43,8 @@ SEGMENT = (
     Key("contact", default=None, meaning="law of the contacts behind its granules, by default that of the chain"),
     Key("damping", default=None, meaning="damping at these contacts, by default that of the chain"),
 )
+# Keys of a motion that a record replaces.
+_CONSTANT = ("velocity", "until", "times", "values")
 # Keys of sizes, of which a segment has one.
 _SIZES = ("diameter", "radius")
 #: Keys of a repeated cell.
@@ -58,6 +63,15 @@ IMPACT = (
     Key("diameter", spec=evolve(_DIAMETER, meaning="diameter of the striker, by default that of the chain")),
     evolve(_keys(Impact)["radius"], instead_of=("diameter",)),
     _MATERIAL,
+)
+_RECORD = tuple(key for key in keys_of(RecordFormat) if key.name not in ("area", "mass"))
+#: Keys of the ``motion`` block: a constant velocity, or a record with its format.
+MOTION = (
+    *(_keys(Motion)[name] for name in ("velocity", "until", "quantity")),
+    Key("file", annotation=str, meaning="a record with a time column and one of the quantity", plain=False),
+    Key("times", spec=Quantity("s", "sample times", samples=True)),
+    Key("values", spec=Quantity("", "values in SI units", samples=True)),
+    *_RECORD,
 )
 #: Key of a block that names a contact law or a damping.
 MODEL = Key("model", required=True, annotation=str, meaning="a name from `shockwave list contacts`")
@@ -169,6 +183,19 @@ def impact(given: Any) -> Impact:
     return Impact(**structure(given, IMPACT, {"material": material}))
 
 
+def motion(find: Callable[[str, str], Path], given: Any) -> Motion:
+    """The motion; ``find`` returns the place of a file, and names its key in messages."""
+    values = structure(given, MOTION)
+    if "file" not in values:
+        rule = "must be left out without file"
+        refuse([Fault(key.name, rule, at_key=True) for key in _RECORD if key.name in values])
+        return Motion(**values)
+    file, quantity = find(values.pop("file"), "file"), values.pop("quantity", None)
+    refuse([Fault("quantity", "must be given with file (got nothing)")] if quantity is None else [])
+    refuse([Fault(name, "must be left out for a file", at_key=True) for name in _CONSTANT if name in values])
+    return Motion.from_file(file, quantity, **values)
+
+
 #: Key of the ``chain`` block -> its parser.
 PARSERS: Mapping[str, Parser] = {
     "granules": granules,
@@ -196,8 +223,9 @@ def keys_below(data: Mapping[str, Any]) -> Iterator[tuple[str, Key]]:
         yield from _of_block("chain.end", END, chain["end"])
     for block in LAWS:
         yield from _of_law("chain", block, chain)
-    if "impact" in data:
-        yield from _of_block("impact", IMPACT, _mapping(data["impact"]))
+    for block, keys in (("impact", IMPACT), ("motion", MOTION[:2])):
+        if block in data:
+            yield from _of_block(block, keys, _mapping(data[block]))
 
 
 def _mapping(given: Any) -> dict[str, Any]:

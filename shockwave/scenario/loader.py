@@ -124,8 +124,12 @@ def _error(faults: list[Fault], name: str) -> ShockwaveError:
 def _parts(document: Document, spreads: Any, path: Path | None) -> tuple[dict[str, Any], list[Fault]]:
     """Parts of the scenario in ``document``, each as far as possible, and all errors; ``spreads`` are a block of it."""
     folder = path.parent if path is not None else document.folder
-    values, faults = values_of(document.data, SCENARIO, {**_PARSERS, "shock": partial(_shock, folder)})
-    parts: dict[str, Any] = {name: values.get(name) for name in ("shock", "impact", "chain", "limit", "published")}
+    values, faults = values_of(
+        document.data, SCENARIO, {**_PARSERS, "shock": partial(_shock, folder), "motion": partial(_motion, folder)}
+    )
+    parts: dict[str, Any] = {
+        name: values.get(name) for name in ("shock", "impact", "motion", "chain", "limit", "published")
+    }
     parts["name"] = values.get("name") or (path.stem if path is not None else document.name)
     parts["predictor"] = values.get("predict") or Predictor()
     parts["simulate"] = values.get("simulate") or SimulateOptions()
@@ -133,15 +137,17 @@ def _parts(document: Document, spreads: Any, path: Path | None) -> tuple[dict[st
         parts["uncertainty"] = read_spreads(spreads, document.data)
     if "chain" in values:
         faults += limit_faults(parts["limit"], parts["chain"].end)
-        faults += _of_combination(parts["chain"], parts["impact"], parts["simulate"], document.data)
+        faults += _of_combination(parts, document.data)
     return parts, faults
 
 
-def _of_combination(chain: Chain, impact: Any, options: SimulateOptions, data: Mapping[str, Any]) -> list[Fault]:
-    """Errors of a chain under a shock or an impact, and of options; ``data`` is the content of the document."""
-    if faults := faults_of(chain, impact):
+def _of_combination(parts: Mapping[str, Any], data: Mapping[str, Any]) -> list[Fault]:
+    """Errors of a chain under its excitation, and of options; ``data`` is the content of the document."""
+    chain, impact, options = parts["chain"], parts["impact"], parts["simulate"]
+    other = impact or parts["motion"]
+    if faults := faults_of(chain, other):
         return faults
-    if options.integrator is not None and (impact is not None or uniform_of(chain) is None):
+    if options.integrator is not None and (other is not None or uniform_of(chain) is None):
         reason = load("integrators", options.integrator).refusal(chain.is_damped)
         faults = [Fault("simulate.integrator", reason)] if reason else []
     if options.sensors:
@@ -316,11 +322,17 @@ def _within_shock(fault: Fault) -> Fault:
     return fault.below("parameters", *(["file"] if fault.exit_code == FileAccessError.exit_code else []))
 
 
-def _file(folder: Path, name: str) -> Path:
+def _motion(folder: Path, content: Any) -> Any:
+    from shockwave.scenario.chain_blocks import motion  # not needed for a shock
+
+    return motion(partial(_file, folder), content)
+
+
+def _file(folder: Path, name: str, key: str = "parameters.file") -> Path:
     """File ``name`` in the scenario's folder or below it."""
     file = folder / name
     # an absolute name may lead elsewhere, too; Path.resolve raises an error for a link to itself
     if name.strip() and Path(os.path.realpath(file)).is_relative_to(os.path.realpath(folder)):
         return file
     problem = f"must be a file in the scenario's folder or below it (got {text_of(name)}; copy it there)"
-    raise InvalidValueError.of("parameters.file", problem)
+    raise InvalidValueError.of(key, problem)

@@ -21,12 +21,13 @@ from shockwave.scenario.uncertainty_block import Spread
 from shockwave.scenario.yaml_document import Document, document_of, parse_document, read_document
 from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import Limit
-from shockwave.scene.scene import Scene
+from shockwave.scene.scene import Excitation, Scene
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
 
 if TYPE_CHECKING:  # a scenario with a shock does not need it
     from shockwave.scene.impact import Impact
+    from shockwave.scene.motion import Motion
 
 
 @frozen(kw_only=True, slots=False)
@@ -45,6 +46,8 @@ class Scenario:
         Material, radius, granules and further features.
     impact : Impact or None
         A striker in place of a shock.
+    motion : Motion or None
+        A prescribed motion of the first granule in place of a shock.
     predictor : Predictor
         Predictor with the settings of the ``predict`` block.
     simulate : SimulateOptions
@@ -77,6 +80,7 @@ class Scenario:
     shock: Shock = field(default=None)
     chain: Chain
     impact: Impact | None = None
+    motion: Motion | None = None
     predictor: Predictor
     simulate: SimulateOptions
     limit: Limit | None = None
@@ -114,9 +118,9 @@ class Scenario:
         return scenario_of(document_of(data, folder), None)
 
     @property
-    def excitation(self) -> Shock | Impact:
-        """The shock, or the impact in its place."""
-        return self.shock if self.impact is None else self.impact
+    def excitation(self) -> Excitation:
+        """The shock, or the impact or the motion in its place."""
+        return self.impact or self.motion or self.shock
 
     @cached_property
     def scene(self) -> Scene:
@@ -139,6 +143,7 @@ class Scenario:
             return ()
         shock = self.document.data.get("shock") or {}
         record = (shock.get("parameters") or {}).get("file") if str(shock.get("profile")).lower() == RECORD else None
+        record = record or (self.document.data.get("motion") or {}).get("file")
         return tuple(file for file in (self.path, record and self.folder / record) if file)
 
 

@@ -12,9 +12,10 @@ from shockwave.scene.shock import Shock
 
 if TYPE_CHECKING:  # a scenario with a shock does not need it
     from shockwave.scene.impact import Impact
+    from shockwave.scene.motion import Motion
 
 #: A scenario, its file, or an excitation whose chain is given beside it.
-SceneArgument: TypeAlias = "Scenario | str | os.PathLike[str] | Shock | Impact"
+SceneArgument: TypeAlias = "Scenario | str | os.PathLike[str] | Shock | Impact | Motion"
 
 
 def scenario_alone(scene: object, chain: object) -> Scenario:

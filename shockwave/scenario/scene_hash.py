@@ -73,10 +73,11 @@ def _chain(chain: Chain) -> dict[str, Any]:
 
 
 def _excitation(scenario: Scenario) -> dict[str, Any]:
-    if scenario.impact is not None:
-        from shockwave.scene.description import plain  # not needed for a shock
+    for name, other in (("impact", scenario.impact), ("motion", scenario.motion)):
+        if other is not None:
+            from shockwave.scene.description import plain  # not needed for a shock
 
-        return {"impact": plain(scenario.impact, names=False)}
+            return {name: plain(other, names=False)}
     shock = scenario.shock
     cls = type(shock.profile)
     excitation = {

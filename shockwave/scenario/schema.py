@@ -18,7 +18,7 @@ from shockwave import __version__
 from shockwave.base.quantity_fields import Quantity
 from shockwave.registry import registry
 from shockwave.scenario.block_keys import BLOCKS, CHAIN, SCENARIO, SHOCK, Key, keys_of, parameters_of
-from shockwave.scenario.chain_blocks import CELL, END, IMPACT, LAWS, MODEL, SEGMENT, TAPER, models
+from shockwave.scenario.chain_blocks import CELL, END, IMPACT, LAWS, MODEL, MOTION, SEGMENT, TAPER, models
 from shockwave.scenario.published import Published
 from shockwave.scenario.sweep_block import SWEEP
 from shockwave.scene.force_limit import Limit
@@ -54,6 +54,7 @@ def schema() -> Form:
     forms = {key.name: _value(key) for key in SCENARIO}
     forms["chain"] |= _chain()
     forms["impact"] |= _mapping(IMPACT)
+    forms["motion"] |= _mapping(MOTION)
     forms["shock"] |= _mapping(SHOCK)
     forms["shock"]["allOf"] = [_where("profile", name, _of_profile(name)) for name in _names("profiles")]
     optional = {block: BLOCKS[block] for block in ("predict", "simulate")}
@@ -152,7 +153,7 @@ def _of_profile(name: str) -> Form:
 def _dotted() -> Form:
     """A mapping of dotted names."""
     blocks = "|".join(map(re.escape, (*BLOCKS, "shock.parameters")))
-    place = rf"({blocks}|impact|chain\.({'|'.join(LAWS)}|end)|chain\.granules\[[0-9]+\](\.cell\[[0-9]+\])?)"
+    place = rf"({blocks}|impact|motion|chain\.({'|'.join(LAWS)}|end)|chain\.granules\[[0-9]+\](\.cell\[[0-9]+\])?)"
     # a material or a taper may be a mapping
     return {"type": "object", "propertyNames": {"pattern": rf"^{place}\.\w+$|^{place}\.(\w+)\.\w+$"}}
 

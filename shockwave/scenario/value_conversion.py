@@ -77,9 +77,11 @@ def _of_keys(content: Mapping[str, Any], keys: Sequence[Key]) -> Iterator[Fault]
         missing = [other.name for other in keys if other.required and other.name in {*key.one_of}.difference(content)]
         substitutes += [(name, key.name) for name in missing if key.name not in content or len(missing) == 1]
     for key in keys:
-        other = dict(substitutes).get(key.name, "")
-        if key.required and key.name not in content and other not in content:
-            words = filter(None, ("got nothing", key.purpose, other and f"or give {other}"))
+        if not key.required or key.name in content:
+            continue
+        others = [other for name, other in substitutes if name == key.name]
+        if content.keys().isdisjoint(others):
+            words = filter(None, ("got nothing", key.purpose, f"or give {join(others)}" if others else ""))
             yield Fault((key.name,), f"must be given ({'; '.join(words)})")
 
 

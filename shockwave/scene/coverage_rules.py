@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 from attrs import evolve
 
 from shockwave.base.errors import Fault, NotCoveredError, Steps
 from shockwave.scene.chain import Chain
-from shockwave.scene.contact_law import PowerContact
+from shockwave.scene.contact_law import ContactLaw, PowerContact
 from shockwave.scene.impact import Impact
+from shockwave.scene.motion import Motion
 from shockwave.scene.segments import Segment, Taper, each_segment
 
 # Key of a record that keeps negative forces.
@@ -19,12 +21,18 @@ _SCOPE = "shocks on chains of equal granules with free ends"
 
 def scene_faults(chain: Chain, excitation: object) -> list[Fault]:
     """Errors of a chain beyond equal spheres, or under an impact."""
-    struck = isinstance(excitation, Impact)
-    if chain.packing is not None and struck:
-        return [Fault("chain.packing", f"must be left out under an impact (got {chain.packing!r})")]
+    struck, guided = isinstance(excitation, Impact), isinstance(excitation, Motion)
+    if chain.packing is not None and (struck or guided):
+        rule = f"must be left out under {'an impact' if struck else 'a motion'}"
+        return [Fault("chain.packing", f"{rule} (got {chain.packing!r})")]
+    excluded = [name for name in ("precompression", "gravity") if guided and getattr(chain, name)]
+    parts: list[Any] = [chain, *(segment for _, segment in each_segment(chain.granules))] if guided else []
+    excluded += ["contact"] if any(isinstance(part.contact, ContactLaw) for part in parts) else []
+    if excluded:
+        return [Fault(f"chain.{name}", "must be left out under a motion of the first granule") for name in excluded]
     if chain.count is None:
-        needed = "must be given, because a striker needs a finite chain (got nothing)"
-        return [Fault("chain.granules", needed)] if struck else []
+        needed = f"must be given, because a {'striker' if struck else 'motion'} needs a finite chain (got nothing)"
+        return [Fault("chain.granules", needed)] if struck or guided else []
     if chain.count + struck + (chain.end is not None) < 2:
         return [Fault("chain.granules", "must give a contact (got 1 granule; add granules, a wall or a striker)")]
     return []
@@ -60,12 +68,13 @@ def check_coverage(chain: Chain, excitation: object, method: str, laws: bool, pa
     equal = reduce_chain(chain)
     pulls = getattr(getattr(excitation, "profile", None), "pulls", False)
     refused = (chain.packing and not packings) or (chain.contact and not laws)
-    if equal is not None and not refused and not isinstance(excitation, Impact) and not pulls:
+    other: list[tuple[type, str, str]] = [(Impact, "impact", "a striker"), (Motion, "motion", "a prescribed motion")]
+    others = [((name,), text) for kind, name, text in other if isinstance(excitation, kind)]
+    if equal is not None and not refused and not others and not pulls:
         return equal
     line = evolve(chain, packing=None) if packings else chain
     features = [] if line.is_uniform else [(("chain", *steps), reason) for steps, reason in _further(line, laws)]
-    if isinstance(excitation, Impact):
-        features.append((("impact",), "a striker"))
+    features += others
     if not features and not pulls:
         features.append((("chain", "granules"), "1 granule"))
     rule = f"must be left out for {method}, which covers only {_SCOPE}"

@@ -20,6 +20,7 @@ from shockwave.scene.damping import HERTZ, Damping
 from shockwave.scene.elastic_plastic import RANGE, Loading
 from shockwave.scene.impact import Impact
 from shockwave.scene.material import Material
+from shockwave.scene.motion import Motion
 from shockwave.scene.segments import Cell, Segment, Taper
 
 _Law = TypeVar("_Law")
@@ -54,8 +55,9 @@ class Layout:
         q.
     wall : Wall or None
         The wall, with its material resolved.
-    velocity, weight : float
-        Initial velocity [m/s] and weight [N] of granule 0, if it is a striker.
+    velocity, top_speed, weight : float
+        Initial velocity [m/s] of granule 0, if it is a striker or moves as prescribed, its greatest speed [m/s], and
+        the weight [N] of a striker.
     law : ContactLaw or None
         Contact law that replaces the power law of ``pairs`` at some contacts.
     law_contacts : ndarray of bool, shape (n_contacts,)
@@ -75,6 +77,7 @@ class Layout:
     damping_powers: FloatArray
     wall: Wall | None
     velocity: float
+    top_speed: float
     weight: float
     law: ContactLaw | None
     law_contacts: npt.NDArray[np.bool_]
@@ -90,6 +93,9 @@ class Layout:
             If the chain is not finite, has a single granule, or a static overlap is not representable as a float.
         """
         refuse(scene_faults(chain, excitation))
+        velocity = excitation.speed(chain.gravity) if isinstance(excitation, Impact) else 0.0
+        if isinstance(excitation, Motion):
+            velocity = float(excitation.course(0.0, 1))
         rows = [*_striker(chain, excitation), *_granules(chain)]
         segments, materials, radii, gaps, contacts, dampings = zip(*rows, strict=True)
         sizes = np.array(radii)
@@ -132,7 +138,8 @@ class Layout:
             damping_coefficients=coefficients,
             damping_powers=powers,
             wall=wall,
-            velocity=excitation.speed(chain.gravity) if isinstance(excitation, Impact) else 0.0,
+            velocity=velocity,
+            top_speed=excitation.top_speed if isinstance(excitation, Motion) else velocity,
             weight=chain.gravity * float(masses[0]) if isinstance(excitation, Impact) else 0.0,
             law=plugins[0][0] if plugins else None,
             law_contacts=np.any([at for _, at in plugins], axis=0) if plugins else np.zeros(static.shape, dtype=bool),

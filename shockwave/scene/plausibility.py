@@ -64,7 +64,7 @@ def _values(excitation: Any, chain: Any) -> Iterator[tuple[str, str, float]]:
     if hasattr(excitation, "rise_time"):
         yield "shock", "peak_force", excitation.peak_force
         yield "shock", "rise_time", excitation.rise_time
-    else:
+    elif hasattr(excitation, "speed"):
         yield "impact", "velocity", excitation.speed(chain.gravity)
         yield from _sphere("impact", excitation)
     yield from _sphere("chain", chain)

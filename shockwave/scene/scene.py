@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, nullcontext
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from attrs import field, frozen
 
@@ -18,7 +18,11 @@ from shockwave.scene.shock import Shock
 if TYPE_CHECKING:  # a shock on equal granules does not need them
     from shockwave.scene.impact import Impact
     from shockwave.scene.layout import Layout
+    from shockwave.scene.motion import Motion
     from shockwave.scene.scene_summary import SceneSummary
+
+#: What acts on the first granule.
+Excitation: TypeAlias = "Shock | Impact | Motion"
 
 
 @frozen(kw_only=True, slots=False)
@@ -29,8 +33,8 @@ class Scene:
 
     Parameters
     ----------
-    excitation : Shock or Impact
-        The shock, or the striker.
+    excitation : Shock, Impact or Motion
+        The shock, the striker, or the motion of the first granule.
     chain : Chain
         The chain.
     name : str, optional
@@ -46,7 +50,7 @@ class Scene:
         If ``excitation`` is neither a Shock nor an Impact, or ``chain`` not a Chain.
     """
 
-    excitation: Shock | Impact
+    excitation: Excitation
     chain: Chain = field(eq=lambda chain: uniform_of(chain) or chain)
     name: str | None = None
     limit: Limit | None = field(default=None, converter=limit_of)
@@ -56,20 +60,31 @@ class Scene:
         excitation, chain = self.excitation, self.chain
         mistaken = not isinstance(chain, Chain)
         if not isinstance(excitation, Shock):
-            from shockwave.scene.impact import Impact  # a shock does not need it
-
-            mistaken = mistaken or not isinstance(excitation, Impact)
+            mistaken = mistaken or (self.impact is None and self.motion is None)
         if mistaken:
             got = f"got {type(excitation).__name__} and {type(chain).__name__}"
             if isinstance(excitation, Chain):
                 got += "; the chain comes second"
-            raise InvalidValueError.of("shock", f"must be a Shock or an Impact, and the chain a Chain ({got})")
+            raise InvalidValueError.of("shock", f"must be a Shock, Impact or Motion, and the chain a Chain ({got})")
         refuse(limit_faults(self.limit, chain.end))
 
     @property
     def impact(self) -> Impact | None:
         """The striker; None under a shock."""
-        return None if isinstance(self.excitation, Shock) else self.excitation
+        if isinstance(self.excitation, Shock):
+            return None
+        from shockwave.scene.impact import Impact  # a shock does not need it
+
+        return self.excitation if isinstance(self.excitation, Impact) else None
+
+    @property
+    def motion(self) -> Motion | None:
+        """The prescribed motion; None under a shock or an impact."""
+        if isinstance(self.excitation, Shock):
+            return None
+        from shockwave.scene.motion import Motion  # a shock does not need it
+
+        return self.excitation if isinstance(self.excitation, Motion) else None
 
     @property
     def shock(self) -> Shock | None:
@@ -110,7 +125,7 @@ class Scene:
     def contact_count(self) -> int | None:
         """Number of contacts, including that with a wall, which is the last one; None for an endless chain."""
         count = self.chain.count
-        return None if count is None else count - 1 + (self.shock is None) + (self.chain.end is not None)
+        return None if count is None else count - 1 + (self.impact is not None) + (self.chain.end is not None)
 
     @cached_property
     def layout(self) -> Layout:
@@ -158,18 +173,18 @@ def uniform_of(chain: Chain) -> Chain | None:
     return reduce_chain(chain)
 
 
-def faults_of(chain: Chain, impact: Impact | None) -> list[Fault]:
-    """Errors of the combination of a chain with an impact, or with a shock in its place."""
-    if chain.is_uniform and impact is None:
+def faults_of(chain: Chain, excitation: Impact | Motion | None) -> list[Fault]:
+    """Errors of the combination of a chain with an impact or a motion, or with a shock in their place."""
+    if chain.is_uniform and excitation is None:
         return []
     from shockwave.scene.coverage_rules import scene_faults  # equal granules do not need it
 
-    faults = scene_faults(chain, impact)
+    faults = scene_faults(chain, excitation)
     if faults or not chain.is_plastic:
         return faults
     from shockwave.scene.plastic_range import range_faults  # elastic contacts do not need it
 
-    return range_faults(chain, impact)
+    return range_faults(chain, excitation)
 
 
 def scenes_of(shocks: Iterable[Any], chain: Any, single: str, threads: object) -> list[Scene | InvalidValueError]:

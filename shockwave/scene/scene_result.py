@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING
 from shockwave.base.result import Result
 from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import LeavingForce, Limit, Verdict, verdict
-from shockwave.scene.scene import Scene
+from shockwave.scene.scene import Excitation, Scene
 
 if TYPE_CHECKING:  # a shock does not need it
-    from shockwave.scene.impact import Impact
-    from shockwave.scene.shock import Shock
+    pass
 
 
 class SceneResult(Result):
@@ -41,8 +40,8 @@ class SceneResult(Result):
         return self.scene.name
 
     @property
-    def excitation(self) -> Shock | Impact:
-        """The shock or the striker."""
+    def excitation(self) -> Excitation:
+        """The shock, the striker or the prescribed motion."""
         return self.scene.excitation
 
     @property

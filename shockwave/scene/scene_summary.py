@@ -13,6 +13,7 @@ from shockwave.scene.shock import Shock
 
 if TYPE_CHECKING:  # a shock on equal granules does not need it
     from shockwave.scene.impact import Impact
+    from shockwave.scene.motion import Motion
 
 
 @frozen
@@ -39,17 +40,18 @@ class SceneSummary:
         return [*self.lines]
 
 
-def summary_of(excitation: Shock | Impact, chain: Chain, uniform: bool) -> SceneSummary:
+def summary_of(excitation: Shock | Impact | Motion, chain: Chain, uniform: bool) -> SceneSummary:
     """Summary of a scene; ``uniform`` states whether it is a shock on equal granules with free ends."""
     if isinstance(excitation, Shock) and uniform:
         return _of_equal_granules(excitation, chain)
     from shockwave.scene.description import lines, plain, text  # for other scenes only
 
-    shock = isinstance(excitation, Shock)
-    first = ("shock", _shock_text(excitation)) if isinstance(excitation, Shock) else ("impact", text(excitation))
+    name = type(excitation).__name__.lower()
+    first = (name, _shock_text(excitation) if isinstance(excitation, Shock) else text(excitation))
     numbers = {
         "shock": _shock_numbers(excitation) if isinstance(excitation, Shock) else None,
-        "impact": None if shock else plain(excitation),
+        "impact": plain(excitation) if name == "impact" else None,
+        **({"motion": plain(excitation)} if name == "motion" else {}),
         "chain": plain(chain),
         "granules": chain.count,
     }

@@ -9,6 +9,7 @@ from attrs import evolve
 
 from shockwave.base.numerics import FloatArray
 from shockwave.registry.registry import load
+from shockwave.scene.motion import Motion
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.convergence_runs import run, tolerances_for
@@ -40,6 +41,8 @@ def record_chain(result: Simulation) -> Recording:
         recorded["forces"] = forces[:, case.reported]
         if case.has_wall:
             recorded["wall_force"] = forces[:, -1]
+        if result.scene.motion is not None:
+            recorded["applied_force"] = _applied_force(result.scene.motion, case, times * scales.time, forces[:, 0])
     if "field" in options.record:
         recorded["displacements"] = scales.energy / scales.force * motion.samples_x[:, :count]
         recorded["velocities"] = scales.velocity * motion.samples_v[:, :count]
@@ -51,6 +54,12 @@ def record_chain(result: Simulation) -> Recording:
             spring = case.assembly.end_stiffness / 2 * motion.samples_x[:, -1] ** 2
             recorded["contact_energy"] = scales.energy * (contacts + spring)
     return Recording(times=times * scales.time, contacts=tuple(case.reported.tolist()), **recorded)
+
+
+def _applied_force(motion: Motion, case: ChainSetup, times: FloatArray, contact: FloatArray) -> FloatArray:
+    """Force that a prescribed motion takes, from that at the first contact."""
+    needed = case.layout.masses[0] * motion.course(times, 2) + contact
+    return np.where(times <= motion.duration, needed, 0.0)
 
 
 def chain_options(result: Simulation) -> SimulateOptions:

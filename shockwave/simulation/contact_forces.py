@@ -138,8 +138,8 @@ def simulate_chain(
         segments=tuple(_segments(case, motion, reached)),
         end_energy=(float(motion.kinetic[-1]) + motion.end_energy) * scales.energy if movable else None,
         first_yield=yielding,
-        momentum_defect=abs(carried + impulse - momentum) / momentum,
-        energy_defect=abs(motion.energy_balance) / energy,
+        momentum_defect=abs(carried + impulse - momentum) / (abs(momentum) or 1.0),
+        energy_defect=abs(motion.energy_balance) / (energy or 1.0),
         characteristic_time=scales.time,
         run_cost=Cost(steps=runs.steps, force_evaluations=runs.evaluations, seconds=time.perf_counter() - begin),
         run_warnings=(
@@ -251,7 +251,7 @@ def _leaving_velocities(outwards: FloatArray, apart: Flags) -> FloatArray:
 def _restitution(case: ChainSetup, motion: Motion, velocities: FloatArray, apart: Flags) -> float | None:
     if case.layout.weight:  # it falls back
         return motion.rebound and motion.rebound / case.assembly.velocity
-    if not (case.scene.shock is None and apart[0]):
+    if not (case.scene.impact is not None and apart[0]):
         return None
     masses = case.layout.masses[1:]
     centre = 0.0 if case.has_wall else math.fsum(masses * velocities[1:]) / math.fsum(masses)

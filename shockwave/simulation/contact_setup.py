@@ -22,9 +22,9 @@ from shockwave.registry.registry import load
 from shockwave.scene.chain import Chain, Scales
 from shockwave.scene.chain_end import Wall
 from shockwave.scene.contact_law import BoundLaw
-from shockwave.scene.impact import Impact
 from shockwave.scene.layout import Layout
-from shockwave.scene.scene import Scene, faults_of
+from shockwave.scene.motion import Motion
+from shockwave.scene.scene import Excitation, Scene, faults_of
 from shockwave.scene.segments import MOST_GRANULES
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
@@ -168,7 +168,7 @@ def check_setup(options: SimulateOptions, scene: Scene) -> ChainSetup | None:
     InvalidValueError
         If a value is out of range, a contact of the options is not one of the chain, or waves reach too many granules.
     """
-    chain, faults = scene.chain, faults_of(scene.chain, scene.impact)
+    chain, faults = scene.chain, faults_of(scene.chain, scene.impact or scene.motion)
     if options.integrator is not None and not faults:
         reason = load("integrators", options.integrator).refusal(chain.is_damped)
         faults = [Fault("integrator", reason)] if reason else []
@@ -230,7 +230,7 @@ def _granules_within(part: ChainSetup, end: float) -> int:
     return granules
 
 
-def _scales(layout: Layout, excitation: Shock | Impact, chain: Chain) -> Scales:
+def _scales(layout: Layout, excitation: Excitation, chain: Chain) -> Scales:
     """Units in which a typical granule, a typical contact and the force on it are about 1.
 
     The unit of force is the peak force of the shock or, for a short shock, approximately that of its wave; for a
@@ -246,9 +246,9 @@ def _scales(layout: Layout, excitation: Shock | Impact, chain: Chain) -> Scales:
         time = math.sqrt(mass) * stiffness ** (-0.5 / power) * force ** (-0.5 * (power - 1) / power)
         return Scales(force, time, mass, chain.spacing, chain.contact_share)
 
-    if isinstance(excitation, Impact):
+    if not isinstance(excitation, Shock):
         # (m^p v^2p k)^(1/(p+1)), factor by factor so that no intermediate power overflows
-        force = mass ** (power / (power + 1)) * layout.velocity ** (2 * power / (power + 1))
+        force = mass ** (power / (power + 1)) * layout.top_speed ** (2 * power / (power + 1))
         return of(force * stiffness ** (1 / (power + 1)) + layout.weight)
     scales = of(excitation.peak_force)
     strength = scales.rise_time(excitation.rise_time) * excitation.profile.total_area / MOMENTUM
@@ -282,15 +282,20 @@ def _plastic(layout: Layout, stiffnesses: FloatArray, length: float, velocity: f
     return PlasticContacts(loading, layout.plastic.rate_constants, RATE * layout.plastic.lengths / velocity)
 
 
-def _assembly(layout: Layout, scales: Scales, excitation: Shock | Impact, rtol: float, until: float | None) -> Assembly:
+def _assembly(layout: Layout, scales: Scales, excitation: Excitation, rtol: float, until: float | None) -> Assembly:
     powers, rates = layout.pairs.exponents, layout.damping_powers
     length = scales.energy / scales.force
     force = None
     if isinstance(excitation, Shock):
         rise_time = scales.rise_time(excitation.rise_time)
         force = ChainProblem(excitation.profile, rise_time, excitation.peak_force / scales.force)
+    elif isinstance(excitation, Motion):
+        from shockwave.simulation.guided_path import problem_of  # for a prescribed motion only
+
+        force = problem_of(excitation, scales)
     wall, law = layout.wall or Wall(), layout.law
-    if wall.mass is not None and _is_rigid(layout, scales, wall, rtol, until):
+    guided = isinstance(excitation, Motion)
+    if wall.mass is not None and not guided and _is_rigid(layout, scales, wall, rtol, until):
         wall = Wall(material=wall.material)
     bodies = layout.masses if wall.mass is None else np.append(layout.masses, wall.mass)
     stiffnesses = layout.pairs.stiffnesses * (length**powers / scales.force)
@@ -308,6 +313,8 @@ def _assembly(layout: Layout, scales: Scales, excitation: Shock | Impact, rtol: 
         velocity=layout.velocity / scales.velocity,
         weight=layout.weight / scales.force,
         movable_end=wall.mass is not None,
+        guided=guided,
+        top_speed=layout.top_speed / scales.velocity,
         law=None if law is None else BoundLaw(law, layout.pairs, length, scales.velocity, scales.force),
         law_contacts=None if law is None else layout.law_contacts,
         plastic=_plastic(layout, stiffnesses, length, scales.velocity),

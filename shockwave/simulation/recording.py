@@ -69,6 +69,8 @@ class Recording(Result):
         of a movable wall and its spring.
     wall_force : array, shape (k,), or None
         Force on the wall [N]; None without a wall or ``forces``.
+    applied_force : array, shape (k,), or None
+        Force that a prescribed motion of the first granule takes [N]; None without one or ``forces``.
     sensors : tuple of SensorHistory
         Histories of the sensors, in their order; those of a movable end are four.
     """
@@ -81,6 +83,7 @@ class Recording(Result):
     kinetic_energy: FloatArray | Any = None
     contact_energy: FloatArray | Any = None
     wall_force: FloatArray | Any = None
+    applied_force: FloatArray | Any = None
     sensors: tuple[SensorHistory, ...] = ()
 
     _picture = "shockwave.pictures.default_pictures:draw_histories"

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from shockwave.arguments import SimulateArguments
     from shockwave.base.quantity_fields import Number
     from shockwave.scene.impact import Impact
+    from shockwave.scene.motion import Motion
     from shockwave.simulation.contact_setup import ChainSetup
 
 # Largest number of shocks that one of several threads takes at a time: more would leave threads idle at the end.
@@ -48,7 +49,7 @@ _UNSETTLED = 0.1
 _Outcome: TypeAlias = Simulation | ShockwaveError
 
 
-def simulate(shock: Shock | Impact, chain: Chain, rtol: float | None = None, **options: Any) -> Simulation:
+def simulate(shock: Shock | Impact | Motion, chain: Chain, rtol: float | None = None, **options: Any) -> Simulation:
     """Simulate a shock or a striker on a chain with ``rtol`` and other `SimulateOptions`; see `simulate_scene`."""
     return simulate_scene(Scene(excitation=shock, chain=chain), SimulateOptions(rtol=rtol, **options))
 
@@ -79,7 +80,7 @@ def simulate_scene(scene: Scene, options: SimulateOptions) -> Simulation:
 
 
 def simulate_many(
-    shocks: Iterable[Shock | Impact],
+    shocks: Iterable[Shock | Impact | Motion],
     chain: Chain | Sequence[Chain],
     rtol: Number | None = None,
     *,
@@ -179,7 +180,7 @@ def job_of(options: SimulateOptions, scene: Scene) -> Job:
     if options.sensors:
         from shockwave.scene.sensors import sensor_faults  # most simulations have none
 
-        refuse(sensor_faults(options.sensors, scene.chain, scene.shock is None))
+        refuse(sensor_faults(options.sensors, scene.chain, scene.impact is not None))
     if scene.shock is None or scene.uniform is None:
         from shockwave.simulation.contact_setup import check_setup  # a shock on equal granules does not need it
 

@@ -114,7 +114,7 @@ def _interval(result: Any, halvings: int) -> float:
 
 def _transmitted(result: Any, halvings: int, mass: float) -> tuple[FloatArray, FloatArray]:
     """Times [s], and acceleration of a movable end, or the force less its static part over the mass [m/s^2]."""
-    sensor: Any = {"contact": result.chain.count - 2 + (result.shock is None)}
+    sensor: Any = {"contact": result.chain.count - 2 + (result.scene.impact is not None)}
     if result.chain.end is not None:
         sensor = "wall" if result.structure is None else "structure"
     method = {"integrator": None, "step": None, "backend": result.options.wanted_backend}

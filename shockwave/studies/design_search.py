@@ -176,7 +176,7 @@ def _parameter(scenario: Scenario, name: str, values: Any) -> VariedParameter:
     variable = varied_scenes.find_parameter(name, scenario)
     if name.endswith(MATERIALS):
         return VariedParameter(name=name, among=varied_scenes.materials_of(values))
-    if variable.unit is None or not name.startswith(("chain.", "shock.", "impact.")):
+    if variable.unit is None or not name.startswith(varied_scenes.VARIED):
         raise InvalidValueError.of("vary", f"must be a number or a material of the chain or the shock (got {name})")
     ends = varied_scenes.interval(variable, values)
     return VariedParameter(name=name, unit=variable.unit, whole=variable.whole, between=ends)

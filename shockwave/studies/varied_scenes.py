@@ -18,6 +18,7 @@ from shockwave.scenario.scene_argument import SceneArgument, scenario_alone
 from shockwave.scenario.uncertainty_block import ends_of
 from shockwave.scene.chain import Chain, Scales
 from shockwave.scene.impact import Impact
+from shockwave.scene.motion import Motion
 from shockwave.scene.scene import Scene
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
@@ -26,7 +27,7 @@ from shockwave.simulation.simulate import simulate_scenes
 # Longest duration of a shock on equal granules [characteristic times]: a longer one takes more than a second.
 _LONGEST = 1000.0
 # Beginnings of the names of parameters that can vary.
-_VARIED = ("chain.", "shock.", "impact.")
+VARIED = ("chain.", "shock.", "impact.", "motion.")
 # Beginnings of those that only a scenario file gives a value.
 _OF_FILES = ("chain.granules[", "chain.end.", "chain.damping.", "chain.contact.")
 _OF_SHOCK = "shock.parameters."
@@ -49,8 +50,8 @@ def scenario_of(scene: SceneArgument, chain: Chain | None) -> Scenario:
     ShockwaveError
         As `load_scenario`.
     """
-    if isinstance(scene, Shock | Impact) and isinstance(chain, Chain):
-        parts: dict[str, Any] = {"shock" if isinstance(scene, Shock) else "impact": scene, "chain": chain}
+    if isinstance(scene, Shock | Impact | Motion) and isinstance(chain, Chain):
+        parts: dict[str, Any] = {type(scene).__name__.lower(): scene, "chain": chain}
         scenario = Scenario(name="", path=None, predictor=Predictor(), simulate=SimulateOptions(), **parts)
     else:
         scenario = scenario_alone(scene, chain)
@@ -61,8 +62,8 @@ def data_of(scenario: Scenario) -> Mapping[str, Any]:
     """The content of the document; without a document, the name of the profile only."""
     if scenario.document is not None:
         return scenario.document.data
-    if scenario.impact is not None:
-        return {"impact": {}}
+    if scenario.impact is not None or scenario.motion is not None:
+        return {"motion" if scenario.impact is None else "impact": {}}
     entry = entry_of("profiles", type(scenario.shock.profile))
     return {"shock": {"profile": entry and entry.name}}
 
@@ -88,7 +89,7 @@ def find_parameter(name: str, scenario: Scenario) -> Variable:
     """
     check_parameter(name, scenario, "vary")
     with below("vary"):
-        return variable(name, data_of(scenario), lambda other: other.startswith(_VARIED))
+        return variable(name, data_of(scenario), lambda other: other.startswith(VARIED))
 
 
 def interval(parameter: Variable, ends: Sequence[Any] | None) -> tuple[float, float]:

@@ -222,6 +222,7 @@ KEYS = {
     "taper": chain_blocks.TAPER,
     "end": chain_blocks.END,
     "impact": chain_blocks.IMPACT,
+    "motion": chain_blocks.MOTION[:6],
     "shock": keys.shock_keys(sw.PowerLaw),
     **{name: parameters for name, parameters in OF_PROFILES.items() if parameters},
     "predict": keys.keys_of(sw.Predictor),

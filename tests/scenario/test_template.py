@@ -10,7 +10,7 @@ from shockwave.prediction.predictor import Predictor
 from shockwave.registry import built_ins
 from shockwave.registry.registry import load as registered
 from shockwave.scenario import block_keys as keys
-from shockwave.scenario.chain_blocks import CELL, END, IMPACT, SEGMENT, TAPER
+from shockwave.scenario.chain_blocks import CELL, END, IMPACT, MOTION, SEGMENT, TAPER
 from shockwave.scenario.published import Published
 from shockwave.scenario.sweep_block import SWEEP
 from shockwave.scenario.template import template
@@ -33,13 +33,14 @@ def test_templates_load_and_have_every_key(tmp_path: Path, profile: str) -> None
     shock = [key for key in keys.shock_keys(cls) if key.name not in fixed]
     blocks = [keys.SCENARIO, SWEEP, keys.CHAIN, parameters, shock]
     blocks += [keys.keys_of(part) for part in (Material, Predictor, SimulateOptions, Published)]
-    blocks += [SEGMENT, CELL, TAPER, END, IMPACT]
+    blocks += [SEGMENT, CELL, TAPER, END, IMPACT, MOTION[:4]]
     assert {key.name for block in blocks for key in block if f" {key.name}:" not in text.replace("\n", " ")} == set()
 
 
 #: Commented parts of a template: the further features of a chain, and the impact that replaces the shock.
 FEATURES = re.compile(r"  # further features of finite chains.*?\n(.*?)\n\n", re.DOTALL)
 STRIKER = re.compile(r"# impact:.*?\n\n", re.DOTALL)
+GUIDED = re.compile(r"# motion:.*?\n\n", re.DOTALL)
 
 
 def test_commented_features_of_a_template_are_valid(tmp_path: Path) -> None:
@@ -47,6 +48,7 @@ def test_commented_features_of_a_template_are_valid(tmp_path: Path) -> None:
         lambda found: re.sub(r"^  # ", "  ", found[1], flags=re.MULTILINE) + "\n\n", template(full=True)
     )
     assert "# impact:" in text
+    text = GUIDED.sub("", text)
     scenario = load(tmp_path, STRIKER.sub("", text))
     assert scenario.chain.count == 20 + 10 + 15 * 3
     assert scenario.chain.end is not None
@@ -59,7 +61,7 @@ def test_commented_features_of_a_template_are_valid(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("profile", ["power-law", "half-sine"])
 def test_commented_lines_of_a_template_are_valid(profile: str, tmp_path: Path) -> None:
-    text = STRIKER.sub("", FEATURES.sub("", template(profile, full=True)))
+    text = GUIDED.sub("", STRIKER.sub("", FEATURES.sub("", template(profile, full=True))))
     text = text.replace("material: bearing-steel-52100", "").replace("\n  # material:", "\n  material:")
     text = text.replace("\n  #   ", "\n    ").replace("\n#   ", "\n  ")
     for key in ("# limit", "# published", "# sweep", "# uncertainty", "  # granules", "  # quadrature"):
