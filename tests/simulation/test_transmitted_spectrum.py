@@ -63,6 +63,19 @@ def test_the_shock_alone_acts_on_the_same_mass() -> None:
     assert simulate("wall", sw.Impact(velocity="0.5 m/s")).spectrum(mass=MASS).input_acceleration is None
 
 
+#: Excitations without a force on the first granule.
+OTHERS = {"impact": "impact: {velocity: 0.1 m/s}", "motion": "motion: {velocity: 0.1 m/s, until: 20 us}"}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_stiff_oscillators_follow_the_force_at_the_last_contact(name: str) -> None:
+    chain = "chain: {material: bearing-steel-52100, diameter: 9.5 mm, granules: 8}"
+    result = sw.simulate(sw.Scenario.from_yaml(f"{chain}\n{OTHERS[name]}\n"))
+    spectrum = result.spectrum(mass=MASS, low="1 MHz", high="1 MHz")
+    # the response exceeds the force by the square of the period over its duration
+    assert spectrum.acceleration[0] == pytest.approx(result.contacts[-1].peak_force / MASS, rel=1e-2)
+
+
 def test_the_static_force_is_left_out() -> None:
     chain = sw.Chain(material="ptfe", diameter="9.5 mm", granules=8, end=sw.Wall(), precompression="20 N")
     spectrum = sw.simulate(SHOCK, chain).spectrum(mass=MASS, low="50 kHz", high="50 kHz")
