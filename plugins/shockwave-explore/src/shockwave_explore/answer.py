@@ -129,6 +129,20 @@ def draw_figures(scenario: sw.Scenario, outcome: sw.Outcome) -> Iterator[Figure]
         yield Figure("Greatest forces", picture)
     if recording is not None:
         yield _draw_histories(recording, scenario.simulate.contacts)
+        yield from _draw_sensors(result)
+
+
+def _draw_sensors(result: Any) -> Iterator[Figure]:
+    """Histories of the sensors of each unit, with width and speed of their first pulses."""
+    pulses, recording = {each.sensor: each for each in result.sensors}, result.recording
+    for unit in dict.fromkeys(each.unit for each in recording.sensors):
+        lines = []
+        for history, colour in zip([each for each in recording.sensors if each.unit == unit], cycle(_COLOURS), strict=False):
+            pulse, label = pulses.get(history.name), history.name.replace("_", " ")
+            for value, of in () if pulse is None else ((pulse.width, "s"), (pulse.speed, "m/s")):
+                label += f", {si(value, of, 3)}" if value else ""
+            lines.append(Series(recording.times, history.values, label, colour=colour))
+        yield Figure("Sensors", draw_chart(lines, _TIME, (_MEASURED[unit], unit), float(recording.times[-1])))
 
 
 def _draw_animation(scenario: sw.Scenario, recording: Any) -> Figure:
