@@ -241,6 +241,18 @@ def materials() -> Figure:
     return figure
 
 
+def sensors() -> Figure:
+    """Forces of sensors in three beads of a vertical chain and under its wall."""
+    chain = sw.Chain(
+        material="bearing-steel-52100", diameter="9.525 mm", granules=50, gravity="9.81 m/s**2", end=sw.Wall()
+    )
+    places = [{"granule": 10}, {"granule": 20}, {"granule": 30}, "wall"]
+    result = sw.simulate(sw.Impact(drop_height="8 mm"), chain, sensors=places, interval="1 us")  # type: ignore[list-item]
+    figure, (ax,) = pictures.figure(size="page")
+    pictures.sensors(result, ax=ax)
+    return figure
+
+
 #: Functions that draw the pictures, by file name.
 PICTURES: dict[str, Callable[[], Figure]] = {
     "pictures/landing": landing,
@@ -257,6 +269,7 @@ PICTURES: dict[str, Callable[[], Figure]] = {
     "pictures/map": amplification_map,
     "pictures/trust-map": trust_map,
     "pictures/materials": materials,
+    "pictures/sensors": sensors,
     "benchmarks/error-time": draw_error_time.draw,
     "universal/shocks": lambda: draw_universal.draw("shocks")[0],
     "universal/ends": lambda: draw_universal.draw("ends")[0],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property, lru_cache
 from typing import Any, Literal
 
@@ -35,6 +35,8 @@ class Quantity:
         Columns with its error, of which the first that a sweep has counts. Errors without a unit are relative.
     kind : "number", "whole" or "text"
         Type of the values; the whole number of a list is its length.
+    over : Quantity or None
+        The divisor, if the quantity is a ratio.
     """
 
     name: str
@@ -45,6 +47,7 @@ class Quantity:
     source: str = "simulated"
     errors: tuple[str, ...] = ()
     kind: Kind = "number"
+    over: Quantity | None = None
 
     @column.default
     def _column_of_name(self) -> str:
@@ -57,7 +60,7 @@ class Quantity:
     @cached_property
     def path(self) -> str:
         """Dotted names of the attributes of the source."""
-        return re.sub(r"\[(\d+)\]", r".\1", self.name.replace("yield.", "yielding."))
+        return re.sub(r"\[(\d+)\]", r".\1", self.name.partition(" /")[0].replace("yield.", "yielding."))
 
     @cached_property
     def path_in_answer(self) -> str:
@@ -66,7 +69,8 @@ class Quantity:
 
     def of(self, answer: Any) -> Any:
         """Value in an answer; None if there is none."""
-        return value_at(answer, self.path_in_answer)
+        value, divisor = value_at(answer, self.path_in_answer), 1.0 if self.over is None else self.over.of(answer)
+        return value if self.over is None else value / divisor if value is not None and divisor else None
 
     def figures(self, result: Any) -> tuple[float, float] | None:
         """Value in a simulation and its estimated relative error; None if there is none.
@@ -79,7 +83,8 @@ class Quantity:
         part, _, last = self.path.rpartition(".")
         owner = value_at(result, part) if part else result
         error = getattr(owner, f"{last}_error", getattr(owner, "error_estimate", result.error_estimate))
-        return float(value), float(error)
+        divisor, its_error = (1.0, 0.0) if self.over is None else self.over.figures(result) or (0.0, 0.0)
+        return (float(value) / divisor, float(error) + its_error) if divisor else None
 
 
 def value_at(value: Any, path: str) -> Any:
@@ -234,6 +239,55 @@ def contact_forces(contacts: Sequence[int]) -> tuple[Quantity, ...]:
         Quantity(name, "N", f"greatest force at contact {contact}", f"force_{contact}", f"force at contact {contact}")
         for name, contact in names
     )
+
+
+#: Times of a chain beyond equal granules.
+TIMES = (
+    Quantity("arrival_time", "s", "arrival of the leading wave at the end"),
+    Quantity("end", "s", "end of the simulated time"),
+)
+
+
+def segment_energies(count: int) -> tuple[Quantity, ...]:
+    """Energies of so many segments, a striker being the first."""
+    names = ((f"segments[{index}].energy", f"segment_{index}_energy") for index in range(count))
+    return tuple(Quantity(name, "J", "energy at the end of the simulated time", column) for name, column in names)
+
+
+# Figures of the first pulse of a sensor, and its greatest value, with their units, empty for that of the sensor.
+_FIGURES = {
+    "peak": ("", "peak of the first pulse, less the static force"),
+    "arrival": ("s", "when the first pulse has risen to half of its peak"),
+    "width": ("s", "time from there to the fall to half of the peak"),
+    "impulse": ("N s", "impulse of the first pulse"),
+    "speed": ("m/s", "mean speed of the wave from the sensor before"),
+    "greatest": ("", "greatest value, with the static force"),
+}
+
+
+def sensor_figures(sensors: Sequence[Any]) -> tuple[Quantity, ...]:
+    """Figures of the first pulses of sensors, and their greatest values."""
+    figures = []
+    for index, sensor in enumerate(sensors):
+        left_out = ("impulse" if sensor.unit != "N" else "", "" if index else "speed")
+        for figure, (unit, meaning) in _FIGURES.items():
+            if figure not in left_out:
+                name, column = f"sensors[{index}].{figure}", f"{sensor.name}_{figure}"
+                figures.append(Quantity(name, unit or sensor.unit, meaning, column))
+    return tuple(figures)
+
+
+def quantity_named(name: str, known: Mapping[str, Quantity]) -> Quantity | None:
+    """The quantity of this name, or a ratio of two, such as ``sensors[1].peak / sensors[0].peak``; None without one."""
+    above, slash, below = (part.strip() for part in name.partition("/"))
+    quantity, over = known.get(above), known.get(below)
+    if not slash or quantity is None or over is None:
+        return None if slash else quantity
+    unit = "" if quantity.unit == over.unit else f"{quantity.unit or 1}/({over.unit})" if over.unit else quantity.unit
+    ratio: dict[str, Any] = {
+        name: f"{getattr(quantity, name)} / {getattr(over, name)}" for name in ("name", "column", "label")
+    }
+    return evolve(quantity, unit=unit, meaning="ratio", over=over, **ratio)
 
 
 _ALL = (

@@ -134,6 +134,7 @@ _UNCERTAINTY = [
         type=int,
     ),
     option("--seed N", "seed of the samples; the same seed gives the same digits", type=int, default=0),
+    option("--quantity NAME", "further quantity, or a ratio of two; may be repeated", dest="quantities", **_MANY),
     _FORCE_RTOL,
     option("-o --output FILE", "write a picture (.svg, .png, .pdf)"),
     _JSON,

@@ -84,7 +84,9 @@ def uncertainty(options: argparse.Namespace) -> int:
     (scenario,) = load_scenarios(options, _SWEPT, options.output)
     try:
         with of_arguments(options), scenario.scene.locate_errors():
-            result = run(scenario, draws=options.draws, seed=options.seed, rtol=options.rtol)
+            result = run(
+                scenario, draws=options.draws, seed=options.seed, rtol=options.rtol, quantities=options.quantities
+            )
     except InvalidValueError as error:
         # errors of the block are errors of the file
         if not all(fault.path.startswith("uncertainty") for fault in error.faults):

@@ -37,6 +37,7 @@ SWEEP = (
     Key("grid", meaning="dotted names and their values, in all combinations"),
     Key("zip", meaning="dotted names with lists of equal length; values at the same position are used together"),
     Key("points", meaning="a list of mappings of dotted names to one value each"),
+    Key("quantities", annotation=list[str], meaning="further columns: names of quantities, or ratios of two"),
 )
 
 
@@ -89,10 +90,13 @@ class Sweep:
         The command that is run at every point.
     axes : tuple of SweepAxis
         In the order of the file.
+    quantities : tuple of str
+        Names of further columns, or ratios of two.
     """
 
     run: Run
     axes: tuple[SweepAxis, ...]
+    quantities: tuple[str, ...] = ()
 
     def __attrs_post_init__(self) -> None:
         if not self.axes or not 0 < self.points <= _MOST_POINTS:
@@ -149,10 +153,11 @@ def read(data: Mapping[str, Any]) -> Sweep:
         "grid": partial(_grid, by_name),
         "zip": partial(_zip, by_name),
         "points": partial(_points, by_name),
+        "quantities": partial(convert, SWEEP[-1]),
     }
     blocks = gather(content.items(), converters, _check_repeated(varied))
-    run = blocks.pop("run", None) or _run(data)
-    return Sweep(run, tuple(axis for axes in blocks.values() for axis in axes))
+    run, quantities = blocks.pop("run", None) or _run(data), tuple(blocks.pop("quantities", ()))
+    return Sweep(run, tuple(axis for axes in blocks.values() for axis in axes), quantities)
 
 
 def _run(data: Mapping[str, Any]) -> Run:

@@ -11,8 +11,9 @@ from shockwave.base.errors import Fault, InvalidValueError
 from shockwave.base.quantity_fields import text_of
 from shockwave.scene.chain import Chain
 
-#: Quantities of a granule that a sensor measures.
-QUANTITIES = "force", "velocity", "displacement"
+#: Quantities of a granule that a sensor measures, with their SI units.
+UNITS = {"force": "N", "velocity": "m/s", "displacement": "m"}
+QUANTITIES = tuple(UNITS)
 #: Sensors at the end of a chain: the force on the wall, and the motion of a movable end.
 WALL, STRUCTURE = "wall", "structure"
 _FORMS = "wall, structure, {contact: N}, {granule: N} or {granule: N, quantity: velocity or displacement}"
@@ -42,6 +43,11 @@ class Sensor(NamedTuple):
         """Name of its column, such as ``granule_10`` or ``granule_3_velocity``."""
         number = f"_{self.number}" if self.place in ("contact", "granule") else ""
         return self.place + number + ("" if self.quantity == "force" else f"_{self.quantity}")
+
+    @property
+    def unit(self) -> str:
+        """SI unit of what it measures; of a movable end, of the spring force."""
+        return UNITS[self.quantity]
 
     @property
     def contacts(self) -> tuple[int, ...]:

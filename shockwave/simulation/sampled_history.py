@@ -29,7 +29,7 @@ _ROUNDS = 6
 _RESOLVED = 0.3
 #: Share of the error of a time, in characteristic times, that counts as a relative error.
 TIME_SHARE = 0.1
-_BISECTIONS = 45
+_BISECTIONS = 30
 # Places of the samples of a polynomial, and the matrices that give its coefficients from all eight and the inner six.
 _NODES = np.arange(-3.0, 5.0)
 _FITS = np.linalg.inv(np.vander(_NODES, increasing=True)), np.zeros((8, 8))
@@ -108,7 +108,9 @@ class History:
         window = rows[:, None], begins[:, None] + np.arange(len(_NODES))
         y, shift, turns = self.d[window], (places - 3 - begins).astype(float), np.isnan(levels)
         low, high = np.maximum(shift - turns, _NODES[0]), np.minimum(shift + 1, _NODES[-1])
-        (at, value), (other, check) = (_solve(y @ matrix.T, levels, low, high) for matrix in _FITS)
+        both = np.concatenate([y @ matrix.T for matrix in _FITS])
+        at, value = _solve(both, *(np.tile(each, 2) for each in (levels, low, high)))
+        (at, other), (value, check) = np.split(at, 2), np.split(value, 2)
         gap, scale = self.spacing * np.abs(at - other), np.maximum(np.abs(y).max(axis=1), 1e-300)
         share = np.where(value > self.d[rows, np.maximum(places - 1, 0)], TIME_SHARE, np.maximum(value, 0.0) / scale)
         errors = np.where(turns, np.abs(value - check) / scale + share * gap, gap)

@@ -12,8 +12,6 @@ from shockwave.scene.sensors import STRUCTURE, WALL, Sensor
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.recording import SensorHistory
 
-_UNITS = {"force": "N", "velocity": "m/s", "displacement": "m"}
-
 
 @frozen(eq=False)
 class Signal:
@@ -44,7 +42,7 @@ class Signal:
         at_end = sensor.place == WALL or (sensor.place == STRUCTURE and still)
         contacts = np.array(sensor.contacts or ((last,) if at_end else ()), dtype=np.intp)
         body = None if contacts.size else last + 1 if sensor.place == STRUCTURE else sensor.number
-        return cls(case, sensor.name, _UNITS[sensor.quantity], contacts, body)
+        return cls(case, sensor.name, sensor.unit, contacts, body)
 
     @property
     def nearby(self) -> npt.NDArray[np.intp]:

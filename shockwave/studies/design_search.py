@@ -7,6 +7,7 @@ from typing import Any
 
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.log import logger
+from shockwave.base.quantities import Quantity
 from shockwave.base.quantity_fields import Quantity as Number
 from shockwave.base.quantity_fields import text_of
 from shockwave.scenario.block_keys import MATERIALS
@@ -18,7 +19,7 @@ from shockwave.studies import varied_scenes
 from shockwave.studies.design_one_parameter import compare_values, search_interval
 from shockwave.studies.design_options import DesignScenes
 from shockwave.studies.design_result import Design, VariedParameter
-from shockwave.studies.quantities import Requirement, contacts_of, parts_of, target_named
+from shockwave.studies.quantities import Requirement, parts_of, reported_by, target_named
 
 _POINTS = Number("", "number of rows", at_least=2, at_most=1000, whole=True)
 
@@ -105,13 +106,13 @@ def design(
     points, rtol = _POINTS.check("points", points), varied_scenes.RTOL.check("rtol", rtol)
     seed = varied_scenes.SEED.check("seed", seed)
     scenario = varied_scenes.scenario_of(scene, chain)
-    contacts = contacts_of(scenario)
-    requirements = (*_requirements(target, "target", contacts), *_requirements(budget, "budget", contacts))
+    reported = reported_by(scenario)
+    requirements = (*_requirements(target, "target", reported), *_requirements(budget, "budget", reported))
     if not requirements:
         raise InvalidValueError.of("target", "must be given, such as 'transmitted.peak_force <= 60 N' (got nothing)")
     parameters = tuple(_parameters(scenario, vary, between, among))
     single = len(parameters) == len(requirements) == 1 and least is None
-    mass = target_named("chain.mass" if least is None else least, contacts, "least")
+    mass = target_named("chain.mass" if least is None else least, reported, "least")
     # along one parameter, the mass of a finite chain is shown beside the quantity
     quantities = [each.quantity for each in requirements] + [mass] * (not single or scenario.chain.count is not None)
     scenes = DesignScenes(
@@ -139,19 +140,19 @@ def _search(scenes: DesignScenes, points: int, rtol: float, seed: int) -> dict[s
     return search_interval(scenes, points, rtol)
 
 
-def _requirements(argument: Any, kind: str, contacts: Sequence[int]) -> list[Requirement]:
+def _requirements(argument: Any, kind: str, reported: Sequence[Quantity]) -> list[Requirement]:
     """Requirements of an argument; ``kind`` is its name."""
     if isinstance(argument, Mapping):
         if len(argument) != 1:
             rule = 'must be one property and its value, such as {"peak_force": "60 N"}'
             raise InvalidValueError.of(kind, f"{rule} (got {text_of(argument)})")
         ((name, value),) = argument.items()
-        return [Requirement.of(name, "=", value, contacts, kind)]
+        return [Requirement.of(name, "=", value, reported, kind)]
     if argument is None:
         return []
     texts = [argument] if isinstance(argument, str) or not isinstance(argument, Iterable) else argument
     parts = [parts_of(text, kind) for text in texts]
-    return [Requirement.of(name, sign, value, contacts, kind) for name, sign, value in parts]
+    return [Requirement.of(name, sign, value, reported, kind) for name, sign, value in parts]
 
 
 def _parameters(scenario: Scenario, vary: Any, between: Any, among: Any) -> list[VariedParameter]:

@@ -23,7 +23,8 @@ from shockwave.scene.solitary_wave import SolitaryWave
 from shockwave.scene.yielding import UNJUDGED
 from shockwave.simulation.recording import select_contacts
 
-_CONTACT = re.compile(r"contacts\[\d+\]\.peak_force")
+_LISTED = re.compile(r"(contacts|sensors)\[\d+\]\.(peak_force|peak|arrival|width|impulse|speed|greatest)")
+_LISTS = {"contacts": "the reported contacts, which simulate.contacts sets", "sensors": "sensors, simulate.sensors"}
 _OF_LIMIT = table.LEADING_WAVE[:2]
 _OF_FORCES = (table.FORCES[0], *table.WALL, *table.STRUCTURE, *table.STRIKER, *table.DISSIPATED)
 # Hint in the error for the mass of an endless chain.
@@ -31,7 +32,7 @@ _OR_LEAST = "; or state another quantity to minimise, --least of the command or 
 # No property of the leading wave grows faster than the square of its peak force.
 _LARGEST_POWER = 2.0
 Sign = Literal["<=", ">=", "="]
-_REQUIREMENT = re.compile(r"\s*([\w.\[\]]+)\s*(<=|>=|=)(?![<>=])\s*(.*\S)\s*")
+_REQUIREMENT = re.compile(r"\s*([\w.\[\]]+(?:\s*/\s*[\w.\[\]]+)?)\s*(<=|>=|=)(?![<>=])\s*(.*\S)\s*")
 _FORM = "must be a quantity, <=, >= or =, and a value, such as 'transmitted.peak_force <= 60 N'"
 # Least likeness of a name to the one that is suggested for it.
 _LIKE = 0.5
@@ -41,28 +42,33 @@ _EQUAL = 1e-3
 _ROUNDING = 1e-12
 
 
-def contacts_of(scenario: Scenario) -> tuple[int, ...]:
-    """Numbers of the contacts that a simulation of the scenario reports."""
-    count = scenario.scene.contact_count
-    return scenario.simulate.contacts if count is None else select_contacts(scenario.simulate, count)
+def reported_by(scenario: Scenario) -> tuple[Quantity, ...]:
+    """Quantities of the contacts and the sensors that a simulation of the scenario reports."""
+    count, options = scenario.scene.contact_count, scenario.simulate
+    contacts = options.contacts if count is None else select_contacts(options, count)
+    return (*contact_forces(contacts), *table.sensor_figures(options.sensors))
 
 
-def target_named(name: object, contacts: Sequence[int], kind: str) -> Quantity:
-    """The quantity of this name, for a scenario that reports these contacts; ``kind`` names it in messages.
+def target_named(name: object, reported: Sequence[Quantity], kind: str) -> Quantity:
+    """The quantity of this name, or a ratio of two, for a scenario that reports these besides those of all scenarios.
+
+    ``kind`` names it in messages.
 
     Raises
     ------
     InvalidValueError
         If there is none; the message lists the names.
     """
-    targets = targets_of(contacts)
-    if str(name) in targets:
-        return targets[str(name)]
-    if _CONTACT.fullmatch(str(name)):
-        rule = "must count from 0 in the list of the reported contacts, which simulate.contacts sets"
-        raise InvalidValueError.of(kind, f"{rule} (got {text_of(name)}; the list has {len(contacts)})")
+    targets = targets_of(reported)
+    if (quantity := table.quantity_named(str(name), targets)) is not None:
+        return quantity
+    for part in map(str.strip, str(name).split("/")):
+        if part not in targets and (listed := _LISTED.fullmatch(part)):
+            count = len({each.name.partition("]")[0] for each in reported if each.name.startswith(listed[1])})
+            rule = f"must count from 0 in the list of {_LISTS[listed[1]]}"
+            raise InvalidValueError.of(kind, f"{rule} (got {text_of(name)}; the list has {count})")
     # columns of sweeps and printed names, too, lead to a name
-    known = targets_of(contacts[:1])
+    known = targets_of(reported[:1])
     others = {other: each for each, quantity in known.items() for other in (each, quantity.column, quantity.label)}
     likely = next(
         (others[other] for other in get_close_matches(str(name).replace("_", " "), others, 1, _LIKE)), str(name)
@@ -112,20 +118,21 @@ def figures_of_scene(
     return figures
 
 
-def targets_of(contacts: Sequence[int]) -> dict[str, Quantity]:
-    """Quantities by their names, for a scenario that reports these contacts."""
+def targets_of(reported: Sequence[Quantity]) -> dict[str, Quantity]:
+    """Quantities by their names, for a scenario that reports these besides those of all scenarios."""
     targets = (*table.GRANULES, *_OF_LIMIT, *_OF_FORCES, *table.YIELD, *table.PLASTIC, *table.STEADY_WAVE)
-    return {each.name: each for each in (*targets, *contact_forces(contacts))}
+    return {each.name: each for each in (*targets, *reported)}
 
 
 def quantities_of(scenario: Scenario, result: Any) -> list[Quantity]:
     """Quantities of an uncertainty that a simulation of the scenario reports and that are not zero.
 
     Where the leading wave has a limit, these are its peak force and amplification, else the forces in the chain; and
-    the forces at the contacts that the scenario requests.
+    the forces at the contacts and the figures of the sensors that the scenario requests.
     """
     about = _OF_FORCES if result.peak_force is None else _OF_LIMIT
-    quantities = (*about, *contact_forces(scenario.simulate.contacts))
+    options = scenario.simulate
+    quantities = (*about, *contact_forces(options.contacts), *table.sensor_figures(options.sensors))
     return [quantity for quantity in quantities if (figures_of(quantity, result) or (0.0,))[0]]
 
 
@@ -169,7 +176,7 @@ class Requirement:
     kind: str = "target"
 
     @classmethod
-    def of(cls, name: str, sign: Sign, value: object, contacts: Sequence[int], kind: str) -> Requirement:
+    def of(cls, name: str, sign: Sign, value: object, reported: Sequence[Quantity], kind: str) -> Requirement:
         """Convert a name and a value, a number in SI units or text; ``kind`` names the argument in messages.
 
         Raises
@@ -177,7 +184,7 @@ class Requirement:
         InvalidValueError
             If the quantity is unknown, or the value is not above 0.
         """
-        quantity = target_named(name, contacts, kind)
+        quantity = target_named(name, reported, kind)
         with below(kind, *steps_of(name)):
             number = float(convert(Key(name, spec=Number(quantity.unit.replace(" ", "*"), "", above=0)), value))
         return cls(quantity, sign, number, kind)

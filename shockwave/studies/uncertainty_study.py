@@ -26,7 +26,7 @@ from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import LeavingForce, Limit, limit_of, verdict
 from shockwave.studies import quasi_monte_carlo as sampling
 from shockwave.studies import varied_scenes
-from shockwave.studies.quantities import figures_of, quantities_of
+from shockwave.studies.quantities import figures_of, quantities_of, reported_by, target_named
 from shockwave.studies.quasi_monte_carlo import WORK, Distribution
 from shockwave.studies.uncertainty_result import Estimate, Parameter, QuantityStatistics, Sensitivity, Uncertainty
 from shockwave.studies.warning_groups import WarningGroups
@@ -58,6 +58,7 @@ def uncertainty(
     seed: int = 0,
     rtol: float = 1e-4,
     limit: Limit | SupportsFloat | str | None = None,
+    quantities: Sequence[str] = (),
 ) -> Uncertainty:
     """Distribution of the peak force of the leading wave, or of the forces in a chain where it has no limit.
 
@@ -79,6 +80,8 @@ def uncertainty(
     limit : Limit, float or str, optional
         Limit on the transmitted force, or this force [N]; by default that of the scenario. With a
         limit, the probability that it is reached is computed.
+    quantities : sequence of str
+        Names of further quantities, or ratios of two, such as ``sensors[1].peak / sensors[0].peak``.
 
     Returns
     -------
@@ -113,7 +116,8 @@ def uncertainty(
     distributions = [Distribution.of(spread, scenario) for spread in _spreads(scenario, spreads)]
     report_progress(WORK, 0, draws * (len(distributions) + 2))
     logger.info("uncertainty of %s: %d scenes", scenario.name or "the scene", draws * (len(distributions) + 2))
-    return _result(UncertainScenes.of(scenario, distributions, rtol), draws, seed, rtol)
+    named = [target_named(name, reported_by(scenario), "quantities") for name in quantities]
+    return _result(UncertainScenes.of(scenario, distributions, rtol, named), draws, seed, rtol)
 
 
 def _spreads(scenario: Scenario, block: Mapping[str, Any] | None) -> tuple[Spread, ...]:
@@ -142,9 +146,13 @@ class UncertainScenes:
     warnings: WarningGroups = field(factory=WarningGroups)
 
     @classmethod
-    def of(cls, scenario: Scenario, distributions: Sequence[Distribution], rtol: float) -> UncertainScenes:
+    def of(
+        cls, scenario: Scenario, distributions: Sequence[Distribution], rtol: float, named: Sequence[Quantity]
+    ) -> UncertainScenes:
+        """Simulate the scenario itself; ``named`` quantities are read besides its usual ones."""
         (nominal,) = varied_scenes.simulate_all([scenario], scenario.simulate, rtol, _LONGEST)
-        return cls(scenario, distributions, nominal, quantities_of(scenario, nominal), Family(scenario))
+        quantities = list(dict.fromkeys((*quantities_of(scenario, nominal), *named)))
+        return cls(scenario, distributions, nominal, quantities, Family(scenario))
 
     def evaluate(self, values: Mapping[str, FloatArray], rtol: float) -> tuple[FloatArray, FloatArray]:
         """Quantities, shape (quantities, n), and their greatest relative errors; see `quasi_monte_carlo.Evaluate`.

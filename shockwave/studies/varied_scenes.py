@@ -180,9 +180,9 @@ def simulate_each(
     """Results of scenes that differ in shock, impact and chain, or their errors; errors among the scenes are passed on.
 
     A shock on equal granules that is longer than ``longest`` [characteristic times] is an error. Of the ``options``,
-    the backend, the contacts and the simulated time apply.
+    the backend, the contacts, the sensors and the simulated time apply.
     """
-    parts = {name: getattr(options, name) for name in ("backend", "contacts", "until")}
+    parts = {name: getattr(options, name) for name in ("backend", "contacts", "sensors", "until")}
     settings = SimulateOptions(rtol=rtol, waves="primary", **parts)
     return list(simulate_scenes([_short_scene(scene, longest) for scene in scenes], settings))
 

@@ -6,6 +6,7 @@ import math
 from typing import Any, NamedTuple
 
 from shockwave.base import quantities
+from shockwave.base.errors import InvalidValueError, hint_of, text_of
 from shockwave.base.quantities import Quantity, value_at
 from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.section4 import relation_of
@@ -96,6 +97,28 @@ def chain_columns(scenario: Scenario, run: Run, section4: bool) -> tuple[Quantit
     plastic = quantities.PLASTIC if scenario.chain.is_plastic else ()
     forces = (*quantities.FORCES, *wall, *quantities.FORCES_ERROR, *striker, *quantities.DISSIPATED, *plastic)
     return (*forces, *contacts, *equal, *quantities.NOTES)
+
+
+def requested_columns(scenario: Scenario, columns: tuple[Quantity, ...]) -> tuple[Quantity, ...]:
+    """Return the columns of sensors, and those that the sweep names: energies of segments, times, or ratios.
+
+    Raises
+    ------
+    InvalidValueError
+        If a name is unknown.
+    """
+    sensors, requested = quantities.sensor_figures(scenario.simulate.sensors), []
+    parts = len(scenario.chain.granules) if isinstance(scenario.chain.granules, tuple) else 1
+    energies = quantities.segment_energies(parts + (scenario.impact is not None))
+    known = {each.name: each for each in (*columns, *sensors, *quantities.TIMES, *energies)}
+    assert scenario.sweep is not None
+    for index, name in enumerate(scenario.sweep.quantities):
+        quantity = quantities.quantity_named(name, known)
+        if quantity is None:
+            got = f"got {text_of(name)}; {hint_of(name, list(known))}"
+            raise InvalidValueError.of(("sweep", "quantities", index), f"must be a quantity or a ratio of two ({got})")
+        requested.append(quantity)
+    return tuple(dict.fromkeys((*sensors, *requested)))
 
 
 def column_of(quantity: Quantity) -> Column:

@@ -28,6 +28,7 @@ from shockwave.scenario import chain_blocks
 from shockwave.scenario.published import Published
 from shockwave.scenario.schema import schema
 from shockwave.scene.force_limit import Limit
+from shockwave.scene.sensors import Sensor
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.studies.quantities import targets_of
 from support import acquisition_files, pages
@@ -318,7 +319,8 @@ def test_units_of_json_keys_are_those_of_the_quantities(command: str) -> None:
 
 def test_targets_of_a_design_are_those_of_its_page() -> None:
     text = (DOCS / "design.md").read_text(encoding="utf-8").partition("## Targets")[2].partition("```")[0]
-    assert set(targets_of([0])) <= set(code_in(text))
+    reported = (*quantities.contact_forces([0]), *quantities.sensor_figures([Sensor("wall")]))
+    assert set(targets_of(reported)) <= set(code_in(text))
 
 
 def flat(value: Any, path: str = "") -> set[str]:

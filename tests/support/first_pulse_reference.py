@@ -24,17 +24,20 @@ class DensePulse:
         self.reference, self.signal, self.unit = reference, signal, reference.unit
         self.steps = [(times[0], dense) for dense, times in reference.steps(end)]
         ends = [*(begin for begin, _ in self.steps), end / self.unit]
-        self.grid = np.unique([np.linspace(low, high, SAMPLES) for low, high in pairwise(ends)])
-        self.values = np.array([self.value(time) for time in self.grid])
+        parts = [np.linspace(low, high, SAMPLES, endpoint=False) for low, high in pairwise(ends)]
+        self.grid, self.values = np.concatenate(parts), np.concatenate([self.at(part) for part in parts])
         self.find()
 
-    def value(self, time: float) -> float:
-        """The signal, less its static part."""
-        reference, place = self.reference, bisect_right(self.steps, time, key=lambda step: step[0]) - 1
-        states, bodies = self.steps[max(place, 0)][1](np.array([time])), len(self.reference.rates)
+    def at(self, times: Array) -> Array:
+        """The signal, less its static part, at scaled times within a step."""
+        reference, place = self.reference, bisect_right(self.steps, times[0], key=lambda step: step[0]) - 1
+        states, bodies = self.steps[max(place, 0)][1](times), len(self.reference.rates)
         forces = (reference.contacts(states)[0] - reference.static[:, None]) * reference.force
         speeds = reference.length / self.unit * states[bodies:]
-        return float(self.signal(forces, reference.length * states[:bodies], speeds)[0])
+        return self.signal(forces, reference.length * states[:bodies], speeds)
+
+    def value(self, time: float) -> float:
+        return float(self.at(np.array([time]))[0])
 
     def find(self) -> None:
         """Follow the definition from sample to sample."""
@@ -76,4 +79,4 @@ class DensePulse:
         nodes, weights = np.polynomial.legendre.leggauss(8)
         points = np.unique([begin, stop, *self.grid[(self.grid > begin) & (self.grid < stop)]])
         middles = [((a + b) / 2, (b - a) / 2) for a, b in pairwise(points)]
-        return float(sum(half * weights @ [self.value(at + half * node) for node in nodes] for at, half in middles))
+        return float(sum(half * weights @ self.at(at + half * nodes) for at, half in middles))

@@ -688,3 +688,12 @@ def test_the_help_names_the_options_and_fits_80_columns(
     assert text.startswith("usage: shockwave explore")
     assert all(option in text for option in ("FILE", "--port", "--no-browser"))
     assert max(map(len, text.splitlines())) <= 80
+
+
+def test_sensors_have_a_figure_with_their_first_pulses() -> None:
+    text = WALL.replace("simulate:", "simulate:\n  sensors: [{contact: 2}, wall]") if "simulate:" in WALL else ""
+    text = text or f"{WALL}\nsimulate: {{sensors: [{{contact: 2}}, wall]}}\n"
+    figures = unescape(parts_of(text)["figures"])
+    assert "Sensors" in figures
+    assert re.search(r"First pulses: contact 2: [\d.]+ N, width [\d.]+ us; wall: ", figures)
+    assert "Sensors" not in parts_of(WALL)["figures"]

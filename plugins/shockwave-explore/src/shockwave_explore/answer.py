@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ import shockwave as sw
 from attrs import frozen
 from markupsafe import Markup
 from shockwave import report
-from shockwave.base.text import html_of, on_screen
+from shockwave.base.text import html_of, on_screen, si
 from shockwave.pictures.picture_elements import BLACK, COLOURS, METHODS
 from shockwave.prediction.outcome_text import lead_text
 from shockwave.report.number_text import formula, percent, quantity
@@ -129,6 +130,25 @@ def draw_figures(scenario: sw.Scenario, outcome: sw.Outcome) -> Iterator[Figure]
         yield Figure("Greatest forces", picture)
     if recording is not None:
         yield _draw_histories(recording, scenario.simulate.contacts)
+        yield from _draw_sensors(result)
+
+
+def _draw_sensors(result: Any) -> Iterator[Figure]:
+    """Forces of the sensors, with the figures of their first pulses below."""
+    forces, recording = [pulse for pulse in result.sensors if pulse.unit == "N"], result.recording
+    histories, texts = {each.name: each.values for each in recording.sensors}, []
+    for pulse in forces:
+        figures = (pulse.peak, "N", ""), (pulse.width, "s", "width "), (pulse.speed, "m/s", "speed ")
+        known = ", ".join(name + si(value, unit, 3) for value, unit, name in figures if value)
+        texts.append(f"{pulse.sensor.replace('_', ' ')}: {known or 'no pulse'}")
+    drawn = [pulse.sensor for pulse in forces if pulse.sensor in histories]
+    lines = [
+        Series(recording.times, histories[name], name.replace("_", " "), colour=colour)
+        for name, colour in zip(drawn, cycle(_COLOURS), strict=False)
+    ]
+    if lines:
+        picture = draw_chart(lines, _TIME, ("force", "N"), float(recording.times[-1]))
+        yield Figure("Sensors", picture, f"First pulses: {'; '.join(texts)}.")
 
 
 def _draw_animation(scenario: sw.Scenario, recording: Any) -> Figure:

@@ -1,0 +1,109 @@
+"""Figures of first pulses, and ratios of two, as targets of designs, in uncertainties and as columns of sweeps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import shockwave as sw
+from shockwave.cli import main
+from support.texts import load
+
+pytestmark = pytest.mark.compiled
+
+BLOCKS = """
+name: taper
+chain:
+  material: bearing-steel-52100
+  diameter: 9.5 mm
+  granules:
+    - {count: 6}
+    - {count: 10, diameter: {from: 9.5 mm, to: 6 mm}}
+  end: {wall: same}
+impact: {velocity: 0.4 m/s}
+simulate: {sensors: [{contact: 3}, {contact: 13}, {granule: 4, quantity: velocity}]}
+"""
+SWEEP = """
+sweep:
+  grid: {"chain.granules[1].diameter.to": [5 mm, 9 mm]}
+  quantities: ['sensors[1].peak / sensors[0].peak', 'segments[1].energy', arrival_time]
+"""
+RATIO = "sensors[1].peak / sensors[0].peak"
+
+
+@pytest.mark.parametrize(
+    ("target", "read"),
+    [
+        (f"{RATIO} = 0.8", lambda first, second: second.peak / first.peak),
+        ("sensors[1].arrival = 240 us", lambda _, second: second.arrival),
+        ("sensors[1].peak/sensors[0].peak = 0.8", lambda first, second: second.peak / first.peak),
+    ],
+    ids=["ratio", "time", "without blanks"],
+)
+def test_a_design_meets_a_target_on_first_pulses(tmp_path: Path, target: str, read: Any) -> None:
+    scenario = load(tmp_path, BLOCKS)
+    vary = "impact.velocity" if "arrival" in target else "chain.granules[1].diameter.to"
+    between = (0.1, 2.0) if "arrival" in target else ("4 mm", "9 mm")
+    (solution, *_) = sw.design(scenario, vary=vary, between=between, target=target, points=3).solutions
+    value = float(target.split("= ")[1].split()[0]) * (1e-6 if "us" in target else 1.0)
+    assert solution.reached == pytest.approx(value, rel=1e-4)
+    text = BLOCKS.replace("to: 6 mm", f"to: {solution.value} m")
+    if vary == "impact.velocity":
+        text = BLOCKS.replace("velocity: 0.4", f"velocity: {solution.value}")
+    first, second, _ = sw.simulate(load(tmp_path, text)).sensors
+    assert read(first, second) == pytest.approx(value, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("target", "problem"),
+    [
+        ("sensors[3].peak = 4 N", "must count from 0 in the list of sensors, simulate.sensors (got 'sensors[3].peak'"),
+        (f"{RATIO.replace('[0]', '[9]')} = 4", "the list has 3)"),
+        ("sensors[0].peak / nothing = 4", "must be a property of the result (got 'sensors[0].peak / nothing'"),
+        ("sensors[0].speed = 4 m/s", "must count from 0"),
+        ("__import__('os') = 4", "must be a quantity, <=, >= or =, and a value"),
+    ],
+    ids=["number", "number in a ratio", "name in a ratio", "first speed", "code"],
+)
+def test_a_wrong_target_is_refused(tmp_path: Path, target: str, problem: str) -> None:
+    with pytest.raises(sw.InvalidValueError) as error:
+        sw.design(load(tmp_path, BLOCKS), vary="impact.velocity", between=(0.1, 1.0), target=target)
+    assert problem in str(error.value)
+
+
+def test_an_uncertainty_has_the_figures_of_sensors_and_named_ratios(tmp_path: Path) -> None:
+    scenario = load(tmp_path, BLOCKS.replace("count: 10", "count: 4").replace("{contact: 13}", "{contact: 7}"))
+    result = sw.uncertainty(scenario, spreads={"impact.velocity": "5 %"}, draws=256, quantities=[RATIO])
+    by_name = {each.name: each for each in result.quantities}
+    assert {"sensors[0].peak", "sensors[1].arrival", "sensors[1].speed", RATIO} <= by_name.keys()
+    (arrival,) = (each for each in by_name["sensors[1].arrival"].sensitivities if each.name == "impact.velocity")
+    assert arrival.exponent == pytest.approx(-0.2, abs=0.01)  # t scales as v^(-1/5)
+    (peak,) = (each for each in by_name["sensors[1].peak"].sensitivities if each.name == "impact.velocity")
+    assert peak.exponent == pytest.approx(1.2, abs=0.01)  # F scales as v^(6/5)
+    assert by_name[RATIO].nominal < 1
+
+
+def test_a_sweep_has_columns_of_sensors_and_of_named_quantities(tmp_path: Path) -> None:
+    report = sw.run_sweep(load(tmp_path, BLOCKS + SWEEP), tmp_path / "out", workers=1)
+    frame = sw.load_sweep(report.folder).to_pandas()
+    ratio = frame["contact_13_peak / contact_3_peak"]
+    assert ratio.tolist() == (frame["contact_13_peak"] / frame["contact_3_peak"]).tolist()
+    assert ratio.iloc[0] < ratio.iloc[1]
+    assert (frame["contact_13_arrival"] < frame["arrival_time"]).all()
+    assert (frame["segment_1_energy"] >= 0).all()
+    assert "granule_4_velocity_peak" in frame
+    assert frame.attrs["units"]["contact_13_speed"] == "m/s"
+    picture = tmp_path / "ratio.svg"
+    column = "contact_13_peak / contact_3_peak"
+    assert main(["plot", str(report.folder), "--column", column, "-o", str(picture)]) == 0
+    assert picture.exists()
+
+
+def test_an_unknown_quantity_of_a_sweep_is_refused_in_its_place(tmp_path: Path) -> None:
+    scenario = load(tmp_path, BLOCKS + SWEEP.replace("arrival_time", "arrival"))
+    with pytest.raises(
+        sw.InvalidValueError, match=r"sweep.quantities\[2\]: must be a quantity or a ratio of two \(got"
+    ):
+        sw.run_sweep(scenario, tmp_path / "out", workers=1)
