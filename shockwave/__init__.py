@@ -43,7 +43,7 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "profiles.triangular": ("Triangular",),
     "scenario.scenario": ("Scenario", "load_scenario"),
     "scene.chain": ("Chain",),
-    "scene.chain_end": ("Wall",),
+    "scene.chain_end": ("Bar", "Wall"),
     "scene.closed_form_laws": ("damped_decay", "striker_waves", "wall_factor"),
     "scene.contact_law": ("ContactLaw", "ElasticPlastic", "Hertz", "PowerContact"),
     "scene.damping": ("Dashpot", "KuwabaraKono", "Tsuji"),

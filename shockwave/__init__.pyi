@@ -39,6 +39,7 @@ if TYPE_CHECKING:  # mypy resolves cycles of imports only here
     from shockwave.scenario.scenario import Scenario as Scenario
     from shockwave.scenario.scenario import load_scenario as load_scenario
     from shockwave.scene.chain import Chain as Chain
+    from shockwave.scene.chain_end import Bar as Bar
     from shockwave.scene.chain_end import Wall as Wall
     from shockwave.scene.closed_form_laws import damped_decay as damped_decay
     from shockwave.scene.closed_form_laws import striker_waves as striker_waves

@@ -134,6 +134,8 @@ class Job:
         Number of bodies that move at first.
     forecast : Forecast
         Estimate of the work of the whole run.
+    bar : bool
+        Whether the last body is the flat of a bar; NumPy alone integrates it.
     """
 
     method: GeneralTableau
@@ -152,6 +154,7 @@ class Job:
     swift: GeneralTableau | None = None
     window: int = 12
     forecast: Forecast = Factory(Forecast)
+    bar: bool = False
 
     @property
     def chain(self) -> FloatArray:

@@ -74,6 +74,8 @@ class Assembly:
         Whether ``force`` is the acceleration of body 0, which follows it whatever the contacts do, until its duration.
     top_speed : float
         Greatest speed of a guided body.
+    impedance : float
+        Z of a bar at the end, 0 without one: the last body is its flat, without mass, and its inverse mass 1/Z.
     """
 
     inverse_masses: FloatArray
@@ -94,6 +96,7 @@ class Assembly:
     movable_end: bool = False
     guided: bool = False
     top_speed: float = 0.0
+    impedance: float = 0.0
 
     @cached_property
     def is_damped(self) -> bool:
@@ -103,7 +106,7 @@ class Assembly:
     @cached_property
     def is_viscous(self) -> bool:
         """Whether they do at all times, and not only while contacts flow."""
-        return self.law is not None or self.end_damping > 0 or bool(np.any(self.damping > 0))
+        return self.law is not None or self.end_damping > 0 or self.impedance > 0 or bool(np.any(self.damping > 0))
 
     @cached_property
     def static_forces(self) -> FloatArray:

@@ -168,6 +168,8 @@ class Contacts:
         self.mobile = np.append(self.inverse, 0.0)
         self.guided = guided != 0
         self.mobile[0] *= not self.guided  # contacts do not move a body whose path is given
+        # a flat without mass, whose displacement is in the place of its velocity, and the force over Z is its rate
+        self.flat = self.bodies - 1 if job.bar else -1
         self.both = job.switches[0]
         self.viscous = self.damped = damped != 0
         self.loaded = bool(self.base.any())
@@ -182,8 +184,10 @@ class Contacts:
         forces, powers, raw = self.forces(x, v, 0, n)
         whole = np.zeros(self.bodies + 2)
         whole[0], whole[1 : n + 1] = self.weight, forces
-        (u, d), w = self.overlaps(x, 0, n), v[:n] - v[1 : n + 1]
+        (u, d), w = self.overlaps(x, 0, n), self.closing_velocities(v, 0, n)
         a = self.mobile[: n + 1] * (whole[: n + 1] - whole[1 : n + 2])
+        if 0 < self.flat <= n:
+            w[self.flat - 1] -= a[self.flat]
         slope = np.where(raw > 0, self.rates(d, w, self.closing(a, time)), 0.0)
         return End(x, v, u, d, w, whole, raw, powers, slope, a)
 
@@ -193,6 +197,19 @@ class Contacts:
         stretch += self.gap[low:high]
         return stretch, stretch + self.base[low:high] if self.loaded else stretch
 
+    def closing_velocities(self, v: FloatArray, low: int, high: int) -> FloatArray:
+        """Closing velocities of some contacts; of that with the flat of a bar, without the velocity of the flat."""
+        w = v[low:high] - v[low + 1 : high + 1]
+        if low < self.flat <= high:
+            w[self.flat - 1 - low] = v[self.flat - 1]
+        return np.asarray(w)
+
+    def slip(self, d: FloatArray, low: int) -> float:
+        """Factor 1 + c d^q/Z by which the flat of a bar reduces forces of contacts from ``low`` on."""
+        at = self.flat - 1
+        overlap, rate = float(d[at - low]), float(self.c[at] * self.inverse[self.flat])
+        return 1 + rate * overlap ** float(self.q[at]) if overlap > MIN_OVERLAP else 1.0
+
     def forces(self, x: FloatArray, v: FloatArray, low: int, high: int) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Forces minus static ones, powers of the damping, and forces before they are cut off, of some contacts."""
         part = slice(low, high)
@@ -201,7 +218,7 @@ class Contacts:
         closed = d > MIN_OVERLAP
         powers = np.zeros(high - low)
         if self.damped:
-            w = v[part] - v[low + 1 : high + 1]
+            w = self.closing_velocities(v, low, high)
         inside = np.where(closed, d, 1.0)
         elastic = self.elastic(stretch, d, inside, part)
         if self.flow:
@@ -214,9 +231,16 @@ class Contacts:
             jumps = self.q[part] == 0
             viscous = self.c[part] * _powers(inside, self.q[part]) * w
             raw = f + np.where(jumps | closed, viscous, 0.0)
+            at, meets_flat = self.flat - 1 - low, low < self.flat <= high
+            if meets_flat:
+                raw[at] = (raw[at] + static[at]) / self.slip(d, low) - static[at]
             total = np.maximum(np.where(np.where(jumps, self.on[part], closed), raw, f), -static)
+            if meets_flat:
+                w[at] -= self.mobile[self.flat] * total[at]
             powers = (total - f) * w + flow_powers if self.flow else (total - f) * w
             f = total
+            if self.flat > 0 and high == self.bodies:
+                powers[-1] = self.mobile[self.flat] * f[-2] ** 2
         if self.job.law is not None:
             here, law = self.by_law[part], self.law_forces(d, w, low, high)
             raw, f, powers = (np.where(here, law, other) for law, other in ((law, raw), (law, f), (law * w, powers)))
@@ -255,7 +279,9 @@ class Contacts:
         if low == 0:
             a = a.copy()
             a[0] += self.inverse[0] * self.applied(time)
-        return a[:-1] - a[1:]
+        if 0 < self.flat - low < len(a):  # it has a velocity in this place
+            a = np.where(np.arange(len(a)) == self.flat - low, 0.0, a)
+        return np.asarray(a[:-1] - a[1:])
 
     def rates(self, d: FloatArray, w: FloatArray, closing: FloatArray, low: int = 0) -> FloatArray:
         """Time derivatives of the forces of contacts from ``low`` on before they are cut off; zero if they are open.
@@ -268,6 +294,8 @@ class Contacts:
         slope = p * self.k[part] * _powers(inside, p - 1) * w
         if self.damped:
             slope = slope + self.c[part] * _powers(inside, q) * (q / inside * w * w + closing)
+        if low < self.flat <= high:
+            slope[self.flat - 1 - low] /= self.slip(d, low)
         if self.flow:
             self.flow.rates(slope, (d, w, closing), low)
         if self.job.law is not None:
@@ -285,7 +313,8 @@ class Contacts:
         whole[1:-1], _powers, raw = self.forces(x, v, near, after)
         at = j - near
         a = self.mobile[j : j + 2] * (whole[at : at + 2] - whole[at + 1 : at + 3])
-        rate = self.rates(self.overlaps(x, j, j + 1)[1], v[j : j + 1] - v[j + 1 : j + 2], self.closing(a, time, j), j)
+        w = self.closing_velocities(v, j, j + 1) - (a[1] if j + 1 == self.flat else 0.0)
+        rate = self.rates(self.overlaps(x, j, j + 1)[1], w, self.closing(a, time, j), j)
         return float(whole[at + 1]), float(rate[0]) if raw[at] > 0 else 0.0
 
     def first_size(self, j: int, w: float) -> float:

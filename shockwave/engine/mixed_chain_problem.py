@@ -164,7 +164,7 @@ def integrate(
     name, method = method_for(assembly, integrator)
     swift = of_nystroem(Rkn86) if integrator is None and assembly.is_damped and not assembly.is_viscous else None
     job = _job(assembly, tolerance, until, np.asarray(times, dtype=float), (method, swift))
-    run(job, compiled if assembly.law is None else None)
+    run(job, compiled if assembly.law is None and not assembly.impedance else None)
     _check(job)
     contacts, masses = len(assembly.overlaps), 1 / assembly.inverse_masses
     found, weight, end = job.found, assembly.weight, float(job.found[1])
@@ -177,7 +177,7 @@ def integrate(
         work += 0.5 * mass * (first**2 - assembly.velocity**2)
         if until is None or until > assembly.force.duration:
             job = _release(assembly, job, until, np.asarray(times, dtype=float))
-            run(job, compiled if assembly.law is None else None)
+            run(job, compiled if assembly.law is None and not assembly.impedance else None)
             _check(job)
         found, end, samples = job.found, float(job.found[1]), np.concatenate((samples, job.samples))
     x, v = job.x[:-1], job.v[:-1]
@@ -199,7 +199,7 @@ def integrate(
         applied_impulse=impulse,
         work=work + weight * float(x[0]),
         dissipated=math.fsum(job.losses.tolist()),
-        kinetic=0.5 * masses * v * v,
+        kinetic=0.5 * masses * v * v * (np.arange(len(v)) < len(v) - (assembly.impedance > 0)),
         potential=potential,
         losses=job.losses,
         residual_overlaps=residual,
@@ -268,6 +268,7 @@ def _job(
         plastic=np.empty((0, 0)) if plastic is None else plastic.table(assembly.overlaps, bodies),
         loading=np.empty(0) if plastic is None else plastic.constants,
         forecast=Forecast.of(settings, assembly.static_forces, assembly.cause_of_work),
+        bar=assembly.impedance > 0,
     )
     job.chain[:], job.scales[:] = chain, scales
     job.exponents[:] = assembly.powers_of_contacts
@@ -277,6 +278,8 @@ def _job(
     job.switches[:] = inverse + np.append(inverse[1:], 0.0), np.ones(bodies)
     if assembly.guided:
         job.chain[0, 0] = 1.0
+    if assembly.impedance:
+        job.switches[0, -2] = inverse[-2]
     job.v[0] = assembly.velocity
     return job
 

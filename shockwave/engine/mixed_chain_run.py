@@ -159,7 +159,7 @@ class _March(Stages):
         """
         n = self.n
         if self.jumps.any():
-            d, w = self.overlaps(x, 0, n)[1], v[:n] - v[1 : n + 1]
+            d, w = self.overlaps(x, 0, n)[1], self.closing_velocities(v, 0, n)
             on = (d >= 0) | (self.jumps[:n] & (d >= -self.closing_tolerance(x, w, self.time)) & (w > 0))
             last = last if np.array_equal(on, self.on[:n]) else None
             self.on[:n] = on

@@ -51,6 +51,8 @@ class Stages(Contacts):
             np.add(coasting[i], square * sums[row], out=y)
             if method.damped:
                 np.add(v, h * sums[row + 1], out=z)
+            if self.flat > 0 and high == self.bodies:
+                y[-1] = z[-1]
             row += 1 + method.damped
             if self.driven and low == 0:
                 self.push(whole_y, whole_z, impulses, c * h, end if c == 1.0 else self.time + c * h)
@@ -65,6 +67,8 @@ class Stages(Contacts):
         self.weighted = sums[row:]
         np.add(coasting[-1], square * self.weighted[0], out=y)
         np.add(v, h * self.weighted[1], out=z)
+        if self.flat > 0 and high == self.bodies:
+            y[-1] = z[-1]
         self.evaluations += method.evaluations
         if self.driven and low == 0:
             self.push(whole_y, whole_z, impulses, h, end)

@@ -41,7 +41,8 @@ def typeset(sentence: object) -> Markup:
     def replace_number(match: re.Match[str]) -> str:
         return number(match[0]).replace(" u", f"{_BLANK}\N{MICRO SIGN}")
 
-    return Markup(_IN_SENTENCES.sub(replace_number, escape(str(sentence))))
+    typed = _IN_SENTENCES.sub(replace_number, escape(str(sentence)))
+    return Markup(re.sub(r"\^([0-9])\b", r"<sup>\1</sup>", typed))
 
 
 def quantity(value: float, unit: str = "", digits: int = 5, error: float | None = None) -> Markup:

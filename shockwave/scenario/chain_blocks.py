@@ -11,13 +11,13 @@ from typing import Any
 
 from attrs import evolve
 
-from shockwave.base.errors import Fault, InvalidValueError, ShockwaveError, UnknownNameError, nearest, refuse
+from shockwave.base.errors import Fault, InvalidValueError, ShockwaveError, UnknownNameError, below, nearest, refuse
 from shockwave.base.quantity_fields import SIZES, Quantity, join, text_of
 from shockwave.records.record_format import RecordFormat
 from shockwave.registry.registry import blame, entries, load
 from shockwave.scenario.block_keys import BLOCKS, GRANULES, WALLS, Key, keys_of
 from shockwave.scenario.value_conversion import Parser, convert, items, material, structure
-from shockwave.scene.chain_end import Wall
+from shockwave.scene.chain_end import Bar, Wall
 from shockwave.scene.contact_law import PowerContact
 from shockwave.scene.impact import Impact
 from shockwave.scene.motion import Motion
@@ -55,6 +55,12 @@ END = (
         "wall", required=True, kind="materials", also=WALLS, meaning="same (as the last granule), rigid, or a material"
     ),
     *(_keys(Wall)[name] for name in ("mass", "stiffness", "damping")),
+)
+#: Keys of a bar in place of a wall.
+BAR = (
+    evolve(_MATERIAL, required=True, meaning="a name or a mapping"),
+    Key("diameter", required=True, spec=evolve(_DIAMETER, meaning="diameter of the bar")),
+    *(evolve(_keys(Bar)[name], instead_of=("diameter",)) for name in ("radius", "impedance")),
 )
 #: Keys of the ``impact`` block.
 IMPACT = (
@@ -117,7 +123,7 @@ def _size(key: Key, given: Any) -> Any:
     return Taper(first=values.pop("from"), last=values.pop("to"), **values)
 
 
-def end(content: Any) -> Wall | None:
+def end(content: Any) -> Wall | Bar | None:
     """The wall; None for a free end."""
     if content is None or (isinstance(content, str) and content.lower() == "free"):
         return None
@@ -126,6 +132,9 @@ def end(content: Any) -> Wall | None:
         raise InvalidValueError(
             f"must be free, or a mapping of {keys} (got {text_of(content)}; for a wall, {{wall: same}})"
         )
+    if content.keys() == {"bar"}:
+        with below("bar"):
+            return Bar(**structure(content["bar"], BAR, {"material": material}))
     values = structure(content, END, {"wall": _wall})
     return Wall(material=values.pop("wall"), **values)
 
@@ -221,6 +230,8 @@ def keys_below(data: Mapping[str, Any]) -> Iterator[tuple[str, Key]]:
             yield from _of_block(place, SEGMENT, block_content)
     if isinstance(chain.get("end"), dict):
         yield from _of_block("chain.end", END, chain["end"])
+        if "bar" in chain["end"]:
+            yield from _of_block("chain.end.bar", BAR, _mapping(chain["end"]["bar"]))
     for block in LAWS:
         yield from _of_law("chain", block, chain)
     for block, keys in (("impact", IMPACT), ("motion", MOTION[:2])):

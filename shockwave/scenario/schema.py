@@ -18,7 +18,7 @@ from shockwave import __version__
 from shockwave.base.quantity_fields import Quantity
 from shockwave.registry import registry
 from shockwave.scenario.block_keys import BLOCKS, CHAIN, SCENARIO, SHOCK, Key, keys_of, parameters_of
-from shockwave.scenario.chain_blocks import CELL, END, IMPACT, LAWS, MODEL, MOTION, SEGMENT, TAPER, models
+from shockwave.scenario.chain_blocks import BAR, CELL, END, IMPACT, LAWS, MODEL, MOTION, SEGMENT, TAPER, models
 from shockwave.scenario.published import Published
 from shockwave.scenario.sweep_block import SWEEP
 from shockwave.scene.force_limit import Limit
@@ -91,9 +91,17 @@ def _chain() -> Form:
     granules = properties["granules"]
     description = {"description": f"{granules.pop('description')}; or a list of segments, struck end first"}
     properties["granules"] = description | {"anyOf": [granules, parts]}
-    properties["end"] |= {"anyOf": [*_in_any_case(["free"]), _KINDS[type(None)], _mapping(END)]}
+    properties["end"] |= {"anyOf": [*_in_any_case(["free"]), _KINDS[type(None)], _mapping(END), _bar()]}
     for block in LAWS:
         properties[block] |= _laws(block)
+    return form
+
+
+def _bar() -> Form:
+    """An end with a bar."""
+    keys = (Key("bar", required=True, meaning="a bar in place of a wall"),)
+    form = _mapping(keys)
+    form["properties"]["bar"] |= _mapping(BAR)
     return form
 
 

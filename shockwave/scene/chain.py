@@ -15,7 +15,7 @@ from shockwave.base.quantity_fields import Number, Quantity, Value, declaration,
 from shockwave.scene.material import Material, check_material, material_of
 
 if TYPE_CHECKING:  # a chain of equal spheres does not need them
-    from shockwave.scene.chain_end import Wall
+    from shockwave.scene.chain_end import Bar, Wall
     from shockwave.scene.contact_law import AnyContact, PowerContact
     from shockwave.scene.damping import Damping
     from shockwave.scene.segments import Cell, Segment
@@ -69,8 +69,8 @@ class Chain(Value):
     granules : int or sequence of Segment and Cell, optional
         Number of equal granules, or the segments of the chain, starting at the struck end. By default the chain is
         endless. A single granule needs a striker or a wall.
-    end : Wall, optional
-        Wall behind the last granule. By default the end is free.
+    end : Wall or Bar, optional
+        Wall or bar behind the last granule. By default the end is free.
     precompression : float
         Static force on the first granule and, if the end is free, on the last one [N], default 0. It does not act on a
         striker.
@@ -112,7 +112,7 @@ class Chain(Value):
     granules: int | tuple[Segment | Cell, ...] | None = field(
         default=None, converter=_granules, repr=tuple_repr, metadata=declaration(GRANULES)
     )
-    end: Wall | None = None
+    end: Wall | Bar | None = None
     precompression: float = quantity("N", "static contact force", at_least=0, default=0.0)
     gravity: float = quantity("m/s**2", "acceleration of gravity towards the wall", at_least=0, default=0.0)
     damping: Damping | None = None
@@ -127,7 +127,7 @@ class Chain(Value):
         radius: Number | None = None,
         diameter: Number | None = None,
         granules: int | str | Sequence[Segment | Cell] | None = None,
-        end: Wall | None = None,
+        end: Wall | Bar | None = None,
         precompression: Number = 0.0,
         gravity: Number = 0.0,
         damping: Damping | None = None,

@@ -1,4 +1,4 @@
-"""The end of a chain: a flat wall, fixed or movable."""
+"""The end of a chain: a flat wall, fixed or movable, or a long bar."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Any, Literal
 from attrs import field, frozen
 
 from shockwave.base.errors import InvalidValueError
-from shockwave.base.quantity_fields import MAGNITUDES, SI, Converted, Value, quantity, text_of
-from shockwave.scene.material import WALLS, Material, material_of
+from shockwave.base.quantity_fields import MAGNITUDES, SI, SIZES, Converted, Number, Value, quantity, radius_of, text_of
+from shockwave.scene.material import WALLS, Material, check_material, material_of
 
 
 def _convert_material(given: Material | str) -> Any:
@@ -74,3 +74,62 @@ class Wall(Value):
             if self.mass is None and getattr(self, name):
                 got = f"got {getattr(self, name):g}; give the mass of the wall"
                 raise InvalidValueError.of(name, f"must be left out for a fixed wall ({got})")
+
+
+@frozen(kw_only=True, init=False)
+class Bar(Value):
+    """The flat, massless end of a long bar, which yields to the force F with the velocity F/Z.
+
+    Z is A rho c, with the speed c = sqrt(E/rho) of the waves in the bar. Nothing is reflected: the result holds until
+    a wave returns from its far end. The contact is that with a wall of the same material.
+
+    Parameters
+    ----------
+    material : Material or str
+        Material of the bar, or its name.
+    radius, diameter : float, optional
+        Size of the bar [m], at most one of them.
+    impedance : float, optional
+        Z [N s/m], in place of a size.
+
+    Raises
+    ------
+    InvalidValueError
+        If a value is out of range, or not exactly one of size and impedance is given.
+
+    Examples
+    --------
+    >>> import shockwave as sw
+    >>> bar = sw.Bar(material="steel-4340", diameter="19 mm")
+    >>> f"{bar.resistance:.0f} N s/m"
+    '11429 N s/m'
+    """
+
+    material: Material = field(converter=material_of, validator=check_material)
+    radius: float | None = quantity("m", "radius of the bar", within=SIZES, default=None)
+    impedance: float | None = quantity("N*s/m", "impedance of the bar", within=MAGNITUDES, default=None)
+
+    # as a wall that is fixed
+    mass = None
+    stiffness = damping = 0.0
+
+    def __init__(
+        self,
+        *,
+        material: Material | str,
+        radius: Number | None = None,
+        diameter: Number | None = None,
+        impedance: Number | None = None,
+    ) -> None:
+        size = radius_of(radius, diameter)
+        self.__attrs_init__(material=material, radius=size, impedance=impedance)  # type: ignore[arg-type]
+        if (size is None) == (impedance is None):
+            got = "nothing" if size is None else "both"
+            raise InvalidValueError.of("impedance", f"must be given, or the diameter, but not both (got {got})")
+
+    @property
+    def resistance(self) -> float:
+        """Z [N s/m]: the given impedance, or that of its section."""
+        if self.radius is None:
+            return float(self.impedance or 0.0)
+        return math.pi * self.radius**2 * math.sqrt(self.material.youngs_modulus * self.material.density)

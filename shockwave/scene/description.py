@@ -11,7 +11,7 @@ from shockwave.base.quantity_fields import quantity_of
 from shockwave.base.text import si
 from shockwave.registry.registry import entry_of
 from shockwave.scene.chain import Chain
-from shockwave.scene.chain_end import Wall
+from shockwave.scene.chain_end import Bar, Wall
 from shockwave.scene.material import Material
 from shockwave.scene.segments import Taper
 
@@ -34,7 +34,9 @@ def plain(part: Any, names: bool = True) -> Any:
     hidden = () if names or not isinstance(part, Material) else ("name", "source")
     form = {keys.get(name, name): plain(value, names) for name, value, _ in _list_stated(part) if name not in hidden}
     entry = entry_of("contacts", type(part))
-    return {"model": entry.name, **form} if entry else {"wall": "same", **form} if isinstance(part, Wall) else form
+    if isinstance(part, Wall | Bar):
+        return {"wall": "same", **form} if isinstance(part, Wall) else {"bar": form}
+    return {"model": entry.name, **form} if entry else form
 
 
 def lines(chain: Chain) -> list[tuple[str, str]]:
@@ -66,6 +68,12 @@ def text(value: Any, unit: str = "") -> str:
     if attrs.has(type(value)):
         own = [f"{_KEYS.get(type(value), {}).get(name, name)} {text(one, of)}" for name, one, of in _list_stated(value)]
         entry = entry_of("contacts", type(value))
-        defaults = "wall of the same material" if isinstance(value, Wall) and value.material == "same" else ""
+        defaults = (
+            "bar"
+            if isinstance(value, Bar)
+            else "wall of the same material"
+            if isinstance(value, Wall) and value.material == "same"
+            else ""
+        )
         return ", ".join(filter(None, (entry.name if entry else defaults, *own))) or "count 1"
     return si(value, unit) if isinstance(value, float) else str(value)

@@ -7,7 +7,7 @@ from typing import Any
 
 from shockwave.base.errors import Fault, Steps, refuse
 from shockwave.base.quantity_fields import text_of
-from shockwave.scene.chain_end import Wall
+from shockwave.scene.chain_end import Bar, Wall
 from shockwave.scene.contact_law import AnyContact, ContactLaw, ElasticPlastic, PowerContact
 from shockwave.scene.damping import HERTZ, Damping, Dashpot, Tsuji
 from shockwave.scene.segments import MOST_GRANULES, Cell, Segment, each_segment
@@ -15,7 +15,7 @@ from shockwave.scene.segments import MOST_GRANULES, Cell, Segment, each_segment
 Granules = int | Sequence[Segment | Cell] | None
 #: Feature -> its types, and their names in messages.
 _TYPES: Mapping[str, tuple[Any, str]] = {
-    "end": (Wall, "a Wall"),
+    "end": (Wall | Bar, "a Wall or a Bar"),
     "damping": (Damping, "a KuwabaraKono, a Dashpot or a Tsuji"),
     "contact": (AnyContact, "a PowerContact, an ElasticPlastic, a ContactLaw or a Hertz"),
 }

@@ -13,7 +13,7 @@ from attrs import evolve, frozen
 from shockwave.base.errors import InvalidValueError, refuse
 from shockwave.base.numerics import FloatArray
 from shockwave.scene.chain import Chain
-from shockwave.scene.chain_end import Wall
+from shockwave.scene.chain_end import Bar, Wall
 from shockwave.scene.contact_law import AnyContact, ContactLaw, ElasticPlastic, Pairs, PlasticPairs, PowerContact
 from shockwave.scene.coverage_rules import scene_faults
 from shockwave.scene.damping import HERTZ, Damping
@@ -53,7 +53,7 @@ class Layout:
         c of the damping force c d^q d' [N s/m^(q + 1)], zeros without damping.
     damping_powers : ndarray, shape (n_contacts,)
         q.
-    wall : Wall or None
+    wall : Wall, Bar or None
         The wall, with its material resolved.
     velocity, top_speed, weight : float
         Initial velocity [m/s] of granule 0, if it is a striker or moves as prescribed, its greatest speed [m/s], and
@@ -75,7 +75,7 @@ class Layout:
     overlaps: FloatArray
     damping_coefficients: FloatArray
     damping_powers: FloatArray
-    wall: Wall | None
+    wall: Wall | Bar | None
     velocity: float
     top_speed: float
     weight: float
@@ -179,7 +179,7 @@ def _places(laws: Sequence[_Law]) -> list[tuple[_Law, npt.NDArray[np.bool_]]]:
 
 
 def _pairs(
-    chain: Chain, materials: tuple[Material, ...], radii: FloatArray, masses: FloatArray, wall: Wall | None
+    chain: Chain, materials: tuple[Material, ...], radii: FloatArray, masses: FloatArray, wall: Wall | Bar | None
 ) -> Pairs:
     """Properties of all contacts, by Hertz's law: E* and R* of two bodies, k = 4/3 E* sqrt(R*), and reduced masses."""
     compliances = np.array([material.compliance for material in materials])
@@ -199,7 +199,7 @@ def _plastic(
     laws: Sequence[tuple[object, npt.NDArray[np.bool_]]],
     materials: tuple[Material, ...],
     radii: FloatArray,
-    wall: Wall | None,
+    wall: Wall | Bar | None,
 ) -> PlasticPairs | None:
     """Properties of elastic-plastic contacts, from the softer body; None if no contact has this law."""
     places = [at for law, at in laws if isinstance(law, ElasticPlastic)]

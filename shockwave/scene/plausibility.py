@@ -69,7 +69,9 @@ def _values(excitation: Any, chain: Any) -> Iterator[tuple[str, str, float]]:
         yield from _sphere("impact", excitation)
     yield from _sphere("chain", chain)
     if chain.end is not None:
-        yield from _material("chain.end.wall", chain.end.material)
+        yield from _material(
+            f"chain.end.{'wall' if hasattr(chain.end, 'stiffness_ratio') else 'bar.material'}", chain.end.material
+        )
     for index, part in enumerate(chain.granules if isinstance(chain.granules, tuple) else ()):
         place = f"chain.granules[{index}]"
         yield from _sphere(place, part) if hasattr(part, "count") else ()

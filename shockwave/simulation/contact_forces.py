@@ -93,7 +93,7 @@ def simulate_chain(
         peak = asdict(runs.peak(-1))
         on_wall = Transmitted(**peak, impulse=impulse * scales.momentum, impulse_error=runs.impulse_error)
     carried = math.fsum(motion.v[:count] / case.assembly.inverse_masses[:count])
-    movable = len(motion.v) > count
+    movable = len(motion.v) > count and not case.assembly.impedance
     velocities, masses = scales.velocity * motion.v[:count], case.layout.masses
     apart = are_apart(motion.x[:count], motion.v[:count], offsets(case, motion))
     loaded = bool(case.layout.static_forces.any())
@@ -238,7 +238,8 @@ def _dissipated(case: ChainSetup, motion: Motion) -> Dissipated:
     kinds = np.where(flows, losses[:contacts], 0.0), np.where(flows, 0.0, losses[:contacts]), losses[contacts:]
     plastic_energy, damping, end = (math.fsum(kind.tolist()) for kind in kinds)
     energy = motion.dissipated * case.scales.energy
-    return Dissipated(energy=energy, plastic=plastic_energy, damping=damping, end=end)
+    bar, end = (end, 0.0) if case.assembly.impedance else (0.0, end)
+    return Dissipated(energy=energy, plastic=plastic_energy, damping=damping, end=end, bar=bar)
 
 
 def _leaving_velocities(outwards: FloatArray, apart: Flags) -> FloatArray:

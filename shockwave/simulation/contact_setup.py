@@ -20,7 +20,7 @@ from shockwave.engine.mixed_chain_problem import integrate
 from shockwave.engine.scaled_problem import ChainProblem
 from shockwave.registry.registry import load
 from shockwave.scene.chain import Chain, Scales
-from shockwave.scene.chain_end import Wall
+from shockwave.scene.chain_end import Bar, Wall
 from shockwave.scene.contact_law import BoundLaw
 from shockwave.scene.layout import Layout
 from shockwave.scene.motion import Motion
@@ -106,10 +106,11 @@ class ChainSetup:
         scales = _scales(layout, excitation, scene.chain)
         assembly = _assembly(layout, scales, excitation, options.rtol or RTOL, options.until)
         method = None if options.integrator is None else load("integrators", options.integrator)
-        if layout.law and options.backend == "compiled":
-            name = type(layout.law).__name__
-            raise InvalidValueError.of("backend", f"must be auto or numpy for the contact law {name} (got 'compiled')")
-        numpy_alone = layout.law is not None or chosen(options.backend) is None
+        numpy_part = f"the contact law {type(layout.law).__name__}" if layout.law else ""
+        numpy_part = "a bar at the end" if isinstance(layout.wall, Bar) else numpy_part
+        if numpy_part and options.backend == "compiled":
+            raise InvalidValueError.of("backend", f"must be auto or numpy for {numpy_part} (got 'compiled')")
+        numpy_alone = bool(numpy_part) or chosen(options.backend) is None
         compiled = None if numpy_alone else import_module("shockwave.engine._chains")
         filled = options if method is not None and not method.adaptive else evolve(options, rtol=options.rtol or RTOL)
         reported = np.array(select_contacts(options, len(layout.pairs.stiffnesses)), dtype=np.intp)
@@ -255,7 +256,7 @@ def _scales(layout: Layout, excitation: Excitation, chain: Chain) -> Scales:
     return scales if strength >= 1 else of(excitation.peak_force * strength ** (2 * power / (power + 1)))
 
 
-def _is_rigid(layout: Layout, scales: Scales, wall: Wall, rtol: float, until: float | None) -> bool:
+def _is_rigid(layout: Layout, scales: Scales, wall: Wall | Bar, rtol: float, until: float | None) -> bool:
     """Whether spring and dashpot hold a wall so still that its motion changes no force by more than ``rtol``.
 
     The displacement of the wall is compared with the overlap of its contact, under forces of up to `_GREATEST`, or that
@@ -298,13 +299,15 @@ def _assembly(layout: Layout, scales: Scales, excitation: Excitation, rtol: floa
     if wall.mass is not None and not guided and _is_rigid(layout, scales, wall, rtol, until):
         wall = Wall(material=wall.material)
     bodies = layout.masses if wall.mass is None else np.append(layout.masses, wall.mass)
+    impedance = wall.resistance * scales.velocity / scales.force if isinstance(wall, Bar) else 0.0
     stiffnesses = layout.pairs.stiffnesses * (length**powers / scales.force)
     return Assembly(
-        inverse_masses=scales.mass / bodies,
+        inverse_masses=np.append(scales.mass / bodies, [1 / impedance] if impedance else []),
         stiffnesses=stiffnesses,
         overlaps=layout.overlaps / length,
         exponents=powers,
-        fixed_wall=layout.wall is not None and wall.mass is None,
+        fixed_wall=layout.wall is not None and wall.mass is None and not impedance,
+        impedance=impedance,
         damping=layout.damping_coefficients * (length**rates * scales.velocity / scales.force),
         damping_powers=rates,
         end_stiffness=wall.stiffness * length / scales.force,

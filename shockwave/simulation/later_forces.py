@@ -48,9 +48,10 @@ def later_force(case: ChainSetup, motion: Motion) -> float:
     masses, apart = 1 / assembly.inverse_masses, are_apart(motion.x, v, offsets(case, motion))
     static_forces, p = assembly.static_forces + assembly.weight, float(assembly.exponents[-1])
     # nothing holds the last body: a granule, or a wall without a spring
-    is_free = not (assembly.fixed_wall or assembly.end_stiffness or assembly.end_damping)
+    flat = int(assembly.impedance > 0)  # of a bar: without mass, it stores no energy
+    is_free = not (assembly.fixed_wall or assembly.end_stiffness or assembly.end_damping or flat)
     granules = len(v) if is_free else case.granules
-    first, last, frame = _first(~(np.append(apart[: granules - 1], True) & (v[:granules] <= 0))), len(v), 0.0
+    first, last, frame = _first(~(np.append(apart[: granules - 1], True) & (v[:granules] <= 0))), len(v) - flat, 0.0
     if static_forces.any():  # what it acts on returns; a striker without a weight does not
         first = min(first, int(force is None and not assembly.weight))
     elif is_free and first < last:  # what counts is the motion relative to that of the whole
@@ -69,7 +70,7 @@ def later_force(case: ChainSetup, motion: Motion) -> float:
     upper = max((2 * (p + 1) / k * energy) ** (1 / (p + 1)), (2 * (p + 1)) ** (1 / p) * at_rest)
     overlap = bracketed_root(excess, at_rest, upper, "the greatest later overlap") if energy > 0 else at_rest
     behind = case.granules - 1 - (not case.has_wall)
-    closing = math.sqrt(2 * energy) * float(np.sum(np.sqrt(assembly.inverse_masses[behind : behind + 2])))
+    closing = math.sqrt(2 * energy) * float(np.sum(np.sqrt(assembly.inverse_masses[behind : behind + 2 - flat])))
     damping = float(assembly.damping[-1]) * overlap ** float(assembly.damping_powers[-1]) * closing
     return float(case.scales.force * (k * overlap**p + damping))
 

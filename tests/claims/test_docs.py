@@ -222,6 +222,7 @@ KEYS = {
     "cell": chain_blocks.CELL,
     "taper": chain_blocks.TAPER,
     "end": chain_blocks.END,
+    "bar": chain_blocks.BAR,
     "impact": chain_blocks.IMPACT,
     "motion": chain_blocks.MOTION[:6],
     "shock": keys.shock_keys(sw.PowerLaw),

@@ -350,6 +350,14 @@ def test_the_picture_of_the_answer_is_in_the_head(case: sw.Scenario, title: str)
     assert f"<h3>{title}</h3>" not in rest
 
 
+def test_the_head_has_the_structure_behind_the_wall_and_the_spring_force() -> None:
+    end = sw.Wall(mass=0.02, stiffness=1e5)
+    case = evolve(scenario(triangle(0.5)), chain=evolve(CHAIN, granules=10, end=end), limit=sw.Limit(force=1e4))
+    head = plain(page(case).partition("</header>")[0])
+    assert re.search(r"Structure, simulated: displacement .* m/s2 \(.* g\); spring force .* N at", head)
+    assert re.search(r"Verdict: below the limit of 10 kN: force on the wall .*; force of the spring", head)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["paper/table2-row1", "examples/hammer", "chains/damped"])
 @pytest.mark.parametrize("sheet", ["letter", "a4"])
