@@ -114,14 +114,15 @@ def test_pictures_show_hysteresis_and_the_elastic_forces() -> None:
     pictures = pytest.importorskip("shockwave.pictures")
     pytest.importorskip("matplotlib")
     result = sw.simulate(IMPACT, BEADS, rtol=1e-4, record=("forces", "field"), contacts=range(0, 9, 2))
-    drawn, elastic = pictures.force_overlap(result, 8).get_lines()
+    _, (left, right) = pictures.figure(columns=2)
+    drawn, elastic = pictures.force_overlap(result, 8, ax=left).get_lines()
     (overlaps, forces), (_, hertz) = drawn.get_data(), elastic.get_data()
     assert max(forces) == pytest.approx(result.transmitted.peak_force, rel=0.02)  # the samples miss the peak
     assert min(overlaps) > 0
     assert max(hertz) == pytest.approx(max(forces), rel=1e-9)
     with pytest.raises(sw.InvalidValueError, match=r"recorded contact .*recorded are 0, 2, 4, 6, 8"):
-        pictures.force_overlap(result, 1)
-    lines = {line.get_label(): line.get_ydata() for line in pictures.peak_forces(result).get_lines()}
+        pictures.force_overlap(result, 1, ax=left)
+    lines = {line.get_label(): line.get_ydata() for line in pictures.peak_forces(result, ax=right).get_lines()}
     assert (np.array(lines["elastic"]) > lines["greatest force"]).all()
 
 
