@@ -15,7 +15,7 @@ plt.style.use(["default", pictures.style()])
 
 steel, ptfe = sw.material("bearing-steel-52100"), sw.material("ptfe")
 shock = sw.Shock(
-    profile=sw.Triangular(duration_ratio=3), peak_force="20 N", rise_time="10 us"
+    profile=sw.Triangular(duration_ratio=3), peak_force="0.5 N", rise_time="20 us"
 )
 
 
@@ -33,7 +33,7 @@ def container(soft):
 
 figure, ax = plt.subplots(figsize=(6, 3.4), layout="constrained")
 for soft in (0, 4, 10):
-    result = sw.simulate(shock, container(soft), record=["forces"], until=1.5e-3)
+    result = sw.simulate(shock, container(soft), record=["forces"], until=2.8e-3)
     kept = result.recording
     ax.plot(1e3 * kept.times, kept.wall_force, label=f"{soft} beads of PTFE")
 ax.set(xlabel="time (ms)", ylabel="force on the wall (N)")

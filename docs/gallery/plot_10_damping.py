@@ -17,7 +17,7 @@ plt.style.use(["default", pictures.style()])
 
 ptfe = sw.material("ptfe")
 shock = sw.Shock(
-    profile=sw.Triangular(duration_ratio=2), peak_force="10 N", rise_time="20 us"
+    profile=sw.Triangular(duration_ratio=2), peak_force="1 N", rise_time="30 us"
 )
 passed = np.arange(0, 41)
 

@@ -34,7 +34,7 @@ class Bell(sw.ShockProfile):
         return self.rise((self.duration_ratio - s) / (self.duration_ratio - 1))
 
 
-chain = sw.Chain(material="brass-260", diameter="10 mm")
+chain = sw.Chain(material="bearing-steel-52100", diameter="10 mm")
 figure, ax = plt.subplots(figsize=(5, 3.4), layout="constrained")
 for power in (1, 2, 4):
     bell = Bell(power=power, duration_ratio=2)

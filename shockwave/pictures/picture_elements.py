@@ -31,7 +31,7 @@ COLOURS = (BLUE, GREEN, PURPLE, ORANGE, SKY, VERMILION, GREY)
 #: Colour of a number by its origin, the same in every picture. They are distinct under deuteranopia, protanopia and
 #: tritanopia, and their contrast to white and to black is at least 3. A limit has the colour of the text.
 METHODS: Mapping[str, str] = MappingProxyType(
-    {"simulation": BLUE, "section 4": VERMILION, "shock": GREY, "warning": "#C0002A", "elastic": GREEN}
+    {"simulation": BLUE, "section 4": VERMILION, "shock": GREY, "warning": "#C0002A", "elastic": "#9030F0"}
 )
 # Colour of a warning on a dark background.
 _LIGHT_RED = "#FF7A7A"

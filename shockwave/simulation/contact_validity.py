@@ -52,11 +52,13 @@ def first_yield(case: ChainSetup, motion: Motion) -> Yielding | None:
 
 
 def warn_overlaps(case: ChainSetup, motion: Motion) -> Iterator[str]:
-    """Warning of overlaps for which Hertz's law does not hold."""
+    """Warning of overlaps for which Hertz's law, and that of elastic-plastic contacts, do not hold."""
     pairs = case.layout.pairs
     hertz = np.isclose(pairs.stiffnesses, 4 / 3 * pairs.moduli * np.sqrt(pairs.radii)) & (pairs.exponents == HERTZ)
-    overlaps = (motion.forces * case.scales.force / pairs.stiffnesses) ** (2 / 3) / pairs.radii
-    ratios = np.where(hertz & ~case.layout.law_contacts, overlaps, 0.0)
+    overlaps = (motion.forces * case.scales.force / pairs.stiffnesses) ** (2 / 3)
+    if motion.greatest_overlaps is not None:
+        overlaps = np.maximum(overlaps, case.scales.energy / case.scales.force * motion.greatest_overlaps)
+    ratios = np.where(hertz & ~case.layout.law_contacts, overlaps / pairs.radii, 0.0)
     worst = int(np.argmax(ratios))
     if ratios[worst] > _LARGE_OVERLAP:
         overlap = f"The overlap at contact {worst} is about {round_digits(ratios[worst])} times the reduced radius"

@@ -1,0 +1,136 @@
+"""Results of elastic-plastic contacts: energies, residual overlaps, yielded contacts, advice, sweeps and pictures."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import attrs
+import numpy as np
+import pytest
+
+import shockwave as sw
+from shockwave.scene.layout import Layout
+from shockwave.scene.plastic_range import elastic_chain
+from support.command_line import scenario, shockwave
+
+STEEL = sw.Material(youngs_modulus=200e9, poisson_ratio=0.3, density=7650, yield_strength=1.9e9)
+PLASTIC, IMPACT = sw.ElasticPlastic(), sw.Impact(velocity=5.0)
+BEADS = sw.Chain(material=STEEL, radius=3e-3, granules=8, contact=PLASTIC, end=sw.Wall())
+DASHPOT = sw.Dashpot(coefficient=20.0)
+MIXED = [
+    sw.Segment(count=3),
+    sw.Segment(count=2, contact=sw.Hertz(), damping=DASHPOT),
+    sw.Segment(count=2, contact=sw.PowerContact(exponent=2.0, stiffness=1e12)),
+]
+CHAINS = {
+    "wall": BEADS,
+    "free": attrs.evolve(BEADS, end=None),
+    "laws": attrs.evolve(BEADS, granules=MIXED),
+    "movable": attrs.evolve(BEADS, end=sw.Wall(mass=0.01, stiffness=1e6, damping=20.0), granules=MIXED),
+    "loaded": attrs.evolve(BEADS, precompression=100.0),
+}
+
+
+@pytest.mark.parametrize("name", CHAINS)
+def test_energies_add_up(name: str) -> None:
+    result: Any = sw.simulate(IMPACT, CHAINS[name], rtol=1e-6)
+    lost = result.dissipated
+    assert lost.energy == pytest.approx(lost.plastic + lost.damping + lost.end + lost.bar, rel=1e-12)
+    stored = sum(segment.energy for segment in result.segments) + (result.end_energy or 0.0)
+    assert stored + lost.energy == pytest.approx(result.applied_energy, rel=1e-6)
+    contacts = sum(segment.dissipated for segment in result.segments)
+    assert contacts == pytest.approx(lost.plastic + lost.damping, rel=1e-12)
+    assert lost.plastic > 0.05 * result.applied_energy
+    assert (lost.damping > 0) is (name in ("laws", "movable"))
+    assert (lost.end > 0) is (name == "movable")
+    document = json.loads(json.dumps(result.to_dict(), allow_nan=False))
+    assert document["dissipated"] == attrs.asdict(lost)
+    assert "plastic flow" in result.text("verbose")
+
+
+def test_a_contact_keeps_a_residual_overlap_where_it_has_yielded() -> None:
+    result: Any = sw.simulate(IMPACT, CHAINS["laws"], rtol=1e-6)
+    residual = [peak.residual_overlap for peak in result.contacts]
+    # of the striker's contact and of those of the first segment
+    assert min(residual[:4]) > 1e-7
+    assert residual[4:8] == [0.0] * 4
+    gentle: Any = sw.simulate(sw.Impact(velocity=0.01), BEADS, rtol=1e-6)
+    assert (gentle.yielding.yielded_contacts, gentle.dissipated.plastic) == (0, 0.0)
+    assert {peak.residual_overlap for peak in gentle.contacts} == {0.0}
+
+
+def test_elastic_contacts_alone_are_warned_about() -> None:
+    def beyond(chain: sw.Chain) -> int:
+        return sum("Beyond elastic" in warning for warning in sw.simulate(IMPACT, chain, rtol=1e-4).warnings)
+
+    assert [beyond(chain) for chain in (BEADS, CHAINS["laws"], elastic_chain(BEADS))] == [0, 1, 1]
+
+
+def test_the_value_with_yield_is_that_of_a_simulation(monkeypatch: pytest.MonkeyPatch) -> None:
+    elastic: Any = sw.simulate(IMPACT, elastic_chain(BEADS), rtol=1e-4)
+    plastic: Any = sw.simulate(IMPACT, BEADS, rtol=1e-4)
+    (sentence,) = elastic.value_with_yield
+    assert f"{plastic.greatest_force.peak_force:.0f} N" in sentence
+    assert f"the force on the wall is {plastic.transmitted.peak_force:.0f} N" in sentence
+    assert sentence in elastic.warnings
+    assert sentence not in elastic.first_warnings
+    shock = sw.Shock(profile="half-sine", peak_force=500.0, rise_time=5e-6)
+    uniform = sw.Chain(material=STEEL, radius=3e-3, granules=20)
+    assert sw.simulate(shock, uniform).value_with_yield
+    long = attrs.evolve(uniform, granules=101)
+    brittle = attrs.evolve(uniform, material=attrs.evolve(STEEL, yield_strength=1e7))
+    damped = attrs.evolve(uniform, damping=DASHPOT)
+    for chain in (long, brittle, damped, attrs.evolve(uniform, granules=None)):
+        result = sw.simulate(shock, chain, rtol=1e-4, waves="primary")
+        assert any("Beyond elastic" in warning for warning in result.first_warnings)
+        assert result.value_with_yield == ()
+
+
+def test_an_elastic_result_computes_no_value_with_yield(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("shockwave.simulation.yield_advice.value_with_yield", None)  # a call fails
+    assert sw.simulate(sw.Impact(velocity=0.01), elastic_chain(BEADS)).warnings == ()
+
+
+def test_large_overlaps_are_warned_about() -> None:
+    soft = attrs.evolve(BEADS, material=attrs.evolve(STEEL, yield_strength=3e8))
+    (warning,) = [each for each in sw.simulate(sw.Impact(velocity=400.0), soft).warnings if "overlap" in each]
+    assert "times the reduced radius" in warning
+
+
+def test_the_elastic_chain_differs_in_its_elastic_plastic_contacts_alone() -> None:
+    cell = sw.Cell(repeat=2, cell=[sw.Segment(contact=PLASTIC), sw.Segment(damping=DASHPOT, contact=sw.Hertz())])
+    mixed = attrs.evolve(BEADS, granules=[*MIXED, cell])
+    elastic = elastic_chain(mixed)
+    assert not elastic.is_plastic
+    layouts = [Layout.of(chain, IMPACT) for chain in (mixed, elastic)]
+    for name in ("exponents", "stiffnesses"):
+        assert np.array_equal(*(getattr(layout.pairs, name) for layout in layouts))
+    assert layouts[1].plastic is None
+
+
+def test_pictures_show_hysteresis_and_the_elastic_forces() -> None:
+    pictures = pytest.importorskip("shockwave.pictures")
+    pytest.importorskip("matplotlib")
+    result = sw.simulate(IMPACT, BEADS, rtol=1e-4, record=("forces", "field"), contacts=range(0, 9, 2))
+    _, (left, right) = pictures.figure(columns=2)
+    drawn, elastic = pictures.force_overlap(result, 8, ax=left).get_lines()
+    (overlaps, forces), (_, hertz) = drawn.get_data(), elastic.get_data()
+    assert max(forces) == pytest.approx(result.transmitted.peak_force, rel=0.02)  # the samples miss the peak
+    assert min(overlaps) > 0
+    assert max(hertz) == pytest.approx(max(forces), rel=1e-9)
+    with pytest.raises(sw.InvalidValueError, match=r"recorded contact .*recorded are 0, 2, 4, 6, 8"):
+        pictures.force_overlap(result, 1, ax=left)
+    lines = {line.get_label(): line.get_ydata() for line in pictures.peak_forces(result, ax=right).get_lines()}
+    assert (np.array(lines["elastic"]) > lines["greatest force"]).all()
+
+
+def test_a_sweep_has_the_columns_of_plastic_flow(tmp_path: Path) -> None:
+    chain = "chain: {material: stainless-steel-440c, radius: 3 mm, granules: 5, contact: {model: elastic-plastic}}"
+    grid = "sweep: {run: simulate, grid: {impact.velocity: [0.1 m/s, 5 m/s]}}"
+    file = scenario(tmp_path, chain, "impact: {velocity: 1 m/s}", grid)
+    assert shockwave("sweep", file, "-o", tmp_path / "out", "--workers", "1").status == 0
+    results = sw.load_sweep(tmp_path / "out")
+    assert results.values("yielded_contacts").tolist() == [0, 5]
+    assert results.values("plastic_energy")[1] > results.values("plastic_energy")[0] == 0.0
