@@ -44,15 +44,16 @@ INLINE V NAME(elastic)(const March *m, const int hertz, const int loaded, const 
 /* Force with damping, from the elastic one; `raw` is that before it is cut off. */
 INLINE V NAME(damp)(const March *m, long e, V elastic, V d, V w, V *raw)
 {
-    Mask closed, jumps, acts;
-    const V inside = NAME(inside)(m, d, &closed), on = NAME(load)(m->on + e), zero = NAME(set)(0), one = NAME(set)(1);
-    const V viscous = NAME(load)(m->c + e) * NAME(powers)(m, e, inside) * w;
+    Mask closed, acts;
+    const double q = m->power;
+    const V inside = NAME(inside)(m, d, &closed), viscous = NAME(load)(m->c + e) * NAME(powers)(m, e, inside) * w, zero = NAME(set)(0);
     /* only the dashpot of a contact that is off does not act: its force would jump within the step */
-    if (m->power >= 0) {
-        acts = m->power == 0 ? NAME(exceeds)(on, zero) : closed;
-        *raw = elastic + (m->power == 0 ? viscous : NAME(pick)(closed, viscous, zero));
+    if (q > 0) {
+        acts = closed;
+        *raw = elastic + NAME(pick)(closed, viscous, zero);
     } else {
-        jumps = NAME(reaches)(zero, NAME(load)(m->powers + e));
+        const V on = NAME(load)(m->on + e), one = NAME(set)(1);
+        const Mask jumps = NAME(reaches)(zero, NAME(load)(m->powers + e));
         acts = NAME(exceeds)(NAME(pick)(jumps, on, NAME(pick)(closed, one, zero)), zero);
         *raw = elastic + NAME(pick)(jumps, viscous, NAME(pick)(closed, viscous, zero));
     }

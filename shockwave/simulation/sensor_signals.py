@@ -87,9 +87,12 @@ class Signal:
         return float(motion.dynamic_forces[self.contacts[0]] * self.case.scales.contact_force) if single else np.nan
 
     def integral(self, momenta: FloatArray) -> FloatArray:
-        """Integral of a dynamic force without that of the excitation, from the scaled momenta up to each body."""
+        """Integral of a dynamic force without that of the excitation, from the scaled momenta up to each body.
+
+        NaN for the motion of a granule, and where the first granule is guided by an unknown force.
+        """
         scales = self.case.scales
-        if self.unit != "N":
+        if self.unit != "N" or self.case.assembly.guided:
             return np.full(len(momenta), np.nan)
         places = self.contacts if self.body is None else np.array([self.body])
         return np.asarray(-momenta[:, places].mean(axis=1) * scales.contact_force * scales.time)
