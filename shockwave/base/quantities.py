@@ -222,10 +222,7 @@ GRANULES = _from(
 # Units of further numbers in results.
 _OTHERS = {
     "N": ("force", "forces", "wall_force", "applied_force", "static_force", "first_yield_force", "roots"),
-    "J": (
-        *("kinetic_energy", "contact_energy", "applied_energy", "end_energy"),
-        *("dissipated", "dissipated.damping", "dissipated.end", "dissipated.bar"),
-    ),
+    "J": ("kinetic_energy", "contact_energy", "applied_energy", "end_energy", "dissipated"),
     "m/s": ("velocity", "velocities", "recoil_velocities", "spall_velocities"),
     "s": ("times", "end", "arrival_time", "seconds"),
     "m": ("displacements", "residual_overlap"),
@@ -301,7 +298,7 @@ _ERRORS = {each.column: each.errors for each in _ALL}
 
 def unit_of(name: str) -> str:
     """SI unit of a quantity with this name in a result or as the last part of its name; empty without one."""
-    return _UNITS.get(name) or _UNITS.get(name.rpartition(".")[2], "")
+    return _UNITS.get(name.rpartition(".")[2], "")
 
 
 def errors_of(column: str) -> tuple[str, ...]:

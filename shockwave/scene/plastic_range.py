@@ -79,16 +79,14 @@ def _contacts(chain: Chain, layout: Layout) -> Iterator[tuple[Steps, str, float,
     assert layout.plastic is not None
     ratios, seen = layout.plastic.strengths / layout.pairs.moduli, set()
     bodies = [*layout.materials, *([] if layout.wall is None else [layout.wall.material])]
+    labels = ["the striker" if each == STRIKER else f"granule {index}" for index, each in enumerate(layout.segments)]
+    labels.append("the wall")
     for contact, ratio in enumerate(ratios.tolist()):
         pair, steps = bodies[contact : contact + 2], _place(chain, layout.segments[contact])
         if (steps, *pair) in seen:
             continue
         seen.add((steps, *pair))
-        names = [f"granule {contact + index} ({_name(body)})" for index, body in enumerate(pair)]
-        if layout.segments[contact] == STRIKER:
-            names[0] = f"the striker ({_name(pair[0])})"
-        if contact + 1 == len(layout.masses):
-            names[1] = f"the wall ({_name(pair[1])})"
+        names = [f"{label} ({_name(body)})" for label, body in zip(labels[contact:], pair, strict=False)]
         unknown = [_name(body) for body in pair if isinstance(body, Material) and body.yield_strength is None]
         yield steps, f"at contact {contact}, between {' and '.join(names)}", ratio, unknown
 

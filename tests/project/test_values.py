@@ -33,6 +33,7 @@ SETTINGS: dict[str, Any] = {
     "exponential": sw.Shock(
         profile=sw.Exponential(rise_rate=1, decay_rate=1, duration_ratio=2), peak_force=1.0, rise_time=1e-6
     ),
+    "bar": sw.Bar(material="steel-4340", impedance=1e4),
     "guided": (sw.Motion(velocity=1.0, until=1e-5), sw.Motion(times=[0, 1e-6], values=[0, 1], quantity="velocity")),
     "law": sw.PowerContact(exponent=2.0, stiffness=1e7),
     "laws": (sw.Hertz(), sw.ElasticPlastic()),
