@@ -179,7 +179,7 @@ def integrate(
             job = _release(assembly, job, until, np.asarray(times, dtype=float))
             run(job, compiled if assembly.law is None and not assembly.impedance else None)
             _check(job)
-        found, end, samples = job.found, float(job.found[1]), np.concatenate((samples, job.samples))
+            found, end, samples = job.found, float(job.found[1]), np.concatenate((samples, job.samples))
     x, v = job.x[:-1], job.v[:-1]
     peaks = job.peaks[0, :contacts]
     residual = greatest = None
