@@ -383,9 +383,7 @@ def test_section_4_loads_no_engine_and_a_simulation_no_section_4() -> None:
 
 
 def test_a_shock_and_a_chain_in_the_wrong_order_are_refused() -> None:
-    rule = (
-        r"^shock: must be a Shock, Impact or Motion, and the chain a Chain \(got Chain and Shock; the chain comes second\)$"
-    )
+    rule = r"^shock: must be a Shock, Impact or Motion, and the chain a Chain \(got Chain and Shock; .* second\)$"
     with pytest.raises(sw.InvalidValueError, match=rule):
         sw.Predictor().predict(CHAIN, SHOCKS["train"])  # type: ignore[arg-type]
     (error,) = sw.Predictor().predict_many([CHAIN], [SHOCKS["train"]])  # type: ignore[list-item]

@@ -145,6 +145,11 @@ def test_the_simulated_time_can_end_before_the_motion() -> None:
     assert early.contacts[0].peak_force <= late.contacts[0].peak_force
 
 
+def test_a_history_that_ends_before_the_motion_has_each_sample_once() -> None:
+    recording = sw.simulate(MOTIONS["velocity"], row(), record=["field"], interval=1e-5, until=1e-4).recording
+    assert recording.displacements.shape == (len(recording.times), 6)
+
+
 def test_a_long_chain_in_parts_moves_as_the_whole(monkeypatch: pytest.MonkeyPatch) -> None:
     scenario = sw.Scenario.from_dict(
         {
