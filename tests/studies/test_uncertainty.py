@@ -164,7 +164,7 @@ def test_a_force_at_the_limit_reaches_it() -> None:
 def exponent(scenario: sw.Scenario, name: str, spread: float) -> float:
     """Exponent of the peak force for a relative standard deviation of the parameter."""
     one = Distribution.of(Spread(variable(name, scenes.data_of(scenario)), "relative", (spread,)), scenario)
-    own = UncertainScenes.of(scenario, [one], 1e-4)
+    own = UncertainScenes.of(scenario, [one], 1e-4, ())
     ((slope, _),) = own.slopes()
     return slope.value * one.value / float(own.nominal.peak_force)
 
