@@ -122,6 +122,8 @@ class Uncertainty(Result):
         Limits of the result, in sentences.
     exceedance, verdict : Exceedance, Verdict or None
         Probability that the limit is reached, and the verdict on the range of 98 % of the scenes; None without a limit.
+    yield_probability : Estimate or None
+        Probability that a contact yields; None where a yield strength is not known.
     values : mapping of str to ndarray, shape (draws,)
         Values of the parameters that were drawn.
     outputs : mapping of str to ndarray, shape (draws,)
@@ -137,6 +139,7 @@ class Uncertainty(Result):
     warnings: tuple[str, ...]
     exceedance: Exceedance | None = None
     verdict: Verdict | None = None
+    yield_probability: Estimate | None = None
     values: Mapping[str, FloatArray] = field(eq=False, repr=False)
     outputs: Mapping[str, FloatArray] = field(eq=False, repr=False)
 

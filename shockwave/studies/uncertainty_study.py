@@ -14,7 +14,7 @@ from shockwave.base.errors import InvalidValueError, ShockwaveError, below
 from shockwave.base.log import logger
 from shockwave.base.numerics import FloatArray
 from shockwave.base.progress import report_progress
-from shockwave.base.quantities import STRUCTURE, Quantity
+from shockwave.base.quantities import STRUCTURE, YIELD, Quantity
 from shockwave.base.quantity_fields import Quantity as Number
 from shockwave.base.quantity_fields import join
 from shockwave.base.text import si
@@ -157,7 +157,8 @@ class UncertainScenes:
     def evaluate(self, values: Mapping[str, FloatArray], rtol: float) -> tuple[FloatArray, FloatArray]:
         """Quantities, shape (quantities, n), and their greatest relative errors; see `quasi_monte_carlo.Evaluate`.
 
-        If there is a limit, the transmitted force and its bound after the simulated time follow the quantities.
+        The ratio to first yield follows if it is known and, with a limit, the transmitted force and its bound after the
+        simulated time.
         """
         rows = zip(*(column.tolist() for column in values.values()), strict=True)
         scenes = [self.family.scenario(dict(zip(values, row, strict=True))) for row in rows]
@@ -165,7 +166,9 @@ class UncertainScenes:
         for result in results:
             self.warnings.add(result.wave_warnings)
         limit = self.scenario.limit
-        read = self.quantities if limit is None else [*self.quantities, _LIMITED[limit.at]]
+        read = [*self.quantities, *YIELD[: self.nominal.yielding is not None]]
+        if limit is not None:
+            read.append(_LIMITED[limit.at])
         figures = [[figures_of(each, result) or (math.nan, 0.0) for result in results] for each in read]
         if limit is not None:
             figures.append([(_later(limit.force_of(result.leaving)), 0.0) for result in results])
@@ -213,10 +216,15 @@ def _result(scenes: UncertainScenes, draws: int, seed: int, rtol: float) -> Unce
     warnings, exceedance, judgement = scenes.all_warnings(), None, None
     if scenario.limit is not None:
         forces, later, leaving = outputs[:, -2, 0], outputs[:, -1, 0], nominal.leaving
-        outputs, judgement = outputs[:, :-2], verdict(scenario.limit, leaving)
+        judgement = verdict(scenario.limit, leaving)
         if not np.isnan(forces).all():
             force = scenario.limit.force_of(leaving)
             exceedance, judgement = sampling.exceedance(scenario.limit, force, forces, float(errors[-2]), later)
+    yields = None
+    if nominal.yielding is not None:
+        flags = (outputs[:, len(scenes.quantities), 0] > 1).astype(float)
+        yields = Estimate(*sampling.estimates(np.mean, flags).tolist())
+    outputs = outputs[:, : len(scenes.quantities)]
     slopes, shares = scenes.slopes(), sampling.estimates(sampling.indices, outputs)
     statistics, notes = [], []
     gradients = zip(scenes.quantities, zip(*slopes, strict=True), strict=True)
@@ -238,6 +246,7 @@ def _result(scenes: UncertainScenes, draws: int, seed: int, rtol: float) -> Unce
         warnings=(*warnings, *notes, *sampling.cut_warnings(distributions)),
         exceedance=exceedance,
         verdict=judgement,
+        yield_probability=yields,
         values=dict(zip([each.name for each in distributions], points, strict=True)),
         outputs={each.name: outputs[:, i, 0].ravel() for i, each in enumerate(scenes.quantities)},
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from shockwave.base.text import facts, limits, paragraph, si, strong, table
+from shockwave.base.text import facts, limits, paragraph, percent, si, strong, table
 from shockwave.scene.force_limit import verdict_facts
 from shockwave.studies.uncertainty_result import Estimate, QuantityStatistics, Uncertainty
 
@@ -32,10 +32,13 @@ def text_of_uncertainty(result: Uncertainty) -> str:
         leads += paragraph("", f"{each.label}: mean {mean}{unit}, 90 % between {low} and {high}{unit}", 2)
     errors = ", ".join(f"{each.label} {each.model_error:.0e}" for each in result.quantities)
     samples = f"{result.draws}, seed {result.seed}; {result.evaluations} including those for the sensitivity indices"
-    exceedance = [("exceedance", str(result.exceedance))] if result.exceedance else []
+    probabilities = [("exceedance", str(result.exceedance))] if result.exceedance else []
+    if result.yield_probability is not None:
+        share = result.yield_probability
+        probabilities.append(("first yield", f"probability {percent(share.value)} +- {percent(share.error)}"))
     lines = [
         *map(strong, leads),
-        *facts([*verdict_facts(result, _VERDICT), *exceedance]),
+        *facts([*verdict_facts(result, _VERDICT), *probabilities]),
         *limits(result.warnings),
         *(["", *_variances(result), "", *_statistics(result)] if result.quantities else []),
         "",

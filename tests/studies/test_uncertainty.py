@@ -133,7 +133,7 @@ def test_each_draw_has_the_bound_of_its_later_force(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(scenes, "simulate_all", lambda *_: results)
     scenario: Any = SimpleNamespace(limit=Limit(force=5.0), impact=object(), simulate=None)
     family: Any = SimpleNamespace(scenario=lambda values: scenario)
-    draws = UncertainScenes(scenario, [], None, [Quantity("leaving.value", "N")], family)
+    draws = UncertainScenes(scenario, [], SimpleNamespace(yielding=None), [Quantity("leaving.value", "N")], family)
     figures, _ = draws.evaluate({"impact.velocity": np.ones(2)}, 1e-4)
     # no bound is known where the force itself has none
     assert figures.tolist() == [[1.0, 1.0], [1.0, 1.0], [7.0, math.inf]]
@@ -227,7 +227,6 @@ def load(tmp_path: Path, block: str) -> sw.Scenario:
 
 #: Parameters without effect, and the chain of the scene.
 WITHOUT_EFFECT = {
-    "yield strength": ("chain.material.yield_strength", "material: stainless-steel-302, diameter: 9.5 mm"),
     "size of no granule": (
         "chain.diameter",
         "material: ptfe, diameter: 9.5 mm, granules: [{count: 5, diameter: 9 mm}], end: {wall: same}",
@@ -368,3 +367,14 @@ def test_a_value_that_the_scenario_does_not_have_is_refused_with_its_place(
     file = record(tmp_path, "unit: N", f"{name}: 5 %")
     assert cli.main(["uncertainty", str(file)]) == 3
     assert capsys.readouterr().err.startswith(f"{file}:4:3: uncertainty.'{name}': {message}")
+
+
+def test_the_probability_of_yield_is_that_of_the_draws() -> None:
+    chain = sw.Chain(material="bearing-steel-52100", diameter="9.5 mm", granules=5, end=sw.Wall())
+    shock = sw.Shock(profile="half-sine", peak_force=60.0, rise_time="20 us")
+    result = sw.uncertainty(shock, chain, {"shock.peak_force": "20 %"}, draws=256, quantities=["yield.peak_ratio"])
+    assert result.yield_probability is not None
+    share = float(np.mean(result.outputs["yield.peak_ratio"] > 1))
+    assert 0.01 < share < 0.99
+    assert result.yield_probability.value == pytest.approx(share)
+    assert "first yield" in str(result)
