@@ -2,6 +2,7 @@
    within a step, so that its force is smooth. */
 
 #define MOST_CHANGES 4 /* of the mode of a contact at one time */
+#define BEGINNING 2 /* times the speed at which the strength grows: a contact outrun below was outrun at that speed */
 
 enum { CAPPED, ELASTIC, MIDDLE, FULL, PLATEAU };
 
@@ -78,13 +79,22 @@ static double flow_rate(const Plastic *p, long j, double d, double w, double a)
     return load_rate(p, j, mode, d, w, a, &c);
 }
 
+/* Stiffness K of unloading from a force, and the overlap above the residual one there. */
+static double unloading(const Plastic *p, long j, double force, double *depth)
+{
+    const double area = (2 * force + p->yield[j]) / (2 * p->law->pi * p->law->pressure * (p->unit[j] * p->strength[j]));
+    const double k = p->virgin[j] * sqrt(4 * p->unit[j] / (3 * force) * area * sqrt(area));
+    *depth = pow(force / k, 2.0 / 3.0);
+    return k;
+}
+
 /* Mode of a contact at an overlap, closing velocity and acceleration. */
 static int next_mode(const March *m, long j, double d, double w, double a)
 {
     const Plastic *p = &m->plastic;
     const int mode = (int)p->mode[j];
     int next;
-    double force;
+    double force, depth, slope;
     Curve c;
     if (!(d > p->limit[j])) return mode;
     if (mode == ELASTIC && !(w > 0)) return ELASTIC;
@@ -96,19 +106,15 @@ static int next_mode(const March *m, long j, double d, double w, double a)
     force = load(p, j, next, d, &c);
     if ((mode == ELASTIC || mode == PLATEAU) && !(force > p->force[j])) return PLATEAU;
     if (mode == ELASTIC) {
-        const double depth = d - p->left[j];
+        depth = d - p->left[j];
         if (m->k[j] * (depth * sqrt(depth)) < force) return ELASTIC;
     }
-    return mode != PLATEAU && next != CAPPED && load_rate(p, j, next, d, w, a, &c) < 0 ? PLATEAU : next;
-}
-
-/* Stiffness K of unloading from a force, and the overlap above the residual one there. */
-static double unloading(const Plastic *p, long j, double force, double *depth)
-{
-    const double area = (2 * force + p->yield[j]) / (2 * p->law->pi * p->law->pressure * (p->unit[j] * p->strength[j]));
-    const double k = p->virgin[j] * sqrt(4 * p->unit[j] / (3 * force) * area * sqrt(area));
-    *depth = pow(force / k, 2.0 / 3.0);
-    return k;
+    if (next == CAPPED) return next;
+    slope = load_rate(p, j, next, d, w, a, &c);
+    force = larger(force, p->force[j]);
+    unloading(p, j, force, &depth);
+    if (slope > 1.5 * force / depth * w) return ELASTIC; /* faster loading outruns the stiffer unloading */
+    return mode != PLATEAU && slope < 0 ? PLATEAU : next;
 }
 
 /* Energy that a contact releases, or has taken up since zero overlap in its mode; zero where that is integrated. */
@@ -168,12 +174,17 @@ static void change_mode(March *m, long j, int next, double a)
 {
     Plastic *p = &m->plastic;
     const int mode = (int)p->mode[j];
-    const double force = m->start.f[j] + m->still[j], w = m->start.w[j];
-    double d = m->start.d[j] + (mode == ELASTIC ? p->left[j] : 0);
+    const double w = m->start.w[j];
+    double d = m->start.d[j] + (mode == ELASTIC ? p->left[j] : 0), force = m->start.f[j] + m->still[j];
     m->lost[j] += stored(m, j, d);
     if (next == ELASTIC) {
         /* the contact has turned just before */
         p->reached[j] = d + (a < 0 ? smaller(0.5 * w * w / -a, m->r->nudge * d) : 0);
+        if (mode != PLATEAU && p->curved[j] > 1 && w > 0 && w < BEGINNING * p->slow[j]) {
+            /* outrun where the strength began to grow */
+            const Curve c = faster_curve(p, j, 0);
+            force = smaller(force, load(p, j, mode, d, &c));
+        }
         if (mode != PLATEAU) p->force[j] = p->curved[j] > 1 ? larger(p->force[j], force) : load(p, j, mode, p->reached[j], NULL);
         m->k[j] = unloading(p, j, p->force[j], &p->limit[j]);
         p->left[j] = p->reached[j] - p->limit[j];

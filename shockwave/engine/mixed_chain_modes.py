@@ -26,6 +26,9 @@ ROWS = (
     *("yield_force", "unit", "mode", "reached", "force", "left", "limit", "offset", "tangent", "curved"),
 )
 
+# A flowing contact outrun below this many times the speed at which its strength grows was outrun at that speed.
+_BEGINNING = 2.0
+
 
 class Mode(IntEnum):
     """What the force of a contact follows: Hertz's law; unloading; loading between; full plasticity; a constant."""
@@ -177,8 +180,13 @@ class Plasticity:
             depth = d - float(self.left[j])
             if self.chain.k[j] * (depth * math.sqrt(depth)) < force:
                 return Mode.ELASTIC
-        rising = mode == Mode.PLATEAU or following == Mode.CAPPED
-        return following if rising or not self.load_rate(j, following, (d, w, a), curve) < 0 else Mode.PLATEAU
+        if following == Mode.CAPPED:
+            return following
+        slope = self.load_rate(j, following, (d, w, a), curve)
+        reached = max(force, float(self.force[j]))
+        if slope > 1.5 * reached / self.unloading(j, reached)[1] * w:  # faster loading outruns the stiffer unloading
+            return Mode.ELASTIC
+        return following if mode == Mode.PLATEAU or not slope < 0 else Mode.PLATEAU
 
     def change_modes(self, start: End, time: float) -> bool:
         """Change the modes that end at the beginning of a step; whether there are any."""
@@ -222,6 +230,8 @@ class Plasticity:
             self.reached[j] = reached = d + (min(0.5 * w * w / -a, NUDGE * d) if a < 0 else 0.0)
             if mode != Mode.PLATEAU:
                 flows = self.curved[j] > 1
+                if flows and 0 < w < _BEGINNING * self.slow[j]:  # outrun where the strength began to grow
+                    force = min(force, self.load(j, mode, d, self.faster_curve(j, 0.0)))
                 self.force[j] = max(float(self.force[j]), force) if flows else self.load(j, mode, reached, None)
             chain.k[j], self.limit[j] = self.unloading(j, float(self.force[j]))
             self.left[j] = reached - self.limit[j]
