@@ -180,17 +180,18 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]], spare: Sequence[
     """Columns under a ruled header, ``margin`` blanks from the left.
 
     Where the screen is too narrow, the columns ``spare`` are left out, the last named first, and a line under the
-    table names them; then the widest column is wrapped.
+    table names as many of them as it has room for; then the widest column is wrapped.
     """
     lines = [list(header), *(list(row) for row in rows)]
     screen = _screen.get()
     room = sys.maxsize if screen.wide else screen.columns - margin
-    out: list[str] = []
+    shown = list(range(len(header)))
     left = [name for name in spare if name in header]
     widths, over = _fit_columns(lines, room)
     while left and over > 0:
-        out.append(left.pop())
-        column = lines[0].index(out[-1])
+        name = left.pop()
+        column = max(place for place, each in enumerate(lines[0]) if each == name)
+        del shown[column]
         lines = [line[:column] + line[column + 1 :] for line in lines]
         widths, over = _fit_columns(lines, room)
     while over > 0 and max(widths) > _NARROW:
@@ -200,10 +201,20 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]], spare: Sequence[
     text_lines = [*_cells(lines[0], widths), "  ".join("-" * width for width in widths)]
     for line in lines[1:]:
         text_lines += _cells(line, widths)
-    if out:
-        names = [name for name in header if name in out]
-        text_lines += wrap(f"(not shown: {', '.join(names)}; --wide shows all columns)", room)
+    omitted = [name for place, name in enumerate(header) if place not in shown]
+    if omitted:
+        text_lines += _line_of_omitted(omitted, room)
     return "\n".join(" " * margin + line for line in text_lines)
+
+
+def _line_of_omitted(names: Sequence[str], room: int) -> list[str]:
+    """A line with the first of the ``names`` and the number of the others; several lines if a single name is longer."""
+    for count in range(len(names), 0, -1):
+        more = f" and {len(names) - count} more" if count < len(names) else ""
+        line = f"(not shown: {', '.join(names[:count])}{more}; --wide shows all columns)"
+        if len(line) <= room:
+            break
+    return wrap(line, room)
 
 
 def _fit_columns(lines: Sequence[Sequence[str]], room: int) -> tuple[list[int], int]:

@@ -115,9 +115,9 @@ class Uncertainty(Result):
     parameters : tuple of Parameter
         The uncertain parameters, in the given order.
     quantities : tuple of QuantityStatistics
-        Peak force and amplification of the leading wave where it has a limit. Otherwise the greatest force, the force
-        and the impulse on a wall, the restitution of a striker and the dissipated energy, of those that every scene
-        has. The forces at the contacts of the scenario in both cases.
+        The requested ones; then peak force and amplification of the leading wave where it has a limit, or else the
+        greatest force, the force and the impulse on a wall, the restitution of a striker and the dissipated energy, of
+        those that every scene has; then the forces at the contacts and the figures of the sensors of the scenario.
     warnings : tuple of str
         Limits of the result, in sentences.
     exceedance, verdict : Exceedance, Verdict or None

@@ -149,9 +149,9 @@ class UncertainScenes:
     def of(
         cls, scenario: Scenario, distributions: Sequence[Distribution], rtol: float, named: Sequence[Quantity]
     ) -> UncertainScenes:
-        """Simulate the scenario itself; ``named`` quantities are read besides its usual ones."""
+        """Simulate the scenario itself; ``named`` quantities are read before its usual ones."""
         (nominal,) = varied_scenes.simulate_all([scenario], scenario.simulate, rtol, _LONGEST)
-        quantities = list(dict.fromkeys((*quantities_of(scenario, nominal), *named)))
+        quantities = list(dict.fromkeys((*named, *quantities_of(scenario, nominal))))
         return cls(scenario, distributions, nominal, quantities, Family(scenario))
 
     def evaluate(self, values: Mapping[str, FloatArray], rtol: float) -> tuple[FloatArray, FloatArray]:

@@ -1,11 +1,12 @@
 """Printed numbers: as many digits as their errors leave, and rows of long tables."""
 
 import math
+import re
 
 import pytest
 
 from shockwave.base.result_tables import evenly
-from shockwave.base.text import percent, round_digits, si
+from shockwave.base.text import on_screen, percent, round_digits, si, table
 
 
 @pytest.mark.parametrize(
@@ -41,3 +42,18 @@ def test_percentages_have_two_digits_and_no_power_of_ten_unless_they_are_tiny(sh
 
 def test_long_runs_and_large_ratios_are_printed_without_a_power_of_ten() -> None:
     assert (round_digits(123.4), round_digits(1234.5, 3), round_digits(0.057)) == ("120", "1230", "0.057")
+
+
+class _Wide:
+    """A table of many columns, two of which have the same name."""
+
+    def __str__(self) -> str:
+        names = ["case", "force", *(f"quantity {index}" for index in range(40)), "force"]
+        return table(names, [["first", "1 N", *("5" for _ in range(40)), "2 N"]], names[1:])
+
+
+def test_the_columns_without_room_are_named_in_one_line() -> None:
+    *_, row, last = on_screen(_Wide(), columns=80).splitlines()
+    assert "1 N" in row
+    assert re.fullmatch(r"  \(not shown: quantity \d, .* and \d+ more; --wide shows all columns\)", last)
+    assert len(last) <= 80

@@ -83,6 +83,8 @@ def test_an_uncertainty_has_the_figures_of_sensors_and_named_ratios(tmp_path: Pa
     (peak,) = (each for each in by_name["sensors[1].peak"].sensitivities if each.name == "impact.velocity")
     assert peak.exponent == pytest.approx(1.2, abs=0.01)  # F scales as v^(6/5)
     assert by_name[RATIO].nominal < 1
+    assert result.quantities[0].name == RATIO
+    assert str(result).startswith("contact 7 peak / contact 3 peak: mean")
 
 
 def test_a_sweep_has_columns_of_sensors_and_of_named_quantities(tmp_path: Path) -> None:
