@@ -117,7 +117,7 @@ def simulate(
         reported. Default: none in an endless chain, all in a finite one, evenly spaced beyond 1000.
     record : sequence of "forces", "field", "energies", optional
         Histories to record: forces at ``contacts``, positions and velocities of all granules, energies. Default: none.
-    sensors : sequence of sensors, optional
+    sensors : sequence of str or mapping, optional
         Sensors whose histories and first pulses are computed: ``"wall"``, ``"structure"``, ``{"contact": 5}``,
         ``{"granule": 10}`` (the mean of its two contact forces), also with ``"quantity"``: ``"velocity"`` or
         ``"displacement"``. Default: none.

@@ -93,7 +93,7 @@ class SimulateOptions(Value):
         reported. Default: none in an endless chain, all in a finite one, evenly spaced beyond 1000.
     record : sequence of "forces", "field", "energies"
         Histories to record: forces at ``contacts``, positions and velocities of all granules, energies.
-    sensors : sequence of sensors
+    sensors : sequence of str or mapping
         Sensors whose histories and first pulses are computed: ``wall``, ``structure``, ``{contact: N}``,
         ``{granule: N}`` (the mean of its two contact forces), also with ``quantity: velocity`` or ``displacement``.
         Default: none.
