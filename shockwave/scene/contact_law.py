@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from typing import TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 from attrs import frozen
 
 from shockwave.base.arguments import Explained
@@ -46,6 +47,8 @@ class PlasticPairs:
 
     Attributes
     ----------
+    contacts : ndarray of bool
+        Where the contact law is elastic-plastic.
     strengths : ndarray
         Yield strength of the softer body [Pa]; infinite where the contact is elastic.
     rate_constants : ndarray
@@ -54,6 +57,7 @@ class PlasticPairs:
         Length over which the closing velocity gives the strain rate, R1 + R2 [m]; at a flat wall, R1.
     """
 
+    contacts: npt.NDArray[np.bool_]
     strengths: FloatArray
     rate_constants: FloatArray
     lengths: FloatArray

@@ -20,6 +20,8 @@ _TYPES: Mapping[str, tuple[Any, str]] = {
     "contact": (AnyContact, "a PowerContact, an ElasticPlastic, a ContactLaw or a Hertz"),
 }
 
+#: Text in a file of the law of a segment whose contacts are elastic.
+HERTZ_TEXT = "contact: {model: hertz}"
 # Damping of a segment that has none in a chain with damping, and its text in a file.
 _UNDAMPED = Dashpot(coefficient=0.0)
 _UNDAMPED_TEXT = "damping: {model: dashpot, coefficient: 0}"
@@ -121,9 +123,11 @@ def _of_laws(
     damped = {("granules", *place) for place, segment in segments if segment.damping} | {()}
     for steps, law, force in laws:
         # where the segment has its own law alone, the damping is that of the chain
-        name, hint = ("damping", "") if steps in damped else ("contact", f" (or {_UNDAMPED_TEXT} for this segment)")
+        name, other = ("damping", HERTZ_TEXT) if steps in damped else ("contact", _UNDAMPED_TEXT)
+        hint = f" (or {other} for this segment)" if steps else ""
         if isinstance(law, ContactLaw | ElasticPlastic) and force not in (None, _UNDAMPED):
-            of = f"the contact law {type(law).__name__}" if steps in damped else "the damping of the chain"
+            label = "elastic-plastic" if isinstance(law, ElasticPlastic) else type(law).__name__
+            of = f"the contact law {label}" if steps in damped else "the damping of the chain"
             yield Fault((*steps, name), f"must be left out for {of}, which cannot be combined with it{hint}")
         elif isinstance(force, Tsuji) and isinstance(law, PowerContact) and law.exponent != HERTZ:
             rule = "must be dashpot or kuwabara-kono for a contact exponent other than 1.5, for which the restitution"

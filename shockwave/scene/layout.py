@@ -202,8 +202,8 @@ def _plastic(
     wall: Wall | Bar | None,
 ) -> PlasticPairs | None:
     """Properties of elastic-plastic contacts, from the softer body; None if no contact has this law."""
-    places = [at for law, at in laws if isinstance(law, ElasticPlastic)]
-    if not places:
+    contacts = np.any([at & isinstance(law, ElasticPlastic) for law, at in laws], axis=0)
+    if not contacts.any():
         return None
     bodies = [*materials, *([] if wall is None else [wall.material])]
     reach = np.append(radii, [0.0] * (wall is not None))
@@ -212,7 +212,8 @@ def _plastic(
     softer = np.minimum(strengths[:-1], strengths[1:])
     behind = (strengths[1:] < strengths[:-1]) | ((strengths[1:] == softer) & (constants[1:] < constants[:-1]))
     return PlasticPairs(
-        strengths=np.where(np.any(places, axis=0), softer, math.inf),
+        contacts=contacts,
+        strengths=np.where(contacts, softer, math.inf),
         rate_constants=np.where(behind, constants[1:], constants[:-1]),
         lengths=reach[:-1] + reach[1:],
     )

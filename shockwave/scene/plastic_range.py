@@ -6,19 +6,24 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
 from attrs import evolve
 
 from shockwave.base.errors import Fault, Steps
 from shockwave.base.text import round_digits
 from shockwave.scene.chain import Chain
+from shockwave.scene.chain_end import Bar
 from shockwave.scene.contact_law import ElasticPlastic, Hertz
 from shockwave.scene.elastic_plastic import RANGE
+from shockwave.scene.feature_rules import HERTZ_TEXT
 from shockwave.scene.layout import STRIKER, Layout
 from shockwave.scene.material import Material
 from shockwave.scene.segments import Cell
 
 # Strength over E*, around that of the finite elements to which the law was fitted, 0.011 to 0.036.
 _FITTED = 0.005, 0.04
+# What makes the contact behind a granule elastic.
+_ELASTIC = f"a segment of its own with {HERTZ_TEXT}"
 # Parts of names of materials that the law does not describe, and what they do.
 _OTHERS = {
     "break": ("glass", "silica", "alumina", "zirconia"),
@@ -28,14 +33,20 @@ _OTHERS = {
 
 def range_faults(chain: Chain, excitation: object) -> list[Fault]:
     """Errors of contacts outside the range of the law, one for each pair of materials at a place."""
+    layout = Layout.of(chain, excitation)
+    assert layout.plastic is not None
     faults = []
-    for steps, where, ratio, unknown in _contacts(chain, Layout.of(chain, excitation)):
+    for steps, where, ratio, granule, unknown in _contacts(chain, layout):
         if math.isfinite(ratio) and not RANGE[0] <= ratio <= RANGE[1]:
             rule = f"must be another law {where}: the yield strength of the softer body divided by E* is"
-            hint = f"; state the yield_strength of {' and '.join(unknown)}" if unknown else ""
-            faults.append(
-                Fault(steps, f"{rule} outside {RANGE[0]:g} to {RANGE[1]:g} (got {round_digits(ratio)}{hint})")
-            )
+            hints = [f"give {granule} {_ELASTIC}"] if granule and ratio > RANGE[1] else []
+            hints += [f"state the yield_strength of {' and '.join(unknown)}"] if unknown else []
+            got = "; ".join([round_digits(ratio), *[", or ".join(hints)] * bool(hints)])
+            faults.append(Fault(steps, f"{rule} outside {RANGE[0]:g} to {RANGE[1]:g} (got {got})"))
+    if isinstance(chain.end, Bar) and layout.plastic.rate_constants[-1] and math.isfinite(layout.plastic.strengths[-1]):
+        rule = "must be a wall where the strength of an elastic-plastic contact depends on the rate"
+        hint = f"give the last granule {_ELASTIC}, or leave out the rate_constant"
+        faults.append(Fault(("chain", "end"), f"{rule} (got a bar; {hint})"))
     return faults
 
 
@@ -43,12 +54,12 @@ def doubtful(chain: Chain, excitation: object) -> list[Fault]:
     """Sentences on contacts near the ends of the range, and on materials that do not flow plastically."""
     layout = Layout.of(chain, excitation)
     faults = []
-    for steps, where, ratio, _ in _contacts(chain, layout):
+    for steps, where, ratio, *_ in _contacts(chain, layout):
         if math.isfinite(ratio) and not _FITTED[0] <= ratio <= _FITTED[1]:
             got = f"the yield strength of the softer body divided by E* is {round_digits(ratio)} {where}"
             faults.append(Fault(steps, f"is less accurate outside {_FITTED[0]:g} to {_FITTED[1]:g}: {got}."))
     path = ("chain", "contact") if chain.contact else ("chain", "granules")
-    bodies = {*layout.materials, *([] if layout.wall is None else [layout.wall.material])}
+    bodies = {body for pair in _plastic_pairs(layout).values() for body in pair}
     for body in sorted((each for each in bodies if isinstance(each, Material)), key=_name):
         if body.yield_strength is None:
             faults.append(Fault(path, f"takes {_name(body)} as elastic: its yield strength is not known."))
@@ -71,24 +82,32 @@ def elastic_chain(chain: Chain) -> Chain:
     return evolve(chain, granules=granules, contact=contact)
 
 
-def _contacts(chain: Chain, layout: Layout) -> Iterator[tuple[Steps, str, float, list[str]]]:
-    """Place, description, strength over E*, and bodies without a strength of the elastic-plastic contacts.
+def _plastic_pairs(layout: Layout) -> dict[int, list[Material | str]]:
+    """Materials of the two bodies at each elastic-plastic contact, by its number."""
+    assert layout.plastic is not None
+    bodies: list[Material | str] = [*layout.materials, *([] if layout.wall is None else [layout.wall.material])]
+    return {contact: bodies[contact : contact + 2] for contact in np.flatnonzero(layout.plastic.contacts).tolist()}
 
-    Of contacts between the same materials at a place, only the first is included.
+
+def _contacts(chain: Chain, layout: Layout) -> Iterator[tuple[Steps, str, float, str, list[str]]]:
+    """Place, description, strength over E*, granule before, and bodies without a strength of elastic-plastic contacts.
+
+    Of contacts between the same materials at a place, only the first is included. The law behind a striker is that of
+    the chain, so that the granule before is then an empty text.
     """
     assert layout.plastic is not None
     ratios, seen = layout.plastic.strengths / layout.pairs.moduli, set()
-    bodies = [*layout.materials, *([] if layout.wall is None else [layout.wall.material])]
     labels = ["the striker" if each == STRIKER else f"granule {index}" for index, each in enumerate(layout.segments)]
     labels.append("the wall")
-    for contact, ratio in enumerate(ratios.tolist()):
-        pair, steps = bodies[contact : contact + 2], _place(chain, layout.segments[contact])
+    for contact, pair in _plastic_pairs(layout).items():
+        steps = _place(chain, layout.segments[contact])
         if (steps, *pair) in seen:
             continue
         seen.add((steps, *pair))
         names = [f"{label} ({_name(body)})" for label, body in zip(labels[contact:], pair, strict=False)]
         unknown = [_name(body) for body in pair if isinstance(body, Material) and body.yield_strength is None]
-        yield steps, f"at contact {contact}, between {' and '.join(names)}", ratio, unknown
+        before = "" if layout.segments[contact] == STRIKER else labels[contact]
+        yield steps, f"at contact {contact}, between {' and '.join(names)}", float(ratios[contact]), before, unknown
 
 
 def _place(chain: Chain, index: int) -> Steps:

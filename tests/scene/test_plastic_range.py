@@ -39,7 +39,40 @@ def test_the_strength_is_compared_with_the_modulus_of_the_contact(ratio: float, 
 def test_a_refusal_names_both_bodies_and_the_one_without_a_strength() -> None:
     (fault,) = faults_of(chain(sw.Segment(count=3), sw.Segment(count=3, material="delrin")), None)
     assert "contact 2, between granule 2 (hard steel) and granule 3 (delrin)" in fault.problem
+    assert "; give granule 2 a segment of its own with contact: {model: hertz}, or state the yield_str" in fault.problem
     assert "state the yield_strength of delrin" in fault.problem
+    # the law behind a striker is that of the chain, and a smaller strength than that of metals is an error
+    soft = attrs.evolve(STEEL, yield_strength=0.5e-3 * MODULUS)
+    for beads in (chain(sw.Segment(count=3, material="delrin", contact=sw.Hertz())), chain(material=soft)):
+        hits = faults_of(beads, attrs.evolve(IMPACT, material=STEEL))
+        assert hits
+        assert not any("hertz" in fault.problem for fault in hits)
+
+
+def test_a_pad_with_hertz_contacts_is_neither_refused_nor_warned_of() -> None:
+    pad = [sw.Segment(count=3), sw.Segment(contact=sw.Hertz()), sw.Segment(material="ptfe", contact=sw.Hertz())]
+    rubber = sw.Material(youngs_modulus=5e7, poisson_ratio=0.48, density=1150)
+    for material in ("ptfe", rubber):
+        beads = chain(*pad[:2], attrs.evolve(pad[2], material=material), sw.Segment(count=2))
+        assert faults_of(beads, IMPACT) == unusual(IMPACT, beads) == []
+
+
+def test_a_strength_that_depends_on_the_rate_is_refused_at_a_bar() -> None:
+    fast = attrs.evolve(STEEL, rate_constant=0.03)
+    bar, own = sw.Bar(material=fast, diameter=0.02), sw.Segment(contact=sw.Hertz())
+    with pytest.raises(
+        InvalidValueError, match=r"^chain\.end: must be a wall where .* \(got a bar; give the last gran"
+    ):
+        sw.simulate(IMPACT, chain(material=fast, end=bar))
+    for beads in (chain(end=bar), chain(sw.Segment(count=2), own, material=fast, end=bar)):
+        assert faults_of(beads, IMPACT) == []
+
+
+def test_a_refusal_of_damping_names_the_law_and_another_one() -> None:
+    with pytest.raises(
+        InvalidValueError, match=r"contact law elastic-plastic, .* \(or contact: {model: hertz} for this"
+    ):
+        chain(sw.Segment(count=3), sw.Segment(damping=sw.Dashpot(coefficient=1.0)))
 
 
 def test_the_place_of_a_refusal_is_the_law_of_the_contact() -> None:
