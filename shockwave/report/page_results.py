@@ -95,7 +95,7 @@ def compute_results(scenario: Scenario) -> PageResults:
     try:
         predicted = evolve(scenario.predictor, model="section-4").predict_scene(scene)
     except NotCoveredError as error:
-        reason = f"it does not cover {join(list(map(feature_text, error.faults)), 'and')}"
+        reason = f"it does not cover {join([*dict.fromkeys(map(feature_text, error.faults))], 'and')}"
     except ShockwaveError as error:
         failures[f"The prediction failed: {scene.locate_error(error)}."] = error.exit_code
     simulate = _simulate_chain if scene.uniform is None else _simulate

@@ -32,6 +32,7 @@ from support.texts import scenario_in_python as scenario
 ROOT = Path(__file__).parents[2]
 ROW1 = ROOT / "profiles" / "paper" / "table2-row1.yaml"
 EVIL = "</title></pre><script>alert(1)</script>\" onload='x' <b>&amp; \u202eevil"
+DAMPED = sw.Segment(count=5, damping=sw.Dashpot(coefficient=1e-6))
 # Two peaks, and a rise that is too slow for the second of the conditions (3).
 PEAKS = sw.Tabulated(times=[0, 2e-5, 3e-5, 5e-5, 7e-5, 9e-5], forces=[0, 10, 100, 20, 60, 0])
 #: Both regimes, a shock outside (3), finite chains, and an integrator with a fixed step.
@@ -267,15 +268,18 @@ def test_provenance_has_versions_and_parts(sample_plugins: None) -> None:
 
 
 @pytest.mark.parametrize(
-    ("excitation", "refused"),
+    ("excitation", "granules", "refused"),
     [
-        ({"shock": triangle(0.5)}, "a wall"),
-        ({"shock": None, "impact": sw.Impact(velocity=1.0)}, "a wall and a striker"),
+        ({"shock": triangle(0.5)}, 30, "a wall"),
+        ({"shock": None, "impact": sw.Impact(velocity=1.0)}, 30, "a wall and a striker"),
+        ({"shock": triangle(0.5)}, 2 * (DAMPED,), "damping and a wall"),
     ],
-    ids=["shock", "striker"],
+    ids=["shock", "striker", "each-feature-once"],
 )
-def test_a_page_on_a_wall_leads_with_the_simulated_force(excitation: dict[str, Any], refused: str) -> None:
-    walled = evolve(scenario(triangle(0.5)), chain=evolve(CHAIN, granules=30, end=sw.Wall()), **excitation)
+def test_a_page_on_a_wall_leads_with_the_simulated_force(
+    excitation: dict[str, Any], granules: Any, refused: str
+) -> None:
+    walled = evolve(scenario(triangle(0.5)), chain=evolve(CHAIN, granules=granules, end=sw.Wall()), **excitation)
     text = without_pictures(compute_results(walled))
     parsed(text)
     lead = f"Simulation: greatest force {str(sw.simulate(walled).transmitted.peak_force)[:6]}"
