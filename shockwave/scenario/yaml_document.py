@@ -36,6 +36,7 @@ _HINTS = {
     r"'\t'": "use spaces",
     "cannot start any token": "put text that begins with this character in quotes",
     "mapping values are not allowed here": "indent keys alike; put text that holds ': ' in quotes",
+    "but got '['": "put text that holds brackets in quotes, and a comma between values",
     "found another document": "put each scenario in its own file",
     "recursion": "nest fewer levels",
 }

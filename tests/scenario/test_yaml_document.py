@@ -80,6 +80,10 @@ REFUSED = {
     "list": ("- 1", ["f:1:1: must be a mapping"]),
     "nothing": ("# nothing\n", ["f:1:1: must be a mapping"]),
     "colon": ("a: b: c", ["f:1:5: must be YAML (got: mapping values are not allowed here; indent"]),
+    "brackets": (
+        "a: [sensors[0].peak]",
+        ["f:1:12: must be YAML (got: expected ',' or ']', but got '['; put text that holds brackets in quotes"],
+    ),
     "at-sign": ("a: @home", ["f:1:4: must be YAML (got: found character '@' that cannot start any"]),
     "tab": ("a:\n\tb: 1\n", ["f:2:1: must be YAML (got: found character '\\t' that cannot start any token; use"]),
     "open-quote": ("a: 1\nb: 'open", ["f:2:9: must be YAML"]),
