@@ -59,9 +59,13 @@ def head(result: Simulation) -> list[str]:
 
 def lines(result: Simulation) -> list[str]:
     """Lines of waves and rebounding granules, or of the forces, and of sensors; on request balances, cost and scene."""
-    sensors = (
-        [*table(_SENSORS, map(_sensor_row, result.sensors), _SPARE_SENSORS).split("\n"), ""] if result.sensors else []
-    )
+    sensors = []
+    if result.sensors:
+        sensors = [
+            *facts(_motion(result)),
+            *table(_SENSORS, map(_sensor_row, result.sensors), _SPARE_SENSORS).split("\n"),
+            "",
+        ]
     return [*sensors, *(_lines_of_forces(result) if result.wave is None else _lines_of_waves(result))]
 
 
@@ -157,8 +161,8 @@ def _answer_of_forces(result: Simulation) -> Iterator[tuple[str, str]]:
         force, time, error = _row(result.transmitted, "")[1:]
         yield "wall force", f"{force} at {time}, estimated error {error}" if result.transmitted.peak_force else force
         yield "wall impulse", impulse_text(result.transmitted)
-    if result.structure is not None:
-        yield from result.structure.facts()
+    if not result.sensors:
+        yield from _motion(result)
     if result.restitution is not None:
         yield "restitution", f"{result.restitution:.5g} (of the striker)"
     if result.recoil_velocities is not None:
@@ -173,6 +177,11 @@ def _answer_of_forces(result: Simulation) -> Iterator[tuple[str, str]]:
     wave = "does not reach the end" if arrival is None else f"arrives at {si(arrival, 's', _PEAK_TIME_DIGITS)}"
     wave = "" if result.chain.count is None else f"; the leading wave {wave}"
     yield "simulated", f"to {si(result.end, 's', _PEAK_TIME_DIGITS)}{wave}"
+
+
+def _motion(result: Simulation) -> Iterator[tuple[str, str]]:
+    """Labels and texts of the greatest motion and force of a movable end: above the sensors, if there are any."""
+    return result.structure.facts() if result.structure else iter(())
 
 
 def dissipated_text(result: Simulation) -> str:

@@ -145,3 +145,12 @@ def test_designs_and_uncertainties_read_the_structure() -> None:
         scenario, vary={"chain.end.mass": ("5 g", "50 g")}, target="structure.peak_acceleration <= 1000 m/s^2"
     )
     assert design.solutions
+
+
+@pytest.mark.parametrize("sensors", [(), ("wall", "structure")], ids=["no-sensors", "sensors"])
+def test_the_short_text_states_the_greatest_motion_above_the_sensors(sensors: Any) -> None:
+    result = sw.simulate(IMPACT, row(SOFT), sensors=sensors)
+    short, whole = str(result), result.text("verbose")
+    for part in ("structure         displacement", "spring force      "):
+        assert part in short.partition("first peak")[0]
+        assert whole.count(f"\n  {part}") == 1
