@@ -63,9 +63,11 @@ class Signal:
         begins = np.cumsum(2 * layout.radii) - 2 * layout.radii
         begins -= np.append(0.0, np.cumsum(layout.overlaps))[: len(begins)]
         ends = begins + 2 * layout.radii
-        if self.body is None:
+        # the mean of two contact forces is that of the granule between them
+        body = self.contacts.item(1) if len(self.contacts) == 2 else self.body
+        if body is None:
             return float(packed * ends[self.contacts].mean())
-        return float(packed * ((begins + ends) / 2)[self.body] if self.body < len(ends) else ends[-1])
+        return float(packed * ((begins + ends) / 2)[body] if body < len(ends) else ends[-1])
 
     def read(self, motion: Motion) -> FloatArray:
         """Values at the times of the samples, with the static part."""

@@ -95,6 +95,15 @@ def test_the_granule_of_a_sensor_has_a_lower_and_wider_pulse_than_its_contacts()
     assert inside.position == pytest.approx((before.position + behind.position) / 2, rel=1e-12)  # rounding
 
 
+def test_no_speed_is_that_between_two_quantities_of_a_granule_under_precompression() -> None:
+    chain = sw.Chain(material="ptfe", diameter="9.5 mm", granules=6, precompression=5.0)
+    force, velocity = sw.simulate(
+        sw.Impact(velocity=0.2), chain, sensors=[{"granule": 3}, {"granule": 3, "quantity": "velocity"}]
+    ).sensors
+    assert velocity.position == force.position
+    assert velocity.speed is None
+
+
 def test_every_reported_contact_has_a_first_pulse_beside_its_greatest_force() -> None:
     result = sw.simulate(STRIKER, evolve(BEADS, end=RIGID), sensors=[{"contact": 3}], contacts=[3, 11])
     near, last = result.contacts
