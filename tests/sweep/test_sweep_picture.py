@@ -203,6 +203,12 @@ def test_coinciding_points_of_a_map_are_refused(tmp_path: Path) -> None:
         plot(numbered(tmp_path, [axis, along(RATIO, *range(2, 12))]))
 
 
+def test_variables_that_end_alike_are_labelled_with_their_full_names(tmp_path: Path) -> None:
+    axes = [([(f"chain.granules[{part}].diameter", "m")], [[1e-3], [2e-3], [3e-3]]) for part in (0, 1)]
+    ax = plot(numbered(tmp_path, axes), at={"chain.granules[1].diameter": "1 mm"}).ax
+    assert ax.get_xlabel() == "chain.granules[0].diameter (mm)\nchain.granules[1].diameter 1 mm"
+
+
 def test_materials_are_labelled_with_their_name_or_number(tmp_path: Path) -> None:
     materials = along(MATERIAL, {"name": "mine", "density": 1}, "lead", {"density": 2}, r"$\foo$", None)
     results = numbered(tmp_path, [materials, along(RATIO, 2, 3, 4)])
