@@ -185,6 +185,17 @@ def test_a_picture_of_points_with_warnings_is_marked(tmp_path: Path) -> None:
     assert drawing.notes[1:] == ("In 1 of 2 points (0): Beyond validity.",)
 
 
+def test_each_sentence_of_the_warnings_is_listed_once_with_its_points(tmp_path: Path) -> None:
+    yielding = "Beyond validity: the force is {} N. No yield."
+    notes = [yielding.format(3.5), yielding.format(2.5) + " A wave is cut.", "A wave is cut.", "A wave is cut."]
+    columns = {"amplification": [1.0, 2.0, 3.0, 4.0], "notes": notes}
+    drawing = plot(swept(tmp_path / "out", [along(RATIO, 2.0, 3.0, 4.0, 5.0)], columns))
+    assert drawing.notes[1:] == (
+        "In 3 of 4 points (1, 2, 3): A wave is cut.",
+        "In 2 of 4 points (0, 1): Beyond validity: the force is 3.5 N. No yield.",
+    )
+
+
 def test_an_axis_of_several_variables_is_drawn_as_markers(tmp_path: Path) -> None:
     axis = ([TIME, FORCE], [[1.0, 5.0], [10.0, 5.0], [1.0, 6.0], [10.0, 6.0], [100.0, 6.0]])
     results = numbered(tmp_path, [axis])
