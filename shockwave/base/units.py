@@ -107,10 +107,20 @@ def _from_text(text: str, unit: str) -> float:
     number, of_unit = match[0], text[match.end() :].removeprefix(" ")
     if not of_unit:
         return float(number)
-    if fraction := re.match("/ ?([1-9][0-9]*)", of_unit):
+    fraction = re.match(rf"/ ?({_NUMBER})(?! ?[0-9./])", of_unit)
+    if fraction and float(fraction[1]):
         raise ValueError(f"; write {float(number) / float(fraction[1]):.6g}{of_unit[fraction.end() :]}")
+    if not unit and (sensitivity := re.fullmatch(r"(\w?([VC])) ?/ ?(.+)", of_unit)) and float(number):
+        raise ValueError(_scale_hint(float(number), *sensitivity.groups()))
     with localcontext(_CONTEXT):
         return float(Decimal(number) * _factor(of_unit, unit))
+
+
+def _scale_hint(sensitivity: float, unit: str, base: str, measured: str) -> str:
+    """Advice for a ``sensitivity`` in ``unit``, such as mV, per unit of the ``measured`` quantity."""
+    scales = {base: _factor(base, unit), unit: Decimal(1)}
+    texts = (f"{float(factor) / sensitivity:.6g} for {measured} per {name}" for name, factor in scales.items())
+    return f"; as a scale, 1/sensitivity, write {' or '.join(texts)}"
 
 
 def _of_pint(value: Any, unit: str) -> float:

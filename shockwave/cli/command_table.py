@@ -90,7 +90,7 @@ _SWEEP = [
 ]
 _PLOT = [
     option("FOLDER", "folder written by `shockwave sweep`", type=check_folder),
-    option("--column NAME", "quantity to plot (default: the amplification)"),
+    option("--column NAME", "column or quantity to plot (default: the amplification)"),
     option("--x NAME", "dotted name of the horizontal variable (default: the one with the most values)"),
     option("--at NAME=VALUE", "hold a variable at one of its values; may be repeated", **_MANY),
     option("-o --output FILE", "picture (.svg, .png, .pdf; default: in FOLDER, named after the options)"),

@@ -44,11 +44,16 @@ class WarningGroups:
         besides : iterable of str
             Warnings whose kinds are left out.
         numbered : bool
-            Whether the first numbers of the scenes are stated.
+            Whether the first numbers of the scenes are stated; warnings of the same scenes are then joined.
         """
         others = set(map(kind_of, besides))
         groups = [group for kind, group in self.groups.items() if kind not in others]
         sentences = []
+        if numbered:
+            joined: dict[tuple[int, ...], list[str]] = {}
+            for first, places in groups:
+                joined.setdefault(tuple(places), []).append(first)
+            groups = [(" ".join(warnings), list(places)) for places, warnings in joined.items()]
         for first, places in sorted(groups, key=lambda group: -len(group[1])):
             shown = ", ".join([*map(str, places[:_MOST_LISTED]), *["..."] * (len(places) > _MOST_LISTED)])
             numbers = f" ({shown})" if numbered else ""

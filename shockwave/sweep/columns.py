@@ -124,7 +124,7 @@ def requested_columns(scenario: Scenario, columns: tuple[Quantity, ...]) -> tupl
 def column_of(quantity: Quantity) -> Column:
     """Return the column of a quantity."""
     unit = None if quantity.kind == "text" else quantity.unit
-    return Column(quantity.column, unit, quantity.kind, quantity.meaning)
+    return Column(quantity.column, unit, quantity.kind, quantity.meaning, quantity.name)
 
 
 def row(columns: tuple[Quantity, ...], answer: Any) -> list[Any]:

@@ -49,12 +49,15 @@ class Column:
         Type of its values.
     meaning : str
         Description in one line.
+    quantity : str
+        Its name in scenarios and designs.
     """
 
     name: str
     unit: str | None
     kind: Kind
     meaning: str = ""
+    quantity: str = ""
 
 
 @frozen(kw_only=True)

@@ -21,6 +21,8 @@ _DIGITS = 6
 _CLOSE = 1e-5
 # Most values listed in a message.
 _MOST_LISTED = 20
+# Last parts of names that do not describe a variable: the ends of a range along a segment.
+_ENDS = ("from", "to")
 # Characters in a line of the caption.
 _CAPTION_WIDTH = 90
 
@@ -119,11 +121,13 @@ class PlottedAxes:
         positions, values, unit = self.positions[place], self._values(name), self.results.units[name]
         if unit is None or np.isnan(values).any():
             places = np.arange(len(positions), dtype=float)
-            drawn = DrawnAxis(label_of(name), "", places, self._texts(name, positions), joined=False)
+            drawn = DrawnAxis(self.label(name), "", places, self._texts(name, positions), joined=False)
             return PlottedAxis(place, name, positions, drawn)
         order = np.argsort(values, kind="stable")
         alone = all(self._count(other) == 1 for other in self.results.axes[place].names if other != name)
-        return PlottedAxis(place, name, positions[order], DrawnAxis(label_of(name), unit, values[order], joined=alone))
+        return PlottedAxis(
+            place, name, positions[order], DrawnAxis(self.label(name), unit, values[order], joined=alone)
+        )
 
     def pick(self, name: str) -> npt.NDArray[Any]:
         """Return a quantity at the drawn points, in the order of `axes`."""
@@ -133,16 +137,24 @@ class PlottedAxes:
         picked = self.results.values(name)[np.ix_(*indices)].squeeze()
         return picked if self.axes[0].place <= self.axes[-1].place else picked.T
 
+    def label(self, name: str) -> str:
+        """Return the label of a variable: the last part of its name, or the full name if others end alike."""
+        last = name.rpartition(".")[2]
+        ends = [each.rpartition(".")[2] for each in self.results.variables]
+        return name if last in _ENDS or ends.count(last) > 1 else label_of(name)
+
     def labels(self) -> list[str]:
         """Return a label for each value of the second axis."""
         return [
-            f"{label_of(axis.name)} {text}" for axis in self.axes[1:] for text in self._texts(axis.name, axis.positions)
+            f"{self.label(axis.name)} {text}"
+            for axis in self.axes[1:]
+            for text in self._texts(axis.name, axis.positions)
         ] or [""]
 
     def caption(self) -> str:
         """Return the fixed values."""
         fixed = [
-            f"{label_of(name)} {self._texts(name, here[:1])[0]}"
+            f"{self.label(name)} {self._texts(name, here[:1])[0]}"
             for axis, here in zip(self.results.axes, self.positions, strict=True)
             for name in axis.names
             if self._count(name) == 1 < len(np.unique(self.results.coordinate(name)))
@@ -151,7 +163,7 @@ class PlottedAxes:
 
 
 def label_of(name: str) -> str:
-    """Return the label of a variable or a quantity in a picture."""
+    """Return the label of a quantity or a variable in a picture, from the last part of its name."""
     return name.rpartition(".")[2].replace("_", " ")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 from collections.abc import Iterable, Mapping
 from itertools import islice
 from pathlib import Path
@@ -30,6 +31,8 @@ _VARIABLE_DIGITS = 5
 _USUAL_DIGITS = 3
 # Failed points, and different texts of a column, that are listed.
 _MOST_LISTED = 5
+# Blanks between the sentences of warnings.
+_BETWEEN_SENTENCES = r"(?<=\.) (?=\S)"
 # Attributes that the document contains under their names.
 _DOCUMENT = (
     *("name", "run", "axes", "columns", "scenario", "named", "versions", "earlier_versions", "failed", "warnings"),
@@ -308,7 +311,7 @@ def load_sweep(folder: str | os.PathLike[str]) -> SweepResults:
         report_progress("loading results", row.number + 1, journal.points)
     groups = WarningGroups()
     for text in contents.get(NOTES, ()):
-        groups.add(filter(None, [warnings_in(text)]))
+        groups.add(filter(None, re.split(_BETWEEN_SENTENCES, warnings_in(text))))
     warnings += groups.sentences("points", numbered=True)
     arrays = {name: _array(values, texts[name]).reshape(definition.shape) for name, values in contents.items()}
     for array in arrays.values():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -64,7 +65,7 @@ def plot(
     results : SweepResults
         The sweep.
     column : str, optional
-        Name of the quantity; default: the amplification.
+        Name of the column, or of its quantity in the scenario; default: the amplification.
     x : str, optional
         Variable of the abscissa; default: of the axis with the most values, the variable with the most values.
     at : mapping of str to number or str, optional
@@ -80,8 +81,10 @@ def plot(
         If no axis or more than two axes remain, if no point has the fixed values, if points of a map coincide, or if
         matplotlib is not installed.
     """
-    numbers = [each.name for each in results.columns if each.kind != "text"]
-    if column is not None and column not in numbers:
+    numeric = [each for each in results.columns if each.kind != "text"]
+    numbers = [each.name for each in numeric]
+    by_name = {each.quantity: each.name for each in numeric} | {name: name for name in numbers}
+    if column is not None and (column := by_name.get(re.sub(r"\s*/\s*", " / ", column), column)) not in numbers:
         raise UnknownNameError.of("numeric column", column, numbers)
     axes = PlottedAxes(results, at or {}, x)
     drawable = [each for each in numbers if np.isfinite(axes.pick(each)).any()]

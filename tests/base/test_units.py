@@ -89,6 +89,10 @@ SLIPS = [
     ("3/8 in", "m", "; write 0.375 in"), ("1 kg", "N", "did you mean 'kgf'"), ("60 lb", "N", "did you mean 'lbf'"),
     ("1 Mpa", "Pa", "unknown unit; did you mean 'MPa' or 'mPa'"), ("3 KN/m", "N/m", "did you mean 'kN'"),
     ("20 g", "N", "as a weight, 1 g is 0.00980665 N"), ("20 lbm", "N", "did you mean 'lbf'"),
+    ("1/2.3 in", "m", "; write 0.434783 in"), ("1/2/2026", "", r"\(got '1/2/2026'\)"),
+    ("1/2.3.4", "", r"\(got '1/2.3.4'\)"), ("1/0.0", "", r"\(got '1/0.0'\)"),
+    ("2.3 mV/N", "", "as a scale, 1/sensitivity, write 434.783 for N per V or 0.434783 for N per mV"),
+    ("4 pC/N", "", "0.25 for N per pC"), ("0.01 V / kN", "", "write 100 for kN per V[)]"),
     ("20 lb/in^2", "Pa", "as a weight, 1 lb/in.2 is 6894.76 Pa"),
 ]  # fmt: skip
 

@@ -6,9 +6,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from matplotlib import pyplot
 
 import shockwave as sw
 from shockwave.cli import main
+from shockwave.sweep.sweep_picture import plot
 from support.texts import load
 
 pytestmark = pytest.mark.compiled
@@ -97,9 +99,14 @@ def test_a_sweep_has_columns_of_sensors_and_of_named_quantities(tmp_path: Path) 
     assert (frame["segment_1_energy"] >= 0).all()
     assert "granule_4_velocity_peak" in frame
     assert frame.attrs["units"]["contact_13_speed"] == "m/s"
+    results, column = sw.load_sweep(report.folder), "contact_13_peak / contact_3_peak"
+    for name in (column, RATIO, RATIO.replace(" ", "")):
+        drawn = plot(results, name)
+        assert drawn.column == column
+        assert drawn.ax.get_xlabel().startswith("chain.granules[1].diameter.to (mm)")
+        pyplot.close(drawn.ax.figure)
     picture = tmp_path / "ratio.svg"
-    column = "contact_13_peak / contact_3_peak"
-    assert main(["plot", str(report.folder), "--column", column, "-o", str(picture)]) == 0
+    assert main(["plot", str(report.folder), "--column", RATIO, "-o", str(picture)]) == 0
     assert picture.exists()
 
 

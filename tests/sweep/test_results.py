@@ -22,10 +22,10 @@ from shockwave.sweep.results import load_sweep
 from shockwave.sweep.table_files import write_tables
 
 COLUMNS = [
-    {"name": "regime", "unit": None, "kind": "text", "meaning": "predicted"},
-    {"name": "peak_force", "unit": "N", "kind": "number", "meaning": "of the primary"},
-    {"name": "amplification", "unit": "", "kind": "number", "meaning": "over the shock's"},
-    {"name": "waves", "unit": "", "kind": "whole", "meaning": "how many"},
+    {"name": "regime", "unit": None, "kind": "text", "meaning": "predicted", "quantity": ""},
+    {"name": "peak_force", "unit": "N", "kind": "number", "meaning": "of the primary", "quantity": ""},
+    {"name": "amplification", "unit": "", "kind": "number", "meaning": "over the shock's", "quantity": ""},
+    {"name": "waves", "unit": "", "kind": "whole", "meaning": "how many", "quantity": ""},
 ]
 N, TIME, FORCE = ("shock.duration_ratio", ""), ("shock.rise_time", "s"), ("shock.peak_force", "N")
 MATERIAL = ("chain.material", None)

@@ -185,6 +185,17 @@ def test_a_picture_of_points_with_warnings_is_marked(tmp_path: Path) -> None:
     assert drawing.notes[1:] == ("In 1 of 2 points (0): Beyond validity.",)
 
 
+def test_each_sentence_of_the_warnings_is_listed_once_with_its_points(tmp_path: Path) -> None:
+    yielding = "Beyond validity: the force is {} N. No yield."
+    notes = [yielding.format(3.5), yielding.format(2.5) + " A wave is cut.", "A wave is cut.", "A wave is cut."]
+    columns = {"amplification": [1.0, 2.0, 3.0, 4.0], "notes": notes}
+    drawing = plot(swept(tmp_path / "out", [along(RATIO, 2.0, 3.0, 4.0, 5.0)], columns))
+    assert drawing.notes[1:] == (
+        "In 3 of 4 points (1, 2, 3): A wave is cut.",
+        "In 2 of 4 points (0, 1): Beyond validity: the force is 3.5 N. No yield.",
+    )
+
+
 def test_an_axis_of_several_variables_is_drawn_as_markers(tmp_path: Path) -> None:
     axis = ([TIME, FORCE], [[1.0, 5.0], [10.0, 5.0], [1.0, 6.0], [10.0, 6.0], [100.0, 6.0]])
     results = numbered(tmp_path, [axis])
@@ -201,6 +212,12 @@ def test_coinciding_points_of_a_map_are_refused(tmp_path: Path) -> None:
     axis = ([TIME, FORCE], [[1.0 + at // 2, 5.0 + at % 2] for at in range(8)])
     with pytest.raises(UsageError, match=r"different coordinates \(got shock.rise_time, which repeats"):
         plot(numbered(tmp_path, [axis, along(RATIO, *range(2, 12))]))
+
+
+def test_variables_that_end_alike_are_labelled_with_their_full_names(tmp_path: Path) -> None:
+    axes = [([(f"chain.granules[{part}].diameter", "m")], [[1e-3], [2e-3], [3e-3]]) for part in (0, 1)]
+    ax = plot(numbered(tmp_path, axes), at={"chain.granules[1].diameter": "1 mm"}).ax
+    assert ax.get_xlabel() == "chain.granules[0].diameter (mm)\nchain.granules[1].diameter 1 mm"
 
 
 def test_materials_are_labelled_with_their_name_or_number(tmp_path: Path) -> None:
