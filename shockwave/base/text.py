@@ -135,7 +135,7 @@ def si(value: float, unit: str, digits: int = 5, error: float | None = None) -> 
     """
     if error is not None:
         digits = significant_digits(value, error)
-    plain = f"{value:.{digits}g} {unit}".rstrip()
+    plain = f"{value:.{digits}g} {unit.replace('**', '^')}".rstrip()
     if not unit or unit.startswith("kg") or "**" in unit or not 0 < abs(value) < math.inf:
         return plain
     # rounding may carry over into the next prefix

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
@@ -73,8 +74,9 @@ _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def si_label(value: float, unit: str, digits: int = 3, error: float | None = None) -> str:
-    """Return ``value`` with an SI prefix like `si`, but with the micro sign."""
-    return si(value, unit, digits, error).replace(f" u{unit}", f" \N{MICRO SIGN}{unit}")
+    """Return ``value`` with an SI prefix like `si`, but with the micro sign and raised exponents."""
+    text = si(value, unit, digits, error).replace(f" u{unit}", f" \N{MICRO SIGN}{unit}")
+    return re.sub(r"(?:\^|\*\*)(-?\d)", lambda power: power[1].translate(_RAISED), text)
 
 
 def style(dark: bool = False) -> dict[Any, Any]:

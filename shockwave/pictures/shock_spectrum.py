@@ -23,8 +23,7 @@ def shock_spectrum(result: ShockSpectrum, *, ax: Axes | None = None) -> Axes:
     ax : Axes, optional
         Axes to draw on; default: those of a new figure.
     """
-    unit = "m/s\N{SUPERSCRIPT TWO}"
-    with canvas(ax, result, x=("natural frequency", "Hz"), y=("greatest acceleration", unit)) as ax:
+    with canvas(ax, result, x=("natural frequency", "Hz"), y=("greatest acceleration", "m/s^2")) as ax:
         if result.input_acceleration is not None:
             ax.plot(result.frequencies, result.input_acceleration, "--", color=METHODS["shock"], label="shock alone")
         ax.plot(result.frequencies, result.acceleration, color=METHODS["simulation"], label=result.base)

@@ -7,6 +7,7 @@ import pytest
 
 from shockwave.base.result_tables import evenly
 from shockwave.base.text import on_screen, percent, round_digits, si, table
+from shockwave.pictures.picture_elements import si_label
 
 
 @pytest.mark.parametrize(
@@ -24,6 +25,21 @@ from shockwave.base.text import on_screen, percent, round_digits, si, table
 )
 def test_a_number_has_the_digits_that_its_error_leaves(error: float, text: str) -> None:
     assert si(1234.56789, "N", error=error) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text", "label"),
+    [
+        (9.81, "m/s**2", "9.81 m/s^2", "9.81 m/s²"),
+        (2500.0, "m/s^2", "2.5 km/s^2", "2.5 km/s²"),
+        (7800.0, "kg/m**3", "7800 kg/m^3", "7800 kg/m³"),
+        (1.5e-5, "s", "15 us", "15 µs"),
+    ],
+)
+def test_powers_of_units_have_one_spelling_in_text_and_one_in_pictures(
+    value: float, unit: str, text: str, label: str
+) -> None:
+    assert (si(value, unit), si_label(value, unit, 4)) == (text, label)
 
 
 @pytest.mark.parametrize(("count", "most", "rows"), [(3, 10, [0, 1, 2]), (10, 4, [0, 3, 6, 9]), (1, 5, [0])])

@@ -68,7 +68,7 @@ def test_validation_locates_unusual_values_and_succeeds(tmp_path: Path) -> None:
     assert (answer.status, answer.document["valid"]) == (0, True)
     assert [warning.partition("; usual values")[0] for warning in answer.document["warnings"]] == [
         f"{file}:1:82: chain.diameter: is 9.5 m",
-        f"{file}:1:65: chain.material.density: is 7.958 kg/m**3",
+        f"{file}:1:65: chain.material.density: is 7.958 kg/m^3",
     ]
 
 
