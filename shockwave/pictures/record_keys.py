@@ -8,7 +8,7 @@ import numpy as np
 
 from shockwave.base.errors import InvalidValueError
 from shockwave.pictures.figure_files import canvas
-from shockwave.pictures.picture_elements import GREEN, GREY, METHODS, SKY, thin
+from shockwave.pictures.picture_elements import GREEN, GREY, METHODS, SKY, literal, thin
 from shockwave.profiles.tabulated import Tabulated
 
 if TYPE_CHECKING:
@@ -35,7 +35,8 @@ def record_keys(result: RecordKeys, *, ax: Axes | None = None) -> Axes:
     if result.pulse is None:
         raise InvalidValueError.of("result", "must have keys that are not refused (got none; see its problem)")
     profile, record = Tabulated.from_file(result.file, **result.parameters), result.record
-    with canvas(ax, result, x="time", y="force") as ax:
+    x, y = f"time {result.time_condition}".rstrip(), f"force {result.force_condition}".rstrip()
+    with canvas(ax, result, x=(literal(x), "s"), y=(literal(y), "N")) as ax:
         for window, colour, label in ((profile.baseline, GREEN, "baseline"), (profile.crop, SKY, "crop")):
             if window is not None:
                 ax.axvspan(*window, color=colour, alpha=0.25, linewidth=0, label=label)

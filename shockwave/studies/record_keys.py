@@ -38,6 +38,16 @@ _QUESTIONS = {
     "time_unit": "unit of the times",
     "columns": "columns of time and force",
 }
+# Conditions on the forces and the times under which the figures hold, for each guess.
+_FORCE_CONDITIONS = {
+    "scale": "1 {measured} is {scale} {unit}",
+    "unit": "their unit is {unit}",
+    "area": "the area is {area}",
+    "mass": "the mass is {mass}",
+}
+_TIME_CONDITIONS = {"time_unit": "times are in {time_unit}", "interval": "the interval is {interval}"}
+# Meaning of a scale, in a message.
+_SCALE = re.compile(r"scale to the (\S+ per [^;)]+)")
 _FORMAT = [field.name for field in fields(RecordFormat) if field.init]
 _KEYS = [*_FORMAT, "baseline", "crop", "negative"]
 # A sampling interval [s] among the settings of an instrument: in the line of its name, or below it as the last cell.
@@ -90,6 +100,21 @@ class RecordKeys(Result):
         """The samples in newtons, with the sign, and without baseline and crop."""
         return _read(self.file, self.keys)
 
+    @property
+    def force_condition(self) -> str:
+        """The guesses on which the forces rest, such as ``if 1 V is 1 N``; empty without them."""
+        return self._condition(_FORCE_CONDITIONS)
+
+    @property
+    def time_condition(self) -> str:
+        """The guesses on which the times rest, such as ``if times are in s``; empty without them."""
+        return self._condition(_TIME_CONDITIONS)
+
+    def _condition(self, conditions: Mapping[str, str]) -> str:
+        names = {"unit": "N", "measured": self.guesses.get("scale", "").rpartition(" per ")[2], **self.keys}
+        texts = [text.format_map(names) for key, text in conditions.items() if key in self.guesses]
+        return f"if {' and '.join(texts)}" if texts else ""
+
     def shock(self, folder: str | None = None) -> str:
         """The block of a scenario, which lies in a folder, with the keys, and the effect of each as a comment."""
         name = self.file if folder is None else os.path.relpath(self.file, folder or os.curdir)
@@ -111,7 +136,8 @@ class RecordKeys(Result):
             units = {"peak_force": "N", "rise_time": "s", "impulse": "N s"}
             answer = ", ".join(f"{name.replace('_', ' ')} {si(self.pulse[name], units[name])}" for name in units)
         warnings = limits([*filter(None, [self.problem]), *self.warnings])
-        return "\n".join([strong(f"{self.file}: {answer}"), *warnings, "", self.shock().rstrip()])
+        subject = ", ".join(filter(None, [self.file, self.force_condition, self.time_condition]))
+        return "\n".join([strong(f"{subject}: {answer}"), *warnings, "", self.shock().rstrip()])
 
 
 def propose_keys(file: str | os.PathLike[str]) -> RecordKeys:
@@ -123,6 +149,7 @@ def propose_keys(file: str | os.PathLike[str]) -> RecordKeys:
         If the file cannot be read.
     """
     path, keys, guesses, problem, pulse = os.fspath(file), dict[str, str](), set[str](), "", None
+    questions = dict(_QUESTIONS)
     content = read_bytes(Path(path), MOST_BYTES)
     for _ in range(_ROUNDS):
         try:
@@ -131,6 +158,8 @@ def propose_keys(file: str | os.PathLike[str]) -> RecordKeys:
         except ShockwaveError as error:
             pulse, problem = None, str(error)
             messages = "\n".join(fault.problem for fault in error.faults)
+        if scale := _SCALE.search(messages):
+            questions["scale"] = scale[1]
         more = _proposals(messages, path, keys, guesses, content)
         if not more:
             break
@@ -143,7 +172,7 @@ def propose_keys(file: str | os.PathLike[str]) -> RecordKeys:
     return RecordKeys(
         file=path,
         keys={key: keys[key] for key in _KEYS if key in keys},
-        guesses={key: _QUESTIONS[key] for key in _KEYS if key in guesses},
+        guesses={key: questions[key] for key in _KEYS if key in guesses},
         without=without,
         pulse=pulse.figures if pulse else None,
         problem=problem,

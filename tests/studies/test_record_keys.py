@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib import pyplot
 
 import shockwave as sw
 from shockwave.cli import main
@@ -136,9 +137,30 @@ def test_the_command_writes_a_scenario_and_a_picture(
     (tmp_path / "records").mkdir()
     (tmp_path / "records" / "pulse.csv").write_text(EXPORTS["inverted"][0])
     assert main(["record", "records/pulse.csv", "-o", "scene.yaml", "--picture", "pulse.svg"]) == 0
-    assert "scale: 1  # a guess: state the newtons per unit" in capsys.readouterr().out
+    assert "scale: 1  # a guess: state the N per" in capsys.readouterr().out
     assert sw.load_scenario("scene.yaml").shock.peak_force == pytest.approx(1, rel=0.02)
     assert (tmp_path / "pulse.svg").read_text().startswith("<?xml")
     # an existing scenario stays as it is, and one can name only files beside or below it
     assert main(["record", "records/pulse.csv", "-o", "scene.yaml"]) == 5
     assert main(["record", "records/pulse.csv", "-o", "elsewhere/scene.yaml"]) == 2
+
+
+GUESSES = {
+    "voltage": ("t [us],F [V]\n", "if 1 V is 1 N", "force if 1 V is 1 N (N)", "time (µs)"),
+    "no-units": ("", "if their unit is N, if times are in", "force if their unit is N (N)", None),
+    "area": ("t [us],p [MPa]\n", "if the area is 1 cm**2", "force if the area is 1 cm**2 (N)", "time (µs)"),
+    "none": ("t [us],F [N]\n", None, "force (N)", "time (µs)"),
+}
+
+
+@pytest.mark.parametrize("name", GUESSES)
+def test_guesses_are_conditions_of_the_figures_and_of_the_picture(tmp_path: Path, name: str) -> None:
+    head, condition, force, time = GUESSES[name]
+    (tmp_path / "pulse.csv").write_text(head + rows("{:.6e},{:.5f}", times=1e6 * TIMES))
+    proposed = propose_keys(tmp_path / "pulse.csv")
+    first = " ".join(str(proposed).partition("\n\n")[0].split())
+    assert (f"pulse.csv, {condition}" in first) if condition else ("pulse.csv: peak" in first)
+    ax = proposed.plot()
+    assert ax.get_ylabel().replace("(mN)", "(N)") == force
+    assert time is None or ax.get_xlabel() == time
+    pyplot.close(ax.figure)
