@@ -172,7 +172,7 @@ MARKED = {
     ),
     "elastic-plastic-with-damping": (
         finite(", contact: {model: elastic-plastic}, damping: |{model: dashpot, coefficient: 1}"), "chain.damping",
-        "must be left out for the contact law ElasticPlastic",
+        "must be left out for the contact law elastic-plastic",
     ),
     "elastic-plastic-segment-with-damping": (
         _segments("[{contact: |{model: elastic-plastic}}, {}], damping: {model: dashpot, coefficient: 1}"),
