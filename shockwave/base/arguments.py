@@ -81,8 +81,10 @@ def _faults_of_fields(of: Any, keywords: Mapping[str, Any]) -> list[Fault]:
             # a validator may read the instance, which is incomplete
             with suppress(AttributeError), collect_faults(faults):
                 value, convert = keywords[each.name], cast(Any, each.converter)
-                if convert is not None:
-                    value = convert(value, *([None, each] if isinstance(convert, attrs.Converter) else []))
+                if isinstance(each.converter, attrs.Converter):
+                    value = convert.converter(value, *[None] * convert.takes_self, *[each] * convert.takes_field)
+                elif convert is not None:
+                    value = convert(value)
                 if each.validator is not None:
                     each.validator(None, each, value)
     return faults

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
+from scipy.integrate import solve_ivp, trapezoid
 from scipy.interpolate import CubicHermiteSpline, CubicSpline, PchipInterpolator
 
 import shockwave as sw
@@ -134,7 +134,7 @@ def test_the_first_granule_moves_as_prescribed_and_then_flies_free(backend: Any)
     # then the contact alone decelerates it
     after = np.flatnonzero(~guided)[[1, -1]]
     lost = mass * -np.diff(histories.velocities[after, 0])[0]
-    impulse = np.trapezoid(histories.forces[after[0] : after[1] + 1, 0], histories.times[after[0] : after[1] + 1])
+    impulse = trapezoid(histories.forces[after[0] : after[1] + 1, 0], histories.times[after[0] : after[1] + 1])
     assert lost == pytest.approx(impulse, rel=1e-3)
 
 
