@@ -108,7 +108,9 @@ def test_every_reported_contact_has_a_first_pulse_beside_its_greatest_force() ->
     result = sw.simulate(STRIKER, evolve(BEADS, end=RIGID), sensors=[{"contact": 3}], contacts=[3, 11])
     near, last = result.contacts
     # the greatest force may be a reflection
-    assert near.first == evolve(result.sensors[0], speed=near.first.speed)
+    for name in ("peak", "time", "arrival", "width", "impulse", "merged", "greatest"):
+        # of its own list of histories, whose last digits depend on the processor
+        assert getattr(near.first, name) == pytest.approx(getattr(result.sensors[0], name), rel=1e-12)
     assert near.first.peak <= near.peak_force * (1 + 1e-9)
     assert last.first.merged
     document = result.to_dict()["contacts"][0]["first"]
