@@ -25,6 +25,7 @@ import shockwave as sw
 from shockwave import cli
 from shockwave.registry.built_ins import ENTRIES
 from shockwave.scenario.scenario import load_scenario
+from shockwave.simulation.computation import Computation
 from werkzeug.test import EnvironBuilder, run_wsgi_app
 
 from shockwave_explore import answer, scene, server
@@ -694,6 +695,54 @@ def test_sensors_have_a_figure_with_their_first_pulses() -> None:
     text = WALL.replace("simulate:", "simulate:\n  sensors: [{contact: 2}, wall]") if "simulate:" in WALL else ""
     text = text or f"{WALL}\nsimulate: {{sensors: [{{contact: 2}}, wall]}}\n"
     figures = unescape(parts_of(text)["figures"])
-    assert "Sensors" in figures
+    assert "Force at sensors" in figures
     assert re.search(r"First pulses: contact 2: [\d.]+ N, width [\d.]+ us; wall: ", figures)
-    assert "Sensors" not in parts_of(WALL)["figures"]
+    assert "at sensors" not in parts_of(WALL)["figures"]
+
+
+MOTION = """\
+chain: {material: stainless-steel-316, diameter: 9.5 mm, granules: 6}
+motion: {velocity: 1 m/s, until: 20 us}
+"""
+
+
+def test_a_prescribed_motion_has_controls_and_no_picture_of_a_shock() -> None:
+    parts = parts_of(MOTION)
+    assert 'id="motion.velocity"' in parts["controls"]
+    assert "Space-time diagram" in parts["figures"]
+    assert "The shock" not in parts["figures"]
+
+
+def test_a_link_contains_the_samples_of_a_motion(tmp_path: Path) -> None:
+    (tmp_path / "base.csv").write_text("time [us],acceleration [m/s^2]\n0,0\n5,100\n20,0\n")
+    scene = MOTION.replace("{velocity: 1 m/s, until: 20 us}", "{file: base.csv, quantity: acceleration}")
+    (tmp_path / "scene.yaml").write_text(scene)
+    text = text_of_file(tmp_path / "scene.yaml")
+    assert "file" not in text
+    assert sw.predict(load_text(text)).greatest_force == sw.predict(tmp_path / "scene.yaml").greatest_force
+
+
+def test_a_movable_end_and_sensors_of_motion_have_a_chart_for_each_unit() -> None:
+    end = "end: {wall: rigid, mass: 1 kg, stiffness: 1e7 N/m}}"
+    text = (
+        MOTION.replace("granules: 6}", f"granules: 6, {end}")
+        + "simulate: {sensors: [{granule: 2, quantity: velocity}]}\n"
+    )
+    figures = unescape(parts_of(text)["figures"])
+    for name in ("Force", "Velocity", "Displacement", "Acceleration"):
+        assert f"{name} at sensors" in figures
+    assert "First pulses: granule 2 velocity: " in figures
+    lowest = re.search(r"velocity \(m/s\)<.*?</svg>", figures, re.DOTALL)
+    assert lowest is not None
+    assert ">-" in lowest.group()
+    assert figures.count('id="pause"') == 1
+
+
+def test_histories_that_take_too_long_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise sw.NumericalError("the time limit was reached")
+
+    monkeypatch.setattr(Computation, "recording", fail)
+    parts = parts_of(MOTION)
+    assert "No histories: the time limit was reached" in parts["results"]
+    assert "Space-time diagram" not in parts["figures"]

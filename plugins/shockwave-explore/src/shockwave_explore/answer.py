@@ -18,6 +18,7 @@ from shockwave.pictures.picture_elements import BLACK, COLOURS, METHODS
 from shockwave.prediction.outcome_text import lead_text
 from shockwave.report.number_text import formula, percent, quantity
 from shockwave.scene.layout import Layout
+from shockwave.scene.sensors import Sensor
 
 from .charts import Series, draw_beads, draw_chart, draw_map
 from .controls import list_controls
@@ -30,6 +31,8 @@ _FILTERS = formula, percent, quantity
 _TIME, _CONTACT = ("time", "s"), ("contact, from the struck end", "")
 # Colours of histories, and so their number.
 _COLOURS = COLOURS[:4]
+# Units of sensors, and titles of their charts.
+_SENSORS = {"N": "Force", "m/s": "Velocity", "m": "Displacement", "m/s^2": "Acceleration"}
 # Samples of histories up to a given time.
 _SAMPLES = 2000
 # Most contacts with histories; first contacts of an endless chain that have one.
@@ -44,6 +47,7 @@ class Figure:
     title: str
     picture: Markup
     caption: str = ""
+    moves: bool = False
 
 
 def predict_text(text: str) -> tuple[sw.Scenario, sw.Outcome]:
@@ -64,6 +68,9 @@ def predict_text(text: str) -> tuple[sw.Scenario, sw.Outcome]:
     interval = None if until is None else until / _SAMPLES
     drawn = sorted({*contacts, *scenario.simulate.contacts})
     histories: dict[str, Any] = {"record": ("forces", "field"), "contacts": drawn, "interval": interval}
+    if isinstance(end := scenario.chain.end, sw.Wall) and end.mass is not None:
+        asked = scenario.simulate.sensors
+        histories["sensors"] = asked if Sensor("structure") in asked else (*asked, Sensor("structure"))
     return scenario, sw.predict(scenario, **histories)
 
 
@@ -71,6 +78,8 @@ def parts_of(text: str) -> dict[str, str]:
     """The parts of the page for the scenario in ``text``, as HTML: controls, headline, results, figures, decision."""
     scenario, outcome = predict_text(text)
     _, *lines = on_screen(outcome, columns=sys.maxsize).split("\n")
+    if outcome.simulated is not None:
+        lines += [f"! {warning}" for warning in outcome.simulated.warnings if warning.startswith("No histories")]
     values: dict[str, object] = {
         "groups": list_controls(scenario, outcome),
         "lead": _lead(scenario, outcome),
@@ -109,8 +118,8 @@ def draw_figures(scenario: sw.Scenario, outcome: sw.Outcome) -> Iterator[Figure]
     recording: Any = None if result is None else result.recording
     if recording is not None:
         yield _draw_animation(scenario, recording)
-    if scenario.impact is None:
-        yield _draw_shock(scenario.shock)
+    if scenario.scene.shock is not None:
+        yield _draw_shock(scenario.scene.shock)
     if recording is not None:
         contacts, forces = recording.contacts, recording.forces
         if recording.wall_force is not None:
@@ -134,21 +143,25 @@ def draw_figures(scenario: sw.Scenario, outcome: sw.Outcome) -> Iterator[Figure]
 
 
 def _draw_sensors(result: Any) -> Iterator[Figure]:
-    """Forces of the sensors, with the figures of their first pulses below."""
-    forces, recording = [pulse for pulse in result.sensors if pulse.unit == "N"], result.recording
-    histories, texts = {each.name: each.values for each in recording.sensors}, []
-    for pulse in forces:
-        figures = (pulse.peak, "N", ""), (pulse.width, "s", "width "), (pulse.speed, "m/s", "speed ")
-        known = ", ".join(name + si(value, unit, 3) for value, unit, name in figures if value)
-        texts.append(f"{pulse.sensor.replace('_', ' ')}: {known or 'no pulse'}")
-    drawn = [pulse.sensor for pulse in forces if pulse.sensor in histories]
-    lines = [
-        Series(recording.times, histories[name], name.replace("_", " "), colour=colour)
-        for name, colour in zip(drawn, cycle(_COLOURS), strict=False)
-    ]
-    if lines:
-        picture = draw_chart(lines, _TIME, ("force", "N"), float(recording.times[-1]))
-        yield Figure("Sensors", picture, f"First pulses: {'; '.join(texts)}.")
+    """Histories of the sensors, one chart per unit, with the figures of their first pulses below."""
+    recording, pulses = result.recording, {pulse.sensor: pulse for pulse in result.sensors}
+    for unit, title in _SENSORS.items():
+        drawn = [history for history in recording.sensors if history.unit == unit]
+        lines = [
+            Series(recording.times, history.values, history.name.replace("_", " "), colour=colour)
+            for history, colour in zip(drawn, cycle(_COLOURS), strict=False)
+        ]
+        texts = [_state_pulse(pulses[history.name]) for history in drawn if history.name in pulses]
+        if lines:
+            picture = draw_chart(lines, _TIME, (title.lower(), unit), float(recording.times[-1]))
+            yield Figure(f"{title} at sensors", picture, f"First pulses: {'; '.join(texts)}." if texts else "")
+
+
+def _state_pulse(pulse: Any) -> str:
+    """Peak, width and speed of a first pulse."""
+    figures = (pulse.peak, pulse.unit, ""), (pulse.width, "s", "width "), (pulse.speed, "m/s", "speed ")
+    known = ", ".join(name + si(value, unit, 3) for value, unit, name in figures if value)
+    return f"{pulse.sensor.replace('_', ' ')}: {known or 'no pulse'}"
 
 
 def _draw_animation(scenario: sw.Scenario, recording: Any) -> Figure:
@@ -156,12 +169,9 @@ def _draw_animation(scenario: sw.Scenario, recording: Any) -> Figure:
     radii = np.full(recording.displacements.shape[1], chain.radius)
     if chain.count is not None and not chain.is_uniform:
         radii = Layout.of(chain, scenario.excitation).radii
-    return Figure(
-        "Granules",
-        *draw_beads(
-            radii, recording.times, recording.displacements, recording.velocities, recording.wall_force is not None
-        ),
-    )
+    wall = recording.wall_force is not None
+    picture, caption = draw_beads(radii, recording.times, recording.displacements, recording.velocities, wall)
+    return Figure("Granules", picture, caption, moves=True)
 
 
 def _draw_shock(shock: sw.Shock) -> Figure:
@@ -174,7 +184,7 @@ def _draw_shock(shock: sw.Shock) -> Figure:
 def _draw_wall(scenario: sw.Scenario, recording: Any) -> Figure:
     end = float(recording.times[-1])
     lines = [Series(recording.times, recording.wall_force, colour=METHODS["simulation"])]
-    if (limit := scenario.limit) is not None:
+    if (limit := scenario.limit) is not None and limit.at != "spring":
         lines.append(Series((0.0, end), (limit.force, limit.force), "limit", "dashed", BLACK))
     return Figure("Force on the wall", draw_chart(lines, _TIME, ("force on the wall", "N"), end))
 

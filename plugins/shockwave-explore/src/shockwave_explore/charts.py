@@ -73,7 +73,7 @@ class Series:
 def draw_chart(
     series: Iterable[Series], x: tuple[str, str], y: tuple[str, str], right: float, whole: bool = False
 ) -> Markup:
-    """Chart with axes from 0.
+    """Chart with axes from 0, or from the least value if that is negative.
 
     Parameters
     ----------
@@ -87,8 +87,10 @@ def draw_chart(
         Whether the abscissa counts something.
     """
     drawn = list(series)
-    top = _ROOM * max((float(np.max(line.y)) for line in drawn), default=0.0) or 1.0
-    area = _Area(0.5 if whole else 0.0, right, top)
+    greatest = max((float(np.max(line.y)) for line in drawn), default=0.0)
+    least = min((float(np.min(line.y)) for line in drawn), default=0.0)
+    bottom, top = _ROOM * min(least, 0.0), _ROOM * max(greatest, 0.0)
+    area = _Area(0.5 if whole else 0.0, right, top if top > bottom else 1.0, bottom)
     legend, at = "", 0
     for line in drawn:
         if line.label:
@@ -96,7 +98,7 @@ def draw_chart(
             legend += _text(area.left + at, 16, key)
             at += _KEY + _LETTER * len(line.label)
     return _write_picture(
-        [area.axes(x, y), *map(area.draw, drawn), legend], f"{y[0]} against {x[0]}, {_state_most(top / _ROOM, y[1])}"
+        [area.axes(x, y), *map(area.draw, drawn), legend], f"{y[0]} against {x[0]}, {_state_most(greatest, y[1])}"
     )
 
 
@@ -119,7 +121,7 @@ def draw_map(times: FloatArray, contacts: Sequence[int], forces: FloatArray, lab
     begins = np.arange(0, len(times), math.ceil(len(times) / _MOST_CELLS))
     greatest = float(forces.max()) or 1.0
     levels = np.sqrt(np.maximum.reduceat(forces, begins, axis=0).T / greatest)
-    area = _Area(0.0, float(times[-1]), contacts[-1] + 1.0, _BAR)
+    area = _Area(0.0, float(times[-1]), contacts[-1] + 1.0, margin=_BAR)
     place = f'x="{area.left}" y="{_TOP}" width="{area.width}" height="{area.height}"'
     bar = area.left + area.width + 8
     parts = [
@@ -204,11 +206,12 @@ def _encode(levels: FloatArray) -> str:
 
 @frozen
 class _Area:
-    """Axes from ``begin`` to ``end`` and from 0 to ``top``, with a further margin at the right."""
+    """Axes from ``begin`` to ``end`` and from ``bottom`` to ``top``, with a further margin at the right."""
 
     begin: float
     end: float
     top: float
+    bottom: float = 0.0
     margin: float = 0.0
     left: float = _LEFT
     height: float = _HEIGHT - _TOP - _BOTTOM
@@ -221,7 +224,8 @@ class _Area:
         return np.asarray(self.left + self.width * (np.asarray(values) - self.begin) / (self.end - self.begin))
 
     def y(self, values: Any) -> FloatArray:
-        return np.asarray(_TOP + self.height * (1 - np.clip(np.asarray(values) / self.top, 0.0, 1.0)))
+        parts = (np.asarray(values) - self.bottom) / (self.top - self.bottom)
+        return np.asarray(_TOP + self.height * (1 - np.clip(parts, 0.0, 1.0)))
 
     def axes(self, x: tuple[str, str], y: tuple[str, str]) -> str:
         """Ticks, grid and labels."""
@@ -232,10 +236,10 @@ class _Area:
             at = float(self.x(tick))
             parts.append(f'<path d="M{at:.1f} {_TOP}V{bottom}" {_GRID}/>')
             parts.append(_text(at, bottom + 15, f"{tick / factor:.6g}", "middle"))
-        factor, unit = _scale(self.top, y[1])
+        factor, unit = _scale(max(self.top, -self.bottom), y[1])
         turned = f'transform="rotate(-90 14 {middle})"'
         parts.append(_text(14, middle, f"{y[0]} ({unit})" if unit else y[0], "middle", turned))
-        for tick in _place_ticks(0.0, self.top, factor):
+        for tick in _place_ticks(self.bottom, self.top, factor):
             at = float(self.y(tick))
             parts.append(f'<path d="M{self.left} {at:.1f}H{right}" {_GRID}/>')
             parts.append(_text(self.left - 6, at + 4, f"{tick / factor:.6g}", "end"))
@@ -250,7 +254,7 @@ class _Area:
         x, y = self.x(np.asarray(series.x)[kept]), self.y(np.asarray(series.y)[kept])
         path = "L".join(f"{right:.1f} {down:.1f}" for right, down in zip(x, y, strict=True))
         if series.kind == "area":
-            path += f"V{_TOP + self.height}H{x[0]:.1f}Z"
+            path += f"V{self.y(0.0):.1f}H{x[0]:.1f}Z"
         paint = f'fill="{series.colour}" stroke="{series.colour}" stroke-width="2"'
         return f'<path d="M{path}" {paint} {_LOOKS[series.kind]}/>'
 

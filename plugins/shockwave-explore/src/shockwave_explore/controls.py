@@ -21,7 +21,14 @@ from shockwave.scenario.dotted_names import Variable, variables
 from .scene import ELASTIC, ENDLESS, FREE, PLASTIC, TIMES, WALL, value_at
 
 # Blocks with controls, and the titles of their groups.
-_TITLES = {"shock": "Shock", "impact": "Impact", "chain": "Chain", "simulate": "Simulation", "predict": "Section 4"}
+_TITLES = {
+    "shock": "Shock",
+    "impact": "Impact",
+    "motion": "Motion",
+    "chain": "Chain",
+    "simulate": "Simulation",
+    "predict": "Section 4",
+}
 # Ends of a slider, relative to the value at which it begins.
 _SPAN = 10.0
 # Least right end of the slider of a number of granules.
@@ -79,8 +86,7 @@ def list_controls(scenario: Scenario, outcome: Outcome | None = None) -> dict[st
 
 def _derive(scenario: Scenario, outcome: Outcome | None) -> Iterator[tuple[str, float | str]]:
     """Names and values [SI] of quantities that the document need not give."""
-    if scenario.impact is None:
-        shock = scenario.shock
+    if (shock := scenario.scene.shock) is not None:
         yield from ((f"shock.{name}", getattr(shock, name)) for name in ("peak_force", "rise_time", "duration"))
         if any(key.name == "duration_ratio" for key in keys_of(type(shock.profile))):
             yield "shock.duration_ratio", float(shock.profile.duration_ratio)
@@ -106,7 +112,7 @@ def _controls_of(variable: Variable, value: Any, data: Any) -> Iterator[Control]
     if name == "chain.granules":
         yield _make_end(value, value_at(data, "chain", "end", "wall"))
         law = value_at(data, "chain", "contact") or {"model": "hertz"}
-        contacts = {"hertz": ELASTIC, PLASTIC: PLASTIC}.get(law.get("model"), _AS_GIVEN)
+        contacts = {"hertz": ELASTIC, PLASTIC: PLASTIC}.get(str(law.get("model")), _AS_GIVEN)
         if value is not None:
             yield _make_list("chain.contact", "contacts", contacts, ELASTIC, PLASTIC)
 

@@ -51,10 +51,15 @@ def scenario_text(scenario: Scenario) -> str:
     assert scenario.document is not None
     data, text = scenario.document.data, scenario.document.text.removeprefix("\ufeff")
     if {*scenario.files} - {scenario.path}:  # a link contains everything
-        profile: Any = scenario.shock.profile
-        record = {name: getattr(profile, name).tolist() for name in ("times", "forces")}
-        record |= {name: value for name, value in data["shock"]["parameters"].items() if name in _PROCESSING}
-        data = data | {"shock": data["shock"] | {"parameters": record}}
+        motion, shock = scenario.motion, scenario.scene.shock
+        if motion is not None:
+            record = {"times": list(motion.times), "values": list(motion.values), "quantity": motion.quantity}
+            data = data | {"motion": record}
+        elif shock is not None:
+            profile: Any = shock.profile
+            record = {name: getattr(profile, name).tolist() for name in ("times", "forces")}
+            record |= {name: value for name, value in data["shock"]["parameters"].items() if name in _PROCESSING}
+            data = data | {"shock": data["shock"] | {"parameters": record}}
     elif parse_document(text, NAME).data.keys() == data.keys():
         return text  # with its comments
     return _write({"name": scenario.name} | data)
