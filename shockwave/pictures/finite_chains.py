@@ -139,7 +139,8 @@ def wall_force(result: Simulation, *, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     result : Simulation
-        Result of a chain with a wall, with ``forces`` recorded; force in N, impulse in N s.
+        Result of a chain with a wall, with ``forces`` recorded; force in N, impulse in N s. A limit of the force of
+        the spring behind it is not drawn.
     ax : Axes, optional
         Axes to draw on, by default those of a new figure; an axis of the impulse is added at the right.
 
@@ -157,7 +158,7 @@ def wall_force(result: Simulation, *, ax: Axes | None = None) -> Axes:
     low, high = min(0.0, float(impulse.min())), max(float(impulse.max()), result.transmitted.impulse)
     with canvas(ax, result, x="time", y="force on the wall", from_zero=True, legend=False) as ax:
         ax.plot(times, forces, color=METHODS["simulation"], linewidth=1.1, label="force")
-        draw_limit(ax, result.limit)
+        draw_limit(ax, result.limit if result.limit and result.limit.at != "spring" else None)
         ax.set_xlim(0, times[-1])
         right = ax.twinx()
         right.plot(times, impulse, color=GREEN, linewidth=1.1, linestyle="--", label="impulse")

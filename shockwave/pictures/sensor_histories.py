@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from shockwave.base.errors import InvalidValueError, text_of
 from shockwave.pictures.figure_files import canvas
-from shockwave.pictures.picture_elements import ink, series, si_label
+from shockwave.pictures.picture_elements import draw_limit, ink, series, si_label
 from shockwave.simulation.recording import Recording
 from shockwave.simulation.simulation_result import Simulation
 
@@ -20,7 +20,8 @@ _NAMES = {"N": "force", "m": "displacement", "m/s": "velocity", "m/s^2": "accele
 def sensors(result: Simulation | Recording, unit: str | None = None, *, ax: Axes | None = None) -> Axes:
     """Draw the histories of sensors against time, with the widths of the first pulses at half of their peaks.
 
-    The speeds in the legend are mean speeds of the wave from the sensor before in the list.
+    The speeds in the legend are mean speeds of the wave from the sensor before in the list. A limit is drawn with the
+    forces.
 
     Parameters
     ----------
@@ -53,6 +54,7 @@ def sensors(result: Simulation | Recording, unit: str | None = None, *, ax: Axes
                 half = float(each.values[0]) + pulse.peak / 2  # the history begins with the static force
                 ax.hlines(half, pulse.arrival, pulse.arrival + pulse.width, color=ink(), linewidth=0.8, zorder=3)
             ax.plot(histories.times, each.values, linewidth=1.1, label=label, **series(index))
+        draw_limit(ax, result.limit if unit == "N" and isinstance(result, Simulation) else None)
         ax.set_xlim(0, histories.times[-1])
         return ax
 

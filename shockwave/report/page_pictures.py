@@ -55,8 +55,9 @@ def draw_pictures(results: PageResults) -> Iterator[tuple[str, str, str]]:
 
 def choose_pictures(results: PageResults) -> dict[str, _Draw]:
     """Return the functions that draw the pictures of a scene, the answer first; their titles are in the template."""
-    chosen = _pictures_of(results)
-    lead = next((name for name in _ANSWERS if name in chosen), None)
+    chosen, limit = _pictures_of(results), results.scenario.limit
+    answers = ("sensors", *_ANSWERS) if limit is not None and limit.at == "spring" else _ANSWERS
+    lead = next((name for name in answers if name in chosen), None)
     return dict(sorted(chosen.items(), key=lambda item: item[0] != lead))
 
 
@@ -72,6 +73,11 @@ def _pictures_of(results: PageResults) -> dict[str, _Draw]:
         chosen["chain-map"] = lambda ax: pictures.chain_map(result, ax=ax)
         if result.transmitted is not None:
             chosen["wall"] = lambda ax: pictures.wall_force(result, ax=ax)
+        if result.structure is not None:
+            chosen["structure"] = lambda ax: pictures.sensors(result, "m/s^2", ax=ax)
+            chosen["spectrum"] = lambda ax: pictures.shock_spectrum(result.spectrum(), ax=ax)
+    if result is not None and any(sensor.unit == "N" for sensor in result.options.sensors):
+        chosen["sensors"] = lambda ax: pictures.sensors(result, "N", ax=ax)
     if results.is_beyond:
         return chosen
     if isinstance(predicted, EjectionOutcome):

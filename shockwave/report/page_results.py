@@ -13,6 +13,7 @@ from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.outcome_text import feature_text
 from shockwave.scenario.scenario import Scenario
 from shockwave.scene.plausibility import unusual_warnings
+from shockwave.scene.sensors import STRUCTURE, Sensor
 from shockwave.simulation.measured_wave import Passage
 from shockwave.simulation.simulate import simulate_scene
 from shockwave.simulation.simulation_result import Simulation
@@ -157,8 +158,12 @@ def _simulate_chain(scenario: Scenario) -> Simulation:
     plain = evolve(scenario.simulate, contacts=(), record=(), interval=None)
     result = simulate_scene(scenario.scene, plain)
     contacts = result.scene.contact_count or len(result.velocities)
+    sensors: Any = result.options.sensors
+    if result.structure is not None and Sensor(STRUCTURE) not in sensors:
+        sensors = (*sensors, Sensor(STRUCTURE))
     options = evolve(
         result.options,
+        sensors=sensors,
         contacts=range(0, contacts, -(-contacts // _CONTACTS)),
         record=("forces", "field"),
         interval=max(result.end / _SAMPLES, _SHORTEST * result.characteristic_time),

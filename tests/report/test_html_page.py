@@ -362,6 +362,22 @@ def test_the_head_has_the_structure_behind_the_wall_and_the_spring_force() -> No
     assert re.search(r"Verdict: below the limit of 10 kN: force on the wall .*; force of the spring", head)
 
 
+def test_a_page_of_sensors_and_a_limit_of_the_spring_leads_with_the_force_of_the_spring() -> None:
+    chain = evolve(CHAIN, granules=10, end=sw.Wall(mass=0.02, stiffness=1e5))
+    case = evolve(scenario(triangle(0.5), sensors=[{"contact": 4}, "wall"]), chain=chain)
+    whole = page(evolve(case, limit=sw.Limit(force=1e4, at="spring")))
+    head, _, rest = whole.partition("</header>")
+    assert re.findall("<figure><h3>(.*?)</h3>", head) == ["Forces at the sensors"]
+    titles = re.findall("<figure><h3>(.*?)</h3>", rest)
+    assert {"Force on the wall", "Acceleration of the structure", "Shock response spectrum"} <= set(titles)
+    assert "the dash-dotted line is the limit" in head
+    assert "the dash-dotted line" not in rest[rest.index("<h3>Force on the wall") :].partition("</figure>")[0]
+    assert re.search(
+        r"<td>contact 4</td><td>[\d.]+.N</td><td>[\d.]+.µs</td><td>[\d.]+.µs</td><td>\N{EN DASH}</td>", rest
+    )
+    assert rest.count("<td>wall</td>") == 2  # as a sensor, and with its energy
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["paper/table2-row1", "examples/hammer", "chains/damped"])
 @pytest.mark.parametrize("sheet", ["letter", "a4"])

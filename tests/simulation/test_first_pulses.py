@@ -104,6 +104,12 @@ def test_no_speed_is_that_between_two_quantities_of_a_granule_under_precompressi
     assert velocity.speed is None
 
 
+def test_no_speed_is_that_of_a_wave_to_a_structure() -> None:
+    wall, structure = sw.simulate(STRIKER, evolve(BEADS, end=SPRUNG), sensors=["wall", "structure"]).sensors
+    assert structure.arrival > wall.arrival
+    assert structure.speed is None
+
+
 def test_every_reported_contact_has_a_first_pulse_beside_its_greatest_force() -> None:
     result = sw.simulate(STRIKER, evolve(BEADS, end=RIGID), sensors=[{"contact": 3}], contacts=[3, 11])
     near, last = result.contacts
