@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import os
 from argparse import Namespace
+from pathlib import Path
 
 from shockwave import pictures
 from shockwave.base.errors import InvalidValueError, UsageError
@@ -23,7 +25,10 @@ def record(options: Namespace) -> int:
     result = propose_keys(options.file)
     print_result(result, options.json)
     if options.output:
-        write_output(_CHAIN + result.shock(folder), options.output, anew=True)
+        guesses = ", ".join(filter(None, [result.force_condition, result.time_condition]))
+        # the name heads all results
+        name = f"name: {json.dumps(f'{Path(options.output).stem}, {guesses}')}  # until they are stated\n"
+        write_output((name if guesses else "") + _CHAIN + result.shock(folder), options.output, anew=True)
     if options.picture and result.pulse:
         with announce_file(options.picture):
             pictures.save(result.plot(ax=pictures.figure(size="page")[1][0]), options.picture)

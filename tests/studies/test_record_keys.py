@@ -138,7 +138,10 @@ def test_the_command_writes_a_scenario_and_a_picture(
     (tmp_path / "records" / "pulse.csv").write_text(EXPORTS["inverted"][0])
     assert main(["record", "records/pulse.csv", "-o", "scene.yaml", "--picture", "pulse.svg"]) == 0
     assert "scale: 1  # a guess: state the N per" in capsys.readouterr().out
-    assert sw.load_scenario("scene.yaml").shock.peak_force == pytest.approx(1, rel=0.02)
+    scene = sw.load_scenario("scene.yaml")
+    assert scene.shock.peak_force == pytest.approx(1, rel=0.02)
+    # results hold under the guess, and say so first
+    assert str(sw.predict(scene)).startswith("scene, if 1 V is 1 N: ")
     assert (tmp_path / "pulse.svg").read_text().startswith("<?xml")
     # an existing scenario stays as it is, and one can name only files beside or below it
     assert main(["record", "records/pulse.csv", "-o", "scene.yaml"]) == 5
