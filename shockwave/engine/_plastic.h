@@ -227,8 +227,7 @@ static void list_flows(March *m)
             m->flowing[m->flows++] = (double)j;
             rates = rates || p->curved[j] > 1;
         }
-    m->damped = m->r->damped != 0 || rates;
-    m->method = m->damped || !m->swift.stages ? &m->careful : &m->swift;
+    m->method = m->damped || rates || !m->swift.stages ? &m->careful : &m->swift;
 }
 
 /* Replaces the forces of the contacts that flow along a curve between low and high, and the accelerations of their bodies. */
@@ -242,7 +241,7 @@ static void flow(March *m, int whole, const double *x, const double *v, long low
         j = (long)m->flowing[i];
         if (p->curved[j] == 0 || j < low || j >= high) continue;
         d = (x[j] - x[j + 1]) + m->gap[j] + m->base[j];
-        w = m->damped ? v[j] - v[j + 1] : 0;
+        w = v[j] - v[j + 1];
         c = faster_curve(p, j, w);
         to->f[j] = load(p, j, (int)p->mode[j], d, &c) - m->still[j];
         if (whole) to->raw[j] = to->f[j] + m->still[j];

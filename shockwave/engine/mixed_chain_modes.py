@@ -106,11 +106,11 @@ class Plasticity:
         by_rate = by_strength.ratio + by_strength.bend * log - 2 * curve.bend / curve.strength
         return unit * ((curve.ratio + curve.bend * (1 + log)) / radius * w + e * by_rate * rest)
 
-    def forces(self, f: FloatArray, d: FloatArray, w: FloatArray | None, low: int) -> FloatArray:
+    def forces(self, f: FloatArray, d: FloatArray, w: FloatArray, low: int) -> FloatArray:
         """Replace the forces minus static ones of contacts that flow along a curve; their powers if integrated."""
         powers = np.zeros(len(f))
         for i in np.flatnonzero(self.curved[low : low + len(f)] > 0).tolist():
-            j, speed = low + i, 0.0 if w is None else float(w[i])
+            j, speed = low + i, float(w[i])
             curve = self.faster_curve(j, speed)
             f[i] = self.load(j, int(self.mode[j]), float(d[i]), curve) - self.chain.static[j]
             if self.curved[j] > 1:

@@ -250,8 +250,7 @@ def _job(
         times = times[times <= end]
     settings = [tolerance, end, *pulse]
     settings += [first, pulse[0] / _LEAST_STEPS, len(assembly.overlaps), assembly.end_stiffness, assembly.end_damping]
-    viscous = assembly.is_damped if methods[1] is None else assembly.is_viscous
-    settings += [work, viscous, assembly.weight, assembly.guided]
+    settings += [work, assembly.is_viscous, assembly.weight, assembly.guided]
     extremes = np.zeros(6) if assembly.movable_end else NO_END
     job = Job(
         method=methods[0],
