@@ -11,7 +11,7 @@ static double slope_at(const March *m, double h, long j, const double c[6], doub
     double d, w, a;
     motion_at(c, s, &d, &w, &a);
     d += m->base[j];
-    if (m->yields && m->plastic.mode[j] > ELASTIC) return h * flow_rate(&m->plastic, j, d, w / h, a / (h * h));
+    if (m->yields && m->plastic.mode[j] > ELASTIC) return h * flow_rate(m, j, d, w / h, a / (h * h));
     return h * rate_1(m, j, stiffness_1(m, m->hertz, j, d), d, w / h, a / (h * h));
 }
 

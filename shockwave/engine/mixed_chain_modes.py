@@ -11,19 +11,20 @@ import math
 from collections.abc import Sequence
 from enum import IntEnum
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.mixed_chain_arrays import LARGEST, Job
-from shockwave.engine.mixed_chain_forces import KINK_SHARE, MIN_STEP, PARTS, SHARP, Contacts, End
+from shockwave.engine.mixed_chain_forces import FASTEST, FINER, KINK_SHARE, MIN_STEP, PARTS, SHARP, Contacts, End
 from shockwave.engine.mixed_chain_peaks import NEAR, NUDGE, Overlap
-from shockwave.scene.elastic_plastic import Curve, unloading_stiffness
 
 #: Rows of the table of a chain with such contacts: properties, state, and constants within a step.
 ROWS = (
-    *("strength", "radius", "rate", "slow", "virgin", "start", "first", "cap", "full", "a", "b", "level", "slope"),
-    *("yield_force", "unit", "mode", "reached", "force", "left", "limit", "offset", "tangent", "curved"),
+    *("softness", "curvature", "rate", "slowness", "curves", "wider", "virgin", "start", "first", "cap", "full"),
+    *("a", "b", "level", "slope", "yield_force", "unit"),
+    *("mode", "reached", "force", "left", "limit", "offset", "tangent", "curved"),
 )
 
 # A flowing contact outrun below this many times the speed at which its strength grows was outrun at that speed.
@@ -40,18 +41,46 @@ class Mode(IntEnum):
     PLATEAU = 4
 
 
+class Place(NamedTuple):
+    """Place of a contact with rate on its curves.
+
+    Attributes
+    ----------
+    e, log : float
+        Overlap over R*, and its logarithm.
+    faster : float
+        Increase of the strength, in pieces of the curves.
+    piece : list
+        Coefficients of a piece, from the constant one on, for each of the four curves.
+    """
+
+    e: float
+    log: float
+    faster: float
+    piece: list[list[float]]
+
+    def curve(self, i: int) -> tuple[float, float]:
+        """Value of a curve, and its derivative by the increase of the strength."""
+        share, (*others, last) = self.faster % 1.0, self.piece
+        value, change = last[i], 0.0
+        for coefficients in reversed(others):
+            change = change * share + value
+            value = value * share + coefficients[i]
+        return value, change
+
+
 class Plasticity:
     """The modes of the contacts of a run with NumPy."""
 
     def __init__(self, contacts: Contacts, job: Job) -> None:
         self.chain, self.job, self.rows = contacts, job, job.plastic[:, :-1]
         rows = dict(zip(ROWS, self.rows, strict=True))
-        self.strength, self.radius, self.rate, self.slow, self.virgin = (rows[name] for name in ROWS[:5])
-        self.start, self.first, self.cap, self.full, self.a, self.b = (rows[name] for name in ROWS[5:11])
-        self.level, self.slope, self.yields, self.unit = (rows[name] for name in ROWS[11:15])
-        self.mode, self.reached, self.force, self.left = (rows[name] for name in ROWS[15:19])
-        self.limit, self.offset, self.tangent, self.curved = (rows[name] for name in ROWS[19:])
-
+        self.softness, self.curvature, self.rate, self.slowness = (rows[name] for name in ROWS[:4])
+        self.curves, self.wider, self.virgin, self.start, self.first = (rows[name] for name in ROWS[4:9])
+        self.cap, self.full, self.a, self.b, self.level, self.slope = (rows[name] for name in ROWS[9:15])
+        self.yields, self.unit, self.mode, self.reached, self.force = (rows[name] for name in ROWS[15:20])
+        self.left, self.limit, self.offset, self.tangent, self.curved = (rows[name] for name in ROWS[20:])
+        self.pieces = job.curves.tolist()
         self.elastic = np.where(np.array(ROWS) == "limit", LARGEST, 0.0)
 
     # ---------------------------------------------------------------- forces
@@ -63,56 +92,57 @@ class Plasticity:
 
     def stiffest(self, force: float) -> FloatArray:
         """Largest stiffness k of each contact at forces up to this one, or as now."""
-        yields = self.strength > 0
-        shared = np.where(yields, self.unit * self.strength, 1.0)
-        first = np.where(yields, self.yields, 1.0)
-        softest = unloading_stiffness(self.virgin, self.unit, shared, first, np.maximum(force, first))
+        yields = self.softness > 0
+        reached = np.maximum(force, np.where(yields, self.yields, 1.0))
+        depths = self.depth(reached)
+        softest = reached / np.where(yields, depths * np.sqrt(depths), 1.0)
         return np.asarray(np.where(yields, np.maximum(softest, self.chain.k), self.chain.k))
 
-    def load(self, j: int, mode: int, d: float, curve: Curve | None) -> float:
-        """Force of loading in a mode; ``curve`` is that at the closing velocity, None without rate."""
+    def place(self, j: int, d: float, w: float) -> Place | None:
+        """Place of a contact on its curves at an overlap and closing velocity; None without rate."""
+        if self.rate[j] == 0:
+            return None
+        e, times = d * float(self.curvature[j]), w * float(self.slowness[j])
+        faster = float(self.rate[j]) * min(math.log(times), FASTEST) if times > 1 else 0.0
+        return Place(e, math.log(e), faster, self.pieces[int(self.curves[j]) + int(faster)])
+
+    def load(self, j: int, mode: int, d: float, at: Place | None) -> float:
+        """Force of loading in a mode."""
         if mode == Mode.PLATEAU:
             return float(self.force[j])
         if mode == Mode.CAPPED:
             return float(self.virgin[j]) * (d * math.sqrt(d))
-        if curve is None:
+        if at is None:
             if mode == Mode.MIDDLE:
                 return d * (float(self.a[j]) + float(self.b[j]) * math.log(d))
             return float(self.level[j]) + float(self.slope[j]) * d
-        e, middle = d / float(self.radius[j]), mode == Mode.MIDDLE
-        force = e * (curve.ratio + curve.bend * math.log(e / curve.first)) if middle else curve.level + curve.slope * e
+        first = 0 if mode == Mode.MIDDLE else 2
+        (level, _), (slope, _) = at.curve(first), at.curve(first + 1)
+        force = at.e * (level + slope * at.log) if mode == Mode.MIDDLE else level + slope * at.e
         return float(self.unit[j]) * force
 
-    def faster_curve(self, j: int, w: float) -> Curve | None:
-        """The loading curve at a closing velocity; None without rate."""
-        rate, slow = float(self.rate[j]), float(self.slow[j])
-        if rate == 0:
-            return None
-        return Curve.of(float(self.strength[j]) * (1 + rate * math.log(w / slow) if w > slow else 1.0))
-
-    def load_rate(self, j: int, mode: int, motion: tuple[float, float, float], curve: Curve | None) -> float:
+    def load_rate(self, j: int, mode: int, motion: tuple[float, float, float], at: Place | None) -> float:
         """Time derivative of the force of loading while a contact flows, from its overlap, w and w'."""
         d, w, a = motion
         if mode == Mode.PLATEAU:
             return 0.0
-        if curve is None:
+        if at is None:
             return w * float(self.a[j] + self.b[j] * (1 + math.log(d)) if mode == Mode.MIDDLE else self.slope[j])
-        radius, unit = float(self.radius[j]), float(self.unit[j])
-        rest = float(self.strength[j]) * float(self.rate[j]) / w * a if w > self.slow[j] else 0.0
-        by_strength, e = curve.changes, d / radius
+        first = 0 if mode == Mode.MIDDLE else 2
+        (level, levels), (slope, slopes) = at.curve(first), at.curve(first + 1)
+        stretch, unit = w * float(self.curvature[j]), float(self.unit[j])
+        faster = float(self.rate[j]) * a / w if at.faster > 0 else 0.0
         if mode == Mode.FULL:
-            return unit * (curve.slope / radius * w + (by_strength.level + by_strength.slope * e) * rest)
-        log = math.log(e / curve.first)
-        by_rate = by_strength.ratio + by_strength.bend * log - 2 * curve.bend / curve.strength
-        return unit * ((curve.ratio + curve.bend * (1 + log)) / radius * w + e * by_rate * rest)
+            return unit * (slope * stretch + (levels + slopes * at.e) * faster)
+        return unit * ((level + slope * (1 + at.log)) * stretch + at.e * (levels + slopes * at.log) * faster)
 
     def forces(self, f: FloatArray, d: FloatArray, w: FloatArray, low: int) -> FloatArray:
         """Replace the forces minus static ones of contacts that flow along a curve; their powers if integrated."""
         powers = np.zeros(len(f))
         for i in np.flatnonzero(self.curved[low : low + len(f)] > 0).tolist():
             j, speed = low + i, float(w[i])
-            curve = self.faster_curve(j, speed)
-            f[i] = self.load(j, int(self.mode[j]), float(d[i]), curve) - self.chain.static[j]
+            at = self.place(j, float(d[i]), speed)
+            f[i] = self.load(j, int(self.mode[j]), float(d[i]), at) - self.chain.static[j]
             if self.curved[j] > 1:
                 powers[i] = (f[i] + self.chain.static[j]) * speed
         return powers
@@ -121,7 +151,7 @@ class Plasticity:
         """Replace the time derivatives of the forces of contacts that flow; ``motion``: overlaps, w and w'."""
         for i in np.flatnonzero(self.mode[low : low + len(slope)] > Mode.ELASTIC).tolist():
             j, (d, w, a) = low + i, (float(values[i]) for values in motion)
-            slope[i] = self.load_rate(j, int(self.mode[j]), (d, w, a), self.faster_curve(j, w))
+            slope[i] = self.load_rate(j, int(self.mode[j]), (d, w, a), self.place(j, d, w))
 
     def stored(self, j: int, d: float) -> float:
         """Energy that a contact releases, or has taken up since zero overlap; zero where that is integrated."""
@@ -141,23 +171,23 @@ class Plasticity:
         """Energies that all contacts release from their overlaps, less residual ones, and forces on."""
         depths = np.maximum(d, 0.0)
         flows = (self.mode > Mode.ELASTIC) | ((self.mode == Mode.CAPPED) & (d > self.limit))
-        for j in np.flatnonzero(flows).tolist():
-            depths[j] = self.unloading(j, float(forces[j]))[1]
+        depths[flows] = self.depth(forces)[flows]
         return np.asarray(0.4 * forces * depths)
 
     # ---------------------------------------------------------------- modes
 
-    def region(self, j: int, d: float, curve: Curve | None) -> Mode:
+    def region(self, j: int, d: float, at: Place | None) -> Mode:
         """The part of the loading curve at an overlap."""
+        faster = at.faster if at else 0.0
+        growth = 1 + faster / FINER
         if not d > self.cap[j]:
             return Mode.CAPPED
-        if curve is None:
-            return Mode.FULL if d > self.full[j] else Mode.MIDDLE
-        e = d / float(self.radius[j])
-        if e > curve.full:
+        if d > self.full[j] + self.wider[j] * faster:
             return Mode.FULL
-        below = curve.ratio + curve.bend * math.log(e / curve.first) < 4.0 / 3.0 * math.sqrt(e)
-        return Mode.MIDDLE if e > curve.first and below else Mode.CAPPED
+        if at is None:
+            return Mode.MIDDLE
+        below = at.curve(0)[0] + at.curve(1)[0] * at.log < 4.0 / 3.0 * math.sqrt(at.e)
+        return Mode.MIDDLE if d > self.first[j] * (growth * growth) and below else Mode.CAPPED
 
     def next_mode(self, j: int, d: float, w: float, a: float) -> int:
         """Mode of a contact at an overlap, closing velocity and acceleration."""
@@ -169,11 +199,11 @@ class Plasticity:
         if mode != Mode.ELASTIC and w < 0:
             return Mode.ELASTIC
         d += float(self.left[j]) if mode == Mode.ELASTIC else 0.0
-        curve = self.faster_curve(j, w)
-        following = self.region(j, d, curve)
-        if curve is None:
+        at = self.place(j, d, w)
+        following = self.region(j, d, at)
+        if at is None:
             return following
-        force = self.load(j, following, d, curve)
+        force = self.load(j, following, d, at)
         if mode in (Mode.ELASTIC, Mode.PLATEAU) and not force > self.force[j]:
             return Mode.PLATEAU
         if mode == Mode.ELASTIC:
@@ -182,9 +212,9 @@ class Plasticity:
                 return Mode.ELASTIC
         if following == Mode.CAPPED:
             return following
-        slope = self.load_rate(j, following, (d, w, a), curve)
+        slope = self.load_rate(j, following, (d, w, a), at)
         reached = max(force, float(self.force[j]))
-        if slope > 1.5 * reached / self.unloading(j, reached)[1] * w:  # faster loading outruns the stiffer unloading
+        if slope > 1.5 * reached / self.depth_of(j, reached) * w:  # faster loading outruns the stiffer unloading
             return Mode.ELASTIC
         return following if mode == Mode.PLATEAU or not slope < 0 else Mode.PLATEAU
 
@@ -209,9 +239,9 @@ class Plasticity:
         The step has ended slightly later.
         """
         mode, (d, w, _a) = int(self.mode[j]), motion
-        curve = self.faster_curve(j, w)
-        following = self.region(j, d, curve)
-        loading, fall = self.load(j, following, d, curve), self.load_rate(j, following, motion, curve)
+        at = self.place(j, d, w)
+        following = self.region(j, d, at)
+        loading, fall = self.load(j, following, d, at), self.load_rate(j, following, motion, at)
         if mode > Mode.ELASTIC:
             return max(float(self.force[j]), force)
         if mode == Mode.ELASTIC and not loading > self.force[j]:
@@ -230,11 +260,12 @@ class Plasticity:
             self.reached[j] = reached = d + (min(0.5 * w * w / -a, NUDGE * d) if a < 0 else 0.0)
             if mode != Mode.PLATEAU:
                 flows = self.curved[j] > 1
-                if flows and 0 < w < _BEGINNING * self.slow[j]:  # outrun where the strength began to grow
-                    force = min(force, self.load(j, mode, d, self.faster_curve(j, 0.0)))
+                if flows and 0 < w * self.slowness[j] < _BEGINNING:  # outrun where the strength began to grow
+                    force = min(force, self.load(j, mode, d, self.place(j, d, 0.0)))
                 self.force[j] = max(float(self.force[j]), force) if flows else self.load(j, mode, reached, None)
-            chain.k[j], self.limit[j] = self.unloading(j, float(self.force[j]))
-            self.left[j] = reached - self.limit[j]
+            self.limit[j] = depth = self.depth_of(j, float(self.force[j]))
+            chain.k[j] = self.force[j] / (depth * math.sqrt(depth))
+            self.left[j] = reached - depth
         else:
             meets = following == Mode.PLATEAU
             self.force[j] = self.corner(j, (d, w, a), force, slope) if meets else max(float(self.force[j]), force)
@@ -243,11 +274,13 @@ class Plasticity:
         self.set_constants(j)
         self.job.losses[j] -= self.stored(j, d)
 
-    def unloading(self, j: int, force: float) -> tuple[float, float]:
-        """Stiffness of unloading from a force, and the overlap above the residual one there."""
-        unit, yields = float(self.unit[j]), float(self.yields[j])
-        k = float(unloading_stiffness(float(self.virgin[j]), unit, unit * float(self.strength[j]), yields, force))
-        return k, math.pow(force / k, 2.0 / 3.0)
+    def depth(self, forces: FloatArray) -> FloatArray:
+        """Overlaps above the residual ones where unloading from these forces begins."""
+        return np.asarray(forces * np.sqrt(self.softness / np.maximum(2 * forces + self.yields, 1e-300)))
+
+    def depth_of(self, j: int, force: float) -> float:
+        """The same of one contact."""
+        return force * math.sqrt(float(self.softness[j]) / (2 * force + float(self.yields[j])))
 
     def set_constants(self, j: int) -> None:
         """Set what the forces need of the mode of a contact, of which k is known."""
@@ -283,7 +316,7 @@ class Plasticity:
             w, a = overlap.motion(at)[1:]
             force = max(float(start.f[j + 1]), float(finish.f[j + 1])) + float(self.chain.static[j])
             force = max(force, float(self.yields[j]))
-            stiffness = 1.5 * force / self.unloading(j, force)[1]
+            stiffness = 1.5 * math.sqrt((2 * force + float(self.yields[j])) / float(self.softness[j]))
             # the impulse that a step misses this long after the end of a mode
             most = KINK_SHARE * float(self.chain.allowed(j + 1)[j])
             late = math.inf

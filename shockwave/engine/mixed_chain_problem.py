@@ -266,7 +266,7 @@ def _job(
         found=np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, first, 0.0, 0.0, *extremes]),
         table=np.zeros((ROWS, bodies + 1)),
         plastic=np.empty((0, 0)) if plastic is None else plastic.table(assembly.overlaps, bodies),
-        loading=np.empty(0) if plastic is None else plastic.constants,
+        curves=np.empty(0) if plastic is None else plastic.curves[0],
         forecast=Forecast.of(settings, assembly.static_forces, assembly.cause_of_work),
         bar=assembly.impedance > 0,
     )

@@ -72,7 +72,7 @@ def run(job: Job, compiled: ModuleType | None) -> None:
     contacts = (forces.LOCATED, forces.ROUNDING, forces.ELASTIC, forces.VISCOUS)
     kinks = _SOON, forces.KINK, KINK_SHARE, _MOST_CUTS, *contacts
     peaks = (_NEARLY, _HOPELESS, MOST_TURNS, NEAR, NUDGE, forces.PASSED, forces.WAVE, forces.NOISE, forces.INSTANT)
-    modes = PARTS, forces.SHARP
+    modes = PARTS, forces.SHARP, forces.FINER, forces.FASTEST
     settings = np.concatenate((job.settings, window, control, kinks, peaks, modes, job.watched, job.found))
     progress = settings[-len(job.found) :]
 
@@ -80,7 +80,7 @@ def run(job: Job, compiled: ModuleType | None) -> None:
         job.forecast.check(progress[1], progress[5] * (job.table.shape[1] + _COMPILED_STEP), progress[4])
         return expired()
 
-    buffers = job.stops, job.times, settings, job.table, job.samples, job.plastic, job.loading
+    buffers = job.stops, job.times, settings, job.table, job.samples, job.plastic, job.curves
     swift = np.empty(0) if job.swift is None else job.swift.packed
     compiled.run(job.method.packed, *tables, *buffers, swift, ends)
     job.found[:] = progress
