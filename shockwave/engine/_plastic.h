@@ -3,81 +3,79 @@
 
 #define MOST_CHANGES 4 /* of the mode of a contact at one time */
 #define BEGINNING 2 /* times the speed at which the strength grows: a contact outrun below was outrun at that speed */
-#define DEGREE 5 /* of a piece of the curves, of which there are four */
+#define DEGREE 4 /* of a piece of the curves, of which there are four */
 #define PIECE (4 * (DEGREE + 1))
 
 enum { CAPPED, ELASTIC, MIDDLE, FULL, PLATEAU };
 
-/* Place of a contact with rate on its curves: overlap over R*, its logarithm, increase of the strength, piece of the curves
-   and place in it. */
-typedef struct { double e, log, faster, share; const double *piece; } Place;
+/* Increase of the strength by a closing velocity, in pieces of the curves. */
+static inline double faster_by(const March *m, long j, double w)
+{
+    const double times = w * m->plastic.slowness[j];
+    return m->plastic.rate[j] != 0 && times > 1 ? m->plastic.rate[j] * smaller(log(times), m->r->quickest) : 0;
+}
 
-static Place place_of(const March *m, long j, double d, double w)
+/* Force of loading in a mode, and its time derivative from overlap, closing velocity and acceleration. */
+static inline double load(const March *m, long j, int mode, double d, double w, double a, double faster, double *rate)
 {
     const Plastic *p = &m->plastic;
-    const double e = d * p->curvature[j], times = w * p->slowness[j];
-    const double faster = times > 1 ? p->rate[j] * smaller(log(times), m->r->quickest) : 0;
-    if (p->rate[j] == 0) return (Place){0};
-    return (Place){e, log(e), faster, faster - (double)(long)faster, p->pieces + PIECE * ((long)p->curves[j] + (long)faster)};
-}
-
-/* Value of a curve at a place; `change`: its derivative by the increase of the strength. */
-static double curve(const Place *at, int i, double *change)
-{
-    double value = at->piece[4 * DEGREE + i];
-    int k;
-    *change = 0;
-    for (k = DEGREE - 1; k >= 0; k--) {
-        *change = *change * at->share + value;
-        value = value * at->share + at->piece[4 * k + i];
-    }
-    return value;
-}
-
-/* Force of loading in a mode. */
-static double load(const Plastic *p, long j, int mode, double d, const Place *at)
-{
-    double level, slope, ignored;
+    const double e = d * p->curvature[j], stretch = w * p->curvature[j], share = faster - (double)(long)faster;
+    const double *piece;
+    double value[2], change[2] = {0, 0}, grows, logarithm;
+    int i, k;
+    *rate = 0;
     if (mode == PLATEAU) return p->force[j];
     if (mode == CAPPED) return p->virgin[j] * (d * sqrt(d));
-    if (p->rate[j] == 0) return mode == MIDDLE ? d * (p->a[j] + p->b[j] * log(d)) : p->level[j] + p->slope[j] * d;
-    level = curve(at, mode == MIDDLE ? 0 : 2, &ignored);
-    slope = curve(at, mode == MIDDLE ? 1 : 3, &ignored);
-    return p->unit[j] * (mode == MIDDLE ? at->e * (level + slope * at->log) : level + slope * at->e);
+    if (p->rate[j] == 0 && mode == FULL) {
+        *rate = w * p->slope[j];
+        return p->level[j] + p->slope[j] * d;
+    }
+    if (p->rate[j] == 0) {
+        logarithm = log(d);
+        *rate = w * (p->a[j] + p->b[j] * (1 + logarithm));
+        return d * (p->a[j] + p->b[j] * logarithm);
+    }
+    piece = p->pieces + PIECE * ((long)p->curves[j] + (long)faster) + (mode == FULL ? 2 : 0);
+    for (i = 0; i < 2; i++) value[i] = piece[4 * DEGREE + i];
+    for (k = DEGREE - 1; k >= 0; k--)
+        for (i = 0; i < 2; i++) {
+            change[i] = change[i] * share + value[i];
+            value[i] = value[i] * share + piece[4 * k + i];
+        }
+    grows = faster > 0 ? p->rate[j] * a / w : 0;
+    if (mode == FULL) {
+        *rate = p->unit[j] * (value[1] * stretch + (change[0] + change[1] * e) * grows);
+        return p->unit[j] * (value[0] + value[1] * e);
+    }
+    logarithm = log(e);
+    *rate = p->unit[j] * ((value[0] + value[1] * (1 + logarithm)) * stretch + e * (change[0] + change[1] * logarithm) * grows);
+    return p->unit[j] * (e * (value[0] + value[1] * logarithm));
 }
 
-/* Its time derivative in the modes in which a contact flows, from closing velocity and acceleration. */
-static double load_rate(const Plastic *p, long j, int mode, double d, double w, double a, const Place *at)
-{
-    double level, slope, levels, slopes, stretch, faster;
-    if (mode == PLATEAU) return 0;
-    if (p->rate[j] == 0) return w * (mode == MIDDLE ? p->a[j] + p->b[j] * (1 + log(d)) : p->slope[j]);
-    level = curve(at, mode == MIDDLE ? 0 : 2, &levels);
-    slope = curve(at, mode == MIDDLE ? 1 : 3, &slopes);
-    stretch = w * p->curvature[j];
-    faster = at->faster > 0 ? p->rate[j] * a / w : 0;
-    if (mode == FULL) return p->unit[j] * (slope * stretch + (levels + slopes * at->e) * faster);
-    return p->unit[j] * ((level + slope * (1 + at->log)) * stretch + at->e * (levels + slopes * at->log) * faster);
-}
-
-/* The part of the loading curve at an overlap. */
-static int region(const March *m, long j, double d, const Place *at)
+/* The part of the loading curve at an overlap; `force`, `rate`: those of a contact with rate. */
+static int region(const March *m, long j, double d, double w, double a, double *force, double *rate)
 {
     const Plastic *p = &m->plastic;
-    const double growth = 1 + at->faster / m->r->finer;
-    double ignored;
-    if (!(d > p->cap[j])) return CAPPED;
-    if (d > p->full[j] + p->wider[j] * at->faster) return FULL;
-    if (p->rate[j] == 0) return MIDDLE;
-    return d > p->first[j] * (growth * growth)
-        && curve(at, 0, &ignored) + curve(at, 1, &ignored) * at->log < 4.0 / 3.0 * sqrt(at->e) ? MIDDLE : CAPPED;
+    const double faster = faster_by(m, j, w), growth = 1 + faster / m->r->finer;
+    int mode = d > p->full[j] + p->wider[j] * faster ? FULL : MIDDLE;
+    if (!(d > p->cap[j])) mode = CAPPED;
+    if (p->rate[j] == 0) return mode;
+    *force = load(m, j, mode, d, w, a, faster, rate);
+    if (mode == MIDDLE) {
+        const double hertz = p->virgin[j] * (d * sqrt(d));
+        if (d > p->first[j] * (growth * growth) && *force < hertz) return MIDDLE;
+        *force = hertz;
+        return CAPPED;
+    }
+    return mode;
 }
 
 /* Time derivative of the force of a contact that flows. */
 static double flow_rate(const March *m, long j, double d, double w, double a)
 {
-    const Place at = place_of(m, j, d, w);
-    return load_rate(&m->plastic, j, (int)m->plastic.mode[j], d, w, a, &at);
+    double rate;
+    load(m, j, (int)m->plastic.mode[j], d, w, a, faster_by(m, j, w), &rate);
+    return rate;
 }
 
 /* Overlap above the residual one where unloading from a force begins; see elastic_plastic.py. */
@@ -92,25 +90,22 @@ static int next_mode(const March *m, long j, double d, double w, double a)
     const Plastic *p = &m->plastic;
     const int mode = (int)p->mode[j];
     int next;
-    double force, slope;
-    Place at;
+    double force = 0, slope = 0;
     if (!(d > p->limit[j])) return mode;
     if (mode == ELASTIC && !(w > 0)) return ELASTIC;
     if (mode != ELASTIC && w < 0) return ELASTIC;
     if (mode == ELASTIC) d += p->left[j];
-    at = place_of(m, j, d, w);
-    next = region(m, j, d, &at);
+    next = region(m, j, d, w, a, &force, &slope);
     if (p->rate[j] == 0) return next;
-    force = load(p, j, next, d, &at);
     if ((mode == ELASTIC || mode == PLATEAU) && !(force > p->force[j])) return PLATEAU;
     if (mode == ELASTIC) {
         const double depth = d - p->left[j];
         if (m->k[j] * (depth * sqrt(depth)) < force) return ELASTIC;
     }
     if (next == CAPPED) return next;
-    slope = load_rate(p, j, next, d, w, a, &at);
-    force = larger(force, p->force[j]);
-    if (slope > 1.5 * force / depth_of(p, j, force) * w) return ELASTIC; /* faster loading outruns the stiffer unloading */
+    force = 2 * larger(force, p->force[j]) + p->yield[j];
+    /* faster loading outruns the stiffer unloading, which has the slope 1.5 sqrt(force/softness) w */
+    if (slope > 0 && slope * slope * p->softness[j] > 2.25 * force * (w * w)) return ELASTIC;
     return mode != PLATEAU && slope < 0 ? PLATEAU : next;
 }
 
@@ -157,10 +152,10 @@ static double corner(const March *m, long j, double d, double a)
 {
     const Plastic *p = &m->plastic;
     const double w = m->start.w[j], force = m->start.f[j] + m->still[j];
-    const Place at = place_of(m, j, d, w);
-    const int mode = (int)p->mode[j], next = region(m, j, d, &at);
-    const double loading = load(p, j, next, d, &at), fall = load_rate(p, j, next, d, w, a, &at);
+    const int mode = (int)p->mode[j];
+    double loading, fall;
     if (mode > ELASTIC) return larger(p->force[j], force);
+    region(m, j, d, w, a, &loading, &fall);
     if (mode == ELASTIC && !(loading > p->force[j])) return p->force[j];
     return loading - fall * (force - loading) / (m->start.slope[j] - fall);
 }
@@ -171,17 +166,14 @@ static void change_mode(March *m, long j, int next, double a)
     Plastic *p = &m->plastic;
     const int mode = (int)p->mode[j];
     const double w = m->start.w[j];
-    double d = m->start.d[j] + (mode == ELASTIC ? p->left[j] : 0), force = m->start.f[j] + m->still[j];
+    double d = m->start.d[j] + (mode == ELASTIC ? p->left[j] : 0), force = m->start.f[j] + m->still[j], ignored;
     m->lost[j] += stored(m, j, d);
     if (next == ELASTIC) {
         /* the contact has turned just before */
         p->reached[j] = d + (a < 0 ? smaller(0.5 * w * w / -a, m->r->nudge * d) : 0);
-        if (mode != PLATEAU && p->curved[j] > 1 && w > 0 && w * p->slowness[j] < BEGINNING) {
-            /* outrun where the strength began to grow */
-            const Place at = place_of(m, j, d, 0);
-            force = smaller(force, load(p, j, mode, d, &at));
-        }
-        if (mode != PLATEAU) p->force[j] = p->curved[j] > 1 ? larger(p->force[j], force) : load(p, j, mode, p->reached[j], NULL);
+        if (mode != PLATEAU && p->curved[j] > 1 && w > 0 && w * p->slowness[j] < BEGINNING)
+            force = smaller(force, load(m, j, mode, d, w, a, 0, &ignored)); /* outrun where the strength began to grow */
+        if (mode != PLATEAU) p->force[j] = p->curved[j] > 1 ? larger(p->force[j], force) : load(m, j, mode, p->reached[j], w, a, 0, &ignored);
         p->limit[j] = depth_of(p, j, p->force[j]);
         m->k[j] = p->force[j] / (p->limit[j] * sqrt(p->limit[j]));
         p->left[j] = p->reached[j] - p->limit[j];
@@ -233,14 +225,12 @@ static void flow(March *m, int whole, const double *x, const double *v, long low
     const Plastic *p = &m->plastic;
     long i, j;
     for (i = 0; i < m->flows; i++) {
-        double d, w;
-        Place at;
+        double d, w, ignored;
         j = (long)m->flowing[i];
         if (p->curved[j] == 0 || j < low || j >= high) continue;
         d = (x[j] - x[j + 1]) + m->gap[j] + m->base[j];
         w = v[j] - v[j + 1];
-        at = place_of(m, j, d, w);
-        to->f[j] = load(p, j, (int)p->mode[j], d, &at) - m->still[j];
+        to->f[j] = load(m, j, (int)p->mode[j], d, w, 0, faster_by(m, j, w), &ignored) - m->still[j];
         if (whole) to->raw[j] = to->f[j] + m->still[j];
         if (p->curved[j] > 1) {
             m->shares[j] += weight * ((to->f[j] + m->still[j]) * w);

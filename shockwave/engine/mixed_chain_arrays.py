@@ -126,7 +126,7 @@ class Job:
         The arrays below.
     plastic : array, shape (25, bodies + 1) or (0, 0)
         Rows of elastic-plastic contacts; see `mixed_chain_modes`.
-    curves : array, shape (pieces, 6, 4)
+    curves : array, shape (pieces, 5, 4)
         Pieces of the loading curves of those with rate.
     swift : GeneralTableau or None
         Method for steps in which no force depends on the velocity.

@@ -41,7 +41,7 @@ SHARP = 0.25
 MOST_CHANGES = 4
 #: Pieces of the loading curves with rate while the strength doubles, and the greatest logarithm of the closing
 #: velocity over that above which it grows: a strain rate of 1e9/s.
-FINER = 64.0
+FINER = 128.0
 FASTEST = 27.6
 #: Change of overlap and closing velocity, relative to the overlap and to the greatest velocity, for the slope of the
 #: force of a plugin: the error of its central difference is about the square, and that of rounding 1e-16 over it.

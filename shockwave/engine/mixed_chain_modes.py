@@ -11,7 +11,6 @@ import math
 from collections.abc import Sequence
 from enum import IntEnum
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
@@ -41,34 +40,6 @@ class Mode(IntEnum):
     PLATEAU = 4
 
 
-class Place(NamedTuple):
-    """Place of a contact with rate on its curves.
-
-    Attributes
-    ----------
-    e, log : float
-        Overlap over R*, and its logarithm.
-    faster : float
-        Increase of the strength, in pieces of the curves.
-    piece : list
-        Coefficients of a piece, from the constant one on, for each of the four curves.
-    """
-
-    e: float
-    log: float
-    faster: float
-    piece: list[list[float]]
-
-    def curve(self, i: int) -> tuple[float, float]:
-        """Value of a curve, and its derivative by the increase of the strength."""
-        share, (*others, last) = self.faster % 1.0, self.piece
-        value, change = last[i], 0.0
-        for coefficients in reversed(others):
-            change = change * share + value
-            value = value * share + coefficients[i]
-        return value, change
-
-
 class Plasticity:
     """The modes of the contacts of a run with NumPy."""
 
@@ -80,7 +51,7 @@ class Plasticity:
         self.cap, self.full, self.a, self.b, self.level, self.slope = (rows[name] for name in ROWS[9:15])
         self.yields, self.unit, self.mode, self.reached, self.force = (rows[name] for name in ROWS[15:20])
         self.left, self.limit, self.offset, self.tangent, self.curved = (rows[name] for name in ROWS[20:])
-        self.pieces = job.curves.tolist()
+        self.pieces = job.curves
         self.elastic = np.where(np.array(ROWS) == "limit", LARGEST, 0.0)
 
     # ---------------------------------------------------------------- forces
@@ -98,51 +69,44 @@ class Plasticity:
         softest = reached / np.where(yields, depths * np.sqrt(depths), 1.0)
         return np.asarray(np.where(yields, np.maximum(softest, self.chain.k), self.chain.k))
 
-    def place(self, j: int, d: float, w: float) -> Place | None:
-        """Place of a contact on its curves at an overlap and closing velocity; None without rate."""
-        if self.rate[j] == 0:
-            return None
-        e, times = d * float(self.curvature[j]), w * float(self.slowness[j])
-        faster = float(self.rate[j]) * min(math.log(times), FASTEST) if times > 1 else 0.0
-        return Place(e, math.log(e), faster, self.pieces[int(self.curves[j]) + int(faster)])
+    def faster(self, j: int, w: float) -> float:
+        """Increase of the strength by a closing velocity, in pieces of the curves."""
+        times = w * float(self.slowness[j])
+        return float(self.rate[j]) * min(math.log(times), FASTEST) if self.rate[j] != 0 and times > 1 else 0.0
 
-    def load(self, j: int, mode: int, d: float, at: Place | None) -> float:
-        """Force of loading in a mode."""
-        if mode == Mode.PLATEAU:
-            return float(self.force[j])
-        if mode == Mode.CAPPED:
-            return float(self.virgin[j]) * (d * math.sqrt(d))
-        if at is None:
-            if mode == Mode.MIDDLE:
-                return d * (float(self.a[j]) + float(self.b[j]) * math.log(d))
-            return float(self.level[j]) + float(self.slope[j]) * d
-        first = 0 if mode == Mode.MIDDLE else 2
-        (level, _), (slope, _) = at.curve(first), at.curve(first + 1)
-        force = at.e * (level + slope * at.log) if mode == Mode.MIDDLE else level + slope * at.e
-        return float(self.unit[j]) * force
-
-    def load_rate(self, j: int, mode: int, motion: tuple[float, float, float], at: Place | None) -> float:
-        """Time derivative of the force of loading while a contact flows, from its overlap, w and w'."""
+    def load(self, j: int, mode: int, motion: tuple[float, float, float], faster: float) -> tuple[float, float]:
+        """Force of loading in a mode, and its time derivative while a contact flows, from its overlap, w and w'."""
         d, w, a = motion
         if mode == Mode.PLATEAU:
-            return 0.0
-        if at is None:
-            return w * float(self.a[j] + self.b[j] * (1 + math.log(d)) if mode == Mode.MIDDLE else self.slope[j])
-        first = 0 if mode == Mode.MIDDLE else 2
-        (level, levels), (slope, slopes) = at.curve(first), at.curve(first + 1)
-        stretch, unit = w * float(self.curvature[j]), float(self.unit[j])
-        faster = float(self.rate[j]) * a / w if at.faster > 0 else 0.0
+            return float(self.force[j]), 0.0
+        if mode == Mode.CAPPED:
+            return float(self.virgin[j]) * (d * math.sqrt(d)), 0.0
+        if self.rate[j] == 0:
+            if mode == Mode.FULL:
+                return float(self.level[j] + self.slope[j] * d), float(w * self.slope[j])
+            level, slope, log = float(self.a[j]), float(self.b[j]), math.log(d)
+            return d * (level + slope * log), w * (level + slope * (1 + log))
+        share, piece = faster % 1.0, self.pieces[int(self.curves[j]) + int(faster)]
+        *others, (level, slope) = piece[:, 2:].tolist() if mode == Mode.FULL else piece[:, :2].tolist()
+        levels = slopes = 0.0
+        for first, second in reversed(others):
+            levels, slopes = levels * share + level, slopes * share + slope
+            level, slope = level * share + first, slope * share + second
+        curvature, unit = float(self.curvature[j]), float(self.unit[j])
+        e, stretch, grows = d * curvature, w * curvature, float(self.rate[j]) * a / w if faster > 0 else 0.0
         if mode == Mode.FULL:
-            return unit * (slope * stretch + (levels + slopes * at.e) * faster)
-        return unit * ((level + slope * (1 + at.log)) * stretch + at.e * (levels + slopes * at.log) * faster)
+            return unit * (level + slope * e), unit * (slope * stretch + (levels + slopes * e) * grows)
+        log = math.log(e)
+        rate = (level + slope * (1 + log)) * stretch + e * (levels + slopes * log) * grows
+        return unit * (e * (level + slope * log)), unit * rate
 
     def forces(self, f: FloatArray, d: FloatArray, w: FloatArray, low: int) -> FloatArray:
         """Replace the forces minus static ones of contacts that flow along a curve; their powers if integrated."""
         powers = np.zeros(len(f))
         for i in np.flatnonzero(self.curved[low : low + len(f)] > 0).tolist():
             j, speed = low + i, float(w[i])
-            at = self.place(j, float(d[i]), speed)
-            f[i] = self.load(j, int(self.mode[j]), float(d[i]), at) - self.chain.static[j]
+            motion = float(d[i]), speed, 0.0
+            f[i] = self.load(j, int(self.mode[j]), motion, self.faster(j, speed))[0] - self.chain.static[j]
             if self.curved[j] > 1:
                 powers[i] = (f[i] + self.chain.static[j]) * speed
         return powers
@@ -151,7 +115,7 @@ class Plasticity:
         """Replace the time derivatives of the forces of contacts that flow; ``motion``: overlaps, w and w'."""
         for i in np.flatnonzero(self.mode[low : low + len(slope)] > Mode.ELASTIC).tolist():
             j, (d, w, a) = low + i, (float(values[i]) for values in motion)
-            slope[i] = self.load_rate(j, int(self.mode[j]), (d, w, a), self.place(j, d, w))
+            slope[i] = self.load(j, int(self.mode[j]), (d, w, a), self.faster(j, w))[1]
 
     def stored(self, j: int, d: float) -> float:
         """Energy that a contact releases, or has taken up since zero overlap; zero where that is integrated."""
@@ -176,18 +140,20 @@ class Plasticity:
 
     # ---------------------------------------------------------------- modes
 
-    def region(self, j: int, d: float, at: Place | None) -> Mode:
-        """The part of the loading curve at an overlap."""
-        faster = at.faster if at else 0.0
-        growth = 1 + faster / FINER
-        if not d > self.cap[j]:
-            return Mode.CAPPED
-        if d > self.full[j] + self.wider[j] * faster:
-            return Mode.FULL
-        if at is None:
-            return Mode.MIDDLE
-        below = at.curve(0)[0] + at.curve(1)[0] * at.log < 4.0 / 3.0 * math.sqrt(at.e)
-        return Mode.MIDDLE if d > self.first[j] * (growth * growth) and below else Mode.CAPPED
+    def region(self, j: int, motion: tuple[float, float, float]) -> tuple[Mode, float, float]:
+        """The part of the loading curve, and the force of a contact with rate and its time derivative."""
+        d, w, _a = motion
+        faster = self.faster(j, w)
+        mode = Mode.FULL if d > self.full[j] + self.wider[j] * faster else Mode.MIDDLE
+        mode = mode if d > self.cap[j] else Mode.CAPPED
+        if self.rate[j] == 0:
+            return mode, 0.0, 0.0
+        (force, rate), growth = self.load(j, mode, motion, faster), 1 + faster / FINER
+        if mode == Mode.MIDDLE:
+            hertz = float(self.virgin[j]) * (d * math.sqrt(d))
+            if not (d > self.first[j] * (growth * growth) and force < hertz):
+                return Mode.CAPPED, hertz, rate
+        return mode, force, rate
 
     def next_mode(self, j: int, d: float, w: float, a: float) -> int:
         """Mode of a contact at an overlap, closing velocity and acceleration."""
@@ -199,11 +165,9 @@ class Plasticity:
         if mode != Mode.ELASTIC and w < 0:
             return Mode.ELASTIC
         d += float(self.left[j]) if mode == Mode.ELASTIC else 0.0
-        at = self.place(j, d, w)
-        following = self.region(j, d, at)
-        if at is None:
+        following, force, slope = self.region(j, (d, w, a))
+        if self.rate[j] == 0:
             return following
-        force = self.load(j, following, d, at)
         if mode in (Mode.ELASTIC, Mode.PLATEAU) and not force > self.force[j]:
             return Mode.PLATEAU
         if mode == Mode.ELASTIC:
@@ -212,9 +176,9 @@ class Plasticity:
                 return Mode.ELASTIC
         if following == Mode.CAPPED:
             return following
-        slope = self.load_rate(j, following, (d, w, a), at)
-        reached = max(force, float(self.force[j]))
-        if slope > 1.5 * reached / self.depth_of(j, reached) * w:  # faster loading outruns the stiffer unloading
+        force = 2 * max(force, float(self.force[j])) + float(self.yields[j])
+        # faster loading outruns the stiffer unloading, which has the slope 1.5 sqrt(force/softness) w
+        if slope > 0 and slope * slope * self.softness[j] > 2.25 * force * (w * w):
             return Mode.ELASTIC
         return following if mode == Mode.PLATEAU or not slope < 0 else Mode.PLATEAU
 
@@ -238,12 +202,10 @@ class Plasticity:
 
         The step has ended slightly later.
         """
-        mode, (d, w, _a) = int(self.mode[j]), motion
-        at = self.place(j, d, w)
-        following = self.region(j, d, at)
-        loading, fall = self.load(j, following, d, at), self.load_rate(j, following, motion, at)
+        mode = int(self.mode[j])
         if mode > Mode.ELASTIC:
             return max(float(self.force[j]), force)
+        _mode, loading, fall = self.region(j, motion)
         if mode == Mode.ELASTIC and not loading > self.force[j]:
             return float(self.force[j])
         return loading - fall * (force - loading) / (slope - fall)
@@ -261,8 +223,9 @@ class Plasticity:
             if mode != Mode.PLATEAU:
                 flows = self.curved[j] > 1
                 if flows and 0 < w * self.slowness[j] < _BEGINNING:  # outrun where the strength began to grow
-                    force = min(force, self.load(j, mode, d, self.place(j, d, 0.0)))
-                self.force[j] = max(float(self.force[j]), force) if flows else self.load(j, mode, reached, None)
+                    force = min(force, self.load(j, mode, (d, w, a), 0.0)[0])
+                slow = self.load(j, mode, (reached, w, a), 0.0)[0]
+                self.force[j] = max(float(self.force[j]), force) if flows else slow
             self.limit[j] = depth = self.depth_of(j, float(self.force[j]))
             chain.k[j] = self.force[j] / (depth * math.sqrt(depth))
             self.left[j] = reached - depth

@@ -15,7 +15,7 @@ from shockwave.engine.mixed_chain_modes import ROWS, Mode, Plasticity
 from shockwave.scene.elastic_plastic import FULL, Curve, Loading
 
 # Degree of a piece of a loading curve. Its error is 1e-13 for the softest contacts of the law, less for metals.
-_DEGREE = 5
+_DEGREE = 4
 
 
 @frozen(eq=False, slots=False)
@@ -40,7 +40,7 @@ class PlasticContacts:
     def curves(self) -> tuple[FloatArray, FloatArray]:
         """Pieces of the loading curves, as polynomials of the increase of the strength, and the first of each contact.
 
-        The coefficients, of shape (pieces, 6, 4), are those of a + b ln e and c + d e, by which a force between cap and
+        The coefficients, of shape (pieces, 5, 4), are those of a + b ln e and c + d e, by which a force between cap and
         full plasticity is e times the first, then the second.
         """
         faster = np.isfinite(self.loading.strengths) & (self.rates > 0)
@@ -101,7 +101,7 @@ def settle(job: Job) -> Rest:
     flow, count = Plasticity(chain, job), chain.contacts
     d = chain.overlaps(job.x, 0, chain.bodies)[1][:count]
     for j in np.flatnonzero((flow.mode[:count] != Mode.ELASTIC) & (d > flow.limit[:count])).tolist():
-        force = 0.0 if flow.curved[j] > 1 else flow.load(j, int(flow.mode[j]), float(d[j]), None)
+        force = 0.0 if flow.curved[j] > 1 else flow.load(j, int(flow.mode[j]), (float(d[j]), 0.0, 0.0), 0.0)[0]
         flow.change_mode(j, Mode.ELASTIC, (float(d[j]), 0.0, 0.0), force)
     d = chain.overlaps(job.x, 0, chain.bodies)[1][:count]
     energies = [flow.stored(j, each) for j, each in enumerate((d + flow.left[:count]).tolist())]
