@@ -41,7 +41,7 @@
 
 /* ---------------------------------------------------------------- Python interface */
 
-enum { METHOD, ROWS, COEFFICIENTS, STOPS, TIMES, RUN, TABLE, SAMPLES, PLASTIC, LAW, SWIFT, VIEWS };
+enum { METHOD, ROWS, COEFFICIENTS, STOPS, TIMES, RUN, TABLE, SAMPLES, PLASTIC, CURVES, SWIFT, VIEWS };
 #define SHARED 20 /* rows of the table */
 
 #define KERNEL(width) \
@@ -115,7 +115,7 @@ static int make_rows(March *m, const double *table, const double *plastic)
     }
     for (i = 0; i < m->careful.stages; i++, row += width) m->room[i] = row;
     for (i = 0; m->yields && i < PLASTIC_ROWS; i++, row += width) {
-        (&m->plastic.strength)[i] = row;
+        (&m->plastic.softness)[i] = row;
         memcpy(row, plastic + i * (m->bodies + 1), (size_t)(m->bodies + 1) * sizeof *row);
     }
     m->scratch.f[-1] = m->r->weight;
@@ -156,7 +156,18 @@ static void give_rows(const March *m, double *table, double *plastic)
         memcpy(table + (9 + i) * width, rows[i], (size_t)(i == 2 ? (long)m->r->contacts : m->bodies) * sizeof *table);
     for (i = 0; m->yields && i < 4; i++) memcpy(table + (1 + i) * width, constants[i], (size_t)m->bodies * sizeof *table);
     for (i = 0; m->yields && i < PLASTIC_ROWS; i++)
-        memcpy(plastic + i * width, (&m->plastic.strength)[i], (size_t)m->bodies * sizeof *table);
+        memcpy(plastic + i * width, (&m->plastic.softness)[i], (size_t)m->bodies * sizeof *table);
+}
+
+/* Whether the rows of elastic-plastic contacts have their number, and each contact with rate its pieces. */
+static int curves_fit(const Run *r, const double *plastic, Py_ssize_t count, Py_ssize_t width, Py_ssize_t pieces)
+{
+    const double *const rate = plastic + 2 * width, *const first = plastic + 4 * width;
+    Py_ssize_t j;
+    if (count != PLASTIC_ROWS * width) return 0;
+    for (j = 0; j < width; j++)
+        if (rate[j] != 0 && !(rate[j] > 0 && first[j] >= 0 && first[j] + rate[j] * r->quickest < (double)pieces)) return 0;
+    return 1;
 }
 
 /* Sets up a run from the buffers; returns 0 if they do not fit one another. */
@@ -168,12 +179,12 @@ static int set_up(March *m, const Buffers *all)
     Run *r = view[RUN].buf;
     if (view[RUN].len != sizeof(Run) || width < 2 || count[TABLE] % SHARED || !(r->contacts >= 1 && r->contacts <= (double)width - 1)
         || !(r->window >= 1 && r->growth >= 1 && r->left < r->contacts && r->right < r->contacts) || count[SAMPLES] != (count[PLASTIC] ? 4 : 3) * width * count[TIMES]) return 0;
-    if (count[PLASTIC] && (count[PLASTIC] != PLASTIC_ROWS * width || view[LAW].len != sizeof(Law))) return 0;
+    if (count[PLASTIC] && !curves_fit(r, view[PLASTIC].buf, count[PLASTIC], width, count[CURVES] / PIECE)) return 0;
     for (setting = &r->tolerance; setting < &r->status; setting++) if (!(*setting >= 0)) return 0;
     *m = (March){
         .r = r, .kernel = widest(), .stops = view[STOPS].buf, .stop_count = (long)count[STOPS], .times = view[TIMES].buf,
         .sample_count = (long)count[TIMES], .samples = view[SAMPLES].buf, .damped = r->damped != 0, .yields = count[PLASTIC] > 0,
-        .plastic.law = view[LAW].buf, .driven = count[ROWS] > 0, .bodies = (long)width - 1,
+        .plastic.pieces = view[CURVES].buf, .driven = count[ROWS] > 0, .bodies = (long)width - 1,
         .path = path_of(all, ROWS, r->rise_time, r->peak_force)};
     if (!read_method(&m->careful, view[METHOD].buf, count[METHOD]) || (m->driven && !m->path.pieces)) return 0;
     if (count[SWIFT] && !(read_method(&m->swift, view[SWIFT].buf, count[SWIFT]) && m->swift.stages <= m->careful.stages)) return 0;
@@ -182,7 +193,7 @@ static int set_up(March *m, const Buffers *all)
     return 1;
 }
 
-PyDoc_STRVAR(run_doc, "run(method, rows, coefficients, stops, times, settings, table, samples, plastic, law, swift, expired)\n--\n\n"
+PyDoc_STRVAR(run_doc, "run(method, rows, coefficients, stops, times, settings, table, samples, plastic, curves, swift, expired)\n--\n\n"
              "Integrates a chain of mixed granules, in place. See mixed_chain_run.py.");
 
 static PyObject *run(PyObject *self, PyObject *args)

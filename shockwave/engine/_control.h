@@ -13,7 +13,7 @@ static double predict(March *m, long j, double h, double size)
     const double d = m->start.d[j], w = m->start.w[j], at = -d / w / h, p = m->exponents[j] + 1, q = m->powers[j] + 1;
     double most = m->r->size;
     if (!(fabs(d) < h * fabs(w))) return size;
-    if (at > m->r->soon && (d < 0 || (!m->damped && kink_error(m, h, m->start.raw[j], 1 - at) > m->r->kink_share * allowed(m, j))))
+    if (at > m->r->soon && (d < 0 || (m->c[j] == 0 && kink_error(m, h, m->start.raw[j], 1 - at) > m->r->kink_share * allowed(m, j))))
         size = smaller(size, at * h);
     if (w > 0 && fabs(d) < m->r->soon * h * w) {
         most = smaller(most, pow(allowed(m, j) / (m->r->elastic * m->k[j] * pow(w, p - 1)), 1 / p));
@@ -45,13 +45,13 @@ static double kink_at(const March *m, double h, long j, double share)
     const double d0 = s->d[j], d1 = f->d[j], raw0 = s->raw[j], raw1 = f->raw[j], w = larger(s->w[j], f->w[j]);
     const double change = raw1 - raw0, rate = raw0 > 0 ? h * s->slope[j] : change;
     /* without damping the force has the sign of the overlap, but for rounding under a static force */
-    const int acts = (m->jumps ? m->on[j] != 0 : d0 >= 0) && (!m->damped || raw0 >= 0);
+    const int damped = m->c[j] != 0, acts = (m->jumps ? m->on[j] != 0 : d0 >= 0) && (!damped || raw0 >= 0);
     double at, error;
-    if (acts == (d1 >= 0 && (!m->damped || raw1 >= 0))) return share;
+    if (acts == (d1 >= 0 && (!damped || raw1 >= 0))) return share;
     at = (d0 < 0) != (d1 < 0) ? root_of(d0, h * s->w[j], d1, h * f->w[j]) : 0.5;
-    if (m->damped && d0 >= 0 && raw0 * raw1 < 0 && (d1 >= 0 || m->powers[j] == 0))
+    if (damped && d0 >= 0 && raw0 * raw1 < 0 && (d1 >= 0 || m->powers[j] == 0))
         at = smaller(d1 >= 0 ? 1 : at, root_of(raw0, rate, raw1, 2 * change - rate));
-    else if (m->damped && acts) at *= 0.5; /* the force ends before the contact opens */
+    else if (damped && acts) at *= 0.5; /* the force ends before the contact opens */
     error = kink_error(m, h, larger(raw0, raw1), acts ? 1 - at : at);
     if (!acts && m->jumps && m->powers[j] == 0 && d0 < 0) {
         error += m->c[j] * w * (1 - at) * h;

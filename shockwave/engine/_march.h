@@ -14,7 +14,7 @@ typedef struct {
         most_work, damped, weight, guided;
     double far, largest, min_overlap, window, growth, margin, at_rest, safety, min_factor, max_factor, min_step, min_first, step_work, interval,
         soon, kink, kink_share, most_cuts, located, rounding, elastic, viscous, nearly, hopeless, most_turns, near, nudge,
-        passed, wave, noise, instant, parts, sharp, left, right;
+        passed, wave, noise, instant, parts, sharp, finer, quickest, left, right;
     double status, time, arrival, work, steps, evaluations, rebound, size, impulse_left, impulse_right, extremes[3], extreme_times[3];
 } Run;
 
@@ -31,15 +31,14 @@ typedef struct {
     Terms positions[MAX_STAGES + 1], velocities[MAX_STAGES + 1], errors[4];
 } Method;
 
-/* Constants of the law of elastic-plastic contacts, and rows of their properties, state, and constants within a step; see
-   mixed_chain_modes.py. */
-typedef struct { double pi, pressure, full, full_less, hardness, softening, softening_power, area, area_less; } Law;
+/* Rows of properties of elastic-plastic contacts, of their state, and of constants within a step, and pieces of their loading
+   curves; see mixed_chain_modes.py. */
 typedef struct {
-    double *strength, *radius, *rate, *slow, *virgin, *start, *first, *cap, *full, *a, *b, *level, *slope, *yield, *unit;
+    double *softness, *curvature, *rate, *slowness, *curves, *wider, *virgin, *start, *first, *cap, *full, *a, *b, *level, *slope, *yield, *unit;
     double *mode, *reached, *force, *left, *limit, *offset, *tangent, *curved;
-    const Law *law;
+    const double *pieces;
 } Plastic;
-#define PLASTIC_ROWS 23
+#define PLASTIC_ROWS 25
 
 typedef struct March March;
 

@@ -11,7 +11,7 @@ static double slope_at(const March *m, double h, long j, const double c[6], doub
     double d, w, a;
     motion_at(c, s, &d, &w, &a);
     d += m->base[j];
-    if (m->yields && m->plastic.mode[j] > ELASTIC) return h * flow_rate(&m->plastic, j, d, w / h, a / (h * h));
+    if (m->yields && m->plastic.mode[j] > ELASTIC) return h * flow_rate(m, j, d, w / h, a / (h * h));
     return h * rate_1(m, j, stiffness_1(m, m->hertz, j, d), d, w / h, a / (h * h));
 }
 
@@ -177,6 +177,10 @@ static void add_losses(March *m, double h)
     }
     m->r->impulse_left += h * left;
     m->r->impulse_right += h * right;
+    for (i = 0; !m->damped && i < m->flows; i++) {
+        j = (long)m->flowing[i];
+        if (m->plastic.curved[j] > 1) m->lost[j] += h * m->shares[j];
+    }
     /* a contact that is cut off loses its energy, whatever the length of the step */
     for (j = 0; m->damped && j < m->n; j++) {
         const double p = m->exponents[j] + 1;

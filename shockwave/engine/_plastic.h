@@ -3,89 +3,85 @@
 
 #define MOST_CHANGES 4 /* of the mode of a contact at one time */
 #define BEGINNING 2 /* times the speed at which the strength grows: a contact outrun below was outrun at that speed */
+#define DEGREE 4 /* of a piece of the curves, of which there are four */
+#define PIECE (4 * (DEGREE + 1))
 
 enum { CAPPED, ELASTIC, MIDDLE, FULL, PLATEAU };
 
-/* Loading curve of one ratio of strength and modulus; see Curve in elastic_plastic.py. */
-typedef struct { double first, ratio, bend, full, level, slope, strength; } Curve;
-
-static Curve curve_of(const Plastic *p, double strength)
+/* Increase of the strength by a closing velocity, in pieces of the curves. */
+static inline double faster_by(const March *m, long j, double w)
 {
-    const double yielding = 0.5 * p->law->pressure * p->law->pi * strength;
-    const double pressure = p->law->pi * (p->law->hardness - p->law->softening * pow(strength, p->law->softening_power)) * strength;
-    Curve c;
-    c.first = yielding * yielding;
-    c.full = p->law->full * strength - p->law->full_less;
-    c.slope = 2 * pressure;
-    c.level = pressure * (p->law->area - p->law->area_less * strength);
-    c.ratio = 4.0 / 3.0 * yielding;
-    c.bend = (c.slope + c.level / c.full - c.ratio) / log(c.full / c.first);
-    c.strength = strength;
-    return c;
+    const double times = w * m->plastic.slowness[j];
+    return m->plastic.rate[j] != 0 && times > 1 ? m->plastic.rate[j] * smaller(log(times), m->r->quickest) : 0;
 }
 
-/* The curve of contact j at a closing velocity; nothing without rate. */
-static Curve faster_curve(const Plastic *p, long j, double w)
+/* Force of loading in a mode, and its time derivative from overlap, closing velocity and acceleration. */
+static inline double load(const March *m, long j, int mode, double d, double w, double a, double faster, double *rate)
 {
-    if (p->rate[j] == 0) return (Curve){0};
-    return curve_of(p, p->strength[j] * (w > p->slow[j] ? 1 + p->rate[j] * log(w / p->slow[j]) : 1));
-}
-
-/* Force of loading in a mode; `curve`: that at the closing velocity, of a contact with rate. */
-static double load(const Plastic *p, long j, int mode, double d, const Curve *curve)
-{
-    const double e = d / p->radius[j];
+    const Plastic *p = &m->plastic;
+    const double e = d * p->curvature[j], stretch = w * p->curvature[j], share = faster - (double)(long)faster;
+    const double *piece;
+    double value[2], change[2] = {0, 0}, grows, logarithm;
+    int i, k;
+    *rate = 0;
     if (mode == PLATEAU) return p->force[j];
     if (mode == CAPPED) return p->virgin[j] * (d * sqrt(d));
-    if (p->rate[j] == 0) return mode == MIDDLE ? d * (p->a[j] + p->b[j] * log(d)) : p->level[j] + p->slope[j] * d;
-    return p->unit[j] * (mode == MIDDLE ? e * (curve->ratio + curve->bend * log(e / curve->first)) : curve->level + curve->slope * e);
+    if (p->rate[j] == 0 && mode == FULL) {
+        *rate = w * p->slope[j];
+        return p->level[j] + p->slope[j] * d;
+    }
+    if (p->rate[j] == 0) {
+        logarithm = log(d);
+        *rate = w * (p->a[j] + p->b[j] * (1 + logarithm));
+        return d * (p->a[j] + p->b[j] * logarithm);
+    }
+    piece = p->pieces + PIECE * ((long)p->curves[j] + (long)faster) + (mode == FULL ? 2 : 0);
+    for (i = 0; i < 2; i++) value[i] = piece[4 * DEGREE + i];
+    for (k = DEGREE - 1; k >= 0; k--)
+        for (i = 0; i < 2; i++) {
+            change[i] = change[i] * share + value[i];
+            value[i] = value[i] * share + piece[4 * k + i];
+        }
+    grows = faster > 0 ? p->rate[j] * a / w : 0;
+    if (mode == FULL) {
+        *rate = p->unit[j] * (value[1] * stretch + (change[0] + change[1] * e) * grows);
+        return p->unit[j] * (value[0] + value[1] * e);
+    }
+    logarithm = log(e);
+    *rate = p->unit[j] * ((value[0] + value[1] * (1 + logarithm)) * stretch + e * (change[0] + change[1] * logarithm) * grows);
+    return p->unit[j] * (e * (value[0] + value[1] * logarithm));
 }
 
-/* Its time derivative in the modes in which a contact flows, from closing velocity and acceleration. */
-static double load_rate(const Plastic *p, long j, int mode, double d, double w, double a, const Curve *c)
+/* The part of the loading curve at an overlap; `force`, `rate`: those of a contact with rate. */
+static int region(const March *m, long j, double d, double w, double a, double *force, double *rate)
 {
-    const double e = d / p->radius[j], unit = p->unit[j], q = c->strength;
-    double pressure, slope, level, ratio, bend, rest;
-    if (mode == PLATEAU) return 0;
-    if (p->rate[j] == 0) return w * (mode == MIDDLE ? p->a[j] + p->b[j] * (1 + log(d)) : p->slope[j]);
-    /* derivatives of the curve by the strength, and that by the closing velocity */
-    pressure = (1 + p->law->softening_power) * (0.5 * c->slope / q) - p->law->softening_power * p->law->pi * p->law->hardness;
-    slope = 2 * pressure;
-    level = pressure * (p->law->area - p->law->area_less * q) - 0.5 * c->slope * p->law->area_less;
-    rest = w > p->slow[j] ? p->strength[j] * p->rate[j] / w * a : 0;
-    if (mode == FULL) return unit * (c->slope / p->radius[j] * w + (level + slope * e) * rest);
-    ratio = c->ratio / q;
-    bend = slope + (level - c->level * p->law->full / c->full) / c->full - ratio - c->bend * (p->law->full / c->full - 2 / q);
-    bend /= log(c->full / c->first);
-    pressure = log(e / c->first);
-    return unit * ((c->ratio + c->bend * (1 + pressure)) / p->radius[j] * w + e * (ratio + bend * pressure - 2 * c->bend / q) * rest);
-}
-
-/* The part of the loading curve at an overlap. */
-static int region(const Plastic *p, long j, double d, const Curve *c)
-{
-    const double e = d / p->radius[j];
-    if (!(d > p->cap[j])) return CAPPED;
-    if (p->rate[j] == 0) return d > p->full[j] ? FULL : MIDDLE;
-    if (e > c->full) return FULL;
-    return e > c->first && c->ratio + c->bend * log(e / c->first) < 4.0 / 3.0 * sqrt(e) ? MIDDLE : CAPPED;
+    const Plastic *p = &m->plastic;
+    const double faster = faster_by(m, j, w), growth = 1 + faster / m->r->finer;
+    int mode = d > p->full[j] + p->wider[j] * faster ? FULL : MIDDLE;
+    if (!(d > p->cap[j])) mode = CAPPED;
+    if (p->rate[j] == 0) return mode;
+    *force = load(m, j, mode, d, w, a, faster, rate);
+    if (mode == MIDDLE) {
+        const double hertz = p->virgin[j] * (d * sqrt(d));
+        if (d > p->first[j] * (growth * growth) && *force < hertz) return MIDDLE;
+        *force = hertz;
+        return CAPPED;
+    }
+    return mode;
 }
 
 /* Time derivative of the force of a contact that flows. */
-static double flow_rate(const Plastic *p, long j, double d, double w, double a)
+static double flow_rate(const March *m, long j, double d, double w, double a)
 {
-    const int mode = (int)p->mode[j];
-    const Curve c = mode == PLATEAU ? (Curve){0} : faster_curve(p, j, w);
-    return load_rate(p, j, mode, d, w, a, &c);
+    double rate;
+    load(m, j, (int)m->plastic.mode[j], d, w, a, faster_by(m, j, w), &rate);
+    return rate;
 }
 
-/* Stiffness K of unloading from a force, and the overlap above the residual one there. */
-static double unloading(const Plastic *p, long j, double force, double *depth)
+/* Overlap above the residual one where unloading from a force begins; see elastic_plastic.py. */
+static double depth_of(const Plastic *p, long j, double force)
 {
-    const double area = (2 * force + p->yield[j]) / (2 * p->law->pi * p->law->pressure * (p->unit[j] * p->strength[j]));
-    const double k = p->virgin[j] * sqrt(4 * p->unit[j] / (3 * force) * area * sqrt(area));
-    *depth = pow(force / k, 2.0 / 3.0);
-    return k;
+    return force * sqrt(p->softness[j] / (2 * force + p->yield[j]));
 }
 
 /* Mode of a contact at an overlap, closing velocity and acceleration. */
@@ -94,26 +90,22 @@ static int next_mode(const March *m, long j, double d, double w, double a)
     const Plastic *p = &m->plastic;
     const int mode = (int)p->mode[j];
     int next;
-    double force, depth, slope;
-    Curve c;
+    double force = 0, slope = 0;
     if (!(d > p->limit[j])) return mode;
     if (mode == ELASTIC && !(w > 0)) return ELASTIC;
     if (mode != ELASTIC && w < 0) return ELASTIC;
     if (mode == ELASTIC) d += p->left[j];
-    c = faster_curve(p, j, w);
-    next = region(p, j, d, &c);
+    next = region(m, j, d, w, a, &force, &slope);
     if (p->rate[j] == 0) return next;
-    force = load(p, j, next, d, &c);
     if ((mode == ELASTIC || mode == PLATEAU) && !(force > p->force[j])) return PLATEAU;
     if (mode == ELASTIC) {
-        depth = d - p->left[j];
+        const double depth = d - p->left[j];
         if (m->k[j] * (depth * sqrt(depth)) < force) return ELASTIC;
     }
     if (next == CAPPED) return next;
-    slope = load_rate(p, j, next, d, w, a, &c);
-    force = larger(force, p->force[j]);
-    unloading(p, j, force, &depth);
-    if (slope > 1.5 * force / depth * w) return ELASTIC; /* faster loading outruns the stiffer unloading */
+    force = 2 * larger(force, p->force[j]) + p->yield[j];
+    /* faster loading outruns the stiffer unloading, which has the slope 1.5 sqrt(force/softness) w */
+    if (slope > 0 && slope * slope * p->softness[j] > 2.25 * force * (w * w)) return ELASTIC;
     return mode != PLATEAU && slope < 0 ? PLATEAU : next;
 }
 
@@ -133,9 +125,8 @@ static double stored(const March *m, long j, double d)
 static double released(const March *m, long j, double d, double force)
 {
     const Plastic *p = &m->plastic;
-    double depth = d > 0 ? d : 0;
-    if (p->mode[j] > ELASTIC || (p->mode[j] == CAPPED && d > p->limit[j])) unloading(p, j, force, &depth);
-    return 0.4 * force * depth;
+    const int flows = p->mode[j] > ELASTIC || (p->mode[j] == CAPPED && d > p->limit[j]);
+    return 0.4 * force * (flows ? depth_of(p, j, force) : larger(d, 0));
 }
 
 /* Sets what the kernel needs of the mode of a contact, of which k is known. */
@@ -161,10 +152,10 @@ static double corner(const March *m, long j, double d, double a)
 {
     const Plastic *p = &m->plastic;
     const double w = m->start.w[j], force = m->start.f[j] + m->still[j];
-    const Curve c = faster_curve(p, j, w);
-    const int mode = (int)p->mode[j], next = region(p, j, d, &c);
-    const double loading = load(p, j, next, d, &c), fall = load_rate(p, j, next, d, w, a, &c);
+    const int mode = (int)p->mode[j];
+    double loading, fall;
     if (mode > ELASTIC) return larger(p->force[j], force);
+    region(m, j, d, w, a, &loading, &fall);
     if (mode == ELASTIC && !(loading > p->force[j])) return p->force[j];
     return loading - fall * (force - loading) / (m->start.slope[j] - fall);
 }
@@ -175,18 +166,16 @@ static void change_mode(March *m, long j, int next, double a)
     Plastic *p = &m->plastic;
     const int mode = (int)p->mode[j];
     const double w = m->start.w[j];
-    double d = m->start.d[j] + (mode == ELASTIC ? p->left[j] : 0), force = m->start.f[j] + m->still[j];
+    double d = m->start.d[j] + (mode == ELASTIC ? p->left[j] : 0), force = m->start.f[j] + m->still[j], ignored;
     m->lost[j] += stored(m, j, d);
     if (next == ELASTIC) {
         /* the contact has turned just before */
         p->reached[j] = d + (a < 0 ? smaller(0.5 * w * w / -a, m->r->nudge * d) : 0);
-        if (mode != PLATEAU && p->curved[j] > 1 && w > 0 && w < BEGINNING * p->slow[j]) {
-            /* outrun where the strength began to grow */
-            const Curve c = faster_curve(p, j, 0);
-            force = smaller(force, load(p, j, mode, d, &c));
-        }
-        if (mode != PLATEAU) p->force[j] = p->curved[j] > 1 ? larger(p->force[j], force) : load(p, j, mode, p->reached[j], NULL);
-        m->k[j] = unloading(p, j, p->force[j], &p->limit[j]);
+        if (mode != PLATEAU && p->curved[j] > 1 && w > 0 && w * p->slowness[j] < BEGINNING)
+            force = smaller(force, load(m, j, mode, d, w, a, 0, &ignored)); /* outrun where the strength began to grow */
+        if (mode != PLATEAU) p->force[j] = p->curved[j] > 1 ? larger(p->force[j], force) : load(m, j, mode, p->reached[j], w, a, 0, &ignored);
+        p->limit[j] = depth_of(p, j, p->force[j]);
+        m->k[j] = p->force[j] / (p->limit[j] * sqrt(p->limit[j]));
         p->left[j] = p->reached[j] - p->limit[j];
     } else {
         p->force[j] = next == PLATEAU ? corner(m, j, d, a) : larger(p->force[j], force);
@@ -227,8 +216,7 @@ static void list_flows(March *m)
             m->flowing[m->flows++] = (double)j;
             rates = rates || p->curved[j] > 1;
         }
-    m->damped = m->r->damped != 0 || rates;
-    m->method = m->damped || !m->swift.stages ? &m->careful : &m->swift;
+    m->method = m->damped || rates || !m->swift.stages ? &m->careful : &m->swift;
 }
 
 /* Replaces the forces of the contacts that flow along a curve between low and high, and the accelerations of their bodies. */
@@ -237,14 +225,12 @@ static void flow(March *m, int whole, const double *x, const double *v, long low
     const Plastic *p = &m->plastic;
     long i, j;
     for (i = 0; i < m->flows; i++) {
-        double d, w;
-        Curve c;
+        double d, w, ignored;
         j = (long)m->flowing[i];
         if (p->curved[j] == 0 || j < low || j >= high) continue;
         d = (x[j] - x[j + 1]) + m->gap[j] + m->base[j];
-        w = m->damped ? v[j] - v[j + 1] : 0;
-        c = faster_curve(p, j, w);
-        to->f[j] = load(p, j, (int)p->mode[j], d, &c) - m->still[j];
+        w = v[j] - v[j + 1];
+        to->f[j] = load(m, j, (int)p->mode[j], d, w, 0, faster_by(m, j, w), &ignored) - m->still[j];
         if (whole) to->raw[j] = to->f[j] + m->still[j];
         if (p->curved[j] > 1) {
             m->shares[j] += weight * ((to->f[j] + m->still[j]) * w);
@@ -264,7 +250,7 @@ static void set_flow_rates(const March *m, End *end, long low, long high)
     long i;
     for (i = 0; i < m->flows; i++) {
         const long j = (long)m->flowing[i];
-        if (j >= low && j < high) end->slope[j] = flow_rate(&m->plastic, j, end->d[j], end->w[j], end->a[j] - end->a[j + 1]);
+        if (j >= low && j < high) end->slope[j] = flow_rate(m, j, end->d[j], end->w[j], end->a[j] - end->a[j + 1]);
     }
 }
 
@@ -360,13 +346,13 @@ static double leaves(const March *m, double h, long j, const double c[6])
 static double mode_end(March *m, double h, long j, double share)
 {
     const double force = larger(m->start.f[j], m->finish.f[j]) + m->still[j], most = m->r->kink_share * allowed(m, j);
-    double c[6], at, d, w, a, depth, stiffness, late;
+    double c[6], at, d, w, a, stiffness, late;
+    if (!(larger(m->start.d[j], m->finish.d[j]) + 2 * h * larger(fabs(m->start.w[j]), fabs(m->finish.w[j])) > m->plastic.limit[j])) return share;
     overlap_of(m, h, j, c);
     at = leaves(m, h, j, c);
     if (at >= share) return share;
     motion_at(c, at, &d, &w, &a);
-    unloading(&m->plastic, j, larger(force, m->plastic.yield[j]), &depth);
-    stiffness = 1.5 * larger(force, m->plastic.yield[j]) / depth;
+    stiffness = 1.5 * sqrt((2 * larger(force, m->plastic.yield[j]) + m->plastic.yield[j]) / m->plastic.softness[j]);
     /* the impulse that a step misses this long after the end of a mode */
     late = smaller(sqrt(most / (stiffness * fabs(w / h))), cbrt(most / (stiffness * fabs(a / (h * h)))));
     if (m->plastic.rate[j] != 0) late *= m->r->sharp;

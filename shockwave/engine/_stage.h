@@ -91,7 +91,7 @@ static void NAME(add_end)(const March *m, const double *x, const double *v, long
 /* Forces and accelerations; stage is that of the sums of the impulses, or negative. */
 TARGET static void NAME(forces)(March *m, const int whole, const double *x, const double *v, long low, long high, int stage, End *to)
 {
-    const double weight = m->damped && stage >= 0 ? m->method->weights[stage] : 0;
+    const double weight = (m->damped || m->flows) && stage >= 0 ? m->method->weights[stage] : 0;
 #define FORCES(hertz, damped, loaded, yields) \
     if (whole) NAME(forces_of)(m, hertz, damped, loaded, yields, 1, x, v, low, high, weight, to); \
     else NAME(forces_of)(m, hertz, damped, loaded, yields, 0, x, v, low, high, weight, to);
@@ -111,7 +111,7 @@ TARGET static void NAME(forces)(March *m, const int whole, const double *x, cons
 /* Closing velocities at the end of a step, and the time derivatives of its forces before they are cut off. */
 TARGET static void NAME(complete)(March *m, End *end, long low, long high, double time)
 {
-    const double push = m->damped && low == 0 ? m->inverse[0] * applied(m, time) : 0;
+    const double push = (m->damped || m->flows) && low == 0 ? m->inverse[0] * applied(m, time) : 0;
     V speed = NAME(load)(end->v + low), a;
     long e;
     if (push != 0) end->a[0] += push;
@@ -146,7 +146,7 @@ TARGET static void NAME(attempt)(March *m, double h, double end, long low, long 
     int i;
     m->stage[0] = s->a;
     watch(m, s->f, 0);
-    for (e = low; m->damped && e < high; e += WIDTH) NAME(store)(m->shares + e, method->weights[0] * NAME(load)(s->power + e));
+    for (e = low; (m->damped || m->flows) && e < high; e += WIDTH) NAME(store)(m->shares + e, method->weights[0] * NAME(load)(s->power + e));
     for (i = 1; i <= stages; i++) {
         const int ends = i == stages, last = ends || (method->last_is_next && i == stages - 1);
         const double t = method->nodes[i] * h;
@@ -230,8 +230,9 @@ TARGET static long NAME(changed)(const March *m, long from)
     SCAN(from,
         Mask before = NAME(reaches)(NAME(load)(start + e), least), after = NAME(reaches)(NAME(load)(m->finish.d + e), zero);
         if (m->damped) {
-            before &= NAME(reaches)(NAME(load)(m->start.raw + e), zero);
-            after &= NAME(reaches)(NAME(load)(m->finish.raw + e), zero);
+            const Mask elastic = NAME(reaches)(zero, NAME(load)(m->c + e));
+            before &= NAME(reaches)(NAME(load)(m->start.raw + e), zero) | elastic;
+            after &= NAME(reaches)(NAME(load)(m->finish.raw + e), zero) | elastic;
         }
         if (NAME(any)(before ^ after)) return e;)
 }

@@ -124,10 +124,10 @@ class Job:
         (infinite: there is none), and their times; at first those at the beginning.
     table : array, shape (20, bodies + 1)
         The arrays below.
-    plastic : array, shape (23, bodies + 1) or (0, 0)
+    plastic : array, shape (25, bodies + 1) or (0, 0)
         Rows of elastic-plastic contacts; see `mixed_chain_modes`.
-    loading : array
-        Constants of their law.
+    curves : array, shape (pieces, 5, 4)
+        Pieces of the loading curves of those with rate.
     swift : GeneralTableau or None
         Method for steps in which no force depends on the velocity.
     window : int
@@ -150,7 +150,7 @@ class Job:
     found: FloatArray
     table: FloatArray
     plastic: FloatArray = Factory(lambda: np.empty((0, 0)))
-    loading: FloatArray = Factory(lambda: np.empty(0))
+    curves: FloatArray = Factory(lambda: np.empty(0))
     swift: GeneralTableau | None = None
     window: int = 12
     forecast: Forecast = Factory(Forecast)

@@ -279,7 +279,7 @@ class _Parts:
             found=np.array([0.0, self.time, arrival, 0.0, 0.0, 0.0, self.rebound, 0.0, 0.0, 0.0, *extremes]),
             table=table,
             plastic=job.plastic[:, first : high + 1].copy(),
-            loading=job.loading,
+            curves=job.curves,
             swift=job.swift,
             window=high - first,
         )

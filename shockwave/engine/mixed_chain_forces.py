@@ -39,6 +39,10 @@ PARTS = 4
 #: Fraction of the allowed delay of the end of a mode with rate: the force may be greatest there, with a corner.
 SHARP = 0.25
 MOST_CHANGES = 4
+#: Pieces of the loading curves with rate while the strength doubles, and the greatest logarithm of the closing
+#: velocity over that above which it grows: a strain rate of 1e9/s.
+FINER = 128.0
+FASTEST = 27.6
 #: Change of overlap and closing velocity, relative to the overlap and to the greatest velocity, for the slope of the
 #: force of a plugin: the error of its central difference is about the square, and that of rounding 1e-16 over it.
 LAW_CHANGE = 1e-5
@@ -95,7 +99,7 @@ class Flow(Protocol):
         """Largest stiffness k of each contact at forces up to this one, or as now."""
         ...
 
-    def forces(self, f: FloatArray, d: FloatArray, w: FloatArray | None, low: int) -> FloatArray:
+    def forces(self, f: FloatArray, d: FloatArray, w: FloatArray, low: int) -> FloatArray:
         """Replace the forces minus static ones of contacts that flow along a curve; their powers if integrated."""
         ...
 
@@ -171,13 +175,19 @@ class Contacts:
         # a flat without mass, whose displacement is in the place of its velocity, and the force over Z is its rate
         self.flat = self.bodies - 1 if job.bar else -1
         self.both = job.switches[0]
-        self.viscous = self.damped = damped != 0
+        self.damped = damped != 0
+        self.viscous = (self.c != 0) | job.by_law
         self.loaded = bool(self.base.any())
         self.by_law = job.by_law
         self.jumps = self.damped & (self.q == 0) & ~job.by_law
         self.on = np.ones(self.bodies, dtype=bool)
         self.flow: Flow | None = None
         self.state = np.empty(0) if job.law is None else job.law.initial_state()
+
+    @property
+    def dissipates(self) -> bool:
+        """Whether powers of forces that depend on velocities are integrated."""
+        return self.damped or self.flow is not None
 
     def end_of(self, x: FloatArray, v: FloatArray, time: float, n: int) -> End:
         """Everything at one end of a step, of the first n contacts."""
@@ -217,7 +227,7 @@ class Contacts:
         stretch, d = self.overlaps(x, low, high)
         closed = d > MIN_OVERLAP
         powers = np.zeros(high - low)
-        if self.damped:
+        if self.dissipates:
             w = self.closing_velocities(v, low, high)
         inside = np.where(closed, d, 1.0)
         elastic = self.elastic(stretch, d, inside, part)
@@ -225,7 +235,7 @@ class Contacts:
             elastic = elastic + (self.flow.offset[part] + self.flow.tangent[part] * stretch)
         raw = f = np.where(closed, elastic, -static)
         if self.flow:
-            flow_powers = self.flow.forces(f, d, w if self.damped else None, low)
+            powers = self.flow.forces(f, d, w, low)
         if self.damped:
             # only the dashpot of a contact that is off does not act: its force would jump within the step
             jumps = self.q[part] == 0
@@ -237,7 +247,7 @@ class Contacts:
             total = np.maximum(np.where(np.where(jumps, self.on[part], closed), raw, f), -static)
             if meets_flat:
                 w[at] -= self.mobile[self.flat] * total[at]
-            powers = (total - f) * w + flow_powers if self.flow else (total - f) * w
+            powers = powers + (total - f) * w
             f = total
             if self.flat > 0 and high == self.bodies:
                 powers[-1] = self.mobile[self.flat] * f[-2] ** 2

@@ -16,14 +16,14 @@ import numpy as np
 
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.mixed_chain_arrays import LARGEST, Job
-from shockwave.engine.mixed_chain_forces import KINK_SHARE, MIN_STEP, PARTS, SHARP, Contacts, End
+from shockwave.engine.mixed_chain_forces import FASTEST, FINER, KINK_SHARE, MIN_STEP, PARTS, SHARP, Contacts, End
 from shockwave.engine.mixed_chain_peaks import NEAR, NUDGE, Overlap
-from shockwave.scene.elastic_plastic import Curve, unloading_stiffness
 
 #: Rows of the table of a chain with such contacts: properties, state, and constants within a step.
 ROWS = (
-    *("strength", "radius", "rate", "slow", "virgin", "start", "first", "cap", "full", "a", "b", "level", "slope"),
-    *("yield_force", "unit", "mode", "reached", "force", "left", "limit", "offset", "tangent", "curved"),
+    *("softness", "curvature", "rate", "slowness", "curves", "wider", "virgin", "start", "first", "cap", "full"),
+    *("a", "b", "level", "slope", "yield_force", "unit"),
+    *("mode", "reached", "force", "left", "limit", "offset", "tangent", "curved"),
 )
 
 # A flowing contact outrun below this many times the speed at which its strength grows was outrun at that speed.
@@ -46,12 +46,12 @@ class Plasticity:
     def __init__(self, contacts: Contacts, job: Job) -> None:
         self.chain, self.job, self.rows = contacts, job, job.plastic[:, :-1]
         rows = dict(zip(ROWS, self.rows, strict=True))
-        self.strength, self.radius, self.rate, self.slow, self.virgin = (rows[name] for name in ROWS[:5])
-        self.start, self.first, self.cap, self.full, self.a, self.b = (rows[name] for name in ROWS[5:11])
-        self.level, self.slope, self.yields, self.unit = (rows[name] for name in ROWS[11:15])
-        self.mode, self.reached, self.force, self.left = (rows[name] for name in ROWS[15:19])
-        self.limit, self.offset, self.tangent, self.curved = (rows[name] for name in ROWS[19:])
-
+        self.softness, self.curvature, self.rate, self.slowness = (rows[name] for name in ROWS[:4])
+        self.curves, self.wider, self.virgin, self.start, self.first = (rows[name] for name in ROWS[4:9])
+        self.cap, self.full, self.a, self.b, self.level, self.slope = (rows[name] for name in ROWS[9:15])
+        self.yields, self.unit, self.mode, self.reached, self.force = (rows[name] for name in ROWS[15:20])
+        self.left, self.limit, self.offset, self.tangent, self.curved = (rows[name] for name in ROWS[20:])
+        self.pieces = job.curves
         self.elastic = np.where(np.array(ROWS) == "limit", LARGEST, 0.0)
 
     # ---------------------------------------------------------------- forces
@@ -63,56 +63,50 @@ class Plasticity:
 
     def stiffest(self, force: float) -> FloatArray:
         """Largest stiffness k of each contact at forces up to this one, or as now."""
-        yields = self.strength > 0
-        shared = np.where(yields, self.unit * self.strength, 1.0)
-        first = np.where(yields, self.yields, 1.0)
-        softest = unloading_stiffness(self.virgin, self.unit, shared, first, np.maximum(force, first))
+        yields = self.softness > 0
+        reached = np.maximum(force, np.where(yields, self.yields, 1.0))
+        depths = self.depth(reached)
+        softest = reached / np.where(yields, depths * np.sqrt(depths), 1.0)
         return np.asarray(np.where(yields, np.maximum(softest, self.chain.k), self.chain.k))
 
-    def load(self, j: int, mode: int, d: float, curve: Curve | None) -> float:
-        """Force of loading in a mode; ``curve`` is that at the closing velocity, None without rate."""
-        if mode == Mode.PLATEAU:
-            return float(self.force[j])
-        if mode == Mode.CAPPED:
-            return float(self.virgin[j]) * (d * math.sqrt(d))
-        if curve is None:
-            if mode == Mode.MIDDLE:
-                return d * (float(self.a[j]) + float(self.b[j]) * math.log(d))
-            return float(self.level[j]) + float(self.slope[j]) * d
-        e, middle = d / float(self.radius[j]), mode == Mode.MIDDLE
-        force = e * (curve.ratio + curve.bend * math.log(e / curve.first)) if middle else curve.level + curve.slope * e
-        return float(self.unit[j]) * force
+    def faster(self, j: int, w: float) -> float:
+        """Increase of the strength by a closing velocity, in pieces of the curves."""
+        times = w * float(self.slowness[j])
+        return float(self.rate[j]) * min(math.log(times), FASTEST) if self.rate[j] != 0 and times > 1 else 0.0
 
-    def faster_curve(self, j: int, w: float) -> Curve | None:
-        """The loading curve at a closing velocity; None without rate."""
-        rate, slow = float(self.rate[j]), float(self.slow[j])
-        if rate == 0:
-            return None
-        return Curve.of(float(self.strength[j]) * (1 + rate * math.log(w / slow) if w > slow else 1.0))
-
-    def load_rate(self, j: int, mode: int, motion: tuple[float, float, float], curve: Curve | None) -> float:
-        """Time derivative of the force of loading while a contact flows, from its overlap, w and w'."""
+    def load(self, j: int, mode: int, motion: tuple[float, float, float], faster: float) -> tuple[float, float]:
+        """Force of loading in a mode, and its time derivative while a contact flows, from its overlap, w and w'."""
         d, w, a = motion
         if mode == Mode.PLATEAU:
-            return 0.0
-        if curve is None:
-            return w * float(self.a[j] + self.b[j] * (1 + math.log(d)) if mode == Mode.MIDDLE else self.slope[j])
-        radius, unit = float(self.radius[j]), float(self.unit[j])
-        rest = float(self.strength[j]) * float(self.rate[j]) / w * a if w > self.slow[j] else 0.0
-        by_strength, e = curve.changes, d / radius
+            return float(self.force[j]), 0.0
+        if mode == Mode.CAPPED:
+            return float(self.virgin[j]) * (d * math.sqrt(d)), 0.0
+        if self.rate[j] == 0:
+            if mode == Mode.FULL:
+                return float(self.level[j] + self.slope[j] * d), float(w * self.slope[j])
+            level, slope, log = float(self.a[j]), float(self.b[j]), math.log(d)
+            return d * (level + slope * log), w * (level + slope * (1 + log))
+        share, piece = faster % 1.0, self.pieces[int(self.curves[j]) + int(faster)]
+        *others, (level, slope) = piece[:, 2:].tolist() if mode == Mode.FULL else piece[:, :2].tolist()
+        levels = slopes = 0.0
+        for first, second in reversed(others):
+            levels, slopes = levels * share + level, slopes * share + slope
+            level, slope = level * share + first, slope * share + second
+        curvature, unit = float(self.curvature[j]), float(self.unit[j])
+        e, stretch, grows = d * curvature, w * curvature, float(self.rate[j]) * a / w if faster > 0 else 0.0
         if mode == Mode.FULL:
-            return unit * (curve.slope / radius * w + (by_strength.level + by_strength.slope * e) * rest)
-        log = math.log(e / curve.first)
-        by_rate = by_strength.ratio + by_strength.bend * log - 2 * curve.bend / curve.strength
-        return unit * ((curve.ratio + curve.bend * (1 + log)) / radius * w + e * by_rate * rest)
+            return unit * (level + slope * e), unit * (slope * stretch + (levels + slopes * e) * grows)
+        log = math.log(e)
+        rate = (level + slope * (1 + log)) * stretch + e * (levels + slopes * log) * grows
+        return unit * (e * (level + slope * log)), unit * rate
 
-    def forces(self, f: FloatArray, d: FloatArray, w: FloatArray | None, low: int) -> FloatArray:
+    def forces(self, f: FloatArray, d: FloatArray, w: FloatArray, low: int) -> FloatArray:
         """Replace the forces minus static ones of contacts that flow along a curve; their powers if integrated."""
         powers = np.zeros(len(f))
         for i in np.flatnonzero(self.curved[low : low + len(f)] > 0).tolist():
-            j, speed = low + i, 0.0 if w is None else float(w[i])
-            curve = self.faster_curve(j, speed)
-            f[i] = self.load(j, int(self.mode[j]), float(d[i]), curve) - self.chain.static[j]
+            j, speed = low + i, float(w[i])
+            motion = float(d[i]), speed, 0.0
+            f[i] = self.load(j, int(self.mode[j]), motion, self.faster(j, speed))[0] - self.chain.static[j]
             if self.curved[j] > 1:
                 powers[i] = (f[i] + self.chain.static[j]) * speed
         return powers
@@ -121,7 +115,7 @@ class Plasticity:
         """Replace the time derivatives of the forces of contacts that flow; ``motion``: overlaps, w and w'."""
         for i in np.flatnonzero(self.mode[low : low + len(slope)] > Mode.ELASTIC).tolist():
             j, (d, w, a) = low + i, (float(values[i]) for values in motion)
-            slope[i] = self.load_rate(j, int(self.mode[j]), (d, w, a), self.faster_curve(j, w))
+            slope[i] = self.load(j, int(self.mode[j]), (d, w, a), self.faster(j, w))[1]
 
     def stored(self, j: int, d: float) -> float:
         """Energy that a contact releases, or has taken up since zero overlap; zero where that is integrated."""
@@ -141,23 +135,25 @@ class Plasticity:
         """Energies that all contacts release from their overlaps, less residual ones, and forces on."""
         depths = np.maximum(d, 0.0)
         flows = (self.mode > Mode.ELASTIC) | ((self.mode == Mode.CAPPED) & (d > self.limit))
-        for j in np.flatnonzero(flows).tolist():
-            depths[j] = self.unloading(j, float(forces[j]))[1]
+        depths[flows] = self.depth(forces)[flows]
         return np.asarray(0.4 * forces * depths)
 
     # ---------------------------------------------------------------- modes
 
-    def region(self, j: int, d: float, curve: Curve | None) -> Mode:
-        """The part of the loading curve at an overlap."""
-        if not d > self.cap[j]:
-            return Mode.CAPPED
-        if curve is None:
-            return Mode.FULL if d > self.full[j] else Mode.MIDDLE
-        e = d / float(self.radius[j])
-        if e > curve.full:
-            return Mode.FULL
-        below = curve.ratio + curve.bend * math.log(e / curve.first) < 4.0 / 3.0 * math.sqrt(e)
-        return Mode.MIDDLE if e > curve.first and below else Mode.CAPPED
+    def region(self, j: int, motion: tuple[float, float, float]) -> tuple[Mode, float, float]:
+        """The part of the loading curve, and the force of a contact with rate and its time derivative."""
+        d, w, _a = motion
+        faster = self.faster(j, w)
+        mode = Mode.FULL if d > self.full[j] + self.wider[j] * faster else Mode.MIDDLE
+        mode = mode if d > self.cap[j] else Mode.CAPPED
+        if self.rate[j] == 0:
+            return mode, 0.0, 0.0
+        (force, rate), growth = self.load(j, mode, motion, faster), 1 + faster / FINER
+        if mode == Mode.MIDDLE:
+            hertz = float(self.virgin[j]) * (d * math.sqrt(d))
+            if not (d > self.first[j] * (growth * growth) and force < hertz):
+                return Mode.CAPPED, hertz, rate
+        return mode, force, rate
 
     def next_mode(self, j: int, d: float, w: float, a: float) -> int:
         """Mode of a contact at an overlap, closing velocity and acceleration."""
@@ -169,11 +165,9 @@ class Plasticity:
         if mode != Mode.ELASTIC and w < 0:
             return Mode.ELASTIC
         d += float(self.left[j]) if mode == Mode.ELASTIC else 0.0
-        curve = self.faster_curve(j, w)
-        following = self.region(j, d, curve)
-        if curve is None:
+        following, force, slope = self.region(j, (d, w, a))
+        if self.rate[j] == 0:
             return following
-        force = self.load(j, following, d, curve)
         if mode in (Mode.ELASTIC, Mode.PLATEAU) and not force > self.force[j]:
             return Mode.PLATEAU
         if mode == Mode.ELASTIC:
@@ -182,9 +176,9 @@ class Plasticity:
                 return Mode.ELASTIC
         if following == Mode.CAPPED:
             return following
-        slope = self.load_rate(j, following, (d, w, a), curve)
-        reached = max(force, float(self.force[j]))
-        if slope > 1.5 * reached / self.unloading(j, reached)[1] * w:  # faster loading outruns the stiffer unloading
+        force = 2 * max(force, float(self.force[j])) + float(self.yields[j])
+        # faster loading outruns the stiffer unloading, which has the slope 1.5 sqrt(force/softness) w
+        if slope > 0 and slope * slope * self.softness[j] > 2.25 * force * (w * w):
             return Mode.ELASTIC
         return following if mode == Mode.PLATEAU or not slope < 0 else Mode.PLATEAU
 
@@ -208,12 +202,10 @@ class Plasticity:
 
         The step has ended slightly later.
         """
-        mode, (d, w, _a) = int(self.mode[j]), motion
-        curve = self.faster_curve(j, w)
-        following = self.region(j, d, curve)
-        loading, fall = self.load(j, following, d, curve), self.load_rate(j, following, motion, curve)
+        mode = int(self.mode[j])
         if mode > Mode.ELASTIC:
             return max(float(self.force[j]), force)
+        _mode, loading, fall = self.region(j, motion)
         if mode == Mode.ELASTIC and not loading > self.force[j]:
             return float(self.force[j])
         return loading - fall * (force - loading) / (slope - fall)
@@ -230,11 +222,13 @@ class Plasticity:
             self.reached[j] = reached = d + (min(0.5 * w * w / -a, NUDGE * d) if a < 0 else 0.0)
             if mode != Mode.PLATEAU:
                 flows = self.curved[j] > 1
-                if flows and 0 < w < _BEGINNING * self.slow[j]:  # outrun where the strength began to grow
-                    force = min(force, self.load(j, mode, d, self.faster_curve(j, 0.0)))
-                self.force[j] = max(float(self.force[j]), force) if flows else self.load(j, mode, reached, None)
-            chain.k[j], self.limit[j] = self.unloading(j, float(self.force[j]))
-            self.left[j] = reached - self.limit[j]
+                if flows and 0 < w * self.slowness[j] < _BEGINNING:  # outrun where the strength began to grow
+                    force = min(force, self.load(j, mode, (d, w, a), 0.0)[0])
+                slow = self.load(j, mode, (reached, w, a), 0.0)[0]
+                self.force[j] = max(float(self.force[j]), force) if flows else slow
+            self.limit[j] = depth = self.depth_of(j, float(self.force[j]))
+            chain.k[j] = self.force[j] / (depth * math.sqrt(depth))
+            self.left[j] = reached - depth
         else:
             meets = following == Mode.PLATEAU
             self.force[j] = self.corner(j, (d, w, a), force, slope) if meets else max(float(self.force[j]), force)
@@ -243,11 +237,13 @@ class Plasticity:
         self.set_constants(j)
         self.job.losses[j] -= self.stored(j, d)
 
-    def unloading(self, j: int, force: float) -> tuple[float, float]:
-        """Stiffness of unloading from a force, and the overlap above the residual one there."""
-        unit, yields = float(self.unit[j]), float(self.yields[j])
-        k = float(unloading_stiffness(float(self.virgin[j]), unit, unit * float(self.strength[j]), yields, force))
-        return k, math.pow(force / k, 2.0 / 3.0)
+    def depth(self, forces: FloatArray) -> FloatArray:
+        """Overlaps above the residual ones where unloading from these forces begins."""
+        return np.asarray(forces * np.sqrt(self.softness / np.maximum(2 * forces + self.yields, 1e-300)))
+
+    def depth_of(self, j: int, force: float) -> float:
+        """The same of one contact."""
+        return force * math.sqrt(float(self.softness[j]) / (2 * force + float(self.yields[j])))
 
     def set_constants(self, j: int) -> None:
         """Set what the forces need of the mode of a contact, of which k is known."""
@@ -283,7 +279,7 @@ class Plasticity:
             w, a = overlap.motion(at)[1:]
             force = max(float(start.f[j + 1]), float(finish.f[j + 1])) + float(self.chain.static[j])
             force = max(force, float(self.yields[j]))
-            stiffness = 1.5 * force / self.unloading(j, force)[1]
+            stiffness = 1.5 * math.sqrt((2 * force + float(self.yields[j])) / float(self.softness[j]))
             # the impulse that a step misses this long after the end of a mode
             most = KINK_SHARE * float(self.chain.allowed(j + 1)[j])
             late = math.inf

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -10,26 +10,12 @@ from attrs import frozen
 
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.mixed_chain_arrays import LARGEST, Job
-from shockwave.engine.mixed_chain_forces import Contacts
+from shockwave.engine.mixed_chain_forces import FASTEST, FINER, Contacts
 from shockwave.engine.mixed_chain_modes import ROWS, Mode, Plasticity
-from shockwave.scene import elastic_plastic
-from shockwave.scene.elastic_plastic import Loading
-from shockwave.scene.yielding import PRESSURE
+from shockwave.scene.elastic_plastic import FULL, Curve, Loading
 
-# Constants of the law, in the order of the compiled code.
-_LAW = np.array(
-    [
-        math.pi,
-        PRESSURE,
-        elastic_plastic.FULL,
-        elastic_plastic.FULL_LESS,
-        elastic_plastic.HARDNESS,
-        elastic_plastic.SOFTENING,
-        elastic_plastic.SOFTENING_POWER,
-        elastic_plastic.AREA,
-        elastic_plastic.AREA_LESS,
-    ]
-)
+# Degree of a piece of a loading curve. Its error is 1e-13 for the softest contacts of the law, less for metals.
+_DEGREE = 4
 
 
 @frozen(eq=False, slots=False)
@@ -50,10 +36,22 @@ class PlasticContacts:
     rates: FloatArray
     speeds: FloatArray
 
-    @property
-    def constants(self) -> FloatArray:
-        """Constants of the law."""
-        return _LAW
+    @cached_property
+    def curves(self) -> tuple[FloatArray, FloatArray]:
+        """Pieces of the loading curves, as polynomials of the increase of the strength, and the first of each contact.
+
+        The coefficients, of shape (pieces, 5, 4), are those of a + b ln e and c + d e, by which a force between cap and
+        full plasticity is e times the first, then the second.
+        """
+        faster = np.isfinite(self.loading.strengths) & (self.rates > 0)
+        strengths, places = np.unique(self.loading.strengths[faster], return_inverse=True)
+        count, first = int(FINER * FASTEST * self.rates[faster].max(initial=0.0)) + 1, np.zeros(len(faster))
+        nodes = 0.5 - 0.5 * np.cos(np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1))
+        curve = Curve.of(strengths[:, None, None] * (1 + (np.arange(count)[:, None] + nodes) / FINER))
+        values = curve.ratio - curve.bend * np.log(curve.first), curve.bend, curve.level, curve.slope
+        first[faster] = count * places
+        coefficients = np.linalg.solve(np.vander(nodes, increasing=True), np.stack(values, axis=-1))
+        return np.asarray(coefficients.reshape(-1, _DEGREE + 1, 4)), np.asarray(first)
 
     def at_rest(self, overlaps: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Forces after slow first loading to these overlaps; stiffnesses and residual overlaps of unloading."""
@@ -61,7 +59,7 @@ class PlasticContacts:
         return forces, self.loading.unloading(forces), self.loading.residual(overlaps, forces)
 
     def table(self, overlaps: FloatArray, bodies: int) -> FloatArray:
-        """The rows of a `Job` for contacts at rest at these overlaps, shape (23, bodies + 1)."""
+        """The rows of a `Job` for contacts at rest at these overlaps, shape (25, bodies + 1)."""
         law, count = self.loading, len(overlaps)
         forces, _stiffnesses, left = self.at_rest(overlaps)
         elastic = np.isinf(law.strengths)
@@ -70,8 +68,9 @@ class PlasticContacts:
         table[ROWS.index("limit")] = LARGEST
         limits = np.where(flowed, np.maximum(overlaps - left, 0.0), law.first_overlaps)
         properties = law.first_overlaps, law.cap_overlaps, law.full_overlaps, *law.middle, *law.straight
-        rows = [np.where(elastic, 0.0, law.strengths), law.radii, np.where(elastic, 0.0, self.rates), self.speeds]
-        rows += [law.stiffnesses, overlaps, *properties, law.first_forces, law.units]
+        wider = FULL / FINER * law.strengths * law.radii
+        rows = [law.softness, 1 / law.radii, np.where(elastic, 0.0, FINER * self.rates), 1 / self.speeds]
+        rows += [self.curves[1], wider, law.stiffnesses, overlaps, *properties, law.first_forces, law.units]
         rows += [np.where(flowed, Mode.ELASTIC, Mode.CAPPED), np.where(flowed, overlaps, 0.0), forces, left]
         table[: len(rows), :count] = np.minimum(rows, LARGEST)
         table[len(rows), :count] = np.where(elastic, LARGEST, limits)
@@ -102,7 +101,7 @@ def settle(job: Job) -> Rest:
     flow, count = Plasticity(chain, job), chain.contacts
     d = chain.overlaps(job.x, 0, chain.bodies)[1][:count]
     for j in np.flatnonzero((flow.mode[:count] != Mode.ELASTIC) & (d > flow.limit[:count])).tolist():
-        force = 0.0 if flow.curved[j] > 1 else flow.load(j, int(flow.mode[j]), float(d[j]), None)
+        force = 0.0 if flow.curved[j] > 1 else flow.load(j, int(flow.mode[j]), (float(d[j]), 0.0, 0.0), 0.0)[0]
         flow.change_mode(j, Mode.ELASTIC, (float(d[j]), 0.0, 0.0), force)
     d = chain.overlaps(job.x, 0, chain.bodies)[1][:count]
     energies = [flow.stored(j, each) for j, each in enumerate((d + flow.left[:count]).tolist())]

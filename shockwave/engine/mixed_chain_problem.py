@@ -250,8 +250,7 @@ def _job(
         times = times[times <= end]
     settings = [tolerance, end, *pulse]
     settings += [first, pulse[0] / _LEAST_STEPS, len(assembly.overlaps), assembly.end_stiffness, assembly.end_damping]
-    viscous = assembly.is_damped if methods[1] is None else assembly.is_viscous
-    settings += [work, viscous, assembly.weight, assembly.guided]
+    settings += [work, assembly.is_viscous, assembly.weight, assembly.guided]
     extremes = np.zeros(6) if assembly.movable_end else NO_END
     job = Job(
         method=methods[0],
@@ -267,7 +266,7 @@ def _job(
         found=np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, first, 0.0, 0.0, *extremes]),
         table=np.zeros((ROWS, bodies + 1)),
         plastic=np.empty((0, 0)) if plastic is None else plastic.table(assembly.overlaps, bodies),
-        loading=np.empty(0) if plastic is None else plastic.constants,
+        curves=np.empty(0) if plastic is None else plastic.curves[0],
         forecast=Forecast.of(settings, assembly.static_forces, assembly.cause_of_work),
         bar=assembly.impedance > 0,
     )

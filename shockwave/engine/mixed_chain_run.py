@@ -72,7 +72,7 @@ def run(job: Job, compiled: ModuleType | None) -> None:
     contacts = (forces.LOCATED, forces.ROUNDING, forces.ELASTIC, forces.VISCOUS)
     kinks = _SOON, forces.KINK, KINK_SHARE, _MOST_CUTS, *contacts
     peaks = (_NEARLY, _HOPELESS, MOST_TURNS, NEAR, NUDGE, forces.PASSED, forces.WAVE, forces.NOISE, forces.INSTANT)
-    modes = PARTS, forces.SHARP
+    modes = PARTS, forces.SHARP, forces.FINER, forces.FASTEST
     settings = np.concatenate((job.settings, window, control, kinks, peaks, modes, job.watched, job.found))
     progress = settings[-len(job.found) :]
 
@@ -80,7 +80,7 @@ def run(job: Job, compiled: ModuleType | None) -> None:
         job.forecast.check(progress[1], progress[5] * (job.table.shape[1] + _COMPILED_STEP), progress[4])
         return expired()
 
-    buffers = job.stops, job.times, settings, job.table, job.samples, job.plastic, job.loading
+    buffers = job.stops, job.times, settings, job.table, job.samples, job.plastic, job.curves
     swift = np.empty(0) if job.swift is None else job.swift.packed
     compiled.run(job.method.packed, *tables, *buffers, swift, ends)
     job.found[:] = progress
@@ -186,11 +186,8 @@ class _March(Stages):
             d, w = start.d[near], start.w[near]
             at = -d / w / h
             soon = at > _SOON
-            if self.damped:
-                soon &= d < 0
-            else:
-                opens = kink_error(h, start.raw[near], 1 - at) > KINK_SHARE * self.allowed(self.n)[near]
-                soon &= (d < 0) | opens
+            opens = kink_error(h, start.raw[near], 1 - at) > KINK_SHARE * self.allowed(self.n)[near]
+            soon &= (d < 0) | (opens & ~self.viscous[near])
             size = min(size, float((at[soon] * h).min(initial=math.inf)))
             # a contact has just closed: its force is a power of the time
             for j in near[(np.abs(d) < _SOON * h * w) & ~self.by_law[near]].tolist():
@@ -207,7 +204,8 @@ class _March(Stages):
         share = greatest_overlap(start, finish, size, self.tolerance, law) if self.state.size else 1.0
         acts, still_acts = self.on[: self.n] if self.jumps.any() else start.d >= 0, finish.d >= 0
         if self.damped:  # otherwise the force has the sign of the overlap, but for rounding under a static force
-            acts, still_acts = acts & (start.raw >= 0), still_acts & (finish.raw >= 0)
+            elastic = ~self.viscous[: self.n]
+            acts, still_acts = acts & (elastic | (start.raw >= 0)), still_acts & (elastic | (finish.raw >= 0))
         changes = acts != still_acts
         if changes.any():
             share = self.end_of_contacts(start, finish, size, (acts, changes), share)
@@ -229,12 +227,12 @@ class _March(Stages):
                 at = root(d0, size * float(start.w[j]), d1, size * float(finish.w[j]))
             closes = not acts[j]
             jumps = closes and self.jumps[j] and d0 < 0
-            if self.damped and d0 >= 0 and raw0 * raw1 < 0 and (d1 >= 0 or self.q[j] == 0):
+            if self.viscous[j] and d0 >= 0 and raw0 * raw1 < 0 and (d1 >= 0 or self.q[j] == 0):
                 change = raw1 - raw0
                 rate = size * float(start.slope[j]) if raw0 > 0 else change
                 cut = root(raw0, rate, raw1, 2 * change - rate)
                 at = cut if d1 >= 0 else min(at, cut)
-            elif self.damped and not closes:
+            elif self.viscous[j] and not closes:
                 at *= 0.5  # the force ends before the contact opens
             error = float(kink_error(size, max(raw0, raw1), at if closes else 1 - at))
             if jumps:
@@ -251,7 +249,7 @@ class _March(Stages):
         weights, stages = self.method.weights[1][:, None], slice(len(self.method.nodes))
         for i, contact in enumerate(job.watched):
             self.impulses[i] += size * sum((weights[:, 0] * self.stages[stages, contact + 1]).tolist())
-        if self.damped:
+        if self.dissipates:
             lost = size * np.add.reduce(weights * self.powers[stages, :n], axis=0)
             # a contact that is cut off loses its energy, whatever the length of the step
             idle = [((end.raw < 0) | (end.d < 0)) & (self.k[:n] > 0) for end in (start, finish)]

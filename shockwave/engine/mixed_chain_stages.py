@@ -57,7 +57,7 @@ class Stages(Contacts):
             if self.driven and low == 0:
                 self.push(whole_y, whole_z, impulses, c * h, end if c == 1.0 else self.time + c * h)
             self.stages[i, low + 1 : high + 1], powers, _ = self.forces(whole_y, whole_z, low, high)
-            if self.damped:
+            if self.dissipates:
                 self.powers[i, part] = powers
             f = self.stages[i, low : high + 1]
             np.multiply(inverse, f[:-1] - f[1:], out=self.stage_rates[i, part])
@@ -99,5 +99,5 @@ class Stages(Contacts):
 
     def choose_method(self) -> None:
         """Choose the method of the next steps, by whether a force depends on the velocity."""
-        self.damped = self.viscous or (self.flow is not None and self.flow.depends_on_velocity)
-        self.method = self.job.method if self.damped or self.job.swift is None else self.job.swift
+        careful = self.damped or (self.flow is not None and self.flow.depends_on_velocity)
+        self.method = self.job.method if careful or self.job.swift is None else self.job.swift

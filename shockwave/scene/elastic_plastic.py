@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 from attrs import frozen
@@ -16,7 +16,6 @@ from attrs import frozen
 from shockwave.base.numerics import FloatArray, bracketed_root
 from shockwave.scene.yielding import PRESSURE
 
-_Number = TypeVar("_Number", float, FloatArray)
 # Radius of the spheres of the finite elements to which the law was fitted [m]; it only scales the lengths below.
 _FITTED = 1.5875e-3
 #: Overlap of full plasticity over R*: its increase with the ratio q of strength and modulus E*, less a constant.
@@ -37,67 +36,45 @@ RATE = 1e-3
 _CAPS = 1.2, 1e6
 # Steps of Newton's method for the overlap under a force.
 _TURNS = 30
+# Instead of zero in a denominator.
+_LEAST = 1e-300
 
 
-@frozen
-class Curve:
-    """Loading curve for one ratio of strength and modulus: forces over E* R*^2, overlaps over R*.
+class Curve(NamedTuple):
+    """Loading curves for ratios of strength and modulus: forces over E* R*^2, overlaps over R*.
 
-    The force is Hertz's to the overlap ``cap``, then d (ratio + bend ln(d/first)) to ``full``, then level + slope d.
+    The force is Hertz's to an overlap beyond ``first``, then d (ratio + bend ln(d/first)) to ``full``, then
+    level + slope d.
     """
 
-    first: float
-    ratio: float
-    bend: float
-    full: float
-    level: float
-    slope: float
-    strength: float
+    first: FloatArray
+    ratio: FloatArray
+    bend: FloatArray
+    full: FloatArray
+    level: FloatArray
+    slope: FloatArray
 
     @classmethod
-    def of(cls, strength: float) -> Curve:
-        """The curve of a ``strength`` over E*; infinite if the contact is elastic."""
-        if strength == math.inf:
-            return cls(math.inf, 0.0, 0.0, math.inf, 0.0, 0.0, strength)
-        yielding = 0.5 * PRESSURE * math.pi * strength
-        first, full = yielding * yielding, FULL * strength - FULL_LESS
-        pressure = math.pi * (HARDNESS - SOFTENING * math.pow(strength, SOFTENING_POWER)) * strength
-        slope, level = 2 * pressure, pressure * (AREA - AREA_LESS * strength)
+    def of(cls, strengths: FloatArray) -> Curve:
+        """The curves of finite strengths over E*."""
+        yielding = 0.5 * PRESSURE * math.pi * strengths
+        first, full = yielding * yielding, FULL * strengths - FULL_LESS
+        pressure = math.pi * (HARDNESS - SOFTENING * strengths**SOFTENING_POWER) * strengths
+        slope, level = 2 * pressure, pressure * (AREA - AREA_LESS * strengths)
         ratio = 4 / 3 * yielding
-        bend = (slope + level / full - ratio) / math.log(full / first)
-        return cls(first, ratio, bend, full, level, slope, strength)
-
-    @property
-    def changes(self) -> Changes:
-        """Derivatives by the strength."""
-        q, power = self.strength, SOFTENING_POWER
-        pressure = (1 + power) * (0.5 * self.slope / q) - power * math.pi * HARDNESS
-        level = pressure * (AREA - AREA_LESS * q) - 0.5 * self.slope * AREA_LESS
-        ratio, share = self.ratio / q, FULL / self.full
-        bend = 2 * pressure + (level - self.level * FULL / self.full) / self.full - ratio - self.bend * (share - 2 / q)
-        return Changes(ratio, bend / math.log(self.full / self.first), level, 2 * pressure)
-
-    @cached_property
-    def cap(self) -> float:
-        """Overlap up to which the force is Hertz's."""
-        share = self.bend / self.ratio if self.ratio else 0.0
-
-        def excess(change: float) -> float:
-            return math.sqrt(change) - 1 - share * math.log(change)
-
-        least, most = _CAPS
-        if not excess(least) < 0:
-            return self.first
-        return self.first * bracketed_root(excess, least, most, "the overlap at which loading leaves Hertz's law")
+        return cls(first, ratio, (slope + level / full - ratio) / np.log(full / first), full, level, slope)
 
 
-class Changes(NamedTuple):
-    """Derivatives of a `Curve` by the strength."""
+def _cap(share: float) -> float:
+    """Overlap up to which the force is Hertz's over that of first yield, from bend over ratio."""
 
-    ratio: float
-    bend: float
-    level: float
-    slope: float
+    def excess(change: float) -> float:
+        return math.sqrt(change) - 1 - share * math.log(change)
+
+    least, most = _CAPS
+    if not excess(least) < 0:
+        return 1.0
+    return bracketed_root(excess, least, most, "the overlap at which loading leaves Hertz's law")
 
 
 @frozen(eq=False, slots=False)
@@ -124,11 +101,24 @@ class Loading:
         return np.asarray(0.75 * self.stiffnesses * self.radii * np.sqrt(self.radii))
 
     @cached_property
+    def softness(self) -> FloatArray:
+        """Factor c of the depth F sqrt(c/(2 F + F_y)) of unloading; zero where the contact is elastic.
+
+        The radius a of the contact has grown to a^2 = (2 F + F_y)/(2 pi 1.6 s), and the depth is 3 F/(4 E* a).
+        """
+        strengths = np.where(np.isfinite(self.strengths), self.strengths, 0.0)
+        return np.asarray(9 / 8 * math.pi * PRESSURE * strengths * self.radii**2 / self.units)
+
+    @cached_property
     def _curves(self) -> dict[str, FloatArray]:
-        strengths, places = np.unique(self.strengths, return_inverse=True)
-        curves = [Curve.of(strength) for strength in strengths.tolist()]
-        names = "first", "ratio", "bend", "full", "level", "slope", "cap"
-        return {name: np.array([getattr(curve, name) for curve in curves])[places] for name in names}
+        strengths, places = np.unique(self.strengths[np.isfinite(self.strengths)], return_inverse=True)
+        curve = Curve.of(strengths)
+        caps = curve.first * [_cap(share) for share in (curve.bend / curve.ratio).tolist()]
+        curves = {name: np.zeros(len(self.strengths)) for name in (*Curve._fields, "cap")}
+        for name, values in zip(curves, (*curve, caps), strict=True):
+            curves[name][np.isinf(self.strengths)] = math.inf if name in ("first", "full", "cap") else 0.0
+            curves[name][np.isfinite(self.strengths)] = values[places]
+        return curves
 
     @property
     def first_overlaps(self) -> FloatArray:
@@ -181,31 +171,22 @@ class Loading:
         yielded = np.where(straight > self.full_overlaps, straight, d)
         return np.asarray(np.where(elastic > self.cap_overlaps, yielded, elastic))
 
+    def depth(self, forces: FloatArray) -> FloatArray:
+        """Overlap above the residual one where unloading begins from these forces."""
+        yielded = forces > self.first_forces
+        first = np.where(yielded, self.first_forces, 0.0)
+        plastic = forces * np.sqrt(self.softness / np.maximum(2 * forces + first, _LEAST))
+        return np.asarray(np.where(yielded, plastic, (forces / self.stiffnesses) ** (2 / 3)))
+
     def unloading(self, forces: FloatArray) -> FloatArray:
         """K of unloading K (d - d_r)^(3/2) from these forces on."""
-        finite = np.isfinite(self.strengths)
-        shared = self.units * np.where(finite, self.strengths, 1.0)
-        first = np.where(finite, self.first_forces, 1.0)
-        softer = unloading_stiffness(self.stiffnesses, self.units, shared, first, np.maximum(forces, first))
-        return np.asarray(np.where(forces > self.first_forces, softer, self.stiffnesses))
+        yielded = forces > self.first_forces
+        return np.where(yielded, forces / np.where(yielded, self.depth(forces), 1.0) ** 1.5, self.stiffnesses)
 
     def residual(self, overlaps: FloatArray, forces: FloatArray) -> FloatArray:
         """Residual overlap d_r after unloading from an overlap and force, zero up to first yield."""
-        left = overlaps - (forces / self.unloading(forces)) ** (2 / 3)
-        return np.asarray(np.where(forces > self.first_forces, left, 0.0))
+        return np.asarray(np.where(forces > self.first_forces, overlaps - self.depth(forces), 0.0))
 
     def recoverable(self, forces: FloatArray) -> FloatArray:
         """Energy that unloading from these forces releases."""
-        stiffnesses = self.unloading(forces)
-        return np.asarray(0.4 * stiffnesses * (forces / stiffnesses) ** (5 / 3))
-
-
-def unloading_stiffness(k: _Number, unit: _Number, strength: _Number, first: _Number, force: _Number) -> _Number:
-    """K of unloading from a ``force`` of at least ``first``, that of first yield; numbers or arrays.
-
-    The radius of the contact has grown to R_p = 4 E*/(3 F) ((2 F + F_y)/(2 pi 1.6 s))^(3/2); ``unit`` is E* R*^2 and
-    ``strength`` s R*^2.
-    """
-    area = (2 * force + first) / (2 * math.pi * PRESSURE * strength)
-    stiffness: _Number = k * np.sqrt(4 * unit / (3 * force) * area * np.sqrt(area))
-    return stiffness
+        return np.asarray(0.4 * forces * self.depth(forces))
