@@ -746,3 +746,26 @@ def test_histories_that_take_too_long_are_named(monkeypatch: pytest.MonkeyPatch)
     parts = parts_of(MOTION)
     assert "No histories: the time limit was reached" in parts["results"]
     assert "Space-time diagram" not in parts["figures"]
+
+
+def test_a_bar_is_an_end_that_a_wall_can_replace() -> None:
+    end = "end: {bar: {material: steel-4340, diameter: 19 mm}}}"
+    text = MOTION.replace("granules: 6}", f"granules: 6, {end}")
+    (control,) = (each for each in list_controls(load_text(text))["Chain"] if each.name == "chain.end")
+    assert control.text == "as in the text"
+    walled = load_text(edit_text(text, {"chain.end": "wall: rigid"}))
+    assert isinstance(walled.chain.end, sw.Wall)
+
+
+def test_a_new_end_or_number_of_granules_leaves_out_sensors_that_may_be_gone() -> None:
+    text = MOTION.replace("granules: 6}", "granules: 6, end: {wall: rigid}}") + "simulate: {sensors: [wall]}\n"
+    for name, value in (("chain.end", "free end"), ("chain.granules", 3)):
+        assert load_text(edit_text(text, {name: value})).simulate.sensors == ()
+    assert load_text(edit_text(text, {"motion.velocity": "2 m/s"})).simulate.sensors
+
+
+def test_every_contact_of_a_chain_with_a_striker_is_drawn() -> None:
+    text = MOTION.partition("motion")[0] + "impact: {velocity: 1 m/s}\n"
+    _, outcome = predict_text(text)
+    assert outcome.simulated is not None
+    assert outcome.simulated.recording.contacts == tuple(range(6))

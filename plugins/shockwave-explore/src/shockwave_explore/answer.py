@@ -59,16 +59,17 @@ def predict_text(text: str) -> tuple[sw.Scenario, sw.Outcome]:
         As `load_text` and `shockwave.predict`.
     """
     scenario = load_text(text)
-    count = scenario.chain.count
+    count, end = scenario.scene.contact_count, scenario.chain.end
     contacts = range(_FIRST_CONTACTS)
     if count is not None:
-        all_contacts = range(0, count - 1, -(-count // _MOST_CONTACTS))
-        contacts = range(min(_FIRST_CONTACTS, count - 1)) if scenario.chain.is_uniform else all_contacts
+        count -= end is not None  # that with the wall has a history of its own
+        all_contacts = range(0, count, -(-count // _MOST_CONTACTS))
+        contacts = range(min(_FIRST_CONTACTS, count)) if scenario.chain.is_uniform else all_contacts
     until = scenario.simulate.until
     interval = None if until is None else until / _SAMPLES
     drawn = sorted({*contacts, *scenario.simulate.contacts})
     histories: dict[str, Any] = {"record": ("forces", "field"), "contacts": drawn, "interval": interval}
-    if isinstance(end := scenario.chain.end, sw.Wall) and end.mass is not None:
+    if isinstance(end, sw.Wall) and end.mass is not None:
         asked = scenario.simulate.sensors
         histories["sensors"] = asked if Sensor("structure") in asked else (*asked, Sensor("structure"))
     return scenario, sw.predict(scenario, **histories)

@@ -110,7 +110,7 @@ def _controls_of(variable: Variable, value: Any, data: Any) -> Iterator[Control]
     elif (spec := variable.key.spec) is not None and not spec.samples and isinstance(value, str | int | float):
         yield _make_number(name, label, value, _bound(spec, name, data))
     if name == "chain.granules":
-        yield _make_end(value, value_at(data, "chain", "end", "wall"))
+        yield _make_end(value, value_at(data, "chain", "end"))
         law = value_at(data, "chain", "contact") or {"model": "hertz"}
         contacts = {"hertz": ELASTIC, PLASTIC: PLASTIC}.get(str(law.get("model")), _AS_GIVEN)
         if value is not None:
@@ -132,8 +132,9 @@ def _label_of(name: str) -> str:
     return dotted_name(steps_of(name)[1:]).removeprefix("parameters.").replace(".", " ").replace("_", " ")
 
 
-def _make_end(granules: Any, wall: Any) -> Control:
-    end = ENDLESS if granules is None else FREE if wall is None else WALL + _name_of(wall)
+def _make_end(granules: Any, given: Any) -> Control:
+    wall = given.get("wall") if isinstance(given, dict) else None
+    end = ENDLESS if granules is None else FREE if given is None else WALL + _name_of(wall) if wall else _AS_GIVEN
     walls = (f"{WALL}{name}" for name in (*WALLS, *_list_materials()))
     return _make_list("chain.end", "end", end, *([FREE] if isinstance(granules, list) else [ENDLESS, FREE]), *walls)
 

@@ -129,7 +129,8 @@ def _list_changes(document: Document, name: str, value: Any) -> Iterator[tuple[t
     data = document.data
     if name == "chain.end":
         granules, end = value_at(data, "chain", "granules"), value_at(data, "chain", "end")
-        walled = {**_mapping_of(end), "wall": str(value).removeprefix(WALL)}
+        kept = {key: given for key, given in _mapping_of(end).items() if key != "bar"}
+        walled = {**kept, "wall": str(value).removeprefix(WALL)}
         yield ("chain", "end"), None if value in (ENDLESS, FREE) else walled
         yield ("chain", "granules"), None if value == ENDLESS else _GRANULES if granules is None else granules
         if value == ENDLESS and value_at(data, "chain", "contact", "model") == PLASTIC:
@@ -151,8 +152,10 @@ def _list_changes(document: Document, name: str, value: Any) -> Iterator[tuple[t
         times = [time for time in TIMES if value_at(data, "shock", time) is not None]
         if value != "" and times and (time := name.removeprefix("shock.")) in TIMES and time not in times:
             yield ("shock", times[-1]), None
-    if name.startswith(("chain.end", "chain.granules")) and value_at(data, "simulate", "contacts"):
-        yield ("simulate", "contacts"), None  # the chain may be too short for them
+    shortens = name in ("chain.end", "chain.granules") or name.endswith((".count", ".repeat"))
+    for key in ("contacts", "sensors"):
+        if shortens and value_at(data, "simulate", key):
+            yield ("simulate", key), None  # the chain may be too short for them
 
 
 def _reshape(old: Mapping[str, Any], fresh: Mapping[str, Any]) -> dict[str, Any]:
