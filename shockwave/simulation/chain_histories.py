@@ -13,7 +13,7 @@ from shockwave.scene.motion import Motion
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.convergence_runs import run, tolerances_for
-from shockwave.simulation.recording import Recording, sample_times
+from shockwave.simulation.recording import AFTER, Recording, sample_times
 from shockwave.simulation.simulation_result import Simulation
 
 
@@ -25,9 +25,11 @@ def record_chain(result: Simulation) -> Recording:
     InvalidValueError
         If the histories have too many values.
     """
+    if result.wave is not None and not result.options.sensors:
+        result = evolve(result, options=evolve(result.options, until=_end_of_wave(result)))
     case, end = setup_of_result(result)
     options, scales, count = result.options, case.scales, case.granules
-    times = sample_times(options, scales, end, count)
+    times = sample_times(options, scales, end, count, result.characteristic_time)
     motion = run(case, tolerances_for(case.rtol)[0], end, times)
     if result.chain.count is None:
         count = count_reached(motion.v)
@@ -54,6 +56,15 @@ def record_chain(result: Simulation) -> Recording:
             spring = case.assembly.end_stiffness / 2 * motion.samples_x[:, -1] ** 2
             recorded["contact_energy"] = scales.energy * (contacts + spring)
     return Recording(times=times * scales.time, contacts=tuple(case.reported.tolist()), **recorded)
+
+
+def _end_of_wave(result: Simulation) -> float:
+    """Default end of the histories of a leading wave [s]."""
+    options = result.options
+    if options.until is not None:
+        return options.until
+    last = result.passage(max(options.contacts)) if options.contacts else result.primary
+    return float(last.arrival_time + AFTER * result.characteristic_time)
 
 
 def _applied_force(motion: Motion, case: ChainSetup, times: FloatArray, contact: FloatArray) -> FloatArray:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import pairwise
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from attrs import asdict, evolve
@@ -24,19 +24,17 @@ from shockwave.scene.yielding import beyond_elastic
 from shockwave.simulation.chain_histories import chain_options, count_reached
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.contact_validity import first_yield, warn_overlaps, warn_unjudged
-from shockwave.simulation.convergence_runs import runs_of, warn_missed
+from shockwave.simulation.convergence_runs import Runs, runs_of, warn_missed
 from shockwave.simulation.later_forces import Flags, are_apart, later_force, later_remedy, offsets, stiffnesses
 from shockwave.simulation.movable_end import MovableEnd
 from shockwave.simulation.recording import sample_times
 from shockwave.simulation.result_parts import (
-    Computation,
     ContactForces,
     Cost,
     Dissipated,
     SegmentEnergy,
     Train,
     Transmitted,
-    last_force,
 )
 from shockwave.simulation.simulation_result import Simulation
 from shockwave.simulation.wave_setup import scale_scene
@@ -68,11 +66,11 @@ NO_LIMIT = (
 
 
 def simulate_chain(
-    options: SimulateOptions, scene: Scene, computation: Computation, case: ChainSetup | None = None
+    options: SimulateOptions, scene: Scene, computation: Callable[..., Any], case: ChainSetup | None = None
 ) -> Simulation:
     """Simulate a finite or precompressed chain with an excitation, and estimate the errors of the forces.
 
-    ``computation`` computes the histories; ``case`` is the setup, if it is known.
+    ``computation`` is that of the result; ``case`` is the setup, if it is known.
 
     Raises
     ------
@@ -94,43 +92,26 @@ def simulate_chain(
         on_wall = Transmitted(**peak, impulse=impulse * scales.momentum, impulse_error=runs.impulse_error)
     carried = math.fsum(motion.v[:count] / case.assembly.inverse_masses[:count])
     movable = len(motion.v) > count and not case.assembly.impedance
-    velocities, masses = scales.velocity * motion.v[:count], case.layout.masses
+    velocities = scales.velocity * motion.v[:count]
     apart = are_apart(motion.x[:count], motion.v[:count], offsets(case, motion))
-    loaded = bool(case.layout.static_forces.any())
-    rebounding = None if loaded else _leaving_velocities(-velocities, apart)
-    spalls = None if loaded or case.has_wall else _leaving_velocities(velocities[::-1], apart[::-1])
-    chain = scene.chain
     yielding = first_yield(case, motion)
-    if error := beyond_elastic(chain, lambda: yielding):
+    if error := beyond_elastic(scene.chain, lambda: yielding):
         raise error
-    endless, later = chain.count is None, later_force(case, motion)
-    end = MovableEnd.of(runs) if case.has_wall else None
+    endless, later, end = scene.chain.count is None, later_force(case, motion), MovableEnd.of(runs)
     reached = count_reached(motion.v) if endless else count
-    leaving = LeavingForce(name=WAVE, remedy="simulate a finite chain")
-    if not endless:
-        arrived = motion.arrival is not None
-        leaving = last_force(WALL if case.has_wall else LAST, runs.peak(-1), arrived, later)
-        spring = None if end is None else end.leaving(arrived)
-        remedy = later_remedy(case, motion, later)
-        leaving = evolve(leaving, later_remedy=remedy, spring=spring and evolve(spring, later_remedy=remedy))
-    recoil = None if rebounding is None else 0.0 - math.fsum(masses[: len(rebounding)] * rebounding)
     return Simulation(
         scene=scene,
         options=case.options,
         integrator=motion.integrator,
         backend="numpy" if case.compiled is None else "compiled",
         wave=None,
-        forces=ContactForces(contacts=runs.reported, greatest=runs.greatest, leaving=leaving),
+        forces=ContactForces(contacts=runs.reported, greatest=runs.greatest, leaving=_leaving_force(runs, later, end)),
         transmitted=on_wall,
         structure=end and end.structure,
         end=motion.end * scales.time,
         arrival_time=None if endless or motion.arrival is None else motion.arrival * scales.time,
         velocities=tuple(velocities[:reached].tolist()),
-        measured=Train(
-            recoil_momentum=recoil,
-            recoil_velocities=None if rebounding is None else tuple((-rebounding).tolist()),
-            spall_velocities=None if spalls is None else tuple(spalls.tolist()),
-        ),
+        measured=_train(case, velocities, apart),
         restitution=_restitution(case, motion, velocities, apart),
         applied_momentum=momentum * scales.momentum,
         applied_energy=energy * scales.energy,
@@ -179,11 +160,22 @@ def forces_of(result: Simulation) -> ContactForces:
             took = f"the integration of {granules} granules would take about {seconds:.0f} s or more"
             raise NumericalError(f"{took} (set until or a timeout to integrate all the same)")
     runs = runs_of(ChainSetup.of(options, result.scene))
-    leaving = last_force(LAST, runs.peak(-1), runs.motion.arrival is not None, later_force(runs.case, runs.motion))
+    leaving = _leaving_force(runs, later_force(runs.case, runs.motion))
     return ContactForces(contacts=runs.reported, greatest=runs.greatest, leaving=leaving, warnings=tuple(warnings))
 
 
 # ---------------------------------------------------------------- parts of the result
+
+
+def _leaving_force(runs: Runs, later: float, end: MovableEnd | None = None) -> LeavingForce:
+    """The force at the last contact, less than ``later`` afterwards [N], with that of the spring behind it."""
+    case, motion = runs.case, runs.motion
+    if case.scene.chain.count is None:
+        return LeavingForce(name=WAVE, remedy="simulate a finite chain")
+    arrived, remedy = motion.arrival is not None, later_remedy(case, motion, later)
+    force = runs.peak(-1).leaving(WALL if case.has_wall else LAST, arrived, later)
+    spring = None if end is None else end.leaving(arrived)
+    return evolve(force, later_remedy=remedy, spring=spring and evolve(spring, later_remedy=remedy))
 
 
 def _warn_unfinished(case: ChainSetup, motion: Motion, velocities: FloatArray, apart: Flags) -> Iterator[str]:
@@ -240,6 +232,16 @@ def _dissipated(case: ChainSetup, motion: Motion) -> Dissipated:
     energy = motion.dissipated * case.scales.energy
     bar, end = (end, 0.0) if case.assembly.impedance else (0.0, end)
     return Dissipated(energy=energy, plastic=plastic_energy, damping=damping, end=end, bar=bar)
+
+
+def _train(case: ChainSetup, velocities: FloatArray, apart: Flags) -> Train:
+    """Granules that fly off the ends; those of a chain under static forces are not known."""
+    if case.layout.static_forces.any():
+        return Train(recoil_momentum=None, recoil_velocities=None)
+    rebounding = _leaving_velocities(-velocities, apart)
+    spalls = None if case.has_wall else tuple(_leaving_velocities(velocities[::-1], apart[::-1]).tolist())
+    recoil = 0.0 - math.fsum(case.layout.masses[: len(rebounding)] * rebounding)
+    return Train(recoil_momentum=recoil, recoil_velocities=tuple((-rebounding).tolist()), spall_velocities=spalls)
 
 
 def _leaving_velocities(outwards: FloatArray, apart: Flags) -> FloatArray:

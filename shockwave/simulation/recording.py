@@ -190,9 +190,14 @@ def select_contacts(options: SimulateOptions, contacts: int) -> tuple[int, ...]:
     return options.contacts
 
 
-def sample_times(options: SimulateOptions, scales: Scales, until: float, granules: float) -> FloatArray:
-    """Scaled times of the samples of ``granules`` granules; raise if the histories have too many values."""
-    interval = 1 / _SAMPLES if options.interval is None else options.interval / scales.time
+def sample_times(
+    options: SimulateOptions, scales: Scales, until: float, granules: float, unit: float | None = None
+) -> FloatArray:
+    """Scaled times of the samples of ``granules`` granules; raise if the histories have too many values.
+
+    Their default interval is a tenth of the ``unit``, the characteristic time of the wave [s], or that of ``scales``.
+    """
+    interval = (options.interval or (unit or scales.time) / _SAMPLES) / scales.time
     count = int(until / interval * (1 + 1e-12)) + 1
     contacts = len(options.contacts) or min(granules, MOST_REPORTED)
     if count * (contacts + 2 * granules) > MOST_NUMBERS:

@@ -1,20 +1,18 @@
-"""Parts of the result of a simulation: leading wave, train, contact forces, segments, cost; and what computes them."""
+"""Parts of the result of a simulation: leading wave, train, contact forces, segments, cost."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
 
-from attrs import evolve, field, frozen
+from attrs import field, frozen
 
-from shockwave.base.errors import NumericalError
 from shockwave.base.text import round_digits, si
 from shockwave.base.units import STANDARD_GRAVITY
 from shockwave.engine.scaled_problem import Primary
 from shockwave.scene.chain import Scales
-from shockwave.scene.force_limit import LATER, SPRING, LeavingForce
-from shockwave.simulation.measured_wave import MeasuredWave, Passage
-from shockwave.simulation.recording import Recording
+from shockwave.scene.force_limit import SPRING, LeavingForce
+from shockwave.simulation.measured_wave import MeasuredWave
 
 if TYPE_CHECKING:  # other results do not need it
     from shockwave.simulation.first_pulse import FirstPulse
@@ -112,21 +110,9 @@ class ContactPeak:
         """The force plus its error estimate [N]."""
         return 2 * self.peak_force - self.low
 
-
-def last_force(name: str, peak: ContactPeak | None, arrived: bool = True, later: float = 0.0) -> LeavingForce:
-    """The force that a chain transmits, from its last contact; ``peak`` is None if it is not known.
-
-    Before the leading wave has ``arrived`` there is no upper end. After the end of the simulated time the force is
-    less than ``later`` [N].
-    """
-    if peak is None:
-        return LeavingForce(name=name, remedy="simulate with a longer timeout")
-    error = peak.error_estimate * (peak.peak_force - peak.static_force)
-    return _at_first(LeavingForce.from_simulation(name, peak.peak_force, error), arrived, later)
-
-
-def _at_first(force: LeavingForce, arrived: bool, later: float) -> LeavingForce:
-    return evolve(force, later=later) if arrived else evolve(force, later=later, high=None, remedy=LATER)
+    def leaving(self, name: str, arrived: bool, later: float) -> LeavingForce:
+        """The force as that which a chain transmits; see `LeavingForce.from_simulation`."""
+        return LeavingForce.from_simulation(name, self.peak_force, self.peak_force - self.low, arrived, later)
 
 
 @frozen(kw_only=True)
@@ -180,9 +166,9 @@ class Structure:
         return max(error for error in errors if error is not None)
 
     def leaving(self, arrived: bool, later: float) -> LeavingForce:
-        """The spring force as a force that is limited; see `last_force`."""
+        """The spring force as a force that is limited; see `LeavingForce.from_simulation`."""
         error = self.peak_spring_force_error * self.peak_spring_force
-        return _at_first(LeavingForce.from_simulation(SPRING, self.peak_spring_force, error), arrived, later)
+        return LeavingForce.from_simulation(SPRING, self.peak_spring_force, error, arrived, later)
 
     def facts(self) -> Iterator[tuple[str, str]]:
         """Labels and texts of the motion and the spring force."""
@@ -309,25 +295,3 @@ class Train:
     def is_integrated(self) -> bool:
         """Whether the waves were measured; otherwise only the leading wave is known."""
         return self.cost.steps > 0
-
-
-class Computation(Protocol):
-    """Computes the parts of a result that are integrated when they are first read."""
-
-    def train(self, result: Any) -> Train:
-        """All waves and the rebounding granules."""
-
-    def passages(self, result: Any, contacts: Sequence[int]) -> list[Passage | NumericalError]:
-        """The leading wave at these contacts; the error where it has no peak."""
-
-    def forces(self, result: Any) -> ContactForces:
-        """Greatest forces at the contacts of a finite chain of equal granules."""
-
-    def value_with_yield(self, result: Any) -> tuple[str, ...]:
-        """Sentence on the forces with elastic-plastic contacts, if they can be computed at once."""
-
-    def recording(self, result: Any) -> Recording:
-        """Histories that the options request."""
-
-    def first_pulses(self, result: Any, contacts: Sequence[int] | None) -> tuple[tuple[FirstPulse, ...], Sequence[str]]:
-        """First pulses at contacts or, if they are None, of the sensors of the options; and warnings."""

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from attrs import frozen
+from attrs import evolve, frozen
 
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.mixed_chain_problem import Motion
 from shockwave.scene.sensors import STRUCTURE, WALL, Sensor
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.recording import SensorHistory
+
+# Histories of a movable end, with their SI units.
+_OF_END = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", "spring_force": "N"}
 
 
 @frozen(eq=False)
@@ -26,7 +29,7 @@ class Signal:
     contacts : array of int
         Contacts whose mean force it is.
     body : int or None
-        Granule whose velocity or displacement it is, or the movable end whose spring force it is.
+        Granule whose velocity or displacement it is, or the movable end whose motion or spring force it is.
     """
 
     case: ChainSetup
@@ -75,9 +78,13 @@ class Signal:
         if self.body is None:
             return np.asarray(motion.samples_forces[:, self.contacts].mean(axis=1) * scales.contact_force)
         x, v = motion.samples_x[:, self.body], motion.samples_v[:, self.body]
+        if self.unit in ("m", "m/s"):
+            return np.asarray(scales.energy / scales.force * x if self.unit == "m" else scales.velocity * v)
+        spring = assembly.end_stiffness * x + assembly.end_damping * v
         if self.unit == "N":
-            return np.asarray(scales.force * (assembly.end_stiffness * x + assembly.end_damping * v))
-        return np.asarray(scales.energy / scales.force * x if self.unit == "m" else scales.velocity * v)
+            return np.asarray(scales.force * spring)
+        excess = motion.samples_forces[:, -1] - assembly.static_forces[-1] - spring
+        return np.asarray(scales.force / scales.mass * assembly.inverse_masses[-1] * excess)
 
     def dynamic(self, motion: Motion) -> FloatArray:
         """Values less the static part."""
@@ -107,32 +114,17 @@ class Signal:
 
 
 def histories_of(case: ChainSetup, motion: Motion) -> tuple[SensorHistory, ...]:
-    """Histories of all sensors of the options; a movable end has several."""
+    """Histories of all sensors of the options.
+
+    A movable end has four, from its static equilibrium; one that spring or dashpot hold still, only the spring force.
+    """
     histories = []
     for sensor in case.options.sensors:
-        if sensor.place == STRUCTURE:
-            histories += end_histories(case, motion)
-        else:
-            signal = Signal.of(sensor, case)
+        signal = Signal.of(sensor, case)
+        if sensor.place != STRUCTURE:
             histories.append(SensorHistory(signal.name, signal.unit, signal.read(motion)))
+            continue
+        for quantity, unit in (_OF_END if case.assembly.movable_end else {"spring_force": "N"}).items():
+            values = evolve(signal, unit=unit).dynamic(motion)
+            histories.append(SensorHistory(f"{STRUCTURE}_{quantity}", unit, values))
     return tuple(histories)
-
-
-def end_histories(case: ChainSetup, motion: Motion) -> list[SensorHistory]:
-    """Displacement, velocity, acceleration and spring force of a movable end, from its static equilibrium.
-
-    Of an end that spring or dashpot hold still, only the spring force.
-    """
-    scales, end = case.scales, case.layout.wall
-    assert end is not None
-    assert end.mass is not None
-    if not case.assembly.movable_end:
-        return [SensorHistory(f"{STRUCTURE}_spring_force", "N", Signal.of(Sensor(STRUCTURE), case).dynamic(motion))]
-    x, v = scales.energy / scales.force * motion.samples_x[:, -1], scales.velocity * motion.samples_v[:, -1]
-    spring = end.stiffness * x + end.damping * v
-    force = scales.force * (motion.samples_forces[:, -1] - case.assembly.static_forces[-1])
-    columns = ("displacement", "m", x), ("velocity", "m/s", v), ("acceleration", "m/s^2", (force - spring) / end.mass)
-    return [
-        SensorHistory(f"{STRUCTURE}_{name}", unit, values)
-        for name, unit, values in (*columns, ("spring_force", "N", spring))
-    ]
