@@ -77,10 +77,10 @@ def _faults_of_fields(of: Any, keywords: Mapping[str, Any]) -> list[Fault]:
     """Faults of the values of the fields of an attrs class."""
     faults: list[Fault] = []
     for each in () if of is None else attrs.fields(of):
-        if each.name in keywords:
+        if each.alias in keywords:
             # a validator may read the instance, which is incomplete
             with suppress(AttributeError), collect_faults(faults):
-                value, convert = keywords[each.name], cast(Any, each.converter)
+                value, convert = keywords[each.alias], cast(Any, each.converter)
                 if isinstance(each.converter, attrs.Converter):
                     value = convert.converter(value, *[None] * convert.takes_self, *[each] * convert.takes_field)
                 elif convert is not None:

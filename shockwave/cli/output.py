@@ -6,7 +6,7 @@ import argparse
 import json
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -17,6 +17,9 @@ from shockwave.base.quantity_fields import join
 
 #: Environment variable that makes internal errors raise, with a traceback.
 _DEBUG = "SHOCKWAVE_DEBUG"
+#: Endings of files of pictures and of tables.
+PICTURES = (".svg", ".png", ".pdf")
+TABLES = (".csv", ".nc")
 
 
 def failure(error: Exception) -> tuple[str, int]:
@@ -111,6 +114,19 @@ def announce_file(output: str | os.PathLike[str]) -> Iterator[None]:
     state = "replaced" if os.path.exists(output) else "written"
     yield
     print(f"{output}: {state}", file=sys.stderr)
+
+
+def write_result(result: Any, output: str, draw: Callable[..., Any] | None = None, size: Any = "column") -> None:
+    """Write a result to a file: its main table, or its picture, by ``draw`` if it is not that of `Result.plot`."""
+    with announce_file(output):
+        if output.lower().endswith(TABLES):
+            result.write(output)
+            return
+        from shockwave import pictures  # other files do not need it
+
+        sheet, (ax,) = pictures.figure(size=size)
+        (draw or result.plot)(ax=ax)
+        pictures.save(sheet, output)
 
 
 def write_output(text: str, output: str | None, anew: bool = False) -> int:

@@ -16,7 +16,7 @@ from typing import Any, Literal
 import attrs
 from attrs import evolve, frozen
 
-from shockwave.base.quantity_fields import DIAMETER, Converted, Quantity, is_plain_text, quantity_of
+from shockwave.base.quantity_fields import Converted, Quantity, is_plain_text, quantity_of
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.scene.chain import Chain, Packing
@@ -24,6 +24,7 @@ from shockwave.scene.material import WALLS as WALLS
 from shockwave.scene.material import Material
 from shockwave.scene.shock import DURATION, Shock
 from shockwave.scene.simulate_options import SimulateOptions
+from shockwave.scene.sizes import DIAMETER
 
 #: The profile whose samples may come from a file.
 RECORD = "tabulated"

@@ -12,7 +12,7 @@ from typing import Any
 from attrs import evolve
 
 from shockwave.base.errors import Fault, InvalidValueError, ShockwaveError, UnknownNameError, below, nearest, refuse
-from shockwave.base.quantity_fields import SIZES, Quantity, join, text_of
+from shockwave.base.quantity_fields import Quantity, join, text_of
 from shockwave.records.record_format import RecordFormat
 from shockwave.registry.registry import blame, entries, load
 from shockwave.scenario.block_keys import BLOCKS, GRANULES, WALLS, Key, keys_of
@@ -22,6 +22,7 @@ from shockwave.scene.contact_law import PowerContact
 from shockwave.scene.impact import Impact
 from shockwave.scene.motion import Motion
 from shockwave.scene.segments import Cell, Segment, Taper
+from shockwave.scene.sizes import SIZES
 
 
 def _keys(cls: type) -> dict[str, Key]:

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.quantity_fields import text_of
 from shockwave.scenario.scenario import Scenario, load_scenario
-from shockwave.scene.shock import Shock
-
-if TYPE_CHECKING:  # a scenario with a shock does not need it
-    from shockwave.scene.impact import Impact
-    from shockwave.scene.motion import Motion
+from shockwave.scene.scene import Excitation
 
 #: A scenario, its file, or an excitation whose chain is given beside it.
-SceneArgument: TypeAlias = "Scenario | str | os.PathLike[str] | Shock | Impact | Motion"
+SceneArgument: TypeAlias = "Scenario | str | os.PathLike[str] | Excitation"
 
 
 def scenario_alone(scene: object, chain: object) -> Scenario:

@@ -194,11 +194,6 @@ class Loading:
         left = overlaps - (forces / self.unloading(forces)) ** (2 / 3)
         return np.asarray(np.where(forces > self.first_forces, left, 0.0))
 
-    def recoverable(self, forces: FloatArray) -> FloatArray:
-        """Energy that unloading from these forces releases."""
-        stiffnesses = self.unloading(forces)
-        return np.asarray(0.4 * stiffnesses * (forces / stiffnesses) ** (5 / 3))
-
 
 def unloading_stiffness(k: _Number, unit: _Number, strength: _Number, first: _Number, force: _Number) -> _Number:
     """K of unloading from a ``force`` of at least ``first``, that of first yield; numbers or arrays.

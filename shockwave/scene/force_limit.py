@@ -6,7 +6,7 @@ import math
 from typing import Any, Literal
 
 import attrs
-from attrs import asdict, evolve, field, frozen
+from attrs import evolve, field, frozen
 
 from shockwave.base.errors import Fault, InvalidValueError
 from shockwave.base.quantity_fields import SI, Number, Value, one_of, quantity, quantity_of, text_of
@@ -228,11 +228,6 @@ def verdict_facts(result: Any, label: str = "verdict") -> list[tuple[str, str]]:
     if found is None:
         return []
     return [(label, str(found) if found.decision == "below" else alarm(str(found)))]
-
-
-def plain_verdict(result: Any) -> dict[str, Any] | None:
-    """The verdict of a result for a document."""
-    return None if result.verdict is None else asdict(result.verdict)
 
 
 @frozen(kw_only=True)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeAlias
 
 from attrs import frozen
 
 from shockwave.base.errors import InvalidValueError, UnknownNameError
-from shockwave.base.quantity_fields import MAGNITUDES, SI, Value, plain_text, quantity, text_of
+from shockwave.base.quantity_fields import MAGNITUDES, SI, Converted, Value, plain_text, quantity, text_of
 from shockwave.registry.registry import load
 
 #: Names of walls that are not materials.
@@ -63,6 +63,11 @@ class Material(Value):
     def compliance(self) -> float:
         """(1 - nu^2)/E [1/Pa]."""
         return (1 - self.poisson_ratio**2) / self.youngs_modulus
+
+
+#: Types of fields with a material, which may be given by its name.
+MaterialField: TypeAlias = Converted[Material, Material | str]
+OptionalMaterial: TypeAlias = Converted[Material | None, Material | str | None]
 
 
 def material(name: str) -> Material:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from attrs import asdict, frozen, has
+from attrs import asdict, frozen
 
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.numerics import FloatArray
-from shockwave.base.result import Result
+from shockwave.base.result import Result, fields_of
 from shockwave.scene.chain import Chain, Scales
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
@@ -27,16 +27,6 @@ AFTER = 5.0
 _LEAST_TIME = 0.01
 #: Largest number of values in the histories, to limit the memory.
 MOST_NUMBERS = 20_000_000
-
-
-def plain(value: Any) -> Any:
-    """``value``, with tuples and arrays converted to lists, and results to dictionaries."""
-    if has(type(value)):
-        public = asdict(value, recurse=False, filter=lambda field, _: bool(field.repr))
-        return {name: plain(own) for name, own in public.items()}
-    return (
-        value.tolist() if hasattr(value, "tolist") else list(map(plain, value)) if isinstance(value, tuple) else value
-    )
 
 
 @frozen(eq=False)
@@ -120,24 +110,9 @@ class Recording(Result):
                 table |= column(name, kept, *("time", second)[: kept.ndim], unit=units.get(name))
         return table
 
-    def write(self, file: str) -> None:
-        """Write the histories as CSV, with the units in the heads of the columns, or as NetCDF (``.nc``).
-
-        Raises
-        ------
-        FileAccessError
-            If the file cannot be written.
-        UsageError
-            If xarray is not installed, for NetCDF.
-        """
-        from shockwave.base.result_tables import write_table
-
-        write_table(self._table("histories"), {}, file)
-
     def to_dict(self) -> dict[str, Any]:
         """Attributes by name, with arrays as lists of SI floats."""
-        document: dict[str, Any] = plain(self)
-        return document
+        return fields_of(self)
 
 
 def check_requests(options: SimulateOptions, shock: Shock, chain: Chain, scales: Scales) -> None:

@@ -17,7 +17,7 @@ from shockwave.engine.time_limit import expired, time_limit
 from shockwave.profiles.power_law import Powers
 from shockwave.scene.chain import Chain, Scales
 from shockwave.scene.plausibility import unusual_warnings
-from shockwave.scene.scene import Scene, scenes_of
+from shockwave.scene.scene import Excitation, Scene, scenes_of
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions, options_of
 from shockwave.scene.yielding import beyond_elastic
@@ -34,8 +34,6 @@ if TYPE_CHECKING:
 
     from shockwave.arguments import SimulateArguments
     from shockwave.base.quantity_fields import Number
-    from shockwave.scene.impact import Impact
-    from shockwave.scene.motion import Motion
     from shockwave.simulation.contact_setup import ChainSetup
 
 # Largest number of shocks that one of several threads takes at a time: more would leave threads idle at the end.
@@ -49,7 +47,7 @@ _UNSETTLED = 0.1
 _Outcome: TypeAlias = Simulation | ShockwaveError
 
 
-def simulate(shock: Shock | Impact | Motion, chain: Chain, rtol: float | None = None, **options: Any) -> Simulation:
+def simulate(shock: Excitation, chain: Chain, rtol: float | None = None, **options: Any) -> Simulation:
     """Simulate a shock or a striker on a chain with ``rtol`` and other `SimulateOptions`; see `simulate_scene`."""
     return simulate_scene(Scene(excitation=shock, chain=chain), SimulateOptions(rtol=rtol, **options))
 
@@ -80,7 +78,7 @@ def simulate_scene(scene: Scene, options: SimulateOptions) -> Simulation:
 
 
 def simulate_many(
-    shocks: Iterable[Shock | Impact | Motion],
+    shocks: Iterable[Excitation],
     chain: Chain | Sequence[Chain],
     rtol: Number | None = None,
     *,

@@ -162,7 +162,7 @@ def _definition(journal: Journal, points: Points, accept_versions: bool) -> Swee
     earlier = SweepDefinition.read(folder) if (folder / DEFINITION).exists() else None
     definition = points.definition.resume(earlier, folder, accept_versions) if earlier else points.definition
     if definition is not earlier:
-        definition.write(folder)
+        definition.save(folder)
     copy = folder / "scenario.yaml"
     document = points.scenario.document
     if document is not None and document.text and not copy.exists():
