@@ -42,7 +42,7 @@ def design(options: argparse.Namespace) -> int:
         raise UsageError(f"--among: {error}") from None
     print_result(result, options.json)
     if options.output:
-        from shockwave.pictures.amplification_curves import ranking_size
+        from shockwave.pictures.studies import ranking_size
 
         ranked = result.is_ranked and result.least is None
         write_result(result, options.output, size=ranking_size(result) if ranked else "column")

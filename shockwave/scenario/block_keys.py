@@ -20,11 +20,10 @@ from shockwave.base.quantity_fields import Converted, Quantity, is_plain_text, q
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.scene.chain import Chain, Packing
+from shockwave.scene.material import DIAMETER, Material
 from shockwave.scene.material import WALLS as WALLS
-from shockwave.scene.material import Material
 from shockwave.scene.shock import DURATION, Shock
 from shockwave.scene.simulate_options import SimulateOptions
-from shockwave.scene.sizes import DIAMETER
 
 #: The profile whose samples may come from a file.
 RECORD = "tabulated"

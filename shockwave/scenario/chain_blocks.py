@@ -20,9 +20,9 @@ from shockwave.scenario.value_conversion import Parser, convert, items, material
 from shockwave.scene.chain_end import Bar, Wall
 from shockwave.scene.contact_law import PowerContact
 from shockwave.scene.impact import Impact
+from shockwave.scene.material import SIZES
 from shockwave.scene.motion import Motion
 from shockwave.scene.segments import Cell, Segment, Taper
-from shockwave.scene.sizes import SIZES
 
 
 def _keys(cls: type) -> dict[str, Key]:

@@ -22,8 +22,7 @@ from shockwave.base.quantity_fields import (
     quantity,
     tuple_repr,
 )
-from shockwave.scene.material import MaterialField, check_material, material_of
-from shockwave.scene.sizes import Diameter, halve, set_radius
+from shockwave.scene.material import Diameter, MaterialField, check_material, halve, material_of, set_radius
 
 if TYPE_CHECKING:  # a chain of equal spheres does not need them
     from shockwave.scene.chain_end import Bar, Wall

@@ -9,8 +9,17 @@ from attrs import field, frozen
 
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.quantity_fields import MAGNITUDES, SI, Converted, Value, quantity, text_of
-from shockwave.scene.material import WALLS, Material, MaterialField, check_material, material_of
-from shockwave.scene.sizes import SIZES, Diameter, halve, set_radius
+from shockwave.scene.material import (
+    SIZES,
+    WALLS,
+    Diameter,
+    Material,
+    MaterialField,
+    check_material,
+    halve,
+    material_of,
+    set_radius,
+)
 
 
 def _convert_material(given: Material | str) -> Any:

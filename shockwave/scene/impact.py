@@ -10,8 +10,7 @@ from attrs import field, frozen
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.quantity_fields import SI, Value, quantity
 from shockwave.base.units import STANDARD_GRAVITY
-from shockwave.scene.material import OptionalMaterial, check_material, material_of
-from shockwave.scene.sizes import SIZES, Diameter, halve, set_radius
+from shockwave.scene.material import SIZES, Diameter, OptionalMaterial, check_material, halve, material_of, set_radius
 
 # Up to the speed of light, from far below any that is measured, so that forces and times are floats.
 _VELOCITIES = {"at_least": 1e-20, "at_most": 299_792_458.0}

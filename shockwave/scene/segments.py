@@ -21,8 +21,7 @@ from shockwave.base.quantity_fields import (
 )
 from shockwave.scene.contact_law import AnyContact
 from shockwave.scene.damping import Damping
-from shockwave.scene.material import OptionalMaterial, check_material, material_of
-from shockwave.scene.sizes import SIZES, Diameter, halve, set_radius
+from shockwave.scene.material import SIZES, Diameter, OptionalMaterial, check_material, halve, material_of, set_radius
 
 #: Greatest number of granules in segments: a bound on memory, far beyond what can be integrated.
 MOST_GRANULES = 1_000_000

@@ -87,7 +87,7 @@ class ShockSpectrum(Result):
     warnings: tuple[str, ...] = ()
 
     _brief = ("scenario", "base", "damping", "error_estimate")
-    _picture = "shockwave.pictures.shock_spectrum:shock_spectrum"
+    _picture = "shockwave.pictures.histories:shock_spectrum"
     _tables = (("spectrum", "frequency"),)
 
     @property

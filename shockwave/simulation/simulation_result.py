@@ -19,7 +19,6 @@ from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.solitary_wave import SolitaryWave
 from shockwave.scene.yielding import Yielding, warn_beyond, yielding_of
-from shockwave.simulation.measured_wave import MeasuredWave, Passage
 from shockwave.simulation.recording import Recording
 from shockwave.simulation.result_parts import (
     ContactForces,
@@ -27,6 +26,8 @@ from shockwave.simulation.result_parts import (
     Cost,
     Dissipated,
     LeadingWave,
+    MeasuredWave,
+    Passage,
     SegmentEnergy,
     Structure,
     Train,

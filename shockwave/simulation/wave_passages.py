@@ -14,8 +14,8 @@ from shockwave.engine.time_limit import expired
 from shockwave.engine.wave_search import find_primaries
 from shockwave.scene.solitary_wave import wave_law
 from shockwave.simulation.integration_stretches import Course
-from shockwave.simulation.measured_wave import Passage
 from shockwave.simulation.recording import check_contact
+from shockwave.simulation.result_parts import Passage
 from shockwave.simulation.simulation_result import Simulation
 from shockwave.simulation.wave_setup import Setup, scale_scene, setup_of
 

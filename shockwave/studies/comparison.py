@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import zip_longest
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from attrs import asdict, evolve, field, frozen
 
@@ -22,11 +22,9 @@ from shockwave.scene.force_limit import Limit, Verdict
 from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.solitary_wave import SolitaryWave
+from shockwave.simulation.result_parts import MeasuredWave
 from shockwave.simulation.simulate import simulate_many, simulate_scene
 from shockwave.simulation.simulation_result import Simulation
-
-if TYPE_CHECKING:
-    from shockwave.simulation.measured_wave import MeasuredWave
 
 # Relative change of t0/T0 for the simulated exponents, and largest tolerance of these simulations.
 _STEP = 0.01

@@ -18,8 +18,8 @@ from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation import convergence_runs as repeated_runs
 from shockwave.simulation import leading_wave, wave_passages, wave_train_run
 from shockwave.simulation import wave_train as train
-from shockwave.simulation.measured_wave import MeasuredWave, Passage
 from shockwave.simulation.peak_log import Peak
+from shockwave.simulation.result_parts import MeasuredWave, Passage
 from shockwave.simulation.wave_setup import scale_scene, setup_of
 from shockwave.simulation.wave_train_run import ChainRun
 from support.pulse_families import FAMILIES
