@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 import attrs
 from attrs import evolve
 
-from shockwave.base.arguments import unknown_arguments
-from shockwave.base.errors import InvalidValueError, refuse
+from shockwave.base.errors import InvalidValueError, refuse, unknown_arguments
 from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions, options_of
 
@@ -20,8 +19,7 @@ if TYPE_CHECKING:
     from shockwave.base.quantity_fields import Number
     from shockwave.prediction.outcome import Outcome
     from shockwave.prediction.predictor import Predictor
-    from shockwave.scenario.scenario import Scenario
-    from shockwave.scenario.scene_argument import SceneArgument
+    from shockwave.scenario.scenario import Scenario, SceneArgument
     from shockwave.scene.chain import Chain
     from shockwave.scene.force_limit import Limit
     from shockwave.scene.shock import Shock
@@ -207,7 +205,7 @@ def _case(scene: object, chain: object, limit: Limit | Number | None) -> tuple[S
     """The scene with this limit, if one is given; and its scenario, loaded if ``scene`` is a path."""
     if chain is not None and not isinstance(scene, str | os.PathLike):
         return Scene(excitation=cast("Shock", scene), chain=cast("Chain", chain), limit=limit), None
-    from shockwave.scenario.scene_argument import scenario_alone  # an excitation on a chain does not need it
+    from shockwave.scenario.scenario import scenario_alone  # an excitation on a chain does not need it
 
     scenario = scenario_alone(scene, chain)
     return (scenario.scene if limit is None else evolve(scenario.scene, limit=limit)), scenario

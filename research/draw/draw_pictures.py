@@ -27,7 +27,7 @@ from scipy.interpolate import CubicSpline
 
 import shockwave as sw
 from shockwave import pictures, report
-from shockwave.pictures.amplification_curves import ranking_size
+from shockwave.pictures.studies import ranking_size
 from shockwave.studies.amplification_curve import UniversalCurve
 from shockwave.sweep.results import SweepResults
 from shockwave.sweep.sweep_picture import plot

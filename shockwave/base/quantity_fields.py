@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any, Generic, SupportsFloat, TypeAlias, TypeVa
 import attrs
 from attrs import frozen
 
-from shockwave.base.arguments import Explained
-from shockwave.base.errors import InvalidValueError, below
+from shockwave.base.errors import Explained, InvalidValueError, below
 from shockwave.base.errors import text_of as text_of
 from shockwave.base.units import to_si
 
@@ -206,28 +205,8 @@ def one_of(*choices: object) -> Any:
     return check
 
 
-#: Range of sizes in chains of different granules [m], so that their masses and stiffnesses are floats.
-SIZES: dict[str, Any] = {"at_least": 1e-12, "at_most": 1e6}
 #: Range of properties of materials and walls [SI units], so that powers of them are floats.
 MAGNITUDES: dict[str, Any] = {"at_least": 1e-30, "at_most": 1e30}
-#: Diameter of granules, which can be given instead of the radius.
-DIAMETER = Quantity("m", "diameter 2 R of the granules", above=0)
-
-
-def radius_of(radius: Any, diameter: Any) -> Any:
-    """Radius from the arguments of a constructor that takes either; unchecked if it was given itself.
-
-    Raises
-    ------
-    InvalidValueError
-        If both are given, or the diameter is out of range.
-    """
-    if diameter is None:
-        return radius
-    if radius is not None:
-        raise InvalidValueError.of("diameter", "must be left out if radius is given (got both; delete one)")
-    # a taper of diameters is one of radii with half the sizes
-    return diameter.half if hasattr(diameter, "half") else DIAMETER.check("diameter", diameter) / 2
 
 
 def quantity_of(attribute: attrs.Attribute[Any]) -> Quantity | None:

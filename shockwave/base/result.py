@@ -6,6 +6,8 @@ import functools
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
+import attrs
+
 from shockwave.base.errors import InvalidValueError, UnknownNameError, UsageError, shorten, text_of
 from shockwave.base.quantities import unit_of, value_at
 from shockwave.base.quantity_fields import join
@@ -24,6 +26,8 @@ _MOST_ROWS = 8
 _MOST_COLUMNS = 40
 _MOST_WARNINGS = 12
 _LONGEST_TEXT = 10_000
+# Attributes with other names than their keys in documents.
+_ATTRIBUTES = {"yield": "yielding"}
 
 
 class cached_property(functools.cached_property[_T]):  # noqa: N801
@@ -34,6 +38,23 @@ class cached_property(functools.cached_property[_T]):  # noqa: N801
             return self  # type: ignore[return-value]
         value = instance.__dict__[self.attrname] = self.func(instance)
         return value
+
+
+def plain(value: Any) -> Any:
+    """``value`` for a document: lists in place of tuples and arrays, mappings in place of objects."""
+    if isinstance(value, Result):
+        return value.to_dict()
+    if attrs.has(type(value)):
+        return fields_of(value)
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    return [plain(each) for each in value] if isinstance(value, tuple) else value
+
+
+def fields_of(value: Any) -> dict[str, Any]:
+    """Fields of an object that its repr shows, for a document."""
+    shown = (each.name for each in attrs.fields(type(value)) if each.repr)
+    return {name: plain(getattr(value, name)) for name in shown}
 
 
 class Result:
@@ -85,6 +106,28 @@ class Result:
         text = shorten(self.text(), _LONGEST_TEXT)
         template = Path(__file__).with_name("notebook.html.jinja")
         return html_of(template, answer=answer, remarks=remarks, rows=rows, text=text)
+
+    def _document(self, *names: str) -> dict[str, Any]:
+        """Attributes for a document, by their keys."""
+        return {name: plain(getattr(self, _ATTRIBUTES.get(name, name))) for name in names}
+
+    def to_dict(self) -> dict[str, Any]:
+        """The document that a command prints as JSON."""
+        return self._document()
+
+    def write(self, file: str) -> None:
+        """Write the main table as CSV, with the units in the heads of the columns, or as NetCDF (``.nc``).
+
+        Raises
+        ------
+        FileAccessError
+            If the file cannot be written.
+        UsageError
+            If xarray is not installed, for NetCDF, or the result has no table.
+        """
+        from shockwave.base.result_tables import write_table
+
+        write_table(self._find_table(None), {}, file)
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
         """Draw the picture of the result; `shockwave.pictures` has others.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from attrs import evolve
@@ -17,11 +17,9 @@ from shockwave.profiles.tabulated import Tabulated
 from shockwave.scenario.scenario import scenario_of
 from shockwave.scenario.yaml_document import parse_document
 from shockwave.scene.chain import Chain, Scales
+from shockwave.scene.impact import Impact
 from shockwave.scene.material_library import PAPER_STEEL
 from shockwave.scene.shock import Shock
-
-if TYPE_CHECKING:
-    from shockwave.scene.impact import Impact
 
 Scene: TypeAlias = tuple[Shock, Chain]
 

@@ -12,9 +12,14 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext, suppress
 
 from shockwave.base.text import Detail, on_stdout
-from shockwave.cli.output import failure, progress_on_stderr
+from shockwave.cli.output import (
+    drop_unwritable_text,
+    failure,
+    progress_on_stderr,
+    reopen_closed_streams,
+    show_all_characters,
+)
 from shockwave.cli.parser import parse
-from shockwave.cli.standard_streams import drop_unwritable_text, reopen_closed_streams, show_all_characters
 
 # New objects after which garbage is collected: more than a command creates at its start, nearly all of which last.
 _GARBAGE = 200_000

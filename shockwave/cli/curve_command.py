@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from functools import partial
 
 from attrs import evolve
 
 from shockwave import pictures
 from shockwave.base.text import limits, si, strong
-from shockwave.cli.output import announce_file, check_output, json_text, write_output
+from shockwave.cli.output import PICTURES, check_output, json_text, write_output, write_result
 from shockwave.cli.scenario_files import load_scenarios
 from shockwave.scene.chain import Scales
 from shockwave.scene.yielding import warn_beyond, yielding_of
@@ -17,7 +18,7 @@ from shockwave.studies.amplification_curve import UniversalCurve
 
 def curve(options: Namespace) -> int:
     """Print or write the universal curve for the shape of a scenario's shock."""
-    check_output(options.output, ".json", ".svg", ".png", ".pdf")
+    check_output(options.output, ".json", *PICTURES)
     (scenario,) = load_scenarios(options, output=options.output)
     with scenario.scene.locate_errors():
         chain = scenario.scene.covered_chain("the universal curve")
@@ -27,10 +28,7 @@ def curve(options: Namespace) -> int:
     if options.output and options.output.lower().endswith(".json"):
         return write_output(json_text(universal.to_dict()) + "\n", options.output)
     if options.output:
-        figure, (ax,) = pictures.figure()
-        pictures.universal_curves({"simulation": universal}, ratio, ax=ax)
-        with announce_file(options.output):
-            pictures.save(figure, options.output)
+        write_result(universal, options.output, partial(pictures.universal_curves, {"simulation": universal}, ratio))
         return 0
     beyond: tuple[str, ...] = ()
     answer = f"t0/T0 = {ratio:.6g} is beyond the range of this curve (increase --longest)"

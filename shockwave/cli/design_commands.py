@@ -11,7 +11,7 @@ from attrs import evolve
 from shockwave.base.errors import InvalidValueError, ScenarioError, UnknownNameError, UsageError
 from shockwave.base.quantity_fields import join
 from shockwave.base.text import paragraph
-from shockwave.cli.output import announce_file, check_output, of_arguments, print_result
+from shockwave.cli.output import PICTURES, check_output, of_arguments, print_result, write_result
 from shockwave.cli.scenario_files import load_scenarios, name_of
 from shockwave.scenario.block_keys import MATERIALS
 
@@ -23,7 +23,7 @@ def design(options: argparse.Namespace) -> int:
     """Print the values of parameters that meet requirements."""
     from shockwave.studies.design_search import design as run
 
-    check_output(options.output, ".svg", ".png", ".pdf")
+    check_output(options.output, *PICTURES)
     vary = _parse_parameters(options)
     (scenario,) = load_scenarios(options, _SWEPT, options.output)
     try:
@@ -42,7 +42,10 @@ def design(options: argparse.Namespace) -> int:
         raise UsageError(f"--among: {error}") from None
     print_result(result, options.json)
     if options.output:
-        _draw(result, options.output, result.is_ranked and result.least is None)
+        from shockwave.pictures.studies import ranking_size
+
+        ranked = result.is_ranked and result.least is None
+        write_result(result, options.output, size=ranking_size(result) if ranked else "column")
     # the ranking of materials or whole numbers is a result if the target lies in their range
     if not result.why or (result.least is None and result.is_ranked and result.spanned):
         return 0
@@ -65,22 +68,11 @@ def _parse_parameters(options: argparse.Namespace) -> dict[str, Any]:
     return {name: ends.get(name, among) for name in options.vary}
 
 
-def _draw(result: Any, output: str, ranked: bool = False) -> None:
-    """Write the picture of a result; that of a ranking has a row for each entry."""
-    from shockwave import pictures
-    from shockwave.pictures.amplification_curves import ranking_size
-
-    with announce_file(output):
-        sheet, (ax,) = pictures.figure(size=ranking_size(result) if ranked else "column")
-        result.plot(ax=ax)
-        pictures.save(sheet, output)
-
-
 def uncertainty(options: argparse.Namespace) -> int:
     """Print the distribution of the peak force for uncertain parameters."""
     from shockwave.studies.uncertainty_study import uncertainty as run
 
-    check_output(options.output, ".svg", ".png", ".pdf")
+    check_output(options.output, *PICTURES)
     (scenario,) = load_scenarios(options, _SWEPT, options.output)
     try:
         with of_arguments(options), scenario.scene.locate_errors():
@@ -95,5 +87,5 @@ def uncertainty(options: argparse.Namespace) -> int:
         raise ScenarioError(*faults) from None
     print_result(result, options.json)
     if options.output:
-        _draw(result, options.output)
+        write_result(result, options.output)
     return 0

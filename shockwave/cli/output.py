@@ -1,14 +1,15 @@
-"""Output of the commands: results, files, progress and error messages."""
+"""Output of the commands: results, files, progress and error messages, and the streams of the process."""
 
 from __future__ import annotations
 
 import argparse
+import io
 import json
 import os
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import Any
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from typing import Any, TextIO
 
 from shockwave.base.errors import FileAccessError, InvalidValueError, ShockwaveError, UsageError, message_of
 from shockwave.base.files import write_file
@@ -17,6 +18,9 @@ from shockwave.base.quantity_fields import join
 
 #: Environment variable that makes internal errors raise, with a traceback.
 _DEBUG = "SHOCKWAVE_DEBUG"
+#: Endings of files of pictures and of tables.
+PICTURES = (".svg", ".png", ".pdf")
+TABLES = (".csv", ".nc")
 
 
 def failure(error: Exception) -> tuple[str, int]:
@@ -113,6 +117,19 @@ def announce_file(output: str | os.PathLike[str]) -> Iterator[None]:
     print(f"{output}: {state}", file=sys.stderr)
 
 
+def write_result(result: Any, output: str, draw: Callable[..., Any] | None = None, size: Any = "column") -> None:
+    """Write a result to a file: its main table, or its picture, by ``draw`` if it is not that of `Result.plot`."""
+    with announce_file(output):
+        if output.lower().endswith(TABLES):
+            result.write(output)
+            return
+        from shockwave import pictures  # other files do not need it
+
+        sheet, (ax,) = pictures.figure(size=size)
+        (draw or result.plot)(ax=ax)
+        pictures.save(sheet, output)
+
+
 def write_output(text: str, output: str | None, anew: bool = False) -> int:
     """Write ``text`` to stdout, also for ``-``, or to the file ``output``, which must not exist if ``anew`` is true."""
     if output in (None, "-"):
@@ -121,3 +138,34 @@ def write_output(text: str, output: str | None, anew: bool = False) -> int:
     with announce_file(output):
         write_file(output, text, anew)
     return 0
+
+
+# ---------------------------------------------------------------- standard streams
+
+
+def reopen_closed_streams() -> None:
+    """Replace streams that the parent process has closed by ones that cannot be written.
+
+    Otherwise the next file that is opened would get the number of a standard stream.
+    """
+    for name in ("stdin", "stdout", "stderr"):
+        if getattr(sys, name) is None:
+            number = os.open(os.devnull, os.O_RDONLY)
+            os.set_inheritable(number, True)  # the server of worker processes needs them, too
+            setattr(sys, name, open(number, "r" if name == "stdin" else "w"))  # noqa: SIM115
+
+
+def show_all_characters() -> None:
+    """Print characters that the terminal cannot show as escapes."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
+def drop_unwritable_text(stream: TextIO) -> None:
+    """Drop text that cannot be written; otherwise Python would report the error again on exit."""
+    try:
+        stream.flush()
+    except OSError:
+        with suppress(OSError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())

@@ -10,7 +10,7 @@ from pathlib import Path
 from shockwave.base.errors import UsageError
 from shockwave.base.files import refuse_inputs, refuse_link
 from shockwave.base.text import limits, paragraph
-from shockwave.cli.output import announce_file, check_output
+from shockwave.cli.output import PICTURES, announce_file, check_output
 from shockwave.pictures import figure, save
 from shockwave.sweep.results import load_sweep
 from shockwave.sweep.sweep_picture import plot as draw_results
@@ -22,7 +22,7 @@ _SIZE = (5.0, 3.4)
 def plot(options: argparse.Namespace) -> int:
     """Draw lines or a map."""
     sheet, (ax,) = figure(size=_SIZE)  # fails early without matplotlib
-    check_output(options.output, ".svg", ".png", ".pdf")
+    check_output(options.output, *PICTURES)
     fixed = {}
     for text in options.at:
         name, equals, value = text.partition("=")

@@ -7,9 +7,8 @@ import os
 from argparse import Namespace
 from pathlib import Path
 
-from shockwave import pictures
 from shockwave.base.errors import InvalidValueError, UsageError
-from shockwave.cli.output import announce_file, check_output, print_result, write_output
+from shockwave.cli.output import PICTURES, check_output, print_result, write_output, write_result
 from shockwave.studies.record_keys import propose_keys
 
 _CHAIN = "chain: {material: bearing-steel-52100, diameter: 9.5 mm}  # state yours\n"
@@ -18,7 +17,7 @@ _CHAIN = "chain: {material: bearing-steel-52100, diameter: 9.5 mm}  # state your
 def record(options: Namespace) -> int:
     """Propose the keys of a record, and write a scenario or a picture of it."""
     check_output(options.output, ".yaml", ".yml")
-    check_output(options.picture, ".svg", ".png", ".pdf")
+    check_output(options.picture, *PICTURES)
     folder = os.path.dirname(options.output or options.file)
     if os.path.relpath(options.file, folder or os.curdir).startswith(os.pardir):
         raise UsageError(f"--output: must be in the folder of the record or above it (got {options.output})")
@@ -30,6 +29,5 @@ def record(options: Namespace) -> int:
         name = f"name: {json.dumps(f'{Path(options.output).stem}, {guesses}')}  # until they are stated\n"
         write_output((name if guesses else "") + _CHAIN + result.shock(folder), options.output, anew=True)
     if options.picture and result.pulse:
-        with announce_file(options.picture):
-            pictures.save(result.plot(ax=pictures.figure(size="page")[1][0]), options.picture)
+        write_result(result, options.picture, size="page")
     return 0 if result.pulse else InvalidValueError.exit_code

@@ -15,7 +15,7 @@ from shockwave.base.progress import track
 from shockwave.base.quantities import FORCES, LEADING_WAVE, WALL, Quantity
 from shockwave.base.result import VERSION
 from shockwave.base.text import alarm, error_text, limits, notes, paragraph, si, table
-from shockwave.cli.output import announce_file, check_output, failure, json_text, write_output
+from shockwave.cli.output import PICTURES, TABLES, announce_file, check_output, failure, json_text, write_output
 from shockwave.cli.scenario_files import label_file, load_scenario, load_scenarios, name_of, stem_of
 from shockwave.prediction.outcome_text import SHOWN_ERROR
 from shockwave.scenario.scenario import Scenario
@@ -31,9 +31,6 @@ _PEAK, _AMPLIFICATION = LEADING_WAVE[:2]
 _GREATEST = FORCES[0]
 # Line that every page of `shockwave report` contains.
 _GENERATOR = b'<meta name="generator" content="shockwave">'
-# Endings of files of histories, and of their pictures.
-_HISTORIES = (".csv", ".nc")
-_PICTURES = (".svg", ".png", ".pdf")
 # Names of columns and their cells.
 _Row = dict[str, str]
 
@@ -91,7 +88,7 @@ def predict(options: Namespace) -> int:
 
 def simulate(options: Namespace) -> int:
     for file in options.record:
-        check_output(file, *_HISTORIES, *_PICTURES, option="--record")
+        check_output(file, *TABLES, *PICTURES, option="--record")
     if options.record and len(options.files) > 1:
         raise UsageError(f"--record: must be given with one scenario (got {len(options.files)})")
 
@@ -113,7 +110,7 @@ def _write_histories(result: Simulation, file: str) -> None:
     if recording is None:
         raise NumericalError(result.warnings[-1])
     with announce_file(file):
-        if file.lower().endswith(_HISTORIES):
+        if file.lower().endswith(TABLES):
             recording.write(file)
             return
         from shockwave import pictures

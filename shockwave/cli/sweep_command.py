@@ -57,8 +57,7 @@ def _sweep(options: argparse.Namespace) -> int:
     # imported while the server loads its own modules
     from shockwave.cli.scenario_files import load_scenario, stem_of
     from shockwave.sweep.definition import DEFINITION
-    from shockwave.sweep.dry_run import dry_run
-    from shockwave.sweep.runner import run_sweep
+    from shockwave.sweep.runner import dry_run, run_sweep
     from shockwave.sweep.workers import check_workers
 
     folder = options.output or f"{stem_of(options.file)}-sweep"

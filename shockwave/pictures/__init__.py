@@ -6,15 +6,11 @@ shocks and warnings. The extra ``plot`` installs matplotlib, which is imported w
 package.
 """
 
-from shockwave.base.arguments import explain_arguments as _explained
-from shockwave.base.arguments import explain_types as _of_right_types
+from shockwave.base.errors import explain_arguments as _explained
+from shockwave.base.errors import explain_types as _of_right_types
 from shockwave.pictures.accuracy import approach as approach
 from shockwave.pictures.accuracy import balance as balance
 from shockwave.pictures.accuracy import work_precision as work_precision
-from shockwave.pictures.amplification_curves import design as design
-from shockwave.pictures.amplification_curves import materials as materials
-from shockwave.pictures.amplification_curves import pareto as pareto
-from shockwave.pictures.amplification_curves import universal_curves as universal_curves
 from shockwave.pictures.figure_files import figure as figure
 from shockwave.pictures.figure_files import save as save
 from shockwave.pictures.figure_files import svg as svg
@@ -22,14 +18,18 @@ from shockwave.pictures.finite_chains import chain_map as chain_map
 from shockwave.pictures.finite_chains import force_overlap as force_overlap
 from shockwave.pictures.finite_chains import peak_forces as peak_forces
 from shockwave.pictures.finite_chains import wall_force as wall_force
+from shockwave.pictures.histories import record_keys as record_keys
+from shockwave.pictures.histories import sensors as sensors
+from shockwave.pictures.histories import shock_spectrum as shock_spectrum
 from shockwave.pictures.picture_elements import METHODS as METHODS
 from shockwave.pictures.picture_elements import style as style
-from shockwave.pictures.record_keys import record_keys as record_keys
-from shockwave.pictures.sensor_histories import sensors as sensors
 from shockwave.pictures.shock import correction_area as correction_area
 from shockwave.pictures.shock import pulse as pulse
-from shockwave.pictures.shock_spectrum import shock_spectrum as shock_spectrum
-from shockwave.pictures.uncertainty import distribution as distribution
+from shockwave.pictures.studies import design as design
+from shockwave.pictures.studies import distribution as distribution
+from shockwave.pictures.studies import materials as materials
+from shockwave.pictures.studies import pareto as pareto
+from shockwave.pictures.studies import universal_curves as universal_curves
 from shockwave.pictures.waves import contact_forces as contact_forces
 from shockwave.pictures.waves import space_time as space_time
 from shockwave.pictures.waves import train as train

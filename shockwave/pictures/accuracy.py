@@ -5,19 +5,27 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from shockwave.base.errors import NotCoveredError, NumericalError
 from shockwave.pictures.figure_files import canvas
-from shockwave.pictures.picture_elements import BLUE, GREY, METHODS, MINUS, ORANGE, SKY, area, ink, literal, series
+from shockwave.pictures.picture_elements import (
+    BLUE,
+    GREY,
+    METHODS,
+    MINUS,
+    ORANGE,
+    SKY,
+    Axes,
+    area,
+    ink,
+    literal,
+    series,
+)
 from shockwave.pictures.waves import find_histories
 from shockwave.simulation.simulation_result import Simulation
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 
 # Most contacts of an approach; each one costs up to as much as the simulation.
 _CONTACTS = 15

@@ -7,13 +7,10 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from shockwave.pictures.picture_elements import SIGNED, field_colours, ink, paper, place_name
+from shockwave.base.numerics import FloatArray
+from shockwave.pictures.picture_elements import SIGNED, Axes, field_colours, ink, paper, place_name
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from shockwave.base.numerics import FloatArray
-
     Edges: TypeAlias = tuple[FloatArray, FloatArray]
 
 

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from shockwave.pictures.amplification_curves import design, materials, pareto, universal_curves
 from shockwave.pictures.finite_chains import peak_forces
-from shockwave.pictures.sensor_histories import sensors
+from shockwave.pictures.histories import sensors
+from shockwave.pictures.picture_elements import Axes
+from shockwave.pictures.studies import design, materials, pareto, universal_curves
 from shockwave.pictures.waves import contact_forces, sources, train
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 
 def draw_scene(result: Any, *, ax: Axes | None) -> Axes:

@@ -16,10 +16,9 @@ from shockwave.base.errors import InvalidValueError, text_of
 from shockwave.base.files import write_file
 from shockwave.base.result_tables import library
 from shockwave.base.text import replace_unfit
-from shockwave.pictures.picture_elements import BLACK, Label, add_legend, label_axis, mark_warnings, style
+from shockwave.pictures.picture_elements import BLACK, Axes, Label, add_legend, label_axis, mark_warnings, style
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 # Widths of a column and a page in print [in].

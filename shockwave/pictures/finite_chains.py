@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from shockwave.base.errors import InvalidValueError
 from shockwave.pictures.colour_maps import reach_of
 from shockwave.pictures.figure_files import canvas
-from shockwave.pictures.picture_elements import GREEN, GREY, METHODS, add_legend, draw_limit, halo, label_axis
+from shockwave.pictures.picture_elements import GREEN, GREY, METHODS, Axes, add_legend, draw_limit, halo, label_axis
 from shockwave.pictures.waves import field_of_forces, find_histories
 from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.simulate import simulate_scene
 from shockwave.simulation.simulation_result import Simulation
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 # Most borders of a picture; of a chain with more, such as a repeated cell, none is drawn.
 _MOST_BORDERS = 12

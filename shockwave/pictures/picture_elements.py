@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from shockwave.base.numerics import FloatArray
 from shockwave.base.text import si
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from shockwave.base.numerics import FloatArray
+    from matplotlib.axes import Axes as Axes
+else:  # what draws nothing does not need matplotlib
+    Axes = Any
 
 
 # Okabe and Ito, "Color universal design" (2008), without yellow, which is hard to see on white.

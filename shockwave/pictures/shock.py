@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.numerics import FloatArray
 from shockwave.pictures.figure_files import canvas
-from shockwave.pictures.picture_elements import METHODS, MINUS, ORANGE, SKY, area, ink, si_label, thin
+from shockwave.pictures.picture_elements import METHODS, MINUS, ORANGE, SKY, Axes, area, ink, si_label, thin
 from shockwave.prediction.section4_outcome import EjectionOutcome, Section4Outcome
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.scene.shock import Shock
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 
 # Points of the rise, and of the decay.
 _POINTS = 240

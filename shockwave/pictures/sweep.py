@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 
+from shockwave.base.numerics import FloatArray
 from shockwave.pictures.colour_maps import colour_cells, colours_of, edges_of, regime_borders
 from shockwave.pictures.figure_files import canvas
-from shockwave.pictures.picture_elements import Label, colour_scale, halo, ink, label_axis, literal, series
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from shockwave.base.numerics import FloatArray
-
+from shockwave.pictures.picture_elements import Axes, Label, colour_scale, halo, ink, label_axis, literal, series
 
 # Greatest value on a logarithmic axis, whose ticks may lie decades beyond its values.
 _MOST_DRAWN = 1e150

@@ -11,14 +11,12 @@ import numpy as np
 from shockwave.base.errors import InvalidValueError
 from shockwave.pictures.colour_maps import colour_cells, rows_of
 from shockwave.pictures.figure_files import canvas
-from shockwave.pictures.picture_elements import METHODS, colour_scale, draw_limit, field_colours, halo, series
+from shockwave.pictures.picture_elements import METHODS, Axes, colour_scale, draw_limit, field_colours, halo, series
 from shockwave.prediction.section4_outcome import Section4Outcome
 from shockwave.simulation.recording import Recording
 from shockwave.simulation.simulation_result import Simulation
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from shockwave.prediction.outcome import Outcome
     from shockwave.studies.comparison import Comparison
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
-from attrs import asdict, evolve, field, filters, frozen
+from attrs import evolve, field, frozen
 
 from shockwave.base.errors import Fault, InvalidValueError, NumericalError, ShockwaveError, detach
 from shockwave.base.result import VERSION, cached_property
@@ -16,7 +16,7 @@ from shockwave.prediction.section4 import relation_of
 from shockwave.prediction.section4_outcome import Section4Outcome
 from shockwave.profiles.area_conditions import Condition
 from shockwave.scene.chain import Chain
-from shockwave.scene.force_limit import LAST, WALL, WAVE, LeavingForce, plain_verdict
+from shockwave.scene.force_limit import LAST, WALL, WAVE, LeavingForce
 from shockwave.scene.plausibility import unusual_warnings
 from shockwave.scene.scene import Scene
 from shockwave.scene.scene_result import SceneResult
@@ -30,6 +30,13 @@ if TYPE_CHECKING:  # a result that is only printed does not need them
 _FAILS = (
     "The shock fails conditions (3), for which section 4 was derived: its error is not known here. Simulate to obtain"
     " an accurate peak force."
+)
+
+# Attributes that the document contains under their names.
+_KEYS = (
+    *("scenario", "model", "method", "peak_force", "low", "high", "amplification", "relation", "reason"),
+    *("greatest_force", "transmitted", "structure", "verdict", "yield", "regime", "conditions", "ejection", "trace"),
+    *("waves", "section4", "section4_reason", "applied_momentum"),
 )
 
 
@@ -282,27 +289,11 @@ class Outcome(SceneResult):
 
     def to_dict(self) -> dict[str, Any]:
         """Document printed by ``predict --json``: SI floats, no NaN."""
-        names = ("scenario", "model", "method", "peak_force", "low", "high", "amplification", "relation", "reason")
-        document: dict[str, Any] = VERSION | {name: getattr(self, name) for name in names}
-        wall, stored = self.transmitted, filters.exclude("pulses")
-        unknown = {"high": None, "error_estimate": None} if wall and not wall.peak_force else {}
-        document |= {
-            "greatest_force": self.greatest_force and asdict(self.greatest_force, filter=stored),
-            "transmitted": wall and asdict(wall, filter=stored) | {"low": wall.low, "high": wall.high} | unknown,
-            "structure": self.structure and asdict(self.structure),
-            "verdict": plain_verdict(self),
-            "yield": self.yielding and asdict(self.yielding),
-            "regime": self.regime,
-            "conditions": self.conditions and [asdict(each) for each in self.conditions],
-            "ejection": self.ejection,
-            "trace": self.trace and [asdict(each) for each in self.trace],
-            "waves": [asdict(wave) for wave in self.waves],
-            "section4": self.section4 and self.section4.to_dict(),
-            "section4_reason": self.section4_reason,
-            "applied_momentum": self.applied_momentum,
-            "scene": self.scene.summary().to_dict(),
-        }
-        return document | {"warnings": list(self.warnings), "notes": list(self.notes)}
+        document = VERSION | self._document(*_KEYS) | {"scene": self.scene.summary().to_dict()}
+        if (wall := self.transmitted) is not None:
+            document["transmitted"] |= {"low": wall.low, "high": wall.high}
+            document["transmitted"] |= {} if wall.peak_force else {"high": None, "error_estimate": None}
+        return document | self._document("warnings", "notes")
 
     def __str__(self) -> str:
         return render(self, "shockwave.prediction.outcome_text:outcome_text")

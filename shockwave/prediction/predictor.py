@@ -10,8 +10,14 @@ from typing import TYPE_CHECKING, Any, Literal, cast, get_args
 
 from attrs import field, frozen
 
-from shockwave.base.arguments import explain_arguments
-from shockwave.base.errors import InvalidValueError, NumericalError, PluginError, ShockwaveError, detach
+from shockwave.base.errors import (
+    InvalidValueError,
+    NumericalError,
+    PluginError,
+    ShockwaveError,
+    detach,
+    explain_arguments,
+)
 from shockwave.base.quantity_fields import SI, Value, one_of, plain_text, quantity, text_of
 from shockwave.prediction import section4
 from shockwave.prediction.outcome import Outcome
@@ -20,15 +26,13 @@ from shockwave.prediction.section4_outcome import Exponents, Section4Outcome, ou
 from shockwave.profiles.area_conditions import evaluate_conditions
 from shockwave.registry.registry import find
 from shockwave.scene.chain import Chain, Scales
-from shockwave.scene.scene import Scene, scenes_of
+from shockwave.scene.scene import Excitation, Scene, scenes_of
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.solitary_wave import EXACT_COEFFICIENT, SolitaryWave, coefficient_of, wave_law
 from shockwave.scene.yielding import beyond_elastic
 
 if TYPE_CHECKING:  # a shock on equal granules does not need it
-    from shockwave.scene.impact import Impact
-    from shockwave.scene.motion import Motion
     from shockwave.simulation.simulate import Job
 
 Model = Literal["best", "section-4"]
@@ -89,7 +93,7 @@ class Predictor(Value, kw_only=False):
             object.__setattr__(self, "quadrature", find("quadratures", self.quadrature).name)
 
     @explain_arguments
-    def predict(self, shock: Shock | Impact | Motion, chain: Chain, options: SimulateOptions | None = None) -> Outcome:
+    def predict(self, shock: Excitation, chain: Chain, options: SimulateOptions | None = None) -> Outcome:
         """Predict the outcome of ``shock`` on ``chain``.
 
         The simulation runs when one of its values is first read, unless the chain must be elastic.
@@ -124,7 +128,7 @@ class Predictor(Value, kw_only=False):
     @explain_arguments
     def predict_many(
         self,
-        shocks: Iterable[Shock | Impact | Motion],
+        shocks: Iterable[Excitation],
         chain: Chain | Sequence[Chain],
         options: SimulateOptions | None = None,
         threads: int | None = None,

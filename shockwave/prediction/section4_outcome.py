@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, ClassVar
 
-from attrs import asdict, field, frozen
+from attrs import field, frozen
 
 from shockwave.base.result import Result
 from shockwave.prediction.scaled_shock import Inequality, Regime, Relation, ScaledAnswer
@@ -106,18 +106,8 @@ class Section4Outcome(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Block ``section4`` of the document that ``predict --json`` prints, without the decision."""
-        return {
-            "peak_force": self.peak_force,
-            "amplification": self.amplification,
-            "relation": self.relation,
-            "error": self.error,
-            "holds": self.holds,
-            "waves": [asdict(wave) for wave in self.waves],
-            "exponents": self.exponents and asdict(self.exponents),
-            "areas": asdict(self.areas),
-            "momentum_coefficient": self.momentum_coefficient,
-            "warnings": list(self.warnings),
-        }
+        names = ("peak_force", "amplification", "relation", "error", "holds", "waves", "exponents", "areas")
+        return self._document(*names, "momentum_coefficient", "warnings")
 
 
 @frozen(kw_only=True, slots=False, repr=False)

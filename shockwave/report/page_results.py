@@ -14,7 +14,7 @@ from shockwave.prediction.outcome_text import feature_text
 from shockwave.scenario.scenario import Scenario
 from shockwave.scene.plausibility import unusual_warnings
 from shockwave.scene.sensors import STRUCTURE, Sensor
-from shockwave.simulation.measured_wave import Passage
+from shockwave.simulation.result_parts import Passage
 from shockwave.simulation.simulate import simulate_scene
 from shockwave.simulation.simulation_result import Simulation
 from shockwave.simulation.wave_setup import immeasurable, scale_scene

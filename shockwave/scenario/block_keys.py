@@ -16,12 +16,12 @@ from typing import Any, Literal
 import attrs
 from attrs import evolve, frozen
 
-from shockwave.base.quantity_fields import DIAMETER, Converted, Quantity, is_plain_text, quantity_of
+from shockwave.base.quantity_fields import Converted, Quantity, is_plain_text, quantity_of
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.scene.chain import Chain, Packing
+from shockwave.scene.material import DIAMETER, Material
 from shockwave.scene.material import WALLS as WALLS
-from shockwave.scene.material import Material
 from shockwave.scene.shock import DURATION, Shock
 from shockwave.scene.simulate_options import SimulateOptions
 

@@ -12,7 +12,7 @@ from typing import Any
 from attrs import evolve
 
 from shockwave.base.errors import Fault, InvalidValueError, ShockwaveError, UnknownNameError, below, nearest, refuse
-from shockwave.base.quantity_fields import SIZES, Quantity, join, text_of
+from shockwave.base.quantity_fields import Quantity, join, text_of
 from shockwave.records.record_format import RecordFormat
 from shockwave.registry.registry import blame, entries, load
 from shockwave.scenario.block_keys import BLOCKS, GRANULES, WALLS, Key, keys_of
@@ -20,6 +20,7 @@ from shockwave.scenario.value_conversion import Parser, convert, items, material
 from shockwave.scene.chain_end import Bar, Wall
 from shockwave.scene.contact_law import PowerContact
 from shockwave.scene.impact import Impact
+from shockwave.scene.material import SIZES
 from shockwave.scene.motion import Motion
 from shockwave.scene.segments import Cell, Segment, Taper
 

@@ -1,4 +1,4 @@
-"""The scenario: one shock on one chain, with the settings of prediction and simulation."""
+"""The scenario: one shock on one chain, with the settings of prediction and simulation; as an argument of functions."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from attrs import evolve, field, frozen
 
@@ -185,3 +185,30 @@ def load_scenario(path: str | os.PathLike[str]) -> Scenario:
 def scenario_of(document: Document, path: Path | None, tries: slice = slice(None)) -> Scenario:
     """Scenario that ``document`` describes; see `load_scenario`, and `parts_of` for ``tries``."""
     return Scenario(**parts_of(document, path, tries))
+
+
+# ---------------------------------------------------------------- scenarios as arguments
+
+#: A scenario, its file, or an excitation whose chain is given beside it.
+SceneArgument: TypeAlias = "Scenario | str | os.PathLike[str] | Excitation"
+
+
+def scenario_alone(scene: object, chain: object) -> Scenario:
+    """The scenario of a single case, loaded if ``scene`` is a path.
+
+    Raises
+    ------
+    InvalidValueError
+        If it comes with a chain, is something else, or stands for a sweep.
+    ShockwaveError
+        As `load_scenario`.
+    """
+    named = isinstance(scene, str | os.PathLike)
+    scenario = load_scenario(scene) if chain is None and named else scene  # type: ignore[arg-type]
+    if chain is not None or not isinstance(scenario, Scenario):
+        rule = "must be a scenario or its file alone, or a shock or an impact together with a chain"
+        raise InvalidValueError.of("scene", f"{rule} (got {text_of(scene)} {'and' if chain else 'without'} a chain)")
+    if scenario.sweep is not None:
+        got = f"got a sweep of {len(scenario.sweep)}; shockwave.run_sweep runs it"
+        raise InvalidValueError.of("scene", f"must describe a single case ({got})")
+    return scenario

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import attrs
 from attrs import define, evolve, field
@@ -18,9 +18,6 @@ from shockwave.scenario.sweep_block import vary_document
 from shockwave.scene.chain import Chain
 from shockwave.scene.material import Material
 from shockwave.scene.shock import Shock
-
-if TYPE_CHECKING:
-    from shockwave.scene.impact import Impact
 
 # Shocks that are kept: a bound on the memory of a long sweep.
 _MOST_KNOWN = 1024
@@ -122,11 +119,10 @@ def _shock(shock: Shock, values: dict[str, Any]) -> Shock:
     return made
 
 
-def _impact(impact: Impact | None, values: dict[str, Any]) -> Impact | None:
+def _impact(impact: Any, values: dict[str, Any]) -> Any:
     if "diameter" in values:
         values["radius"] = values.pop("diameter") / 2
-    made: Impact | None = _change(impact, values, "impact")
-    return made
+    return _change(impact, values, "impact")
 
 
 @lru_cache(maxsize=64)  # most points of a sweep share their chain

@@ -11,8 +11,18 @@ from attrs import field, frozen
 from attrs.validators import optional
 
 from shockwave.base.errors import InvalidValueError
-from shockwave.base.quantity_fields import Number, Quantity, Value, declaration, one_of, quantity, radius_of, tuple_repr
-from shockwave.scene.material import Material, check_material, material_of
+from shockwave.base.quantity_fields import (
+    SI,
+    Converted,
+    Number,
+    Quantity,
+    Value,
+    declaration,
+    one_of,
+    quantity,
+    tuple_repr,
+)
+from shockwave.scene.material import Diameter, MaterialField, check_material, halve, material_of, set_radius
 
 if TYPE_CHECKING:  # a chain of equal spheres does not need them
     from shockwave.scene.chain_end import Bar, Wall
@@ -53,7 +63,7 @@ def _contact(value: Any) -> Any:
     return None if isinstance(value, Hertz) else value
 
 
-@frozen(kw_only=True, init=False, slots=False)
+@frozen(kw_only=True, slots=False)
 class Chain(Value):
     """A row of elastic spheres; by default they are equal and touch without compression, and both ends are free.
 
@@ -107,48 +117,24 @@ class Chain(Value):
     20
     """
 
-    material: Material = field(converter=material_of, validator=check_material)
-    radius: float = quantity("m", "radius R of the granules", above=0)
-    granules: int | tuple[Segment | Cell, ...] | None = field(
+    material: MaterialField = field(converter=material_of, validator=check_material)
+    radius: Converted[float, Number | None] = quantity("m", "radius R of the granules", above=0, default=None)
+    _diameter: Diameter = field(default=None, alias="diameter", converter=halve, eq=False, repr=False)
+    granules: Converted[int | tuple[Segment | Cell, ...] | None, int | str | Sequence[Segment | Cell] | None] = field(
         default=None, converter=_granules, repr=tuple_repr, metadata=declaration(GRANULES)
     )
     end: Wall | Bar | None = None
-    precompression: float = quantity("N", "static contact force", at_least=0, default=0.0)
-    gravity: float = quantity("m/s**2", "acceleration of gravity towards the wall", at_least=0, default=0.0)
+    precompression: SI[float] = quantity("N", "static contact force", at_least=0, default=0.0)
+    gravity: SI[float] = quantity("m/s**2", "acceleration of gravity towards the wall", at_least=0, default=0.0)
     damping: Damping | None = None
     contact: AnyContact | None = field(default=None, converter=_contact)
     elastic_only: bool = field(default=False, validator=one_of(False, True))
     packing: Packing | None = field(default=None, validator=optional(one_of(*_PACKINGS)))
 
-    def __init__(
-        self,
-        *,
-        material: Material | str,
-        radius: Number | None = None,
-        diameter: Number | None = None,
-        granules: int | str | Sequence[Segment | Cell] | None = None,
-        end: Wall | Bar | None = None,
-        precompression: Number = 0.0,
-        gravity: Number = 0.0,
-        damping: Damping | None = None,
-        contact: AnyContact | None = None,
-        elastic_only: bool = False,
-        packing: Packing | None = None,
-    ) -> None:
-        if radius is None and diameter is None:
+    def __attrs_post_init__(self) -> None:
+        set_radius(self)
+        if self.radius is None:
             raise InvalidValueError.of("radius", "must be given (got nothing; or give diameter)")
-        self.__attrs_init__(
-            material=material,
-            radius=radius_of(radius, diameter),
-            granules=granules,
-            end=end,
-            precompression=precompression,  # type: ignore[arg-type]
-            gravity=gravity,  # type: ignore[arg-type]
-            damping=damping,
-            contact=contact,
-            elastic_only=elastic_only,
-            packing=packing,
-        )
         for name, value in (("mass", self.granule_mass), ("stiffness", self.contact_stiffness)):
             if not (math.isfinite(value) and value > 0):
                 problem = f"must give granules a {name} that a floating-point number can hold (got {value:g})"
@@ -156,12 +142,12 @@ class Chain(Value):
         if self.is_uniform:
             return
         features = {name: getattr(self, name) for name in ("end", "precompression", "gravity", "damping", "contact")}
-        if packing is None:
+        if self.packing is None:
             from shockwave.scene.feature_rules import check_features  # needed only here
 
             check_features(self.granules, self.elastic_only, **features)
         elif any(features.values()) or isinstance(self.granules, tuple):
-            problem = f"must be left out for a chain with further features (got {packing!r})"
+            problem = f"must be left out for a chain with further features (got {self.packing!r})"
             raise InvalidValueError.of("packing", problem)
 
     @cached_property

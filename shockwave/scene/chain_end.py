@@ -8,8 +8,18 @@ from typing import Any, Literal
 from attrs import field, frozen
 
 from shockwave.base.errors import InvalidValueError
-from shockwave.base.quantity_fields import MAGNITUDES, SI, SIZES, Converted, Number, Value, quantity, radius_of, text_of
-from shockwave.scene.material import WALLS, Material, check_material, material_of
+from shockwave.base.quantity_fields import MAGNITUDES, SI, Converted, Value, quantity, text_of
+from shockwave.scene.material import (
+    SIZES,
+    WALLS,
+    Diameter,
+    Material,
+    MaterialField,
+    check_material,
+    halve,
+    material_of,
+    set_radius,
+)
 
 
 def _convert_material(given: Material | str) -> Any:
@@ -76,7 +86,7 @@ class Wall(Value):
                 raise InvalidValueError.of(name, f"must be left out for a fixed wall ({got})")
 
 
-@frozen(kw_only=True, init=False)
+@frozen(kw_only=True)
 class Bar(Value):
     """The flat, massless end of a long bar, which yields to the force F with the velocity F/Z.
 
@@ -105,26 +115,19 @@ class Bar(Value):
     '11429 N s/m'
     """
 
-    material: Material = field(converter=material_of, validator=check_material)
-    radius: float | None = quantity("m", "radius of the bar", within=SIZES, default=None)
-    impedance: float | None = quantity("N*s/m", "impedance of the bar", within=MAGNITUDES, default=None)
+    material: MaterialField = field(converter=material_of, validator=check_material)
+    radius: SI[float | None] = quantity("m", "radius of the bar", within=SIZES, default=None)
+    _diameter: Diameter = field(default=None, alias="diameter", converter=halve, eq=False, repr=False)
+    impedance: SI[float | None] = quantity("N*s/m", "impedance of the bar", within=MAGNITUDES, default=None)
 
     # as a wall that is fixed
     mass = None
     stiffness = damping = 0.0
 
-    def __init__(
-        self,
-        *,
-        material: Material | str,
-        radius: Number | None = None,
-        diameter: Number | None = None,
-        impedance: Number | None = None,
-    ) -> None:
-        size = radius_of(radius, diameter)
-        self.__attrs_init__(material=material, radius=size, impedance=impedance)  # type: ignore[arg-type]
-        if (size is None) == (impedance is None):
-            got = "nothing" if size is None else "both"
+    def __attrs_post_init__(self) -> None:
+        set_radius(self)
+        if (self.radius is None) == (self.impedance is None):
+            got = "nothing" if self.radius is None else "both"
             raise InvalidValueError.of("impedance", f"must be given, or the diameter, but not both (got {got})")
 
     @property

@@ -186,7 +186,3 @@ class Loading:
     def residual(self, overlaps: FloatArray, forces: FloatArray) -> FloatArray:
         """Residual overlap d_r after unloading from an overlap and force, zero up to first yield."""
         return np.asarray(np.where(forces > self.first_forces, overlaps - self.depth(forces), 0.0))
-
-    def recoverable(self, forces: FloatArray) -> FloatArray:
-        """Energy that unloading from these forces releases."""
-        return np.asarray(0.4 * forces * self.depth(forces))

@@ -6,7 +6,7 @@ import math
 from typing import Any, Literal
 
 import attrs
-from attrs import asdict, evolve, field, frozen
+from attrs import evolve, field, frozen
 
 from shockwave.base.errors import Fault, InvalidValueError
 from shockwave.base.quantity_fields import SI, Number, Value, one_of, quantity, quantity_of, text_of
@@ -131,10 +131,17 @@ class LeavingForce:
     spring: LeavingForce | None = None
 
     @classmethod
-    def from_simulation(cls, name: str, value: float, error: float) -> LeavingForce:
-        """The force by simulation with the estimate of its absolute ``error`` [N]; an error of 100 % is not known."""
-        ends: dict[str, Any] = {"low": value - error, "high": value + error} if error < value else {}
-        return cls(name=name, value=value, **ends, remedy="simulate with a smaller tolerance")
+    def from_simulation(
+        cls, name: str, value: float, error: float, arrived: bool = True, later: float = 0.0
+    ) -> LeavingForce:
+        """The force by simulation with the estimate of its absolute ``error`` [N]; an error of 100 % is not known.
+
+        Before the leading wave has ``arrived`` there is no upper end. After the end of the simulated time the force is
+        less than ``later`` [N].
+        """
+        low, high = (value - error, value + error) if error < value else (None, None)
+        remedy = "simulate with a smaller tolerance" if arrived else LATER
+        return cls(name=name, value=value, low=low, high=high if arrived else None, remedy=remedy, later=later)
 
 
 @frozen(kw_only=True)
@@ -221,11 +228,6 @@ def verdict_facts(result: Any, label: str = "verdict") -> list[tuple[str, str]]:
     if found is None:
         return []
     return [(label, str(found) if found.decision == "below" else alarm(str(found)))]
-
-
-def plain_verdict(result: Any) -> dict[str, Any] | None:
-    """The verdict of a result for a document."""
-    return None if result.verdict is None else asdict(result.verdict)
 
 
 @frozen(kw_only=True)

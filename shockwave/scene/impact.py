@@ -8,16 +8,16 @@ from typing import Any
 from attrs import field, frozen
 
 from shockwave.base.errors import InvalidValueError
-from shockwave.base.quantity_fields import SIZES, Number, Value, quantity, radius_of
+from shockwave.base.quantity_fields import SI, Value, quantity
 from shockwave.base.units import STANDARD_GRAVITY
-from shockwave.scene.material import Material, check_material, material_of
+from shockwave.scene.material import SIZES, Diameter, OptionalMaterial, check_material, halve, material_of, set_radius
 
 # Up to the speed of light, from far below any that is measured, so that forces and times are floats.
 _VELOCITIES = {"at_least": 1e-20, "at_most": 299_792_458.0}
 _HEIGHTS = {"at_least": 1e-40, "at_most": 1e9}
 
 
-@frozen(kw_only=True, init=False)
+@frozen(kw_only=True)
 class Impact(Value):
     """A sphere that strikes the first granule of a finite chain.
 
@@ -48,24 +48,16 @@ class Impact(Value):
     '1.185 N'
     """
 
-    velocity: float | Any = quantity("m/s", "velocity of the striker", within=_VELOCITIES, default=None)
-    drop_height: float | None = quantity("m", "height of the fall of the striker", within=_HEIGHTS, default=None)
-    radius: float | None = quantity("m", "radius of the striker", within=SIZES, default=None)
-    material: Material | None = field(default=None, converter=material_of, validator=check_material)
+    velocity: SI[float | Any] = quantity("m/s", "velocity of the striker", within=_VELOCITIES, default=None)
+    drop_height: SI[float | None] = quantity("m", "height of the fall of the striker", within=_HEIGHTS, default=None)
+    radius: SI[float | None] = quantity("m", "radius of the striker", within=SIZES, default=None)
+    _diameter: Diameter = field(default=None, alias="diameter", converter=halve, eq=False, repr=False)
+    material: OptionalMaterial = field(default=None, converter=material_of, validator=check_material)
 
-    def __init__(
-        self,
-        *,
-        velocity: Number | None = None,
-        drop_height: Number | None = None,
-        radius: Number | None = None,
-        diameter: Number | None = None,
-        material: Material | str | None = None,
-    ) -> None:
-        size = radius_of(radius, diameter)
-        self.__attrs_init__(velocity=velocity, drop_height=drop_height, radius=size, material=material)  # type: ignore[arg-type]
-        if (velocity is None) == (drop_height is None):
-            got = "nothing" if velocity is None else "both"
+    def __attrs_post_init__(self) -> None:
+        set_radius(self)
+        if (self.velocity is None) == (self.drop_height is None):
+            got = "nothing" if self.velocity is None else "both"
             raise InvalidValueError.of("velocity", f"must be given, or drop_height, but not both (got {got})")
 
     def speed(self, gravity: float) -> float:

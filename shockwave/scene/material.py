@@ -1,13 +1,25 @@
-"""An isotropic elastic material."""
+"""An isotropic elastic material, and sizes of bodies."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeAlias
 
+import attrs
 from attrs import frozen
 
 from shockwave.base.errors import InvalidValueError, UnknownNameError
-from shockwave.base.quantity_fields import MAGNITUDES, SI, Value, plain_text, quantity, text_of
+from shockwave.base.quantity_fields import (
+    MAGNITUDES,
+    SI,
+    Converted,
+    Number,
+    Quantity,
+    Value,
+    plain_text,
+    quantity,
+    quantity_of,
+    text_of,
+)
 from shockwave.registry.registry import load
 
 #: Names of walls that are not materials.
@@ -65,6 +77,11 @@ class Material(Value):
         return (1 - self.poisson_ratio**2) / self.youngs_modulus
 
 
+#: Types of fields with a material, which may be given by its name.
+MaterialField: TypeAlias = Converted[Material, Material | str]
+OptionalMaterial: TypeAlias = Converted[Material | None, Material | str | None]
+
+
 def material(name: str) -> Material:
     """The material of this name from the library or from a plugin.
 
@@ -97,3 +114,38 @@ def check_material(_: object, attribute: Any, value: Any) -> None:
     """Validator of an attrs field that holds a `Material`, or None if that is its default."""
     if not (isinstance(value, Material) or (value is None and attribute.default is None)):
         raise InvalidValueError.of(attribute.name, f"must be a Material or the name of one (got {text_of(value)})")
+
+
+# ---------------------------------------------------------------- sizes
+
+#: Range of sizes in chains of different granules [m], so that their masses and stiffnesses are floats.
+SIZES: dict[str, Any] = {"at_least": 1e-12, "at_most": 1e6}
+#: Diameter of granules, which can be given instead of the radius.
+DIAMETER = Quantity("m", "diameter 2 R of the granules", above=0)
+#: Type of a field ``_diameter``, the argument in place of ``radius``; see `set_radius`.
+Diameter: TypeAlias = Converted[None, Number | Any | None]
+
+
+def halve(diameter: Any) -> Any:
+    """Radius of a diameter; of a taper of diameters, the taper of radii."""
+    if diameter is None or hasattr(diameter, "half"):
+        return diameter and diameter.half
+    return DIAMETER.check("diameter", diameter) / 2
+
+
+def set_radius(part: Any) -> None:
+    """Set the radius of an object that is being made, if its diameter was given, which then is None.
+
+    Raises
+    ------
+    InvalidValueError
+        If both are given, or the radius is out of range.
+    """
+    radius = part._diameter
+    if radius is None:
+        return
+    if part.radius is not None:
+        raise InvalidValueError.of("diameter", "must be left out if radius is given (got both; delete one)")
+    spec = quantity_of(attrs.fields(type(part)).radius)
+    object.__setattr__(part, "radius", spec.check("radius", radius) if spec and isinstance(radius, float) else radius)
+    object.__setattr__(part, "_diameter", None)

@@ -11,7 +11,7 @@ import numpy as np
 from attrs import field, frozen
 
 from shockwave.base.errors import Fault, InvalidValueError, refuse
-from shockwave.base.quantity_fields import Number, Value, one_of, quantity, text_of
+from shockwave.base.quantity_fields import SI, Converted, Value, one_of, quantity, text_of
 
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
@@ -28,7 +28,7 @@ def _convert_samples(value: Any) -> tuple[float, ...] | None:
         raise InvalidValueError(f"must be a list of numbers (got {text_of(value)})") from None
 
 
-@frozen(kw_only=True, init=False, slots=False)
+@frozen(kw_only=True, slots=False)
 class Motion(Value):
     """A prescribed motion of the first granule of a finite chain, which flies free afterwards.
 
@@ -60,22 +60,15 @@ class Motion(Value):
     '5.197 N'
     """
 
-    velocity: float | None = quantity("m/s", "constant velocity", at_least=1e-20, at_most=299_792_458.0, default=None)
-    until: float | None = quantity("s", "end of the constant velocity", above=0, default=None)
-    times: tuple[float, ...] | Any = field(default=None, converter=_convert_samples)
-    values: tuple[float, ...] | Any = field(default=None, converter=_convert_samples)
+    velocity: SI[float | None] = quantity(
+        "m/s", "constant velocity", at_least=1e-20, at_most=299_792_458.0, default=None
+    )
+    until: SI[float | None] = quantity("s", "end of the constant velocity", above=0, default=None)
+    times: Converted[tuple[float, ...] | Any, Any] = field(default=None, converter=_convert_samples)
+    values: Converted[tuple[float, ...] | Any, Any] = field(default=None, converter=_convert_samples)
     quantity: Quantity | None = field(default=None, validator=one_of(None, *get_args(Quantity)))
 
-    def __init__(
-        self,
-        *,
-        velocity: Number | None = None,
-        until: Number | None = None,
-        times: Any = None,
-        values: Any = None,
-        quantity: Quantity | None = None,
-    ) -> None:
-        self.__attrs_init__(velocity=velocity, until=until, times=times, values=values, quantity=quantity)  # type: ignore[arg-type]
+    def __attrs_post_init__(self) -> None:
         pairs = ("velocity", "until"), ("times", "values", "quantity")
         constant, record = ([name for name in names if getattr(self, name) is not None] for names in pairs)
         if not constant and not record:

@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from shockwave.base.result import Result
 from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import LeavingForce, Limit, Verdict, verdict
 from shockwave.scene.scene import Excitation, Scene
-
-if TYPE_CHECKING:  # a shock does not need it
-    pass
 
 
 class SceneResult(Result):

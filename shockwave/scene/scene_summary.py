@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from attrs import field, frozen
 
 from shockwave.base.text import si
 from shockwave.scene.chain import Chain
 from shockwave.scene.shock import Shock
-
-if TYPE_CHECKING:  # a shock on equal granules does not need it
-    from shockwave.scene.impact import Impact
-    from shockwave.scene.motion import Motion
 
 
 @frozen
@@ -40,7 +36,7 @@ class SceneSummary:
         return [*self.lines]
 
 
-def summary_of(excitation: Shock | Impact | Motion, chain: Chain, uniform: bool) -> SceneSummary:
+def summary_of(excitation: object, chain: Chain, uniform: bool) -> SceneSummary:
     """Summary of a scene; ``uniform`` states whether it is a shock on equal granules with free ends."""
     if isinstance(excitation, Shock) and uniform:
         return _of_equal_granules(excitation, chain)

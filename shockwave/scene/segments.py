@@ -10,21 +10,18 @@ from attrs import field, frozen
 from shockwave.base.errors import InvalidValueError, Steps
 from shockwave.base.quantity_fields import (
     SI,
-    SIZES,
     Converted,
-    Number,
     Quantity,
     Value,
     declaration,
     one_of,
     quantity,
-    radius_of,
     text_of,
     tuple_repr,
 )
 from shockwave.scene.contact_law import AnyContact
 from shockwave.scene.damping import Damping
-from shockwave.scene.material import Material, check_material, material_of
+from shockwave.scene.material import SIZES, Diameter, OptionalMaterial, check_material, halve, material_of, set_radius
 
 #: Greatest number of granules in segments: a bound on memory, far beyond what can be integrated.
 MOST_GRANULES = 1_000_000
@@ -81,7 +78,7 @@ def _radius(value: Any) -> Any:
     return value if isinstance(value, Taper) else RADIUS.check("radius", value)
 
 
-@frozen(kw_only=True, init=False)
+@frozen(kw_only=True)
 class Segment(Value):
     """Consecutive granules of one material, of equal or tapered size.
 
@@ -113,28 +110,18 @@ class Segment(Value):
     15
     """
 
-    count: int = quantity("", "number of granules", at_least=1, at_most=MOST_GRANULES, whole=True, default=1)
-    material: Material | None = field(default=None, converter=material_of, validator=check_material)
-    radius: float | Taper | None = field(default=None, converter=_radius, metadata=declaration(RADIUS))
-    gap: float = quantity(
+    count: SI[int] = quantity("", "number of granules", at_least=1, at_most=MOST_GRANULES, whole=True, default=1)
+    material: OptionalMaterial = field(default=None, converter=material_of, validator=check_material)
+    radius: SI[float | Taper | None] = field(default=None, converter=_radius, metadata=declaration(RADIUS))
+    _diameter: Diameter = field(default=None, alias="diameter", converter=halve, eq=False, repr=False)
+    gap: SI[float] = quantity(
         "m", "initial distance between each granule and the next one", at_least=0, at_most=1e6, default=0.0
     )
     contact: AnyContact | None = None
     damping: Damping | None = None
 
-    def __init__(
-        self,
-        *,
-        count: int | str = 1,
-        material: Material | str | None = None,
-        radius: Number | Taper | None = None,
-        diameter: Number | Taper | None = None,
-        gap: Number = 0.0,
-        contact: AnyContact | None = None,
-        damping: Damping | None = None,
-    ) -> None:
-        size, laws = radius_of(radius, diameter), {"contact": contact, "damping": damping}
-        self.__attrs_init__(count=count, material=material, radius=size, gap=gap, **laws)  # type: ignore[arg-type]
+    def __attrs_post_init__(self) -> None:
+        set_radius(self)
         if isinstance(self.radius, Taper) and self.count < 2:
             raise InvalidValueError.of("count", f"must be >= 2 for a taper (got {self.count})")
 

@@ -1,19 +1,21 @@
-"""Histories of a chain as a whole, and the setup of another integration of it from its result."""
+"""Histories of a chain as a whole and of its sensors, and the setup of another integration of it from its result."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
-from attrs import evolve
+import numpy.typing as npt
+from attrs import evolve, frozen
 
 from shockwave.base.numerics import FloatArray
+from shockwave.engine.mixed_chain_problem import Motion
 from shockwave.registry.registry import load
-from shockwave.scene.motion import Motion
+from shockwave.scene.sensors import STRUCTURE, WALL, Sensor
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.convergence_runs import run, tolerances_for
-from shockwave.simulation.recording import Recording, sample_times
+from shockwave.simulation.recording import AFTER, Recording, SensorHistory, sample_times
 from shockwave.simulation.simulation_result import Simulation
 
 
@@ -25,16 +27,16 @@ def record_chain(result: Simulation) -> Recording:
     InvalidValueError
         If the histories have too many values.
     """
+    if result.wave is not None and not result.options.sensors:
+        result = evolve(result, options=evolve(result.options, until=_end_of_wave(result)))
     case, end = setup_of_result(result)
     options, scales, count = result.options, case.scales, case.granules
-    times = sample_times(options, scales, end, count)
+    times = sample_times(options, scales, end, count, result.characteristic_time)
     motion = run(case, tolerances_for(case.rtol)[0], end, times)
     if result.chain.count is None:
         count = count_reached(motion.v)
     recorded: dict[str, Any] = {}
     if options.sensors:
-        from shockwave.simulation.sensor_signals import histories_of  # most simulations have none
-
         recorded["sensors"] = histories_of(case, motion)
     if "forces" in options.record:
         forces = scales.contact_force * motion.samples_forces
@@ -56,7 +58,16 @@ def record_chain(result: Simulation) -> Recording:
     return Recording(times=times * scales.time, contacts=tuple(case.reported.tolist()), **recorded)
 
 
-def _applied_force(motion: Motion, case: ChainSetup, times: FloatArray, contact: FloatArray) -> FloatArray:
+def _end_of_wave(result: Simulation) -> float:
+    """Default end of the histories of a leading wave [s]."""
+    options = result.options
+    if options.until is not None:
+        return options.until
+    last = result.passage(max(options.contacts)) if options.contacts else result.primary
+    return float(last.arrival_time + AFTER * result.characteristic_time)
+
+
+def _applied_force(motion: Any, case: ChainSetup, times: FloatArray, contact: FloatArray) -> FloatArray:
     """Force that a prescribed motion takes, from that at the first contact."""
     needed = case.layout.masses[0] * motion.course(times, 2) + contact
     return np.where(times <= motion.duration, needed, 0.0)
@@ -84,3 +95,123 @@ def setup_of_result(result: Simulation) -> tuple[ChainSetup, float]:
 def count_reached(v: FloatArray) -> int:
     """Number of granules that the waves have reached."""
     return 1 + int(np.flatnonzero(v).max(initial=0))
+
+
+# ---------------------------------------------------------------- sensors
+
+# Histories of a movable end, with their SI units.
+_OF_END = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", "spring_force": "N"}
+
+
+@frozen(eq=False)
+class Signal:
+    """What a sensor measures, in SI units.
+
+    Attributes
+    ----------
+    case : ChainSetup
+        The chain.
+    name, unit : str
+        Name of the column, and unit.
+    contacts : array of int
+        Contacts whose mean force it is.
+    body : int or None
+        Granule whose velocity or displacement it is, or the movable end whose motion or spring force it is.
+    """
+
+    case: ChainSetup
+    name: str
+    unit: str
+    contacts: npt.NDArray[np.intp]
+    body: int | None = None
+
+    @classmethod
+    def of(cls, sensor: Sensor, case: ChainSetup) -> Signal:
+        """The signal of a sensor; of a movable end, the spring force: that on the wall if it is held still."""
+        last, still = len(case.assembly.overlaps) - 1, not case.assembly.movable_end
+        at_end = sensor.place == WALL or (sensor.place == STRUCTURE and still)
+        contacts = np.array(sensor.contacts or ((last,) if at_end else ()), dtype=np.intp)
+        body = None if contacts.size else last + 1 if sensor.place == STRUCTURE else sensor.number
+        return cls(case, sensor.name, sensor.unit, contacts, body)
+
+    @property
+    def nearby(self) -> npt.NDArray[np.intp]:
+        """Contacts on which it depends."""
+        last = len(self.case.assembly.overlaps) - 1
+        return self.contacts if self.body is None else np.unique(np.clip([self.body - 1, self.body], 0, last))
+
+    @property
+    def static(self) -> float:
+        """Static part of a force."""
+        forces = self.case.assembly.static_forces[self.contacts] * self.case.scales.contact_force
+        return float(forces.mean()) if forces.size else 0.0
+
+    @property
+    def position(self) -> float:
+        """Distance from the struck end of the chain at rest [m]."""
+        layout, packed = self.case.layout, self.case.scene.chain.next_contacts[1]
+        begins = np.cumsum(2 * layout.radii) - 2 * layout.radii
+        begins -= np.append(0.0, np.cumsum(layout.overlaps))[: len(begins)]
+        ends = begins + 2 * layout.radii
+        # the mean of two contact forces is that of the granule between them
+        body = self.contacts.item(1) if len(self.contacts) == 2 else self.body
+        if body is None:
+            return float(packed * ends[self.contacts].mean())
+        return float(packed * ((begins + ends) / 2)[body] if body < len(ends) else ends[-1])
+
+    def read(self, motion: Motion) -> FloatArray:
+        """Values at the times of the samples, with the static part."""
+        scales, assembly = self.case.scales, self.case.assembly
+        if self.body is None:
+            return np.asarray(motion.samples_forces[:, self.contacts].mean(axis=1) * scales.contact_force)
+        x, v = motion.samples_x[:, self.body], motion.samples_v[:, self.body]
+        if self.unit in ("m", "m/s"):
+            return np.asarray(scales.energy / scales.force * x if self.unit == "m" else scales.velocity * v)
+        spring = assembly.end_stiffness * x + assembly.end_damping * v
+        if self.unit == "N":
+            return np.asarray(scales.force * spring)
+        excess = motion.samples_forces[:, -1] - assembly.static_forces[-1] - spring
+        return np.asarray(scales.force / scales.mass * assembly.inverse_masses[-1] * excess)
+
+    def dynamic(self, motion: Motion) -> FloatArray:
+        """Values less the static part."""
+        return self.read(motion) - self.static
+
+    def greatest(self, motion: Motion) -> float:
+        """Greatest dynamic value of the force at a single contact; NaN for others."""
+        single = len(self.contacts) == 1
+        return float(motion.dynamic_forces[self.contacts[0]] * self.case.scales.contact_force) if single else np.nan
+
+    def integral(self, momenta: FloatArray) -> FloatArray:
+        """Integral of a dynamic force without that of the excitation, from the scaled momenta up to each body.
+
+        NaN for the motion of a granule, and where the first granule is guided by an unknown force.
+        """
+        scales = self.case.scales
+        if self.unit != "N" or self.case.assembly.guided:
+            return np.full(len(momenta), np.nan)
+        places = self.contacts if self.body is None else np.array([self.body])
+        return np.asarray(-momenta[:, places].mean(axis=1) * scales.contact_force * scales.time)
+
+    def applied(self, time: float) -> float:
+        """Impulse of the excitation to a scaled time [N s]."""
+        scales, assembly = self.case.scales, self.case.assembly
+        impulse = assembly.weight * time if assembly.force is None else assembly.force.free(time)[1]
+        return impulse * scales.contact_force * scales.time
+
+
+def histories_of(case: ChainSetup, motion: Motion) -> tuple[SensorHistory, ...]:
+    """Histories of all sensors of the options.
+
+    A movable end has four, from its static equilibrium; one that spring or dashpot hold still, only the spring force.
+    """
+    histories = []
+    for sensor in case.options.sensors:
+        signal = Signal.of(sensor, case)
+        if sensor.place != STRUCTURE:
+            histories.append(SensorHistory(signal.name, signal.unit, signal.read(motion)))
+            continue
+        for quantity, unit in (_OF_END if case.assembly.movable_end else {"spring_force": "N"}).items():
+            values = evolve(signal, unit=unit).dynamic(motion)
+            histories.append(SensorHistory(f"{STRUCTURE}_{quantity}", unit, values))
+    return tuple(histories)

@@ -4,39 +4,46 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import pairwise
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from attrs import asdict, evolve
 
-from shockwave.base.errors import NumericalError
+from shockwave.base.errors import NumericalError, ShockwaveError
 from shockwave.base.numerics import FloatArray
-from shockwave.base.text import si
+from shockwave.base.text import round_digits, si
 from shockwave.engine.backend import chosen
 from shockwave.engine.mixed_chain_problem import Motion
 from shockwave.engine.nystroem_integrators import Rkn86
+from shockwave.scene.contact_law import ElasticPlastic
+from shockwave.scene.damping import HERTZ
 from shockwave.scene.force_limit import LAST, WALL, WAVE, LeavingForce
 from shockwave.scene.scene import Scene
+from shockwave.scene.segments import each_segment
 from shockwave.scene.simulate_options import SimulateOptions
-from shockwave.scene.yielding import beyond_elastic
+from shockwave.scene.yielding import UNJUDGED, Yielding, beyond_elastic, first_yield_force, strength_of
 from shockwave.simulation.chain_histories import chain_options, count_reached
-from shockwave.simulation.contact_setup import ChainSetup
-from shockwave.simulation.contact_validity import first_yield, warn_overlaps, warn_unjudged
-from shockwave.simulation.convergence_runs import runs_of, warn_missed
-from shockwave.simulation.later_forces import Flags, are_apart, later_force, later_remedy, offsets, stiffnesses
-from shockwave.simulation.movable_end import MovableEnd
+from shockwave.simulation.contact_setup import ChainSetup, check_setup
+from shockwave.simulation.convergence_runs import Runs, runs_of, warn_missed
+from shockwave.simulation.later_forces import (
+    Flags,
+    MovableEnd,
+    are_apart,
+    later_force,
+    later_remedy,
+    offsets,
+    stiffnesses,
+)
 from shockwave.simulation.recording import sample_times
 from shockwave.simulation.result_parts import (
-    Computation,
     ContactForces,
     Cost,
     Dissipated,
     SegmentEnergy,
     Train,
     Transmitted,
-    last_force,
 )
 from shockwave.simulation.simulation_result import Simulation
 from shockwave.simulation.wave_setup import scale_scene
@@ -68,11 +75,11 @@ NO_LIMIT = (
 
 
 def simulate_chain(
-    options: SimulateOptions, scene: Scene, computation: Computation, case: ChainSetup | None = None
+    options: SimulateOptions, scene: Scene, computation: Callable[..., Any], case: ChainSetup | None = None
 ) -> Simulation:
     """Simulate a finite or precompressed chain with an excitation, and estimate the errors of the forces.
 
-    ``computation`` computes the histories; ``case`` is the setup, if it is known.
+    ``computation`` is that of the result; ``case`` is the setup, if it is known.
 
     Raises
     ------
@@ -94,43 +101,26 @@ def simulate_chain(
         on_wall = Transmitted(**peak, impulse=impulse * scales.momentum, impulse_error=runs.impulse_error)
     carried = math.fsum(motion.v[:count] / case.assembly.inverse_masses[:count])
     movable = len(motion.v) > count and not case.assembly.impedance
-    velocities, masses = scales.velocity * motion.v[:count], case.layout.masses
+    velocities = scales.velocity * motion.v[:count]
     apart = are_apart(motion.x[:count], motion.v[:count], offsets(case, motion))
-    loaded = bool(case.layout.static_forces.any())
-    rebounding = None if loaded else _leaving_velocities(-velocities, apart)
-    spalls = None if loaded or case.has_wall else _leaving_velocities(velocities[::-1], apart[::-1])
-    chain = scene.chain
     yielding = first_yield(case, motion)
-    if error := beyond_elastic(chain, lambda: yielding):
+    if error := beyond_elastic(scene.chain, lambda: yielding):
         raise error
-    endless, later = chain.count is None, later_force(case, motion)
-    end = MovableEnd.of(runs) if case.has_wall else None
+    endless, later, end = scene.chain.count is None, later_force(case, motion), MovableEnd.of(runs)
     reached = count_reached(motion.v) if endless else count
-    leaving = LeavingForce(name=WAVE, remedy="simulate a finite chain")
-    if not endless:
-        arrived = motion.arrival is not None
-        leaving = last_force(WALL if case.has_wall else LAST, runs.peak(-1), arrived, later)
-        spring = None if end is None else end.leaving(arrived)
-        remedy = later_remedy(case, motion, later)
-        leaving = evolve(leaving, later_remedy=remedy, spring=spring and evolve(spring, later_remedy=remedy))
-    recoil = None if rebounding is None else 0.0 - math.fsum(masses[: len(rebounding)] * rebounding)
     return Simulation(
         scene=scene,
         options=case.options,
         integrator=motion.integrator,
         backend="numpy" if case.compiled is None else "compiled",
         wave=None,
-        forces=ContactForces(contacts=runs.reported, greatest=runs.greatest, leaving=leaving),
+        forces=ContactForces(contacts=runs.reported, greatest=runs.greatest, leaving=_leaving_force(runs, later, end)),
         transmitted=on_wall,
         structure=end and end.structure,
         end=motion.end * scales.time,
         arrival_time=None if endless or motion.arrival is None else motion.arrival * scales.time,
         velocities=tuple(velocities[:reached].tolist()),
-        measured=Train(
-            recoil_momentum=recoil,
-            recoil_velocities=None if rebounding is None else tuple((-rebounding).tolist()),
-            spall_velocities=None if spalls is None else tuple(spalls.tolist()),
-        ),
+        measured=_train(case, velocities, apart),
         restitution=_restitution(case, motion, velocities, apart),
         applied_momentum=momentum * scales.momentum,
         applied_energy=energy * scales.energy,
@@ -179,11 +169,22 @@ def forces_of(result: Simulation) -> ContactForces:
             took = f"the integration of {granules} granules would take about {seconds:.0f} s or more"
             raise NumericalError(f"{took} (set until or a timeout to integrate all the same)")
     runs = runs_of(ChainSetup.of(options, result.scene))
-    leaving = last_force(LAST, runs.peak(-1), runs.motion.arrival is not None, later_force(runs.case, runs.motion))
+    leaving = _leaving_force(runs, later_force(runs.case, runs.motion))
     return ContactForces(contacts=runs.reported, greatest=runs.greatest, leaving=leaving, warnings=tuple(warnings))
 
 
 # ---------------------------------------------------------------- parts of the result
+
+
+def _leaving_force(runs: Runs, later: float, end: MovableEnd | None = None) -> LeavingForce:
+    """The force at the last contact, less than ``later`` afterwards [N], with that of the spring behind it."""
+    case, motion = runs.case, runs.motion
+    if case.scene.chain.count is None:
+        return LeavingForce(name=WAVE, remedy="simulate a finite chain")
+    arrived, remedy = motion.arrival is not None, later_remedy(case, motion, later)
+    force = runs.peak(-1).leaving(WALL if case.has_wall else LAST, arrived, later)
+    spring = None if end is None else end.leaving(arrived)
+    return evolve(force, later_remedy=remedy, spring=spring and evolve(spring, later_remedy=remedy))
 
 
 def _warn_unfinished(case: ChainSetup, motion: Motion, velocities: FloatArray, apart: Flags) -> Iterator[str]:
@@ -242,6 +243,16 @@ def _dissipated(case: ChainSetup, motion: Motion) -> Dissipated:
     return Dissipated(energy=energy, plastic=plastic_energy, damping=damping, end=end, bar=bar)
 
 
+def _train(case: ChainSetup, velocities: FloatArray, apart: Flags) -> Train:
+    """Granules that fly off the ends; those of a chain under static forces are not known."""
+    if case.layout.static_forces.any():
+        return Train(recoil_momentum=None, recoil_velocities=None)
+    rebounding = _leaving_velocities(-velocities, apart)
+    spalls = None if case.has_wall else tuple(_leaving_velocities(velocities[::-1], apart[::-1]).tolist())
+    recoil = 0.0 - math.fsum(case.layout.masses[: len(rebounding)] * rebounding)
+    return Train(recoil_momentum=recoil, recoil_velocities=tuple((-rebounding).tolist()), spall_velocities=spalls)
+
+
 def _leaving_velocities(outwards: FloatArray, apart: Flags) -> FloatArray:
     """Velocities of the granules that fly off an end, outermost first, from the outward velocities of all granules."""
     free = len(outwards) if apart.all() else int(np.argmin(apart))
@@ -258,3 +269,82 @@ def _restitution(case: ChainSetup, motion: Motion, velocities: FloatArray, apart
     centre = 0.0 if case.has_wall else math.fsum(masses * velocities[1:]) / math.fsum(masses)
     away = centre - float(velocities[0])
     return away / case.layout.velocity if away > 0 else None
+
+
+# ---------------------------------------------------------------- advice beyond first yield
+
+# Longest chain that is simulated for a sentence, and the tolerance and digits of its forces.
+_MOST = 100
+_RTOL = 1e-3
+_DIGITS = 3
+
+
+def value_with_yield(result: Simulation) -> tuple[str, ...]:
+    """Greatest and last force with elastic-plastic contacts, in a sentence; none for long chains or other laws."""
+    chain = result.chain
+    laws = [part for _, each in each_segment(chain.granules) for part in (each.contact, each.damping)]
+    if chain.count is None or chain.count > _MOST or any([chain.contact, chain.damping, chain.packing, *laws]):
+        return ()
+    scene = Scene(excitation=result.scene.excitation, chain=evolve(chain, contact=ElasticPlastic()))
+    options = SimulateOptions(rtol=_RTOL, until=result.options.until)
+    try:
+        plastic = simulate_chain(options, scene, result.computation, check_setup(options, scene))
+    except ShockwaveError:  # the law does not cover these materials
+        return ()
+    last, force = plastic.leaving.name, plastic.leaving.value or 0.0
+    forces = f"the greatest force is {si(plastic.greatest_force.peak_force, 'N', _DIGITS)}"
+    return (f"With elastic-plastic contacts {forces}, and the {last} is {si(force, 'N', _DIGITS)}.",)
+
+
+# ---------------------------------------------------------------- validity
+
+# Overlap, over the reduced radius of the contact, beyond which Hertz's law is doubtful.
+_LARGE_OVERLAP = 0.1
+
+
+def _strengths(case: ChainSetup) -> FloatArray:
+    """Smaller yield strength at each contact [Pa]; NaN where one is not known."""
+    wall = [] if case.layout.wall is None else [case.layout.wall.material]
+    strengths = np.array([strength_of(each) for each in (*case.layout.materials, *wall)])
+    return np.asarray(np.minimum(strengths[:-1], strengths[1:]))
+
+
+def warn_unjudged(case: ChainSetup, yielding: Yielding | None) -> Iterator[str]:
+    """Warning of contacts that are not compared with first yield."""
+    unknown = int(np.isnan(_strengths(case)).sum())
+    if yielding is not None and unknown:
+        where = "1 contact" if unknown == 1 else f"{unknown} contacts"
+        yield f"{UNJUDGED} at {where}, because a yield strength is not known (state yield_strength)."
+
+
+def first_yield(case: ChainSetup, motion: Motion) -> Yielding | None:
+    """First yield in the weaker material of each contact, where both yield strengths are known."""
+    layout, softer = case.layout, _strengths(case)
+    at = np.flatnonzero(np.isfinite(softer) & ~layout.law_contacts)
+    every = case.scene.chain.elastic_only and at.size < softer.size
+    if not at.size or every:
+        return None
+    radii, moduli = layout.pairs.radii[at], layout.pairs.moduli[at]
+    first = first_yield_force(radii, moduli, softer[at])
+    ratios = motion.forces[at] * case.scales.force / first
+    plastic = np.zeros(at.shape) if layout.plastic is None else np.isfinite(layout.plastic.strengths[at])
+    return Yielding(
+        first_yield_force=float(first.min()),
+        peak_ratio=float(ratios.max()),
+        elastic_ratio=float(np.where(plastic, 0.0, ratios).max()),
+        yielded_contacts=None if case.scene.chain.count is None else int((ratios > 1).sum()),
+    )
+
+
+def warn_overlaps(case: ChainSetup, motion: Motion) -> Iterator[str]:
+    """Warning of overlaps for which Hertz's law, and that of elastic-plastic contacts, do not hold."""
+    pairs = case.layout.pairs
+    hertz = np.isclose(pairs.stiffnesses, 4 / 3 * pairs.moduli * np.sqrt(pairs.radii)) & (pairs.exponents == HERTZ)
+    overlaps = (motion.forces * case.scales.force / pairs.stiffnesses) ** (2 / 3)
+    if motion.greatest_overlaps is not None:
+        overlaps = np.maximum(overlaps, case.scales.energy / case.scales.force * motion.greatest_overlaps)
+    ratios = np.where(hertz & ~case.layout.law_contacts, overlaps / pairs.radii, 0.0)
+    worst = int(np.argmax(ratios))
+    if ratios[worst] > _LARGE_OVERLAP:
+        overlap = f"The overlap at contact {worst} is about {round_digits(ratios[worst])} times the reduced radius"
+        yield f"{overlap}: Hertz's law holds for small overlaps only."

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from importlib import import_module
 from types import ModuleType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,7 @@ from shockwave.engine.integrator import Integrator
 from shockwave.engine.mixed_chain_assembly import Assembly
 from shockwave.engine.mixed_chain_problem import integrate
 from shockwave.engine.scaled_problem import ChainProblem
+from shockwave.profiles.free_path import FreePath
 from shockwave.registry.registry import load
 from shockwave.scene.chain import Chain, Scales
 from shockwave.scene.chain_end import Bar, Wall
@@ -291,9 +292,7 @@ def _assembly(layout: Layout, scales: Scales, excitation: Excitation, rtol: floa
         rise_time = scales.rise_time(excitation.rise_time)
         force = ChainProblem(excitation.profile, rise_time, excitation.peak_force / scales.force)
     elif isinstance(excitation, Motion):
-        from shockwave.simulation.guided_path import problem_of  # for a prescribed motion only
-
-        force = problem_of(excitation, scales)
+        force = _problem_of(excitation, scales)
     wall, law = layout.wall or Wall(), layout.law
     guided = isinstance(excitation, Motion)
     if wall.mass is not None and not guided and _is_rigid(layout, scales, wall, rtol, until):
@@ -322,3 +321,36 @@ def _assembly(layout: Layout, scales: Scales, excitation: Excitation, rtol: floa
         law_contacts=None if law is None else layout.law_contacts,
         plastic=_plastic(layout, stiffnesses, length, scales.velocity),
     )
+
+
+# ---------------------------------------------------------------- prescribed motion
+
+# Degree of the polynomials of the displacement.
+_DEGREE = 4
+
+
+@frozen(eq=False)
+class _Shape:
+    """What a `ChainProblem` reads of a profile: knots in units of half the duration, and their path."""
+
+    duration_ratio: float
+    breakpoints: tuple[float, ...]
+    path: FreePath
+
+    def free_path(self) -> FreePath:
+        return self.path
+
+
+def _problem_of(motion: Motion, scales: Scales) -> ChainProblem:
+    """The acceleration of a motion, beyond its first velocity, as a force on a granule of unit mass."""
+    course, speed, half = motion.course, motion.top_speed, motion.duration / 2
+    first, edges = float(course(0.0, 1)), course.x / half
+    path = FreePath.of_polynomials(
+        edges,
+        lambda s: (course(s * half) - first * s * half) / (speed * half),
+        lambda s: (course(s * half, 1) - first) / speed,
+        _DEGREE,
+    )
+    shape: Any = _Shape(2.0, tuple(edges.tolist()), path)
+    time = half / scales.time
+    return ChainProblem(shape, time, speed / scales.velocity / time)

@@ -16,13 +16,12 @@ from shockwave.base.errors import NumericalError
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.mixed_chain_problem import Motion
 from shockwave.scene.sensors import Sensor
-from shockwave.simulation.chain_histories import setup_of_result
+from shockwave.simulation.chain_histories import Signal, setup_of_result
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.convergence_runs import run, tolerances_for
 from shockwave.simulation.first_pulse import FirstPulse
 from shockwave.simulation.recording import MOST_NUMBERS
 from shockwave.simulation.sampled_history import TIME_SHARE, History, Places
-from shockwave.simulation.sensor_signals import Signal
 from shockwave.simulation.simulation_result import Simulation
 from shockwave.simulation.wave_setup import RTOL
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from attrs import asdict, frozen, has
+from attrs import asdict, frozen
 
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.numerics import FloatArray
-from shockwave.base.result import Result
+from shockwave.base.result import Result, fields_of
 from shockwave.scene.chain import Chain, Scales
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
@@ -27,16 +27,6 @@ AFTER = 5.0
 _LEAST_TIME = 0.01
 #: Largest number of values in the histories, to limit the memory.
 MOST_NUMBERS = 20_000_000
-
-
-def plain(value: Any) -> Any:
-    """``value``, with tuples and arrays converted to lists, and results to dictionaries."""
-    if has(type(value)):
-        public = asdict(value, recurse=False, filter=lambda field, _: bool(field.repr))
-        return {name: plain(own) for name, own in public.items()}
-    return (
-        value.tolist() if hasattr(value, "tolist") else list(map(plain, value)) if isinstance(value, tuple) else value
-    )
 
 
 @frozen(eq=False)
@@ -120,24 +110,9 @@ class Recording(Result):
                 table |= column(name, kept, *("time", second)[: kept.ndim], unit=units.get(name))
         return table
 
-    def write(self, file: str) -> None:
-        """Write the histories as CSV, with the units in the heads of the columns, or as NetCDF (``.nc``).
-
-        Raises
-        ------
-        FileAccessError
-            If the file cannot be written.
-        UsageError
-            If xarray is not installed, for NetCDF.
-        """
-        from shockwave.base.result_tables import write_table
-
-        write_table(self._table("histories"), {}, file)
-
     def to_dict(self) -> dict[str, Any]:
         """Attributes by name, with arrays as lists of SI floats."""
-        document: dict[str, Any] = plain(self)
-        return document
+        return fields_of(self)
 
 
 def check_requests(options: SimulateOptions, shock: Shock, chain: Chain, scales: Scales) -> None:
@@ -190,9 +165,14 @@ def select_contacts(options: SimulateOptions, contacts: int) -> tuple[int, ...]:
     return options.contacts
 
 
-def sample_times(options: SimulateOptions, scales: Scales, until: float, granules: float) -> FloatArray:
-    """Scaled times of the samples of ``granules`` granules; raise if the histories have too many values."""
-    interval = 1 / _SAMPLES if options.interval is None else options.interval / scales.time
+def sample_times(
+    options: SimulateOptions, scales: Scales, until: float, granules: float, unit: float | None = None
+) -> FloatArray:
+    """Scaled times of the samples of ``granules`` granules; raise if the histories have too many values.
+
+    Their default interval is a tenth of the ``unit``, the characteristic time of the wave [s], or that of ``scales``.
+    """
+    interval = (options.interval or (unit or scales.time) / _SAMPLES) / scales.time
     count = int(until / interval * (1 + 1e-12)) + 1
     contacts = len(options.contacts) or min(granules, MOST_REPORTED)
     if count * (contacts + 2 * granules) > MOST_NUMBERS:

@@ -1,20 +1,17 @@
-"""Parts of the result of a simulation: leading wave, train, contact forces, segments, cost; and what computes them."""
+"""Parts of the result of a simulation: waves, passages, train, contact forces, structure, segments, cost."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
 
 from attrs import evolve, field, frozen
 
-from shockwave.base.errors import NumericalError
 from shockwave.base.text import round_digits, si
 from shockwave.base.units import STANDARD_GRAVITY
 from shockwave.engine.scaled_problem import Primary
 from shockwave.scene.chain import Scales
-from shockwave.scene.force_limit import LATER, SPRING, LeavingForce
-from shockwave.simulation.measured_wave import MeasuredWave, Passage
-from shockwave.simulation.recording import Recording
+from shockwave.scene.force_limit import SPRING, LeavingForce
 
 if TYPE_CHECKING:  # other results do not need it
     from shockwave.simulation.first_pulse import FirstPulse
@@ -112,21 +109,9 @@ class ContactPeak:
         """The force plus its error estimate [N]."""
         return 2 * self.peak_force - self.low
 
-
-def last_force(name: str, peak: ContactPeak | None, arrived: bool = True, later: float = 0.0) -> LeavingForce:
-    """The force that a chain transmits, from its last contact; ``peak`` is None if it is not known.
-
-    Before the leading wave has ``arrived`` there is no upper end. After the end of the simulated time the force is
-    less than ``later`` [N].
-    """
-    if peak is None:
-        return LeavingForce(name=name, remedy="simulate with a longer timeout")
-    error = peak.error_estimate * (peak.peak_force - peak.static_force)
-    return _at_first(LeavingForce.from_simulation(name, peak.peak_force, error), arrived, later)
-
-
-def _at_first(force: LeavingForce, arrived: bool, later: float) -> LeavingForce:
-    return evolve(force, later=later) if arrived else evolve(force, later=later, high=None, remedy=LATER)
+    def leaving(self, name: str, arrived: bool, later: float) -> LeavingForce:
+        """The force as that which a chain transmits; see `LeavingForce.from_simulation`."""
+        return LeavingForce.from_simulation(name, self.peak_force, self.peak_force - self.low, arrived, later)
 
 
 @frozen(kw_only=True)
@@ -180,9 +165,9 @@ class Structure:
         return max(error for error in errors if error is not None)
 
     def leaving(self, arrived: bool, later: float) -> LeavingForce:
-        """The spring force as a force that is limited; see `last_force`."""
+        """The spring force as a force that is limited; see `LeavingForce.from_simulation`."""
         error = self.peak_spring_force_error * self.peak_spring_force
-        return _at_first(LeavingForce.from_simulation(SPRING, self.peak_spring_force, error), arrived, later)
+        return LeavingForce.from_simulation(SPRING, self.peak_spring_force, error, arrived, later)
 
     def facts(self) -> Iterator[tuple[str, str]]:
         """Labels and texts of the motion and the spring force."""
@@ -311,23 +296,91 @@ class Train:
         return self.cost.steps > 0
 
 
-class Computation(Protocol):
-    """Computes the parts of a result that are integrated when they are first read."""
+# ---------------------------------------------------------------- waves
 
-    def train(self, result: Any) -> Train:
-        """All waves and the rebounding granules."""
+# Attribute of a wave -> attribute of `Scales` that is its unit.
+_UNITS = {
+    "peak_force": "contact_force",
+    "momentum": "momentum",
+    "energy": "energy",
+    "speed": "wave_speed",
+    "width": "time",
+    "granule_velocity": "velocity",
+    "arrival_time": "time",
+}
 
-    def passages(self, result: Any, contacts: Sequence[int]) -> list[Passage | NumericalError]:
-        """The leading wave at these contacts; the error where it has no peak."""
 
-    def forces(self, result: Any) -> ContactForces:
-        """Greatest forces at the contacts of a finite chain of equal granules."""
+@frozen(kw_only=True)
+class MeasuredWave:
+    """A wave measured at a contact, in SI units (in scaled units until the result is complete).
 
-    def value_with_yield(self, result: Any) -> tuple[str, ...]:
-        """Sentence on the forces with elastic-plastic contacts, if they can be computed at once."""
+    Attributes
+    ----------
+    peak_force, momentum, energy, width, granule_velocity : float
+        As in `SolitaryWave`, measured from the history of the contact force. If only the leading wave was followed, its
+        width and granule velocity are those of the exact wave of the same peak force.
+    speed : float or None
+        Speed of the peak along the chain [m/s]; None if only one contact was passed.
+    contact : int
+        Contact at which the wave was measured, counted from 0; contact i lies between granules i and i + 1.
+    arrival_time : float
+        Time of the peak at this contact [s].
+    error_estimate : float or None
+        Relative error estimate of ``peak_force`` as the limit far along the chain; None for a wave that had not
+        settled, or that was found in only one of the two runs.
+    foot : float
+        Residual force between the wave and its neighbours, over its peak force; approximately the relative error of
+        momentum, energy, width and granule velocity.
+    """
 
-    def recording(self, result: Any) -> Recording:
-        """Histories that the options request."""
+    peak_force: float
+    momentum: float
+    energy: float
+    speed: float | None
+    width: float
+    granule_velocity: float
+    contact: int
+    arrival_time: float
+    error_estimate: float | None
+    foot: float
 
-    def first_pulses(self, result: Any, contacts: Sequence[int] | None) -> tuple[tuple[FirstPulse, ...], Sequence[str]]:
-        """First pulses at contacts or, if they are None, of the sensors of the options; and warnings."""
+    def in_si(self, scales: Scales, error_estimate: float | None) -> MeasuredWave:
+        """Convert a wave in scaled units to SI units, with its error estimate."""
+        known = {name: getattr(self, name) for name in _UNITS if getattr(self, name) is not None}
+        values = {name: value * getattr(scales, _UNITS[name]) for name, value in known.items()}
+        return evolve(self, error_estimate=error_estimate, **values)
+
+
+@frozen(kw_only=True)
+class Passage:
+    """The leading wave at a contact, in SI units.
+
+    Attributes
+    ----------
+    contact : int
+        The contact, counted from 0.
+    arrival_time : float
+        Time of the peak [s].
+    peak_force : float
+        Peak contact force [N].
+    exact : bool
+        Whether the wave had settled before this contact, so that the values follow from the exact solitary wave.
+    error_estimate : float
+        Relative error estimate of both time and peak force.
+    """
+
+    contact: int
+    arrival_time: float
+    peak_force: float
+    exact: bool
+    error_estimate: float
+
+    @classmethod
+    def of(cls, contact: int, time: float, force: float, error: float, exact: bool = False) -> Passage:
+        """A passage in scaled units."""
+        return cls(contact=contact, arrival_time=time, peak_force=force, exact=exact, error_estimate=error)
+
+    def in_si(self, scales: Scales) -> Passage:
+        """Convert a passage in scaled units to SI units."""
+        time, force = self.arrival_time * scales.time, self.peak_force * scales.contact_force
+        return evolve(self, arrival_time=time, peak_force=force)

@@ -15,10 +15,10 @@ from attrs import frozen
 
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.mixed_chain_problem import Motion
+from shockwave.simulation.chain_histories import Signal
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.convergence_runs import run
 from shockwave.simulation.recording import MOST_NUMBERS
-from shockwave.simulation.sensor_signals import Signal
 
 # Interval of all samples over that about an instant that is not resolved, these samples, and the largest number of
 # times that the interval is divided.

@@ -13,10 +13,9 @@ from scipy.linalg import solve_banded
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.numerics import FloatArray, floats
 from shockwave.base.quantity_fields import Number, Quantity, text_of
-from shockwave.base.result import VERSION, Result
-from shockwave.base.result_tables import Table, along, cells, write_table
+from shockwave.base.result import VERSION, Result, fields_of
+from shockwave.base.result_tables import Table, along, cells
 from shockwave.base.text import brief, facts, is_wide, percent, si, strong, table
-from shockwave.simulation.recording import plain
 
 #: Damping ratio of the oscillators.
 DAMPING = Quantity("", "damping ratio of the oscillators", at_least=0, below=1)
@@ -88,7 +87,7 @@ class ShockSpectrum(Result):
     warnings: tuple[str, ...] = ()
 
     _brief = ("scenario", "base", "damping", "error_estimate")
-    _picture = "shockwave.pictures.shock_spectrum:shock_spectrum"
+    _picture = "shockwave.pictures.histories:shock_spectrum"
     _tables = (("spectrum", "frequency"),)
 
     @property
@@ -100,13 +99,9 @@ class ShockSpectrum(Result):
         values = {name: values for name in _UNITS if (values := getattr(self, name)) is not None}
         return along("frequency", self.frequencies, values, {"frequency": "Hz", **_UNITS})
 
-    def write(self, file: str) -> None:
-        """Write the spectrum as CSV, with the units in the heads of the columns, or as NetCDF (``.nc``)."""
-        write_table(self._table("spectrum"), {}, file)
-
     def to_dict(self) -> dict[str, Any]:
         """Document printed by ``shockwave spectrum --json``."""
-        return {**VERSION, **plain(self), "error_estimate": self.error_estimate}
+        return {**VERSION, **fields_of(self), "error_estimate": self.error_estimate}
 
     def __str__(self) -> str:
         at = int(self.acceleration.argmax())

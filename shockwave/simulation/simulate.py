@@ -10,18 +10,20 @@ from functools import partial
 from threading import Event
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
+from attrs import frozen
+
 from shockwave.base.errors import NumericalError, ShockwaveError, detach, refuse
 from shockwave.base.progress import report_progress
+from shockwave.base.text import function_at
 from shockwave.engine.scaled_problem import ChainProblem
 from shockwave.engine.time_limit import expired, time_limit
 from shockwave.profiles.power_law import Powers
 from shockwave.scene.chain import Chain, Scales
 from shockwave.scene.plausibility import unusual_warnings
-from shockwave.scene.scene import Scene, scenes_of
+from shockwave.scene.scene import Excitation, Scene, scenes_of
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions, options_of
 from shockwave.scene.yielding import beyond_elastic
-from shockwave.simulation.computation import Computation
 from shockwave.simulation.leading_wave import LONGEST_MEASURED, Answer, search
 from shockwave.simulation.recording import check_requests
 from shockwave.simulation.result_parts import Cost, LeadingWave
@@ -34,8 +36,6 @@ if TYPE_CHECKING:
 
     from shockwave.arguments import SimulateArguments
     from shockwave.base.quantity_fields import Number
-    from shockwave.scene.impact import Impact
-    from shockwave.scene.motion import Motion
     from shockwave.simulation.contact_setup import ChainSetup
 
 # Largest number of shocks that one of several threads takes at a time: more would leave threads idle at the end.
@@ -49,7 +49,7 @@ _UNSETTLED = 0.1
 _Outcome: TypeAlias = Simulation | ShockwaveError
 
 
-def simulate(shock: Shock | Impact | Motion, chain: Chain, rtol: float | None = None, **options: Any) -> Simulation:
+def simulate(shock: Excitation, chain: Chain, rtol: float | None = None, **options: Any) -> Simulation:
     """Simulate a shock or a striker on a chain with ``rtol`` and other `SimulateOptions`; see `simulate_scene`."""
     return simulate_scene(Scene(excitation=shock, chain=chain), SimulateOptions(rtol=rtol, **options))
 
@@ -80,7 +80,7 @@ def simulate_scene(scene: Scene, options: SimulateOptions) -> Simulation:
 
 
 def simulate_many(
-    shocks: Iterable[Shock | Impact | Motion],
+    shocks: Iterable[Excitation],
     chain: Chain | Sequence[Chain],
     rtol: Number | None = None,
     *,
@@ -340,3 +340,31 @@ def _measure(problem: ChainProblem, scales: Scales, setup: Setup) -> Answer:
     if problem.granules is not None and setup.options.timeout is None and (reason := immeasurable(problem)):
         raise NumericalError(f"the waves reach the free end before they have settled, and {reason}")
     return Answer(*measure_primary(problem, scales, setup))
+
+
+# ---------------------------------------------------------------- parts that are computed later
+
+# Functions of a result that compute its parts, by their names.
+_PARTS = {
+    "train": "shockwave.simulation.wave_train:train_of",
+    "passages": "shockwave.simulation.wave_passages:passages_at",
+    "forces": "shockwave.simulation.contact_forces:forces_of",
+    "recording": "shockwave.simulation.chain_histories:record_chain",
+    "value_with_yield": "shockwave.simulation.contact_forces:value_with_yield",
+    "first_pulses": "shockwave.simulation.first_pulse_search:first_pulses",
+}
+
+
+@frozen
+class Computation:
+    """Computes the parts of results that are rarely needed, by modules that are imported then.
+
+    ``limit`` is the time limit of the whole scene [s].
+    """
+
+    limit: float | None
+
+    def __call__(self, part: str, result: Any, *arguments: Any) -> Any:
+        """A part of a `Simulation` by its function."""
+        with time_limit(None if self.limit is None else self.limit - result.run_cost.seconds):
+            return function_at(_PARTS[part])(result, *arguments)

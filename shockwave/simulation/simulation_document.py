@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from shockwave.base.result import VERSION
-from shockwave.scene.force_limit import plain_verdict
-from shockwave.simulation.recording import plain
+from shockwave.base.result import VERSION, plain
 
 # Attributes that the document contains under their names.
 _KEYS = (
@@ -25,11 +23,14 @@ def document_of(result: Any) -> dict[str, Any]:
     unknown = result.wave is not None and (
         result.options.waves != "train" or (result.recoil_error or 0.0) >= result.applied_momentum
     )
-    ends = {name: None if unknown else plain(getattr(result, name)) for name in _ENDS}
+    ends = dict.fromkeys(_ENDS) if unknown else result._document(*_ENDS)
     options = {"wave_threshold": result.options.wave_threshold, "step": result.options.step}
-    others = {"yield": plain(result.yielding), "scene": result.scene.summary().to_dict()}
-    others["verdict"] = plain_verdict(result)
-    document = VERSION | {name: plain(getattr(result, name)) for name in _KEYS}
+    document = VERSION | result._document(*_KEYS)
     document["contacts"] = [plain(peak) | {"first": plain(peak.first)} for peak in result.contacts]
+    others = {
+        "yield": plain(result.yielding),
+        "scene": result.scene.summary().to_dict(),
+        "verdict": plain(result.verdict),
+    }
     others |= {"warnings": [*result.warnings, *result._forces.warnings], "notes": list(result.notes)}
     return {**document, **ends, **options, **others}

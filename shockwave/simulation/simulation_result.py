@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -19,20 +19,19 @@ from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.solitary_wave import SolitaryWave
 from shockwave.scene.yielding import Yielding, warn_beyond, yielding_of
-from shockwave.simulation.measured_wave import MeasuredWave, Passage
 from shockwave.simulation.recording import Recording
 from shockwave.simulation.result_parts import (
-    Computation,
     ContactForces,
     ContactPeak,
     Cost,
     Dissipated,
     LeadingWave,
+    MeasuredWave,
+    Passage,
     SegmentEnergy,
     Structure,
     Train,
     Transmitted,
-    last_force,
 )
 from shockwave.simulation.simulation_document import document_of
 
@@ -74,8 +73,8 @@ class Simulation(SceneResult):
         Cost of the runs that were made at once.
     run_warnings : tuple of str
         Sentences on the limits of these runs.
-    computation : Computation
-        Functions that compute the other parts.
+    computation : callable
+        Computes another part: called with its name, the result and further arguments.
     measured : Train or None
         Waves and rebounding granules, if they were measured at once.
     forces : ContactForces or None
@@ -113,7 +112,7 @@ class Simulation(SceneResult):
     characteristic_time: float
     run_cost: Cost
     run_warnings: tuple[str, ...]
-    computation: Computation = field(eq=False)
+    computation: Callable[..., Any] = field(eq=False)
     measured: Train | None = field(default=None, eq=False)
     forces: ContactForces | None = None
     transmitted: Transmitted | Any = None
@@ -194,7 +193,7 @@ class Simulation(SceneResult):
         """
         if self.wave is None:
             raise NumericalError("the leading wave has no limit along this chain (read contacts instead)")
-        passage = self.computation.passages(self, (contact,))[0]
+        passage: Passage | NumericalError = self.computation("passages", self, (contact,))[0]
         if isinstance(passage, NumericalError):
             raise passage
         return passage
@@ -207,7 +206,7 @@ class Simulation(SceneResult):
     @cached_property
     def train(self) -> Train:
         """All waves and the rebounding granules, integrated at the first access."""
-        return self.measured or self.computation.train(self)
+        return self.measured or self.computation("train", self)
 
     @property
     def waves(self) -> tuple[MeasuredWave, ...]:
@@ -325,7 +324,7 @@ class Simulation(SceneResult):
     @cached_property
     def value_with_yield(self) -> tuple[str, ...]:
         """Sentence on the forces with elastic-plastic contacts, where warnings name them and the chain is short."""
-        return self.computation.value_with_yield(self) if warn_beyond(self.yielding, self.chain) else ()
+        return self.computation("value_with_yield", self) if warn_beyond(self.yielding, self.chain) else ()
 
     @property
     def _run_warnings(self) -> tuple[str, ...]:
@@ -336,7 +335,7 @@ class Simulation(SceneResult):
         """Passages at the requested contacts, and a warning for each that could not be computed."""
         contacts = () if self.wave is None else self.options.contacts
         try:
-            answers = self.computation.passages(self, contacts) if contacts else []
+            answers = self.computation("passages", self, contacts) if contacts else []
         except NumericalError as error:
             answers = [error] * len(contacts)
         passages, warnings = [], []
@@ -355,29 +354,30 @@ class Simulation(SceneResult):
         """Greatest forces at the contacts; of equal granules, integrated at the first access."""
         if self.forces is not None:
             return self.forces
-        unknown = last_force(LAST, None)
+        unknown = LeavingForce(name=LAST, remedy="simulate with a longer timeout")
         if self.chain.count is None:
             return ContactForces(leaving=unknown)
         try:
-            return self.computation.forces(self)
+            forces: ContactForces = self.computation("forces", self)
+            return forces
         except NumericalError as error:
             return ContactForces(leaving=unknown, warnings=(f"No forces at the contacts: {error}.",))
 
     @cached_property
     def _sensors(self) -> tuple[tuple[FirstPulse, ...], Sequence[str]]:
         """First pulses of the sensors, and warnings."""
-        return self.computation.first_pulses(self, None) if self.options.sensors else ((), ())
+        return self.computation("first_pulses", self, None) if self.options.sensors else ((), ())
 
     @cached_property
     def _contact_pulses(self) -> dict[int, FirstPulse]:
         contacts = [peak.contact for peak in self._forces.contacts]
-        return dict(zip(contacts, self.computation.first_pulses(self, contacts)[0], strict=False))
+        return dict(zip(contacts, self.computation("first_pulses", self, contacts)[0], strict=False))
 
     @cached_property
     def _recording(self) -> tuple[Recording | None, tuple[str, ...]]:
         """Histories, and a warning if they could not be computed."""
         try:
-            return (self.computation.recording(self) if self.options.is_recorded else None), ()
+            return (self.computation("recording", self) if self.options.is_recorded else None), ()
         except NumericalError as error:
             return None, (f"No histories: {error}.",)
 

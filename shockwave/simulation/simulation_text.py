@@ -21,8 +21,7 @@ from shockwave.base.text import (
     table,
 )
 from shockwave.scene.force_limit import verdict_facts
-from shockwave.simulation.measured_wave import MeasuredWave, Passage
-from shockwave.simulation.result_parts import ContactPeak, SegmentEnergy, Transmitted
+from shockwave.simulation.result_parts import ContactPeak, MeasuredWave, Passage, SegmentEnergy, Transmitted
 from shockwave.simulation.simulation_result import Simulation
 
 _Item = TypeVar("_Item")

@@ -120,8 +120,8 @@ def _transmitted(result: Any, halvings: int, mass: float) -> tuple[FloatArray, F
     method = {"integrator": None, "step": None, "backend": result.options.wanted_backend}
     rtol = max((result.options.rtol or RTOL) * _TIGHTER**halvings, _LEAST_RTOL)
     sampled = {"sensors": [sensor], "record": (), "interval": _interval(result, halvings)}
-    recording = result.computation.recording(
-        evolve(result, options=evolve(result.options, **method, rtol=rtol, **sampled))
+    recording = result.computation(
+        "recording", evolve(result, options=evolve(result.options, **method, rtol=rtol, **sampled))
     )
     histories = {history.name.removeprefix("structure_"): history.values for history in recording.sensors}
     if sensor == "structure":

@@ -14,8 +14,8 @@ from shockwave.base.numerics import FloatArray, product
 from shockwave.engine.equal_chain_run import Stretch
 from shockwave.engine.force_law import power_force
 from shockwave.engine.scaled_problem import ChainProblem
-from shockwave.simulation.measured_wave import MeasuredWave
 from shockwave.simulation.peak_log import POWERS, Peak, PeakLog, force_rates, hermite_data
+from shockwave.simulation.result_parts import MeasuredWave
 from shockwave.simulation.travelling_waves import passage_time
 
 # Gauss nodes and weights of a step, as fractions of it; powers 0 to 7 and their derivatives at the nodes.

@@ -13,10 +13,9 @@ from shockwave.engine.integrator import LONGEST_STEP
 from shockwave.engine.scaled_problem import ChainProblem, Primary, Status
 from shockwave.scene.chain import Scales
 from shockwave.simulation.integration_stretches import Course
-from shockwave.simulation.measured_wave import MeasuredWave
 from shockwave.simulation.peak_log import Peak, PeakLog
 from shockwave.simulation.rebounding_granules import EJECTED, find_rebounding
-from shockwave.simulation.result_parts import ContactPeak, Cost, Train
+from shockwave.simulation.result_parts import ContactPeak, Cost, MeasuredWave, Train
 from shockwave.simulation.simulation_result import Simulation
 from shockwave.simulation.wave_setup import Setup, immeasurable, scale_scene, setup_of
 from shockwave.simulation.wave_train_run import ChainRun

@@ -14,9 +14,9 @@ from shockwave.engine.integrator import Integrator
 from shockwave.engine.scaled_problem import ChainProblem, Primary, chain_energy
 from shockwave.scene.chain import HERTZ
 from shockwave.simulation.integration_stretches import Course
-from shockwave.simulation.measured_wave import MeasuredWave
 from shockwave.simulation.peak_log import Peak, PeakLog
 from shockwave.simulation.rebounding_granules import EJECTED, count_departed, find_rebounding
+from shockwave.simulation.result_parts import MeasuredWave
 from shockwave.simulation.travelling_waves import PASSING, Outlook, distance_from_limit, passage_time
 from shockwave.simulation.wave_properties import Probe, Transit, measure_wave
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import zip_longest
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from attrs import asdict, evolve, field, frozen
 
@@ -18,15 +18,13 @@ from shockwave.prediction.scaled_shock import Regime, Relation
 from shockwave.prediction.section4 import relation_of
 from shockwave.prediction.section4_outcome import EjectionOutcome, Exponents, Section4Outcome
 from shockwave.scenario.published import Published
-from shockwave.scene.force_limit import Limit, Verdict, plain_verdict
+from shockwave.scene.force_limit import Limit, Verdict
 from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.solitary_wave import SolitaryWave
+from shockwave.simulation.result_parts import MeasuredWave
 from shockwave.simulation.simulate import simulate_many, simulate_scene
 from shockwave.simulation.simulation_result import Simulation
-
-if TYPE_CHECKING:
-    from shockwave.simulation.measured_wave import MeasuredWave
 
 # Relative change of t0/T0 for the simulated exponents, and largest tolerance of these simulations.
 _STEP = 0.01
@@ -234,18 +232,8 @@ class Comparison(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """The document that ``compare --json`` prints."""
-        return {
-            **VERSION,
-            "scenario": self.scenario,
-            "predicted": self.predicted and self.predicted.to_dict(),
-            "simulated": self.simulated.to_dict(),
-            "errors": self._paper and asdict(self.errors) | {"waves": [asdict(each) for each in self.errors.waves]},
-            "agrees": self.agrees if self._paper else None,
-            "published": None if self.published is None else asdict(self.published),
-            "reason": self.reason,
-            "verdict": plain_verdict(self),
-            "warnings": list(self.warnings),
-        }
+        names = "scenario", "predicted", "simulated", "errors", "agrees", "published", "reason", "verdict", "warnings"
+        return VERSION | self._document(*names) | ({} if self._paper else {"errors": None, "agrees": None})
 
     def __str__(self) -> str:
         return render(self, "shockwave.studies.comparison_text:comparison_text")

@@ -11,8 +11,7 @@ from shockwave.base.quantities import Quantity
 from shockwave.base.quantity_fields import Quantity as Number
 from shockwave.base.quantity_fields import text_of
 from shockwave.scenario.block_keys import MATERIALS
-from shockwave.scenario.scenario import Scenario
-from shockwave.scenario.scene_argument import SceneArgument
+from shockwave.scenario.scenario import Scenario, SceneArgument
 from shockwave.scenario.variations import Family
 from shockwave.scene.chain import Chain
 from shockwave.studies import varied_scenes

@@ -88,7 +88,7 @@ class RecordKeys(Result):
     warnings: tuple[str, ...]
 
     _brief = ("file", "problem")
-    _picture = "shockwave.pictures.record_keys:record_keys"
+    _picture = "shockwave.pictures.histories:record_keys"
 
     @property
     def parameters(self) -> dict[str, Any]:

@@ -144,7 +144,7 @@ class Uncertainty(Result):
     outputs: Mapping[str, FloatArray] = field(eq=False, repr=False)
 
     _brief = ("scenario", "quantities", "parameters", "draws")
-    _picture = "shockwave.pictures.uncertainty:distribution"
+    _picture = "shockwave.pictures.studies:distribution"
     _tables = (("quantiles", "probability"), ("draws", "draw"))
 
     @property

@@ -18,8 +18,7 @@ from shockwave.base.quantities import STRUCTURE, YIELD, Quantity
 from shockwave.base.quantity_fields import Quantity as Number
 from shockwave.base.quantity_fields import join
 from shockwave.base.text import si
-from shockwave.scenario.scenario import Scenario
-from shockwave.scenario.scene_argument import SceneArgument
+from shockwave.scenario.scenario import Scenario, SceneArgument
 from shockwave.scenario.uncertainty_block import Spread, read
 from shockwave.scenario.variations import Family
 from shockwave.scene.chain import Chain

@@ -13,8 +13,7 @@ from shockwave.prediction.predictor import Predictor
 from shockwave.registry.registry import entries, entry_of, find
 from shockwave.scenario.block_keys import WALLS
 from shockwave.scenario.dotted_names import Variable, variable
-from shockwave.scenario.scenario import Scenario
-from shockwave.scenario.scene_argument import SceneArgument, scenario_alone
+from shockwave.scenario.scenario import Scenario, SceneArgument, scenario_alone
 from shockwave.scenario.uncertainty_block import ends_of
 from shockwave.scene.chain import Chain, Scales
 from shockwave.scene.impact import Impact

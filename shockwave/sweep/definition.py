@@ -151,7 +151,7 @@ class SweepDefinition(Sweep):
         document = parse_json(read_bytes(file, _MOST_BYTES, _REMEDY), file, _REMEDY)
         return structure_document(document, SweepDefinition, file, "the definition of a sweep", _REMEDY)
 
-    def write(self, folder: Path) -> None:
+    def save(self, folder: Path) -> None:
         """Write the definition, one attribute on each line.
 
         Raises

@@ -1,12 +1,15 @@
-"""Execution of a sweep: batches are sent to workers, and their lines are written to the journal."""
+"""Execution of a sweep: batches are sent to workers, and their lines are written to the journal; its dry run."""
 
 from __future__ import annotations
 
+import json
 import os
+import random
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from datetime import timedelta
 from functools import partial
 from typing import Any
 
@@ -16,14 +19,14 @@ from shockwave.base.errors import InvalidValueError, UsageError, message_of
 from shockwave.base.files import replace_file
 from shockwave.base.log import logger
 from shockwave.base.quantity_fields import Quantity
+from shockwave.base.text import facts, limits, strong
 from shockwave.scenario.scenario import Scenario, load_scenario
 from shockwave.sweep.definition import DEFINITION, SweepDefinition, folder_path
 from shockwave.sweep.fork_server import start_server
-from shockwave.sweep.journal import NOT_RUN, Journal, line_of
+from shockwave.sweep.journal import NOT_RUN, Journal, line_of, write_tables
 from shockwave.sweep.point_evaluation import Points, content_of
 from shockwave.sweep.progress_text import SweepInterrupt, SweepReport
-from shockwave.sweep.table_files import write_tables
-from shockwave.sweep.workers import LostError, Workers, check_workers, workers_of
+from shockwave.sweep.workers import LostError, Workers, check_workers, cores, workers_of
 
 # Most points in a batch.
 _MOST_IN_BATCH = 2048
@@ -162,7 +165,7 @@ def _definition(journal: Journal, points: Points, accept_versions: bool) -> Swee
     earlier = SweepDefinition.read(folder) if (folder / DEFINITION).exists() else None
     definition = points.definition.resume(earlier, folder, accept_versions) if earlier else points.definition
     if definition is not earlier:
-        definition.write(folder)
+        definition.save(folder)
     copy = folder / "scenario.yaml"
     document = points.scenario.document
     if document is not None and document.text and not copy.exists():
@@ -267,3 +270,62 @@ class _Dispatch:
 def _lost(error: BaseException) -> LostError:
     got = f"got {message_of(error)}; finished points are kept: run the sweep again"
     return LostError(f"the executor must keep running ({got})")
+
+
+# ---------------------------------------------------------------- dry run
+
+# Most points that are run for the estimate.
+_MOST_MEASURED = 64
+# Time after which no further point is run [s].
+_TIME_LIMIT = 3.0
+# Time to start the workers and to write the tables [s].
+_OVERHEAD = 1.0
+
+
+def dry_run(
+    scenario: Scenario | str | os.PathLike[str],
+    folder: str | os.PathLike[str],
+    workers: int | None = None,
+    retry_failed: bool = False,
+    accept_versions: bool = False,
+) -> str:
+    """Report the points of a sweep and the estimated run time of `run_sweep`, without writing anything.
+
+    The arguments are those of `run_sweep`, and so are the errors. Some points are run in this process.
+    """
+    points = points_of(scenario)
+    count = len(points.sweep)
+    journal = Journal(folder_path(folder), count)
+    if os.path.exists(journal.folder / DEFINITION):  # false also where the folder cannot be searched
+        points.definition.resume(SweepDefinition.read(journal.folder), journal.folder, accept_versions)
+        journal.read(points.definition.columns)
+    if retry_failed:
+        journal.reopen()
+    remaining = journal.count(NOT_RUN)
+    estimate = ""
+    failures: list[str] = []
+    if remaining:
+        # a reproducible sample of the whole sweep
+        sample = random.Random(0).sample(range(count), min(count, _MOST_MEASURED))
+        seconds, failures = _measure(points, sample)
+        workers = workers or cores()
+        plural = "" if workers == 1 else "s"
+        span = timedelta(seconds=round(_OVERHEAD + seconds * remaining / workers))
+        estimate = f", about {span} on {workers} worker{plural}"
+    axes = ", ".join(f"{len(axis)} values of {', '.join(axis.names)}" for axis in points.sweep.axes)
+    answer = strong(f"{remaining} of {count} points to run{estimate}")
+    return "\n".join([answer, *limits(failures[:1]), *facts([("task", points.sweep.run), ("axes", axes)])])
+
+
+def _measure(points: Points, sample: Sequence[int]) -> tuple[float, list[str]]:
+    """Mean time of a point of the sample [s], and the errors of its points."""
+    points.lines(sample[:1])  # loads the code
+    begin = time.perf_counter()
+    evaluated, elapsed, lines = 0, 0.0, ""
+    while evaluated < len(sample) and elapsed < _TIME_LIMIT:
+        reached = min(2 * evaluated + 1, len(sample))
+        lines += points.lines(sample[evaluated:reached])
+        evaluated = reached
+        elapsed = time.perf_counter() - begin
+    entries = map(json.loads, lines.splitlines())
+    return elapsed / evaluated, [f"a measured point failed: {entry['error']}" for entry in entries if "error" in entry]

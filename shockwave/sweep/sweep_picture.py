@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 import re
+import textwrap
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from attrs import frozen
 
 from shockwave.base.errors import UnknownNameError, UsageError
+from shockwave.base.units import to_si
 from shockwave.pictures.figure_files import canvas
-from shockwave.pictures.picture_elements import COLOURS, literal, mark
-from shockwave.pictures.sweep import sweep_lines, sweep_map
+from shockwave.pictures.picture_elements import COLOURS, Axes, literal, mark, si_label
+from shockwave.pictures.sweep import DrawnAxis, sweep_lines, sweep_map
 from shockwave.sweep.column_errors import accuracy_of, main_quantity
 from shockwave.sweep.definition import NOTES, warnings_in
 from shockwave.sweep.journal import NOT_RUN
-from shockwave.sweep.plotted_axes import PlottedAxes, label_of
 from shockwave.sweep.results import SweepResults
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 
 @frozen(eq=False)
@@ -119,3 +118,165 @@ def _draw(axes: PlottedAxes, name: str, ax: Axes | None) -> Axes:
             raise UsageError(f"points of a map must have different coordinates ({got})")
     regimes = axes.pick("section4_regime") if "section4_regime" in results.units else None
     return sweep_map(across, up[0], values, quantity, regimes, ax)
+
+
+# ---------------------------------------------------------------- axes
+
+# Digits of a value in labels, and the relative tolerance for values given with `--at`.
+_DIGITS = 6
+_CLOSE = 1e-5
+# Most values listed in a message.
+_MOST_LISTED = 20
+# Last parts of names that do not describe a variable: the ends of a range along a segment.
+_ENDS = ("from", "to")
+# Characters in a line of the caption.
+_CAPTION_WIDTH = 90
+
+
+@frozen(eq=False)
+class PlottedAxis:
+    """An axis of a sweep that is drawn.
+
+    Attributes
+    ----------
+    place : int
+        Number of the axis of the sweep, counted from 0.
+    name : str
+        Variable that is drawn.
+    positions : array of int
+        Positions along the axis of the sweep, in the order in which they are drawn.
+    drawn : DrawnAxis
+        The drawn axis.
+    """
+
+    place: int
+    name: str
+    positions: npt.NDArray[np.intp]
+    drawn: DrawnAxis
+
+
+class PlottedAxes:
+    """One or two axes of a sweep, with variables fixed at the values in ``at``.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no such variable.
+    UsageError
+        If no axis or more than two axes remain, or if no point has the fixed values.
+    """
+
+    def __init__(self, results: SweepResults, at: Mapping[str, Any], x: str | None) -> None:
+        self.results = results
+        self.positions = [np.arange(len(axis)) for axis in results.axes]
+        for name, value in at.items():
+            place = self.results.place(name)
+            here = self.positions[place]
+            self.positions[place] = here[self._equal(name, value)]
+        free = [place for place, here in enumerate(self.positions) if len(here) > 1]
+        if not 1 <= len(free) <= 2:
+            got = "got one point; see results.csv, or omit an --at"
+            if free:
+                known = "; ".join(f"{name}={self._list_values(name, 3)}" for name in map(self._longest, free))
+                got = f"got {len(free)}; fix {len(free) - 2} of them with --at NAME=VALUE: {known}"
+            raise UsageError(f"a plot must have one or two axes ({got})")
+        if x is not None and self._count(x) < 2:
+            raise UsageError(f"--x: must be a variable with several values (got {x}, which has one)")
+        across = self.results.place(x) if x else max(free, key=lambda place: len(self.positions[place]))
+        names = [self._longest(place) for place in free if place != across]
+        self.axes = [self._choose_axis(name) for name in (x or self._longest(across), *names)]
+
+    def _values(self, name: str) -> npt.NDArray[Any]:
+        """Values of a variable at the drawn positions."""
+        return self.results.coordinate(name)[self.positions[self.results.place(name)]]
+
+    def _count(self, name: str) -> int:
+        return len(np.unique(self._values(name)))
+
+    def _longest(self, place: int) -> str:
+        """The first variable of an axis with the most different values."""
+        return max(self.results.axes[place].names, key=self._count)
+
+    def _texts(self, name: str, positions: npt.NDArray[np.intp]) -> list[str]:
+        """Values of a variable at positions along its axis, as text."""
+        unit = self.results.units[name]
+        values = self.results.axes[self.results.place(name)].along(name)
+        return [_text(values[position], unit, position) for position in positions.tolist()]
+
+    def _list_values(self, name: str, most: int = _MOST_LISTED) -> str:
+        texts = list(dict.fromkeys(self._texts(name, self.positions[self.results.place(name)])))
+        return ", ".join(texts[:most] + ["..."] * (len(texts) > most))
+
+    def _equal(self, name: str, value: Any) -> npt.NDArray[np.bool_]:
+        """Whether the variable has this value, for each drawn position."""
+        unit = self.results.units[name]
+        if unit is None or value == "none":
+            equal = np.array(self._texts(name, self.positions[self.results.place(name)])) == str(value)
+        else:
+            try:
+                number = to_si(value, unit)
+            except ValueError as error:
+                raise UsageError(f"{name}: {error}") from None
+            equal = np.isclose(self._values(name), number, rtol=_CLOSE, atol=0)
+        if not equal.any():
+            raise UsageError(f"{name}: must be one of its values (got {value}; they are {self._list_values(name)})")
+        return np.asarray(equal)
+
+    def _choose_axis(self, name: str) -> PlottedAxis:
+        place = self.results.place(name)
+        positions, values, unit = self.positions[place], self._values(name), self.results.units[name]
+        if unit is None or np.isnan(values).any():
+            places = np.arange(len(positions), dtype=float)
+            drawn = DrawnAxis(self.label(name), "", places, self._texts(name, positions), joined=False)
+            return PlottedAxis(place, name, positions, drawn)
+        order = np.argsort(values, kind="stable")
+        alone = all(self._count(other) == 1 for other in self.results.axes[place].names if other != name)
+        return PlottedAxis(
+            place, name, positions[order], DrawnAxis(self.label(name), unit, values[order], joined=alone)
+        )
+
+    def pick(self, name: str) -> npt.NDArray[Any]:
+        """Return a quantity at the drawn points, in the order of `axes`."""
+        indices = [here[:1] for here in self.positions]
+        for axis in self.axes:
+            indices[axis.place] = axis.positions
+        picked = self.results.values(name)[np.ix_(*indices)].squeeze()
+        return picked if self.axes[0].place <= self.axes[-1].place else picked.T
+
+    def label(self, name: str) -> str:
+        """Return the label of a variable: the last part of its name, or the full name if others end alike."""
+        last = name.rpartition(".")[2]
+        ends = [each.rpartition(".")[2] for each in self.results.variables]
+        return name if last in _ENDS or ends.count(last) > 1 else label_of(name)
+
+    def labels(self) -> list[str]:
+        """Return a label for each value of the second axis."""
+        return [
+            f"{self.label(axis.name)} {text}"
+            for axis in self.axes[1:]
+            for text in self._texts(axis.name, axis.positions)
+        ] or [""]
+
+    def caption(self) -> str:
+        """Return the fixed values."""
+        fixed = [
+            f"{self.label(name)} {self._texts(name, here[:1])[0]}"
+            for axis, here in zip(self.results.axes, self.positions, strict=True)
+            for name in axis.names
+            if self._count(name) == 1 < len(np.unique(self.results.coordinate(name)))
+        ]
+        return textwrap.fill(", ".join(fixed), _CAPTION_WIDTH)
+
+
+def label_of(name: str) -> str:
+    """Return the label of a quantity or a variable in a picture, from the last part of its name."""
+    return name.rpartition(".")[2].replace("_", " ")
+
+
+def _text(value: Any, unit: str | None, position: int) -> str:
+    """Return a value as text; for a mapping its name, or else its number among the values."""
+    if value is None:
+        return "none"
+    if isinstance(value, Mapping):
+        return str(value.get("name") or f"#{position + 1}")
+    return str(value) if unit is None else si_label(value, unit, _DIGITS)

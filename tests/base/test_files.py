@@ -110,7 +110,7 @@ WRITERS = {
 def test_every_command_leaves_the_old_file_on_a_full_disk(
     name: str, folder: Path, full: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("shockwave.report.page_pictures.choose_pictures", lambda _: {})  # pages without pictures
+    monkeypatch.setattr("shockwave.report.html_page.choose_pictures", lambda _: {})  # pages without pictures
     arguments = WRITERS[name].split()
     old = folder / arguments[-1]
     old.write_text("old")

@@ -168,7 +168,7 @@ def test_a_sweep_keeps_the_scenario_that_was_run(tmp_path: Path) -> None:
 
 def test_a_report_is_written_beside_no_other_file_of_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("shockwave.report.page_pictures.choose_pictures", lambda _: {})  # pages without pictures
+    monkeypatch.setattr("shockwave.report.html_page.choose_pictures", lambda _: {})  # pages without pictures
     file = scenario(tmp_path, SCENE)
     assert shockwave("report", file).err == "scene.html: written\n"
     assert shockwave("report", file, "--set", "chain.diameter=7 mm").err == "scene.html: replaced\n"

@@ -106,7 +106,7 @@ FEATURES = (
     *(f"shockwave.simulation.{name}" for name in ("contact_forces", "contact_setup", "convergence_runs")),
     *(f"shockwave.simulation.{name}" for name in ("shock_spectrum", "transmitted_spectrum")),
     "shockwave.studies.record_keys",
-    *("shockwave.scene.sensors", "shockwave.simulation.chain_histories", "shockwave.simulation.sensor_signals"),
+    *("shockwave.scene.sensors", "shockwave.simulation.chain_histories"),
     *("shockwave.simulation.first_pulse", "shockwave.simulation.sampled_history"),
     *(f"shockwave.engine.{name}" for name in ("mixed_chain_", "_chains", "nystroem_tableaux")),
     "shockwave.scenario.chain_blocks",

@@ -19,9 +19,8 @@ import shockwave as sw
 from shockwave import cli
 from shockwave.registry.registry import load
 from shockwave.report import compute_results, page, render_page
-from shockwave.report.html_page import _parameters, list_parts
+from shockwave.report.html_page import _parameters, choose_pictures, list_parts
 from shockwave.report.number_text import formula, percent, quantity, typeset
-from shockwave.report.page_pictures import choose_pictures
 from shockwave.scenario.scene_hash import scene_hash
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.result_parts import Train
@@ -52,7 +51,7 @@ def made(name: str) -> str:
 def without_pictures(found: Any) -> str:
     """The page without its pictures, which take most of the time."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("shockwave.report.page_pictures.choose_pictures", lambda _: {})
+        patch.setattr("shockwave.report.html_page.choose_pictures", lambda _: {})
         return render_page(found)
 
 

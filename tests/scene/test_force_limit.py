@@ -285,7 +285,7 @@ def test_sweeps_have_a_column_of_decisions(run: str, settings: str, decisions: l
 
 
 def test_a_report_states_the_verdict(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("shockwave.report.page_pictures.choose_pictures", lambda _: {})  # a page without pictures
+    monkeypatch.setattr("shockwave.report.html_page.choose_pictures", lambda _: {})  # a page without pictures
     page = tmp_path / "page.html"
     assert shockwave("report", written(tmp_path), "--limit", "10 N", "-o", page).status == 0
     assert "Verdict: <strong>above the limit of 10 N: " in page.read_text(encoding="utf-8")

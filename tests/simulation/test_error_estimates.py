@@ -16,11 +16,10 @@ from shockwave.engine.scaled_problem import Primary, Status
 from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation import convergence_runs as repeated_runs
-from shockwave.simulation import leading_wave, wave_train_run
-from shockwave.simulation import parts_on_demand as histories
+from shockwave.simulation import leading_wave, wave_passages, wave_train_run
 from shockwave.simulation import wave_train as train
-from shockwave.simulation.measured_wave import MeasuredWave, Passage
 from shockwave.simulation.peak_log import Peak
+from shockwave.simulation.result_parts import MeasuredWave, Passage
 from shockwave.simulation.wave_setup import scale_scene, setup_of
 from shockwave.simulation.wave_train_run import ChainRun
 from support.pulse_families import FAMILIES
@@ -234,10 +233,10 @@ def passage_errors(monkeypatch: pytest.MonkeyPatch, *changes: dict[int, tuple[fl
         own = next(runs)
         return {at: (1 + own.get(at, (0, 0))[0], 1 + own.get(at, (0, 0))[1]) for at in range(1, 9)}, 1e-10
 
-    monkeypatch.setattr(histories, "_peaks", peaks)
+    monkeypatch.setattr(wave_passages, "_peaks", peaks)
     result = sw.simulate(CASE_A, CHAIN, rtol=1e-3, waves="primary")
     passages: dict[int, Passage] = {}
-    histories._integrate(result, passages, [3, 4, 5, 6], setup_of(result.options).search)
+    wave_passages._integrate(result, passages, [3, 4, 5, 6], setup_of(result.options).search)
     return {contact: passage.error_estimate for contact, passage in passages.items()}
 
 

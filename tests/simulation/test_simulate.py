@@ -137,7 +137,7 @@ def test_a_peak_force_imports_neither_scipy_nor_the_modules_of_trains() -> None:
     program = (
         "import sys; sys.path.insert(0, 'tests'); from support.scenes import CASE_A, CHAIN, sw\n"
         "assert sw.simulate(CASE_A, CHAIN).peak_force > 0\n"
-        "late = {f'shockwave.simulation.{name}' for name in ('wave_train', 'parts_on_demand')}\n"
+        "late = {f'shockwave.simulation.{name}' for name in ('wave_train', 'wave_passages')}\n"
         "assert not {'scipy', *late} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", program], check=True)

@@ -16,7 +16,7 @@ import shockwave as sw
 from shockwave import cli, pictures
 from shockwave.base.progress import progress_shown
 from shockwave.base.quantities import Quantity
-from shockwave.pictures.amplification_curves import ranking_size
+from shockwave.pictures.studies import ranking_size
 from shockwave.scenario.variations import Family
 from shockwave.studies.design_one_parameter import _equals, search_interval
 from shockwave.studies.design_options import DesignScenes

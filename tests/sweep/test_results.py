@@ -17,9 +17,8 @@ from shockwave.base.errors import FileAccessError, InvalidValueError, UnknownNam
 from shockwave.base.quantities import Quantity
 from shockwave.sweep.columns import row
 from shockwave.sweep.definition import SweepDefinition
-from shockwave.sweep.journal import Journal
+from shockwave.sweep.journal import Journal, write_tables
 from shockwave.sweep.results import load_sweep
-from shockwave.sweep.table_files import write_tables
 
 COLUMNS = [
     {"name": "regime", "unit": None, "kind": "text", "meaning": "predicted", "quantity": ""},

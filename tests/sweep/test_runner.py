@@ -23,10 +23,9 @@ from shockwave.scenario.variations import Family
 from shockwave.scene.scene import Scene
 from shockwave.simulation import simulate
 from shockwave.sweep import definition, point_evaluation
-from shockwave.sweep.dry_run import dry_run
 from shockwave.sweep.journal import line_of
 from shockwave.sweep.progress_text import SweepInterrupt, SweepReport
-from shockwave.sweep.runner import points_of, run_sweep
+from shockwave.sweep.runner import dry_run, points_of, run_sweep
 from support.command_line import shockwave
 
 CHAIN = "chain: {material: paper-steel, diameter: 9.5 mm}\n"

@@ -1,26 +1,21 @@
-"""Parts of a result that need another integration: the leading wave at any contact, and histories of the chain."""
+"""The leading wave at any contact, by another integration of the chain where it has not settled."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
-from typing import Any
+from collections.abc import Iterable
 
-import numpy as np
 from attrs import evolve
 
 from shockwave.base.errors import NumericalError
-from shockwave.base.numerics import FloatArray
-from shockwave.base.progress import report_progress
-from shockwave.engine.equal_chain_run import Span, march
 from shockwave.engine.nystroem_integrators import Nystroem
-from shockwave.engine.scaled_problem import ChainProblem, contact_energies, contact_forces
+from shockwave.engine.scaled_problem import ChainProblem
 from shockwave.engine.time_limit import expired
 from shockwave.engine.wave_search import find_primaries
 from shockwave.scene.solitary_wave import wave_law
 from shockwave.simulation.integration_stretches import Course
-from shockwave.simulation.measured_wave import Passage
-from shockwave.simulation.recording import AFTER, Recording, check_contact, sample_times, select_contacts
+from shockwave.simulation.recording import check_contact
+from shockwave.simulation.result_parts import Passage
 from shockwave.simulation.simulation_result import Simulation
 from shockwave.simulation.wave_setup import Setup, scale_scene, setup_of
 
@@ -34,9 +29,6 @@ _RUNS = 5
 _NEIGHBOURS = 2
 # Relative rounding error of a passage.
 _ROUNDING = 2e-13
-
-
-# ---------------------------------------------------------------- passages of the leading wave
 
 
 def passages_at(result: Simulation, contacts: Iterable[int]) -> list[Passage | NumericalError]:
@@ -120,61 +112,3 @@ def _peaks(
     peaks = [peak for contact in numbers for peak in [*course.log.at(contact)][-1:]]
     tolerance = integrator.tolerance if setup.method.adaptive else 0.0
     return {peak.contact: (peak.time, peak.force) for peak in peaks}, tolerance
-
-
-# ---------------------------------------------------------------- histories
-
-
-def record(result: Simulation) -> Recording:
-    """Compute the histories that ``result.options`` request, by another integration of the chain.
-
-    Raises
-    ------
-    InvalidValueError
-        If the histories have too many values.
-    """
-    options, scales = result.options, result.wave.scales
-    until = _end(result) / scales.time
-    times = sample_times(options, scales, until, result.primary.contact + until)
-    spans = march(scale_scene(result.scene)[0], setup_of(options).integrator())
-    x, v = _states(spans, times.tolist())
-    kept: dict[str, Any] = {}
-    contacts = options.contacts if result.chain.count is None else select_contacts(options, result.chain.count - 1)
-    if "forces" in options.record:
-        forces = contact_forces(x, result.chain.exponent)
-        at = [forces[contact] if contact < len(forces) else 0 * times for contact in contacts]
-        kept["forces"] = scales.contact_force * np.array(at).T
-    if "field" in options.record:
-        moved = 1 + max(np.flatnonzero(x.any(axis=1)), default=-1)
-        kept["displacements"] = scales.energy / scales.force * x[:moved].T
-        kept["velocities"] = scales.velocity * v[:moved].T
-    if "energies" in options.record:
-        kept["kinetic_energy"] = scales.energy * 0.5 * np.sum(v * v, axis=0)
-        kept["contact_energy"] = scales.energy * np.sum(contact_energies(x, result.chain.exponent), axis=0)
-    return Recording(times=np.asarray(times * scales.time), contacts=contacts, **kept)
-
-
-def _end(result: Simulation) -> float:
-    """End of the histories [s]."""
-    options = result.options
-    if options.until is not None:
-        return options.until
-    last = result.passage(max(options.contacts)) if options.contacts else result.primary
-    return last.arrival_time + AFTER * result.characteristic_time
-
-
-def _states(spans: Iterator[Span], times: list[float]) -> tuple[FloatArray, FloatArray]:
-    """Positions and velocities, shape (granules, times) each, at these times, the first of which is 0."""
-    states = [(np.zeros(0), np.zeros(0))]
-    span = next(spans)
-    for time in times[1:]:
-        while time > span.end:
-            span = next(spans)
-            report_progress("histories", len(states), len(times))
-        states.append((span.x1, span.v1) if time == span.end else span.at(time))
-    report_progress("histories", len(times), len(times))
-    # The window grows with the front; granules ahead of it are at rest.
-    x, v = np.zeros((2, max(2, len(span.x1)), len(times)))
-    for index, (positions, velocities) in enumerate(states):
-        x[: len(positions), index], v[: len(positions), index] = positions, velocities
-    return x, v
