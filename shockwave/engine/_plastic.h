@@ -153,11 +153,11 @@ static double corner(const March *m, long j, double d, double a)
     const Plastic *p = &m->plastic;
     const double w = m->start.w[j], force = m->start.f[j] + m->still[j];
     const int mode = (int)p->mode[j];
-    double loading, fall;
+    double loading, ignored;
     if (mode > ELASTIC) return larger(p->force[j], force);
-    region(m, j, d, w, a, &loading, &fall);
+    region(m, j, d, w, a, &loading, &ignored);
     if (mode == ELASTIC && !(loading > p->force[j])) return p->force[j];
-    return loading - fall * (force - loading) / (m->start.slope[j] - fall);
+    return force - m->start.slope[j] * (m->r->time - p->ended[j]);
 }
 
 /* Changes the mode of a contact at the beginning of a step. */
@@ -179,6 +179,7 @@ static void change_mode(March *m, long j, int next, double a)
         p->left[j] = p->reached[j] - p->limit[j];
     } else {
         p->force[j] = next == PLATEAU ? corner(m, j, d, a) : larger(p->force[j], force);
+        if (next == PLATEAU && mode <= ELASTIC) raise_best(m, j, p->force[j] - m->still[j], p->ended[j]);
         m->k[j] = next == CAPPED ? p->virgin[j] : 0;
     }
     p->mode[j] = next;
@@ -350,6 +351,7 @@ static double mode_end(March *m, double h, long j, double share)
     if (!(larger(m->start.d[j], m->finish.d[j]) + 2 * h * larger(fabs(m->start.w[j]), fabs(m->finish.w[j])) > m->plastic.limit[j])) return share;
     overlap_of(m, h, j, c);
     at = leaves(m, h, j, c);
+    m->plastic.ended[j] = m->r->time + smaller(at, 1) * h;
     if (at >= share) return share;
     motion_at(c, at, &d, &w, &a);
     stiffness = 1.5 * sqrt((2 * larger(force, m->plastic.yield[j]) + m->plastic.yield[j]) / m->plastic.softness[j]);

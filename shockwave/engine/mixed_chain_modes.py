@@ -23,7 +23,7 @@ from shockwave.engine.mixed_chain_peaks import NEAR, NUDGE, Overlap
 ROWS = (
     *("softness", "curvature", "rate", "slowness", "curves", "wider", "virgin", "start", "first", "cap", "full"),
     *("a", "b", "level", "slope", "yield_force", "unit"),
-    *("mode", "reached", "force", "left", "limit", "offset", "tangent", "curved"),
+    *("mode", "reached", "force", "left", "limit", "offset", "tangent", "curved", "ended"),
 )
 
 # A flowing contact outrun below this many times the speed at which its strength grows was outrun at that speed.
@@ -50,7 +50,7 @@ class Plasticity:
         self.curves, self.wider, self.virgin, self.start, self.first = (rows[name] for name in ROWS[4:9])
         self.cap, self.full, self.a, self.b, self.level, self.slope = (rows[name] for name in ROWS[9:15])
         self.yields, self.unit, self.mode, self.reached, self.force = (rows[name] for name in ROWS[15:20])
-        self.left, self.limit, self.offset, self.tangent, self.curved = (rows[name] for name in ROWS[20:])
+        self.left, self.limit, self.offset, self.tangent, self.curved, self.ended = (rows[name] for name in ROWS[20:])
         self.pieces = job.curves
         self.elastic = np.where(np.array(ROWS) == "limit", LARGEST, 0.0)
 
@@ -191,29 +191,32 @@ class Plasticity:
             following = self.next_mode(j, float(start.d[j]), float(start.w[j]), a)
             force, slope = float(start.f[j + 1] + self.chain.static[j]), float(start.slope[j])
             if following != self.mode[j]:
-                self.change_mode(j, following, (float(start.d[j]), float(start.w[j]), a), force, slope)
-                changed = True
+                corner = force - slope * (time - float(self.ended[j]))
+                elastic = self.mode[j] <= Mode.ELASTIC
+                self.change_mode(j, following, (float(start.d[j]), float(start.w[j]), a), force, corner)
+                changed, peak, best = True, float(self.force[j] - self.chain.static[j]), self.job.peaks[:, j]
+                if following == Mode.PLATEAU and elastic and peak > best[0]:
+                    best[:] = peak, self.ended[j]
             elif self.curved[j] > 1:
                 self.force[j] = max(float(self.force[j]), force)
         return changed
 
-    def corner(self, j: int, motion: tuple[float, float, float], force: float, slope: float) -> float:
+    def plateau(self, j: int, motion: tuple[float, float, float], force: float, corner: float) -> float:
         """Force of the plateau that begins where unloading or Hertz's law meets falling loading, or this falls.
 
-        The step has ended slightly later.
+        The step has ended slightly later than the ``corner``.
         """
         mode = int(self.mode[j])
         if mode > Mode.ELASTIC:
             return max(float(self.force[j]), force)
-        _mode, loading, fall = self.region(j, motion)
-        if mode == Mode.ELASTIC and not loading > self.force[j]:
+        if mode == Mode.ELASTIC and not self.region(j, motion)[1] > self.force[j]:
             return float(self.force[j])
-        return loading - fall * (force - loading) / (slope - fall)
+        return corner
 
     def change_mode(
-        self, j: int, following: int, motion: tuple[float, float, float], force: float, slope: float = 0.0
+        self, j: int, following: int, motion: tuple[float, float, float], force: float, corner: float = 0.0
     ) -> None:
-        """Change the mode of a contact, from its motion, force and the time derivative of that."""
+        """Change the mode of a contact, from its motion, its force, and that where the mode has ended."""
         mode, (d, w, a), chain = int(self.mode[j]), motion, self.chain
         d += float(self.left[j]) if mode == Mode.ELASTIC else 0.0
         self.job.losses[j] += self.stored(j, d)
@@ -231,7 +234,7 @@ class Plasticity:
             self.left[j] = reached - depth
         else:
             meets = following == Mode.PLATEAU
-            self.force[j] = self.corner(j, (d, w, a), force, slope) if meets else max(float(self.force[j]), force)
+            self.force[j] = self.plateau(j, (d, w, a), force, corner) if meets else max(float(self.force[j]), force)
             chain.k[j] = self.virgin[j] if following == Mode.CAPPED else 0.0
         self.mode[j] = following
         self.set_constants(j)
@@ -274,6 +277,7 @@ class Plasticity:
         for j in np.flatnonzero(near).tolist():
             overlap = Overlap.between(self.chain, start, finish, time, size, j)
             at = self.leaves(overlap)
+            self.ended[j] = time + min(at, 1.0) * size
             if at >= share:
                 continue
             w, a = overlap.motion(at)[1:]

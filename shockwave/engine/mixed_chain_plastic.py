@@ -59,7 +59,7 @@ class PlasticContacts:
         return forces, self.loading.unloading(forces), self.loading.residual(overlaps, forces)
 
     def table(self, overlaps: FloatArray, bodies: int) -> FloatArray:
-        """The rows of a `Job` for contacts at rest at these overlaps, shape (25, bodies + 1)."""
+        """The rows of a `Job` for contacts at rest at these overlaps, shape (26, bodies + 1)."""
         law, count = self.loading, len(overlaps)
         forces, _stiffnesses, left = self.at_rest(overlaps)
         elastic = np.isinf(law.strengths)
