@@ -81,7 +81,7 @@ class Plasticity:
             return float(self.force[j]), 0.0
         if mode == Mode.CAPPED:
             return float(self.virgin[j]) * (d * math.sqrt(d)), 0.0
-        if self.rate[j] == 0:
+        if faster == 0:
             if mode == Mode.FULL:
                 return float(self.level[j] + self.slope[j] * d), float(w * self.slope[j])
             level, slope, log = float(self.a[j]), float(self.b[j]), math.log(d)
@@ -93,22 +93,35 @@ class Plasticity:
             levels, slopes = levels * share + level, slopes * share + slope
             level, slope = level * share + first, slope * share + second
         curvature, unit = float(self.curvature[j]), float(self.unit[j])
-        e, stretch, grows = d * curvature, w * curvature, float(self.rate[j]) * a / w if faster > 0 else 0.0
+        e, stretch, grows = d * curvature, w * curvature, float(self.rate[j]) * a / w
         if mode == Mode.FULL:
             return unit * (level + slope * e), unit * (slope * stretch + (levels + slopes * e) * grows)
         log = math.log(e)
         rate = (level + slope * (1 + log)) * stretch + e * (levels + slopes * log) * grows
         return unit * (e * (level + slope * log)), unit * rate
 
-    def forces(self, f: FloatArray, d: FloatArray, w: FloatArray, low: int) -> FloatArray:
-        """Replace the forces minus static ones of contacts that flow along a curve; their powers if integrated."""
+    def flow_force(self, j: int, u: float, d: float, w: float) -> float:
+        """Force of a contact that flows along a curve minus the static one, from the change ``u`` of its overlap.
+
+        Ahead of a wave the difference of both forces is rounding error.
+        """
+        mode, faster, base = int(self.mode[j]), self.faster(j, w), float(self.chain.base[j])
+        if mode == Mode.MIDDLE and faster == 0 and self.cap[j] < base <= self.full[j]:
+            slope = float(self.b[j])
+            return u * (float(self.a[j]) + slope * math.log(d)) + base * slope * math.log1p(u / base)
+        return self.load(j, mode, (d, w, 0.0), faster)[0] - float(self.chain.static[j])
+
+    def forces(self, f: FloatArray, motion: Sequence[FloatArray], low: int) -> FloatArray:
+        """Replace the forces minus static ones of contacts that flow along a curve; their powers if integrated.
+
+        The ``motion``: changes of the overlaps, overlaps, and closing velocities.
+        """
         powers = np.zeros(len(f))
         for i in np.flatnonzero(self.curved[low : low + len(f)] > 0).tolist():
-            j, speed = low + i, float(w[i])
-            motion = float(d[i]), speed, 0.0
-            f[i] = self.load(j, int(self.mode[j]), motion, self.faster(j, speed))[0] - self.chain.static[j]
+            j, (u, d, w) = low + i, (float(values[i]) for values in motion)
+            f[i] = self.flow_force(j, u, d, w)
             if self.curved[j] > 1:
-                powers[i] = (f[i] + self.chain.static[j]) * speed
+                powers[i] = (f[i] + self.chain.static[j]) * w
         return powers
 
     def rates(self, slope: FloatArray, motion: Sequence[FloatArray], low: int) -> None:
@@ -134,7 +147,7 @@ class Plasticity:
     def released(self, d: FloatArray, forces: FloatArray) -> FloatArray:
         """Energies that all contacts release from their overlaps, less residual ones, and forces on."""
         depths = np.maximum(d, 0.0)
-        flows = (self.mode > Mode.ELASTIC) | ((self.mode == Mode.CAPPED) & (d > self.limit))
+        flows = (self.mode > Mode.ELASTIC) | ((self.mode == Mode.CAPPED) & (d > self.first))
         depths[flows] = self.depth(forces)[flows]
         return np.asarray(0.4 * forces * depths)
 
@@ -158,7 +171,7 @@ class Plasticity:
     def next_mode(self, j: int, d: float, w: float, a: float) -> int:
         """Mode of a contact at an overlap, closing velocity and acceleration."""
         mode = int(self.mode[j])
-        if not d > self.limit[j]:
+        if mode == Mode.CAPPED and not d > self.first[j]:
             return mode
         if mode == Mode.ELASTIC and not w > 0:
             return mode
@@ -186,7 +199,7 @@ class Plasticity:
         """Change the modes that end at the beginning of a step; whether there are any."""
         contacts, changed = self.chain.contacts, False
         n = min(len(start.d), contacts)
-        for j in np.flatnonzero(start.d[:n] > self.limit[:n]).tolist():
+        for j in np.flatnonzero(start.u[:n] > self.limit[:n]).tolist():
             a = float(self.chain.closing(start.a[j : j + 2], time, j)[0])
             following = self.next_mode(j, float(start.d[j]), float(start.w[j]), a)
             force, slope = float(start.f[j + 1] + self.chain.static[j]), float(start.slope[j])
@@ -229,7 +242,7 @@ class Plasticity:
                     force = min(force, self.load(j, mode, (d, w, a), 0.0)[0])
                 slow = self.load(j, mode, (reached, w, a), 0.0)[0]
                 self.force[j] = max(float(self.force[j]), force) if flows else slow
-            self.limit[j] = depth = self.depth_of(j, float(self.force[j]))
+            depth = self.depth_of(j, float(self.force[j]))
             chain.k[j] = self.force[j] / (depth * math.sqrt(depth))
             self.left[j] = reached - depth
         else:
@@ -262,10 +275,9 @@ class Plasticity:
         self.offset[j] = (chain.k[j] * (base * chain.root[j]) if smooth else flow) - chain.static[j]
         if self.curved[j] > 0:
             self.offset[j] = 0.0
-        if mode == Mode.CAPPED:
-            self.limit[j] = self.first[j]
-        elif not smooth:
-            self.limit[j] = -LARGEST
+        # of the change of the overlap, which is exact ahead of a wave
+        end = self.first[j] if mode == Mode.CAPPED else self.reached[j] - self.left[j]
+        self.limit[j] = end - base if smooth else -LARGEST
 
     # ---------------------------------------------------------------- ends of modes within a step
 
@@ -273,7 +285,7 @@ class Plasticity:
         """Fraction of the step at which it should end because a mode does; ``share`` if it need not."""
         n = min(len(start.d), self.chain.contacts)
         fastest = np.maximum(np.abs(start.w[:n]), np.abs(finish.w[:n]))
-        near = np.maximum(start.d[:n], finish.d[:n]) + 2 * size * fastest > self.limit[:n]
+        near = np.maximum(start.u[:n], finish.u[:n]) + 2 * size * fastest > self.limit[:n]
         for j in np.flatnonzero(near).tolist():
             overlap = Overlap.between(self.chain, start, finish, time, size, j)
             at = self.leaves(overlap)
@@ -307,11 +319,11 @@ class Plasticity:
         at = passes = 2.0
         if mode != Mode.ELASTIC:
             at = first_negative([after - before for before, after in pairwise(b)], 0.0, 1.0)
-            if mode == Mode.CAPPED and at <= 1 and not overlap.motion(at)[0] > self.limit[j]:
+            if mode == Mode.CAPPED and at <= 1 and not overlap.change(at) > self.limit[j]:
                 at = 2.0
         if mode == Mode.ELASTIC or (not rate and mode != Mode.FULL):
-            ends = {Mode.CAPPED: self.cap, Mode.ELASTIC: self.limit, Mode.MIDDLE: self.full}
-            end = float(ends[Mode(mode)][j]) - base
+            end = float(self.cap[j] if mode == Mode.CAPPED else self.full[j]) - base
+            end = float(self.limit[j]) if mode == Mode.ELASTIC else end
             passes = first_negative([end - each for each in b], 0.0, 1.0)
         if not rate:
             return min(at, passes)
