@@ -35,10 +35,10 @@ typedef struct {
    curves; see mixed_chain_modes.py. */
 typedef struct {
     double *softness, *curvature, *rate, *slowness, *curves, *wider, *virgin, *start, *first, *cap, *full, *a, *b, *level, *slope, *yield, *unit;
-    double *mode, *reached, *force, *left, *limit, *offset, *tangent, *curved;
+    double *mode, *reached, *force, *left, *limit, *offset, *tangent, *curved, *ended;
     const double *pieces;
 } Plastic;
-#define PLASTIC_ROWS 25
+#define PLASTIC_ROWS 26
 
 typedef struct March March;
 
@@ -127,6 +127,11 @@ static double allowed(const March *m, long j) { return m->r->tolerance * m->scal
 static double closing(March *m, const End *end, long j, double time)
 {
     return end->a[j] + (j ? 0 : m->inverse[0] * applied(m, time)) - end->a[j + 1];
+}
+
+static void raise_best(March *m, long j, double force, double time)
+{
+    if (force > m->best[j]) { m->best[j] = force; m->since[j] = time; }
 }
 
 /* Coefficients of the polynomial of degree 5 with the changes of an overlap, and their derivatives, at both ends of a step. */

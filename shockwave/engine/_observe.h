@@ -1,10 +1,5 @@
 /* Observers of accepted steps: greatest forces, samples, work, losses, arrival. */
 
-static void raise_best(March *m, long j, double force, double time)
-{
-    if (force > m->best[j]) { m->best[j] = force; m->since[j] = time; }
-}
-
 /* Change of the force per step at a fraction s of it, by the polynomial of the overlap. */
 static double slope_at(const March *m, double h, long j, const double c[6], double s)
 {

@@ -26,11 +26,11 @@ static inline double load(const March *m, long j, int mode, double d, double w, 
     *rate = 0;
     if (mode == PLATEAU) return p->force[j];
     if (mode == CAPPED) return p->virgin[j] * (d * sqrt(d));
-    if (p->rate[j] == 0 && mode == FULL) {
+    if (faster == 0 && mode == FULL) {
         *rate = w * p->slope[j];
         return p->level[j] + p->slope[j] * d;
     }
-    if (p->rate[j] == 0) {
+    if (faster == 0) {
         logarithm = log(d);
         *rate = w * (p->a[j] + p->b[j] * (1 + logarithm));
         return d * (p->a[j] + p->b[j] * logarithm);
@@ -42,7 +42,7 @@ static inline double load(const March *m, long j, int mode, double d, double w, 
             change[i] = change[i] * share + value[i];
             value[i] = value[i] * share + piece[4 * k + i];
         }
-    grows = faster > 0 ? p->rate[j] * a / w : 0;
+    grows = p->rate[j] * a / w;
     if (mode == FULL) {
         *rate = p->unit[j] * (value[1] * stretch + (change[0] + change[1] * e) * grows);
         return p->unit[j] * (value[0] + value[1] * e);
@@ -91,7 +91,7 @@ static int next_mode(const March *m, long j, double d, double w, double a)
     const int mode = (int)p->mode[j];
     int next;
     double force = 0, slope = 0;
-    if (!(d > p->limit[j])) return mode;
+    if (mode == CAPPED && !(d > p->first[j])) return mode;
     if (mode == ELASTIC && !(w > 0)) return ELASTIC;
     if (mode != ELASTIC && w < 0) return ELASTIC;
     if (mode == ELASTIC) d += p->left[j];
@@ -125,7 +125,7 @@ static double stored(const March *m, long j, double d)
 static double released(const March *m, long j, double d, double force)
 {
     const Plastic *p = &m->plastic;
-    const int flows = p->mode[j] > ELASTIC || (p->mode[j] == CAPPED && d > p->limit[j]);
+    const int flows = p->mode[j] > ELASTIC || (p->mode[j] == CAPPED && d > p->first[j]);
     return 0.4 * force * (flows ? depth_of(p, j, force) : larger(d, 0));
 }
 
@@ -142,8 +142,8 @@ static void set_constants(March *m, long j)
     p->tangent[j] = mode == FULL && !rate ? p->slope[j] : 0;
     p->offset[j] = (smooth ? m->k[j] * (m->base[j] * m->root[j]) : level + p->tangent[j] * m->base[j]) - m->still[j];
     if (p->curved[j] > 0) p->offset[j] = 0;
-    if (mode == CAPPED) p->limit[j] = p->first[j];
-    else if (!smooth) p->limit[j] = -m->r->largest;
+    /* of the change of the overlap, which is exact ahead of a wave */
+    p->limit[j] = smooth ? (mode == CAPPED ? p->first[j] : p->reached[j] - p->left[j]) - m->base[j] : -m->r->largest;
 }
 
 /* Force of the plateau that begins where unloading or Hertz's law meets the falling curve of loading, or this falls: the
@@ -153,11 +153,11 @@ static double corner(const March *m, long j, double d, double a)
     const Plastic *p = &m->plastic;
     const double w = m->start.w[j], force = m->start.f[j] + m->still[j];
     const int mode = (int)p->mode[j];
-    double loading, fall;
+    double loading, ignored;
     if (mode > ELASTIC) return larger(p->force[j], force);
-    region(m, j, d, w, a, &loading, &fall);
+    region(m, j, d, w, a, &loading, &ignored);
     if (mode == ELASTIC && !(loading > p->force[j])) return p->force[j];
-    return loading - fall * (force - loading) / (m->start.slope[j] - fall);
+    return force - m->start.slope[j] * (m->r->time - p->ended[j]);
 }
 
 /* Changes the mode of a contact at the beginning of a step. */
@@ -166,7 +166,7 @@ static void change_mode(March *m, long j, int next, double a)
     Plastic *p = &m->plastic;
     const int mode = (int)p->mode[j];
     const double w = m->start.w[j];
-    double d = m->start.d[j] + (mode == ELASTIC ? p->left[j] : 0), force = m->start.f[j] + m->still[j], ignored;
+    double d = m->start.d[j] + (mode == ELASTIC ? p->left[j] : 0), force = m->start.f[j] + m->still[j], depth, ignored;
     m->lost[j] += stored(m, j, d);
     if (next == ELASTIC) {
         /* the contact has turned just before */
@@ -174,11 +174,12 @@ static void change_mode(March *m, long j, int next, double a)
         if (mode != PLATEAU && p->curved[j] > 1 && w > 0 && w * p->slowness[j] < BEGINNING)
             force = smaller(force, load(m, j, mode, d, w, a, 0, &ignored)); /* outrun where the strength began to grow */
         if (mode != PLATEAU) p->force[j] = p->curved[j] > 1 ? larger(p->force[j], force) : load(m, j, mode, p->reached[j], w, a, 0, &ignored);
-        p->limit[j] = depth_of(p, j, p->force[j]);
-        m->k[j] = p->force[j] / (p->limit[j] * sqrt(p->limit[j]));
-        p->left[j] = p->reached[j] - p->limit[j];
+        depth = depth_of(p, j, p->force[j]);
+        m->k[j] = p->force[j] / (depth * sqrt(depth));
+        p->left[j] = p->reached[j] - depth;
     } else {
         p->force[j] = next == PLATEAU ? corner(m, j, d, a) : larger(p->force[j], force);
+        if (next == PLATEAU && mode <= ELASTIC) raise_best(m, j, p->force[j] - m->still[j], p->ended[j]);
         m->k[j] = next == CAPPED ? p->virgin[j] : 0;
     }
     p->mode[j] = next;
@@ -193,7 +194,7 @@ static int change_modes(March *m)
     int changed = 0;
     long j;
     for (j = 0; j < m->n && j < contacts; j++)
-        if (m->start.d[j] > m->plastic.limit[j]) {
+        if (m->start.u[j] > m->plastic.limit[j]) {
             const double a = closing(m, &m->start, j, m->r->time);
             const int next = next_mode(m, j, m->start.d[j], m->start.w[j], a);
             if (next != (int)m->plastic.mode[j]) {
@@ -219,18 +220,30 @@ static void list_flows(March *m)
     m->method = m->damped || rates || !m->swift.stages ? &m->careful : &m->swift;
 }
 
+/* Force of a contact that flows along a curve, less the static one: ahead of a wave their difference is rounding error. */
+static double flow_force(const March *m, long j, double u, double d, double w)
+{
+    const Plastic *p = &m->plastic;
+    const int mode = (int)p->mode[j];
+    const double faster = faster_by(m, j, w), base = m->base[j];
+    double ignored;
+    if (mode == MIDDLE && faster == 0 && base > p->cap[j] && base <= p->full[j])
+        return u * (p->a[j] + p->b[j] * log(d)) + base * p->b[j] * log1p(u / base);
+    return load(m, j, mode, d, w, 0, faster, &ignored) - m->still[j];
+}
+
 /* Replaces the forces of the contacts that flow along a curve between low and high, and the accelerations of their bodies. */
 static void flow(March *m, int whole, const double *x, const double *v, long low, long high, double weight, End *to)
 {
     const Plastic *p = &m->plastic;
     long i, j;
     for (i = 0; i < m->flows; i++) {
-        double d, w, ignored;
+        double u, w;
         j = (long)m->flowing[i];
         if (p->curved[j] == 0 || j < low || j >= high) continue;
-        d = (x[j] - x[j + 1]) + m->gap[j] + m->base[j];
+        u = (x[j] - x[j + 1]) + m->gap[j];
         w = v[j] - v[j + 1];
-        to->f[j] = load(m, j, (int)p->mode[j], d, w, 0, faster_by(m, j, w), &ignored) - m->still[j];
+        to->f[j] = flow_force(m, j, u, u + m->base[j], w);
         if (whole) to->raw[j] = to->f[j] + m->still[j];
         if (p->curved[j] > 1) {
             m->shares[j] += weight * ((to->f[j] + m->still[j]) * w);
@@ -320,7 +333,7 @@ static double leaves(const March *m, double h, long j, const double c[6])
 {
     const Plastic *p = &m->plastic;
     const int mode = (int)p->mode[j], rate = p->rate[j] != 0;
-    const double end = mode == CAPPED ? p->cap[j] : mode == ELASTIC ? p->limit[j] : p->full[j];
+    const double end = mode == ELASTIC ? p->limit[j] : (mode == CAPPED ? p->cap[j] : p->full[j]) - m->base[j];
     const double b[6] = {c[0], c[0] + c[1] / 5, c[0] + (4 * c[1] + c[2]) / 10, c[0] + (6 * c[1] + 3 * c[2] + c[3]) / 10,
                          c[0] + (4 * c[1] + 3 * c[2] + 2 * c[3] + c[4]) / 5, c[0] + c[1] + c[2] + c[3] + c[4] + c[5]};
     double rest[6], at = 2, passes = 2, d, w, a;
@@ -330,11 +343,11 @@ static double leaves(const March *m, double h, long j, const double c[6])
         at = first_negative(rest, 4, 0, 1, m->r->near);
         if (mode == CAPPED && at <= 1) {
             motion_at(c, at, &d, &w, &a);
-            if (!(d + m->base[j] > p->limit[j])) at = 2;
+            if (!(d > p->limit[j])) at = 2;
         }
     }
     if (mode == ELASTIC || (!rate && mode != FULL)) {
-        for (i = 0; i < 6; i++) rest[i] = (end - m->base[j]) - b[i];
+        for (i = 0; i < 6; i++) rest[i] = end - b[i];
         passes = first_negative(rest, 5, 0, 1, m->r->near);
     }
     if (!rate) return smaller(at, passes);
@@ -347,9 +360,10 @@ static double mode_end(March *m, double h, long j, double share)
 {
     const double force = larger(m->start.f[j], m->finish.f[j]) + m->still[j], most = m->r->kink_share * allowed(m, j);
     double c[6], at, d, w, a, stiffness, late;
-    if (!(larger(m->start.d[j], m->finish.d[j]) + 2 * h * larger(fabs(m->start.w[j]), fabs(m->finish.w[j])) > m->plastic.limit[j])) return share;
+    if (!(larger(m->start.u[j], m->finish.u[j]) + 2 * h * larger(fabs(m->start.w[j]), fabs(m->finish.w[j])) > m->plastic.limit[j])) return share;
     overlap_of(m, h, j, c);
     at = leaves(m, h, j, c);
+    m->plastic.ended[j] = m->r->time + smaller(at, 1) * h;
     if (at >= share) return share;
     motion_at(c, at, &d, &w, &a);
     stiffness = 1.5 * sqrt((2 * larger(force, m->plastic.yield[j]) + m->plastic.yield[j]) / m->plastic.softness[j]);

@@ -265,8 +265,8 @@ TARGET static long NAME(yielding)(const March *m, double h, long from)
     const V span = NAME(set)(2 * h);
     SCAN(from,
         const V w = NAME(greater)(NAME(magnitude)(NAME(load)(m->start.w + e)), NAME(magnitude)(NAME(load)(m->finish.w + e)));
-        const V d = NAME(greater)(NAME(load)(m->start.d + e), NAME(load)(m->finish.d + e));
-        if (NAME(any)(NAME(exceeds)(d + span * w, NAME(load)(m->plastic.limit + e)))) return e;)
+        const V u = NAME(greater)(NAME(load)(m->start.u + e), NAME(load)(m->finish.u + e));
+        if (NAME(any)(NAME(exceeds)(u + span * w, NAME(load)(m->plastic.limit + e)))) return e;)
 }
 
 /* Raises the scales of the errors to what was reached before `high` at the end of the step, or is expected next to it. */

@@ -124,7 +124,7 @@ class Job:
         (infinite: there is none), and their times; at first those at the beginning.
     table : array, shape (20, bodies + 1)
         The arrays below.
-    plastic : array, shape (25, bodies + 1) or (0, 0)
+    plastic : array, shape (26, bodies + 1) or (0, 0)
         Rows of elastic-plastic contacts; see `mixed_chain_modes`.
     curves : array, shape (pieces, 5, 4)
         Pieces of the loading curves of those with rate.

@@ -99,7 +99,7 @@ class Flow(Protocol):
         """Largest stiffness k of each contact at forces up to this one, or as now."""
         ...
 
-    def forces(self, f: FloatArray, d: FloatArray, w: FloatArray, low: int) -> FloatArray:
+    def forces(self, f: FloatArray, motion: Sequence[FloatArray], low: int) -> FloatArray:
         """Replace the forces minus static ones of contacts that flow along a curve; their powers if integrated."""
         ...
 
@@ -235,7 +235,7 @@ class Contacts:
             elastic = elastic + (self.flow.offset[part] + self.flow.tangent[part] * stretch)
         raw = f = np.where(closed, elastic, -static)
         if self.flow:
-            powers = self.flow.forces(f, d, w, low)
+            powers = self.flow.forces(f, (stretch, d, w), low)
         if self.damped:
             # only the dashpot of a contact that is off does not act: its force would jump within the step
             jumps = self.q[part] == 0

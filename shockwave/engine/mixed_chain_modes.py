@@ -23,7 +23,7 @@ from shockwave.engine.mixed_chain_peaks import NEAR, NUDGE, Overlap
 ROWS = (
     *("softness", "curvature", "rate", "slowness", "curves", "wider", "virgin", "start", "first", "cap", "full"),
     *("a", "b", "level", "slope", "yield_force", "unit"),
-    *("mode", "reached", "force", "left", "limit", "offset", "tangent", "curved"),
+    *("mode", "reached", "force", "left", "limit", "offset", "tangent", "curved", "ended"),
 )
 
 # A flowing contact outrun below this many times the speed at which its strength grows was outrun at that speed.
@@ -50,7 +50,7 @@ class Plasticity:
         self.curves, self.wider, self.virgin, self.start, self.first = (rows[name] for name in ROWS[4:9])
         self.cap, self.full, self.a, self.b, self.level, self.slope = (rows[name] for name in ROWS[9:15])
         self.yields, self.unit, self.mode, self.reached, self.force = (rows[name] for name in ROWS[15:20])
-        self.left, self.limit, self.offset, self.tangent, self.curved = (rows[name] for name in ROWS[20:])
+        self.left, self.limit, self.offset, self.tangent, self.curved, self.ended = (rows[name] for name in ROWS[20:])
         self.pieces = job.curves
         self.elastic = np.where(np.array(ROWS) == "limit", LARGEST, 0.0)
 
@@ -81,7 +81,7 @@ class Plasticity:
             return float(self.force[j]), 0.0
         if mode == Mode.CAPPED:
             return float(self.virgin[j]) * (d * math.sqrt(d)), 0.0
-        if self.rate[j] == 0:
+        if faster == 0:
             if mode == Mode.FULL:
                 return float(self.level[j] + self.slope[j] * d), float(w * self.slope[j])
             level, slope, log = float(self.a[j]), float(self.b[j]), math.log(d)
@@ -93,22 +93,35 @@ class Plasticity:
             levels, slopes = levels * share + level, slopes * share + slope
             level, slope = level * share + first, slope * share + second
         curvature, unit = float(self.curvature[j]), float(self.unit[j])
-        e, stretch, grows = d * curvature, w * curvature, float(self.rate[j]) * a / w if faster > 0 else 0.0
+        e, stretch, grows = d * curvature, w * curvature, float(self.rate[j]) * a / w
         if mode == Mode.FULL:
             return unit * (level + slope * e), unit * (slope * stretch + (levels + slopes * e) * grows)
         log = math.log(e)
         rate = (level + slope * (1 + log)) * stretch + e * (levels + slopes * log) * grows
         return unit * (e * (level + slope * log)), unit * rate
 
-    def forces(self, f: FloatArray, d: FloatArray, w: FloatArray, low: int) -> FloatArray:
-        """Replace the forces minus static ones of contacts that flow along a curve; their powers if integrated."""
+    def flow_force(self, j: int, u: float, d: float, w: float) -> float:
+        """Force of a contact that flows along a curve minus the static one, from the change ``u`` of its overlap.
+
+        Ahead of a wave the difference of both forces is rounding error.
+        """
+        mode, faster, base = int(self.mode[j]), self.faster(j, w), float(self.chain.base[j])
+        if mode == Mode.MIDDLE and faster == 0 and self.cap[j] < base <= self.full[j]:
+            slope = float(self.b[j])
+            return u * (float(self.a[j]) + slope * math.log(d)) + base * slope * math.log1p(u / base)
+        return self.load(j, mode, (d, w, 0.0), faster)[0] - float(self.chain.static[j])
+
+    def forces(self, f: FloatArray, motion: Sequence[FloatArray], low: int) -> FloatArray:
+        """Replace the forces minus static ones of contacts that flow along a curve; their powers if integrated.
+
+        The ``motion``: changes of the overlaps, overlaps, and closing velocities.
+        """
         powers = np.zeros(len(f))
         for i in np.flatnonzero(self.curved[low : low + len(f)] > 0).tolist():
-            j, speed = low + i, float(w[i])
-            motion = float(d[i]), speed, 0.0
-            f[i] = self.load(j, int(self.mode[j]), motion, self.faster(j, speed))[0] - self.chain.static[j]
+            j, (u, d, w) = low + i, (float(values[i]) for values in motion)
+            f[i] = self.flow_force(j, u, d, w)
             if self.curved[j] > 1:
-                powers[i] = (f[i] + self.chain.static[j]) * speed
+                powers[i] = (f[i] + self.chain.static[j]) * w
         return powers
 
     def rates(self, slope: FloatArray, motion: Sequence[FloatArray], low: int) -> None:
@@ -134,7 +147,7 @@ class Plasticity:
     def released(self, d: FloatArray, forces: FloatArray) -> FloatArray:
         """Energies that all contacts release from their overlaps, less residual ones, and forces on."""
         depths = np.maximum(d, 0.0)
-        flows = (self.mode > Mode.ELASTIC) | ((self.mode == Mode.CAPPED) & (d > self.limit))
+        flows = (self.mode > Mode.ELASTIC) | ((self.mode == Mode.CAPPED) & (d > self.first))
         depths[flows] = self.depth(forces)[flows]
         return np.asarray(0.4 * forces * depths)
 
@@ -158,7 +171,7 @@ class Plasticity:
     def next_mode(self, j: int, d: float, w: float, a: float) -> int:
         """Mode of a contact at an overlap, closing velocity and acceleration."""
         mode = int(self.mode[j])
-        if not d > self.limit[j]:
+        if mode == Mode.CAPPED and not d > self.first[j]:
             return mode
         if mode == Mode.ELASTIC and not w > 0:
             return mode
@@ -186,34 +199,37 @@ class Plasticity:
         """Change the modes that end at the beginning of a step; whether there are any."""
         contacts, changed = self.chain.contacts, False
         n = min(len(start.d), contacts)
-        for j in np.flatnonzero(start.d[:n] > self.limit[:n]).tolist():
+        for j in np.flatnonzero(start.u[:n] > self.limit[:n]).tolist():
             a = float(self.chain.closing(start.a[j : j + 2], time, j)[0])
             following = self.next_mode(j, float(start.d[j]), float(start.w[j]), a)
             force, slope = float(start.f[j + 1] + self.chain.static[j]), float(start.slope[j])
             if following != self.mode[j]:
-                self.change_mode(j, following, (float(start.d[j]), float(start.w[j]), a), force, slope)
-                changed = True
+                corner = force - slope * (time - float(self.ended[j]))
+                elastic = self.mode[j] <= Mode.ELASTIC
+                self.change_mode(j, following, (float(start.d[j]), float(start.w[j]), a), force, corner)
+                changed, peak, best = True, float(self.force[j] - self.chain.static[j]), self.job.peaks[:, j]
+                if following == Mode.PLATEAU and elastic and peak > best[0]:
+                    best[:] = peak, self.ended[j]
             elif self.curved[j] > 1:
                 self.force[j] = max(float(self.force[j]), force)
         return changed
 
-    def corner(self, j: int, motion: tuple[float, float, float], force: float, slope: float) -> float:
+    def plateau(self, j: int, motion: tuple[float, float, float], force: float, corner: float) -> float:
         """Force of the plateau that begins where unloading or Hertz's law meets falling loading, or this falls.
 
-        The step has ended slightly later.
+        The step has ended slightly later than the ``corner``.
         """
         mode = int(self.mode[j])
         if mode > Mode.ELASTIC:
             return max(float(self.force[j]), force)
-        _mode, loading, fall = self.region(j, motion)
-        if mode == Mode.ELASTIC and not loading > self.force[j]:
+        if mode == Mode.ELASTIC and not self.region(j, motion)[1] > self.force[j]:
             return float(self.force[j])
-        return loading - fall * (force - loading) / (slope - fall)
+        return corner
 
     def change_mode(
-        self, j: int, following: int, motion: tuple[float, float, float], force: float, slope: float = 0.0
+        self, j: int, following: int, motion: tuple[float, float, float], force: float, corner: float = 0.0
     ) -> None:
-        """Change the mode of a contact, from its motion, force and the time derivative of that."""
+        """Change the mode of a contact, from its motion, its force, and that where the mode has ended."""
         mode, (d, w, a), chain = int(self.mode[j]), motion, self.chain
         d += float(self.left[j]) if mode == Mode.ELASTIC else 0.0
         self.job.losses[j] += self.stored(j, d)
@@ -226,12 +242,12 @@ class Plasticity:
                     force = min(force, self.load(j, mode, (d, w, a), 0.0)[0])
                 slow = self.load(j, mode, (reached, w, a), 0.0)[0]
                 self.force[j] = max(float(self.force[j]), force) if flows else slow
-            self.limit[j] = depth = self.depth_of(j, float(self.force[j]))
+            depth = self.depth_of(j, float(self.force[j]))
             chain.k[j] = self.force[j] / (depth * math.sqrt(depth))
             self.left[j] = reached - depth
         else:
             meets = following == Mode.PLATEAU
-            self.force[j] = self.corner(j, (d, w, a), force, slope) if meets else max(float(self.force[j]), force)
+            self.force[j] = self.plateau(j, (d, w, a), force, corner) if meets else max(float(self.force[j]), force)
             chain.k[j] = self.virgin[j] if following == Mode.CAPPED else 0.0
         self.mode[j] = following
         self.set_constants(j)
@@ -259,10 +275,9 @@ class Plasticity:
         self.offset[j] = (chain.k[j] * (base * chain.root[j]) if smooth else flow) - chain.static[j]
         if self.curved[j] > 0:
             self.offset[j] = 0.0
-        if mode == Mode.CAPPED:
-            self.limit[j] = self.first[j]
-        elif not smooth:
-            self.limit[j] = -LARGEST
+        # of the change of the overlap, which is exact ahead of a wave
+        end = self.first[j] if mode == Mode.CAPPED else self.reached[j] - self.left[j]
+        self.limit[j] = end - base if smooth else -LARGEST
 
     # ---------------------------------------------------------------- ends of modes within a step
 
@@ -270,10 +285,11 @@ class Plasticity:
         """Fraction of the step at which it should end because a mode does; ``share`` if it need not."""
         n = min(len(start.d), self.chain.contacts)
         fastest = np.maximum(np.abs(start.w[:n]), np.abs(finish.w[:n]))
-        near = np.maximum(start.d[:n], finish.d[:n]) + 2 * size * fastest > self.limit[:n]
+        near = np.maximum(start.u[:n], finish.u[:n]) + 2 * size * fastest > self.limit[:n]
         for j in np.flatnonzero(near).tolist():
             overlap = Overlap.between(self.chain, start, finish, time, size, j)
             at = self.leaves(overlap)
+            self.ended[j] = time + min(at, 1.0) * size
             if at >= share:
                 continue
             w, a = overlap.motion(at)[1:]
@@ -303,11 +319,11 @@ class Plasticity:
         at = passes = 2.0
         if mode != Mode.ELASTIC:
             at = first_negative([after - before for before, after in pairwise(b)], 0.0, 1.0)
-            if mode == Mode.CAPPED and at <= 1 and not overlap.motion(at)[0] > self.limit[j]:
+            if mode == Mode.CAPPED and at <= 1 and not overlap.change(at) > self.limit[j]:
                 at = 2.0
         if mode == Mode.ELASTIC or (not rate and mode != Mode.FULL):
-            ends = {Mode.CAPPED: self.cap, Mode.ELASTIC: self.limit, Mode.MIDDLE: self.full}
-            end = float(ends[Mode(mode)][j]) - base
+            end = float(self.cap[j] if mode == Mode.CAPPED else self.full[j]) - base
+            end = float(self.limit[j]) if mode == Mode.ELASTIC else end
             passes = first_negative([end - each for each in b], 0.0, 1.0)
         if not rate:
             return min(at, passes)

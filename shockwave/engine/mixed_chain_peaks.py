@@ -38,13 +38,17 @@ class Overlap:
         higher = 10 * u - 4 * w + a / 2, -15 * u + 7 * w - a, 6 * u - 3 * w + a / 2
         return cls(contacts, j, size, (float(start.u[j]), w0, a0 / 2, *higher))
 
+    def change(self, s: float) -> float:
+        """Change of the overlap at a fraction ``s`` of the step."""
+        c = self.coefficients
+        return c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * c[5]))))
+
     def motion(self, s: float) -> tuple[float, float, float]:
         """Overlap, closing velocity and acceleration at a fraction ``s`` of the step."""
         c, size = self.coefficients, self.size
-        u = c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * c[5]))))
         w = c[1] + s * (2 * c[2] + s * (3 * c[3] + s * (4 * c[4] + s * 5 * c[5])))
         a = 2 * c[2] + s * (6 * c[3] + s * (12 * c[4] + s * 20 * c[5]))
-        return u + float(self.contacts.base[self.j]), w / size, a / (size * size)
+        return self.change(s) + float(self.contacts.base[self.j]), w / size, a / (size * size)
 
     def slope(self, s: float) -> float:
         """Change of the force per step at a fraction ``s`` of it."""

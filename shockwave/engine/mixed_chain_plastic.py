@@ -59,14 +59,14 @@ class PlasticContacts:
         return forces, self.loading.unloading(forces), self.loading.residual(overlaps, forces)
 
     def table(self, overlaps: FloatArray, bodies: int) -> FloatArray:
-        """The rows of a `Job` for contacts at rest at these overlaps, shape (25, bodies + 1)."""
+        """The rows of a `Job` for contacts at rest at these overlaps, shape (26, bodies + 1)."""
         law, count = self.loading, len(overlaps)
         forces, _stiffnesses, left = self.at_rest(overlaps)
         elastic = np.isinf(law.strengths)
         flowed = ~elastic & (forces > law.first_forces)
         table = np.zeros((len(ROWS), bodies + 1))
         table[ROWS.index("limit")] = LARGEST
-        limits = np.where(flowed, np.maximum(overlaps - left, 0.0), law.first_overlaps)
+        limits = np.where(flowed, 0.0, law.first_overlaps - np.maximum(overlaps, 0.0))
         properties = law.first_overlaps, law.cap_overlaps, law.full_overlaps, *law.middle, *law.straight
         wider = FULL / FINER * law.strengths * law.radii
         rows = [law.softness, 1 / law.radii, np.where(elastic, 0.0, FINER * self.rates), 1 / self.speeds]
@@ -99,8 +99,8 @@ def settle(job: Job) -> Rest:
     """Let contacts that flow at the end of a run turn there, and complete their losses."""
     chain = Contacts(job)
     flow, count = Plasticity(chain, job), chain.contacts
-    d = chain.overlaps(job.x, 0, chain.bodies)[1][:count]
-    for j in np.flatnonzero((flow.mode[:count] != Mode.ELASTIC) & (d > flow.limit[:count])).tolist():
+    u, d = (values[:count] for values in chain.overlaps(job.x, 0, chain.bodies))
+    for j in np.flatnonzero((flow.mode[:count] != Mode.ELASTIC) & (u > flow.limit[:count])).tolist():
         force = 0.0 if flow.curved[j] > 1 else flow.load(j, int(flow.mode[j]), (float(d[j]), 0.0, 0.0), 0.0)[0]
         flow.change_mode(j, Mode.ELASTIC, (float(d[j]), 0.0, 0.0), force)
     d = chain.overlaps(job.x, 0, chain.bodies)[1][:count]
