@@ -149,7 +149,7 @@ def test_all_crossings_of_a_wave_are_found_with_few_simulations() -> None:
     assert curve.count < 150
 
 
-@pytest.mark.parametrize("points", [2, 9, 40])
+@pytest.mark.parametrize("points", [2, 40])
 def test_teeth_of_a_long_shock_on_a_wall_are_resolved_whatever_the_rows_of_the_table(points: int) -> None:
     chain = sw.Chain(material="bearing-steel-52100", diameter="1 in", granules=10, end=sw.Wall(material="same"))
     shock = sw.Shock(profile="final-peak-sawtooth", peak_force="100 N", duration="11 ms")
