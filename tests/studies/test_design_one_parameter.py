@@ -22,6 +22,7 @@ from shockwave.studies.design_one_parameter import _equals, search_interval
 from shockwave.studies.design_options import DesignScenes
 from shockwave.studies.design_result import Option, VariedParameter
 from shockwave.studies.quantities import Requirement
+from support.command_line import unwrapped
 from support.pages import ROOT
 from support.scenes import CASE_A, CHAIN, POWER, UNITS
 
@@ -365,7 +366,7 @@ def test_the_command_ranks_materials_whose_range_has_the_target(capsys: pytest.C
         assert cli.main(["design", FILE, *arguments]) == status
         printed = capsys.readouterr()
         assert printed.out.startswith("no material gives a peak force of ")
-        assert sentence in printed.err
+        assert sentence in unwrapped(printed.err)
         assert max(map(len, [*printed.out.splitlines(), *printed.err.splitlines()])) <= 80
 
 
