@@ -252,11 +252,9 @@ def facts(pairs: Iterable[tuple[str, str]]) -> list[str]:
 
 def paragraph(label: str, text: str, indent: int = 0) -> list[str]:
     """Lines of ``text`` behind ``label``, all but the first moved in by ``indent``; as wide as the screen."""
+    width = max(_screen.get().columns, len(label) + _NARROW)
     blank = " " * indent
-    lines = wrap(text, max(_screen.get().columns - len(label), _NARROW))
-    if len(lines) > 1 and len(label) > indent:
-        lines = [lines[0], *wrap(" ".join(lines[1:]), _screen.get().columns - indent)]
-    return [label + lines[0], *(blank + line for line in lines[1:])]
+    return textwrap.wrap(text, width, initial_indent=label, subsequent_indent=blank, break_on_hyphens=False) or [label]
 
 
 def notes(warnings: Iterable[str]) -> list[str]:

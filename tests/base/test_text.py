@@ -6,7 +6,7 @@ import re
 import pytest
 
 from shockwave.base.result_tables import evenly
-from shockwave.base.text import on_screen, percent, round_digits, si, table
+from shockwave.base.text import on_screen, paragraph, percent, round_digits, si, table
 from shockwave.pictures.picture_elements import si_label
 
 
@@ -73,3 +73,13 @@ def test_the_columns_without_room_are_named_in_one_line() -> None:
     assert "1 N" in row
     assert re.fullmatch(r"  \(not shown: quantity \d, .* and \d+ more; --wide shows all columns\)", last)
     assert len(last) <= 80
+
+
+@pytest.mark.parametrize("label", ["", "  note: ", "  ! a long label "])
+@pytest.mark.parametrize("indent", [0, 2, 12])
+def test_no_line_of_a_paragraph_is_wider_than_the_screen(label: str, indent: int) -> None:
+    text = "/a/path/" + 120 * "x" + " " + 40 * "word "
+    first, *others = paragraph(label, text, indent)
+    assert first.startswith(f"{label}/a/path/")
+    assert {line[: indent + 1].rstrip("xword") for line in others} == {" " * indent}
+    assert max(map(len, (first, *others))) == 80

@@ -13,7 +13,7 @@ import shockwave as sw
 from shockwave.cli.command_table import COMMANDS, OFFERED, Command
 from shockwave.cli.parser import parse
 from shockwave.cli.scenario_files import load_scenario
-from support.command_line import scenario, shockwave
+from support.command_line import scenario, shockwave, unwrapped
 
 PROGRAM = [sys.executable, "-m", "shockwave"]
 SCENE = """\
@@ -207,7 +207,7 @@ def test_help_has_examples_that_are_commands_and_a_link(command: Command) -> Non
 
 
 def test_defaults_of_help_are_those_of_the_keys() -> None:
-    shown = " ".join(shockwave("predict", "--help").out.split())
+    shown = unwrapped(shockwave("predict", "--help").out)
     assert f"(default: {sw.Predictor().model})" in shown
     assert "for adaptive methods (default: 1e-6)" in shown
 

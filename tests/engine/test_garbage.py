@@ -49,6 +49,7 @@ def garbage() -> Iterator[list[Any]]:
     gc.enable()
 
 
+@pytest.mark.usefixtures("frozen")
 @pytest.mark.parametrize("kind", CALLS)
 def test_a_result_is_freed_without_the_garbage_collector(kind: str, garbage: list[Any]) -> None:
     call = CALLS[kind]

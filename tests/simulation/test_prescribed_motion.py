@@ -60,9 +60,9 @@ def greatest_forces(name: str, chain: sw.Chain, end: float) -> Array:
     bodies, wall = len(plan.masses), chain.end is not None
 
     def forces(x: Array, v: Array) -> Array:
-        x, v = (np.append(each, 0.0) if wall else each for each in (x, v))
-        closed = np.maximum(plan.overlaps + x[:-1] - x[1:], 0.0)
-        damped = plan.damping_coefficients * closed**plan.damping_powers * (v[:-1] - v[1:])
+        x, v = (np.append(each, 0.0 * each[:1], axis=0).T if wall else each.T for each in (x, v))
+        closed = np.maximum(plan.overlaps + x[..., :-1] - x[..., 1:], 0.0)
+        damped = plan.damping_coefficients * closed**plan.damping_powers * (v[..., :-1] - v[..., 1:])
         return np.asarray(np.maximum(plan.pairs.stiffnesses * closed**1.5 + damped, 0.0))
 
     def rates(time: float, state: Array, guided: bool) -> Array:
@@ -86,11 +86,11 @@ def greatest_forces(name: str, chain: sw.Chain, end: float) -> Array:
             dense_output=True,
             args=(guided,),
         )
-        for time in np.linspace(begin, stop, 8001):
-            now = run.sol(time)
-            if guided:
-                now[0], now[bodies] = path(time), speed(time)
-            most = np.maximum(most, forces(now[:bodies], now[bodies:]))
+        times = np.linspace(begin, stop, 8001)
+        states = run.sol(times)
+        if guided:
+            states[0], states[bodies] = path(times), speed(times)
+        most = np.maximum(most, forces(states[:bodies], states[bodies:]).max(axis=0))
         state = run.y[:, -1].copy()
         state[0], state[bodies] = (path(stop), speed(stop)) if guided else (state[0], state[bodies])
     return most

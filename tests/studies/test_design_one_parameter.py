@@ -22,6 +22,7 @@ from shockwave.studies.design_one_parameter import _equals, search_interval
 from shockwave.studies.design_options import DesignScenes
 from shockwave.studies.design_result import Option, VariedParameter
 from shockwave.studies.quantities import Requirement
+from support.command_line import unwrapped
 from support.pages import ROOT
 from support.scenes import CASE_A, CHAIN, POWER, UNITS
 
@@ -149,7 +150,7 @@ def test_all_crossings_of_a_wave_are_found_with_few_simulations() -> None:
     assert curve.count < 150
 
 
-@pytest.mark.parametrize("points", [2, 9, 40])
+@pytest.mark.parametrize("points", [2, 40])
 def test_teeth_of_a_long_shock_on_a_wall_are_resolved_whatever_the_rows_of_the_table(points: int) -> None:
     chain = sw.Chain(material="bearing-steel-52100", diameter="1 in", granules=10, end=sw.Wall(material="same"))
     shock = sw.Shock(profile="final-peak-sawtooth", peak_force="100 N", duration="11 ms")
@@ -365,7 +366,7 @@ def test_the_command_ranks_materials_whose_range_has_the_target(capsys: pytest.C
         assert cli.main(["design", FILE, *arguments]) == status
         printed = capsys.readouterr()
         assert printed.out.startswith("no material gives a peak force of ")
-        assert sentence in printed.err
+        assert sentence in unwrapped(printed.err)
         assert max(map(len, [*printed.out.splitlines(), *printed.err.splitlines()])) <= 80
 
 

@@ -12,6 +12,7 @@ from matplotlib import pyplot
 import shockwave as sw
 from shockwave.cli import main
 from shockwave.studies.record_keys import propose_keys
+from support.command_line import unwrapped
 from support.record_styles import IMPULSE, PEAK, RISE, sharp, styles
 
 #: Files that keys can make right; a load in grams is taken for an acceleration.
@@ -115,7 +116,7 @@ def test_what_no_key_makes_right_is_the_error_of_loading(
     lines = change(rows("{:.6e};{:.5f}").splitlines())
     (tmp_path / "pulse.csv").write_text("\n".join(["t [s];F [N]", *lines]))
     assert main(["record", str(tmp_path / "pulse.csv")]) == 3
-    assert message in " ".join(capsys.readouterr().out.split()).replace("  ", " ")
+    assert message in unwrapped(capsys.readouterr().out)
 
 
 def test_the_effect_of_a_key_is_the_change_that_it_makes(tmp_path: Path) -> None:

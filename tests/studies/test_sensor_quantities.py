@@ -76,7 +76,12 @@ def test_a_wrong_target_is_refused(tmp_path: Path, target: str, problem: str) ->
 
 
 def test_an_uncertainty_has_the_figures_of_sensors_and_named_ratios(tmp_path: Path) -> None:
-    scenario = load(tmp_path, BLOCKS.replace("count: 10", "count: 4").replace("{contact: 13}", "{contact: 7}"))
+    scenario = load(
+        tmp_path,
+        BLOCKS.replace("count: 10", "count: 4").replace(
+            "{contact: 13}, {granule: 4, quantity: velocity}", "{contact: 7}"
+        ),
+    )
     result = sw.uncertainty(scenario, spreads={"impact.velocity": "5 %"}, draws=256, quantities=[RATIO])
     by_name = {each.name: each for each in result.quantities}
     assert {"sensors[0].peak", "sensors[1].arrival", "sensors[1].speed", RATIO} <= by_name.keys()

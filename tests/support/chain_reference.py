@@ -43,6 +43,7 @@ class Reference:
         self.exponents, self.powers = layout.pairs.exponents, layout.damping_powers
         self.stiffnesses = layout.pairs.stiffnesses * self.length**self.exponents / force
         self.damping = layout.damping_coefficients * self.length ** (self.powers + 1) / unit / force
+        self.damped = bool(self.damping.any())
         self.offsets = layout.overlaps / self.length
         self.static = layout.static_forces / force
         self.spring = wall.stiffness * self.length / force if wall else 0.0
@@ -56,14 +57,15 @@ class Reference:
     def contacts(self, states: Array) -> tuple[Array, Array]:
         """Total contact forces, and what changes its sign at their kinks, for states of shape (2 bodies, ...)."""
         bodies = len(self.rates)
-        ends = [states[:bodies], states[bodies:]]
-        if self.fixed:
-            ends = [np.concatenate((end, np.zeros((1, *end.shape[1:])))) for end in ends]
+        ends = np.zeros((2, bodies + self.fixed, *states.shape[1:]))
+        ends[:, :bodies] = states.reshape(2, bodies, *states.shape[1:])
         column = (-1,) + (1,) * (states.ndim - 1)
-        overlap = self.offsets.reshape(column) + ends[0][:-1] - ends[0][1:]
+        overlap, closing = ends[:, :-1] - ends[:, 1:]
+        overlap += self.offsets.reshape(column)
         closed = np.maximum(overlap, 0.0)
         force = self.stiffnesses.reshape(column) * closed ** self.exponents.reshape(column)
-        force += self.damping.reshape(column) * closed ** self.powers.reshape(column) * (ends[1][:-1] - ends[1][1:])
+        if self.damped:
+            force += self.damping.reshape(column) * closed ** self.powers.reshape(column) * closing
         acts = overlap > 0
         return np.where(acts, np.maximum(force, 0.0), 0.0), np.where(acts & (force < 0), force, overlap)
 

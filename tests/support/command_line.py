@@ -30,6 +30,11 @@ class Answer:
         return json.loads(self.out)
 
 
+def unwrapped(text: str) -> str:
+    """``text`` in one line: where the lines of a screen break depends on the paths in them."""
+    return " ".join(text.split())
+
+
 @contextmanager
 def standard_input(text: str) -> Iterator[None]:
     """Let ``text`` be on standard input."""

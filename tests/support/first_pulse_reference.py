@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
+from scipy.integrate import DenseOutput
 from scipy.optimize import brentq, minimize_scalar
 
 from support.chain_reference import Array, Reference
@@ -17,12 +19,18 @@ SAMPLES = 12
 Signal = Callable[[Array, Array, Array], Array]
 
 
+@lru_cache(1)
+def steps_of(reference: Reference, end: float) -> list[tuple[float, DenseOutput]]:
+    """Begin and dense output of each step to ``end`` [s]."""
+    return [(float(times[0]), dense) for dense, times in reference.steps(end)]
+
+
 class DensePulse:
     """The first pulse of a signal within the time from 0 to ``end`` [s], in SI units."""
 
     def __init__(self, reference: Reference, end: float, signal: Signal) -> None:
         self.reference, self.signal, self.unit = reference, signal, reference.unit
-        self.steps = [(times[0], dense) for dense, times in reference.steps(end)]
+        self.steps = steps_of(reference, end)
         ends = [*(begin for begin, _ in self.steps), end / self.unit]
         parts = [np.linspace(low, high, SAMPLES, endpoint=False) for low, high in pairwise(ends)]
         self.grid, self.values = np.concatenate(parts), np.concatenate([self.at(part) for part in parts])

@@ -28,13 +28,16 @@ def greatest_motion(impact: sw.Impact, chain: sw.Chain, end: float) -> dict[str,
         return wall.stiffness * x + wall.damping * v
 
     def rates(_: float, state: Array) -> Array:
-        x, v = state[:bodies], state[bodies:]
-        closed = np.maximum(layout.overlaps + x[:-1] - x[1:], 0.0)
-        damping = layout.damping_coefficients * closed**layout.damping_powers * (v[:-1] - v[1:])
+        x, v = state[..., :bodies], state[..., bodies:]
+        closed = np.maximum(layout.overlaps + x[..., :-1] - x[..., 1:], 0.0)
+        damping = layout.damping_coefficients * closed**layout.damping_powers * (v[..., :-1] - v[..., 1:])
         forces = np.maximum(layout.pairs.stiffnesses * closed**1.5 + damping, 0.0) - layout.static_forces
-        net = np.append(0.0, forces) - np.append(forces, spring(x[-1], v[-1]))
-        net[0] += layout.weight
-        return np.append(v, net / masses)
+        net = np.zeros(x.shape)
+        net[..., 0] = layout.weight
+        net[..., 1:] += forces
+        net[..., :-1] -= forces
+        net[..., -1] -= spring(x[..., -1], v[..., -1])
+        return np.concatenate((v, net / masses), axis=-1)
 
     start = np.zeros(2 * bodies)
     start[bodies] = layout.velocity
@@ -44,7 +47,7 @@ def greatest_motion(impact: sw.Impact, chain: sw.Chain, end: float) -> dict[str,
 
     def motion(times: Array) -> Array:
         states = solution.sol(times)
-        accelerations = np.array([rates(0.0, state)[-1] for state in states.T])
+        accelerations = rates(0.0, states.T)[:, -1]
         x, v = states[bodies - 1], states[-1]
         return np.abs([x, accelerations, spring(x, v)])
 
