@@ -40,6 +40,8 @@ _ALARM = "1;31"
 MOST_LINES = 14
 # Lines of facts that stay in it, however many warnings there are.
 _LEAST_FACTS = 5
+# Lines of warnings that stay: first yield, and the forces beyond it.
+_LEAST_WARNINGS = 6
 # Narrowest terminal that text is laid out for.
 _LEAST_COLUMNS = 40
 
@@ -94,22 +96,27 @@ def detail() -> Detail:
     return _screen.get().detail
 
 
-def brief(answer: Iterable[str], warnings: Iterable[str], rest: Iterable[str]) -> str:
-    """At most `MOST_LINES` lines, unless more is asked for: the answer, its warnings, and as much as fits."""
-    head, tail = [line for part in answer for line in part.split("\n")], list(rest)
+def brief(answer: Iterable[str], warnings: Iterable[str], rest: Iterable[str], requested: Sequence[str] = ()) -> str:
+    """At most `MOST_LINES` lines, unless more is asked for: the answer, its warnings, and as much as fits.
+
+    The ``requested`` lines are shown however many they are.
+    """
+    head, tail = [line for part in answer for line in part.split("\n")], [*requested, *[""] * bool(requested), *rest]
     if detail() is Detail.VERBOSE:
         return "\n".join([*head, *limits(warnings), *tail])
     warning_lines = [limits([warning]) for warning in dict.fromkeys(warnings)]
     room, count = MOST_LINES - len(head) - 1, len(warning_lines)
-    while warning_lines and sum(map(len, warning_lines)) > max(room - min(len(tail), _LEAST_FACTS), 3):
+    while warning_lines and sum(map(len, warning_lines)) > max(
+        room - max(len(requested), min(len(tail), _LEAST_FACTS)), _LEAST_WARNINGS
+    ):
         warning_lines.pop()
     lines = [*head, *(line for part in warning_lines for line in part)]
     if len(warning_lines) < count:
         lines += limits([f"{count - len(warning_lines)} more; --verbose shows all"])
     if detail() is not Detail.EXPLAIN and len(tail) > (room := max(MOST_LINES - len(lines), 0)):
-        tail = tail[: max(room - 1, 0)]
+        tail = tail[len(requested) : max(room - 1, 0)]
         # no part of a table without its rest
-        tail = [*(tail[: tail.index("")] if "" in tail else tail), "  (--verbose shows more)"]
+        tail = [*requested, *(tail[: tail.index("")] if "" in tail else tail), "  (--verbose shows more)"]
     return "\n".join([*lines, *tail])
 
 

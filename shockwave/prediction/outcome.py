@@ -266,9 +266,11 @@ class Outcome(SceneResult):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Sentences on what limits the first numbers, with those of a short chain whose contacts flow plastically."""
-        result = self.simulated
-        return (*self.first_warnings, *(() if result is None else result.value_with_yield))
+        """Sentences on what limits the first numbers, first yield and the forces beyond it first."""
+        if (result := self.simulated) is None:
+            return self.first_warnings
+        first = (*warn_beyond(self.yielding, self.chain), *result.value_with_yield)
+        return tuple(dict.fromkeys((*first, *self.first_warnings)))
 
     @property
     def first_warnings(self) -> tuple[str, ...]:

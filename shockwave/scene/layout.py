@@ -146,9 +146,26 @@ class Layout:
             plastic=plastic,
         )
 
+    @property
+    def bodies(self) -> list[Material | str]:
+        """Materials of the granules and of the wall."""
+        return [*self.materials, *([] if self.wall is None else [self.wall.material])]
+
+    def describe_contact(self, contact: int) -> str:
+        """Number and bodies of a contact."""
+        labels = ["the striker" if each == STRIKER else f"granule {index}" for index, each in enumerate(self.segments)]
+        pair = zip([*labels, "the wall"][contact:], self.bodies[contact : contact + 2], strict=False)
+        names = [f"{label} ({name_of(body)})" for label, body in pair]
+        return f"at contact {contact}, between {' and '.join(names)}"
+
 
 # Index of the segment, material, radius [m], gap behind it [m]; law and damping of the contact behind it.
 _Row = tuple[int, Material, float, float, AnyContact | None, Damping | None]
+
+
+def name_of(body: Material | str) -> str:
+    """Name of a material; without one, its modulus."""
+    return body if isinstance(body, str) else body.name or f"E {body.youngs_modulus / 1e9:g} GPa"
 
 
 def _striker(chain: Chain, excitation: object) -> Iterator[_Row]:

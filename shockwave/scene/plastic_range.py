@@ -16,7 +16,7 @@ from shockwave.scene.chain_end import Bar
 from shockwave.scene.contact_law import ElasticPlastic, Hertz
 from shockwave.scene.elastic_plastic import RANGE
 from shockwave.scene.feature_rules import HERTZ_TEXT
-from shockwave.scene.layout import STRIKER, Layout
+from shockwave.scene.layout import STRIKER, Layout, name_of
 from shockwave.scene.material import Material
 from shockwave.scene.segments import Cell
 
@@ -60,12 +60,12 @@ def doubtful(chain: Chain, excitation: object) -> list[Fault]:
             faults.append(Fault(steps, f"is less accurate outside {_FITTED[0]:g} to {_FITTED[1]:g}: {got}."))
     path = ("chain", "contact") if chain.contact else ("chain", "granules")
     bodies = {body for pair in _plastic_pairs(layout).values() for body in pair}
-    for body in sorted((each for each in bodies if isinstance(each, Material)), key=_name):
+    for body in sorted((each for each in bodies if isinstance(each, Material)), key=name_of):
         if body.yield_strength is None:
-            faults.append(Fault(path, f"takes {_name(body)} as elastic: its yield strength is not known."))
+            faults.append(Fault(path, f"takes {name_of(body)} as elastic: its yield strength is not known."))
         for verb, parts in _OTHERS.items():
             if any(part in body.name for part in parts):
-                faults.append(Fault(path, f"does not describe {_name(body)}: such materials {verb}."))
+                faults.append(Fault(path, f"does not describe {name_of(body)}: such materials {verb}."))
     return faults
 
 
@@ -85,8 +85,9 @@ def elastic_chain(chain: Chain) -> Chain:
 def _plastic_pairs(layout: Layout) -> dict[int, list[Material | str]]:
     """Materials of the two bodies at each elastic-plastic contact, by its number."""
     assert layout.plastic is not None
-    bodies: list[Material | str] = [*layout.materials, *([] if layout.wall is None else [layout.wall.material])]
-    return {contact: bodies[contact : contact + 2] for contact in np.flatnonzero(layout.plastic.contacts).tolist()}
+    return {
+        contact: layout.bodies[contact : contact + 2] for contact in np.flatnonzero(layout.plastic.contacts).tolist()
+    }
 
 
 def _contacts(chain: Chain, layout: Layout) -> Iterator[tuple[Steps, str, float, str, list[str]]]:
@@ -97,17 +98,14 @@ def _contacts(chain: Chain, layout: Layout) -> Iterator[tuple[Steps, str, float,
     """
     assert layout.plastic is not None
     ratios, seen = layout.plastic.strengths / layout.pairs.moduli, set()
-    labels = ["the striker" if each == STRIKER else f"granule {index}" for index, each in enumerate(layout.segments)]
-    labels.append("the wall")
     for contact, pair in _plastic_pairs(layout).items():
         steps = _place(chain, layout.segments[contact])
         if (steps, *pair) in seen:
             continue
         seen.add((steps, *pair))
-        names = [f"{label} ({_name(body)})" for label, body in zip(labels[contact:], pair, strict=False)]
-        unknown = [_name(body) for body in pair if isinstance(body, Material) and body.yield_strength is None]
-        before = "" if layout.segments[contact] == STRIKER else labels[contact]
-        yield steps, f"at contact {contact}, between {' and '.join(names)}", float(ratios[contact]), before, unknown
+        unknown = [name_of(body) for body in pair if isinstance(body, Material) and body.yield_strength is None]
+        before = "" if layout.segments[contact] == STRIKER else f"granule {contact}"
+        yield steps, layout.describe_contact(contact), float(ratios[contact]), before, unknown
 
 
 def _place(chain: Chain, index: int) -> Steps:
@@ -116,8 +114,3 @@ def _place(chain: Chain, index: int) -> Steps:
     if isinstance(part, Cell):
         return ("chain", "granules", index) if any(segment.contact for segment in part.cell) else ("chain", "contact")
     return ("chain", "contact") if part is None or part.contact is None else ("chain", "granules", index, "contact")
-
-
-def _name(body: Material | str) -> str:
-    """Name of a material; without one, its modulus."""
-    return body if isinstance(body, str) else body.name or f"E {body.youngs_modulus / 1e9:g} GPa"

@@ -42,6 +42,8 @@ class Yielding:
         Largest ratio of a peak force to the force at which its contact begins to yield.
     elastic_ratio : float
         The same for contacts without plastic flow; 0 if there are none.
+    place : str
+        Contact of this ratio and its bodies, in chains of different bodies; else empty.
     yielded_contacts : int or None
         Number of contacts with a greater peak force than that of first yield; None for an endless chain.
     """
@@ -49,6 +51,7 @@ class Yielding:
     first_yield_force: float
     peak_ratio: float
     elastic_ratio: float
+    place: str = ""
     yielded_contacts: int | None = None
 
     def facts(self) -> list[tuple[str, str]]:
@@ -86,7 +89,8 @@ def warn_beyond(yielding: Yielding | None, chain: Chain) -> tuple[str, ...]:
     """Sentence on forces beyond first yield at elastic contacts: what differs there, and the key that includes it."""
     if yielding is None or yielding.elastic_ratio <= 1:
         return ()
-    ratio = f"{BEYOND}: a peak force is {round_digits(yielding.elastic_ratio)} times that of first yield."
+    where = yielding.place and f", {yielding.place}"
+    ratio = f"{BEYOND}: a peak force is {_times(yielding.elastic_ratio)} times that of first yield{where}."
     differs = _UNLOADS if yielding.elastic_ratio <= _CAP else _FLOWS
     remedy = f" {_KEY} includes yield{', without damping' if chain.damping else ''}."
     if chain.count is None:
@@ -108,5 +112,10 @@ def beyond_elastic(chain: Chain, yielding: Callable[[], Yielding | None]) -> Inv
     )
     if result is not None:
         rule = "must be left out for forces beyond first yield"
-        got = f"got a peak force of {round_digits(result.peak_ratio, 3)} times the force of first yield"
+        got = f"got a peak force of {_times(result.peak_ratio, 3)} times the force of first yield"
     return InvalidValueError.of("chain.elastic_only", f"{rule} ({got})")
+
+
+def _times(ratio: float, digits: int = 2) -> str:
+    """A ratio above 1, with as many digits as show that it is."""
+    return next((text for count in range(digits, 16) if (text := round_digits(ratio, count)) != "1"), "1")

@@ -304,8 +304,7 @@ _LARGE_OVERLAP = 0.1
 
 def _strengths(case: ChainSetup) -> FloatArray:
     """Smaller yield strength at each contact [Pa]; NaN where one is not known."""
-    wall = [] if case.layout.wall is None else [case.layout.wall.material]
-    strengths = np.array([strength_of(each) for each in (*case.layout.materials, *wall)])
+    strengths = np.array([strength_of(each) for each in case.layout.bodies])
     return np.asarray(np.minimum(strengths[:-1], strengths[1:]))
 
 
@@ -328,10 +327,13 @@ def first_yield(case: ChainSetup, motion: Motion) -> Yielding | None:
     first = first_yield_force(radii, moduli, softer[at])
     ratios = motion.forces[at] * case.scales.force / first
     plastic = np.zeros(at.shape) if layout.plastic is None else np.isfinite(layout.plastic.strengths[at])
+    elastic = np.where(plastic, 0.0, ratios)
+    alike = len(set(layout.bodies)) == len(set(layout.radii.tolist())) == 1
     return Yielding(
         first_yield_force=float(first.min()),
         peak_ratio=float(ratios.max()),
-        elastic_ratio=float(np.where(plastic, 0.0, ratios).max()),
+        elastic_ratio=float(elastic.max()),
+        place="" if alike else layout.describe_contact(int(at[elastic.argmax()])),
         yielded_contacts=None if case.scene.chain.count is None else int((ratios > 1).sum()),
     )
 
@@ -346,5 +348,5 @@ def warn_overlaps(case: ChainSetup, motion: Motion) -> Iterator[str]:
     ratios = np.where(hertz & ~case.layout.law_contacts, overlaps / pairs.radii, 0.0)
     worst = int(np.argmax(ratios))
     if ratios[worst] > _LARGE_OVERLAP:
-        overlap = f"The overlap at contact {worst} is about {round_digits(ratios[worst])} times the reduced radius"
+        overlap = f"An overlap is about {round_digits(ratios[worst])} times the reduced radius, at contact {worst}"
         yield f"{overlap}: Hertz's law holds for small overlaps only."

@@ -318,8 +318,10 @@ class Simulation(SceneResult):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings of all numbers: the first ones, the waves if they were requested, and the parts of the options."""
-        return (*self.wave_warnings, *self.value_with_yield, *self._passages[1], *self._sensors[1], *self._recording[1])
+        """Warnings of all numbers, first yield and the forces beyond it first, and of the parts of the options."""
+        first = (*warn_beyond(self.yielding, self.chain), *self.value_with_yield)
+        later = (*self._passages[1], *self._sensors[1], *self._recording[1])
+        return tuple(dict.fromkeys((*first, *self.wave_warnings, *later)))
 
     @cached_property
     def value_with_yield(self) -> tuple[str, ...]:

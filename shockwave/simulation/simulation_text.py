@@ -47,7 +47,7 @@ _FEW = 3
 
 def simulation_text(result: Simulation) -> str:
     """The first number with its error estimate, waves or forces; on request balances, cost and scene."""
-    return brief(head(result), result.warnings, lines(result))
+    return brief(head(result), result.warnings, lines(result), sensor_lines(result))
 
 
 def head(result: Simulation) -> list[str]:
@@ -57,15 +57,16 @@ def head(result: Simulation) -> list[str]:
 
 
 def lines(result: Simulation) -> list[str]:
-    """Lines of waves and rebounding granules, or of the forces, and of sensors; on request balances, cost and scene."""
-    sensors = []
-    if result.sensors:
-        sensors = [
-            *facts(_motion(result)),
-            *table(_SENSORS, map(_sensor_row, result.sensors), _SPARE_SENSORS).split("\n"),
-            "",
-        ]
-    return [*sensors, *(_lines_of_forces(result) if result.wave is None else _lines_of_waves(result))]
+    """Lines of waves and rebounding granules, or of the forces; on request balances, cost and scene."""
+    return _lines_of_forces(result) if result.wave is None else _lines_of_waves(result)
+
+
+def sensor_lines(result: Simulation) -> list[str]:
+    """A row for each requested sensor, below the motion of a movable end."""
+    if not result.sensors:
+        return []
+    rows = table(_SENSORS, map(_sensor_row, result.sensors), _SPARE_SENSORS)
+    return [*facts(_motion(result)), *rows.split("\n")]
 
 
 def _lines_of_waves(result: Simulation) -> list[str]:

@@ -50,7 +50,10 @@ def _simulation_text(result: Comparison) -> str:
     """The simulation alone, with the features that section 4 does not cover."""
     simulation: Any = result.simulated
     features = paragraph("  section 4 does not apply: ", features_text(result.faults), 4)
-    return brief(simulation_text.head(simulation), result.warnings, [*features, *simulation_text.lines(simulation)])
+    requested = simulation_text.sensor_lines(simulation)
+    return brief(
+        simulation_text.head(simulation), result.warnings, [*features, *simulation_text.lines(simulation)], requested
+    )
 
 
 def _errors(result: Comparison, paper: Section4Outcome) -> Iterator[tuple[str, str, str, str]]:

@@ -7,10 +7,24 @@ from collections.abc import Iterable
 
 from attrs import define, field
 
-# A number, in which warnings of a kind differ, with its unit.
-_NUMBER = re.compile(r"\d[\d.e+-]*( [a-zA-Z/]+)?")
+# A number, in which warnings of a kind differ, with its unit, and the place of first yield, which differs too.
+_NUMBER = re.compile(r"(\d+(?:\.\d+)?(?:e[-+]?\d+)?)(?: ([a-zA-Z/]+))?")
+_PLACE = re.compile(r"(?<=first yield), at contact .*?\)(?=\.)")
+_UNIT = re.compile("([pnumkMG]?)(?:N|s|J|m|m/s|Pa)")
+_FACTORS = {"p": 1e-12, "n": 1e-9, "u": 1e-6, "m": 1e-3, "": 1.0, "k": 1e3, "M": 1e6, "G": 1e9}
 # Most numbers of scenes in a sentence.
 _MOST_LISTED = 5
+
+
+@define
+class _Group:
+    """Warnings of one kind: that with the greatest value, its values and scene, and the scenes that have one."""
+
+    warning: str
+    values: tuple[float, ...]
+    greatest: int
+    places: list[int] = field(factory=list)
+    varies: bool = False
 
 
 @define
@@ -22,20 +36,25 @@ class WarningGroups:
     count : int
         Number of scenes.
     groups : dict
-        First warning of each kind, and the numbers of the scenes that have one.
+        The group of each kind of warning.
     """
 
     count: int = 0
-    groups: dict[str, tuple[str, list[int]]] = field(factory=dict)
+    groups: dict[str, _Group] = field(factory=dict)
 
     def add(self, warnings: Iterable[str]) -> None:
         """Add the warnings of the next scene."""
         for kind, warning in {kind_of(warning): warning for warning in warnings}.items():
-            self.groups.setdefault(kind, (warning, []))[1].append(self.count)
+            values = _values_of(warning)
+            group = self.groups.setdefault(kind, _Group(warning, values, self.count))
+            group.places.append(self.count)
+            group.varies |= values != group.values
+            if values > group.values:
+                group.warning, group.values, group.greatest = warning, values, self.count
         self.count += 1
 
     def sentences(self, scenes: str = "scenes", besides: Iterable[str] = (), numbered: bool = False) -> tuple[str, ...]:
-        """First warning of each kind, the most frequent first, with the number of scenes that have one.
+        """Warning of each kind with the greatest value, the most frequent first, with the number of scenes.
 
         Parameters
         ----------
@@ -47,21 +66,29 @@ class WarningGroups:
             Whether the first numbers of the scenes are stated; warnings of the same scenes are then joined.
         """
         others = set(map(kind_of, besides))
-        groups = [group for kind, group in self.groups.items() if kind not in others]
+        joined: dict[object, tuple[list[str], _Group]] = {}
+        for kind, group in self.groups.items():
+            if kind not in others:
+                key = (*group.places, group.varies and group.greatest) if numbered else kind
+                joined.setdefault(key, ([], group))[0].append(group.warning)
         sentences = []
-        if numbered:
-            joined: dict[tuple[int, ...], list[str]] = {}
-            for first, places in groups:
-                joined.setdefault(tuple(places), []).append(first)
-            groups = [(" ".join(warnings), list(places)) for places, warnings in joined.items()]
-        for first, places in sorted(groups, key=lambda group: -len(group[1])):
+        for warnings, group in sorted(joined.values(), key=lambda each: -len(each[1].places)):
+            places = group.places
             shown = ", ".join([*map(str, places[:_MOST_LISTED]), *["..."] * (len(places) > _MOST_LISTED)])
-            numbers = f" ({shown})" if numbered else ""
-            share = f"{len(places)} of {self.count} {scenes}{numbers}"
-            sentences.append(f"In {f'all {scenes}' if len(places) == self.count else share}: {first}")
+            share = f"{len(places)} of {self.count} {scenes}{f' ({shown})' if numbered else ''}"
+            where = f"all {scenes}" if len(places) == self.count else share
+            if group.varies:
+                where += f", most at {group.greatest}" if numbered else ", at most"
+            sentences.append(f"In {where}: {' '.join(warnings)}")
         return tuple(sentences)
 
 
 def kind_of(warning: str) -> str:
-    """A warning without its numbers, in which those of several scenes differ."""
-    return _NUMBER.sub("", warning)
+    """A warning without its numbers and the place of first yield, in which those of several scenes differ."""
+    return _NUMBER.sub("", _PLACE.sub("", warning))
+
+
+def _values_of(warning: str) -> tuple[float, ...]:
+    """The numbers in a warning, in SI units."""
+    units = ((float(number), _UNIT.fullmatch(word)) for number, word in _NUMBER.findall(warning))
+    return tuple(number * (_FACTORS[unit[1]] if unit else 1.0) for number, unit in units)

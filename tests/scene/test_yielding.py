@@ -92,6 +92,21 @@ def test_the_warning_says_what_differs_and_how_to_include_it(
     assert warn_beyond(attrs.evolve(yielding, elastic_ratio=1.0), chain) == warn_beyond(None, chain) == ()
 
 
+@pytest.mark.parametrize(("ratio", "text"), [(1.004, "1.004"), (1.02, "1.02"), (1.26, "1.3"), (110.4, "110")])
+def test_a_ratio_beyond_first_yield_is_never_stated_as_1(ratio: float, text: str) -> None:
+    (warning,) = warn_beyond(Yielding(first_yield_force=1.0, peak_ratio=ratio, elastic_ratio=ratio), BEADS)
+    assert f"is {text} times" in warning
+
+
+def test_the_warning_names_the_contact_of_different_bodies_alone() -> None:
+    layers = attrs.evolve(BEADS, granules=[sw.Segment(count=5), sw.Segment(count=2, material="stainless-steel-302")])
+    mixed, uniform = attrs.evolve(layers, end=sw.Wall(material="steel-4340")), attrs.evolve(BEADS, granules=7)
+    warnings = [sw.simulate(sw.Impact(velocity=2.0), chain).warnings for chain in (mixed, uniform)]
+    place = "yield, at contact 5, between granule 5 (bearing-steel-52100) and granule 6 (stainless-steel-302). Beyond"
+    assert [sum(place in warning for warning in each) for each in warnings] == [1, 0]
+    assert sum("that of first yield. " in warning for warning in warnings[1]) == 1
+
+
 def test_a_greater_force_than_that_of_the_leading_wave_counts() -> None:
     short = shock(520.0, rise_time=2e-6)
     outcome, result = sw.predict(short, BEADS), sw.simulate(short, BEADS)

@@ -184,6 +184,16 @@ def test_text_and_tables_show_the_first_pulses() -> None:
     assert [frame.attrs["units"][name] for name in ("arrival", "speed", "peak")] == ["s", "m/s", None]
 
 
+def test_short_text_shows_every_requested_sensor_and_the_forces_beyond_first_yield() -> None:
+    chain = sw.Chain(material="stainless-steel-302", diameter="9.5 mm", granules=20, end=sw.Wall())
+    sensors = [{"contact": contact} for contact in range(15)]
+    lines = str(sw.simulate(sw.Impact(velocity=200.0), chain, until=1e-4, sensors=sensors)).split("\n")
+    assert sum(line.startswith("  contact ") for line in lines) == 15
+    marks = [line for line in lines if line.startswith("  ! ")]
+    assert [mark.split()[1] for mark in marks[:2]] == ["Beyond", "With"]
+    assert "--verbose shows all" in marks[2]
+
+
 def test_only_what_reads_first_pulses_integrates_them(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("shockwave.simulation.first_pulse_search.first_pulses", None)
     result = sw.simulate(STRIKER, BEADS, contacts=[3])
