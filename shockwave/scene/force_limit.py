@@ -10,7 +10,7 @@ from attrs import evolve, field, frozen
 
 from shockwave.base.errors import Fault, InvalidValueError
 from shockwave.base.quantity_fields import SI, Number, Value, one_of, quantity, quantity_of, text_of
-from shockwave.base.text import alarm, percent, si
+from shockwave.base.text import alarm, percent, round_bound, si, significant_digits
 
 Decision = Literal["below", "above", "undecided"]
 #: Description of the force transmitted by an endless chain.
@@ -189,14 +189,20 @@ class Verdict:
         if self.value == 0:
             return "has not acted yet"
         if self.low is None or self.high is None:
-            return f"{si(self.value, 'N', 2)} or more" if self.low else f"{si(self.value, 'N', 2)}, error not known"
+            return f"{self._end(self.low)} or more" if self.low else f"{si(self.value, 'N', 2)}, error not known"
         width, error = (self.high - self.low) / 2 / self.value, 1 - self.low / self.value
         value = si(self.value, "N", error=error)
-        # finer than the value, so that rounding moves no end across the limit
-        low, high = (si(force, "N", error=min(width / 10, _FINEST)) for force in (self.low, self.high))
+        low, high = (self._end(force, min(width / 10, _FINEST)) for force in (self.low, self.high))
         if error < _SMALL < width:  # only a later force may be greater
             return f"{value}, later at most {high}"
         return f"{value}, range {low} to {high}" if width > _SMALL else value
+
+    def _end(self, force: float, error: float = _FINEST) -> str:
+        """An end of the range, rounded outwards, but not across the limit."""
+        up, digits = force != self.low, significant_digits(force, error)
+        while (bound := round_bound(force, up, digits)) != force and (bound < self.limit) != (force < self.limit):
+            digits += 1
+        return si(bound, "N", digits)
 
 
 def verdict(limit: Limit, force: LeavingForce) -> Verdict:
@@ -255,6 +261,7 @@ class Exceedance:
     undecided: int
 
     def __str__(self) -> str:
-        share, low, high = map(percent, (self.probability, self.low, self.high))
+        share = percent(self.probability)
+        low, high = (percent(round_bound(end, up, 2)) for end, up in ((self.low, False), (self.high, True)))
         rest = f"; {self.undecided} of {self.draws} scenes are undecided" if self.undecided else ""
         return f"probability {share}, between {low} and {high}{rest}"

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from attrs import frozen
 
 from shockwave.base.numerics import FloatArray, bracketed_root
-from shockwave.base.text import si
+from shockwave.base.text import round_bound, si
 from shockwave.engine.mixed_chain_problem import Motion
 from shockwave.scene.chain_end import Wall
 from shockwave.scene.force_limit import LATER, UNBOUNDED, UNDAMPED, LeavingForce
@@ -162,7 +162,7 @@ class MovableEnd:
             yield "The wall is integrated as a fixed one: its spring or dashpot holds it to rtol/100 of the overlap."
         leaving = self.leaving(True)
         if leaving and leaving.high is not None and self.later > leaving.high and self.runs.motion.arrival is not None:
-            most = f", to at most {si(self.later, 'N', 3)}" if self.later < math.inf else ""
+            most = f", to at most {si(round_bound(self.later, up=True), 'N', 3)}" if self.later < math.inf else ""
             rate = math.sqrt(self.wall.stiffness / (self.wall.mass or 1.0))
             period = f"; half a period of wall and spring is {si(math.pi / rate, 's', 2)}" if rate else ""
             yield f"The spring force may still grow after the simulated time{most}{period} {self.runs.case.advice}."

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from attrs import evolve
 
 import shockwave as sw
 from shockwave.scene.force_limit import LAST, WALL, WAVE, LeavingForce, verdict
@@ -79,6 +80,25 @@ def test_a_later_end_is_the_remedy_only_where_the_force_itself_is_below_the_limi
 def test_a_limit_is_shown_as_it_was_stated_or_rounded(limit: float | str, shown: str) -> None:
     judged = verdict(sw.Limit(force=limit), LeavingForce(name="force", value=50.0, low=49.0, high=51.0))
     assert f"the limit of {shown}:" in str(judged)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "limit", "figures"),
+    [
+        (595.13, None, 597.0, "595 N or more"),
+        (595.13, None, 595.12, "595.13 N or more"),
+        (550.0, 640.2, 640.1, "range 550 N to 641 N"),
+        (550.0, 640.2, 640.5, "range 550 N to 640.2 N"),
+    ],
+    ids=["lower bound", "beside the limit", "range", "upper end beside the limit"],
+)
+def test_ends_of_a_range_are_rounded_outwards_but_not_across_the_limit(
+    low: float, high: float | None, limit: float, figures: str
+) -> None:
+    force = LeavingForce(name="force", value=595.2, low=low, high=high)
+    judged = verdict(sw.Limit(force=limit), evolve(force, spring=force))
+    assert figures in str(judged).partition(";")[0]
+    assert figures in str(judged.beside)
 
 
 def test_the_verdict_and_the_first_line_round_a_force_alike() -> None:
