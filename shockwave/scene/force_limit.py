@@ -228,12 +228,12 @@ def _judge(limit: Limit, force: LeavingForce) -> Verdict:
     return Verdict(limit=limit.force, **known, decision=decision, force=force.name, remedy=remedy)
 
 
-def verdict_facts(result: Any, label: str = "verdict") -> list[tuple[str, str]]:
-    """Label and text of the verdict of a result, if it has a limit."""
+def verdict_facts(result: Any, note: str = "") -> list[tuple[str, str]]:
+    """Label and text of the verdict of a result, with a ``note``, if it has a limit."""
     found = result.verdict
     if found is None:
         return []
-    return [(label, str(found) if found.decision == "below" else alarm(str(found)))]
+    return [("verdict", f"{found}{note}" if found.decision == "below" else alarm(f"{found}{note}"))]
 
 
 @frozen(kw_only=True)
