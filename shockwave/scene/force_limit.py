@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Any, Literal
 
 import attrs
@@ -22,7 +23,11 @@ SPRING = "force of the spring on the ground"
 #: Remedies for a force that may be greater later: where a later end of the simulated time helps, and where none does.
 LATER = "simulate to a later end"
 UNDAMPED = "state a damping, without which waves never cease"
+FALLING = "state chain.end.stiffness, because a wall without a spring gives way under the weight of the striker"
 UNBOUNDED = "compare longer simulations, because no bound of the later force is known"
+#: Beginnings of warnings of a greater force after the simulated time.
+COLLISION, GROWTH = "A later collision may exert a greater force", "The spring force may still grow"
+AGAIN, STILL_ACTS = "The striker may fall on the chain again", "The shock ends after the simulated time"
 # Most digits of a limit in newtons, and digits of one in other units.
 _STATED = 9
 _ROUNDED = 6
@@ -226,6 +231,11 @@ def _judge(limit: Limit, force: LeavingForce) -> Verdict:
     known: dict[str, Any] = {"value": force.value, "low": force.low, "high": force.high}
     remedy = force.remedy if decision == "undecided" else None
     return Verdict(limit=limit.force, **known, decision=decision, force=force.name, remedy=remedy)
+
+
+def may_grow(warnings: Iterable[str]) -> bool:
+    """Whether one of the warnings is of a greater force after the simulated time."""
+    return any(each in warning for warning in warnings for each in (COLLISION, GROWTH, AGAIN, STILL_ACTS))
 
 
 def verdict_facts(result: Any, note: str = "") -> list[tuple[str, str]]:
