@@ -157,9 +157,9 @@ class UnknownNameError(ShockwaveError, LookupError):
     exit_code = _INVALID
 
     @classmethod
-    def of(cls, kind: str, name: str, known: Iterable[str], hint: str = "") -> Self:
-        """Error of a ``name`` of some ``kind``; ``hint`` is further advice."""
-        return cls(f"unknown {kind} (got {name!r}; {hint_of(name, [*known])}{f'; {hint}' * bool(hint)})")
+    def of(cls, kind: str, name: str, known: Iterable[str], hint: str = "", likely: str = "") -> Self:
+        """Error of a ``name`` of some ``kind``, perhaps for a ``likely`` one; ``hint`` is further advice."""
+        return cls(f"unknown {kind} (got {name!r}; {hint_of(likely or name, [*known])}{f'; {hint}' * bool(hint)})")
 
 
 class PluginError(ShockwaveError):
@@ -225,15 +225,17 @@ def message_of(error: BaseException) -> str:
 
 
 def nearest(name: str, names: Iterable[str]) -> str:
-    """``"did you mean 'x'? "`` for the names with the word ``name`` or the most similar one, or an empty string."""
+    """``"did you mean 'x'? "`` for the names with all words of ``name`` or the most similar one, or an empty string."""
     from difflib import get_close_matches  # rarely needed
 
     names = list(names)
-    *most, last = [repr(each) for each in names if str(name).lower() in each.split("-")] or [""]
-    if most:
-        return f"did you mean {', '.join(most)} or {last}? "
-    matches = get_close_matches(str(name)[:_LONGEST_NAME], names, n=1)
-    return f"did you mean {matches[0]!r}? " if matches else ""
+    words = set(re.split("[-_ ]", str(name).lower()))
+    matches = [each for each in names if words <= set(each.split("-"))]
+    matches = matches or get_close_matches(str(name)[:_LONGEST_NAME], names, n=1)
+    if not matches:
+        return ""
+    *most, last = map(repr, matches)
+    return f"did you mean {', '.join(most)}{' or ' * bool(most)}{last}? "
 
 
 def text_of(value: object, limit: int = 60) -> str:

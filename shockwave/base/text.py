@@ -161,6 +161,18 @@ def round_digits(value: float, digits: int = 2, sign: str = "") -> str:
     return f"{float(f'{value:.{digits}g}'):{sign}.15g}"
 
 
+def round_bound(value: float, up: bool, digits: int = 3) -> float:
+    """``value`` to ``digits`` digits, rounded outwards: an upper bound ``up``, a lower one down."""
+    if not 0 < abs(value) < math.inf:
+        return value
+    rounded, towards = float(f"{value:.{digits}g}"), math.inf if up else -math.inf
+    if (rounded < value) if up else (rounded > value):
+        # less than one unit of the last digit away
+        unit = 10.0 ** (_place(value) - digits + 1)
+        rounded = float(f"{rounded + math.copysign(unit, towards):.{digits}g}")
+    return rounded
+
+
 def percent(share: float, sign: str = "") -> str:
     """``share`` in percent, to two digits."""
     return f"{round_digits(100 * share, sign=sign)} %"

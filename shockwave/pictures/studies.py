@@ -12,7 +12,7 @@ from shockwave.base.numerics import FloatArray
 from shockwave.base.text import percent
 from shockwave.pictures.figure_files import canvas
 from shockwave.pictures.picture_elements import GREY, METHODS, Axes, draw_limit, ink, literal, series
-from shockwave.scene.force_limit import SPRING, WALL, WAVE
+from shockwave.studies.quantities import LIMITED
 
 if TYPE_CHECKING:
     from shockwave.studies.amplification_curve import UniversalCurve
@@ -167,8 +167,6 @@ def pareto(result: Design, *, ax: Axes | None = None) -> Axes:
 if TYPE_CHECKING:
     from shockwave.studies.uncertainty_result import Uncertainty
 
-# Quantity that a limit applies to, by the description of the transmitted force.
-_LIMITED = {WAVE: "peak_force", WALL: "transmitted.peak_force", SPRING: "structure.peak_spring_force"}
 # Ends of the shaded interval.
 _FEW, _MANY = 0.05, 0.95
 
@@ -193,7 +191,7 @@ def distribution(result: Uncertainty, name: str | None = None, *, ax: Axes | Non
         If there is no such quantity.
     """
     names = [each.name for each in result.quantities]
-    limited = _LIMITED.get(result.verdict.force) if result.verdict else None
+    limited = LIMITED.get(result.verdict.force) if result.verdict else None
     name = name or (limited if limited in names else names[0])
     if name not in names:
         raise UnknownNameError.of("quantity", name, names)

@@ -48,6 +48,18 @@ def _rkn(name: str, title: str) -> Entry:
 # read here, because the module beside the file would import the chain
 _LIBRARY = Path(__file__).parent.parent / "scene" / "library.json"
 
+#: Other words for those in names of materials.
+SYNONYMS = {
+    "100cr6": "52100",
+    "acetal": "delrin",
+    "acrylic": "pmma",
+    "aluminum": "aluminium",
+    "chrome": "bearing",
+    "plexiglas": "pmma",
+    "pom": "delrin",
+    "pyrex": "borosilicate",
+    "teflon": "ptfe",
+}
 #: Kind -> entries.
 ENTRIES = {
     "profiles": [
@@ -78,7 +90,7 @@ ENTRIES = {
         Entry("tanh-sinh", f"{_QUADRATURES}.tanh_sinh:TanhSinh", "double-exponential rule, for singular end points"),
         Entry("quadpack", f"{_QUADRATURES}.quadpack:Quadpack", "QAGS of QUADPACK, through SciPy"),
     ],
-    "materials": [_material(row) for row in json.loads(_LIBRARY.read_text(encoding="utf-8"))],
+    "materials": sorted(_material(row) for row in json.loads(_LIBRARY.read_text(encoding="utf-8"))),
     "contacts": [
         Entry("hertz", f"{_CONTACT}:Hertz", "k d^(3/2), k from materials and radii (default)"),
         Entry("power-law", f"{_CONTACT}:PowerContact", "k d^p, with k and p the same at all contacts"),

@@ -99,14 +99,16 @@ def find(kind: str, name: str) -> Entry:
 
 def _unknown(kind: str, name: str) -> ShockwaveError:
     names = [entry.name for entry in entries(kind)]
+    likely = "-".join(built_ins.SYNONYMS.get(word, word) for word in str(name).lower().split("-"))
     faulty = [f"plugin {plugin.distribution} is faulty: {plugin.problem}" for plugin in plugins() if plugin.problem]
-    if faulty and not nearest(name, names):
+    if faulty and not nearest(likely, names):
         return PluginError(f"unknown {KINDS[kind]} (got {name!r}; {'; '.join(faulty)})")
     disabled = ", ".join(plugin.distribution for plugin in plugins() if plugin.disabled)
     hints = [f"`shockwave list {kind}` shows all"] if len(names) > MOST_NAMES else []
-    hints += [] if nearest(name, names) else ["others need a plugin"]
+    others = "others by values such as youngs_modulus" if kind == "materials" else "others need a plugin"
+    hints += [] if nearest(likely, names) else [others]
     hints += [f"disabled plugins: {disabled}"] if disabled else []
-    return UnknownNameError.of(KINDS[kind], name, names, "; ".join(hints))
+    return UnknownNameError.of(KINDS[kind], name, names, "; ".join(hints), likely)
 
 
 @cache

@@ -51,8 +51,9 @@ def values_of(
 
 
 def material(given: Any) -> Material:
-    """Material of the library, or that of a mapping."""
-    return load("materials", given) if isinstance(given, str) else Material(**structure(given, keys_of(Material)))
+    """Material of the library, or that of a mapping; a number, such as 52100, is the name of a grade."""
+    is_name = isinstance(given, str | int)
+    return load("materials", str(given)) if is_name else Material(**structure(given, keys_of(Material)))
 
 
 def structure(data: Any, keys: Sequence[Key], parsers: Mapping[str, Parser] | None = None) -> dict[str, Any]:

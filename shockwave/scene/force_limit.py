@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Any, Literal
 
 import attrs
@@ -10,7 +11,7 @@ from attrs import evolve, field, frozen
 
 from shockwave.base.errors import Fault, InvalidValueError
 from shockwave.base.quantity_fields import SI, Number, Value, one_of, quantity, quantity_of, text_of
-from shockwave.base.text import alarm, percent, si
+from shockwave.base.text import alarm, percent, round_bound, si, significant_digits
 
 Decision = Literal["below", "above", "undecided"]
 #: Description of the force transmitted by an endless chain.
@@ -22,7 +23,11 @@ SPRING = "force of the spring on the ground"
 #: Remedies for a force that may be greater later: where a later end of the simulated time helps, and where none does.
 LATER = "simulate to a later end"
 UNDAMPED = "state a damping, without which waves never cease"
+FALLING = "state chain.end.stiffness, because a wall without a spring gives way under the weight of the striker"
 UNBOUNDED = "compare longer simulations, because no bound of the later force is known"
+#: Beginnings of warnings of a greater force after the simulated time.
+COLLISION, GROWTH = "A later collision may exert a greater force", "The spring force may still grow"
+AGAIN, STILL_ACTS = "The striker may fall on the chain again", "The shock ends after the simulated time"
 # Most digits of a limit in newtons, and digits of one in other units.
 _STATED = 9
 _ROUNDED = 6
@@ -189,14 +194,20 @@ class Verdict:
         if self.value == 0:
             return "has not acted yet"
         if self.low is None or self.high is None:
-            return f"{si(self.value, 'N', 2)} or more" if self.low else f"{si(self.value, 'N', 2)}, error not known"
+            return f"{self._end(self.low)} or more" if self.low else f"{si(self.value, 'N', 2)}, error not known"
         width, error = (self.high - self.low) / 2 / self.value, 1 - self.low / self.value
         value = si(self.value, "N", error=error)
-        # finer than the value, so that rounding moves no end across the limit
-        low, high = (si(force, "N", error=min(width / 10, _FINEST)) for force in (self.low, self.high))
+        low, high = (self._end(force, min(width / 10, _FINEST)) for force in (self.low, self.high))
         if error < _SMALL < width:  # only a later force may be greater
             return f"{value}, later at most {high}"
         return f"{value}, range {low} to {high}" if width > _SMALL else value
+
+    def _end(self, force: float, error: float = _FINEST) -> str:
+        """An end of the range, rounded outwards, but not across the limit."""
+        up, digits = force != self.low, significant_digits(force, error)
+        while (bound := round_bound(force, up, digits)) != force and (bound < self.limit) != (force < self.limit):
+            digits += 1
+        return si(bound, "N", digits)
 
 
 def verdict(limit: Limit, force: LeavingForce) -> Verdict:
@@ -222,12 +233,17 @@ def _judge(limit: Limit, force: LeavingForce) -> Verdict:
     return Verdict(limit=limit.force, **known, decision=decision, force=force.name, remedy=remedy)
 
 
-def verdict_facts(result: Any, label: str = "verdict") -> list[tuple[str, str]]:
-    """Label and text of the verdict of a result, if it has a limit."""
+def may_grow(warnings: Iterable[str]) -> bool:
+    """Whether one of the warnings is of a greater force after the simulated time."""
+    return any(each in warning for warning in warnings for each in (COLLISION, GROWTH, AGAIN, STILL_ACTS))
+
+
+def verdict_facts(result: Any, note: str = "") -> list[tuple[str, str]]:
+    """Label and text of the verdict of a result, with a ``note``, if it has a limit."""
     found = result.verdict
     if found is None:
         return []
-    return [(label, str(found) if found.decision == "below" else alarm(str(found)))]
+    return [("verdict", f"{found}{note}" if found.decision == "below" else alarm(f"{found}{note}"))]
 
 
 @frozen(kw_only=True)
@@ -255,6 +271,7 @@ class Exceedance:
     undecided: int
 
     def __str__(self) -> str:
-        share, low, high = map(percent, (self.probability, self.low, self.high))
+        share = percent(self.probability)
+        low, high = (percent(round_bound(end, up, 2)) for end, up in ((self.low, False), (self.high, True)))
         rest = f"; {self.undecided} of {self.draws} scenes are undecided" if self.undecided else ""
         return f"probability {share}, between {low} and {high}{rest}"

@@ -13,13 +13,13 @@ from attrs import asdict, evolve
 
 from shockwave.base.errors import NumericalError, ShockwaveError
 from shockwave.base.numerics import FloatArray
-from shockwave.base.text import round_digits, si
+from shockwave.base.text import round_bound, round_digits, si
 from shockwave.engine.backend import chosen
 from shockwave.engine.mixed_chain_problem import Motion
 from shockwave.engine.nystroem_integrators import Rkn86
 from shockwave.scene.contact_law import ElasticPlastic
 from shockwave.scene.damping import HERTZ
-from shockwave.scene.force_limit import LAST, WALL, WAVE, LeavingForce
+from shockwave.scene.force_limit import AGAIN, COLLISION, LAST, STILL_ACTS, WALL, WAVE, LeavingForce
 from shockwave.scene.scene import Scene
 from shockwave.scene.segments import each_segment
 from shockwave.scene.simulate_options import SimulateOptions
@@ -209,12 +209,12 @@ def _later_warning(case: ChainSetup, motion: Motion, later: float) -> Iterator[s
     """Warning of a greater force on the wall after the end of the simulated time."""
     if case.has_wall and motion.arrival is not None and later > case.scales.force * motion.forces[-1]:
         if later < math.inf:
-            force = f"of at most {si(later, 'N', 3)}"
-            yield f"A later collision may exert a greater force on the wall, {force} {case.advice}."
+            force = f"of at most {si(round_bound(later, up=True), 'N', 3)}"
+            yield f"{COLLISION} on the wall, {force} {case.advice}."
         elif case.assembly.force is not None and motion.end < case.assembly.force.duration:
-            yield "The shock ends after the simulated time: the force on the wall may still grow (extend until)."
+            yield f"{STILL_ACTS}: the force on the wall may still grow (extend until)."
         elif case.assembly.weight:
-            yield "The striker may fall on the chain again, with a greater force on the wall (its bound is not known)."
+            yield f"{AGAIN}, with a greater force on the wall (its bound is not known)."
 
 
 def _segments(case: ChainSetup, motion: Motion, granules: int) -> Iterator[SegmentEnergy]:

@@ -11,10 +11,10 @@ import numpy.typing as npt
 from attrs import frozen
 
 from shockwave.base.numerics import FloatArray, bracketed_root
-from shockwave.base.text import si
+from shockwave.base.text import round_bound, si
 from shockwave.engine.mixed_chain_problem import Motion
 from shockwave.scene.chain_end import Wall
-from shockwave.scene.force_limit import LATER, UNBOUNDED, UNDAMPED, LeavingForce
+from shockwave.scene.force_limit import FALLING, GROWTH, LATER, UNBOUNDED, UNDAMPED, LeavingForce
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.convergence_runs import Runs
 from shockwave.simulation.result_parts import Structure
@@ -48,8 +48,8 @@ def later_force(case: ChainSetup, motion: Motion) -> float:
     """
     assembly, force, v = case.assembly, case.assembly.force, motion.v
     has_ended = force is None or motion.end >= force.duration
-    # the energy of the law of a plugin is not known, and a movable wall may give way under the weight
-    if not has_ended or assembly.law is not None or (assembly.weight and not assembly.fixed_wall):
+    # the energy of the law of a plugin is not known, and a wall without a spring gives way under the weight
+    if not has_ended or assembly.law is not None or _gives_way(case):
         return math.inf
     masses, apart = 1 / assembly.inverse_masses, are_apart(motion.x, v, offsets(case, motion))
     static_forces, p = assembly.static_forces + assembly.weight, float(assembly.exponents[-1])
@@ -84,40 +84,51 @@ def later_force(case: ChainSetup, motion: Motion) -> float:
 def later_spring_force(case: ChainSetup, motion: Motion) -> float:
     """Bound of the spring force after the end of the simulated time [N]; infinite where none is known.
 
-    The greatest k x + c v for an energy E = k x^2/2 + M v^2/2 is sqrt(2 E (k + c^2/M)). Bodies that fly away from the
-    wall bring none.
+    The greatest k x + c v for an energy E = k x^2/2 + M v^2/2 is sqrt(2 E (k + c^2/M)), beside the weight of a striker.
+    Bodies that fly away from the wall bring none.
     """
     assembly, force, x, v = case.assembly, case.assembly.force, motion.x, motion.v
     if not assembly.movable_end:
         return 0.0
-    if assembly.law is not None or assembly.weight or (force is not None and motion.end < force.duration):
+    if assembly.law is not None or _gives_way(case) or (force is not None and motion.end < force.duration):
         return math.inf
     away = are_apart(x, v, offsets(case, motion)) & (v[:-1] <= 0) & (not assembly.static_forces.any())
     first = int(np.argmin(np.append(away, False)))
     energy = math.fsum(motion.kinetic[first:]) + _stored(case, motion)
     stiffness = assembly.end_stiffness + assembly.end_damping**2 * float(assembly.inverse_masses[-1])
-    return float(case.scales.force * math.sqrt(2 * energy * stiffness))
+    return float(case.scales.force * (math.sqrt(2 * energy * stiffness) + assembly.weight))
 
 
 def later_remedy(case: ChainSetup, motion: Motion, later: float) -> str:
     """What lowers the bound of the ``later`` force."""
+    if _gives_way(case) and not case.assembly.impedance:
+        return FALLING
     if later == math.inf and not case.is_undamped:
         unfinished = case.assembly.force is not None and motion.end < case.assembly.force.duration
         return LATER if unfinished else UNBOUNDED
     return UNDAMPED if case.is_undamped else LATER
 
 
+def _gives_way(case: ChainSetup) -> bool:
+    """Whether a striker lies on a wall that nothing holds."""
+    assembly = case.assembly
+    return bool(assembly.weight) and not (assembly.fixed_wall or assembly.end_stiffness)
+
+
 def _stored(case: ChainSetup, motion: Motion) -> float:
     """Elastic energy of contacts and end above that of the chain at rest under its static forces.
 
-    Contacts that flow later only take from it.
+    Contacts that flow later only take from it. A spring at the end carries the weight of a striker.
     """
     assembly, k = case.assembly, stiffnesses(case, motion)
     static, powers = assembly.static_forces + assembly.weight, assembly.exponents + 1
     at_rest = (static / k) ** (1 / assembly.exponents)
     overlaps = offsets(case, motion) + (motion.x - np.append(motion.x[1:], 0.0))[: len(at_rest)]
     energies = k / powers * (np.maximum(overlaps, 0.0) ** powers - at_rest**powers) - static * (overlaps - at_rest)
-    return max(math.fsum(energies), 0.0) + motion.end_energy
+    end = motion.end_energy
+    if assembly.weight and not assembly.fixed_wall:
+        end += assembly.weight * float(assembly.weight / (2 * assembly.end_stiffness) - motion.x[-1])
+    return max(math.fsum(energies), 0.0) + max(end, 0.0)
 
 
 def _mean(v: FloatArray, masses: FloatArray) -> float:
@@ -162,10 +173,10 @@ class MovableEnd:
             yield "The wall is integrated as a fixed one: its spring or dashpot holds it to rtol/100 of the overlap."
         leaving = self.leaving(True)
         if leaving and leaving.high is not None and self.later > leaving.high and self.runs.motion.arrival is not None:
-            most = f", to at most {si(self.later, 'N', 3)}" if self.later < math.inf else ""
+            most = f", to at most {si(round_bound(self.later, up=True), 'N', 3)}" if self.later < math.inf else ""
             rate = math.sqrt(self.wall.stiffness / (self.wall.mass or 1.0))
             period = f"; half a period of wall and spring is {si(math.pi / rate, 's', 2)}" if rate else ""
-            yield f"The spring force may still grow after the simulated time{most}{period} {self.runs.case.advice}."
+            yield f"{GROWTH} after the simulated time{most}{period} {self.runs.case.advice}."
 
 
 def _structure(runs: Runs) -> Structure:

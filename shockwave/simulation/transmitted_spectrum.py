@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
+from itertools import chain, repeat
 from typing import Any
 
 import numpy as np
 from attrs import evolve
+from scipy.linalg import expm
 
 from shockwave.base.errors import InvalidValueError, NumericalError, ShockwaveError
 from shockwave.base.numerics import FloatArray
@@ -98,7 +101,9 @@ def _agreeing_spectra(
                 raise
             break
         if result.shock is not None:
-            histories.append(_applied(result.shock, _interval(result, halvings), _FEWEST * 2**halvings, mass))
+            interval = _interval(result, halvings)
+            applied = _applied(result.shock, interval, _FEWEST * 2**halvings, mass)
+            histories.append(applied if result.structure is None else _on_mounts(applied, result, interval))
         fine = np.array([greatest_responses(*history, frequencies, damping) for history in histories])
         if halvings:
             errors = np.max(np.abs(fine - coarse) / np.maximum(fine, _TINY), axis=(0, 1))
@@ -135,3 +140,24 @@ def _applied(shock: Shock, interval: float, fewest: int, mass: float) -> tuple[F
     even = np.linspace(0, shock.profile.duration_ratio, max(fewest, int(shock.duration / interval)) + 1)
     knots = np.union1d(even, shock.profile.breakpoints)
     return knots * shock.rise_time, shock.profile.force(knots) * (shock.peak_force / mass)
+
+
+def _on_mounts(applied: tuple[FloatArray, FloatArray], result: Any, interval: float) -> tuple[FloatArray, FloatArray]:
+    """Times [s], and acceleration of the movable end under this force over its mass, on its spring and dashpot.
+
+    Exact at the samples if the force is linear between them. It continues to the end of the simulated time.
+    """
+    times, drives = applied
+    wall, steps = result.chain.end, np.diff(times) / interval
+    # state: displacement, velocity, force over mass and its rate, with the interval as the unit of time
+    rates = np.diag(np.ones(3), 1)
+    rates[1, :2] = np.array([-wall.stiffness * interval, -wall.damping]) * interval / wall.mass
+    after = np.arange(max(math.floor((result.end - times[-1]) / interval), 0) + 1)
+    drives = np.append(drives, np.zeros(len(after)))  # a jump where the shock ends
+    slopes = np.append(np.diff(drives[: len(times)]) / steps, np.zeros(len(after)))
+    times = np.append(times, times[-1] + interval * after)
+    propagators = chain(expm(rates * steps[:, None, None]), [np.eye(4)], repeat(expm(rates)))
+    states = np.zeros((len(times), 2))
+    for row, (propagator, drive, slope) in enumerate(zip(propagators, drives, slopes, strict=False), 1):
+        states[row] = propagator[:2] @ (*states[row - 1], drive, slope)
+    return times, drives + states @ rates[1, :2]

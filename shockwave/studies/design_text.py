@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from shockwave.base.result_tables import evenly
 from shockwave.base.text import facts, is_wide, limits, paragraph, strong, table
+from shockwave.scene.force_limit import may_grow
 from shockwave.studies.design_result import Design, Option
 
 # Most rows of the table, unless all are wanted.
@@ -53,7 +54,8 @@ def _answer(design: Design) -> str:
     values = " or ".join(map(design.value_text, options))
     simulated = f"(simulated {', '.join(design.format(option, target.quantity) for option in options)})"
     relation = f"of {target.bound[2:]}" if target.sign == "=" else target.bound
-    wanted = f"{'an' if label.startswith(('a', 'e')) else 'a'} {label} {relation}"
+    within = " within the simulated time" * may_grow(design.warnings)
+    wanted = f"{'an' if label.startswith(('a', 'e')) else 'a'} {label} {relation}{within}"
     if design.intervals:
         (parameter,) = design.parameters
         ends = [[parameter.format(end) for end in dict.fromkeys(both)] for both in design.intervals]

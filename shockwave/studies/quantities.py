@@ -18,6 +18,7 @@ from shockwave.base.text import si
 from shockwave.scenario.block_keys import Key
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.value_conversion import convert
+from shockwave.scene.force_limit import SPRING, WALL, WAVE
 from shockwave.scene.layout import mass_and_length
 from shockwave.scene.solitary_wave import SolitaryWave
 from shockwave.scene.yielding import UNJUDGED
@@ -27,6 +28,8 @@ _LISTED = re.compile(r"(contacts|sensors)\[\d+\]\.(peak_force|peak|arrival|width
 _LISTS = {"contacts": "the reported contacts, which simulate.contacts sets", "sensors": "sensors, simulate.sensors"}
 _OF_LIMIT = table.LEADING_WAVE[:2]
 _OF_FORCES = (table.FORCES[0], *table.WALL, *table.STRUCTURE, *table.STRIKER, *table.DISSIPATED)
+#: Name of the quantity that a limit applies to, by the description of the transmitted force.
+LIMITED = {WAVE: _OF_LIMIT[0].name, WALL: table.WALL[0].name, SPRING: table.STRUCTURE[2].name}
 # Hint in the error for the mass of an endless chain.
 _OR_LEAST = "; or state another quantity to minimise, --least of the command or least in Python"
 # No property of the leading wave grows faster than the square of its peak force.
@@ -128,12 +131,16 @@ def quantities_of(scenario: Scenario, result: Any) -> list[Quantity]:
     """Quantities of an uncertainty that a simulation of the scenario reports and that are not zero.
 
     Where the leading wave has a limit, these are its peak force and amplification, else the forces in the chain; and
-    the forces at the contacts and the figures of the sensors that the scenario requests.
+    the forces at the contacts and the figures of the sensors that the scenario requests. That of a `Limit` is first.
     """
+    limit, judged = scenario.limit, None
+    if limit is not None:
+        judged = LIMITED.get(limit.force_of(result.leaving).name)
     about = _OF_FORCES if result.peak_force is None else _OF_LIMIT
     options = scenario.simulate
     quantities = (*about, *contact_forces(options.contacts), *table.sensor_figures(options.sensors))
-    return [quantity for quantity in quantities if (figures_of(quantity, result) or (0.0,))[0]]
+    named = [quantity for quantity in quantities if (figures_of(quantity, result) or (0.0,))[0]]
+    return sorted(named, key=lambda quantity: quantity.name != judged)
 
 
 # ---------------------------------------------------------------- requirements

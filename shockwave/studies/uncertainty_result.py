@@ -115,9 +115,10 @@ class Uncertainty(Result):
     parameters : tuple of Parameter
         The uncertain parameters, in the given order.
     quantities : tuple of QuantityStatistics
-        The requested ones; then peak force and amplification of the leading wave where it has a limit, or else the
-        greatest force, the force and the impulse on a wall, the restitution of a striker and the dissipated energy, of
-        those that every scene has; then the forces at the contacts and the figures of the sensors of the scenario.
+        The requested ones; the force that the limit concerns; then peak force and amplification of the leading wave
+        where it has a limit, or else the greatest force, the force and the impulse on a wall, the restitution of a
+        striker and the dissipated energy, of those that every scene has; then the forces at the contacts and the
+        figures of the sensors of the scenario.
     warnings : tuple of str
         Limits of the result, in sentences.
     exceedance, verdict : Exceedance, Verdict or None

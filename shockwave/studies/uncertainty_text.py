@@ -17,8 +17,8 @@ _SHARES_LEGEND = (
 _STATISTICS_LEGEND = (
     "(sd: standard deviation; +-: half the 95 % confidence interval of sampling, and the error of the simulations)"
 )
-# Label of the verdict, whose range contains this share of the scenes.
-_VERDICT = "98 % of scenes"
+# Note on the verdict.
+_RANGE = " (median, and range of 98 % of the scenes)"
 # Smallest printed error of a share of the variance.
 _LEAST_SHARE = 1e-5
 
@@ -38,7 +38,7 @@ def text_of_uncertainty(result: Uncertainty) -> str:
         probabilities.append(("first yield", f"probability {percent(share.value)} +- {percent(share.error)}"))
     lines = [
         *map(strong, leads),
-        *facts([*verdict_facts(result, _VERDICT), *probabilities]),
+        *facts([*verdict_facts(result, _RANGE), *probabilities]),
         *limits(result.warnings),
         *(["", *_variances(result), "", *_statistics(result)] if result.quantities else []),
         "",

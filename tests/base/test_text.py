@@ -6,7 +6,7 @@ import re
 import pytest
 
 from shockwave.base.result_tables import evenly
-from shockwave.base.text import on_screen, paragraph, percent, round_digits, si, table
+from shockwave.base.text import on_screen, paragraph, percent, round_bound, round_digits, si, table
 from shockwave.pictures.picture_elements import si_label
 
 
@@ -54,6 +54,12 @@ def test_rows_of_a_long_table_are_evenly_chosen_with_both_ends(count: int, most:
 def test_percentages_have_two_digits_and_no_power_of_ten_unless_they_are_tiny(share: float, shown: str) -> None:
     assert percent(share) == shown
     assert percent(share, sign="+") == f"+{shown}"
+
+
+@pytest.mark.parametrize(("value", "down", "up"), [(595.13, 595, 596), (0.07996, 0.0799, 0.08), (4.0, 4.0, 4.0)])
+def test_bounds_are_rounded_outwards(value: float, down: float, up: float) -> None:
+    assert (round_bound(value, up=False), round_bound(value, up=True)) == (down, up)
+    assert (round_bound(-value, up=False), round_bound(-value, up=True)) == (-up, -down)
 
 
 def test_long_runs_and_large_ratios_are_printed_without_a_power_of_ten() -> None:

@@ -44,7 +44,7 @@ MARKED = {
     ),
     "both-sizes": (_chain("material: copper, |radius: 1, diameter: 2"), "chain.radius", "if diameter is"),
     # kinds and units
-    "material-is-a-number": (_chain("material: |5, radius: 1"), "chain.material", "must be a mapping"),
+    "material-is-a-number": (_chain("material: |5, radius: 1"), "chain.material", "unknown material (got '5'"),
     "name-is-a-number": (_with("name: |12"), "name", "must be text (got 12; put it in quotes if it is text)"),
     "wrong-dimension": (_shock("1 us", "|15 kg"), "shock.rise_time", "must be a time, such as '15 us' (got '15 kg')"),
     "decimal-comma": (_chain("material: copper, diameter: |'9,5 mm'"), "chain.diameter", "a decimal point and no"),

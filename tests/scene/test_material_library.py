@@ -69,5 +69,29 @@ def test_a_name_stands_for_its_material(part: Any, values: dict[str, float]) -> 
 
 
 def test_a_part_of_a_name_proposes_all_names_with_it_at_its_place() -> None:
-    with pytest.raises(sw.UnknownNameError, match=r"^material: .*did you mean 'paper-steel', 'stainless-steel-302', "):
+    with pytest.raises(sw.UnknownNameError, match=r"^material: .*did you mean 'bearing-steel-52100', "):
         evolve(CHAIN, material="steel")
+
+
+@pytest.mark.parametrize(
+    ("name", "proposal"),
+    [
+        ("aluminum", "aluminium-6061-t6"),
+        ("aluminum-6061", "aluminium-6061-t6"),
+        ("steel-302", "stainless-steel-302"),
+        ("52100", "bearing-steel-52100"),
+        ("teflon", "ptfe"),
+        ("acetal", "delrin"),
+        ("POM", "delrin"),
+    ],
+)
+def test_usual_names_lead_to_those_of_the_library(name: str, proposal: str) -> None:
+    file = f"chain: {{material: {name}, diameter: 9 mm}}\nimpact: {{velocity: 1 m/s}}"
+    with pytest.raises(sw.ScenarioError, match=rf"unknown material \(got '{name}'; did you mean '{proposal}'"):
+        sw.Scenario.from_yaml(file)
+
+
+def test_materials_are_listed_in_alphabetical_order_and_others_are_stated_by_values() -> None:
+    assert [*ENTRIES] == sorted(ENTRIES)
+    with pytest.raises(sw.UnknownNameError, match=r"others by values such as youngs_modulus"):
+        sw.material("rubber")

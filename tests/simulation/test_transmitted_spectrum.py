@@ -63,6 +63,18 @@ def test_the_shock_alone_acts_on_the_same_mass() -> None:
     assert simulate("wall", sw.Impact(velocity="0.5 m/s")).spectrum(mass=MASS).input_acceleration is None
 
 
+def test_the_shock_alone_moves_a_movable_end_on_its_mounts() -> None:
+    frequencies = {"low": "200 Hz", "high": "10 kHz"}  # that of the mounts is 356 Hz
+    spectrum = simulate("movable", until="20 ms").spectrum(damping=0, **frequencies)
+    times = np.linspace(0, 20e-3, 40001)
+    forces = np.where(times < 1e-4, 50 * np.sin(np.pi * times / 1e-4), 0)
+    rates = [-STIFFNESS / MASS, -DAMPING / MASS]
+    _, accelerations, _ = lsim(([[0, 1], rates], [[0], [1 / MASS]], [rates], [[1 / MASS]]), forces, times)
+    expected = sw.shock_spectrum(times, accelerations, spectrum.frequencies, damping=0)
+    assert spectrum.input_acceleration == pytest.approx(expected.acceleration, rel=2e-3)
+    assert spectrum.input_pseudo_velocity == pytest.approx(expected.pseudo_velocity, rel=2e-3)
+
+
 #: Excitations without a force on the first granule.
 OTHERS = {"impact": "impact: {velocity: 0.1 m/s}", "motion": "motion: {velocity: 0.1 m/s, until: 20 us}"}
 

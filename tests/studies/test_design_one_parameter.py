@@ -448,3 +448,15 @@ def test_a_value_equals_the_target_within_the_tolerance_and_its_error(miss: floa
     quantities, errors = {"peak_force": 60.0 * (1 + miss)}, {"peak_force": error}
     option = Option(values=(1.0,), quantities=quantities, errors=errors, violation=miss)
     assert _equals(target, option, 1e-4) is equal
+
+
+@pytest.mark.parametrize("layer", ["ptfe", "bearing-steel-52100"], ids=["later collision", "no later collision"])
+def test_the_answer_concerns_the_simulated_time_where_a_force_may_be_greater_later(layer: str) -> None:
+    # the soft beads hold back the heavy striker
+    granules = [sw.Segment(count=6), sw.Segment(count=5, material=layer), sw.Segment(count=2)]
+    chain = sw.Chain(material="bearing-steel-52100", diameter=9.5e-3, granules=granules, end=sw.Wall())
+    impact = sw.Impact(velocity=0.3, diameter=25e-3 if layer == "ptfe" else 9.5e-3)
+    target = "transmitted.peak_force <= 50 N"
+    found = sw.design(impact, chain, target=target, vary="impact.velocity", between=(0.1, 1.0))
+    answer = " ".join(str(found).partition("\n  !")[0].split())
+    assert ("<= 50 N within the simulated time (" in answer) == (layer == "ptfe")

@@ -7,7 +7,7 @@ import re
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -378,3 +378,14 @@ def test_the_probability_of_yield_is_that_of_the_draws() -> None:
     assert 0.01 < share < 0.99
     assert result.yield_probability.value == pytest.approx(share)
     assert "first yield" in str(result)
+
+
+@pytest.mark.parametrize("at", ["chain", "spring"])
+def test_the_force_that_is_judged_comes_first(at: Literal["chain", "spring"]) -> None:
+    end = sw.Wall(mass=0.5, stiffness=1e6)
+    chain = sw.Chain(material="bearing-steel-52100", diameter="9.5 mm", granules=3, end=end)
+    limit = Limit(force=20.0, at=at)
+    result = sw.uncertainty(sw.Impact(velocity=0.1), chain, {"impact.velocity": "5 %"}, draws=256, limit=limit)
+    name = {"chain": "transmitted.peak_force", "spring": "structure.peak_spring_force"}[at]
+    assert result.quantities[0].name == name
+    assert str(result).startswith(f"{result.quantities[0].label}: mean ")
