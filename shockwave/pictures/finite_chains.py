@@ -172,7 +172,7 @@ def wall_force(result: Simulation, *, ax: Axes | None = None) -> Axes:
 
 def _elastic(result: Simulation) -> Simulation:
     """Result of the same scene with elastic contacts."""
-    from shockwave.scene.plastic_range import elastic_chain
+    from shockwave.scene.layout import elastic_chain
 
     scene = Scene(excitation=result.scene.excitation, chain=elastic_chain(result.chain))
     options = result.options
