@@ -12,7 +12,7 @@ from shockwave.base.numerics import FloatArray
 from shockwave.base.text import percent
 from shockwave.pictures.figure_files import canvas
 from shockwave.pictures.picture_elements import GREY, METHODS, Axes, draw_limit, ink, literal, series
-from shockwave.scene.force_limit import SPRING, WALL, WAVE
+from shockwave.scene.force_limit import BAR, SPRING, WALL, WAVE
 
 if TYPE_CHECKING:
     from shockwave.studies.amplification_curve import UniversalCurve
@@ -168,7 +168,8 @@ if TYPE_CHECKING:
     from shockwave.studies.uncertainty_result import Uncertainty
 
 # Quantity that a limit applies to, by the description of the transmitted force.
-_LIMITED = {WAVE: "peak_force", WALL: "transmitted.peak_force", SPRING: "structure.peak_spring_force"}
+_LIMITED = {WAVE: "peak_force", SPRING: "structure.peak_spring_force"}
+_LIMITED |= dict.fromkeys((WALL, BAR), "transmitted.peak_force")
 # Ends of the shaded interval.
 _FEW, _MANY = 0.05, 0.95
 

@@ -325,7 +325,7 @@ def _contacts(chain: Chain, layout: Layout) -> Iterator[tuple[Steps, str, float,
     assert layout.plastic is not None
     ratios, seen = layout.plastic.strengths / layout.pairs.moduli, set()
     labels = ["the striker" if each == STRIKER else f"granule {index}" for index, each in enumerate(layout.segments)]
-    labels.append("the wall")
+    labels.append(f"the {chain.end_word}")
     for contact, pair in _plastic_pairs(layout).items():
         steps = _place(chain, layout.segments[contact])
         if (steps, *pair) in seen:

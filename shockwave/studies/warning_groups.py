@@ -23,19 +23,27 @@ class WarningGroups:
         Number of scenes.
     groups : dict
         First warning of each kind, and the numbers of the scenes that have one.
+    varying : set of str
+        Kinds whose warnings differ in numbers.
     """
 
     count: int = 0
     groups: dict[str, tuple[str, list[int]]] = field(factory=dict)
+    varying: set[str] = field(factory=set)
 
     def add(self, warnings: Iterable[str]) -> None:
         """Add the warnings of the next scene."""
         for kind, warning in {kind_of(warning): warning for warning in warnings}.items():
-            self.groups.setdefault(kind, (warning, []))[1].append(self.count)
+            first, places = self.groups.setdefault(kind, (warning, []))
+            places.append(self.count)
+            if warning != first:
+                self.varying.add(kind)
         self.count += 1
 
     def sentences(self, scenes: str = "scenes", besides: Iterable[str] = (), numbered: bool = False) -> tuple[str, ...]:
         """First warning of each kind, the most frequent first, with the number of scenes that have one.
+
+        It is marked as the first where the numbers in the others differ.
 
         Parameters
         ----------
@@ -47,18 +55,18 @@ class WarningGroups:
             Whether the first numbers of the scenes are stated; warnings of the same scenes are then joined.
         """
         others = set(map(kind_of, besides))
-        groups = [group for kind, group in self.groups.items() if kind not in others]
+        joined: dict[tuple[object, ...], list[str]] = {}
+        for kind in (kind for kind in self.groups if kind not in others):
+            joined.setdefault(tuple(self.groups[kind][1]) if numbered else (kind,), []).append(kind)
         sentences = []
-        if numbered:
-            joined: dict[tuple[int, ...], list[str]] = {}
-            for first, places in groups:
-                joined.setdefault(tuple(places), []).append(first)
-            groups = [(" ".join(warnings), list(places)) for places, warnings in joined.items()]
-        for first, places in sorted(groups, key=lambda group: -len(group[1])):
+        for kinds in sorted(joined.values(), key=lambda kinds: -len(self.groups[kinds[0]][1])):
+            places = self.groups[kinds[0]][1]
             shown = ", ".join([*map(str, places[:_MOST_LISTED]), *["..."] * (len(places) > _MOST_LISTED)])
             numbers = f" ({shown})" if numbered else ""
             share = f"{len(places)} of {self.count} {scenes}{numbers}"
-            sentences.append(f"In {f'all {scenes}' if len(places) == self.count else share}: {first}")
+            where = f"all {scenes}" if len(places) == self.count else share
+            here = ", here the first" if self.varying.intersection(kinds) else ""
+            sentences.append(f"In {where}{here}: {' '.join(self.groups[kind][0] for kind in kinds)}")
         return tuple(sentences)
 
 
