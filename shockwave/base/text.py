@@ -261,7 +261,9 @@ def _width(cell: str) -> int:
 
 def wrap(text: str, width: int, rest: str = "") -> list[str]:
     """Lines of ``text`` of at most ``width`` columns, if its words are no longer; ``rest`` begins all but the first."""
-    return textwrap.wrap(text, width, subsequent_indent=rest, break_on_hyphens=False) or [""]
+    joined = text.replace(" %", "\xa0%")  # a number and its sign stay together
+    lines = textwrap.wrap(joined, width, subsequent_indent=rest, break_on_hyphens=False)
+    return [line.replace("\xa0%", " %") for line in lines] or [""]
 
 
 def facts(pairs: Iterable[tuple[str, str]]) -> list[str]:
@@ -288,12 +290,12 @@ def limits(warnings: Iterable[str]) -> list[str]:
 
 
 def error_text(error: float | None) -> str:
-    """A relative error, to three digits or so; a dash for None."""
+    """A relative error, to a tenth of a per cent; a dash for None."""
     if error is None:
         return "-"
     if abs(error) < 5e-4:
         return f"{error:+.1e}"
-    return f"{error:+.2%}" if abs(error) < 0.1 else f"{error:+.1%}"
+    return f"{100 * error:+.1f} %"
 
 
 def render(result: object, writer: str) -> str:

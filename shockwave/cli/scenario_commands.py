@@ -14,7 +14,7 @@ from shockwave.base.errors import Fault, FileAccessError, InvalidValueError, Num
 from shockwave.base.progress import track
 from shockwave.base.quantities import FORCES, LEADING_WAVE, WALL, Quantity
 from shockwave.base.result import VERSION
-from shockwave.base.text import alarm, error_text, limits, notes, paragraph, si, table
+from shockwave.base.text import alarm, error_text, limits, notes, paragraph, percent, si, table
 from shockwave.cli.output import PICTURES, TABLES, announce_file, check_output, failure, json_text, write_output
 from shockwave.cli.scenario_files import label_file, load_scenario, load_scenarios, name_of, stem_of
 from shockwave.prediction.outcome_text import SHOWN_ERROR
@@ -278,7 +278,7 @@ def _comparison_row(both: Comparison) -> _Row:
     }
     if published:
         row["relation"] += f" / {published.relation or '-'}"
-        row["published error"] = "-" if published.error is None else f"{published.error:.1%}"
+        row["published error"] = "-" if published.error is None else percent(published.error)
         row["published t0"] = _virtual_rise_time(published, 1e-3)
     return row
 

@@ -61,7 +61,7 @@ def peak_forces(result: Simulation, *, ax: Axes | None = None) -> Axes:
             ax.plot(contacts, static, ":" if joined else "_", color=GREY, linewidth=1.0, label="static force")
         if result.transmitted is not None:
             wall = result.transmitted
-            ax.plot([wall.contact], [wall.peak_force], "s", markersize=4.5, label="wall", **look)
+            ax.plot([wall.contact], [wall.peak_force], "s", markersize=4.5, label=result.chain.end_word, **look)
         if result.structure is not None and result.structure.peak_spring_force:
             spring = result.structure.peak_spring_force
             ax.plot([result.transmitted.contact], [spring], "D", markersize=4, color=GREEN, label="spring behind it")
@@ -153,7 +153,8 @@ def wall_force(result: Simulation, *, ax: Axes | None = None) -> Axes:
     excess = forces - result.transmitted.static_force
     impulse = np.append(0.0, np.cumsum(np.diff(times) * (excess[1:] + excess[:-1]) / 2))
     low, high = min(0.0, float(impulse.min())), max(float(impulse.max()), result.transmitted.impulse)
-    with canvas(ax, result, x="time", y="force on the wall", from_zero=True, legend=False) as ax:
+    force = f"force on the {result.chain.end_word}", "N"
+    with canvas(ax, result, x="time", y=force, from_zero=True, legend=False) as ax:
         ax.plot(times, forces, color=METHODS["simulation"], linewidth=1.1, label="force")
         draw_limit(ax, result.limit if result.limit and result.limit.at != "spring" else None)
         ax.set_xlim(0, times[-1])
@@ -172,7 +173,7 @@ def wall_force(result: Simulation, *, ax: Axes | None = None) -> Axes:
 
 def _elastic(result: Simulation) -> Simulation:
     """Result of the same scene with elastic contacts."""
-    from shockwave.scene.plastic_range import elastic_chain
+    from shockwave.scene.layout import elastic_chain
 
     scene = Scene(excitation=result.scene.excitation, chain=elastic_chain(result.chain))
     options = result.options

@@ -46,7 +46,7 @@ Label: TypeAlias = str | tuple[str, str]
 # Units of numbers along an axis, by their names.
 _UNITS = {
     **dict.fromkeys(("time", "run time"), "s"),
-    **dict.fromkeys(("force", "contact force", "greatest force", "peak force", "force on the wall"), "N"),
+    **dict.fromkeys(("force", "contact force", "greatest force", "peak force"), "N"),
     "overlap": "m",
     "energy": "J",
 }

@@ -16,7 +16,7 @@ from shockwave.prediction.section4 import relation_of
 from shockwave.prediction.section4_outcome import Section4Outcome
 from shockwave.profiles.area_conditions import Condition
 from shockwave.scene.chain import Chain
-from shockwave.scene.force_limit import LAST, WALL, WAVE, LeavingForce
+from shockwave.scene.force_limit import WAVE, LeavingForce, name_force
 from shockwave.scene.plausibility import unusual_warnings
 from shockwave.scene.scene import Scene
 from shockwave.scene.scene_result import SceneResult
@@ -177,8 +177,8 @@ class Outcome(SceneResult):
     @property
     def leaving(self) -> LeavingForce:
         """The transmitted force, on the wall, at the last contact, or of the wave in an endless chain."""
-        finite, walled = self.chain.count is not None, self.chain.end is not None
-        unknown = LeavingForce(name=WALL if walled else LAST if finite else WAVE, remedy="simulate")
+        name = WAVE if self.chain.count is None else name_force(self.chain.end)
+        unknown = LeavingForce(name=name, remedy="simulate")
         if self.simulation is not None:
             unknown = evolve(unknown, remedy="simulate with a longer timeout or a larger rtol")
         return self._read("leaving") or unknown

@@ -58,7 +58,8 @@ def lead_text(outcome: Outcome) -> str:
     """The force on a wall, of the leading wave, or the greatest one, with its accuracy."""
     wall = outcome.transmitted
     if wall is not None:
-        return f"force on the wall {_peak(wall)}" if wall.peak_force else "the wave does not reach the wall"
+        end = outcome.chain.end_word
+        return f"force on the {end} {_peak(wall)}" if wall.peak_force else f"the wave does not reach the {end}"
     if outcome.simulation is None:
         return f"leading wave {si(outcome.peak_force, 'N', error=SHOWN_ERROR)} by section 4, error not known"
     top = outcome.greatest_force if outcome.peak_force is None or outcome.chain.count is not None else None

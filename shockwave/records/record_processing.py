@@ -12,7 +12,7 @@ from attrs import define, field, frozen
 
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.numerics import FloatArray
-from shockwave.base.text import si
+from shockwave.base.text import percent, si
 from shockwave.records.record_proposals import glitches, propose, sample_warnings
 
 #: Advice for a record in which compression is negative, unless it is a file.
@@ -115,7 +115,7 @@ def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None, steps: 
         offset = "set baseline for an offset" if steps["baseline"] is None else ""
         hints = [offset, "negative: zero ignores them, keep simulates pulling"]
         hints += [f"if compression is negative, {CHANGE_SIGNS}", _advice(times, forces, ratio, steps)]
-        got = f"got nothing; their impulse is {share:.2%} of that of the others; {'; '.join(filter(None, hints))}"
+        got = f"got nothing; their impulse is {percent(share)} of that of the others; {'; '.join(filter(None, hints))}"
         rule = f"must be keep or zero, because {count} of {above.size} forces are negative"
         raise InvalidValueError.of("negative", f"{rule} ({got})")
     if count and steps["negative"] == "zero":
@@ -218,7 +218,7 @@ def pulse_warnings(times: FloatArray, forces: FloatArray, ratio: float | None, s
                 f"The low-pass filter distorts the pulse of {full.peak_force:.4g} N: set a higher low_pass."
             )
     if steps["negative"] == "zero" and pulse.negative > _MANY:
-        share = f"{pulse.negative:.2%} of that of the others"
+        share = f"{percent(pulse.negative)} of that of the others"
         sentences.append(f"The impulse of the samples set to zero is {share}: set baseline to a window without force.")
     if advice:
         sentences.append(f"The record is longer than its pulse, has a second one or an offset ({advice}).")
@@ -226,7 +226,8 @@ def pulse_warnings(times: FloatArray, forces: FloatArray, ratio: float | None, s
         first, last = abs(pulse.values[0]), abs(pulse.values[-1])
         if max(first, last) > (_NOTICEABLE if steps["crop"] is None else _CUT):
             hint = f"set baseline for an offset; crop: {_window(times[0], times[-1])} keeps all of it"
-            sentences.append(f"The record begins at {first:.2%} and ends at {last:.2%} of its peak force ({hint}).")
+            ends = f"begins at {percent(first)} and ends at {percent(last)} of its peak force"
+            sentences.append(f"The record {ends} ({hint}).")
     return sentences
 
 
@@ -259,10 +260,8 @@ def _figures(times: FloatArray, forces: FloatArray) -> dict[str, float]:
 
 def changes(before: Mapping[str, float], after: Mapping[str, float], least: float = _UNCHANGED) -> str:
     """Relative changes of figures beyond ``least``, each with its name."""
-    relative = {name: (after[name] - old) / abs(old) for name, old in before.items() if old}
-    return ", ".join(
-        f"{name.replace('_', ' ')} {change:+.2%}" for name, change in relative.items() if abs(change) > least
-    )
+    relative = {name.replace("_", " "): (after[name] - old) / abs(old) for name, old in before.items() if old}
+    return ", ".join(f"{name} {percent(by, '+')}" for name, by in relative.items() if abs(by) > least)
 
 
 def _impulse(times: FloatArray, values: FloatArray) -> float:

@@ -164,6 +164,11 @@ class Chain(Value):
             return sum(part.granules for part in self.granules)
         return self.granules
 
+    @property
+    def end_word(self) -> str:
+        """What is at the end in texts, ``wall`` or ``bar``; empty for a free end."""
+        return "" if self.end is None else self.end.word
+
     @cached_property
     def granule_mass(self) -> float:
         """Mass of one granule, m = 4/3 pi R^3 rho [kg]."""

@@ -73,6 +73,9 @@ class Wall(Value):
         "N*s/m", "coefficient of the dashpot behind a movable wall", at_least=0, at_most=1e30, default=0.0
     )
 
+    #: What it is in texts.
+    word = "wall"
+
     def stiffness_ratio(self, granules: Material) -> float:
         """Stiffness of the contact of a granule with the wall over that of two equal granules, at most 2 sqrt(2)."""
         own = granules if self.material == "same" else self.material
@@ -120,6 +123,8 @@ class Bar(Value):
     _diameter: Diameter = field(default=None, alias="diameter", converter=halve, eq=False, repr=False)
     impedance: SI[float | None] = quantity("N*s/m", "impedance of the bar", within=MAGNITUDES, default=None)
 
+    #: What it is in texts.
+    word = "bar"
     # as a wall that is fixed
     mass = None
     stiffness = damping = 0.0

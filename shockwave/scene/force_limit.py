@@ -16,8 +16,8 @@ from shockwave.base.text import alarm, percent, round_bound, si, significant_dig
 Decision = Literal["below", "above", "undecided"]
 #: Description of the force transmitted by an endless chain.
 WAVE = "peak force of the leading wave"
-#: Description of the force transmitted by a finite chain without a wall, and with one.
-LAST, WALL = "force at the last contact", "force on the wall"
+#: Description of the force transmitted by a finite chain without an end, and with one.
+LAST, WALL, BAR = "force at the last contact", "force on the wall", "force on the bar"
 #: Description of the force that spring and dashpot of a movable end exert on the ground.
 SPRING = "force of the spring on the ground"
 #: Remedies for a force that may be greater later: where a later end of the simulated time helps, and where none does.
@@ -105,6 +105,11 @@ def limit_faults(limit: Limit | None, end: Any) -> list[Fault]:
         return []
     rule = "must be chain for an end without a spring or dashpot"
     return [Fault("limit.at", f"{rule} (got 'spring'; give mass and stiffness of the wall)")]
+
+
+def name_force(end: Any) -> str:
+    """Description of the force transmitted by a finite chain with this end, or None."""
+    return LAST if end is None else f"force on the {end.word}"
 
 
 @frozen(kw_only=True)

@@ -47,7 +47,7 @@ def unusual(excitation: Any, chain: Any) -> list[Fault]:
             problem = f"is {si(value, unit)}; usual values are {bounds} ({reason}). Check the unit."
             faults.append(Fault(f"{place}.{name}", problem))
     if chain.is_plastic:
-        from shockwave.scene.plastic_range import doubtful  # elastic contacts do not need it
+        from shockwave.scene.layout import doubtful  # elastic contacts do not need it
 
         faults += doubtful(chain, excitation)
     return faults

@@ -19,7 +19,7 @@ from shockwave.engine.mixed_chain_problem import Motion
 from shockwave.engine.nystroem_integrators import Rkn86
 from shockwave.scene.contact_law import ElasticPlastic
 from shockwave.scene.damping import HERTZ
-from shockwave.scene.force_limit import AGAIN, COLLISION, LAST, STILL_ACTS, WALL, WAVE, LeavingForce
+from shockwave.scene.force_limit import AGAIN, COLLISION, STILL_ACTS, WAVE, LeavingForce, name_force
 from shockwave.scene.scene import Scene
 from shockwave.scene.segments import each_segment
 from shockwave.scene.simulate_options import SimulateOptions
@@ -182,7 +182,7 @@ def _leaving_force(runs: Runs, later: float, end: MovableEnd | None = None) -> L
     if case.scene.chain.count is None:
         return LeavingForce(name=WAVE, remedy="simulate a finite chain")
     arrived, remedy = motion.arrival is not None, later_remedy(case, motion, later)
-    force = runs.peak(-1).leaving(WALL if case.has_wall else LAST, arrived, later)
+    force = runs.peak(-1).leaving(name_force(case.layout.wall), arrived, later)
     spring = None if end is None else end.leaving(arrived)
     return evolve(force, later_remedy=remedy, spring=spring and evolve(spring, later_remedy=remedy))
 
@@ -190,15 +190,16 @@ def _leaving_force(runs: Runs, later: float, end: MovableEnd | None = None) -> L
 def _warn_unfinished(case: ChainSetup, motion: Motion, velocities: FloatArray, apart: Flags) -> Iterator[str]:
     """Warnings of results that may change after the end of the simulated time."""
     if motion.arrival is None and case.scene.chain.count is not None:
-        last = "wall" if case.has_wall else "last contact"
+        last = case.scene.chain.end_word or "last contact"
         yield f"The leading wave has not reached the {last} by the end of the simulated time (extend until)."
-    if case.has_wall and not case.layout.law_contacts[-1]:
+    if case.layout.wall and not case.layout.law_contacts[-1]:
         closing = motion.x[case.granules - 1] - (motion.x[case.granules] if len(motion.x) > case.granules else 0.0)
         stiffness, overlap = stiffnesses(case, motion)[-1], max(float(offsets(case, motion)[-1] + closing), 0.0)
         excess = float(stiffness * overlap ** case.assembly.exponents[-1] - case.assembly.static_forces[-1])
         # a striker may lie on the chain
         if min(abs(excess), abs(excess - case.assembly.weight)) > _STILL_ACTING * motion.dynamic_forces[-1] > 0:
-            yield f"A wave acts on the wall at the end of the simulated time: its impulse is incomplete {case.advice}."
+            rest = f"at the end of the simulated time: its impulse is incomplete {case.advice}"
+            yield f"A wave acts on the {case.layout.wall.word} {rest}."
     if not case.layout.weight and _restitution(case, motion, velocities, apart) is not None:
         others = velocities[1:]
         if others.min() < velocities[0] or (case.has_wall and others.max() > -velocities[0]):
@@ -207,14 +208,15 @@ def _warn_unfinished(case: ChainSetup, motion: Motion, velocities: FloatArray, a
 
 def _later_warning(case: ChainSetup, motion: Motion, later: float) -> Iterator[str]:
     """Warning of a greater force on the wall after the end of the simulated time."""
-    if case.has_wall and motion.arrival is not None and later > case.scales.force * motion.forces[-1]:
+    end = case.layout.wall
+    if end is not None and motion.arrival is not None and later > case.scales.force * motion.forces[-1]:
         if later < math.inf:
             force = f"of at most {si(round_bound(later, up=True), 'N', 3)}"
-            yield f"{COLLISION} on the wall, {force} {case.advice}."
+            yield f"{COLLISION} on the {end.word}, {force} {case.advice}."
         elif case.assembly.force is not None and motion.end < case.assembly.force.duration:
-            yield f"{STILL_ACTS}: the force on the wall may still grow (extend until)."
+            yield f"{STILL_ACTS}: the {name_force(end)} may still grow (extend until)."
         elif case.assembly.weight:
-            yield f"{AGAIN}, with a greater force on the wall (its bound is not known)."
+            yield f"{AGAIN}, with a greater {name_force(end)} (its bound is not known)."
 
 
 def _segments(case: ChainSetup, motion: Motion, granules: int) -> Iterator[SegmentEnergy]:

@@ -6,6 +6,7 @@ greatest value in the simulated time, and ends when D next falls to M/2.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
@@ -25,6 +26,8 @@ from shockwave.simulation.sampled_history import TIME_SHARE, History, Places
 from shockwave.simulation.simulation_result import Simulation
 from shockwave.simulation.wave_setup import RTOL
 
+# Figures of a pulse, in this order.
+_FIGURES = ("time", "arrival", "peak", "width", "merged", "impulse")
 # Fraction of its greatest value at which a pulse begins, and least of these values, over the greatest force.
 _BEGINS = 0.02
 _LEAST = 1e-6
@@ -92,20 +95,16 @@ def _pulses_of(case: ChainSetup, signals: list[Signal], end: float) -> Iterator[
     changes[np.isnan(figures) & np.isnan(check)] = 0.0
     errors = np.minimum(_SHARE * np.nan_to_num(changes, nan=1.0).max(axis=1) + tolerances[0], 1.0)
     for index, signal in enumerate(signals):
-        time, arrival, peak, width, merged, impulse = (None if v != v else v for v in figures[index].tolist())
-        yield FirstPulse(
+        values = [None if math.isnan(value) else value for value in figures[index].tolist()]
+        pulse = FirstPulse(
             sensor=signal.name,
             unit=signal.unit,
             position=signal.position,
-            peak=peak,
-            time=time,
-            arrival=arrival,
-            width=width,
-            impulse=impulse,
-            merged=None if merged is None else merged > 0,
             greatest=float(greatest[index]) + signal.static,
-            error_estimate=None if peak is None else float(errors[index]),
+            error_estimate=None if math.isnan(figures[index, 0]) else float(errors[index]),
+            **dict(zip(_FIGURES, values, strict=True)),
         )
+        yield evolve(pulse, merged=None if pulse.merged is None else pulse.merged > 0)
 
 
 def _spacing(case: ChainSetup, motion: Motion, signals: list[Signal], end: float) -> float:

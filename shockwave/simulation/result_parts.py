@@ -376,11 +376,7 @@ class Passage:
     error_estimate: float
 
     @classmethod
-    def of(cls, contact: int, time: float, force: float, error: float, exact: bool = False) -> Passage:
-        """A passage in scaled units."""
+    def of(cls, scales: Scales, contact: int, time: float, force: float, error: float, exact: bool = False) -> Passage:
+        """The passage with this time and force in the units ``scales``."""
+        time, force = time * scales.time, force * scales.contact_force
         return cls(contact=contact, arrival_time=time, peak_force=force, exact=exact, error_estimate=error)
-
-    def in_si(self, scales: Scales) -> Passage:
-        """Convert a passage in scaled units to SI units."""
-        time, force = self.arrival_time * scales.time, self.peak_force * scales.contact_force
-        return evolve(self, arrival_time=time, peak_force=force)

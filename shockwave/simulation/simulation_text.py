@@ -14,6 +14,7 @@ from shockwave.base.text import (
     facts,
     is_wide,
     notes,
+    percent,
     round_digits,
     si,
     significant_digits,
@@ -98,7 +99,7 @@ def lead_text(result: Simulation) -> str:
         top = result.greatest_force
         force, time, error = _row(top, "")[1:]
         place = place_of(result, top.contact)
-        where = "on the wall" if "wall" in place else f"at contact {place}"
+        where = f"on the {result.chain.end_word}" if "(" in place else f"at contact {place}"
         return f"greatest force {force} {where}, {time}, estimated error {error}"
     return f"greatest force {greatest_text(result)}" if greatest_text(result) else f"peak force {peak_text(result)}"
 
@@ -159,8 +160,9 @@ def _answer_of_waves(result: Simulation) -> Iterator[tuple[str, str]]:
 def _answer_of_forces(result: Simulation) -> Iterator[tuple[str, str]]:
     if result.transmitted is not None:
         force, time, error = _row(result.transmitted, "")[1:]
-        yield "wall force", f"{force} at {time}, estimated error {error}" if result.transmitted.peak_force else force
-        yield "wall impulse", impulse_text(result.transmitted)
+        text = f"{force} at {time}, estimated error {error}" if result.transmitted.peak_force else force
+        yield f"{result.chain.end_word} force", text
+        yield f"{result.chain.end_word} impulse", impulse_text(result.transmitted)
     if not result.sensors:
         yield from _motion(result)
     if result.restitution is not None:
@@ -190,7 +192,7 @@ def dissipated_text(result: Simulation) -> str:
     parts = {name: getattr(result.dissipated, name) for name in ("plastic", "damping", "end", "bar")}
     shown = ", ".join(f"{name} {si(value, 'J')}" for name, value in parts.items() if value)
     each = f": {shown}" if "," in shown else f", all {shown.split()[0]}"
-    return f"{si(whole, 'J')} ({whole / result.applied_energy:.1%}){each}"
+    return f"{si(whole, 'J')} ({percent(whole / result.applied_energy)}){each}"
 
 
 def _rebound(result: Simulation) -> str:
@@ -295,8 +297,9 @@ def impulse_text(wall: Transmitted) -> str:
 
 
 def place_of(result: Simulation, contact: int) -> str:
-    """The number of a contact, marked if it is with the wall."""
-    return f"{contact} (wall)" if result.transmitted and contact + 1 == result.scene.contact_count else str(contact)
+    """The number of a contact, marked if it is with the wall or the bar."""
+    is_at_end = result.chain.end and contact + 1 == result.scene.contact_count
+    return f"{contact} ({result.chain.end_word})" if is_at_end else str(contact)
 
 
 def span(segment: SegmentEnergy) -> str:
@@ -325,7 +328,7 @@ def _flow(result: Simulation) -> str:
     count = 0 if result.yielding is None else result.yielding.yielded_contacts
     deepest = max(peak.residual_overlap for peak in result.contacts)
     share = result.dissipated.plastic / result.applied_energy
-    return f"{count} contacts, residual overlap up to {si(deepest, 'm', 3)}, {share:.1%} of the energy"
+    return f"{count} contacts, residual overlap up to {si(deepest, 'm', 3)}, {percent(share)} of the energy"
 
 
 def _row(peak: ContactPeak, place: str) -> tuple[str, ...]:
@@ -343,7 +346,7 @@ def _energies(result: Simulation) -> list[str]:
     if len(parts) == 1:
         return []
     whole = result.applied_energy
-    return ["", _short_table(_ENERGIES, parts, lambda part: (part[0], si(part[1], "J", 4), f"{part[1] / whole:.1%}"))]
+    return ["", _short_table(_ENERGIES, parts, lambda part: (part[0], si(part[1], "J", 4), percent(part[1] / whole)))]
 
 
 def _speeds(velocities: Sequence[float], which: str) -> str:

@@ -45,7 +45,7 @@ def passages_at(result: Simulation, contacts: Iterable[int]) -> list[Passage | N
             time = primary.time + beyond / (wave.speed * primary.peak**wave.of_speed)
             # The deviation from the limit where the peak was measured decreases at least by this factor per contact.
             error = result.error_estimate + abs(primary.last / primary.peak - 1) * _DECREASE**beyond
-            passages[contact] = Passage.of(contact, time, primary.peak, error, exact=True)
+            passages[contact] = Passage.of(result.wave.scales, contact, time, primary.peak, error, exact=True)
     near = [contact for contact in numbers if contact <= last and contact not in passages]
     if near and setup.search is not None:
         _integrate(result, passages, near, setup.search)
@@ -55,7 +55,7 @@ def passages_at(result: Simulation, contacts: Iterable[int]) -> list[Passage | N
         _integrate(result, passages, missed)
     reason = "the time limit was reached" if expired() else "the force still rises there (request a later contact)"
     return [
-        passages[each].in_si(result.wave.scales)
+        passages[each]
         if each in passages
         else NumericalError(f"the leading wave has no peak at contact {each}: {reason}")
         for each in numbers
@@ -83,7 +83,7 @@ def _integrate(
             near = range(contact - _NEIGHBOURS, contact + _NEIGHBOURS + 1)
             error = max(changes.get(each, 0.0) for each in near) + tolerance + problem.path.error + _ROUNDING
             if contact not in passages or error < passages[contact].error_estimate:
-                passages[contact] = Passage.of(contact, *fine[contact], error)
+                passages[contact] = Passage.of(result.wave.scales, contact, *fine[contact], error)
         missed = [each for each in missed if each not in passages or passages[each].error_estimate > setup.rtol]
         if not missed:
             break

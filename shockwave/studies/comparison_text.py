@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from shockwave.base.text import Detail, brief, detail, error_text, facts, notes, paragraph, si, strong, table
+from shockwave.base.text import Detail, brief, detail, error_text, facts, notes, paragraph, percent, si, strong, table
 from shockwave.prediction.outcome_text import SHOWN_ERROR, decision_lines, exponents_text, features_text, wave_table
 from shockwave.prediction.section4_outcome import EjectionOutcome, Section4Outcome
 from shockwave.scenario.published import Published
@@ -89,7 +89,7 @@ def _figures(published: Published) -> str:
     error, rise_time = published.error, published.virtual_rise_time
     figures = {
         "relation": published.relation,
-        "error": None if error is None else f"{error:.1%}",
+        "error": None if error is None else percent(error),
         "virtual rise time": None if rise_time is None else si(rise_time, "s"),
     }
     return ", ".join(f"{name} {figure}" for name, figure in figures.items() if figure is not None)

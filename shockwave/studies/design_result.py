@@ -11,7 +11,7 @@ from attrs import asdict, evolve, field, frozen
 from shockwave.base.quantities import Quantity
 from shockwave.base.result import VERSION, Result
 from shockwave.base.result_tables import Table, along
-from shockwave.base.text import render, si
+from shockwave.base.text import percent, render, si
 from shockwave.studies.quantities import Requirement
 
 # Positive intervals whose ends have a larger ratio are divided logarithmically.
@@ -225,7 +225,7 @@ class Design(Result):
         }
         missed = {each: by + each.tolerance for each, by in excess.items() if by > 0}
         most = max(missed.values(), default=nearest.violation)
-        return f"no option meets {' and '.join(map(str, missed))}; the nearest misses by {most:.1%}"
+        return f"no option meets {' and '.join(map(str, missed))}; the nearest misses by {percent(most)}"
 
     def front(self, requirement: Requirement) -> list[Option]:
         """Options that no other one surpasses in both the minimised quantity and the required one (Pareto front)."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from shockwave.base.result_tables import evenly
-from shockwave.base.text import facts, is_wide, limits, paragraph, strong, table
+from shockwave.base.text import facts, is_wide, limits, paragraph, percent, strong, table
 from shockwave.scene.force_limit import may_grow
 from shockwave.studies.design_result import Design, Option
 
@@ -108,5 +108,5 @@ def _row(design: Design, option: Option) -> dict[str, str]:
         columns |= {label: shown} | ({"+-": error or "-"} if numbers else {})
     columns |= {quantity.label: design.format(option, quantity) for quantity in design.quantities}
     if design.least is not None:
-        columns[""] = "meets all" if option.violation <= 0 else f"misses by {option.violation:.1%}"
+        columns[""] = "meets all" if option.violation <= 0 else f"misses by {percent(option.violation)}"
     return columns

@@ -18,7 +18,7 @@ from shockwave.base.text import si
 from shockwave.scenario.block_keys import Key
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.value_conversion import convert
-from shockwave.scene.force_limit import SPRING, WALL, WAVE
+from shockwave.scene.force_limit import BAR, SPRING, WALL, WAVE
 from shockwave.scene.layout import mass_and_length
 from shockwave.scene.solitary_wave import SolitaryWave
 from shockwave.scene.yielding import UNJUDGED
@@ -29,7 +29,8 @@ _LISTS = {"contacts": "the reported contacts, which simulate.contacts sets", "se
 _OF_LIMIT = table.LEADING_WAVE[:2]
 _OF_FORCES = (table.FORCES[0], *table.WALL, *table.STRUCTURE, *table.STRIKER, *table.DISSIPATED)
 #: Name of the quantity that a limit applies to, by the description of the transmitted force.
-LIMITED = {WAVE: _OF_LIMIT[0].name, WALL: table.WALL[0].name, SPRING: table.STRUCTURE[2].name}
+LIMITED = {WAVE: _OF_LIMIT[0].name, SPRING: table.STRUCTURE[2].name}
+LIMITED |= dict.fromkeys((WALL, BAR), table.WALL[0].name)
 # Hint in the error for the mass of an endless chain.
 _OR_LEAST = "; or state another quantity to minimise, --least of the command or least in Python"
 # No property of the leading wave grows faster than the square of its peak force.

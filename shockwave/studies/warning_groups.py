@@ -56,6 +56,8 @@ class WarningGroups:
     def sentences(self, scenes: str = "scenes", besides: Iterable[str] = (), numbered: bool = False) -> tuple[str, ...]:
         """Warning of each kind with the greatest value, the most frequent first, with the number of scenes.
 
+        It is marked as the greatest where the numbers in the others differ.
+
         Parameters
         ----------
         scenes : str
@@ -78,7 +80,7 @@ class WarningGroups:
             share = f"{len(places)} of {self.count} {scenes}{f' ({shown})' if numbered else ''}"
             where = f"all {scenes}" if len(places) == self.count else share
             if group.varies:
-                where += f", most at {group.greatest}" if numbered else ", at most"
+                where += f", greatest at {group.greatest}" if numbered else ", here the greatest"
             sentences.append(f"In {where}: {' '.join(warnings)}")
         return tuple(sentences)
 

@@ -98,14 +98,14 @@ def test_only_zeros_at_the_ends_are_removed_unasked():
     profile = Tabulated(range(5, 14), [0, 0, 0, 1, 0.5, 0, 0.25, 0, 0])
     assert profile.breakpoints == (0.0, 1.0, 2.0, 3.0, 4.0, 5.0)
     assert profile.force(profile.breakpoints).tolist() == [0, 1, 0.5, 0, 0.25, 0]
-    assert profile.notes == ("Samples of zero force before and after the pulse were removed (rise time -66.67%).",)
+    assert profile.notes == ("Samples of zero force before and after the pulse were removed (rise time -67 %).",)
     assert profile.alarms == ()
 
 
 def test_a_baseline_is_the_mean_of_its_window():
     profile = Tabulated(MICROSECONDS, BLOW, baseline=(62e-6, 79e-6))
     assert profile.recorded_peak_force == pytest.approx(100, rel=1e-14)
-    assert "the mean from 6.2e-05 to 7.9e-05 s, was subtracted (peak force -4.76%" in profile.notes[0]
+    assert "the mean from 6.2e-05 to 7.9e-05 s, was subtracted (peak force -4.8 %" in profile.notes[0]
 
 
 def test_the_baseline_is_that_of_the_whole_record():
@@ -116,7 +116,7 @@ def test_the_baseline_is_that_of_the_whole_record():
 def test_a_crop_keeps_the_samples_of_its_window():
     profile = Tabulated([0, 1, 2, 3, 4, 5, 6, 7], [0, 0, 4, 2, 0, 9, 3, 0], crop=("1 s", 4))
     assert (profile.recorded_peak_force, profile.duration_ratio) == (4, 3)
-    note = "The record was cropped to 1 to 4 s (peak force -55.56%, rise time -80.00%, impulse -66.67%)."
+    note = "The record was cropped to 1 to 4 s (peak force -56 %, rise time -80 %, impulse -67 %)."
     assert note in profile.notes
 
 
@@ -159,7 +159,7 @@ def test_a_low_pass_filter_removes_noise():
 
 
 def test_a_negative_phase_must_be_resolved():
-    message = r"^negative: must be keep or zero, because 1 of 6 .* 25.00% of that of"
+    message = r"^negative: must be keep or zero, because 1 of 6 .* 25 % of that of"
     with pytest.raises(InvalidValueError, match=message):
         Tabulated(*PUSH_AND_PULL)
     zero, keep = (Tabulated(*PUSH_AND_PULL, negative=choice) for choice in ("zero", "keep"))

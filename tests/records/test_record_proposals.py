@@ -26,8 +26,8 @@ def test_a_slow_rise_is_not_treated_as_a_baseline(samples, exponent):
 
 #: Forces at whole times, and the warning that they begin or end above zero.
 JUMPS = {
-    "start": ([0.25, 1, 0.5, 0], "The record begins at 25.00% and ends at 0.00% of its peak force"),
-    "end": ([0, 1, 0.5, 0.015625], "The record begins at 0.00% and ends at 1.56% of its peak force"),
+    "start": ([0.25, 1, 0.5, 0], "The record begins at 25 % and ends at 0 % of its peak force"),
+    "end": ([0, 1, 0.5, 0.015625], "The record begins at 0 % and ends at 1.6 % of its peak force"),
 }
 
 
@@ -49,7 +49,7 @@ def test_a_baseline_that_makes_forces_negative_is_proposed_with_what_becomes_of_
 
 def test_a_crop_inside_the_pulse_is_a_warning():
     (alarm,) = Tabulated(range(101), PULSE, crop=(25, 75)).alarms
-    assert alarm.startswith("The record begins at 50.00% and ends at 50.00% of its peak force")
+    assert alarm.startswith("The record begins at 50 % and ends at 50 % of its peak force")
 
 
 #: Records without a warning.

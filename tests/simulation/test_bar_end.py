@@ -139,3 +139,9 @@ def test_a_wrong_bar_is_refused_in_its_place(bar: str, problem: str) -> None:
 def test_the_compiled_code_refuses_a_bar() -> None:
     with pytest.raises(sw.InvalidValueError, match="backend: must be auto or numpy for a bar at the end"):
         sw.simulate(IMPACT, row(), backend="compiled")
+
+
+def test_a_text_names_the_bar() -> None:
+    text = str(sw.simulate(IMPACT, row()))
+    assert "bar" in text
+    assert "wall" not in text

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 import shockwave as sw
-from shockwave.scene.layout import Layout
-from shockwave.scene.plastic_range import elastic_chain
+from shockwave.scene.layout import Layout, elastic_chain
 from support.command_line import scenario, shockwave
 
 STEEL = sw.Material(youngs_modulus=200e9, poisson_ratio=0.3, density=7650, yield_strength=1.9e9)

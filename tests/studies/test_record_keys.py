@@ -128,7 +128,7 @@ def test_the_effect_of_a_key_is_the_change_that_it_makes(tmp_path: Path) -> None
     change = proposed.pulse["impulse"] / without["impulse"] - 1
     assert change < -0.2
     (line,) = [line for line in str(proposed).splitlines() if "crop:" in line]
-    assert f"impulse {change:+.2%}" in line
+    assert f"impulse {100 * change:+.2g} %" in line
 
 
 def test_the_command_writes_a_scenario_and_a_picture(
