@@ -25,5 +25,5 @@ def test_the_greatest_value_is_stated_in_whatever_unit_and_at_whatever_contact()
         place = f"at contact {contact}, between granule {contact} (steel-{contact}0) and the wall (rigid)"
         groups.add([f"A peak is {ratio} times that of first yield, {place}.", f"A force of at most {force}."])
     yields, later = groups.sentences("points")
-    assert yields.startswith("In all points, at most: A peak is 110 times that of first yield, at contact 20")
-    assert later == "In all points, at most: A force of at most 1.2 kN."
+    assert yields.startswith("In all points, here the greatest: A peak is 110 times that of first yield, at contact 20")
+    assert later == "In all points, here the greatest: A force of at most 1.2 kN."
