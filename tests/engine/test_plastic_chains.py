@@ -18,15 +18,11 @@ from shockwave.engine.nystroem_integrators import Rkn64, Rkn1210
 from shockwave.engine.scipy_integrators import Dop853
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.convergence_runs import runs_of
+from support.assemblies import compiled
 from support.fixed_steps import runge_kutta
 from support.plastic_chains import REFERENCE, plastic, reference_scenario
 
 pytestmark = pytest.mark.compiled
-
-try:
-    from shockwave.engine import _chains as compiled
-except ImportError:
-    compiled = None
 
 NAMES = list(REFERENCE["cases"])
 
