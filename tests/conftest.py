@@ -63,6 +63,13 @@ def frozen() -> Iterator[None]:
 
 
 @pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The current folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
 def patch(tmp_path: Path) -> Iterator[pytest.MonkeyPatch]:
     """A working folder, which is the current one, and where alone plugins are."""
     with workplace(tmp_path) as patch:

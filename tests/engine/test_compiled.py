@@ -184,7 +184,7 @@ def numbers(name: str) -> Iterator[tuple[int, int]]:
     """Places in the buffers of a function, about 200 of each."""
     for index, buffer in enumerate(arguments(name)):
         if isinstance(buffer, np.ndarray) and buffer.dtype.names is None:
-            yield from product([index], range(0, buffer.size, buffer.size // 200 + 1))
+            yield from product([index], range(0, buffer.size, buffer.size // 100 + 1))
 
 
 def call(name: str, given: list[Any]) -> None:

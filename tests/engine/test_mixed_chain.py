@@ -22,18 +22,13 @@ from shockwave.engine.scipy_integrators import Dop853
 from shockwave.scene.contact_law import BoundLaw, ContactLaw, Pairs
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.convergence_runs import tolerances_for
-from support.assemblies import PULSE, mixed, uniform
+from support.assemblies import PULSE, compiled, mixed, uniform
 from support.chain_reference import Reference
 from support.fixed_steps import runge_kutta
 from support.random_chains import scene as random_scene
 from support.reference_chains import CASES, scenario_of
 
 pytestmark = pytest.mark.compiled
-
-try:
-    from shockwave.engine import _chains as compiled
-except ImportError:
-    compiled = None
 
 NUMBERS = [0, 1, 2, 3, 6]
 

@@ -107,11 +107,7 @@ IN_HOOKS["hooks module is misspelt"] = (MISSPELT, "", "'shockwave_profile'")
 IN_PULSE = {f"profile's module {name}": ("", code, cause) for name, (code, cause) in (ON_IMPORT | PULSES).items()}
 
 
-@pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The current folder."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("folder")
 
 
 def scene(profile: str = "faulty-pulse", *more: str, chain: str = CHAIN, name: str = "scene") -> Path:

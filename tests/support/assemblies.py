@@ -11,6 +11,11 @@ import shockwave as sw
 from shockwave.engine.mixed_chain_assembly import Assembly
 from shockwave.engine.scaled_problem import ChainProblem
 
+try:
+    from shockwave.engine import _chains as compiled
+except ImportError:
+    compiled = None
+
 #: A triangular pulse of unit force and rise time.
 PULSE = ChainProblem(sw.PowerLaw(rise_exponent=1, decay_exponent=1, duration_ratio=3), 1.0, 1.0)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -23,10 +22,7 @@ REFERENCE: dict[str, Any] = json.loads((Path(__file__).parents[1] / "data" / "pl
 @cache
 def reference_scenario(name: str) -> sw.Scenario:
     """Scenario of a reference chain."""
-    with TemporaryDirectory() as folder:
-        file = Path(folder) / "scene.yaml"
-        file.write_text(REFERENCE["cases"][name]["scenario"], encoding="utf-8")
-        return sw.load_scenario(file)
+    return sw.Scenario.from_yaml(REFERENCE["cases"][name]["scenario"])
 
 
 def plastic(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import shockwave as sw
@@ -17,10 +16,7 @@ CASES: dict[str, dict[str, Any]] = json.loads((Path(__file__).parents[1] / "data
 @cache
 def scenario_of(name: str) -> sw.Scenario:
     """Scenario of a reference chain."""
-    with TemporaryDirectory() as folder:
-        file = Path(folder) / "scene.yaml"
-        file.write_text(CASES[name]["scenario"], encoding="utf-8")
-        return sw.load_scenario(file)
+    return sw.Scenario.from_yaml(CASES[name]["scenario"])
 
 
 @cache
