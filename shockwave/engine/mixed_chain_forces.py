@@ -35,7 +35,7 @@ KINK_SHARE = 0.1
 MIN_STEP = 1e-15
 #: Parts of a step at whose ends the mode of a contact with rate is examined, and the largest number of changes of a
 #: mode at one time.
-PARTS = 4
+PARTS = 2
 #: Fraction of the allowed delay of the end of a mode with rate: the force may be greatest there, with a corner.
 SHARP = 0.25
 MOST_CHANGES = 4

@@ -13,9 +13,13 @@ import shockwave as sw
 from shockwave.base.errors import InvalidValueError
 from shockwave.engine import mixed_chain_domains
 from shockwave.engine.mixed_chain_assembly import Assembly
+from shockwave.engine.mixed_chain_forces import FINER
 from shockwave.engine.mixed_chain_problem import integrate
 from shockwave.engine.nystroem_integrators import Rkn64, Rkn1210
 from shockwave.engine.scipy_integrators import Dop853
+from shockwave.scene.elastic_plastic import Curve
+from shockwave.scene.scene import Scene
+from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.convergence_runs import runs_of
 from support.assemblies import compiled
@@ -198,3 +202,49 @@ def test_random_chains_agree_with_short_steps(number: int, rate: float) -> None:
     # with rate, a force has its maximum at a corner, which the ends of the steps miss
     closed = motion.forces > 1e-6
     np.testing.assert_allclose(motion.forces[closed], course.forces[closed], rtol=3e-3 if rate else 5e-5)
+
+
+@pytest.mark.skipif(compiled is None, reason="without compiled code it takes long")
+def test_rate_costs_few_steps_while_other_contacts_open() -> None:
+    steps = []
+    for rate in (0.0, 0.025):
+        steel = sw.Material(
+            youngs_modulus=193e9, poisson_ratio=0.3, density=7860.0, yield_strength=600e6, rate_constant=rate
+        )
+        diameters = np.random.default_rng(1).uniform(6e-3, 14e-3, 30)
+        beads = tuple(sw.Segment(count=1, diameter=each) for each in diameters.tolist())
+        chain = sw.Chain(
+            material=steel, diameter=9e-3, granules=beads, contact=sw.ElasticPlastic(), end=sw.Wall(material="rigid")
+        )
+        shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=1000.0, rise_time=20e-6)
+        case = ChainSetup.of(SimulateOptions(rtol=1e-6, until=1e-3), Scene(excitation=shock, chain=chain))
+        steps.append(integrate(case.assembly, 1e-7, until=case.until, compiled=compiled).steps)
+    assert steps[1] < 1.2 * steps[0]
+
+
+@pytest.mark.skipif(compiled is None, reason="without compiled code it takes long")
+@pytest.mark.parametrize("rate", [0.0, 0.03])
+def test_a_precompressed_chain_takes_few_steps(rate: float) -> None:
+    # ahead of the wave, forces less the static ones and ends of modes must not be rounding errors
+    chain = plastic(60, radius=300.0, rate=rate, overlaps=np.full(60, 1.2), velocity=1.0, force=None)
+    assert integrate(chain, 1e-6, until=40.0, compiled=compiled).steps < 3000
+
+
+def test_the_time_of_a_peak_is_that_of_a_corner() -> None:
+    # contact 1 meets the falling loading curve before it turns
+    masses = np.random.default_rng(3).uniform(0.3, 3, 20)
+    chain = plastic(20, radius=300.0, rate=0.03, inverse_masses=1 / masses)
+    one, other = (integrate(chain, each, until=25.0, compiled=compiled) for each in (1e-5, 1e-9))
+    np.testing.assert_allclose(one.force_times[1:16], other.force_times[1:16], atol=1e-5)
+
+
+@pytest.mark.parametrize("strength", [1e-3, 0.01, 0.1])
+def test_pieces_are_the_loading_curves_of_a_greater_strength(strength: float) -> None:
+    contacts = plastic(1, strength=strength, rate=0.05).plastic
+    assert contacts is not None
+    pieces, _ = contacts.curves
+    grown = np.random.default_rng(0).uniform(0, len(pieces), 200)
+    share = (grown % 1)[:, None, None] ** np.arange(pieces.shape[1])[:, None]
+    curve = Curve.of(strength * (1 + grown / FINER))
+    values = curve.ratio - curve.bend * np.log(curve.first), curve.bend, curve.level, curve.slope
+    np.testing.assert_allclose((pieces[grown.astype(int)] * share).sum(1).T, values, rtol=1e-12)
