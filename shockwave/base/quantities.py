@@ -274,8 +274,16 @@ def sensor_figures(sensors: Sequence[Any]) -> tuple[Quantity, ...]:
     return tuple(figures)
 
 
+def sensor_errors(sensors: Sequence[Any]) -> tuple[Quantity, ...]:
+    """Errors of the first pulses of sensors."""
+    meaning = "largest relative error of the figures of the first pulse"
+    names = ((f"sensors[{index}].error_estimate", f"{sensor.name}_error") for index, sensor in enumerate(sensors))
+    return tuple(Quantity(name, "", meaning, column) for name, column in names)
+
+
 def quantity_named(name: str, known: Mapping[str, Quantity]) -> Quantity | None:
-    """The quantity of this name, or a ratio of two, such as ``sensors[1].peak / sensors[0].peak``; None without one."""
+    """The quantity of this name or column, or a ratio of two, ``sensors[1].peak / sensors[0].peak``; else None."""
+    known = {**{each.column: each for each in known.values()}, **known}
     above, slash, below = (part.strip() for part in name.partition("/"))
     quantity, over = known.get(above), known.get(below)
     if not slash or quantity is None or over is None:
@@ -304,4 +312,4 @@ def unit_of(name: str) -> str:
 def errors_of(column: str) -> tuple[str, ...]:
     """Columns of a sweep with the error of a column, of which the first that the sweep has counts."""
     is_force = column in (WALL[0].column, *(each.column for each in STRUCTURE)) or column.startswith("force_")
-    return (FORCES_ERROR[0].column,) if is_force else _ERRORS.get(column, ())
+    return (FORCES_ERROR[0].column,) if is_force else _ERRORS.get(column, (f"{column.rpartition('_')[0]}_error",))

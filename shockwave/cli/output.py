@@ -21,6 +21,8 @@ _DEBUG = "SHOCKWAVE_DEBUG"
 #: Endings of files of pictures and of tables.
 PICTURES = (".svg", ".png", ".pdf")
 TABLES = (".csv", ".nc")
+# Arguments in Python that an option gives one by one.
+_SINGULAR = {"quantities": "quantity"}
 
 
 def failure(error: Exception) -> tuple[str, int]:
@@ -44,7 +46,9 @@ def of_arguments(options: argparse.Namespace) -> Iterator[None]:
     except InvalidValueError as error:
         if not all(fault.path.partition(".")[0] in options for fault in error.faults):
             raise
-        named = (f"--{fault.path.replace('_', '-')}: {fault.problem}" for fault in error.faults)
+        named = (
+            f"--{_SINGULAR.get(fault.path, fault.path.replace('_', '-'))}: {fault.problem}" for fault in error.faults
+        )
         raise UsageError("\n".join(named)) from None
 
 

@@ -174,7 +174,7 @@ def train(result: Comparison | Outcome | Simulation | Section4Outcome, *, ax: Ax
             "result", "must have waves (got none; pictures.peak_forces draws forces at contacts)"
         )
     places = np.arange(1, len(waves) + 1) + 0.12
-    with canvas(ax, result, x="wave", y="peak force", from_zero=True) as ax:
+    with canvas(ax, result, simulated, x="wave", y="peak force", from_zero=True) as ax:
         shock = getattr(result if simulated is None else simulated, "shock", None)
         if shock is not None:
             ax.axhline(shock.peak_force, color=METHODS["shock"], linewidth=1.0, linestyle=":", label="shock")

@@ -179,9 +179,22 @@ BLOCKS = {
 }
 
 
+# Advice on other words for keys.
+_INSTEAD = dict.fromkeys(("beads", "balls", "spheres", "particles"), "did you mean 'granules'?")
+_INSTEAD |= dict.fromkeys(("striker", "impactor", "projectile"), "did you mean 'impact'?")
+_INSTEAD["mass"] = "give density of the material, and diameter or radius"
+
+
 def paths_of(name: str) -> list[str]:
     """Dotted names of the keys of this name."""
     return [f"{block}.{name}" for block, keys in BLOCKS.items() for key in keys if key.name == name]
+
+
+def hint_instead_of(name: str) -> str:
+    """Advice on a name that is no key but is often taken for one; else empty."""
+    if name.endswith((".contact.model", ".damping.model")):
+        return "the model of a block cannot be varied; run a scenario with each"
+    return _INSTEAD.get(name, "")
 
 
 @cache

@@ -12,7 +12,15 @@ from attrs import frozen
 from shockwave.base.errors import InvalidValueError, ShockwaveError, hint_of
 from shockwave.base.quantity_fields import text_of
 from shockwave.registry.registry import find, load
-from shockwave.scenario.block_keys import BLOCKS, SHOCK, Key, has_chain_blocks, parameters_of, shock_keys
+from shockwave.scenario.block_keys import (
+    BLOCKS,
+    SHOCK,
+    Key,
+    has_chain_blocks,
+    hint_instead_of,
+    parameters_of,
+    shock_keys,
+)
 from shockwave.scenario.value_conversion import convert
 
 
@@ -69,7 +77,7 @@ def variable(name: str, data: Mapping[str, Any], fits: Callable[[str], bool] = b
     all_variables = variables(data)
     if name not in all_variables:
         names = [other for other in all_variables if fits(other)]
-        hint = hint_of(str(name), names)
+        hint = hint_instead_of(str(name)) or hint_of(str(name), names)
         raise InvalidValueError(f"must be the dotted name of a key (got {text_of(name)}; {hint})")
     return all_variables[name]
 

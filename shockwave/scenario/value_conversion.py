@@ -15,7 +15,7 @@ from shockwave.base.errors import Fault, InvalidValueError, ShockwaveError, firs
 from shockwave.base.quantity_fields import Quantity, join, text_of
 from shockwave.base.units import COMMA, to_si
 from shockwave.registry.registry import find, load
-from shockwave.scenario.block_keys import Key, keys_of, paths_of
+from shockwave.scenario.block_keys import Key, hint_instead_of, keys_of, paths_of
 from shockwave.scene.material import Material
 
 #: Conversion of a value of a document.
@@ -124,7 +124,9 @@ def items(values: Sequence[Any], convert: Parser) -> list[Any]:
 
 def _unknown(name: str, known: Sequence[str], helpful: bool) -> Fault:
     hint = "no keys are allowed here" if not known else hint_of(name, known) if helpful else "see the first errors"
-    if paths := paths_of(name):
+    if known and (advice := hint_instead_of(name)):
+        hint = advice
+    elif paths := paths_of(name):
         hint = f"did you mean {paths[0]!r}?"
     comma = COMMA if name[:1].isdigit() else ""  # {diameter: 9,5 mm} in YAML
     return Fault((name,), f"unknown key (got {text_of(name)}{comma}; {hint})", at_key=True)

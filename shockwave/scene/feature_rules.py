@@ -15,7 +15,7 @@ from shockwave.scene.segments import MOST_GRANULES, Cell, Segment, each_segment
 Granules = int | Sequence[Segment | Cell] | None
 #: Feature -> its types, and their names in messages.
 _TYPES: Mapping[str, tuple[Any, str]] = {
-    "end": (Wall | Bar, "a Wall or a Bar"),
+    "end": (Wall | Bar, "a Bar or a Wall, such as sw.Wall(material='same')"),
     "damping": (Damping, "a KuwabaraKono, a Dashpot or a Tsuji"),
     "contact": (AnyContact, "a PowerContact, an ElasticPlastic, a ContactLaw or a Hertz"),
 }

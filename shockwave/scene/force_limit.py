@@ -22,7 +22,7 @@ LAST, WALL, BAR = "force at the last contact", "force on the wall", "force on th
 SPRING = "force of the spring on the ground"
 #: Remedies for a force that may be greater later: where a later end of the simulated time helps, and where none does.
 LATER = "simulate to a later end"
-UNDAMPED = "state a damping, without which waves never cease"
+UNDAMPED = "state a damping (without damping, waves never cease)"
 FALLING = "state chain.end.stiffness, because a wall without a spring gives way under the weight of the striker"
 UNBOUNDED = "compare longer simulations, because no bound of the later force is known"
 #: Beginnings of warnings of a greater force after the simulated time.
@@ -278,5 +278,7 @@ class Exceedance:
     def __str__(self) -> str:
         share = percent(self.probability)
         low, high = (percent(round_bound(end, up, 2)) for end, up in ((self.low, False), (self.high, True)))
-        rest = f"; {self.undecided} of {self.draws} scenes are undecided" if self.undecided else ""
-        return f"probability {share}, between {low} and {high}{rest}"
+        if self.undecided:
+            rest = f"{self.undecided} of {self.draws} scenes are undecided"
+            return f"probability between {low} and {high}, {share} by the simulated forces alone; {rest}"
+        return f"probability {share}, between {low} and {high}"

@@ -7,7 +7,7 @@ from functools import partial
 from inspect import signature
 from typing import Any
 
-from attrs import field, frozen
+from attrs import evolve, field, frozen
 
 from shockwave.base.errors import Fault, InvalidValueError, explain_arguments, locate
 from shockwave.base.quantity_fields import Number, Quantity, Value, quantity, text_of
@@ -132,4 +132,6 @@ def _profile(make: Any, duration_ratio: Number | None, parameters: Mapping[str, 
 
 
 def _within(fault: Fault) -> Fault:
-    return fault if fault.path == "duration_ratio" else fault.below("parameters")
+    if fault.path != "duration_ratio":
+        return fault.below("parameters")
+    return evolve(fault, problem=fault.problem.replace("(got nothing)", "(got nothing; or give duration)"))

@@ -388,8 +388,8 @@ class Simulation(SceneResult):
         *("error_estimate", "forces.contacts", "integrator", "backend", "end"),
     )
     _tables = (
-        *(("waves", "wave"), ("contacts", "contact"), ("passages", "contact"), ("segments", "segment")),
-        *(("recording", "time"), ("sensors", "sensor")),
+        *(("sensors", "sensor"), ("waves", "wave"), ("contacts", "contact"), ("passages", "contact")),
+        *(("segments", "segment"), ("recording", "time")),
     )
 
     def to_dict(self) -> dict[str, Any]:

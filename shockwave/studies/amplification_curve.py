@@ -16,7 +16,7 @@ from shockwave.base.errors import InvalidValueError, NumericalError, ShockwaveEr
 from shockwave.base.numerics import FloatArray
 from shockwave.base.quantity_fields import Number, Quantity, text_of
 from shockwave.base.result import VERSION, Result, cached_property
-from shockwave.base.result_tables import evenly
+from shockwave.base.result_tables import Table, along, evenly
 from shockwave.base.text import facts, limits, notes, si, strong, table
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock_profile import ShockProfile
@@ -55,6 +55,9 @@ _SAFETY = 3.0
 _ROWS = 4
 # Characters of the profile in the text: two lines.
 _MOST_CHARACTERS = 110
+
+# Columns of the table of points.
+_FIGURES = ("amplification", "error", "section4_amplification")
 
 
 @frozen(kw_only=True)
@@ -128,7 +131,7 @@ class UniversalCurve(Result):
 
     _brief = ("profile", "rtol", "longest")
     _picture = "shockwave.pictures.default_pictures:draw_curve"
-    _tables = (("points", "rise_time"),)
+    _tables = (("points", "scaled_rise_time"),)
 
     @explain_arguments
     def __init__(self, profile: ShockProfile, rtol: Number = 1e-4, longest: Number = 50.0) -> None:
@@ -205,6 +208,11 @@ class UniversalCurve(Result):
         shown = table(("t0/T0", "amplification", "section 4"), rows)
         answer = [strong(f"universal curve {accuracy}"), *limits(self.warnings), *lines, shown]
         return "\n".join([*answer, *notes(self.notes)])
+
+    def _table(self, name: str) -> Table:
+        columns = {each: [getattr(point, each) for point in self.points] for each in _FIGURES}
+        values = {each: np.array(column, dtype=float) for each, column in columns.items()}
+        return along(dict(self._tables)[name], [point.rise_time for point in self.points], values)
 
     @cached_property
     def _spline(self) -> CubicSpline:

@@ -265,7 +265,7 @@ def exceedance(
         value=float(np.median(forces)) if is_known.all() else None,
         low=float(np.quantile(least, _RANGE[0])),
         high=float(np.quantile(most, _RANGE[1], method="higher")),
-        remedy="narrow the distributions",
+        remedy=verdict(limit, leaving).remedy or "narrow the distributions",
         later=float(np.quantile(bound, _RANGE[1], method="higher")),
     )
     return result, verdict(limit, force)

@@ -146,7 +146,7 @@ class Uncertainty(Result):
 
     _brief = ("scenario", "quantities", "parameters", "draws")
     _picture = "shockwave.pictures.studies:distribution"
-    _tables = (("quantiles", "probability"), ("draws", "draw"))
+    _tables = (("quantiles", "probability"), ("sensitivities", "parameter"), ("draws", "draw"))
 
     @property
     def peak_force(self) -> QuantityStatistics | None:
@@ -166,6 +166,14 @@ class Uncertainty(Result):
         if name == "draws":
             units |= {each.name: each.unit for each in self.parameters}
             return along("draw", range(self.draws), {**self.outputs, **self.values}, units)
+        if name == "sensitivities":
+            shares = {
+                f"{each.name} {kind}{suffix}": [getattr(getattr(one, kind), part) for one in each.sensitivities]
+                for each in self.quantities
+                for kind in ("first", "total")
+                for suffix, part in (("", "value"), (" error", "error"))
+            }
+            return along("parameter", [each.name for each in self.parameters], shares, dict.fromkeys(shares, ""))
         columns = {each.name: [one.value for one in each.quantiles.values()] for each in self.quantities}
         return along("probability", [*self.quantities[0].quantiles], columns, units) if columns else None
 

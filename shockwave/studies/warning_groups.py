@@ -68,13 +68,19 @@ class WarningGroups:
             Whether the first numbers of the scenes are stated; warnings of the same scenes are then joined.
         """
         others = set(map(kind_of, besides))
-        joined: dict[object, tuple[list[str], _Group]] = {}
+        entries: list[tuple[list[str], _Group]] = []
+        latest: dict[object, tuple[list[str], _Group]] = {}
         for kind, group in self.groups.items():
-            if kind not in others:
-                key = (*group.places, group.varies and group.greatest) if numbered else kind
-                joined.setdefault(key, ([], group))[0].append(group.warning)
+            key = tuple(group.places) if numbered else kind
+            entry = latest.get(key)
+            if kind in others:
+                continue
+            if entry is None or (group.varies and not (entry[1].varies and entry[1].greatest == group.greatest)):
+                entry = latest[key] = ([], group)
+                entries.append(entry)
+            entry[0].append(group.warning)
         sentences = []
-        for warnings, group in sorted(joined.values(), key=lambda each: -len(each[1].places)):
+        for warnings, group in sorted(entries, key=lambda each: -len(each[1].places)):
             places = group.places
             shown = ", ".join([*map(str, places[:_MOST_LISTED]), *["..."] * (len(places) > _MOST_LISTED)])
             share = f"{len(places)} of {self.count} {scenes}{f' ({shown})' if numbered else ''}"

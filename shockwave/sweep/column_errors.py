@@ -33,10 +33,11 @@ def accuracy_of(name: str, units: Mapping[str, str | None], values_of: Callable[
     unknown = np.full(values.shape, np.nan)
     if not np.isfinite(values).any():
         return Accuracy(unknown, "no point has a value")
-    column = next((each for each in errors_of(name) if each in units), None)
-    if column is None:
+    columns = [next((each for each in errors_of(part) if each in units), "") for part in name.split(" / ")]
+    column = columns[0]
+    if not all(columns):
         return Accuracy(unknown, "")
-    errors = values_of(column)
+    errors = np.sum([values_of(each) for each in columns], axis=0)
     if column == "low":
         errors = (values_of("high") - errors) / 2 / values_of("peak_force")
         if not np.isfinite(errors).any():

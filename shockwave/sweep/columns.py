@@ -118,7 +118,7 @@ def requested_columns(scenario: Scenario, columns: tuple[Quantity, ...]) -> tupl
             got = f"got {text_of(name)}; {hint_of(name, list(known))}"
             raise InvalidValueError.of(("sweep", "quantities", index), f"must be a quantity or a ratio of two ({got})")
         requested.append(quantity)
-    return tuple(dict.fromkeys((*sensors, *requested)))
+    return tuple(dict.fromkeys((*sensors, *quantities.sensor_errors(scenario.simulate.sensors), *requested)))
 
 
 def column_of(quantity: Quantity) -> Column:

@@ -97,6 +97,14 @@ def test_without_axes_a_result_is_drawn_on_a_new_figure() -> None:
     pyplot.close("all")
 
 
+def test_a_picture_of_all_waves_is_marked_with_their_warnings(ax: Axes) -> None:
+    slow = evolve(SHOCK, profile=sw.Triangular(duration_ratio=3), rise_time=4e-4)
+    outcome = sw.predict(slow, CHAIN)
+    assert outcome.warnings == ()  # its first number has none
+    outcome.plot(ax=ax)
+    assert [text.get_text() for text in ax.texts] == ["! 1 warning"]
+
+
 def test_a_limit_is_drawn_at_its_force(ax: Axes) -> None:
     sw.simulate(SHOCK, WALLED, limit="60 N").plot(ax=ax)
     (drawn,) = (each for each in ax.get_lines() if each.get_label() == "limit")

@@ -262,6 +262,26 @@ def test_a_wrong_scenario_is_refused_in_its_place(tmp_path: Path, name: str) -> 
     assert bool(schema_faults(before + behind)) is (name in SEEN)
 
 
+@pytest.mark.parametrize(
+    ("text", "hint"),
+    [
+        (CHAIN + "striker: {velocity: 1}\n", "striker: unknown key (got 'striker'; did you mean 'impact'?"),
+        (_chain(f"{ENDLESS}, beads: 5"), "chain.beads: unknown key (got 'beads'; did you mean 'granules'?"),
+        (_chain(f"{ENDLESS}, mass: 1 g"), "chain.mass: unknown key (got 'mass'; give density"),
+        (
+            _with("sweep: {grid: {chain.contact.model: [hertz, elastic-plastic]}}"),
+            "the model of a block cannot be varied",
+        ),
+    ],
+    ids=["striker", "beads", "mass", "model"],
+)
+def test_another_word_for_a_key_is_answered_with_the_key(tmp_path: Path, text: str, hint: str) -> None:
+    (tmp_path / "words.yaml").write_text(text)
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(tmp_path / "words.yaml")
+    assert hint in str(caught.value)
+
+
 TOGETHER = {
     "equal granules": (
         "shock:\n"

@@ -114,7 +114,7 @@ WRONG: dict[str, tuple[dict[str, Any], str, str]] = {
     "law-under-precompression": ({"contact": Law(), "precompression": 1.0}, "precompression", "Law"),
     "too-many-in-segments": ({"granules": [sw.Segment(count=10**6)] * 2}, "granules", "at most 1000000 granules"),
     "no-segments": ({"granules": [sw.Segment(), 3]}, "granules[1]", "must be a Segment or a Cell (got 3)"),
-    "no-wall": ({"end": "rigid"}, "end", "must be a Wall or a Bar (got 'rigid')"),
+    "no-wall": ({"end": "rigid"}, "end", "such as sw.Wall(material='same') (got 'rigid')"),
     "no-damping": ({"damping": 0.9}, "damping", "must be a KuwabaraKono"),
 }  # fmt: skip
 

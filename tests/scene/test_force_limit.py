@@ -231,7 +231,7 @@ def test_a_static_load_leaves_the_verdict_open_where_a_later_force_may_exceed_th
     impact = sw.Impact(velocity=0.3, diameter=100e-3)
     early, late = (sw.simulate(impact, chain, until=until) for until in (None, 30e-3))
     # without damping, the energy under a static load stays, and no end of the simulated time decides
-    remedy = "state a damping, without which waves never cease"
+    remedy = "state a damping (without damping, waves never cease)"
     assert early.leaving.later_remedy == late.leaving.later_remedy == remedy
     assert not any("extend until" in each for each in (*early.warnings, *late.warnings))
     assert any("waves never cease" in each for each in early.warnings)
@@ -384,6 +384,16 @@ def test_a_probability_without_any_exceedance_is_not_known_to_be_zero() -> None:
     assert judged.decision == "below"
 
 
+def test_the_remedy_is_that_of_the_nominal_scene_where_it_is_undecided_alone() -> None:
+    batches = np.linspace(1.0, 3.0, 1024).reshape(16, 64)
+    for force, remedy in (
+        (FORCE, "narrow the distributions"),
+        (evolve(FORCE, high=2.0, later=4.0), FORCE.later_remedy),
+    ):
+        _, judged = exceedance(sw.Limit(force=2.5), force, batches, 1e-4)
+        assert (judged.decision, judged.remedy) == ("undecided", remedy)
+
+
 def test_scenes_without_a_known_bound_are_undecided_and_counted() -> None:
     forces = np.linspace(0.0, 1.0, 1600).reshape(100, 16).T
     # a quarter of the scenes may be struck harder later, half of them by less than the limit
@@ -391,6 +401,7 @@ def test_scenes_without_a_known_bound_are_undecided_and_counted() -> None:
     found, judged = exceedance(sw.Limit(force=0.5), FORCE, forces, 0.0, later)
     assert (found.probability, found.draws, found.undecided) == (0.5, 1600, 200)
     assert 0.5 + 0.125 < found.high < 0.5 + 0.125 + 0.01
+    assert str(found).startswith("probability between ")
     assert str(found).endswith("; 200 of 1600 scenes are undecided")
     assert judged.decision == "undecided"
     # a force that is not known, too

@@ -178,7 +178,8 @@ def test_text_and_tables_show_the_first_pulses() -> None:
     text = str(result)
     assert "granule 9" in text
     assert "m/s" in text
-    frame = result.to_pandas("sensors")
+    assert "granule_9" in result._repr_html_().partition("<details")[0]
+    frame = result.to_pandas()
     assert frame.index.tolist() == ["granule_4", "granule_9", "granule_2_velocity"]
     assert frame["width"]["granule_9"] == result.sensors[1].width
     assert [frame.attrs["units"][name] for name in ("arrival", "speed", "peak")] == ["s", "m/s", None]

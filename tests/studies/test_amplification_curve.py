@@ -158,7 +158,9 @@ def test_equal_curves_have_equal_documents() -> None:
     again = UniversalCurve(TRIANGLE)
     assert again == curve("triangle") == pickle.loads(pickle.dumps(again))
     assert json.dumps(again.to_dict(), allow_nan=False) == json.dumps(curve("triangle").to_dict())
-    assert list(again.to_pandas().columns) == ["amplification", "error", "section4_amplification"]
+    frame = again.to_pandas()
+    assert list(frame.columns) == ["amplification", "error", "section4_amplification"]
+    assert (frame.index.name, frame.attrs["units"]["scaled_rise_time"]) == ("scaled_rise_time", "")
 
 
 def test_the_text_of_a_curve_is_short() -> None:

@@ -82,7 +82,12 @@ def test_an_uncertainty_has_the_figures_of_sensors_and_named_ratios(tmp_path: Pa
             "{contact: 13}, {granule: 4, quantity: velocity}", "{contact: 7}"
         ),
     )
-    result = sw.uncertainty(scenario, spreads={"impact.velocity": "5 %"}, draws=256, quantities=[RATIO])
+    named = ["contact_7_peak / contact_3_peak", "contact_7_speed"]
+    result = sw.uncertainty(scenario, spreads={"impact.velocity": "5 %"}, draws=256, quantities=named)
+    assert [each.name for each in result.quantities[:2]] == [RATIO, "sensors[1].speed"]
+    shares = result.to_pandas("sensitivities").loc["impact.velocity"]
+    assert shares["sensors[1].peak total"] == pytest.approx(1.0, abs=0.05)
+    assert shares["sensors[1].peak total error"] > 0
     by_name = {each.name: each for each in result.quantities}
     assert {"sensors[0].peak", "sensors[1].arrival", "sensors[1].speed", RATIO} <= by_name.keys()
     (arrival,) = (each for each in by_name["sensors[1].arrival"].sensitivities if each.name == "impact.velocity")
@@ -108,6 +113,7 @@ def test_a_sweep_has_columns_of_sensors_and_of_named_quantities(tmp_path: Path) 
     for name in (column, RATIO, RATIO.replace(" ", "")):
         drawn = plot(results, name)
         assert drawn.column == column
+        assert drawn.notes[0].startswith(f"{column}: relative error at most")
         assert drawn.ax.get_xlabel().startswith("chain.granules[1].diameter.to (mm)")
         pyplot.close(drawn.ax.figure)
     picture = tmp_path / "ratio.svg"
@@ -121,3 +127,14 @@ def test_an_unknown_quantity_of_a_sweep_is_refused_in_its_place(tmp_path: Path) 
         sw.InvalidValueError, match=r"sweep.quantities\[2\]: must be a quantity or a ratio of two \(got"
     ):
         sw.run_sweep(scenario, tmp_path / "out", workers=1)
+
+
+def test_an_unknown_quantity_is_an_error_of_its_option_with_names_of_sensors(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "taper.yaml"
+    file.write_text(BLOCKS + "uncertainty: {impact.velocity: 5 %}\n")
+    assert main(["uncertainty", str(file), "--quantity", "contact_13_sped"]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("--quantity: must be a property of the result")
+    assert "did you mean 'sensors[1].speed'" in error
