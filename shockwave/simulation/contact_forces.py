@@ -298,9 +298,10 @@ def value_with_yield(result: Simulation) -> tuple[str, ...]:
         plastic = simulate_chain(options, scene, result.computation, check_setup(options, scene))
     except ShockwaveError:  # the law does not cover these materials
         return ()
-    last, force = plastic.leaving.name, plastic.leaving.value or 0.0
-    forces = f"the greatest force is {si(plastic.greatest_force.peak_force, 'N', _DIGITS)}"
-    return (f"With elastic-plastic contacts {forces}, and the {last} is {si(force, 'N', _DIGITS)}.",)
+    forces = {"greatest force": plastic.greatest_force.peak_force}
+    forces |= {each.name: each.value or 0.0 for each in (plastic.leaving, plastic.leaving.spring) if each is not None}
+    *texts, last = (f"the {name} is {si(force, 'N', _DIGITS)}" for name, force in forces.items())
+    return (f"With elastic-plastic contacts {', '.join(texts)}, and {last}.",)
 
 
 # ---------------------------------------------------------------- validity
