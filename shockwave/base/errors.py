@@ -342,7 +342,7 @@ def unknown_arguments(keywords: Mapping[str, object], parameters: Collection[str
     """Errors of keyword arguments that are not ``parameters``."""
     names = [name for name in keywords if name not in parameters]
     hints = {name: hint_of(name, [*parameters]) if parameters else "there are no arguments" for name in names}
-    return [Fault(name, f"must be left out (got {text_of(keywords[name])}; {hint})") for name, hint in hints.items()]
+    return [Fault(name, f"unknown argument (got {name!r}; {hint})") for name, hint in hints.items()]
 
 
 class Explained:

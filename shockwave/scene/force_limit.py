@@ -21,7 +21,7 @@ LAST, WALL, BAR = "force at the last contact", "force on the wall", "force on th
 #: Description of the force that spring and dashpot of a movable end exert on the ground.
 SPRING = "force of the spring on the ground"
 #: Remedies for a force that may be greater later: where a later end of the simulated time helps, and where none does.
-LATER = "simulate to a later end"
+LATER = "set a later simulate.until"
 UNDAMPED = "state a damping (without damping, waves never cease)"
 FALLING = "state chain.end.stiffness, because a wall without a spring gives way under the weight of the striker"
 UNBOUNDED = "compare longer simulations, because no bound of the later force is known"

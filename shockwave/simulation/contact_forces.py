@@ -30,7 +30,9 @@ from shockwave.simulation.convergence_runs import Runs, runs_of, warn_missed
 from shockwave.simulation.later_forces import (
     Flags,
     MovableEnd,
+    advice,
     are_apart,
+    later_end,
     later_force,
     later_remedy,
     offsets,
@@ -184,21 +186,24 @@ def _leaving_force(runs: Runs, later: float, end: MovableEnd | None = None) -> L
     arrived, remedy = motion.arrival is not None, later_remedy(case, motion, later)
     force = runs.peak(-1).leaving(name_force(case.layout.wall), arrived, later)
     spring = None if end is None else end.leaving(arrived)
-    return evolve(force, later_remedy=remedy, spring=spring and evolve(spring, later_remedy=remedy))
+    remedies: dict[str, Any] = {"later_remedy": remedy}
+    if not arrived:
+        remedies["remedy"] = later_end(case, motion)
+    return evolve(force, **remedies, spring=spring and evolve(spring, **remedies))
 
 
 def _warn_unfinished(case: ChainSetup, motion: Motion, velocities: FloatArray, apart: Flags) -> Iterator[str]:
     """Warnings of results that may change after the end of the simulated time."""
     if motion.arrival is None and case.scene.chain.count is not None:
-        last = case.scene.chain.end_word or "last contact"
-        yield f"The leading wave has not reached the {last} by the end of the simulated time (extend until)."
+        last, rest = case.scene.chain.end_word or "last contact", f"({later_end(case, motion)})"
+        yield f"The leading wave has not reached the {last} by the end of the simulated time {rest}."
     if case.layout.wall and not case.layout.law_contacts[-1]:
         closing = motion.x[case.granules - 1] - (motion.x[case.granules] if len(motion.x) > case.granules else 0.0)
         stiffness, overlap = stiffnesses(case, motion)[-1], max(float(offsets(case, motion)[-1] + closing), 0.0)
         excess = float(stiffness * overlap ** case.assembly.exponents[-1] - case.assembly.static_forces[-1])
         # a striker may lie on the chain
         if min(abs(excess), abs(excess - case.assembly.weight)) > _STILL_ACTING * motion.dynamic_forces[-1] > 0:
-            rest = f"at the end of the simulated time: its impulse is incomplete {case.advice}"
+            rest = f"at the end of the simulated time: its impulse is incomplete {advice(case, motion)}"
             yield f"A wave acts on the {case.layout.wall.word} {rest}."
     if not case.layout.weight and _restitution(case, motion, velocities, apart) is not None:
         others = velocities[1:]
@@ -212,9 +217,9 @@ def _later_warning(case: ChainSetup, motion: Motion, later: float) -> Iterator[s
     if end is not None and motion.arrival is not None and later > case.scales.force * motion.forces[-1]:
         if later < math.inf:
             force = f"of at most {si(round_bound(later, up=True), 'N', 3)}"
-            yield f"{COLLISION} on the {end.word}, {force} {case.advice}."
+            yield f"{COLLISION} on the {end.word}, {force} {advice(case, motion)}."
         elif case.assembly.force is not None and motion.end < case.assembly.force.duration:
-            yield f"{STILL_ACTS}: the {name_force(end)} may still grow (extend until)."
+            yield f"{STILL_ACTS}: the {name_force(end)} may still grow {advice(case, motion)}."
         elif case.assembly.weight:
             yield f"{AGAIN}, with a greater {name_force(end)} (its bound is not known)."
 
@@ -293,9 +298,10 @@ def value_with_yield(result: Simulation) -> tuple[str, ...]:
         plastic = simulate_chain(options, scene, result.computation, check_setup(options, scene))
     except ShockwaveError:  # the law does not cover these materials
         return ()
-    last, force = plastic.leaving.name, plastic.leaving.value or 0.0
-    forces = f"the greatest force is {si(plastic.greatest_force.peak_force, 'N', _DIGITS)}"
-    return (f"With elastic-plastic contacts {forces}, and the {last} is {si(force, 'N', _DIGITS)}.",)
+    forces = {"greatest force": plastic.greatest_force.peak_force}
+    forces |= {each.name: each.value or 0.0 for each in (plastic.leaving, plastic.leaving.spring) if each is not None}
+    *texts, last = (f"the {name} is {si(force, 'N', _DIGITS)}" for name, force in forces.items())
+    return (f"With elastic-plastic contacts {', '.join(texts)}, and {last}.",)
 
 
 # ---------------------------------------------------------------- validity

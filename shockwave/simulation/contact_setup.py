@@ -138,11 +138,6 @@ class ChainSetup:
         return not damped and bool(assembly.static_forces.any() or assembly.weight)
 
     @property
-    def advice(self) -> str:
-        """Hint in a warning of waves after the end of the simulated time."""
-        return "(without damping, waves never cease)" if self.is_undamped else "(extend until)"
-
-    @property
     def until(self) -> float | None:
         """Requested end of the simulated time, scaled."""
         until = self.options.until

@@ -14,7 +14,7 @@ from shockwave.base.numerics import FloatArray, bracketed_root
 from shockwave.base.text import round_bound, si
 from shockwave.engine.mixed_chain_problem import Motion
 from shockwave.scene.chain_end import Wall
-from shockwave.scene.force_limit import FALLING, GROWTH, LATER, UNBOUNDED, UNDAMPED, LeavingForce
+from shockwave.scene.force_limit import FALLING, GROWTH, UNBOUNDED, UNDAMPED, LeavingForce
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.convergence_runs import Runs
 from shockwave.simulation.result_parts import Structure
@@ -105,8 +105,25 @@ def later_remedy(case: ChainSetup, motion: Motion, later: float) -> str:
         return FALLING
     if later == math.inf and not case.is_undamped:
         unfinished = case.assembly.force is not None and motion.end < case.assembly.force.duration
-        return LATER if unfinished else UNBOUNDED
-    return UNDAMPED if case.is_undamped else LATER
+        return later_end(case, motion) if unfinished else UNBOUNDED
+    return UNDAMPED if case.is_undamped else later_end(case, motion)
+
+
+def longer_time(end: float, wall: Any) -> str:
+    """The setting of a later ``end`` [s], by more than half a period of a movable wall on its spring."""
+    half = math.pi * math.sqrt(wall.mass / wall.stiffness) if wall is not None and wall.stiffness else 0.0
+    return f"set simulate.until: {si(round_bound(end + max(end, half), up=True, digits=1), 's')}"
+
+
+def later_end(case: ChainSetup, motion: Motion) -> str:
+    """The setting of a later end of a simulation; a shock ends before it."""
+    end = motion.end if case.assembly.force is None else max(motion.end, case.assembly.force.duration)
+    return longer_time(end * case.scales.time, case.layout.wall)
+
+
+def advice(case: ChainSetup, motion: Motion) -> str:
+    """Hint in a warning of waves after the end of the simulated time."""
+    return "(without damping, waves never cease)" if case.is_undamped else f"({later_end(case, motion)})"
 
 
 def _gives_way(case: ChainSetup) -> bool:
@@ -176,7 +193,7 @@ class MovableEnd:
             most = f", to at most {si(round_bound(self.later, up=True), 'N', 3)}" if self.later < math.inf else ""
             rate = math.sqrt(self.wall.stiffness / (self.wall.mass or 1.0))
             period = f"; half a period of wall and spring is {si(math.pi / rate, 's', 2)}" if rate else ""
-            yield f"{GROWTH} after the simulated time{most}{period} {self.runs.case.advice}."
+            yield f"{GROWTH} after the simulated time{most}{period} {advice(self.runs.case, self.runs.motion)}."
 
 
 def _structure(runs: Runs) -> Structure:

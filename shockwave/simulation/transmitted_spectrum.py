@@ -15,6 +15,7 @@ from shockwave.base.numerics import FloatArray
 from shockwave.base.quantity_fields import Number, Quantity
 from shockwave.base.text import percent
 from shockwave.scene.shock import Shock
+from shockwave.simulation.later_forces import longer_time
 from shockwave.simulation.shock_spectrum import DAMPING, FREQUENCY, ShockSpectrum, greatest_responses, octave_fractions
 from shockwave.simulation.wave_setup import RTOL
 
@@ -42,9 +43,9 @@ def spectrum_of(
     base, kilograms = _base(result, mass)
     ratio, first, last = DAMPING.check("damping", damping), FREQUENCY.check("low", low), FREQUENCY.check("high", high)
     times, accelerations = _transmitted(result, 0, kilograms)
-    sizes = np.abs(accelerations)
+    sizes, longer = np.abs(accelerations), longer_time(float(times[-1]), result.chain.end)
     if not sizes.any():
-        raise NumericalError("nothing reaches the structure by the end of the simulated time (extend until)")
+        raise NumericalError(f"nothing reaches the structure by the end of the simulated time ({longer})")
     last = last or _HIGHEST / result.characteristic_time
     frequencies = octave_fractions(first or min(1 / times[-1], last), last)
     spectra, errors = _agreeing_spectra(result, kilograms, frequencies, ratio)
@@ -52,7 +53,7 @@ def spectrum_of(
     warnings = [warning for warning in result.first_warnings if warning not in others]
     if (share := sizes[-1] / sizes.max()) > _STILL_MOVING:
         rest = f"the acceleration is {percent(share)} of the greatest one"
-        warnings.append(f"At the end of the simulated time {rest}, and later motion is left out (extend until).")
+        warnings.append(f"At the end of the simulated time {rest}, and later motion is left out ({longer}).")
     return ShockSpectrum(
         frequencies=frequencies,
         acceleration=spectra[0, 0],

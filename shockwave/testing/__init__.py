@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+try:
+    import pytest as pytest
+except ImportError as error:
+    raise ImportError("shockwave.testing needs pytest: python -m pip install pytest") from error
+
 from shockwave.testing.integrator_contract import IntegratorContract
 from shockwave.testing.profile_contract import ProfileContract
 from shockwave.testing.quadrature_contract import QuadratureContract

@@ -61,7 +61,7 @@ def test_a_greater_later_force_is_the_upper_end_of_the_range(limit: float, decis
     force = LeavingForce(name="force", value=50.0, low=49.0, high=51.0, later=70.0)
     found = verdict(sw.Limit(force=limit), force)
     assert (found.high, found.decision) == (70.0, decision)
-    assert found.remedy == ("simulate to a later end" if decision == "undecided" else None)
+    assert found.remedy == ("set a later simulate.until" if decision == "undecided" else None)
 
 
 def test_a_later_end_is_the_remedy_only_where_the_force_itself_is_below_the_limit() -> None:
@@ -191,7 +191,7 @@ def test_a_prediction_without_an_answer_states_what_would_decide_its_limit() -> 
 
 def test_a_wave_is_awaited_at_the_last_of_equal_granules() -> None:
     result = sw.simulate(SHOCK, chain(granules=12), until=60e-6, limit=45.0)
-    assert result.verdict.remedy == "simulate to a later end"
+    assert result.verdict.remedy == "set simulate.until: 200 us"
     assert result.greatest_force == max(result.contacts, key=lambda contact: contact.peak_force)
     assert str(result).startswith("greatest force ")
 
@@ -206,7 +206,8 @@ def test_a_later_collision_that_may_reach_the_limit_leaves_the_verdict_open() ->
     assert first < limit.force < last < early.leaving.later
     assert any("A later collision may exert a greater force on the wall" in each for each in early.warnings)
     found = limit.verdict(early)
-    assert (found.decision, found.high, found.remedy) == ("undecided", early.leaving.later, "simulate to a later end")
+    assert (found.decision, found.high) == ("undecided", early.leaving.later)
+    assert found.remedy.startswith("set simulate.until: ")
     assert limit.verdict(late).decision == "above"
     assert sw.Limit(force=2 * early.leaving.later).verdict(early).decision == "below"
     assert sw.Limit(force=0.9 * first).verdict(early).decision == "above"
@@ -233,13 +234,21 @@ def test_a_static_load_leaves_the_verdict_open_where_a_later_force_may_exceed_th
     # without damping, the energy under a static load stays, and no end of the simulated time decides
     remedy = "state a damping (without damping, waves never cease)"
     assert early.leaving.later_remedy == late.leaving.later_remedy == remedy
-    assert not any("extend until" in each for each in (*early.warnings, *late.warnings))
+    assert not any("simulate.until" in each for each in (*early.warnings, *late.warnings))
     assert any("waves never cease" in each for each in early.warnings)
     assert early.transmitted.peak_force < late.transmitted.peak_force <= early.leaving.later
     between = sw.Limit(force=(early.transmitted.peak_force + late.transmitted.peak_force) / 2)
     assert between.verdict(early).decision == "undecided"
     # the bound is not needlessly large
     assert early.leaving.later < 5 * late.transmitted.peak_force
+
+
+@pytest.mark.parametrize(("stiffness", "until"), [(1e6, "700 us"), (1e3, "20 ms")], ids=["stiff", "soft"])
+def test_the_advised_time_exceeds_half_a_period_of_the_wall_on_its_spring(stiffness: float, until: str) -> None:
+    end = sw.Wall(mass=0.02, stiffness=stiffness, damping=1.0)
+    impact = sw.Impact(velocity=0.5)
+    found = sw.simulate(impact, chain(granules=2, end=end), until="0.2 ms", limit=sw.Limit(force=200.0, at="spring"))
+    assert any(f"(set simulate.until: {until})" in warning for warning in found.warnings)
 
 
 def test_a_drop_weight_that_comes_to_rest_on_a_spring_is_below_a_limit() -> None:

@@ -133,3 +133,10 @@ def test_a_sweep_has_the_columns_of_plastic_flow(tmp_path: Path) -> None:
     results = sw.load_sweep(tmp_path / "out")
     assert results.values("yielded_contacts").tolist() == [0, 5]
     assert results.values("plastic_energy")[1] > results.values("plastic_energy")[0] == 0.0
+
+
+def test_the_value_with_yield_includes_the_force_of_a_spring_behind_the_chain() -> None:
+    end = sw.Wall(material="bearing-steel-52100", mass=0.1, stiffness=1e6)
+    chain = sw.Chain(material="bearing-steel-52100", diameter="10 mm", granules=2, end=end)
+    (sentence,) = sw.simulate(sw.Impact(velocity="3 m/s"), chain).value_with_yield
+    assert ", and the force of the spring on the ground is " in sentence
