@@ -259,11 +259,11 @@ def _width(cell: str) -> int:
     return len(_STYLE.sub("", cell))
 
 
-def wrap(text: str, width: int, rest: str = "") -> list[str]:
+def wrap(text: str, width: int, rest: str = "", first: str = "") -> list[str]:
     """Lines of ``text`` of at most ``width`` columns, if its words are no longer; ``rest`` begins all but the first."""
     joined = text.replace(" %", "\xa0%")  # a number and its sign stay together
-    lines = textwrap.wrap(joined, width, subsequent_indent=rest, break_on_hyphens=False)
-    return [line.replace("\xa0%", " %") for line in lines] or [""]
+    lines = textwrap.wrap(joined, width, initial_indent=first, subsequent_indent=rest, break_on_hyphens=False)
+    return [line.replace("\xa0%", " %") for line in lines] or [first]
 
 
 def facts(pairs: Iterable[tuple[str, str]]) -> list[str]:
@@ -273,9 +273,7 @@ def facts(pairs: Iterable[tuple[str, str]]) -> list[str]:
 
 def paragraph(label: str, text: str, indent: int = 0) -> list[str]:
     """Lines of ``text`` behind ``label``, all but the first moved in by ``indent``; as wide as the screen."""
-    width = max(_screen.get().columns, len(label) + _NARROW)
-    blank = " " * indent
-    return textwrap.wrap(text, width, initial_indent=label, subsequent_indent=blank, break_on_hyphens=False) or [label]
+    return wrap(text, max(_screen.get().columns, len(label) + _NARROW), " " * indent, label)
 
 
 def notes(warnings: Iterable[str]) -> list[str]:
