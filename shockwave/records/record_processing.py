@@ -64,16 +64,23 @@ class Pulse:
 
 @define(eq=False)
 class _Process:
-    """A record during its processing, with notes on the steps so far."""
+    """A record during its processing, with notes on the steps so far.
+
+    ``least`` is that of the forces that count for the effect of a step: 0 if negative ones are set to zero later.
+    """
 
     times: FloatArray
     forces: FloatArray
+    least: float
     notes: list[str] = field(factory=list)
 
-    def step(self, change: str, forces: FloatArray, kept: slice = slice(None)) -> None:
-        """Take new ``forces``, of which the samples ``kept`` remain, and note the effect."""
-        before, self.times, self.forces = _figures(self.times, self.forces), self.times[kept], forces[kept]
-        self.notes.append(f"{change} ({changes(before, _figures(self.times, self.forces)) or 'no change'}).")
+    def step(self, change: str, forces: FloatArray, kept: slice = slice(None), pulse: slice = slice(None)) -> None:
+        """Take new ``forces``, of which the samples ``kept`` remain, and note the effect on the ``pulse``."""
+        before, self.times, self.forces = self._figures(pulse), self.times[kept], forces[kept]
+        self.notes.append(f"{change} ({changes(before, self._figures(pulse)) or 'no change'}).")
+
+    def _figures(self, pulse: slice) -> dict[str, float]:
+        return _figures(self.times[pulse], self.forces[pulse].clip(self.least))
 
 
 def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None, steps: Steps) -> Pulse:
@@ -94,18 +101,18 @@ def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None, steps: 
         If the samples are not a pulse.
     """
     _check_samples(times, forces)
-    process = _Process(times, forces)
+    pulse = slice(None) if steps["crop"] is None else _within(times, "crop", steps["crop"], 3)
+    process = _Process(times, forces, 0.0 if steps["negative"] == "zero" else -np.inf)
     if steps["baseline"] is not None:
         level = float(forces[_within(times, "baseline", steps["baseline"], 1)].mean())
         lowered = np.where(np.abs(forces - level) > _ROUNDING * abs(level), forces - level, 0.0)
         window = "{:g} to {:g} s".format(*steps["baseline"])
-        process.step(f"A baseline of {level:.4g} N, the mean from {window}, was subtracted", lowered)
+        process.step(f"A baseline of {level:.4g} N, the mean from {window}, was subtracted", lowered, pulse=pulse)
     if steps["low_pass"] is not None:
         filtered = _filter_forces(times, process.forces, steps["low_pass"])
-        process.step(f"A low-pass filter at {steps['low_pass']:g} Hz was applied", filtered)
+        process.step(f"A low-pass filter at {steps['low_pass']:g} Hz was applied", filtered, pulse=pulse)
     if steps["crop"] is not None:
-        samples = _within(times, "crop", steps["crop"], 3)
-        process.step("The record was cropped to {:g} to {:g} s".format(*steps["crop"]), process.forces, samples)
+        process.step("The record was cropped to {:g} to {:g} s".format(*steps["crop"]), process.forces, pulse)
     if process.forces.max() <= 0:
         got = f"got at most {process.forces.max() + 0.0:g} N; if compression is negative, {CHANGE_SIGNS}"
         raise InvalidValueError.of("forces", f"must be > 0 N somewhere ({got})")
@@ -119,6 +126,7 @@ def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None, steps: 
         rule = f"must be keep or zero, because {count} of {above.size} forces are negative"
         raise InvalidValueError.of("negative", f"{rule} ({got})")
     if count and steps["negative"] == "zero":
+        process.least = -np.inf
         process.step(f"Negative samples were set to zero: {count} of {above.size}", above)
     elif not count:
         process.forces = above

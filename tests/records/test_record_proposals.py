@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from shockwave.base.errors import InvalidValueError
 from shockwave.profiles.tabulated import Tabulated
+from shockwave.studies.record_keys import propose_keys
 from support.record_styles import BLOW, MICROSECONDS
 
 PULSE = np.sin(np.pi * np.arange(101) / 100) ** 2
@@ -97,3 +99,15 @@ def test_no_baseline_is_proposed_from_a_lead_that_is_not_a_level(lead):
     profile = Tabulated(np.arange(len(lead) + 5), [*lead, 40, 100, 50, 10, 0])
     assert profile.recorded_peak_force == 100
     assert not any("baseline:" in alarm for alarm in profile.alarms)
+
+
+def test_a_note_states_the_effect_of_a_baseline_as_the_proposal_does(tmp_path: Path) -> None:
+    times = np.arange(-200, 1000, 4.0)
+    forces = 500 * np.sin(np.pi * np.clip(times / 400, 0, 1)) + 20
+    rows = "".join(f"{time:.0f},{force:.6f}\n" for time, force in zip(times, forces, strict=True))
+    (tmp_path / "blow.csv").write_text(f"time (us),force (N)\n{rows}")
+    proposal = propose_keys(tmp_path / "blow.csv")
+    (comment,) = re.findall(r"baseline: .*#.*(impulse \S+ %)", proposal.shock())
+    notes = Tabulated.from_file(tmp_path / "blow.csv", **proposal.parameters).notes
+    (note,) = (note for note in notes if "A baseline of" in note)
+    assert comment in note
