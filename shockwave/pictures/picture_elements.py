@@ -59,6 +59,8 @@ SIGNED = "RdBu_r"
 MINUS = "\N{MINUS SIGN}"
 # Ratio of the limits of a logarithmic axis above which its ticks are powers of ten.
 _FEW_DECADES = 2000.0
+# Fewest labelled ticks of a logarithmic axis.
+_FEWEST_TICKS = 3
 # The legend is placed directly above the axes.
 _LEGEND: dict[str, Any] = {
     "loc": "lower left",
@@ -146,7 +148,7 @@ def literal(text: str) -> str:
 def label_axis(ax: Axes, axis: Literal["x", "y"], label: Label) -> None:
     """Label an axis with its name and unit, with an SI prefix in label and ticks; scale and limits must be final."""
     from matplotlib.text import Text
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+    from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 
     name, unit = (label, _UNITS.get(label, "")) if isinstance(label, str) else label
     chosen = ax.xaxis if axis == "x" else ax.yaxis
@@ -157,7 +159,10 @@ def label_axis(ax: Axes, axis: Literal["x", "y"], label: Label) -> None:
     chosen.set_minor_locator(NullLocator())  # more lines than a column can hold, each as expensive as a label
     if few:
         fit = 3 * math.log10(high / low) <= chosen.get_tick_space()
-        chosen.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if fit else (1.0,)))
+        locator = LogLocator(subs=(1.0, 2.0, 5.0) if fit else (1.0,))
+        ticks = np.asarray(locator.tick_values(low, high))
+        enough = np.count_nonzero((ticks >= low) & (ticks <= high)) >= _FEWEST_TICKS
+        chosen.set_major_locator(locator if enough else MaxNLocator(_FEWEST_TICKS + 1, steps=[1, 2, 5, 10]))
     elif logarithmic:  # a formula for each tick would take longer than the rest of the axis
         chosen.set_major_formatter(FuncFormatter(lambda value, _: power_of_ten(round(math.log10(value)))))
     if few or (unit and not logarithmic):

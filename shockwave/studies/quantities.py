@@ -10,7 +10,7 @@ from typing import Any, Literal, cast
 from attrs import frozen
 
 from shockwave.base import quantities as table
-from shockwave.base.errors import InvalidValueError, below, hint_of, steps_of
+from shockwave.base.errors import Fault, InvalidValueError, hint_of, locate
 from shockwave.base.quantities import Quantity, contact_forces
 from shockwave.base.quantity_fields import Quantity as Number
 from shockwave.base.quantity_fields import text_of
@@ -36,7 +36,7 @@ _OR_LEAST = "; or state another quantity to minimise, --least of the command or 
 # No property of the leading wave grows faster than the square of its peak force.
 _LARGEST_POWER = 2.0
 Sign = Literal["<=", ">=", "="]
-_REQUIREMENT = re.compile(r"\s*([\w.\[\]]+(?:\s*/\s*[\w.\[\]]+)?)\s*(<=|>=|=)(?![<>=])\s*(.*\S)\s*")
+_REQUIREMENT = re.compile(r"\s*([\w.\[\]][\w.\[\] ]*?(?:\s*/\s*[\w.\[\]]+)?)\s*(<=|>=|=)(?![<>=])\s*(.*\S)\s*")
 _FORM = "must be a quantity, <=, >= or =, and a value, such as 'transmitted.peak_force <= 60 N'"
 # Least likeness of a name to the one that is suggested for it.
 _LIKE = 0.5
@@ -64,6 +64,7 @@ def target_named(name: object, reported: Sequence[Quantity], kind: str) -> Quant
         If there is none; the message lists the names.
     """
     targets = targets_of(reported)
+    name = next((each.name for each in targets.values() if each.label == name), name)  # a printed name
     if (quantity := table.quantity_named(str(name), targets)) is not None:
         return quantity
     for part in map(str.strip, str(name).split("/")):
@@ -193,7 +194,7 @@ class Requirement:
             If the quantity is unknown, or the value is not above 0.
         """
         quantity = target_named(name, reported, kind)
-        with below(kind, *steps_of(name)):
+        with locate(lambda fault: Fault((kind,), f"{quantity.name} {fault.problem}")):
             number = float(convert(Key(name, spec=Number(quantity.unit.replace(" ", "*"), "", above=0)), value))
         return cls(quantity, sign, number, kind)
 

@@ -19,6 +19,7 @@ from matplotlib.text import Text
 
 import shockwave as sw
 from shockwave import pictures
+from shockwave.pictures.picture_elements import label_axis
 from shockwave.studies.amplification_curve import UniversalCurve
 from support.figures import inside, key_of
 from support.scenes import CHAIN, FORCE, UNITS, power, triangle
@@ -562,3 +563,13 @@ def test_simulated_numbers_have_the_same_colour_in_every_picture(picture: str, a
     PICTURES[picture](ax, "ejection")
     (drawn,) = (each for each in ax.get_lines() if each.get_label() in ("simulation", "simulated", "ejection"))
     assert drawn.get_color() == pictures.METHODS["simulation"]
+
+
+@pytest.mark.parametrize("ends", [(370.0, 1600.0), (900.0, 1300.0), (3.0, 90.0)])
+def test_a_logarithmic_axis_has_three_labelled_ticks_or_more(ends: tuple[float, float]) -> None:
+    figure, (ax,) = pictures.figure()
+    ax.set(xscale="log", xlim=ends)
+    label_axis(ax, "x", ("force", "N"))
+    figure.canvas.draw()
+    ticks = [tick for tick in ax.get_xticks() if ends[0] <= tick <= ends[1]]
+    assert 3 <= len(ticks) <= 8

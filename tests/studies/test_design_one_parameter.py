@@ -22,7 +22,7 @@ from shockwave.scenario.variations import Family
 from shockwave.studies.design_one_parameter import _equals, search_interval
 from shockwave.studies.design_options import DesignScenes
 from shockwave.studies.design_result import Option, VariedParameter
-from shockwave.studies.quantities import Requirement
+from shockwave.studies.quantities import Requirement, parts_of
 from support.command_line import unwrapped
 from support.pages import ROOT
 from support.scenes import CASE_A, CHAIN, POWER, UNITS
@@ -307,8 +307,8 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "vary-of-file": ({"vary": "chain.damping.time"}, r"vary: .*made in Python.* \(got chain\.damping\.time;"),
     "target-unknown": ({"target": {"peak_fource": 1}}, "target: .* did you mean 'peak_force'"),
     "target-label": ({"target": {"wall_force": 1}}, "target: .* did you mean 'transmitted.peak_force'"),
-    "target-unit": ({"target": {"peak_force": "3 mm"}}, "target.peak_force: must be a force"),
-    "target-zero": ({"target": {"peak_force": 0}}, "target.peak_force: must be > 0 N"),
+    "target-unit": ({"target": {"peak_force": "3 mm"}}, "target: peak_force must be a force"),
+    "target-zero": ({"target": {"peak_force": 0}}, "target: peak_force must be > 0 N"),
     "target-two": ({"target": {"peak_force": 1, "speed": 1}}, "target: must be one property and its value"),
     "target-number": ({"target": 5}, r"target: must be a quantity, .* \(got 5\)"),
     "target-nothing": ({"target": None}, "target: must be given"),
@@ -467,3 +467,10 @@ def test_the_answer_concerns_the_simulated_time_where_a_force_may_be_greater_lat
     found = sw.design(impact, chain, target=target, vary="impact.velocity", between=(0.1, 1.0))
     answer = " ".join(str(found).partition("\n  !")[0].split())
     assert ("<= 50 N within the simulated time (" in answer) == (layer == "ptfe")
+
+
+def test_a_printed_name_is_a_target_and_a_wrong_unit_names_the_argument() -> None:
+    names = "wall force <= 50 N", "transmitted.peak_force <= 50 N"
+    assert len({Requirement.of(*parts_of(name, "target"), (), "target") for name in names}) == 1
+    with pytest.raises(sw.InvalidValueError, match=r"^target: transmitted\.peak_force must be a force"):
+        Requirement.of(*parts_of("transmitted.peak_force <= 50 s", "target"), (), "target")
