@@ -1,7 +1,8 @@
-"""Progress of long work: whoever does it reports, and whoever called it may show what is reported."""
+"""Progress and log of long work: whoever does it reports, and whoever called it may show what is reported."""
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -12,6 +13,11 @@ Show = Callable[[str, int, int | None], None]
 
 _Item = TypeVar("_Item")
 _show: ContextVar[Show | None] = ContextVar("show", default=None)
+
+#: The logger of long jobs, which writes nothing unless the user's program configures logging.
+logger = logging.getLogger("shockwave")
+# otherwise Python would print warnings by itself
+logger.addHandler(logging.NullHandler())
 
 
 def report_progress(work: str, done: int, total: int | None = None) -> None:

@@ -175,7 +175,7 @@ def round_bound(value: float, up: bool, digits: int = 3) -> float:
 
 def percent(share: float, sign: str = "") -> str:
     """``share`` in percent, to two digits."""
-    return f"{round_digits(100 * share, sign=sign)} %"
+    return f"{float(f'{100 * share:.2g}'):{sign}.15g} %"
 
 
 def significant_digits(value: float, error: float) -> int:

@@ -112,15 +112,7 @@ class Layout:
                 pairs.stiffnesses[at], pairs.exponents[at] = law.stiffness, law.exponent
         static = _static_forces(chain, masses, isinstance(excitation, Impact), len(pairs.stiffnesses))
         plastic = _plastic(laws, materials, sizes, wall)
-        with np.errstate(over="ignore"):
-            overlaps = (static / pairs.stiffnesses) ** (1 / pairs.exponents)
-        if plastic is not None and static.any():
-            ratios = plastic.strengths / pairs.moduli
-            within = np.where(np.isfinite(ratios), np.clip(ratios, *RANGE), math.inf)
-            # reached by slow loading; where no strength limits it, the law of the contact holds
-            loaded = Loading(pairs.stiffnesses, pairs.radii, within).overlap(static)
-            overlaps = np.where(np.isfinite(within), loaded, overlaps)
-        overlaps -= np.array(gaps)[: len(static)]
+        overlaps = _static_overlaps(pairs, static, plastic) - np.array(gaps)[: len(static)]
         if not np.isfinite(overlaps).all():
             problem = f"must give static overlaps that floating-point numbers can hold (got {chain.precompression:g} N)"
             raise InvalidValueError.of("chain.precompression", problem)
@@ -239,6 +231,18 @@ def _static_forces(chain: Chain, masses: FloatArray, striker: bool, contacts: in
     own = masses[1:] if striker else masses
     forces = chain.precompression + chain.gravity * np.add.accumulate(own)
     return np.append([0.0] * striker, forces)[:contacts]
+
+
+def _static_overlaps(pairs: Pairs, static: FloatArray, plastic: PlasticPairs | None) -> FloatArray:
+    """Overlaps that the static forces reach by slow loading [m]."""
+    with np.errstate(over="ignore"):
+        overlaps: FloatArray = (static / pairs.stiffnesses) ** (1 / pairs.exponents)
+    if plastic is None or not static.any():
+        return overlaps
+    ratios = plastic.strengths / pairs.moduli
+    limited = np.isfinite(ratios)  # elsewhere no strength limits the law of the contact
+    loading = Loading(pairs.stiffnesses, pairs.radii, np.where(limited, np.clip(ratios, *RANGE), math.inf))
+    return np.where(limited, loading.overlap(static), overlaps)
 
 
 def mass_and_length(chain: Chain, hint: str = "") -> tuple[float, float]:

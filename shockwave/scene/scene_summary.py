@@ -43,15 +43,12 @@ def summary_of(excitation: object, chain: Chain, uniform: bool) -> SceneSummary:
     from shockwave.scene.description import lines, plain, text  # for other scenes only
 
     name = type(excitation).__name__.lower()
-    first = (name, _shock_text(excitation) if isinstance(excitation, Shock) else text(excitation))
-    numbers = {
-        "shock": _shock_numbers(excitation) if isinstance(excitation, Shock) else None,
-        "impact": plain(excitation) if name == "impact" else None,
-        **({"motion": plain(excitation)} if name == "motion" else {}),
-        "chain": plain(chain),
-        "granules": chain.count,
-    }
-    return SceneSummary(numbers, (first, *lines(chain)))
+    if isinstance(excitation, Shock):
+        line, values = _shock_text(excitation), _shock_numbers(excitation)
+    else:
+        line, values = text(excitation), plain(excitation)
+    numbers = {"shock": None, "impact": None, name: values, "chain": plain(chain), "granules": chain.count}
+    return SceneSummary(numbers, ((name, line), *lines(chain)))
 
 
 def _of_equal_granules(shock: Shock, chain: Chain) -> SceneSummary:

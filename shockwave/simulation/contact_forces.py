@@ -95,13 +95,10 @@ def simulate_chain(
     case, motion, scales = runs.case, runs.motion, runs.case.scales
     if options.record:
         sample_times(options, scales, motion.end, case.granules)
-    count, start = case.granules, case.assembly.velocity / float(case.assembly.inverse_masses[0])
-    momentum, energy = motion.applied_impulse + start, motion.work + motion.initial_energy
-    impulse, on_wall = motion.last_impulse if case.has_wall else 0.0, None
+    count, on_wall = case.granules, None
     if case.has_wall:
-        peak = asdict(runs.peak(-1))
-        on_wall = Transmitted(**peak, impulse=impulse * scales.momentum, impulse_error=runs.impulse_error)
-    carried = math.fsum(motion.v[:count] / case.assembly.inverse_masses[:count])
+        impulse = motion.last_impulse * scales.momentum
+        on_wall = Transmitted(**asdict(runs.peak(-1)), impulse=impulse, impulse_error=runs.impulse_error)
     movable = len(motion.v) > count and not case.assembly.impedance
     velocities = scales.velocity * motion.v[:count]
     apart = are_apart(motion.x[:count], motion.v[:count], offsets(case, motion))
@@ -124,14 +121,11 @@ def simulate_chain(
         velocities=tuple(velocities[:reached].tolist()),
         measured=_train(case, velocities, apart),
         restitution=_restitution(case, motion, velocities, apart),
-        applied_momentum=momentum * scales.momentum,
-        applied_energy=energy * scales.energy,
+        **_balance(case, motion),
         dissipated=_dissipated(case, motion),
         segments=tuple(_segments(case, motion, reached)),
         end_energy=(float(motion.kinetic[-1]) + motion.end_energy) * scales.energy if movable else None,
         first_yield=yielding,
-        momentum_defect=abs(carried + impulse - momentum) / (abs(momentum) or 1.0),
-        energy_defect=abs(motion.energy_balance) / (energy or 1.0),
         characteristic_time=scales.time,
         run_cost=Cost(steps=runs.steps, force_evaluations=runs.evaluations, seconds=time.perf_counter() - begin),
         run_warnings=(
@@ -145,6 +139,21 @@ def simulate_chain(
         ),
         computation=computation,
     )
+
+
+def _balance(case: ChainSetup, motion: Motion) -> dict[str, Any]:
+    """Applied momentum and energy, and how far the sums of the final ones are from them."""
+    masses, scales = 1 / case.assembly.inverse_masses, case.scales
+    momentum = motion.applied_impulse + case.assembly.velocity * float(masses[0])
+    carried = math.fsum(motion.v[: case.granules] * masses[: case.granules])
+    passed = motion.last_impulse if case.has_wall else 0.0
+    energy = motion.work + motion.initial_energy
+    return {
+        "applied_momentum": momentum * scales.momentum,
+        "applied_energy": energy * scales.energy,
+        "momentum_defect": abs(carried + passed - momentum) / (abs(momentum) or 1.0),
+        "energy_defect": abs(motion.energy_balance) / (energy or 1.0),
+    }
 
 
 def forces_of(result: Simulation) -> ContactForces:

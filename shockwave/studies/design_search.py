@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from shockwave.base.errors import InvalidValueError
-from shockwave.base.log import logger
+from shockwave.base.progress import logger
 from shockwave.base.quantities import Quantity
 from shockwave.base.quantity_fields import Quantity as Number
 from shockwave.base.quantity_fields import text_of

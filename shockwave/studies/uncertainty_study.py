@@ -11,9 +11,8 @@ import numpy as np
 from attrs import define, evolve, field
 
 from shockwave.base.errors import InvalidValueError, ShockwaveError, below
-from shockwave.base.log import logger
 from shockwave.base.numerics import FloatArray
-from shockwave.base.progress import report_progress
+from shockwave.base.progress import logger, report_progress
 from shockwave.base.quantities import STRUCTURE, YIELD, Quantity
 from shockwave.base.quantity_fields import Quantity as Number
 from shockwave.base.quantity_fields import join

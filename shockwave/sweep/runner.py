@@ -17,7 +17,7 @@ from attrs import define, evolve, field
 
 from shockwave.base.errors import InvalidValueError, UsageError, message_of
 from shockwave.base.files import replace_file
-from shockwave.base.log import logger
+from shockwave.base.progress import logger
 from shockwave.base.quantity_fields import Quantity
 from shockwave.base.text import facts, limits, strong
 from shockwave.scenario.scenario import Scenario, load_scenario
