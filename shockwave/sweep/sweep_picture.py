@@ -244,10 +244,10 @@ class PlottedAxes:
         return picked if self.axes[0].place <= self.axes[-1].place else picked.T
 
     def label(self, name: str) -> str:
-        """Return the label of a variable: the last part of its name, or the full name if others end alike."""
+        """Return the label of a variable: the last part of its name; all of it for a segment or if others end alike."""
         last = name.rpartition(".")[2]
         ends = [each.rpartition(".")[2] for each in self.results.variables]
-        return name if last in _ENDS or ends.count(last) > 1 else label_of(name)
+        return name if last in _ENDS or ends.count(last) > 1 or "granules[" in name else label_of(name)
 
     def labels(self) -> list[str]:
         """Return a label for each value of the second axis."""

@@ -306,6 +306,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "vary-setting": ({"vary": "simulate.rtol"}, "vary: must be a number or a material of the chain or the shock"),
     "vary-of-file": ({"vary": "chain.damping.time"}, r"vary: .*made in Python.* \(got chain\.damping\.time;"),
     "target-unknown": ({"target": {"peak_fource": 1}}, "target: .* did you mean 'peak_force'"),
+    "target-column": ({"target": {"transmitted_force": 1}}, "target: .*got transmitted.peak_force, which is null"),
     "target-label": ({"target": {"wall_force": 1}}, "target: .* did you mean 'transmitted.peak_force'"),
     "target-unit": ({"target": {"peak_force": "3 mm"}}, "target: peak_force must be a force"),
     "target-zero": ({"target": {"peak_force": 0}}, "target: peak_force must be > 0 N"),
