@@ -78,7 +78,7 @@ def test_a_method_given_ignores_the_tolerance_of_the_scenario(tmp_path: Path) ->
 @pytest.mark.parametrize("scene", [(FILE,), (SHOCK, CHAIN)], ids=["file", "shock"])
 @pytest.mark.parametrize("answer", [sw.predict, sw.simulate, sw.compare], ids=["predict", "simulate", "compare"])
 def test_an_unknown_argument_is_refused_by_name(scene: Any, answer: Any) -> None:
-    with pytest.raises(sw.InvalidValueError, match=r"^foo: must be left out \(got 1; known: .*\blimit, .*\brtol, "):
+    with pytest.raises(sw.InvalidValueError, match=r"^foo: unknown argument \(got 'foo'; known: .*\blimit, .*\brtol, "):
         answer(*scene, foo=1)
 
 

@@ -134,8 +134,8 @@ def test_a_blast_keeps_its_digits(profile: Any) -> None:
         (sw.Rectangular, {"fall_fraction": 0.2}, "fall_fraction: must be >= 0 and <= 0.1 (got 0.2)"),
         (sw.InitialPeakSawtooth, {"rise_fraction": 0.6}, "rise_fraction: must be >= 1e-06 and <= 0.5 (got 0.6)"),
         (sw.FinalPeakSawtooth, {"fall_fraction": 0.5}, "fall_fraction: must be >= 1e-06 and < 0.5 (got 0.5)"),
-        (sw.HalfSine, {"duration_ratio": 3}, "duration_ratio: must be left out"),
-        (sw.Trapezoid, {"duration_ratio": 3}, "duration_ratio: must be left out"),
+        (sw.HalfSine, {"duration_ratio": 3}, "duration_ratio: unknown argument"),
+        (sw.Trapezoid, {"duration_ratio": 3}, "duration_ratio: unknown argument"),
     ],
     ids=lambda value: ", ".join(value) if isinstance(value, dict) else "",
 )
