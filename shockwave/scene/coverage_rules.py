@@ -103,7 +103,12 @@ def _further(chain: Chain, laws: bool = True) -> Iterator[tuple[Steps, str]]:
         if taper or kind != _kind(chain, segments[0][1]):
             yield ("granules", *place), "a taper" if taper else "granules of another kind"
             break
-    names = {"end": "a wall", "precompression": "a static force", "gravity": "gravity", "damping": "damping"}
+    names = {
+        "end": f"a {chain.end_word}",
+        "precompression": "a static force",
+        "gravity": "gravity",
+        "damping": "damping",
+    }
     names["packing"] = "a packing"
     if chain.count is not None or not laws:
         covered = laws and isinstance(chain.contact, PowerContact)

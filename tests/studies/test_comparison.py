@@ -96,7 +96,8 @@ def test_it_takes_the_settings_of_predictions_and_simulations_and_no_others() ->
     assert both.simulated.rtol == 1e-4
     assert both.predicted.section4.momentum_coefficient == 13 / 3
     assert both.relation == "equal"
-    for setting, path in (({"foo": 3}, "foo: unknown argument"), ({"model": "best"}, "model: must be left out or")):
+    refused = {"foo: unknown argument": {"foo": 3}, "model: must be left out or": {"model": "best"}}
+    for path, setting in (refused | {"options: unknown argument": {"options": None}}).items():
         with pytest.raises(sw.InvalidValueError, match=rf"^{path}"):
             sw.compare(TRAIN, CHAIN, **setting)
 
