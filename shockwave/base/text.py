@@ -114,9 +114,9 @@ def brief(answer: Iterable[str], warnings: Iterable[str], rest: Iterable[str], r
     if len(warning_lines) < count:
         lines += limits([f"{count - len(warning_lines)} more; --verbose shows all"])
     if detail() is not Detail.EXPLAIN and len(tail) > (room := max(MOST_LINES - len(lines), 0)):
-        tail = tail[len(requested) : max(room - 1, 0)]
-        # no part of a table without its rest
-        tail = [*requested, *(tail[: tail.index("")] if "" in tail else tail), "  (--verbose shows more)"]
+        rest = tail[len(requested) + bool(requested) : max(room - 1, 0)]
+        rest = rest[: rest.index("")] if "" in rest else rest  # no part of a table without its rest
+        tail = [*requested, *[""] * bool(requested and rest), *rest, "  (--verbose shows more)"]
     return "\n".join([*lines, *tail])
 
 

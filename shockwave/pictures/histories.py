@@ -70,7 +70,9 @@ def sensors(result: Simulation | Recording, unit: str | None = None, *, ax: Axes
                 half = float(each.values[0]) + pulse.peak / 2  # the history begins with the static force
                 ax.hlines(half, pulse.arrival, pulse.arrival + pulse.width, color=ink(), linewidth=0.8, zorder=3)
             ax.plot(histories.times, each.values, linewidth=1.1, label=label, **series(index))
-        draw_limit(ax, result.limit if unit == "N" and isinstance(result, Simulation) else None)
+        limit = result.limit if unit == "N" and isinstance(result, Simulation) else None
+        drawn = any(each.name.endswith("spring_force") for each in histories.sensors)
+        draw_limit(ax, limit if limit is None or limit.at != "spring" or drawn else None)
         ax.set_xlim(0, histories.times[-1])
         return ax
 

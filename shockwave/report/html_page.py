@@ -195,7 +195,7 @@ def _pictures_of(results: PageResults) -> dict[str, _Draw]:
         chosen["chain-map"] = lambda ax: pictures.chain_map(result, ax=ax)
         if result.transmitted is not None:
             chosen["wall"] = lambda ax: pictures.wall_force(result, ax=ax)
-        if result.structure is not None:
+        if result.structure is not None and result.structure.peak_acceleration is not None:
             chosen["structure"] = lambda ax: pictures.sensors(result, "m/s^2", ax=ax)
             chosen["spectrum"] = lambda ax: pictures.shock_spectrum(result.spectrum(), ax=ax)
     if result is not None and any(sensor.unit == "N" for sensor in result.options.sensors):

@@ -350,7 +350,7 @@ def first_yield(case: ChainSetup, motion: Motion) -> Yielding | None:
         first_yield_force=float(first.min()),
         peak_ratio=float(ratios.max()),
         elastic_ratio=float(elastic.max()),
-        place="" if alike else layout.describe_contact(int(at[elastic.argmax()])),
+        place="" if alike or not elastic.any() else layout.describe_contact(int(at[elastic.argmax()])),
         yielded_contacts=None if case.scene.chain.count is None else int((ratios > 1).sum()),
     )
 

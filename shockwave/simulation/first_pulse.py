@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from attrs import frozen
 
-from shockwave.scene.sensors import STRUCTURE
-
 
 @frozen(kw_only=True)
 class FirstPulse:
@@ -55,12 +53,7 @@ class FirstPulse:
         return {"peak": self.unit, **times, **own, "speed": "m/s", "position": "m"}
 
     def speed_from(self, other: FirstPulse) -> float | None:
-        """Mean speed of the wave from another sensor to this one, by arrivals [m/s].
-
-        It is None where one of them has no pulse, or is a structure, which no wave reaches.
-        """
+        """Mean speed of the wave from another sensor to this one, by arrivals [m/s]; None where one has no pulse."""
         if self.arrival is None or other.arrival is None or self.arrival == other.arrival:
-            return None
-        if STRUCTURE in (self.sensor, other.sensor):
             return None
         return (self.position - other.position) / (self.arrival - other.arrival) or None

@@ -16,7 +16,7 @@ from attrs import Factory, evolve, frozen
 from shockwave.base.errors import NumericalError
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.mixed_chain_problem import Motion
-from shockwave.scene.sensors import Sensor
+from shockwave.scene.sensors import STRUCTURE, Sensor
 from shockwave.simulation.chain_histories import Signal, setup_of_result
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.convergence_runs import run, tolerances_for
@@ -67,8 +67,9 @@ def _with_speeds(case: ChainSetup, end: float, sensors: Sequence[Sensor]) -> tup
     most = int(MOST_NUMBERS / min(end / _LONGEST, _MOST_SAMPLES)) + 1
     for first in range(0, len(signals), most):
         pulses += _pulses_of(case, signals[first : first + most], end)
-    speeds = [None, *(pulse.speed_from(before) for before, pulse in pairwise(pulses))]
-    return tuple(evolve(pulse, speed=speed) for pulse, speed in zip(pulses, speeds, strict=False))
+    waves = [pulse for pulse in pulses if pulse.sensor != STRUCTURE]
+    speeds = {id(pulse): pulse.speed_from(before) for before, pulse in pairwise(waves)}
+    return tuple(evolve(pulse, speed=speeds.get(id(pulse))) for pulse in pulses)
 
 
 def _pulses_of(case: ChainSetup, signals: list[Signal], end: float) -> Iterator[FirstPulse]:

@@ -14,6 +14,7 @@ from shockwave.base.errors import InvalidValueError, NumericalError, ShockwaveEr
 from shockwave.base.numerics import FloatArray
 from shockwave.base.quantity_fields import Number, Quantity
 from shockwave.base.text import percent
+from shockwave.scene.force_limit import name_force
 from shockwave.scene.shock import Shock
 from shockwave.simulation.later_forces import longer_time
 from shockwave.simulation.shock_spectrum import DAMPING, FREQUENCY, ShockSpectrum, greatest_responses, octave_fractions
@@ -78,8 +79,7 @@ def _base(result: Any, mass: Number | None) -> tuple[str, float]:
         if mass is None:
             raise InvalidValueError.of("mass", "must be given for a force: the mass on which it acts (got none)")
         kilograms: float = _MASS.check("mass", mass)
-        place = "at the last contact" if result.chain.end is None else "on the wall"
-        return f"force {place} over {kilograms:g} kg", kilograms
+        return f"{name_force(result.chain.end)} over {kilograms:g} kg", kilograms
     if result.structure.peak_acceleration is None:
         problem = "must let the end move (got a wall that is integrated as a fixed one; delete its mass"
         raise InvalidValueError.of("chain.end.stiffness", f"{problem}, and give that of the structure)")

@@ -54,7 +54,7 @@ def _answer(design: Design) -> str:
     values = " or ".join(map(design.value_text, options))
     simulated = f"(simulated {', '.join(design.format(option, target.quantity) for option in options)})"
     relation = f"of {target.bound[2:]}" if target.sign == "=" else target.bound
-    within = " within the simulated time" * may_grow(design.warnings)
+    within = " within the simulated time" * (target.quantity.unit == "N" and may_grow(design.warnings))
     wanted = f"{'an' if label.startswith(('a', 'e')) else 'a'} {label} {relation}{within}"
     if design.intervals:
         (parameter,) = design.parameters

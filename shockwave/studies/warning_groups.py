@@ -9,8 +9,8 @@ from attrs import define, field
 
 # A number, in which warnings of a kind differ, with its unit, and the place of first yield, which differs too.
 _NUMBER = re.compile(r"(\d+(?:\.\d+)?(?:e[-+]?\d+)?)(?: ([a-zA-Z/]+))?")
-_PLACE = re.compile(r"(?<=first yield), at contact .*?\)(?=\.)")
-_UNIT = re.compile("([pnumkMG]?)(?:N|s|J|m|m/s|Pa)")
+_PLACE = re.compile(r"(?<=first yield), at contact .*?\)(?=\.)|(?<=at contact )\d+")
+_UNIT = re.compile("([pnumkMG]?)(?:N|s|J|m|m/s|Pa|Hz)")
 _FACTORS = {"p": 1e-12, "n": 1e-9, "u": 1e-6, "m": 1e-3, "": 1.0, "k": 1e3, "M": 1e6, "G": 1e9}
 # Most numbers of scenes in a sentence.
 _MOST_LISTED = 5
@@ -98,5 +98,5 @@ def kind_of(warning: str) -> str:
 
 def _values_of(warning: str) -> tuple[float, ...]:
     """The numbers in a warning, in SI units."""
-    units = ((float(number), _UNIT.fullmatch(word)) for number, word in _NUMBER.findall(warning))
+    units = ((float(number), _UNIT.fullmatch(word)) for number, word in _NUMBER.findall(_PLACE.sub("", warning)))
     return tuple(number * (_FACTORS[unit[1]] if unit else 1.0) for number, unit in units)

@@ -377,6 +377,14 @@ def test_a_page_of_sensors_and_a_limit_of_the_spring_leads_with_the_force_of_the
     assert rest.count("<td>wall</td>") == 2  # as a sensor, and with its energy
 
 
+def test_an_end_that_its_spring_holds_still_has_no_pictures_of_its_motion() -> None:
+    end = sw.Wall(material="steel-4340", mass=1.0, stiffness=1e16)
+    case = evolve(scenario(triangle(0.5)), chain=evolve(CHAIN, granules=4, end=end))
+    chosen = choose_pictures(compute_results(case))
+    assert "sensors" in chosen
+    assert not {"structure", "spectrum"} & set(chosen)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["paper/table2-row1", "examples/hammer", "chains/damped"])
 @pytest.mark.parametrize("sheet", ["letter", "a4"])

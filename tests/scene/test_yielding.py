@@ -237,3 +237,16 @@ def test_contacts_with_an_unknown_strength_are_not_judged() -> None:
     assert sw.predict(sw.Impact(velocity=0.3), attrs.evolve(soft, granules=60)).yielding is None
     rigid = attrs.evolve(chain, granules=8, end=sw.Wall(material="rigid"))
     assert sw.simulate(sw.Impact(velocity=0.3), rigid).yielding.peak_ratio > 0
+
+
+def test_elastic_plastic_contacts_alone_have_no_place_of_elastic_forces_beyond_first_yield() -> None:
+    chain = sw.Chain(
+        material="stainless-steel-316",
+        diameter="9.5 mm",
+        granules=3,
+        end=sw.Wall(material="steel-4340"),
+        contact=sw.ElasticPlastic(),
+    )
+    yielding = sw.simulate(sw.Impact(velocity=0.5), chain).yielding
+    assert yielding.peak_ratio > 1
+    assert (yielding.elastic_ratio, yielding.place) == (0.0, "")

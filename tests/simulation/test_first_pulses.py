@@ -112,9 +112,11 @@ def test_no_speed_is_that_between_two_quantities_of_a_granule_under_precompressi
 
 
 def test_no_speed_is_that_of_a_wave_to_a_structure() -> None:
-    wall, structure = sw.simulate(STRIKER, evolve(BEADS, end=SPRUNG), sensors=["wall", "structure"]).sensors
+    sensors: Any = [{"contact": 4}, "structure", "wall"]
+    before, structure, wall = sw.simulate(STRIKER, evolve(BEADS, end=SPRUNG), sensors=sensors).sensors
     assert structure.arrival > wall.arrival
     assert structure.speed is None
+    assert wall.speed == wall.speed_from(before)
 
 
 def test_every_reported_contact_has_a_first_pulse_beside_its_greatest_force() -> None:

@@ -25,7 +25,6 @@ import shockwave as sw
 from shockwave import cli
 from shockwave.registry.built_ins import ENTRIES
 from shockwave.scenario.scenario import load_scenario
-from shockwave.simulation.computation import Computation
 from werkzeug.test import EnvironBuilder, run_wsgi_app
 
 from shockwave_explore import answer, scene, server
@@ -742,7 +741,7 @@ def test_histories_that_take_too_long_are_named(monkeypatch: pytest.MonkeyPatch)
     def fail(*_: object) -> None:
         raise sw.NumericalError("the time limit was reached")
 
-    monkeypatch.setattr(Computation, "recording", fail)
+    monkeypatch.setattr("shockwave.simulation.chain_histories.record_chain", fail)
     parts = parts_of(MOTION)
     assert "No histories: the time limit was reached" in parts["results"]
     assert "Space-time diagram" not in parts["figures"]
@@ -769,3 +768,9 @@ def test_every_contact_of_a_chain_with_a_striker_is_drawn() -> None:
     _, outcome = predict_text(text)
     assert outcome.simulated is not None
     assert outcome.simulated.recording.contacts == tuple(range(6))
+
+
+def test_a_granule_before_a_wall_has_a_page() -> None:
+    text = "chain: {material: ptfe, diameter: 9.5 mm, granules: 1, end: {wall: rigid}}\n"
+    text += "shock: {profile: half-sine, peak_force: 10 N, duration: 0.1 ms}\n"
+    assert "Force on the wall" in parts_of(text)["figures"]

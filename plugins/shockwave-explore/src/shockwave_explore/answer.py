@@ -63,7 +63,7 @@ def predict_text(text: str) -> tuple[sw.Scenario, sw.Outcome]:
     contacts = range(_FIRST_CONTACTS)
     if count is not None:
         count -= end is not None  # that with the wall has a history of its own
-        all_contacts = range(0, count, -(-count // _MOST_CONTACTS))
+        all_contacts = range(0, count, max(1, -(-count // _MOST_CONTACTS)))
         contacts = range(min(_FIRST_CONTACTS, count)) if scenario.chain.is_uniform else all_contacts
     until = scenario.simulate.until
     interval = None if until is None else until / _SAMPLES
