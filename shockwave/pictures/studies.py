@@ -17,6 +17,7 @@ from shockwave.studies.quantities import LIMITED
 if TYPE_CHECKING:
     from shockwave.studies.amplification_curve import UniversalCurve
     from shockwave.studies.design_result import Design
+    from shockwave.studies.uncertainty_result import Uncertainty
 
 
 # Points of a universal curve.
@@ -163,9 +164,6 @@ def pareto(result: Design, *, ax: Axes | None = None) -> Axes:
 
 
 # ---------------------------------------------------------------- uncertainty
-
-if TYPE_CHECKING:
-    from shockwave.studies.uncertainty_result import Uncertainty
 
 # Ends of the shaded interval.
 _FEW, _MANY = 0.05, 0.95
