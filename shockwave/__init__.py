@@ -82,7 +82,7 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module 'shockwave' has no attribute {name!r}")
     value = getattr(importlib.import_module(_HOMES[name]), name)
     if not isinstance(value, type):
-        from shockwave.base.errors import explain_arguments
+        from shockwave.base.arguments import explain_arguments
 
         value = explain_arguments(value)
         value.__module__ = "shockwave"  # where pickle finds it

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, cast
 import attrs
 from attrs import evolve
 
-from shockwave.base.errors import InvalidValueError, refuse, unknown_arguments
+from shockwave.base.arguments import unknown_arguments
+from shockwave.base.errors import InvalidValueError, refuse
 from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions, options_of
 

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any, Generic, SupportsFloat, TypeAlias, TypeVa
 import attrs
 from attrs import frozen
 
-from shockwave.base.errors import Explained, InvalidValueError, below
+from shockwave.base.arguments import Explained
+from shockwave.base.errors import InvalidValueError, below
 from shockwave.base.errors import text_of as text_of
 from shockwave.base.units import to_si
 

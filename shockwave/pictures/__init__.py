@@ -6,8 +6,8 @@ shocks and warnings. The extra ``plot`` installs matplotlib, which is imported w
 package.
 """
 
-from shockwave.base.errors import explain_arguments as _explained
-from shockwave.base.errors import explain_types as _of_right_types
+from shockwave.base.arguments import explain_arguments as _explained
+from shockwave.base.arguments import explain_types as _of_right_types
 from shockwave.pictures.accuracy import approach as approach
 from shockwave.pictures.accuracy import balance as balance
 from shockwave.pictures.accuracy import work_precision as work_precision

@@ -10,14 +10,8 @@ from typing import TYPE_CHECKING, Any, Literal, cast, get_args
 
 from attrs import field, frozen
 
-from shockwave.base.errors import (
-    InvalidValueError,
-    NumericalError,
-    PluginError,
-    ShockwaveError,
-    detach,
-    explain_arguments,
-)
+from shockwave.base.arguments import explain_arguments
+from shockwave.base.errors import InvalidValueError, NumericalError, PluginError, ShockwaveError, detach
 from shockwave.base.quantity_fields import SI, Value, one_of, plain_text, quantity, text_of
 from shockwave.prediction import section4
 from shockwave.prediction.outcome import Outcome

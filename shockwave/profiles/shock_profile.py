@@ -12,7 +12,8 @@ import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 
-from shockwave.base.errors import Explained, PluginError
+from shockwave.base.arguments import Explained
+from shockwave.base.errors import PluginError
 from shockwave.base.numerics import FloatArray, elementwise, floats
 from shockwave.profiles.quadrature import Integral, Integrand, Quadrature
 from shockwave.registry.plugin_check import guard, memoize

@@ -12,7 +12,8 @@ import attrs
 import numpy as np
 from attrs import frozen
 
-from shockwave.base.errors import Fault, InvalidValueError, collect_faults, first_of, locate, refuse, unknown_arguments
+from shockwave.base.arguments import unknown_arguments
+from shockwave.base.errors import Fault, InvalidValueError, collect_faults, first_of, locate, refuse
 from shockwave.base.numerics import FloatArray
 from shockwave.base.quantity_fields import SI, Quantity, Value, declaration, one_of, quantity, quantity_of, text_of
 from shockwave.base.units import to_si

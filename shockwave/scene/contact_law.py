@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 
-from shockwave.base.errors import Explained, PluginError
+from shockwave.base.arguments import Explained
+from shockwave.base.errors import PluginError
 from shockwave.base.numerics import FloatArray
 from shockwave.base.quantity_fields import SI, Value, quantity
 from shockwave.registry.registry import blame, owner_of

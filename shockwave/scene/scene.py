@@ -182,7 +182,7 @@ def faults_of(chain: Chain, excitation: Impact | Motion | None) -> list[Fault]:
     faults = scene_faults(chain, excitation)
     if faults or not chain.is_plastic:
         return faults
-    from shockwave.scene.layout import range_faults  # elastic contacts do not need it
+    from shockwave.scene.plastic_range import range_faults  # elastic contacts do not need it
 
     return range_faults(chain, excitation)
 

@@ -9,7 +9,8 @@ from typing import Any
 
 from attrs import evolve, field, frozen
 
-from shockwave.base.errors import Fault, InvalidValueError, explain_arguments, locate
+from shockwave.base.arguments import explain_arguments
+from shockwave.base.errors import Fault, InvalidValueError, locate
 from shockwave.base.quantity_fields import Number, Quantity, Value, quantity, text_of
 from shockwave.profiles.profile_contract import examine
 from shockwave.profiles.shock_profile import ShockProfile

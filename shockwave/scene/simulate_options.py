@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 import attrs
 from attrs import field, frozen
 
-from shockwave.base.errors import InvalidValueError, refuse, unknown_arguments
+from shockwave.base.arguments import unknown_arguments
+from shockwave.base.errors import InvalidValueError, refuse
 from shockwave.base.quantity_fields import (
     MAGNITUDES,
     PLAIN,

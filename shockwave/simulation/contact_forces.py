@@ -11,25 +11,22 @@ from typing import Any, cast
 import numpy as np
 from attrs import asdict, evolve
 
-from shockwave.base.errors import NumericalError, ShockwaveError
+from shockwave.base.errors import NumericalError
 from shockwave.base.numerics import FloatArray
-from shockwave.base.text import round_bound, round_digits, si
+from shockwave.base.text import round_bound, si
 from shockwave.engine.backend import chosen
 from shockwave.engine.mixed_chain_problem import Motion
 from shockwave.engine.nystroem_integrators import Rkn86
-from shockwave.scene.contact_law import ElasticPlastic
-from shockwave.scene.damping import HERTZ
 from shockwave.scene.force_limit import AGAIN, COLLISION, STILL_ACTS, WAVE, LeavingForce, name_force
 from shockwave.scene.scene import Scene
-from shockwave.scene.segments import each_segment
 from shockwave.scene.simulate_options import SimulateOptions
-from shockwave.scene.yielding import UNJUDGED, Yielding, beyond_elastic, first_yield_force, strength_of
+from shockwave.scene.yielding import beyond_elastic
 from shockwave.simulation.chain_histories import chain_options, count_reached
-from shockwave.simulation.contact_setup import ChainSetup, check_setup
+from shockwave.simulation.contact_setup import ChainSetup
+from shockwave.simulation.contact_validity import first_yield, warn_overlaps, warn_unjudged
 from shockwave.simulation.convergence_runs import Runs, runs_of, warn_missed
 from shockwave.simulation.later_forces import (
     Flags,
-    MovableEnd,
     advice,
     are_apart,
     later_end,
@@ -38,6 +35,7 @@ from shockwave.simulation.later_forces import (
     offsets,
     stiffnesses,
 )
+from shockwave.simulation.movable_end import MovableEnd
 from shockwave.simulation.recording import sample_times
 from shockwave.simulation.result_parts import (
     ContactForces,
@@ -285,85 +283,3 @@ def _restitution(case: ChainSetup, motion: Motion, velocities: FloatArray, apart
     centre = 0.0 if case.has_wall else math.fsum(masses * velocities[1:]) / math.fsum(masses)
     away = centre - float(velocities[0])
     return away / case.layout.velocity if away > 0 else None
-
-
-# ---------------------------------------------------------------- advice beyond first yield
-
-# Longest chain that is simulated for a sentence, and the tolerance and digits of its forces.
-_MOST = 100
-_RTOL = 1e-3
-_DIGITS = 3
-
-
-def value_with_yield(result: Simulation) -> tuple[str, ...]:
-    """Greatest and last force with elastic-plastic contacts, in a sentence; none for long chains or other laws."""
-    chain = result.chain
-    laws = [part for _, each in each_segment(chain.granules) for part in (each.contact, each.damping)]
-    if chain.count is None or chain.count > _MOST or any([chain.contact, chain.damping, chain.packing, *laws]):
-        return ()
-    scene = Scene(excitation=result.scene.excitation, chain=evolve(chain, contact=ElasticPlastic()))
-    options = SimulateOptions(rtol=_RTOL, until=result.options.until)
-    try:
-        plastic = simulate_chain(options, scene, result.computation, check_setup(options, scene))
-    except ShockwaveError:  # the law does not cover these materials
-        return ()
-    forces = {"greatest force": plastic.greatest_force.peak_force}
-    forces |= {each.name: each.value or 0.0 for each in (plastic.leaving, plastic.leaving.spring) if each is not None}
-    *texts, last = (f"the {name} is {si(force, 'N', _DIGITS)}" for name, force in forces.items())
-    return (f"With elastic-plastic contacts {', '.join(texts)}, and {last}.",)
-
-
-# ---------------------------------------------------------------- validity
-
-# Overlap, over the reduced radius of the contact, beyond which Hertz's law is doubtful.
-_LARGE_OVERLAP = 0.1
-
-
-def _strengths(case: ChainSetup) -> FloatArray:
-    """Smaller yield strength at each contact [Pa]; NaN where one is not known."""
-    strengths = np.array([strength_of(each) for each in case.layout.bodies])
-    return np.asarray(np.minimum(strengths[:-1], strengths[1:]))
-
-
-def warn_unjudged(case: ChainSetup, yielding: Yielding | None) -> Iterator[str]:
-    """Warning of contacts that are not compared with first yield."""
-    unknown = int(np.isnan(_strengths(case)).sum())
-    if yielding is not None and unknown:
-        where = "1 contact" if unknown == 1 else f"{unknown} contacts"
-        yield f"{UNJUDGED} at {where}, because a yield strength is not known (state yield_strength)."
-
-
-def first_yield(case: ChainSetup, motion: Motion) -> Yielding | None:
-    """First yield in the weaker material of each contact, where both yield strengths are known."""
-    layout, softer = case.layout, _strengths(case)
-    at = np.flatnonzero(np.isfinite(softer) & ~layout.law_contacts)
-    every = case.scene.chain.elastic_only and at.size < softer.size
-    if not at.size or every:
-        return None
-    radii, moduli = layout.pairs.radii[at], layout.pairs.moduli[at]
-    first = first_yield_force(radii, moduli, softer[at])
-    ratios = motion.forces[at] * case.scales.force / first
-    plastic = np.zeros(at.shape) if layout.plastic is None else np.isfinite(layout.plastic.strengths[at])
-    elastic = np.where(plastic, 0.0, ratios)
-    alike = len(set(layout.bodies)) == len(set(layout.radii.tolist())) == 1
-    return Yielding(
-        first_yield_force=float(first.min()),
-        peak_ratio=float(ratios.max()),
-        elastic_ratio=float(elastic.max()),
-        place="" if alike or not elastic.any() else layout.describe_contact(int(at[elastic.argmax()])),
-        yielded_contacts=None if case.scene.chain.count is None else int((ratios > 1).sum()),
-    )
-
-
-def warn_overlaps(case: ChainSetup, motion: Motion) -> Iterator[str]:
-    """Warning of overlaps for which Hertz's law, and that of elastic-plastic contacts, do not hold."""
-    pairs = case.layout.pairs
-    hertz = np.isclose(pairs.stiffnesses, 4 / 3 * pairs.moduli * np.sqrt(pairs.radii)) & (pairs.exponents == HERTZ)
-    overlaps = (motion.forces * case.scales.force / pairs.stiffnesses) ** (2 / 3)
-    if motion.greatest_overlaps is not None:
-        overlaps = np.maximum(overlaps, case.scales.energy / case.scales.force * motion.greatest_overlaps)
-    ratios = np.where(hertz & ~case.layout.law_contacts, overlaps / pairs.radii, 0.0)
-    worst = int(np.argmax(ratios))
-    if ratios[worst] > _LARGE_OVERLAP:
-        overlap = f"An overlap is about {round_digits(ratios[worst])} times the reduced radius, at contact {worst}"
-        yield f"{overlap}: Hertz's law holds for small overlaps only."

@@ -1,23 +1,18 @@
-"""Motion of a movable end, and bounds of the forces after the simulated time, from the energy that is left then."""
+"""Bounds of the forces after the simulated time, from the energy that is left then."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-from attrs import frozen
 
 from shockwave.base.numerics import FloatArray, bracketed_root
 from shockwave.base.text import round_bound, si
 from shockwave.engine.mixed_chain_problem import Motion
-from shockwave.scene.chain_end import Wall
-from shockwave.scene.force_limit import FALLING, GROWTH, UNBOUNDED, UNDAMPED, LeavingForce
+from shockwave.scene.force_limit import FALLING, UNBOUNDED, UNDAMPED
 from shockwave.simulation.contact_setup import ChainSetup
-from shockwave.simulation.convergence_runs import Runs
-from shockwave.simulation.result_parts import Structure
 
 Flags: TypeAlias = npt.NDArray[np.bool_]
 
@@ -156,57 +151,3 @@ def _mean(v: FloatArray, masses: FloatArray) -> float:
 def _first(marks: Flags) -> int:
     """Index of the first mark that is set; their number if there is none."""
     return int(np.argmax(marks)) if marks.any() else len(marks)
-
-
-# ---------------------------------------------------------------- motion of a movable end
-
-_NAMES = ("peak_displacement", "peak_acceleration", "peak_spring_force")
-
-
-@frozen
-class MovableEnd:
-    """A movable end, its greatest motion, and a bound of its spring force after the simulated time [N]."""
-
-    wall: Wall
-    runs: Runs
-    structure: Structure
-    later: float
-
-    @classmethod
-    def of(cls, runs: Runs) -> MovableEnd | None:
-        """The end of a chain; None if it is not movable."""
-        wall = runs.case.layout.wall
-        if wall is None or wall.mass is None:
-            return None
-        return cls(wall, runs, _structure(runs), later_spring_force(runs.case, runs.motion))
-
-    def leaving(self, arrived: bool) -> LeavingForce | None:
-        """The force on the ground, if there is a spring or a dashpot; ``arrived``: whether the wave has arrived."""
-        return self.structure.leaving(arrived, self.later) if self.wall.stiffness or self.wall.damping else None
-
-    def warnings(self) -> Iterator[str]:
-        """Note on a wall that is integrated as a fixed one; warning of a greater spring force later."""
-        if not self.runs.case.assembly.movable_end:
-            yield "The wall is integrated as a fixed one: its spring or dashpot holds it to rtol/100 of the overlap."
-        leaving = self.leaving(True)
-        if leaving and leaving.high is not None and self.later > leaving.high and self.runs.motion.arrival is not None:
-            most = f", to at most {si(round_bound(self.later, up=True), 'N', 3)}" if self.later < math.inf else ""
-            rate = math.sqrt(self.wall.stiffness / (self.wall.mass or 1.0))
-            period = f"; half a period of wall and spring is {si(math.pi / rate, 's', 2)}" if rate else ""
-            yield f"{GROWTH} after the simulated time{most}{period} {advice(self.runs.case, self.runs.motion)}."
-
-
-def _structure(runs: Runs) -> Structure:
-    """Motion of a movable end; of one that is integrated as a fixed wall, only the force that it passes on."""
-    scales, peak = runs.case.scales, runs.peak(-1)
-    if not runs.case.assembly.movable_end:
-        force = peak.peak_force - peak.static_force, peak.time, peak.error_estimate
-        rows: Any = (None,) * 3, (None,) * 3, force
-    else:
-        units = scales.energy / scales.force, scales.force / scales.mass, scales.force
-        values, times = runs.motion.extremes
-        rows = zip((values * units).tolist(), (times * scales.time).tolist(), runs.end_errors.tolist(), strict=True)
-    figures: dict[str, Any] = {}
-    for name, (value, time, error) in zip(_NAMES, rows, strict=True):
-        figures |= {name: value, f"{name}_time": time, f"{name}_error": error}
-    return Structure(**figures)

@@ -350,7 +350,7 @@ _PARTS = {
     "passages": "shockwave.simulation.wave_passages:passages_at",
     "forces": "shockwave.simulation.contact_forces:forces_of",
     "recording": "shockwave.simulation.chain_histories:record_chain",
-    "value_with_yield": "shockwave.simulation.contact_forces:value_with_yield",
+    "value_with_yield": "shockwave.simulation.yield_advice:value_with_yield",
     "first_pulses": "shockwave.simulation.first_pulse_search:first_pulses",
 }
 

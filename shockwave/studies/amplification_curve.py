@@ -12,7 +12,8 @@ import numpy.typing as npt
 from attrs import asdict, frozen
 from scipy.interpolate import CubicSpline
 
-from shockwave.base.errors import InvalidValueError, NumericalError, ShockwaveError, explain_arguments
+from shockwave.base.arguments import explain_arguments
+from shockwave.base.errors import InvalidValueError, NumericalError, ShockwaveError
 from shockwave.base.numerics import FloatArray
 from shockwave.base.quantity_fields import Number, Quantity, text_of
 from shockwave.base.result import VERSION, Result, cached_property

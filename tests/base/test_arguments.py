@@ -9,7 +9,7 @@ import pytest
 from attrs import frozen
 
 import shockwave as sw
-from shockwave.base.errors import explain_arguments
+from shockwave.base.arguments import explain_arguments
 
 #: Public classes that users construct.
 CONSTRUCTED = [

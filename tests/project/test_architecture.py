@@ -101,7 +101,7 @@ SLOW = "scipy", "pint", "cattrs", "pluggy", "importlib.metadata", "concurrent", 
 #: Modules for chains beyond equal spheres.
 FEATURES = (
     *(f"shockwave.scene.{name}" for name in ("chain_end", "contact_law", "coverage_rules", "damping", "description")),
-    "shockwave.scene.elastic_plastic",
+    *("shockwave.scene.elastic_plastic", "shockwave.scene.plastic_range", "shockwave.simulation.yield_advice"),
     *(f"shockwave.scene.{name}" for name in ("feature_rules", "impact", "layout", "power_law_wave", "segments")),
     *(f"shockwave.simulation.{name}" for name in ("contact_forces", "contact_setup", "convergence_runs")),
     *(f"shockwave.simulation.{name}" for name in ("shock_spectrum", "transmitted_spectrum")),

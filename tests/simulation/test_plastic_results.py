@@ -88,7 +88,7 @@ def test_the_value_with_yield_is_that_of_a_simulation(monkeypatch: pytest.Monkey
 
 
 def test_an_elastic_result_computes_no_value_with_yield(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("shockwave.simulation.contact_forces.value_with_yield", None)  # a call fails
+    monkeypatch.setattr("shockwave.simulation.yield_advice.value_with_yield", None)  # a call fails
     assert sw.simulate(sw.Impact(velocity=0.01), elastic_chain(BEADS)).warnings == ()
 
 

@@ -1,0 +1,67 @@
+"""Comparison of contacts with first yield, and with the range of overlaps for which Hertz's law holds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from shockwave.base.numerics import FloatArray
+from shockwave.base.text import round_digits
+from shockwave.engine.mixed_chain_problem import Motion
+from shockwave.scene.damping import HERTZ
+from shockwave.scene.yielding import UNJUDGED, Yielding, first_yield_force, strength_of
+from shockwave.simulation.contact_setup import ChainSetup
+
+# Overlap, over the reduced radius of the contact, beyond which Hertz's law is doubtful.
+_LARGE_OVERLAP = 0.1
+
+
+def _strengths(case: ChainSetup) -> FloatArray:
+    """Smaller yield strength at each contact [Pa]; NaN where one is not known."""
+    strengths = np.array([strength_of(each) for each in case.layout.bodies])
+    return np.asarray(np.minimum(strengths[:-1], strengths[1:]))
+
+
+def warn_unjudged(case: ChainSetup, yielding: Yielding | None) -> Iterator[str]:
+    """Warning of contacts that are not compared with first yield."""
+    unknown = int(np.isnan(_strengths(case)).sum())
+    if yielding is not None and unknown:
+        where = "1 contact" if unknown == 1 else f"{unknown} contacts"
+        yield f"{UNJUDGED} at {where}, because a yield strength is not known (state yield_strength)."
+
+
+def first_yield(case: ChainSetup, motion: Motion) -> Yielding | None:
+    """First yield in the weaker material of each contact, where both yield strengths are known."""
+    layout, softer = case.layout, _strengths(case)
+    at = np.flatnonzero(np.isfinite(softer) & ~layout.law_contacts)
+    every = case.scene.chain.elastic_only and at.size < softer.size
+    if not at.size or every:
+        return None
+    radii, moduli = layout.pairs.radii[at], layout.pairs.moduli[at]
+    first = first_yield_force(radii, moduli, softer[at])
+    ratios = motion.forces[at] * case.scales.force / first
+    plastic = np.zeros(at.shape) if layout.plastic is None else np.isfinite(layout.plastic.strengths[at])
+    elastic = np.where(plastic, 0.0, ratios)
+    alike = len(set(layout.bodies)) == len(set(layout.radii.tolist())) == 1
+    return Yielding(
+        first_yield_force=float(first.min()),
+        peak_ratio=float(ratios.max()),
+        elastic_ratio=float(elastic.max()),
+        place="" if alike or not elastic.any() else layout.describe_contact(int(at[elastic.argmax()])),
+        yielded_contacts=None if case.scene.chain.count is None else int((ratios > 1).sum()),
+    )
+
+
+def warn_overlaps(case: ChainSetup, motion: Motion) -> Iterator[str]:
+    """Warning of overlaps for which Hertz's law, and that of elastic-plastic contacts, do not hold."""
+    pairs = case.layout.pairs
+    hertz = np.isclose(pairs.stiffnesses, 4 / 3 * pairs.moduli * np.sqrt(pairs.radii)) & (pairs.exponents == HERTZ)
+    overlaps = (motion.forces * case.scales.force / pairs.stiffnesses) ** (2 / 3)
+    if motion.greatest_overlaps is not None:
+        overlaps = np.maximum(overlaps, case.scales.energy / case.scales.force * motion.greatest_overlaps)
+    ratios = np.where(hertz & ~case.layout.law_contacts, overlaps / pairs.radii, 0.0)
+    worst = int(np.argmax(ratios))
+    if ratios[worst] > _LARGE_OVERLAP:
+        overlap = f"An overlap is about {round_digits(ratios[worst])} times the reduced radius, at contact {worst}"
+        yield f"{overlap}: Hertz's law holds for small overlaps only."
