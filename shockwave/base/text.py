@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 # Characters that HTML does not admit, and those that turn the direction of the text behind them.
 _UNFIT = "[^\t\n\x20-\x7e\xa0-\u2029\u202f-\u2065\u206a-\ud7ff\ue000-\ufdcf\ufdf0-\ufffd\U00010000-\U0010fffd]"
+# Share above which what is missing to the whole decides about its digits.
+_NEARLY_ALL = 0.99
 _PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T", 15: "P"}
 # Columns of a label and of the text's indent in `facts`.
 _LABEL = 20
@@ -174,8 +176,10 @@ def round_bound(value: float, up: bool, digits: int = 3) -> float:
 
 
 def percent(share: float, sign: str = "") -> str:
-    """``share`` in percent, to two digits."""
-    return f"{float(f'{100 * share:.2g}'):{sign}.15g} %"
+    """``share`` in percent, to two digits; a little less than all of it, to two digits of what is missing."""
+    rest = 1 - share if _NEARLY_ALL < share < 1 else 0.0
+    value = 100 - float(f"{100 * rest:.2g}") if rest else float(f"{100 * share:.2g}")
+    return f"{value:{sign}.15g} %"
 
 
 def significant_digits(value: float, error: float) -> int:

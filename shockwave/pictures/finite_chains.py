@@ -10,7 +10,17 @@ import numpy as np
 from shockwave.base.errors import InvalidValueError
 from shockwave.pictures.colour_maps import reach_of
 from shockwave.pictures.figure_files import canvas
-from shockwave.pictures.picture_elements import GREEN, GREY, METHODS, Axes, add_legend, draw_limit, halo, label_axis
+from shockwave.pictures.picture_elements import (
+    GREEN,
+    GREY,
+    METHODS,
+    Axes,
+    add_legend,
+    busy_end,
+    draw_limit,
+    halo,
+    label_axis,
+)
 from shockwave.pictures.waves import field_of_forces, find_histories
 from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
@@ -157,7 +167,7 @@ def wall_force(result: Simulation, *, ax: Axes | None = None) -> Axes:
     with canvas(ax, result, x="time", y=force, from_zero=True, legend=False) as ax:
         ax.plot(times, forces, color=METHODS["simulation"], linewidth=1.1, label="force")
         draw_limit(ax, result.limit if result.limit and result.limit.at != "spring" else None)
-        ax.set_xlim(0, times[-1])
+        ax.set_xlim(0, busy_end(times, forces[:, None]))
         right = ax.twinx()
         right.plot(times, impulse, color=GREEN, linewidth=1.1, linestyle="--", label="impulse")
         right.grid(False)

@@ -14,6 +14,7 @@ from shockwave.pictures.picture_elements import (
     METHODS,
     SKY,
     Axes,
+    busy_end,
     draw_limit,
     ink,
     literal,
@@ -62,7 +63,8 @@ def sensors(result: Simulation | Recording, unit: str | None = None, *, ax: Axes
     unit = unit or units[0]
     pulses = {} if isinstance(result, Recording) else {each.sensor: each for each in result.sensors}
     with canvas(ax, result, x="time", y=(_NAMES[unit], unit)) as ax:
-        for index, each in enumerate(each for each in histories.sensors if each.unit == unit):
+        shown = [each for each in histories.sensors if each.unit == unit]
+        for index, each in enumerate(shown):
             label, pulse = each.name.replace("_", " "), pulses.get(each.name)
             if pulse is not None and pulse.peak and pulse.arrival is not None and pulse.width is not None:
                 label += f", width {si_label(pulse.width, 's')}"
@@ -73,7 +75,7 @@ def sensors(result: Simulation | Recording, unit: str | None = None, *, ax: Axes
         limit = result.limit if unit == "N" and isinstance(result, Simulation) else None
         drawn = any(each.name.endswith("spring_force") for each in histories.sensors)
         draw_limit(ax, limit if limit is None or limit.at != "spring" or drawn else None)
-        ax.set_xlim(0, histories.times[-1])
+        ax.set_xlim(0, busy_end(histories.times, np.column_stack([each.values for each in shown])))
         return ax
 
 

@@ -73,6 +73,11 @@ _LEGEND: dict[str, Any] = {
 }
 # Most points of a drawn line or area.
 _MOST_POINTS = 800
+# Deviation from the last value that is seen, over the range of all curves; and an axis of time that ends after the last
+# one, over the time of that, unless it is longer than this share of the whole.
+_SEEN = 0.01
+_MARGIN = 1.2
+_MOSTLY = 0.6
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -256,6 +261,13 @@ def draw_limit(ax: Axes, limit: Any, label: str = "limit", upright: bool = False
         draw = ax.axvline if upright else ax.axhline
         label = "limit of the spring" if getattr(limit, "at", "chain") == "spring" else label
         draw(getattr(limit, "force", limit), color=ink(), linewidth=0.9, linestyle="-.", label=label)
+
+
+def busy_end(times: FloatArray, curves: FloatArray) -> float:
+    """Return the time soon after the last change that is seen in the columns of ``curves``, or else the last time."""
+    stray = (np.abs(curves - curves[-1]) > _SEEN * np.ptp(curves)).any(axis=1)
+    end = _MARGIN * float(times[stray].max(initial=0.0))
+    return end if 0 < end < _MOSTLY * times[-1] else float(times[-1])
 
 
 def thin(y: FloatArray) -> npt.NDArray[np.intp]:

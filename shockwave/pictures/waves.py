@@ -11,7 +11,16 @@ import numpy as np
 from shockwave.base.errors import InvalidValueError
 from shockwave.pictures.colour_maps import colour_cells, rows_of
 from shockwave.pictures.figure_files import canvas
-from shockwave.pictures.picture_elements import METHODS, Axes, colour_scale, draw_limit, field_colours, halo, series
+from shockwave.pictures.picture_elements import (
+    METHODS,
+    Axes,
+    busy_end,
+    colour_scale,
+    draw_limit,
+    field_colours,
+    halo,
+    series,
+)
 from shockwave.prediction.section4_outcome import Section4Outcome
 from shockwave.simulation.recording import Recording
 from shockwave.simulation.simulation_result import Simulation
@@ -89,7 +98,9 @@ def contact_forces(
         if limit := getattr(result, "limit", None):
             draw_limit(ax, limit)
             top = max(top, 1.12 * limit.force)
-        ax.set(xlim=(0, histories.times[-1]), ylim=(0, top or 1.0))
+        columns = [histories.contacts.index(contact) for contact in contacts]
+        end = max(busy_end(histories.times, forces[:, columns]), shock.duration if shock else 0.0)
+        ax.set(xlim=(0, end), ylim=(0, top or 1.0))
         return ax
 
 

@@ -49,9 +49,11 @@ def test_rows_of_a_long_table_are_evenly_chosen_with_both_ends(count: int, most:
 
 @pytest.mark.parametrize(
     ("share", "shown"),
-    [(4.38, "440 %"), (0.00196, "0.2 %"), (1.0, "100 %"), (0.9996, "100 %"), (0.0, "0 %"), (1e-9, "1e-07 %")],
+    [(4.38, "440 %"), (0.00196, "0.2 %"), (1.0, "100 %"), (0.9996, "99.96 %"), (0.0, "0 %"), (1e-9, "1e-07 %")],
 )
-def test_percentages_have_two_digits_and_no_power_of_ten_unless_they_are_tiny(share: float, shown: str) -> None:
+def test_percentages_have_two_digits_near_the_whole_of_what_is_missing_and_no_power_of_ten(
+    share: float, shown: str
+) -> None:
     assert percent(share) == shown
     assert percent(share, sign="+") == f"+{shown}"
 

@@ -131,3 +131,15 @@ def test_a_distribution_of_another_quantity_has_no_limit(ax: Axes) -> None:
     assert not any("limit" in text for text in key_of(ax))
     with pytest.raises(sw.UnknownNameError, match=r"quantity.*amplification"):
         pictures.distribution(uncertain(60.0), "amplifcation", ax=ax)
+
+
+@pytest.mark.parametrize(("until", "last"), [(None, 1.0), (5e-3, 0.3)], ids=["as long as the motion", "ten times"])
+def test_axes_of_time_end_soon_after_the_last_force(until: float | None, last: float) -> None:
+    result = sw.simulate(SHOCK, WALLED, record=["forces"], sensors=["wall"], until=until)
+    for draw in (pictures.contact_forces, pictures.wall_force, pictures.sensors):
+        ax = draw(result)
+        end = ax.get_xlim()[1]
+        pyplot.close(ax.figure)
+        force = result.recording.wall_force[result.recording.times > end]
+        assert end <= last * result.recording.times[-1]
+        assert force.max(initial=0.0) < 0.02 * result.transmitted.peak_force
