@@ -245,9 +245,9 @@ def shorten(text: str, limit: int = 60) -> str:
     return text if len(text) <= limit else text[: limit - 3] + "..."
 
 
-def hint_of(name: str, names: Sequence[str]) -> str:
+def hint_of(name: str, names: Sequence[str], most: int = MOST_NAMES) -> str:
     """The nearest known name, and all known names or, if there are many, those most similar to ``name``."""
-    if len(names) <= MOST_NAMES:
+    if len(names) <= most:
         return f"{nearest(name, names)}known: {', '.join(names)}"
     from difflib import get_close_matches  # rarely needed
 

@@ -109,12 +109,12 @@ def write_table(table: Table, about: Mapping[str, Any], file: str) -> None:
     write_file(file, text.getvalue())
 
 
-def cells(table: Table, most: int, most_columns: int) -> dict[str, Any]:
-    """Header, at most ``most`` evenly chosen rows and ``most_columns`` columns, and the numbers of all, as text."""
+def cells(table: Table, most: int, most_columns: int, besides: Sequence[int] = ()) -> dict[str, Any]:
+    """Header, at most ``most`` evenly chosen rows and those ``besides``, columns likewise, and all numbers, as text."""
     columns = list(_flat(table))
     count = len(columns[0][1].values)
+    shown = np.union1d(evenly(count, most), besides).astype(np.intp)
     chosen = [columns[index] for index in evenly(len(columns), most_columns)]
-    shown = evenly(count, most)
     rows = zip(*([_cell(value, one.unit) for value in one.values[shown].tolist()] for _, one in chosen), strict=True)
     return {"header": [name for name, _ in chosen], "rows": list(rows), "count": count, "columns": len(columns)}
 

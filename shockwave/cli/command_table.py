@@ -64,6 +64,7 @@ _SPECTRUM = [
     option("--to FREQUENCY", "highest natural frequency (default: several periods in a solitary wave)"),
     option("-o --output FILE", "write a table (.csv, .nc) or a picture (.svg, .png, .pdf)"),
     _JSON,
+    _DETAIL[-1],
 ]
 _EXPLORE = [
     Option(("file",), f"{_FILE.meaning} (default: an example)", {"nargs": "?", "metavar": "FILE"}),

@@ -34,6 +34,12 @@ class Option:
         return meaning + getattr(self.settings.get("type"), "rule", "") + bracket + stated
 
     @property
+    def is_single(self) -> bool:
+        """Whether it has a value, and a second value would replace the first."""
+        action = self.settings.get("action")
+        return action is None or (action is Change and bool(self.settings.get("path")))
+
+    @property
     def usage(self) -> list[str]:
         """Its names with the name of its value, as help shows them."""
         value = self.settings.get("metavar")

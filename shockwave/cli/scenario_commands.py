@@ -135,7 +135,12 @@ def validate(options: Namespace) -> int:
         faults: Sequence[Fault] = ()
         warnings: list[str] = []
         try:
-            scene = load_scenario(file, options, len(options.files) > 1).scene
+            scenario = load_scenario(file, options, len(options.files) > 1)
+            if scenario.sweep is not None:
+                from shockwave.sweep.point_evaluation import Points  # most scenarios have no sweep
+
+                Points(scenario)
+            scene = scenario.scene
             warnings = [str(scene.place_fault(fault)) for fault in unusual(scene.excitation, scene.chain)]
         except ShockwaveError as error:
             faults = error.faults

@@ -15,7 +15,7 @@ from shockwave.base.numerics import FloatArray, floats
 from shockwave.base.quantity_fields import Number, Quantity, text_of
 from shockwave.base.result import VERSION, Result, fields_of
 from shockwave.base.result_tables import Table, along, cells
-from shockwave.base.text import brief, facts, is_wide, percent, si, strong, table
+from shockwave.base.text import Detail, brief, detail, facts, is_wide, percent, si, strong, table
 
 #: Damping ratio of the oscillators.
 DAMPING = Quantity("", "damping ratio of the oscillators", at_least=0, below=1)
@@ -33,7 +33,7 @@ _PER_OCTAVE = 12
 # Frequency in the grid of a spectrum [Hz].
 _GRID = 1000.0
 # Rows of the printed table.
-_ROWS = 8
+_ROWS = 5
 # Units of the columns of a table.
 _UNITS = {"acceleration": "m/s^2", "pseudo_velocity": "m/s", "errors": ""}
 _UNITS |= {"input_acceleration": "m/s^2", "input_pseudo_velocity": "m/s"}
@@ -108,9 +108,12 @@ class ShockSpectrum(Result):
         answer = f"greatest response {self.acceleration[at]:.4g} m/s^2, at {si(float(self.frequencies[at]), 'Hz', 4)}"
         accuracy = f"estimated relative error {self.error_estimate:.0e}" if self.error_estimate else "exact"
         base = f"{self.base}, to {si(self.end, 's', 4)}; damping {percent(self.damping)}"
-        shown = cells(self._table("spectrum"), len(self.frequencies) if is_wide() else _ROWS, len(_UNITS) + 1)
+        count = len(self.frequencies)
+        most = count if is_wide() or detail() is Detail.VERBOSE else _ROWS
+        shown = cells(self._table("spectrum"), most, len(_UNITS) + 1, [at])
         rows = table(shown["header"], shown["rows"], ("errors", *shown["header"][4:])).split("\n")
-        return brief([strong(f"{answer}, {accuracy}")], self.warnings, [*facts([("base", base)]), *rows])
+        rows += [f"  ({count} frequencies; --verbose shows all)"] * (most < count)
+        return brief([strong(f"{answer}, {accuracy}")], self.warnings, facts([("base", base)]), rows)
 
 
 def shock_spectrum(

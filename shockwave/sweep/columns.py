@@ -102,23 +102,28 @@ def chain_columns(scenario: Scenario, run: Run, section4: bool) -> tuple[Quantit
 def requested_columns(scenario: Scenario, columns: tuple[Quantity, ...]) -> tuple[Quantity, ...]:
     """Return the columns of sensors, and those that the sweep names: energies of segments, times, or ratios.
 
+    Those of ``columns`` are left out; a prediction has only these, and their ratios.
+
     Raises
     ------
     InvalidValueError
         If a name is unknown.
     """
-    sensors, requested = quantities.sensor_figures(scenario.simulate.sensors), []
+    assert scenario.sweep is not None
+    measured = scenario.simulate.sensors if scenario.sweep.run != "predict" else ()
+    sensors, requested = quantities.sensor_figures(measured), []
     parts = len(scenario.chain.granules) if isinstance(scenario.chain.granules, tuple) else 1
     energies = quantities.segment_energies(parts + (scenario.impact is not None))
-    known = {each.name: each for each in (*columns, *sensors, *quantities.TIMES, *energies)}
-    assert scenario.sweep is not None
+    others = () if scenario.sweep.run == "predict" else (*sensors, *quantities.TIMES, *energies)
+    known = {each.name: each for each in (*columns, *others)}
     for index, name in enumerate(scenario.sweep.quantities):
         quantity = quantities.quantity_named(name, known)
         if quantity is None:
-            got = f"got {text_of(name)}; {hint_of(name, list(known))}"
+            got = f"got {text_of(name)}; {hint_of(name, list(known), len(known))}"
             raise InvalidValueError.of(("sweep", "quantities", index), f"must be a quantity or a ratio of two ({got})")
         requested.append(quantity)
-    return tuple(dict.fromkeys((*sensors, *quantities.sensor_errors(scenario.simulate.sensors), *requested)))
+    further = (*sensors, *quantities.sensor_errors(measured), *requested)
+    return tuple(dict.fromkeys(each for each in further if each not in columns))
 
 
 def column_of(quantity: Quantity) -> Column:

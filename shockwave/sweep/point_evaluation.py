@@ -71,7 +71,8 @@ class Points:
         finite = scenario.chain.granules is not None or "chain.granules" in names
         self.chains = _has_features(scenario, finite) or any(_is_feature(name, finite) for name in names)
         *columns, remarks = self._chain_columns() or columns_of(self.sweep.run, self.train, finite)
-        columns += requested_columns(scenario, tuple(columns)) if self.sweep.run != "predict" else ()
+        with scenario.scene.locate_errors():
+            columns += requested_columns(scenario, tuple(columns))
         self._columns = (*columns, *(() if scenario.limit is None else VERDICT), remarks)
         self._family = Family(scenario)
         self.definition = SweepDefinition(

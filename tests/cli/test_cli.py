@@ -253,6 +253,15 @@ def test_validate_reports_every_error_of_every_file_and_ends_with_the_greatest_s
     assert "nowhere.yaml" in first["faults"][0]["problem"]
 
 
+def test_validate_reports_an_unknown_quantity_of_a_sweep_with_its_place(tmp_path: Path) -> None:
+    scene = tmp_path / "scene.yaml"
+    grid = "sweep:\n  run: predict\n  grid: {shock.peak_force: [1 N, 2 N]}\n  quantities: [wall.peak]\n"
+    scene.write_text(Path(SCENE).read_text(encoding="utf-8") + grid, encoding="utf-8")
+    answer = shockwave("validate", str(scene))
+    assert answer.status == 3
+    assert re.search(r"scene\.yaml:\d+:16: sweep\.quantities\[0\]: .*known: relation, peak_force", answer.out)
+
+
 def test_invalid_files_stop_the_others_and_end_with_the_greatest_of_their_statuses(bad: str) -> None:
     answer = shockwave("predict", "--json", SCENE, bad)
     assert (answer.status, answer.out, f"{bad}:2:" in answer.err) == (3, "", True)
@@ -272,6 +281,11 @@ def test_an_error_of_an_argument_is_one_of_usage_and_an_error_of_the_scene_is_no
 #: Arguments that are wrong, and what is printed of them.
 WRONG = {
     "command": (["predct", SCENE], "unknown command (got 'predct'; did you mean 'predict'? known: predict, simulate"),
+    "option-twice": (
+        ["predict", SCENE, "--limit", "3 N", "--limit=4 N"],
+        "--limit: must be given once (got it again; ",
+    ),
+    "output-twice": (["spectrum", SCENE, "-o", "a.png", "--output", "b.csv"], "--output: must be given once ("),
     "option": (["predict", "--jsn", SCENE], "unknown option (got '--jsn'; did you mean '--json'? known: "),
     "abbreviation": (["predict", "--verb", SCENE], "unknown option (got '--verb'; did you mean '--verbose'? "),
     "option-of-all": (["--vrsion"], "unknown option (got '--vrsion'; did you mean '--version'? "),

@@ -9,6 +9,7 @@ import pytest
 from scipy.signal import lsim
 
 import shockwave as sw
+from shockwave.base.text import si
 
 #: Pulses of unit peak and duration, and the undamped spectrum over the peak by frequency times duration.
 SAMPLED = np.linspace(0, 1, 2001)
@@ -63,6 +64,15 @@ def test_a_blow_leaves_its_velocity_change_at_low_frequencies_and_its_peak_at_hi
     spectrum = sw.shock_spectrum(SAMPLED, np.sin(math.pi * SAMPLED), [1e-3, 1e3], damping=0)
     assert spectrum.pseudo_velocity[0] == pytest.approx(2 / math.pi, rel=1e-5)
     assert spectrum.acceleration[1] == pytest.approx(1, rel=2e-3)  # it starts with a kink
+
+
+def test_the_text_has_the_row_of_the_greatest_response_and_all_rows_on_request() -> None:
+    spectrum = sw.shock_spectrum(SAMPLED, np.sin(math.pi * SAMPLED))
+    peak = f"{si(float(spectrum.frequencies[spectrum.acceleration.argmax()]), 'Hz')} "
+    short, full = str(spectrum), spectrum.text()
+    assert peak in short
+    assert f"({len(spectrum.frequencies)} frequencies; --verbose shows all)" in short
+    assert len(full.splitlines()) >= len(spectrum.frequencies)
 
 
 def test_frequencies_are_twelve_per_octave_within_what_the_history_resolves() -> None:
