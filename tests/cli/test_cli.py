@@ -283,7 +283,7 @@ WRONG = {
     "command": (["predct", SCENE], "unknown command (got 'predct'; did you mean 'predict'? known: predict, simulate"),
     "option-twice": (
         ["predict", SCENE, "--limit", "3 N", "--limit=4 N"],
-        "--limit: must be given once (got it again; ",
+        "--limit: must be given once (got it ",
     ),
     "output-twice": (["spectrum", SCENE, "-o", "a.png", "--output", "b.csv"], "--output: must be given once ("),
     "option": (["predict", "--jsn", SCENE], "unknown option (got '--jsn'; did you mean '--json'? known: "),
