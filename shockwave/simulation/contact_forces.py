@@ -240,9 +240,10 @@ def _segments(case: ChainSetup, motion: Motion, granules: int) -> Iterator[Segme
     values[:, 1:] += halves[:, : count - 1]
     if case.has_wall:
         values[:, -1] += 2 * halves[:, -1]
+    energies, losses = values.tolist()
     begins = [0, *(np.flatnonzero(np.diff(case.layout.segments)) + 1).tolist(), count]
     for begin, end in pairwise(begins):
-        energy, dissipated = (math.fsum(part[begin:end]) for part in values.tolist())
+        energy, dissipated = math.fsum(energies[begin:end]), math.fsum(losses[begin:end])
         yield SegmentEnergy(first=begin, last=min(end, granules) - 1, energy=energy, dissipated=dissipated)
 
 
