@@ -6,9 +6,9 @@
 measures all methods in some minutes, writes the runs to docs/benchmarks/error-time.csv and draws
 docs/benchmarks/error-time.svg; with ``--drawn`` it draws the runs of the file. There are two problems: the peak force
 of the leading wave for the eight pulses of the paper, and the force on the wall behind the mixed, damped chain of
-profiles/chains/damped.yaml. Run times are process times over that of ``simulate`` with rtol 1e-6 for the same pulse or
-chain, which is measured alternately with each run: such ratios vary less between machines than seconds do. Simulations
-are also measured for a thousand pulses of one shape in one call.
+profiles/validation/damped.yaml. Run times are process times over that of ``simulate`` with rtol 1e-6 for the same pulse
+or chain, which is measured alternately with each run: such ratios vary less between machines than seconds do.
+Simulations are also measured for a thousand pulses of one shape in one call.
 
 SciPy integrates the whole chain as a first-order system, restarts at the kinks of the force and evaluates the peak from
 its own steps, as a careful user would. On the pulses it computes the force at contact 60, with the reference of that
@@ -254,7 +254,7 @@ def main() -> None:
         rows = [
             row for file in sorted((ROOT / "profiles/paper").glob("*.yaml")) for row in of_pulse(sw.load_scenario(file))
         ]
-        rows += of_chain(sw.load_scenario(ROOT / "profiles/chains/damped.yaml"))
+        rows += of_chain(sw.load_scenario(ROOT / "profiles/validation/damped.yaml"))
         with FILE.open("w", newline="", encoding="utf-8") as out:
             writer = csv.writer(out, lineterminator="\n")
             writer.writerow(Row._fields)

@@ -234,8 +234,8 @@ def distribution() -> Figure:
 
 def materials() -> Figure:
     """Ranking of materials for a target."""
-    names = ["ptfe", "nylon-66", "delrin", "pmma", "lead", "brass-260", "copper", "aluminium-6061-t6"]
-    result = sw.design(scene("examples/protector"), vary="chain.material", target="peak_force <= 110 N", among=names)
+    names = ["nylon-66", "delrin", "pmma", "polycarbonate", "titanium-ti-6al-4v", "bearing-steel-52100"]
+    result = sw.design(scene("examples/protector"), vary="chain.material", target="peak_force <= 17 N", among=names)
     figure, (ax,) = pictures.figure(size=ranking_size(result))
     pictures.materials(result, ax=ax)
     return figure

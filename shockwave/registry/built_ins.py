@@ -36,7 +36,8 @@ def _material(row: dict[str, str | float]) -> Entry:
     name = str(row["name"])
     constant = name.upper().replace("-", "_")
     modulus = float(row["youngs_modulus"]) / 1e9
-    figures = f"E {modulus:g} GPa, nu {row['poisson_ratio']:.2f}, {row['density']:g} kg/m^3"
+    strength = f"yield {float(row['yield_strength']) / 1e6:g} MPa" if "yield_strength" in row else "no yield strength"
+    figures = f"E {modulus:g} GPa, nu {row['poisson_ratio']:.2f}, {row['density']:g} kg/m^3, {strength}"
     return Entry(name, f"shockwave.scene.material_library:{constant}", figures)
 
 

@@ -349,7 +349,7 @@ PRINTED = {
     "spectrum": ("profiles/examples/triangular.yaml --set chain.granules=5 --mass 1kg", "-"),
     "record": ("profiles/examples/hammer.csv", r"without\.\w+\."),
     "design": (
-        f"{PROTECTOR} --vary chain.diameter --target 'peak_force=60 N' --between '2 mm' '40 mm'",
+        f"{PROTECTOR} --vary chain.diameter --target 'peak_force=10 N' --between '15 mm' '50 mm'",
         r"(nearest|table)(\[\])?\.|solutions\[\]\.(quantities|errors)\.",
     ),
 }

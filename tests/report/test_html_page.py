@@ -386,7 +386,7 @@ def test_an_end_that_its_spring_holds_still_has_no_pictures_of_its_motion() -> N
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["paper/table2-row1", "examples/hammer", "chains/damped"])
+@pytest.mark.parametrize("name", ["paper/table2-row1", "examples/hammer", "validation/damped"])
 @pytest.mark.parametrize("sheet", ["letter", "a4"])
 def test_a_page_prints_on_two_sheets(name: str, sheet: str, tmp_path: Path) -> None:
     browser = shutil.which("chromium") or pytest.skip("there is no Chromium")

@@ -191,8 +191,8 @@ MARKED = {
         "at contact 3, between granule 3 (copper) and the wall (rigid)",
     ),
     "elastic-plastic-contact-of-a-segment-that-is-too-hard": (
-        _segments("[{material: stainless-steel-302, contact: |{model: elastic-plastic}}, {material: delrin}]"),
-        "chain.granules[0].contact", "at contact 0, between granule 0 (stainless-steel-302) and granule 1 (delrin)",
+        _segments("[{material: stainless-steel-302, contact: |{model: elastic-plastic}}, {material: homalite-100}]"),
+        "chain.granules[0].contact", "at contact 0, between granule 0 (stainless-steel-302) and granule 1 (homalite-1",
     ),
     "tsuji-of-a-segment-without-hertz": (
         _segments("[{}, {damping: {model: |tsuji, restitution: 0.9}}], contact: {exponent: 2, stiffness: 1}"),

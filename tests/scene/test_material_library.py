@@ -25,7 +25,7 @@ POLYMERS = ("ptfe", "nylon-66", "delrin", "pmma", "polycarbonate", "homalite-100
 def test_beads_of_the_paper() -> None:
     beads = library.PAPER_STEEL
     assert (beads.youngs_modulus, beads.poisson_ratio, beads.density) == (193e9, 0.3, 7958.0)
-    assert ENTRIES["paper-steel"].summary == "E 193 GPa, nu 0.30, 7958 kg/m^3"
+    assert ENTRIES["paper-steel"].summary == "E 193 GPa, nu 0.30, 7958 kg/m^3, no yield strength"
     assert MATERIALS["paper-steel"] is beads
 
 

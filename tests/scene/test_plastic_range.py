@@ -37,13 +37,13 @@ def test_the_strength_is_compared_with_the_modulus_of_the_contact(ratio: float, 
 
 
 def test_a_refusal_names_both_bodies_and_the_one_without_a_strength() -> None:
-    (fault,) = faults_of(chain(sw.Segment(count=3), sw.Segment(count=3, material="delrin")), None)
-    assert "contact 2, between granule 2 (hard steel) and granule 3 (delrin)" in fault.problem
+    (fault,) = faults_of(chain(sw.Segment(count=3), sw.Segment(count=3, material="homalite-100")), None)
+    assert "contact 2, between granule 2 (hard steel) and granule 3 (homalite-100)" in fault.problem
     assert "; give granule 2 a segment of its own with contact: {model: hertz}, or state the yield_str" in fault.problem
-    assert "state the yield_strength of delrin" in fault.problem
+    assert "state the yield_strength of homalite-100" in fault.problem
     # the law behind a striker is that of the chain, and a smaller strength than that of metals is an error
     soft = attrs.evolve(STEEL, yield_strength=0.5e-3 * MODULUS)
-    for beads in (chain(sw.Segment(count=3, material="delrin", contact=sw.Hertz())), chain(material=soft)):
+    for beads in (chain(sw.Segment(count=3, material="homalite-100", contact=sw.Hertz())), chain(material=soft)):
         hits = faults_of(beads, attrs.evolve(IMPACT, material=STEEL))
         assert hits
         assert not any("hertz" in fault.problem for fault in hits)

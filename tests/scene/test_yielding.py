@@ -148,7 +148,7 @@ def test_many_predictions_judge_first_yield_like_single_ones(model: Any) -> None
 
 
 UNKNOWN = attrs.evolve(ELASTIC, material=attrs.evolve(BEARING, yield_strength=None))
-PART_UNKNOWN = attrs.evolve(ELASTIC, granules=[sw.Segment(count=3), sw.Segment(count=3, material="delrin")])
+PART_UNKNOWN = attrs.evolve(ELASTIC, granules=[sw.Segment(count=3), sw.Segment(count=3, material="homalite-100")])
 
 
 @pytest.mark.parametrize(
@@ -225,14 +225,14 @@ def test_a_draw_beyond_first_yield_is_refused() -> None:
 
 
 def test_contacts_with_an_unknown_strength_are_not_judged() -> None:
-    layer = [sw.Segment(count=6), sw.Segment(count=2, material="delrin"), sw.Segment(count=6)]
+    layer = [sw.Segment(count=6), sw.Segment(count=2, material="homalite-100"), sw.Segment(count=6)]
     wall = sw.Wall(material="same")
     chain = sw.Chain(material="bearing-steel-52100", diameter=9.5e-3, granules=layer, end=wall)
     result = sw.simulate(sw.Impact(velocity=0.3), chain)
     steel = [peak.peak_force for index, peak in enumerate(result.contacts) if index not in (5 + 1, 6 + 1, 7 + 1)]
     assert result.yielding.peak_ratio == pytest.approx(max(steel) / result.yielding.first_yield_force, rel=1e-9)
     assert any("not judged at 3 contacts" in warning for warning in result.warnings)
-    soft = sw.Chain(material="delrin", diameter=9.5e-3, granules=8, end=sw.Wall(material="bearing-steel-52100"))
+    soft = sw.Chain(material="homalite-100", diameter=9.5e-3, granules=8, end=sw.Wall(material="bearing-steel-52100"))
     assert sw.simulate(sw.Impact(velocity=0.3), soft).yielding is None
     assert sw.predict(sw.Impact(velocity=0.3), attrs.evolve(soft, granules=60)).yielding is None
     rigid = attrs.evolve(chain, granules=8, end=sw.Wall(material="rigid"))
