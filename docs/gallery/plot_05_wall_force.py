@@ -26,7 +26,7 @@ wave = sw.simulate(
 figure, ax = plt.subplots(figsize=(6, 3.6), layout="constrained")
 kappa = np.linspace(0, 2 * np.sqrt(2), 400)
 ax.plot(kappa, sw.wall_factor(kappa), "k", label="law")
-soft, hard = ("ptfe", "pmma", "lead"), ("aluminium-6061-t6", "brass-260", "rigid")
+soft, hard = ("delrin", "pmma"), ("soda-lime-glass", "titanium-ti-6al-4v", "rigid")
 for name in (*soft, *hard, "tungsten-carbide"):
     wall = sw.Wall(material=name)
     chain = sw.Chain(material=steel, diameter="9.5 mm", granules=60, end=wall)

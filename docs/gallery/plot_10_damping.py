@@ -15,16 +15,16 @@ from shockwave import pictures
 
 plt.style.use(["default", pictures.style()])
 
-ptfe = sw.material("ptfe")
+delrin = sw.material("delrin")
 shock = sw.Shock(
-    profile=sw.Triangular(duration_ratio=2), peak_force="1 N", rise_time="30 us"
+    profile=sw.Triangular(duration_ratio=2), peak_force="5 N", rise_time="30 us"
 )
 passed = np.arange(0, 41)
 
 figure, ax = plt.subplots(figsize=(6, 3.6), layout="constrained")
 for time in (0.2e-6, 0.5e-6, 1e-6):
     damping = sw.KuwabaraKono(time=time)
-    chain = sw.Chain(material=ptfe, diameter="9.5 mm", granules=80, damping=damping)
+    chain = sw.Chain(material=delrin, diameter="9.5 mm", granules=80, damping=damping)
     result = sw.simulate(shock, chain, contacts=[15 + int(n) for n in passed])
     forces = np.array([one.peak_force for one in result.contacts])
     unit = (

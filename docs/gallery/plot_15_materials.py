@@ -3,7 +3,8 @@ Ranking of materials
 ====================
 
 The same shock on beads of several materials of the library: soft and heavy granules
-transmit the least force, hard and light ones the most.
+transmit the least force, hard and light ones the most. The blow is so weak that no bead
+yields.
 """
 
 import matplotlib.pyplot as plt
@@ -14,23 +15,23 @@ from shockwave import pictures
 plt.style.use(["default", pictures.style()])
 
 shock = sw.Shock(
-    profile=sw.Triangular(duration_ratio=3), peak_force="10 N", rise_time="20 us"
+    profile=sw.Triangular(duration_ratio=3), peak_force="5 N", rise_time="80 us"
 )
 names = [
     *("stainless-steel-302", "aluminium-6061-t6", "brass-260", "titanium-ti-6al-4v"),
-    *("tungsten", "lead", "tungsten-carbide", "alumina", "soda-lime-glass"),
-    *("ptfe", "nylon-66", "pmma", "polycarbonate"),
+    *("tungsten", "tungsten-carbide", "alumina", "soda-lime-glass"),
+    *("delrin", "nylon-66", "pmma", "polycarbonate"),
 ]
-chains = [sw.Chain(material=sw.material(name), diameter="9.5 mm") for name in names]
+chains = [sw.Chain(material=sw.material(name), diameter="25.4 mm") for name in names]
 results = sw.simulate_many([shock] * len(chains), chains, waves="primary")
 
 ranked = sorted(zip(names, results, strict=True), key=lambda pair: pair[1].peak_force)
 figure, ax = plt.subplots(figsize=(6, 4.2), layout="constrained")
 ax.barh([name for name, _ in ranked], [result.peak_force for _, result in ranked])
-ax.axvline(10, color="k", linestyle="--", linewidth=0.8)
+ax.axvline(5, color="k", linestyle="--", linewidth=0.8)
 ax.set(xlabel="peak force of the leading wave (N); dashed: that of the shock")
 plt.show()
 
 # %%
-# What to see: beads of lead and PTFE pass on less than a third of the 10 N, those of
-# alumina more than the shock has.
+# What to see: beads of polymers pass on about half of the 5 N, those of alumina more
+# than the shock has.
