@@ -22,7 +22,7 @@ from shockwave.scene.scene import Scene
 from shockwave.scene.scene_result import SceneResult
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
-from shockwave.scene.yielding import Yielding, warn_beyond, yielding_of
+from shockwave.scene.yielding import BEYOND, Yielding, warn_beyond, yielding_of
 
 if TYPE_CHECKING:  # a result that is only printed does not need them
     from shockwave.simulation.result_parts import ContactPeak, Structure, Transmitted
@@ -278,8 +278,9 @@ class Outcome(SceneResult):
         result = self.simulated
         beyond = warn_beyond(self.yielding, self.chain)
         if result is not None:
-            # those of the train limit no first number
-            return tuple(dict.fromkeys((*result.first_warnings, *beyond)))
+            # those of the train limit no first number; one statement on first yield, of the greatest force
+            others = (each for each in result.first_warnings if not each.startswith(BEYOND))
+            return (*others, *beyond)
         usual = unusual_warnings(self.excitation, self.chain)
         if self.simulation is not None:
             return usual

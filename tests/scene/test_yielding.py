@@ -117,6 +117,13 @@ def test_a_greater_force_than_that_of_the_leading_wave_counts() -> None:
     assert sum("elastic validity" in warning for warning in outcome.warnings) == 1
 
 
+def test_a_prediction_warns_once_of_two_forces_beyond_first_yield() -> None:
+    outcome = sw.predict(shock(900.0, rise_time=2e-6), BEADS)
+    assert outcome.peak_force > outcome.yielding.first_yield_force
+    assert outcome.yielding.peak_ratio > 1.05 * outcome.peak_force / outcome.yielding.first_yield_force
+    assert sum("elastic validity" in warning for warning in outcome.warnings) == 1
+
+
 def test_section_4_is_judged_by_its_strongest_wave() -> None:
     slow = sw.Shock(profile=sw.Triangular(duration_ratio=2), peak_force=60.0, rise_time=1e-3)
     outcome = sw.predict(slow, BEADS, model="section-4")
