@@ -67,12 +67,12 @@ class Scenario:
     --------
     >>> import shockwave as sw
     >>> blocks = {
-    ...     "chain": {"material": "ptfe", "diameter": "9.5 mm"},
+    ...     "chain": {"material": "delrin", "diameter": "9.5 mm"},
     ...     "shock": {"profile": "half-sine", "peak_force": "5 N", "duration": "200 us"},
     ... }
     >>> scenario = sw.Scenario.from_dict(blocks)
     >>> f"{sw.predict(scenario).peak_force:.3f} N"
-    '6.253 N'
+    '7.961 N'
     """
 
     name: str

@@ -111,7 +111,7 @@ class Chain(Value):
     >>> f"{1e3 * endless.granule_mass:.3f} g"
     '3.529 g'
     >>> row = sw.Chain(
-    ...     material="ptfe", radius=5e-3, granules=20, end=sw.Wall(material="rigid")
+    ...     material="delrin", radius=5e-3, granules=20, end=sw.Wall(material="rigid")
     ... )
     >>> row.count
     20

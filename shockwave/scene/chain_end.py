@@ -56,10 +56,10 @@ class Wall(Value):
     --------
     >>> import shockwave as sw
     >>> wall = sw.Wall(material="aluminium-6061-t6")
-    >>> row = sw.Chain(material="ptfe", diameter="9.5 mm", granules=20, end=wall)
+    >>> row = sw.Chain(material="delrin", diameter="9.5 mm", granules=20, end=wall)
     >>> result = sw.simulate(sw.Impact(velocity="0.2 m/s"), row)
     >>> f"{result.transmitted.peak_force:.3f} N"
-    '4.183 N'
+    '4.107 N'
     """
 
     material: Converted[Material | Literal["same", "rigid"], Material | str] = field(

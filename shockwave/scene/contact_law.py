@@ -161,7 +161,7 @@ class PowerContact(Value):
     --------
     >>> import shockwave as sw
     >>> contact = sw.PowerContact(exponent=2, stiffness=1e7)
-    >>> sw.Chain(material="ptfe", diameter="9.5 mm", contact=contact).exponent
+    >>> sw.Chain(material="delrin", diameter="9.5 mm", contact=contact).exponent
     2.0
     """
 

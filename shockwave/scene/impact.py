@@ -41,11 +41,11 @@ class Impact(Value):
     Examples
     --------
     >>> import shockwave as sw
-    >>> row = sw.Chain(material="ptfe", diameter="9.5 mm", granules=20)
-    >>> striker = sw.Impact(velocity="0.2 m/s", material="nylon-66")
+    >>> row = sw.Chain(material="delrin", diameter="9.5 mm", granules=20)
+    >>> striker = sw.Impact(velocity="0.2 m/s", material="pmma")
     >>> result = sw.simulate(striker, row, contacts=[10])
     >>> f"{result.contacts[0].peak_force:.3f} N"
-    '1.185 N'
+    '1.651 N'
     """
 
     velocity: SI[float | Any] = quantity("m/s", "velocity of the striker", within=_VELOCITIES, default=None)

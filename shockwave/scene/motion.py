@@ -53,11 +53,11 @@ class Motion(Value):
     Examples
     --------
     >>> import shockwave as sw
-    >>> row = sw.Chain(material="ptfe", diameter="9.5 mm", granules=20)
+    >>> row = sw.Chain(material="delrin", diameter="9.5 mm", granules=20)
     >>> piston = sw.Motion(velocity="0.2 m/s", until="200 us")
     >>> result = sw.simulate(piston, row, contacts=[10])
     >>> f"{result.contacts[0].peak_force:.3f} N"
-    '5.197 N'
+    '5.626 N'
     """
 
     velocity: SI[float | None] = quantity(

@@ -105,7 +105,7 @@ class Segment(Value):
     Examples
     --------
     >>> import shockwave as sw
-    >>> layers = [sw.Segment(count=10), sw.Segment(count=5, material="ptfe")]
+    >>> layers = [sw.Segment(count=10), sw.Segment(count=5, material="delrin")]
     >>> sw.Chain(material="alumina", diameter="10 mm", granules=layers).count
     15
     """
@@ -156,9 +156,9 @@ class Cell(Value):
     Examples
     --------
     >>> import shockwave as sw
-    >>> pair = [sw.Segment(material="tungsten-carbide"), sw.Segment(material="ptfe")]
+    >>> pair = [sw.Segment(material="tungsten-carbide"), sw.Segment(material="delrin")]
     >>> cells = [sw.Cell(repeat=10, cell=pair)]
-    >>> sw.Chain(material="ptfe", radius="5 mm", granules=cells).count
+    >>> sw.Chain(material="delrin", radius="5 mm", granules=cells).count
     20
     """
 

@@ -96,7 +96,7 @@ def design(
     ...     chain,
     ...     vary="chain.diameter",
     ...     target="peak_force = 20 N",
-    ...     between=("5 mm", "40 mm"),
+    ...     between=("10 mm", "40 mm"),
     ... )
     >>> (diameter,) = result.solutions[0].values
     >>> f"{1e3 * diameter:.3f} mm"

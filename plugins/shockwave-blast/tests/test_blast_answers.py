@@ -45,7 +45,7 @@ def test_a_prediction_states_its_assumptions() -> None:
 def test_a_standoff_out_of_range_is_located_in_the_file(tmp_path: Path) -> None:
     text = next(file for file in FILES if file.stem == "microcharge").read_text(encoding="utf-8")
     file = tmp_path / "near.yaml"
-    file.write_text(text.replace("standoff: 10 cm", "standoff: 1 cm"), encoding="utf-8")
+    file.write_text(text.replace("standoff: 20 cm", "standoff: 1 cm"), encoding="utf-8")
     with pytest.raises(
         ScenarioError, match=r"near\.yaml:\d+:\d+: shock\.parameters\.standoff: must be 0\.0147 m"
     ):

@@ -30,7 +30,7 @@ def test_the_scenario_is_compared() -> None:
 def test_missing_values_of_a_ball_are_reported_at_their_place(tmp_path: Path) -> None:
     file = tmp_path / "scene.yaml"
     text = FILE.read_text(encoding="utf-8")
-    file.write_text(text.replace("    ball_speed: 2 m/s\n", ""), encoding="utf-8")
+    file.write_text(text.replace("    ball_speed: 0.5 m/s\n", ""), encoding="utf-8")
     with pytest.raises(sw.ScenarioError, match=r"shock\.parameters\.ball_speed: must be given with "):
         sw.predict(file)
 
