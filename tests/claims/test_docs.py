@@ -32,6 +32,7 @@ from shockwave.scene.sensors import Sensor
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.studies.quantities import targets_of
 from support import acquisition_files, pages
+from support.beyond_yield import BEYOND_YIELD, notes_of_sweeps, warnings_of, warns_beyond_yield
 from support.distributions import install
 from support.pages import DOCS, PAGES, ROOT, Block, blocks_of, code_in, table
 from support.programs import commands
@@ -73,6 +74,8 @@ def test_commands_print_what_is_shown(block: Block, tmp_path: Path, patch: pytes
         assert pages.agree(shown, printed), f"$ {command}\n{printed}"
         if not NOT_WRAPPED & set(command.split()):
             assert pages.widest(output.getvalue()) <= pages.PIPED, f"$ {command}\n{printed}"
+        beyond = warns_beyond_yield([printed, *notes_of_sweeps(tmp_path)])
+        assert not beyond or block.page.relative_to(ROOT).as_posix() in BEYOND_YIELD, f"$ {command}\n{printed}"
 
 
 @of_language("yaml")
@@ -109,6 +112,8 @@ def test_code_runs(page: Path, tmp_path: Path, patch: pytest.MonkeyPatch) -> Non
             compile(block.text, str(block), "exec")
         else:
             pages.execute(block, names)
+    beyond = warns_beyond_yield(warnings_of(names.values()))
+    assert not beyond or page.relative_to(ROOT).as_posix() in BEYOND_YIELD
 
 
 NEEDING = [block for page in PAGES for block in blocks_of(page) if "needs" in block.directives]
