@@ -103,7 +103,9 @@ def brief(answer: Iterable[str], warnings: Iterable[str], rest: Iterable[str], r
 
     The ``requested`` lines are shown however many they are.
     """
-    head, tail = [line for part in answer for line in part.split("\n")], [*requested, *[""] * bool(requested), *rest]
+    head, others = [line for part in answer for line in part.split("\n")], [*rest]
+    between = [""] * bool(requested and others)
+    tail = [*requested, *between, *others]
     if detail() is Detail.VERBOSE:
         return "\n".join([*head, *limits(warnings), *tail])
     warning_lines = [limits([warning]) for warning in dict.fromkeys(warnings)]
@@ -116,9 +118,9 @@ def brief(answer: Iterable[str], warnings: Iterable[str], rest: Iterable[str], r
     if len(warning_lines) < count:
         lines += limits([f"{count - len(warning_lines)} more; --verbose shows all"])
     if detail() is not Detail.EXPLAIN and len(tail) > (room := max(MOST_LINES - len(lines), 0)):
-        rest = tail[len(requested) + bool(requested) : max(room - 1, 0)]
-        rest = rest[: rest.index("")] if "" in rest else rest  # no part of a table without its rest
-        tail = [*requested, *[""] * bool(requested and rest), *rest, "  (--verbose shows more)"]
+        kept = tail[len(requested) + len(between) : max(room - 1, 0)]
+        kept = kept[: kept.index("")] if "" in kept else kept  # no part of a table without its rest
+        tail = [*requested, *[""] * bool(requested and kept), *kept, *["  (--verbose shows more)"] * bool(others)]
     return "\n".join([*lines, *tail])
 
 

@@ -13,6 +13,9 @@ from attrs import frozen
 from shockwave.base.errors import hint_of, text_of
 from shockwave.base.units import to_si
 
+# Options of which a second one does not mean that the first was wrong, as it does of a setting.
+_WANTED_ALL = {"--output", "--picture", "--column"}
+
 
 @frozen
 class Option:
@@ -35,9 +38,8 @@ class Option:
 
     @property
     def is_single(self) -> bool:
-        """Whether it has a value, and a second value would replace the first."""
-        action = self.settings.get("action")
-        return action is None or (action is Change and bool(self.settings.get("path")))
+        """Whether a second value must not replace the first, since both files or columns are wanted."""
+        return not _WANTED_ALL.isdisjoint(self.names) and "action" not in self.settings
 
     @property
     def usage(self) -> list[str]:

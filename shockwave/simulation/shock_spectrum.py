@@ -113,7 +113,7 @@ class ShockSpectrum(Result):
         shown = cells(self._table("spectrum"), most, len(_UNITS) + 1, [at])
         rows = table(shown["header"], shown["rows"], ("errors", *shown["header"][4:])).split("\n")
         rows += [f"  ({count} frequencies; --verbose shows all)"] * (most < count)
-        return brief([strong(f"{answer}, {accuracy}")], self.warnings, facts([("base", base)]), rows)
+        return brief([strong(f"{answer}, {accuracy}")], self.warnings, (), [*facts([("base", base)]), *rows])
 
 
 def shock_spectrum(
