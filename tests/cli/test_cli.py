@@ -281,10 +281,7 @@ def test_an_error_of_an_argument_is_one_of_usage_and_an_error_of_the_scene_is_no
 #: Arguments that are wrong, and what is printed of them.
 WRONG = {
     "command": (["predct", SCENE], "unknown command (got 'predct'; did you mean 'predict'? known: predict, simulate"),
-    "option-twice": (
-        ["predict", SCENE, "--limit", "3 N", "--limit=4 N"],
-        "--limit: must be given once (got it ",
-    ),
+    "column-twice": (["plot", "x", "--column", "a", "--column=b"], "--column: must be given once (got it again; "),
     "output-twice": (["spectrum", SCENE, "-o", "a.png", "--output", "b.csv"], "--output: must be given once ("),
     "option": (["predict", "--jsn", SCENE], "unknown option (got '--jsn'; did you mean '--json'? known: "),
     "abbreviation": (["predict", "--verb", SCENE], "unknown option (got '--verb'; did you mean '--verbose'? "),
