@@ -36,6 +36,7 @@ _BETWEEN = 12
 _PEAK_TIME_DIGITS = 5
 _SENSORS = ("sensor", "first peak", "time", "arrival", "width", "impulse", "speed")
 _SPARE_SENSORS = ("time", "impulse")
+_SPEEDS = "(speed: from the sensor of its kind above; none if merged or at an end)"
 _WAVES = ("peak force", "error", "momentum", "energy", "speed", "width", "arrival", "contact", "residual")
 _SPARE_WAVES = ("contact", "energy", "width", "residual")
 _PASSAGES = ("contact", "arrival", "peak force", "error", "from")
@@ -67,7 +68,8 @@ def sensor_lines(result: Simulation) -> list[str]:
     if not result.sensors:
         return []
     rows = table(_SENSORS, map(_sensor_row, result.sensors), _SPARE_SENSORS)
-    return [*facts(_motion(result)), *rows.split("\n")]
+    is_partial = any(pulse.arrival is not None and pulse.speed is None for pulse in result.sensors[1:])
+    return [*facts(_motion(result)), *rows.split("\n"), *[f"  {_SPEEDS}"] * is_partial]
 
 
 def _lines_of_waves(result: Simulation) -> list[str]:
@@ -268,8 +270,8 @@ def _wave_row(wave: MeasuredWave) -> tuple[str, ...]:
 
 def _sensor_row(pulse: Any) -> tuple[str, ...]:
     names = ("peak", "time", "arrival", "width", "impulse", "speed")
-    values = [(getattr(pulse, name), pulse.units[name]) for name in names]
-    texts = ["-" if value is None else si(value, unit, 4) for value, unit in values]
+    values = [(name, getattr(pulse, name)) for name in names]
+    texts = ["-" if value is None else si(value, pulse.units[name], pulse.digits_of(name)) for name, value in values]
     merged = " (merged)" if pulse.merged else ""
     return (pulse.sensor.replace("_", " "), texts[0] + merged, *texts[1:])
 
