@@ -60,8 +60,8 @@ class Layout:
         the weight [N] of a striker.
     law : ContactLaw or None
         Contact law that replaces the power law of ``pairs`` at some contacts.
-    law_contacts : ndarray of bool, shape (n_contacts,)
-        Where it does.
+    law_contacts, hertz_contacts : ndarray of bool, shape (n_contacts,)
+        Where it does, and where the law is Hertz's, which may be limited by plastic flow.
     plastic : PlasticPairs or None
         Properties of elastic-plastic contacts; None if there are none.
     """
@@ -81,6 +81,7 @@ class Layout:
     weight: float
     law: ContactLaw | None
     law_contacts: npt.NDArray[np.bool_]
+    hertz_contacts: npt.NDArray[np.bool_]
     plastic: PlasticPairs | None = None
 
     @classmethod
@@ -118,7 +119,6 @@ class Layout:
         for damping, at in _places(dampings[: len(static)]):
             if damping is not None:
                 coefficients[at], powers[at] = damping.coefficients(pairs)[at], damping.powers(pairs)[at]
-        plugins = [(law, at) for law, at in laws if isinstance(law, ContactLaw)]
         return cls(
             masses=masses,
             radii=sizes,
@@ -133,8 +133,9 @@ class Layout:
             velocity=velocity,
             top_speed=excitation.top_speed if isinstance(excitation, Motion) else velocity,
             weight=chain.gravity * float(masses[0]) if isinstance(excitation, Impact) else 0.0,
-            law=plugins[0][0] if plugins else None,
-            law_contacts=np.any([at for _, at in plugins], axis=0) if plugins else np.zeros(static.shape, dtype=bool),
+            law=next((law for law, _ in laws if isinstance(law, ContactLaw)), None),
+            law_contacts=np.any([at & isinstance(law, ContactLaw) for law, at in laws], axis=0),
+            hertz_contacts=~np.any([at & isinstance(law, ContactLaw | PowerContact) for law, at in laws], axis=0),
             plastic=plastic,
         )
 

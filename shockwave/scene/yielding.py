@@ -28,6 +28,8 @@ _KEY = "chain.contact: {model: elastic-plastic}"
 BEYOND = "Beyond elastic validity"
 #: Beginning of the warning of contacts without a known yield strength.
 UNJUDGED = "First yield is not judged"
+#: Warning of contacts with a power law or the law of a plugin.
+OTHER_LAWS = "First yield is judged at contacts with Hertz's law only, not at those with another law."
 
 
 @frozen(kw_only=True)
@@ -77,12 +79,20 @@ def strength_of(material: Any) -> float:
 
 
 def yielding_of(chain: Chain, peak_force: float) -> Yielding | None:
-    """First yield in a chain of equal granules with a peak force [N]; None if the yield strength is not known."""
+    """First yield in a chain of equal granules with a peak force [N].
+
+    None if the yield strength is not known, or for another law than Hertz's.
+    """
     material = chain.material
-    if material.yield_strength is None:
+    if material.yield_strength is None or chain.contact is not None:
         return None
     force = first_yield_force(chain.radius / 2, 1 / (2 * material.compliance), material.yield_strength)
     return Yielding(first_yield_force=force, peak_ratio=peak_force / force, elastic_ratio=peak_force / force)
+
+
+def warn_other_law(chain: Chain) -> tuple[str, ...]:
+    """Warning of equal granules with another law than Hertz's, whose yield strength is known."""
+    return (OTHER_LAWS,) if chain.contact is not None and chain.material.yield_strength is not None else ()
 
 
 def warn_beyond(yielding: Yielding | None, chain: Chain) -> tuple[str, ...]:
