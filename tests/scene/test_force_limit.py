@@ -251,6 +251,26 @@ def test_the_advised_time_exceeds_half_a_period_of_the_wall_on_its_spring(stiffn
     assert any(f"(set simulate.until: {until})" in warning for warning in found.warnings)
 
 
+@pytest.mark.parametrize("early", ["3 ms", "30 ms"], ids=["rising", "high up"])
+def test_the_advised_time_decides_after_a_weight_has_fallen_back(early: str) -> None:
+    pad = sw.Segment(contact=sw.PowerContact(exponent=1, stiffness=1e6), damping=sw.Dashpot(coefficient="20 N*s/m"))
+    row = sw.Chain(
+        material="bearing-steel-52100",
+        diameter=20e-3,
+        granules=[sw.Segment(count=2), pad],
+        gravity=9.81,
+        end=sw.Wall(material="rigid"),
+    )
+    weight = sw.Impact(velocity=0.5, diameter=60e-3)
+    result = sw.simulate(weight, row, until=early)
+    limit = 1.01 * result.transmitted.peak_force
+    undecided = sw.Limit(force=limit).verdict(result)
+    assert undecided.decision == "undecided"
+    until = undecided.remedy.removeprefix("set simulate.until: ")
+    assert any("A later collision may" in each and until in each for each in result.warnings)
+    assert sw.simulate(weight, row, until=until, limit=limit).verdict.decision == "below"
+
+
 def test_a_drop_weight_that_comes_to_rest_on_a_spring_is_below_a_limit() -> None:
     end = sw.Wall(mass=0.02, stiffness=1e5, damping=20.0)
     damping = sw.KuwabaraKono(time=5e-6)
