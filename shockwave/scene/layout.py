@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -261,17 +261,31 @@ def mass_and_length(chain: Chain, hint: str = "") -> tuple[float, float]:
     return mass, math.fsum(2 * radius + gap for _, _, radius, gap, *_ in rows)
 
 
+def change_laws(chain: Chain, change: Callable[[Any], AnyContact | None]) -> Chain:
+    """The chain with other contact laws: ``change`` returns that of the chain, or of a segment."""
+
+    def changed(part: Any) -> Any:
+        if isinstance(part, Cell):
+            return evolve(part, cell=[*map(changed, part.cell)])
+        return evolve(part, contact=change(part))
+
+    granules = [*map(changed, chain.granules)] if isinstance(chain.granules, tuple) else chain.granules
+    return evolve(chain, granules=granules, contact=change(chain))
+
+
 def elastic_chain(chain: Chain) -> Chain:
     """The chain with Hertz's law at its elastic-plastic contacts."""
+    return change_laws(chain, lambda part: Hertz() if isinstance(part.contact, ElasticPlastic) else part.contact)
 
-    def elastic(part: Any) -> Any:
-        if isinstance(part, Cell):
-            return evolve(part, cell=[elastic(segment) for segment in part.cell])
-        return evolve(part, contact=Hertz()) if isinstance(part.contact, ElasticPlastic) else part
 
-    granules = [*map(elastic, chain.granules)] if isinstance(chain.granules, tuple) else chain.granules
-    contact = None if isinstance(chain.contact, ElasticPlastic) else chain.contact
-    return evolve(chain, granules=granules, contact=contact)
+def plastic_chain(chain: Chain) -> Chain:
+    """The chain with elastic-plastic contacts in place of those with Hertz's law and without damping."""
+
+    def change(part: Any) -> AnyContact | None:
+        law = part.contact or chain.contact or Hertz()
+        return ElasticPlastic() if isinstance(law, Hertz) and not part.damping else law
+
+    return change_laws(chain, change)
 
 
 def name_of(body: Material | str) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import shockwave as sw
+from shockwave.base.text import si
 from shockwave.scene.layout import Layout, elastic_chain
 from support.command_line import scenario, shockwave
 
@@ -85,6 +86,31 @@ def test_the_value_with_yield_is_that_of_a_simulation(monkeypatch: pytest.Monkey
         result = sw.simulate(shock, chain, rtol=1e-4, waves="primary")
         assert any("Beyond elastic" in warning for warning in result.first_warnings)
         assert result.value_with_yield == ()
+
+
+PAD = sw.Segment(count=2, contact=sw.PowerContact(exponent=1.0, stiffness=1e7), damping=DASHPOT)
+RUBBER = sw.Material(youngs_modulus=50e6, poisson_ratio=0.48, density=1150)
+LAYER = sw.Segment(material=RUBBER, contact=sw.Hertz(), damping=DASHPOT)
+
+
+@pytest.mark.parametrize(
+    "end",
+    [[PAD], [sw.Segment(contact=sw.Hertz(), damping=DASHPOT), LAYER]],
+    ids=["pad", "damped rubber"],
+)
+def test_the_value_with_yield_leaves_pads_as_they_are(end: list[sw.Segment]) -> None:
+    padded = attrs.evolve(BEADS, granules=[sw.Segment(count=5), *end])
+    elastic, plastic = (sw.simulate(IMPACT, chain, rtol=1e-4) for chain in (elastic_chain(padded), padded))
+    (sentence,) = elastic.value_with_yield
+    assert f"{plastic.greatest_force.peak_force:.0f} N" in sentence
+    assert f"the force on the wall is {si(plastic.transmitted.peak_force, 'N', 3)}" in sentence
+
+
+def test_no_value_with_yield_replaces_the_damping_of_contacts_that_yield() -> None:
+    damped = attrs.evolve(BEADS, granules=MIXED, contact=None)
+    result = sw.simulate(IMPACT, damped, rtol=1e-4)
+    assert any("Beyond elastic" in warning for warning in result.warnings)
+    assert result.value_with_yield == ()
 
 
 def test_an_elastic_result_computes_no_value_with_yield(monkeypatch: pytest.MonkeyPatch) -> None:
