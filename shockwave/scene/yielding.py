@@ -22,6 +22,8 @@ PRESSURE = 1.6
 _CAP = 9.0
 _UNLOADS = "Up to about 9 times, contacts load elastically and lose energy in unloading only."
 _FLOWS = "Beyond about 9 times, contacts flow as they load, and forces are smaller."
+# Error of forces of elastic-plastic contacts in chains of ten beads (docs/validation.md).
+_LAW_ERROR = "-2 to +11 % from finite elements, with a rate -22 to +1.5 %"
 # Key of a scenario that includes plastic flow.
 _KEY = "chain.contact: {model: elastic-plastic}"
 #: Beginning of the warning of forces beyond first yield.
@@ -106,6 +108,16 @@ def warn_beyond(yielding: Yielding | None, chain: Chain) -> tuple[str, ...]:
     if chain.count is None:
         remedy = f" The peak force is an upper limit; a finite chain with {_KEY} includes yield."
     return (f"{ratio} {differs}{'' if chain.packing or chain.contact is not None else remedy}",)
+
+
+def law_facts(chain: Chain) -> list[tuple[str, str]]:
+    """Label and text of the error of the law of elastic-plastic contacts, if there are any."""
+    return [("law error", _LAW_ERROR)] if chain.is_plastic else []
+
+
+def law_notes(chain: Chain) -> tuple[str, ...]:
+    """Sentence on this error."""
+    return tuple(f"Error estimates leave out that of the elastic-plastic law: {text}." for _, text in law_facts(chain))
 
 
 def beyond_elastic(chain: Chain, yielding: Callable[[], Yielding | None]) -> InvalidValueError | None:

@@ -22,6 +22,7 @@ from shockwave.base.text import (
     table,
 )
 from shockwave.scene.force_limit import verdict_facts
+from shockwave.scene.yielding import law_facts
 from shockwave.simulation.result_parts import ContactPeak, MeasuredWave, Passage, SegmentEnergy, Transmitted
 from shockwave.simulation.simulation_result import Simulation
 
@@ -53,9 +54,9 @@ def simulation_text(result: Simulation) -> str:
 
 
 def head(result: Simulation) -> list[str]:
-    """Lines of the peak force or the greatest force, and the verdict."""
+    """Lines of the peak force or the greatest force, the verdict, and the error of the law of the contacts."""
     name = f"{result.scenario}: " if result.scenario else ""
-    return [strong(f"{name}{lead_text(result)}"), *facts(verdict_facts(result))]
+    return [strong(f"{name}{lead_text(result)}"), *facts([*verdict_facts(result), *law_facts(result.chain)])]
 
 
 def lines(result: Simulation) -> list[str]:
@@ -78,7 +79,7 @@ def _lines_of_waves(result: Simulation) -> list[str]:
     if detail() >= Detail.EXPLAIN:
         parts += ["", wave_tables(result)]
     if detail() is Detail.VERBOSE:
-        parts += ["", *facts([*details(result), *result.scene.summary().facts()]), *notes(result.notes)]
+        parts += ["", *facts([*details(result), *result.scene.summary().facts()]), *notes(result.scene.notes)]
     elif detail() is Detail.SHORT and result.passages:
         parts += ["", *passage_table(result).split("\n")]
     return parts
@@ -91,7 +92,7 @@ def _lines_of_forces(result: Simulation) -> list[str]:
         parts += ["", *contacts.split("\n")]
     if detail() is Detail.VERBOSE:
         parts += [*_energies(result), "", *facts([*details(result), *result.scene.summary().facts()])]
-        parts += notes(result.notes)
+        parts += notes(result.scene.notes)
     return parts
 
 
