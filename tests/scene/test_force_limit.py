@@ -189,6 +189,14 @@ def test_a_prediction_without_an_answer_states_what_would_decide_its_limit() -> 
     assert found.remedy == "simulate with a longer timeout or a larger rtol"
 
 
+def test_a_range_within_the_simulated_time_is_shown_apart_from_the_bound_of_later_forces() -> None:
+    force = LeavingForce(name=WALL, value=225.0, low=208.0, high=237.0, later=551.0)
+    assert "force on the wall 225 N, range 208 N to 237 N, later at most 551 N" in str(
+        verdict(sw.Limit(force=300), force)
+    )
+    assert "range 208 N to 237 N;" in str(verdict(sw.Limit(force=230), evolve(force, later=0.0)))
+
+
 def test_a_wave_is_awaited_at_the_last_of_equal_granules() -> None:
     result = sw.simulate(SHOCK, chain(granules=12), until=60e-6, limit=45.0)
     assert result.verdict.remedy == "set simulate.until: 200 us"
