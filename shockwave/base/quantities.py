@@ -266,10 +266,7 @@ def sensor_figures(sensors: Sequence[Any]) -> tuple[Quantity, ...]:
     """Figures of the first pulses of sensors, and their greatest values."""
     figures = []
     for index, sensor in enumerate(sensors):
-        kind = sensor.place, sensor.quantity
-        has_speed = sensor.place in ("contact", "granule") and kind in [
-            (each.place, each.quantity) for each in sensors[:index]
-        ]
+        has_speed = sensor[::2] in [each[::2] for each in sensors[:index]]  # place and quantity
         left_out = ("impulse" if sensor.unit != "N" else "", "" if has_speed else "speed")
         for figure, (unit, meaning) in _FIGURES.items():
             if figure not in left_out:

@@ -228,9 +228,8 @@ def verdict(limit: Limit, force: LeavingForce) -> Verdict:
 
 
 def _judge(limit: Limit, force: LeavingForce) -> Verdict:
-    reached = None
+    reached = force.high
     if force.high is not None and force.later > force.high:
-        reached = force.high
         advice = force.later_remedy if force.high < limit.force else force.remedy
         force = evolve(force, high=force.later if force.later < math.inf else None, remedy=advice)
     decision: Decision = "undecided"
