@@ -257,7 +257,7 @@ _FIGURES = {
     "arrival": ("s", "when the first pulse has risen to half of its peak"),
     "width": ("s", "time from there to the fall to half of the peak"),
     "impulse": ("N s", "impulse of the first pulse"),
-    "speed": ("m/s", "mean speed of the wave from the sensor before"),
+    "speed": ("m/s", "mean speed of the wave from the sensor of its kind before"),
     "greatest": ("", "greatest value, with the static force"),
 }
 
@@ -266,7 +266,8 @@ def sensor_figures(sensors: Sequence[Any]) -> tuple[Quantity, ...]:
     """Figures of the first pulses of sensors, and their greatest values."""
     figures = []
     for index, sensor in enumerate(sensors):
-        left_out = ("impulse" if sensor.unit != "N" else "", "" if index else "speed")
+        has_speed = sensor[::2] in [each[::2] for each in sensors[:index]]  # place and quantity
+        left_out = ("impulse" if sensor.unit != "N" else "", "" if has_speed else "speed")
         for figure, (unit, meaning) in _FIGURES.items():
             if figure not in left_out:
                 name, column = f"sensors[{index}].{figure}", f"{sensor.name}_{figure}"

@@ -37,8 +37,8 @@ _NAMES = {"N": "force", "m": "displacement", "m/s": "velocity", "m/s^2": "accele
 def sensors(result: Simulation | Recording, unit: str | None = None, *, ax: Axes | None = None) -> Axes:
     """Draw the histories of sensors against time, with the widths of the first pulses at half of their peaks.
 
-    The speeds in the legend are mean speeds of the wave from the sensor before in the list. A limit is drawn with the
-    forces.
+    The speeds in the legend are mean speeds of the wave from the sensor of the same kind before in the list. A limit is
+    drawn with the forces.
 
     Parameters
     ----------
@@ -67,8 +67,8 @@ def sensors(result: Simulation | Recording, unit: str | None = None, *, ax: Axes
         for index, each in enumerate(shown):
             label, pulse = each.name.replace("_", " "), pulses.get(each.name)
             if pulse is not None and pulse.peak and pulse.arrival is not None and pulse.width is not None:
-                label += f", width {si_label(pulse.width, 's')}"
-                label += f", {si_label(pulse.speed, 'm/s')}" if pulse.speed else ""
+                label += f", width {si_label(pulse.width, 's', pulse.digits_of('width', 3))}"
+                label += f", {si_label(pulse.speed, 'm/s', pulse.digits_of('speed', 3))}" if pulse.speed else ""
                 half = float(each.values[0]) + pulse.peak / 2  # the history begins with the static force
                 ax.hlines(half, pulse.arrival, pulse.arrival + pulse.width, color=ink(), linewidth=0.8, zorder=3)
             ax.plot(histories.times, each.values, linewidth=1.1, label=label, **series(index))

@@ -26,6 +26,7 @@ from shockwave.prediction.scaled_shock import Inequality
 from shockwave.prediction.section4_outcome import EjectionOutcome, Section4Outcome
 from shockwave.profiles.area_conditions import Condition
 from shockwave.scene.force_limit import verdict_facts
+from shockwave.scene.yielding import law_facts
 
 # Printed quantities of a wave.
 _WAVE = ("peak_force", "momentum", "energy", "speed", "width")
@@ -50,8 +51,9 @@ def outcome_text(outcome: Outcome) -> str:
     if detail() >= Detail.EXPLAIN and outcome.section4 is not None:
         lines += ["", *decision_lines(outcome.section4)]
     if detail() is Detail.VERBOSE:
-        lines += [*_details(outcome), *notes(outcome.notes)]
-    return brief([strong(name + lead_text(outcome)), *facts(verdict_facts(outcome))], outcome.warnings, lines)
+        lines += [*_details(outcome), *notes(outcome.scene.notes)]
+    certainty = facts([*verdict_facts(outcome), *law_facts(outcome.chain)])
+    return brief([strong(name + lead_text(outcome)), *certainty], outcome.warnings, lines)
 
 
 def lead_text(outcome: Outcome) -> str:

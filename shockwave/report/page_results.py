@@ -80,7 +80,7 @@ class PageResults:
     def warnings(self) -> tuple[str, ...]:
         """Warnings of the simulation; without one, of the prediction."""
         if self.simulated is not None:
-            return tuple(dict.fromkeys(self.simulated.wave_warnings))
+            return self.simulated.warnings
         if self.predicted is not None:
             return self.predicted.warnings
         return unusual_warnings(self.scenario.scene.excitation, self.scenario.chain)

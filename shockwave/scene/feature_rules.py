@@ -120,6 +120,8 @@ def _of_laws(
             yield Fault((*steps, "contact"), f"{rule} (got {text_of(law)}; change one of the two)")
     if elastic_only and any(isinstance(law, ElasticPlastic) for _, law, _ in laws):
         yield Fault("elastic_only", "must be left out for elastic-plastic contacts (got true)")
+    if elastic_only and all(isinstance(law, PowerContact | ContactLaw) for _, law, _ in laws):
+        yield Fault("elastic_only", "must be left out where no contact has Hertz's law (got true)")
     damped = {("granules", *place) for place, segment in segments if segment.damping} | {()}
     for steps, law, force in laws:
         # where the segment has its own law alone, the damping is that of the chain

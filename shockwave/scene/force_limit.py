@@ -172,6 +172,8 @@ class Verdict:
         What would decide it; None if it is decided.
     beside : str or None
         The other of the two forces at a movable end with a spring or dashpot, and its decision.
+    reached : float or None
+        Upper end within the simulated time [N], where ``high`` is the bound of the force afterwards.
     """
 
     limit: float
@@ -182,6 +184,7 @@ class Verdict:
     force: str
     remedy: str | None = None
     beside: str | None = None
+    reached: float | None = field(default=None, repr=False)
 
     def __str__(self) -> str:
         # a number of newtons is shown as it was stated, one converted from other units rounded
@@ -200,12 +203,12 @@ class Verdict:
             return "has not acted yet"
         if self.low is None or self.high is None:
             return f"{self._end(self.low)} or more" if self.low else f"{si(self.value, 'N', 2)}, error not known"
-        width, error = (self.high - self.low) / 2 / self.value, 1 - self.low / self.value
-        value = si(self.value, "N", error=error)
-        low, high = (self._end(force, min(width / 10, _FINEST)) for force in (self.low, self.high))
-        if error < _SMALL < width:  # only a later force may be greater
-            return f"{value}, later at most {high}"
-        return f"{value}, range {low} to {high}" if width > _SMALL else value
+        ends = [self.low, self.reached or self.high, self.high]
+        width, later = ((end - self.low) / 2 / self.value for end in ends[1:])
+        low, high, bound = (self._end(end, min(later / 10, _FINEST)) for end in ends)
+        value = si(self.value, "N", error=1 - self.low / self.value)
+        value += f", range {low} to {high}" if width > _SMALL else ""
+        return f"{value}, later at most {bound}" if later - width > _SMALL else value
 
     def _end(self, force: float, error: float = _FINEST) -> str:
         """An end of the range, rounded outwards, but not across the limit."""
@@ -225,6 +228,7 @@ def verdict(limit: Limit, force: LeavingForce) -> Verdict:
 
 
 def _judge(limit: Limit, force: LeavingForce) -> Verdict:
+    reached = force.high
     if force.high is not None and force.later > force.high:
         advice = force.later_remedy if force.high < limit.force else force.remedy
         force = evolve(force, high=force.later if force.later < math.inf else None, remedy=advice)
@@ -235,7 +239,7 @@ def _judge(limit: Limit, force: LeavingForce) -> Verdict:
         decision = "above"
     known: dict[str, Any] = {"value": force.value, "low": force.low, "high": force.high}
     remedy = force.remedy if decision == "undecided" else None
-    return Verdict(limit=limit.force, **known, decision=decision, force=force.name, remedy=remedy)
+    return Verdict(limit=limit.force, **known, decision=decision, force=force.name, remedy=remedy, reached=reached)
 
 
 def may_grow(warnings: Iterable[str]) -> bool:

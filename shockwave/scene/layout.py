@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -60,8 +60,8 @@ class Layout:
         the weight [N] of a striker.
     law : ContactLaw or None
         Contact law that replaces the power law of ``pairs`` at some contacts.
-    law_contacts : ndarray of bool, shape (n_contacts,)
-        Where it does.
+    law_contacts, hertz_contacts : ndarray of bool, shape (n_contacts,)
+        Where it does, and where the law is Hertz's, which may be limited by plastic flow.
     plastic : PlasticPairs or None
         Properties of elastic-plastic contacts; None if there are none.
     """
@@ -81,6 +81,7 @@ class Layout:
     weight: float
     law: ContactLaw | None
     law_contacts: npt.NDArray[np.bool_]
+    hertz_contacts: npt.NDArray[np.bool_]
     plastic: PlasticPairs | None = None
 
     @classmethod
@@ -118,7 +119,6 @@ class Layout:
         for damping, at in _places(dampings[: len(static)]):
             if damping is not None:
                 coefficients[at], powers[at] = damping.coefficients(pairs)[at], damping.powers(pairs)[at]
-        plugins = [(law, at) for law, at in laws if isinstance(law, ContactLaw)]
         return cls(
             masses=masses,
             radii=sizes,
@@ -133,8 +133,9 @@ class Layout:
             velocity=velocity,
             top_speed=excitation.top_speed if isinstance(excitation, Motion) else velocity,
             weight=chain.gravity * float(masses[0]) if isinstance(excitation, Impact) else 0.0,
-            law=plugins[0][0] if plugins else None,
-            law_contacts=np.any([at for _, at in plugins], axis=0) if plugins else np.zeros(static.shape, dtype=bool),
+            law=next((law for law, _ in laws if isinstance(law, ContactLaw)), None),
+            law_contacts=np.any([at & isinstance(law, ContactLaw) for law, at in laws], axis=0),
+            hertz_contacts=~np.any([at & isinstance(law, ContactLaw | PowerContact) for law, at in laws], axis=0),
             plastic=plastic,
         )
 
@@ -260,17 +261,31 @@ def mass_and_length(chain: Chain, hint: str = "") -> tuple[float, float]:
     return mass, math.fsum(2 * radius + gap for _, _, radius, gap, *_ in rows)
 
 
+def change_laws(chain: Chain, change: Callable[[Any], AnyContact | None]) -> Chain:
+    """The chain with other contact laws: ``change`` returns that of the chain, or of a segment."""
+
+    def changed(part: Any) -> Any:
+        if isinstance(part, Cell):
+            return evolve(part, cell=[*map(changed, part.cell)])
+        return evolve(part, contact=change(part))
+
+    granules = [*map(changed, chain.granules)] if isinstance(chain.granules, tuple) else chain.granules
+    return evolve(chain, granules=granules, contact=change(chain))
+
+
 def elastic_chain(chain: Chain) -> Chain:
     """The chain with Hertz's law at its elastic-plastic contacts."""
+    return change_laws(chain, lambda part: Hertz() if isinstance(part.contact, ElasticPlastic) else part.contact)
 
-    def elastic(part: Any) -> Any:
-        if isinstance(part, Cell):
-            return evolve(part, cell=[elastic(segment) for segment in part.cell])
-        return evolve(part, contact=Hertz()) if isinstance(part.contact, ElasticPlastic) else part
 
-    granules = [*map(elastic, chain.granules)] if isinstance(chain.granules, tuple) else chain.granules
-    contact = None if isinstance(chain.contact, ElasticPlastic) else chain.contact
-    return evolve(chain, granules=granules, contact=contact)
+def plastic_chain(chain: Chain) -> Chain:
+    """The chain with elastic-plastic contacts in place of those with Hertz's law and without damping."""
+
+    def change(part: Any) -> AnyContact | None:
+        law = part.contact or chain.contact or Hertz()
+        return ElasticPlastic() if isinstance(law, Hertz) and not part.damping else law
+
+    return change_laws(chain, change)
 
 
 def name_of(body: Material | str) -> str:

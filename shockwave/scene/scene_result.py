@@ -6,6 +6,7 @@ from shockwave.base.result import Result
 from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import LeavingForce, Limit, Verdict, verdict
 from shockwave.scene.scene import Excitation, Scene
+from shockwave.scene.yielding import law_notes
 
 
 class SceneResult(Result):
@@ -46,8 +47,8 @@ class SceneResult(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Changes that were made to a record."""
-        return self.scene.notes
+        """Changes that were made to a record, and the error of the law of elastic-plastic contacts."""
+        return (*self.scene.notes, *law_notes(self.chain))
 
     @property
     def limit(self) -> Limit | None:

@@ -22,12 +22,16 @@ PRESSURE = 1.6
 _CAP = 9.0
 _UNLOADS = "Up to about 9 times, contacts load elastically and lose energy in unloading only."
 _FLOWS = "Beyond about 9 times, contacts flow as they load, and forces are smaller."
+# Error of forces of elastic-plastic contacts in chains of ten beads (docs/validation.md).
+_LAW_ERROR = "-2 to +11 % from finite elements, with a rate -22 to +1.5 %"
 # Key of a scenario that includes plastic flow.
 _KEY = "chain.contact: {model: elastic-plastic}"
 #: Beginning of the warning of forces beyond first yield.
 BEYOND = "Beyond elastic validity"
 #: Beginning of the warning of contacts without a known yield strength.
 UNJUDGED = "First yield is not judged"
+#: Warning of contacts with a power law or the law of a plugin.
+OTHER_LAWS = "First yield is judged at contacts with Hertz's law only, not at those with another law."
 
 
 @frozen(kw_only=True)
@@ -77,12 +81,20 @@ def strength_of(material: Any) -> float:
 
 
 def yielding_of(chain: Chain, peak_force: float) -> Yielding | None:
-    """First yield in a chain of equal granules with a peak force [N]; None if the yield strength is not known."""
+    """First yield in a chain of equal granules with a peak force [N].
+
+    None if the yield strength is not known, or for another law than Hertz's.
+    """
     material = chain.material
-    if material.yield_strength is None:
+    if material.yield_strength is None or chain.contact is not None:
         return None
     force = first_yield_force(chain.radius / 2, 1 / (2 * material.compliance), material.yield_strength)
     return Yielding(first_yield_force=force, peak_ratio=peak_force / force, elastic_ratio=peak_force / force)
+
+
+def warn_other_law(chain: Chain) -> tuple[str, ...]:
+    """Warning of equal granules with another law than Hertz's, whose yield strength is known."""
+    return (OTHER_LAWS,) if chain.contact is not None and chain.material.yield_strength is not None else ()
 
 
 def warn_beyond(yielding: Yielding | None, chain: Chain) -> tuple[str, ...]:
@@ -96,6 +108,16 @@ def warn_beyond(yielding: Yielding | None, chain: Chain) -> tuple[str, ...]:
     if chain.count is None:
         remedy = f" The peak force is an upper limit; a finite chain with {_KEY} includes yield."
     return (f"{ratio} {differs}{'' if chain.packing or chain.contact is not None else remedy}",)
+
+
+def law_facts(chain: Chain) -> list[tuple[str, str]]:
+    """Label and text of the error of the law of elastic-plastic contacts, if there are any."""
+    return [("law error", _LAW_ERROR)] if chain.is_plastic else []
+
+
+def law_notes(chain: Chain) -> tuple[str, ...]:
+    """Sentence on this error."""
+    return tuple(f"Error estimates leave out that of the elastic-plastic law: {text}." for _, text in law_facts(chain))
 
 
 def beyond_elastic(chain: Chain, yielding: Callable[[], Yielding | None]) -> InvalidValueError | None:

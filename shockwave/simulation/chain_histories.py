@@ -141,6 +141,12 @@ class Signal:
         return self.contacts if self.body is None else np.unique(np.clip([self.body - 1, self.body], 0, last))
 
     @property
+    def kind(self) -> str:
+        """What it measures, the same at each place along the chain; empty at an end that reflects the wave."""
+        is_at_end = self.case.has_wall and len(self.case.assembly.overlaps) - 1 in self.nearby
+        return "" if is_at_end else "".join(each for each in self.name if not each.isdigit())
+
+    @property
     def static(self) -> float:
         """Static part of a force."""
         forces = self.case.assembly.static_forces[self.contacts] * self.case.scales.contact_force

@@ -224,7 +224,7 @@ def _later_warning(case: ChainSetup, motion: Motion, later: float) -> Iterator[s
     if end is not None and motion.arrival is not None and later > case.scales.force * motion.forces[-1]:
         if later < math.inf:
             force = f"of at most {si(round_bound(later, up=True), 'N', 3)}"
-            yield f"{COLLISION} on the {end.word}, {force} {advice(case, motion)}."
+            yield f"{COLLISION} on the {end.word}, {force} {advice(case, motion, again=True)}."
         elif case.assembly.force is not None and motion.end < case.assembly.force.duration:
             yield f"{STILL_ACTS}: the {name_force(end)} may still grow {advice(case, motion)}."
         elif case.assembly.weight:

@@ -9,8 +9,7 @@ import numpy as np
 from shockwave.base.numerics import FloatArray
 from shockwave.base.text import round_digits
 from shockwave.engine.mixed_chain_problem import Motion
-from shockwave.scene.damping import HERTZ
-from shockwave.scene.yielding import UNJUDGED, Yielding, first_yield_force, strength_of
+from shockwave.scene.yielding import OTHER_LAWS, UNJUDGED, Yielding, first_yield_force, strength_of
 from shockwave.simulation.contact_setup import ChainSetup
 
 # Overlap, over the reduced radius of the contact, beyond which Hertz's law is doubtful.
@@ -24,19 +23,21 @@ def _strengths(case: ChainSetup) -> FloatArray:
 
 
 def warn_unjudged(case: ChainSetup, yielding: Yielding | None) -> Iterator[str]:
-    """Warning of contacts that are not compared with first yield."""
-    unknown = int(np.isnan(_strengths(case)).sum())
+    """Warnings of contacts that are not compared with first yield."""
+    strengths, hertz = _strengths(case), case.layout.hertz_contacts
+    unknown = int((np.isnan(strengths) & hertz).sum())
     if yielding is not None and unknown:
         where = "1 contact" if unknown == 1 else f"{unknown} contacts"
         yield f"{UNJUDGED} at {where}, because a yield strength is not known (state yield_strength)."
+    if not hertz.all() and np.isfinite(strengths).any():
+        yield OTHER_LAWS
 
 
 def first_yield(case: ChainSetup, motion: Motion) -> Yielding | None:
-    """First yield in the weaker material of each contact, where both yield strengths are known."""
+    """First yield in the weaker material of each contact by Hertz's law, where both yield strengths are known."""
     layout, softer = case.layout, _strengths(case)
-    at = np.flatnonzero(np.isfinite(softer) & ~layout.law_contacts)
-    every = case.scene.chain.elastic_only and at.size < softer.size
-    if not at.size or every:
+    at = np.flatnonzero(np.isfinite(softer) & layout.hertz_contacts)
+    if not at.size or (case.scene.chain.elastic_only and np.isnan(softer[layout.hertz_contacts]).any()):
         return None
     radii, moduli = layout.pairs.radii[at], layout.pairs.moduli[at]
     first = first_yield_force(radii, moduli, softer[at])
@@ -56,11 +57,10 @@ def first_yield(case: ChainSetup, motion: Motion) -> Yielding | None:
 def warn_overlaps(case: ChainSetup, motion: Motion) -> Iterator[str]:
     """Warning of overlaps for which Hertz's law, and that of elastic-plastic contacts, do not hold."""
     pairs = case.layout.pairs
-    hertz = np.isclose(pairs.stiffnesses, 4 / 3 * pairs.moduli * np.sqrt(pairs.radii)) & (pairs.exponents == HERTZ)
     overlaps = (motion.forces * case.scales.force / pairs.stiffnesses) ** (2 / 3)
     if motion.greatest_overlaps is not None:
         overlaps = np.maximum(overlaps, case.scales.energy / case.scales.force * motion.greatest_overlaps)
-    ratios = np.where(hertz & ~case.layout.law_contacts, overlaps / pairs.radii, 0.0)
+    ratios = np.where(case.layout.hertz_contacts, overlaps / pairs.radii, 0.0)
     worst = int(np.argmax(ratios))
     if ratios[worst] > _LARGE_OVERLAP:
         overlap = f"An overlap is about {round_digits(ratios[worst])} times the reduced radius, at contact {worst}"

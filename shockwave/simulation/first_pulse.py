@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-from attrs import frozen
+from attrs import field, frozen
+
+from shockwave.base.text import significant_digits
+
+# Most digits of a figure in texts and pictures.
+_MOST_DIGITS = 4
 
 
 @frozen(kw_only=True)
@@ -28,9 +33,11 @@ class FirstPulse:
     greatest : float
         Greatest value within the simulated time, with the static force.
     speed : float or None
-        Mean speed of the wave from the sensor before in the list to this one, by arrivals [m/s].
+        Mean speed of the wave from the sensor of the same kind before in the list to this one [m/s]; see `speed_from`.
     error_estimate : float or None
         Largest of the relative errors of these figures, estimated.
+    kind : str
+        What is measured, the same at each place along the chain; empty at an end that reflects the wave.
     """
 
     sensor: str
@@ -45,6 +52,7 @@ class FirstPulse:
     greatest: float
     speed: float | None = None
     error_estimate: float | None = None
+    kind: str = field(default="", repr=False)
 
     @property
     def units(self) -> dict[str, str]:
@@ -53,7 +61,16 @@ class FirstPulse:
         return {"peak": self.unit, **times, **own, "speed": "m/s", "position": "m"}
 
     def speed_from(self, other: FirstPulse) -> float | None:
-        """Mean speed of the wave from another sensor to this one, by arrivals [m/s]; None where one has no pulse."""
-        if self.arrival is None or other.arrival is None or self.arrival == other.arrival:
+        """Mean speed of the wave from another sensor to this one, by arrivals [m/s].
+
+        None where a pulse is missing or merged with another, at an end that reflects the wave, between sensors of
+        different kinds, and where the farther one is not reached later.
+        """
+        if self.arrival is None or other.arrival is None or self.merged or other.merged:
             return None
-        return (self.position - other.position) / (self.arrival - other.arrival) or None
+        distance, delay = self.position - other.position, self.arrival - other.arrival
+        return distance / delay if self.kind and self.kind == other.kind and distance * delay > 0 else None
+
+    def digits_of(self, name: str, most: int = _MOST_DIGITS) -> int:
+        """Digits of a figure down to the first digit of its error, at most so many."""
+        return min(most, significant_digits(getattr(self, name), 3 * (self.error_estimate or 0.0)))

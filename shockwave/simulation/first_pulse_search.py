@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
 
 import numpy as np
 from attrs import Factory, evolve, frozen
@@ -16,7 +15,7 @@ from attrs import Factory, evolve, frozen
 from shockwave.base.errors import NumericalError
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.mixed_chain_problem import Motion
-from shockwave.scene.sensors import STRUCTURE, Sensor
+from shockwave.scene.sensors import Sensor
 from shockwave.simulation.chain_histories import Signal, setup_of_result
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.convergence_runs import run, tolerances_for
@@ -67,9 +66,11 @@ def _with_speeds(case: ChainSetup, end: float, sensors: Sequence[Sensor]) -> tup
     most = int(MOST_NUMBERS / min(end / _LONGEST, _MOST_SAMPLES)) + 1
     for first in range(0, len(signals), most):
         pulses += _pulses_of(case, signals[first : first + most], end)
-    waves = [pulse for pulse in pulses if pulse.sensor != STRUCTURE]
-    speeds = {id(pulse): pulse.speed_from(before) for before, pulse in pairwise(waves)}
-    return tuple(evolve(pulse, speed=speeds.get(id(pulse))) for pulse in pulses)
+    latest: dict[str, FirstPulse] = {}
+    for index, pulse in enumerate(pulses):
+        pulses[index] = evolve(pulse, speed=pulse.speed_from(latest.get(pulse.kind, pulse)))
+        latest[pulse.kind] = pulse
+    return tuple(pulses)
 
 
 def _pulses_of(case: ChainSetup, signals: list[Signal], end: float) -> Iterator[FirstPulse]:
@@ -103,6 +104,7 @@ def _pulses_of(case: ChainSetup, signals: list[Signal], end: float) -> Iterator[
             position=signal.position,
             greatest=float(greatest[index]) + signal.static,
             error_estimate=None if math.isnan(figures[index, 0]) else float(errors[index]),
+            kind=signal.kind,
             **dict(zip(_FIGURES, values, strict=True)),
         )
         yield evolve(pulse, merged=None if pulse.merged is None else pulse.merged > 0)

@@ -14,6 +14,9 @@ from shockwave.engine.mixed_chain_problem import Motion
 from shockwave.scene.force_limit import FALLING, UNBOUNDED, UNDAMPED
 from shockwave.simulation.contact_setup import ChainSetup
 
+# Time in which a second blow passes, over that of the arrival of the first.
+_PASSED = 3.0
+
 Flags: TypeAlias = npt.NDArray[np.bool_]
 
 
@@ -101,24 +104,37 @@ def later_remedy(case: ChainSetup, motion: Motion, later: float) -> str:
     if later == math.inf and not case.is_undamped:
         unfinished = case.assembly.force is not None and motion.end < case.assembly.force.duration
         return later_end(case, motion) if unfinished else UNBOUNDED
-    return UNDAMPED if case.is_undamped else later_end(case, motion)
+    return UNDAMPED if case.is_undamped else later_end(case, motion, again=True)
 
 
-def longer_time(end: float, wall: Any) -> str:
-    """The setting of a later ``end`` [s], by more than half a period of a movable wall on its spring."""
+def longer_time(end: float, wall: Any, least: float = 0.0) -> str:
+    """The setting of a later ``end`` [s], by ``least`` and more than half a period of a movable wall on its spring."""
     half = math.pi * math.sqrt(wall.mass / wall.stiffness) if wall is not None and wall.stiffness else 0.0
-    return f"set simulate.until: {si(round_bound(end + max(end, half), up=True, digits=1), 's')}"
+    return f"set simulate.until: {si(round_bound(end + max(end, half, least), up=True, digits=1), 's')}"
 
 
-def later_end(case: ChainSetup, motion: Motion) -> str:
-    """The setting of a later end of a simulation; a shock ends before it."""
+def later_end(case: ChainSetup, motion: Motion, again: bool = False) -> str:
+    """The setting of a later end of a simulation; a shock ends before it.
+
+    With ``again``, what gravity pulls back has struck the chain again.
+    """
     end = motion.end if case.assembly.force is None else max(motion.end, case.assembly.force.duration)
-    return longer_time(end * case.scales.time, case.layout.wall)
+    least = _time_of_fall(case, motion) + _PASSED * (motion.arrival or 0.0) * case.scales.time if again else 0.0
+    return longer_time(end * case.scales.time, case.layout.wall, least)
 
 
-def advice(case: ChainSetup, motion: Motion) -> str:
-    """Hint in a warning of waves after the end of the simulated time."""
-    return "(without damping, waves never cease)" if case.is_undamped else f"({later_end(case, motion)})"
+def advice(case: ChainSetup, motion: Motion, again: bool = False) -> str:
+    """Hint in a warning of waves after the end of the simulated time; see `later_end`."""
+    return "(without damping, waves never cease)" if case.is_undamped else f"({later_end(case, motion, again)})"
+
+
+def _time_of_fall(case: ChainSetup, motion: Motion) -> float:
+    """Time after which the last granule above its initial place is back there under gravity [s]."""
+    g, length = case.scene.chain.gravity, case.scales.energy / case.scales.force
+    if not g:
+        return 0.0
+    up, height = -case.scales.velocity * motion.v[: case.granules], -length * motion.x[: case.granules]
+    return max(float((up + np.sqrt(np.maximum(up * up + 2 * g * height, 0.0))).max()) / g, 0.0)
 
 
 def _gives_way(case: ChainSetup) -> bool:

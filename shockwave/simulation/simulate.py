@@ -23,7 +23,7 @@ from shockwave.scene.plausibility import unusual_warnings
 from shockwave.scene.scene import Excitation, Scene, scenes_of
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions, options_of
-from shockwave.scene.yielding import beyond_elastic
+from shockwave.scene.yielding import beyond_elastic, warn_other_law
 from shockwave.simulation.leading_wave import LONGEST_MEASURED, Answer, search
 from shockwave.simulation.recording import check_requests
 from shockwave.simulation.result_parts import Cost, LeadingWave
@@ -299,7 +299,7 @@ def _result(job: Job, setup: Setup, answer: Answer | None, begin: float, limit: 
         energy_defect=wave.energy_defect,
         characteristic_time=scales.time,
         run_cost=Cost(steps=int(wave.steps), force_evaluations=int(wave.evaluations), seconds=spent),
-        run_warnings=answer.warnings + _warn_missed(setup.options, answer),
+        run_warnings=(*answer.warnings, *_warn_missed(setup.options, answer), *warn_other_law(job.scene.chain)),
         computation=computation,
         measured=answer.train,
     )

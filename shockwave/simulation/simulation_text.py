@@ -22,6 +22,7 @@ from shockwave.base.text import (
     table,
 )
 from shockwave.scene.force_limit import verdict_facts
+from shockwave.scene.yielding import law_facts
 from shockwave.simulation.result_parts import ContactPeak, MeasuredWave, Passage, SegmentEnergy, Transmitted
 from shockwave.simulation.simulation_result import Simulation
 
@@ -36,6 +37,7 @@ _BETWEEN = 12
 _PEAK_TIME_DIGITS = 5
 _SENSORS = ("sensor", "first peak", "time", "arrival", "width", "impulse", "speed")
 _SPARE_SENSORS = ("time", "impulse")
+_SPEEDS = "(speed: from the sensor of its kind above; none if merged or at an end)"
 _WAVES = ("peak force", "error", "momentum", "energy", "speed", "width", "arrival", "contact", "residual")
 _SPARE_WAVES = ("contact", "energy", "width", "residual")
 _PASSAGES = ("contact", "arrival", "peak force", "error", "from")
@@ -52,9 +54,9 @@ def simulation_text(result: Simulation) -> str:
 
 
 def head(result: Simulation) -> list[str]:
-    """Lines of the peak force or the greatest force, and the verdict."""
+    """Lines of the peak force or the greatest force, the verdict, and the error of the law of the contacts."""
     name = f"{result.scenario}: " if result.scenario else ""
-    return [strong(f"{name}{lead_text(result)}"), *facts(verdict_facts(result))]
+    return [strong(f"{name}{lead_text(result)}"), *facts([*verdict_facts(result), *law_facts(result.chain)])]
 
 
 def lines(result: Simulation) -> list[str]:
@@ -67,7 +69,8 @@ def sensor_lines(result: Simulation) -> list[str]:
     if not result.sensors:
         return []
     rows = table(_SENSORS, map(_sensor_row, result.sensors), _SPARE_SENSORS)
-    return [*facts(_motion(result)), *rows.split("\n")]
+    is_partial = any(pulse.arrival is not None and pulse.speed is None for pulse in result.sensors[1:])
+    return [*facts(_motion(result)), *rows.split("\n"), *[f"  {_SPEEDS}"] * is_partial]
 
 
 def _lines_of_waves(result: Simulation) -> list[str]:
@@ -76,7 +79,7 @@ def _lines_of_waves(result: Simulation) -> list[str]:
     if detail() >= Detail.EXPLAIN:
         parts += ["", wave_tables(result)]
     if detail() is Detail.VERBOSE:
-        parts += ["", *facts([*details(result), *result.scene.summary().facts()]), *notes(result.notes)]
+        parts += ["", *facts([*details(result), *result.scene.summary().facts()]), *notes(result.scene.notes)]
     elif detail() is Detail.SHORT and result.passages:
         parts += ["", *passage_table(result).split("\n")]
     return parts
@@ -89,7 +92,7 @@ def _lines_of_forces(result: Simulation) -> list[str]:
         parts += ["", *contacts.split("\n")]
     if detail() is Detail.VERBOSE:
         parts += [*_energies(result), "", *facts([*details(result), *result.scene.summary().facts()])]
-        parts += notes(result.notes)
+        parts += notes(result.scene.notes)
     return parts
 
 
@@ -268,8 +271,8 @@ def _wave_row(wave: MeasuredWave) -> tuple[str, ...]:
 
 def _sensor_row(pulse: Any) -> tuple[str, ...]:
     names = ("peak", "time", "arrival", "width", "impulse", "speed")
-    values = [(getattr(pulse, name), pulse.units[name]) for name in names]
-    texts = ["-" if value is None else si(value, unit, 4) for value, unit in values]
+    values = [(name, getattr(pulse, name)) for name in names]
+    texts = ["-" if value is None else si(value, pulse.units[name], pulse.digits_of(name)) for name, value in values]
     merged = " (merged)" if pulse.merged else ""
     return (pulse.sensor.replace("_", " "), texts[0] + merged, *texts[1:])
 

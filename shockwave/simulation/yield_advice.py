@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from attrs import evolve
-
 from shockwave.base.errors import ShockwaveError
 from shockwave.base.text import si
-from shockwave.scene.contact_law import ElasticPlastic
+from shockwave.scene.layout import plastic_chain
 from shockwave.scene.scene import Scene
-from shockwave.scene.segments import each_segment
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.contact_forces import simulate_chain
 from shockwave.simulation.contact_setup import check_setup
@@ -21,16 +18,21 @@ _DIGITS = 3
 
 
 def value_with_yield(result: Simulation) -> tuple[str, ...]:
-    """Greatest and last force with elastic-plastic contacts, in a sentence; none for long chains or other laws."""
+    """Greatest and last force with elastic-plastic contacts, in a sentence.
+
+    Damped contacts and those with another law remain as they are. There is none for long chains, and if a contact that
+    remains elastic yields: its damping stands for plastic flow.
+    """
     chain = result.chain
-    laws = [part for _, each in each_segment(chain.granules) for part in (each.contact, each.damping)]
-    if chain.count is None or chain.count > _MOST or any([chain.contact, chain.damping, chain.packing, *laws]):
+    if chain.count is None or chain.count > _MOST or chain.packing:
         return ()
-    scene = Scene(excitation=result.scene.excitation, chain=evolve(chain, contact=ElasticPlastic()))
-    options = SimulateOptions(rtol=_RTOL, until=result.options.until)
+    options = SimulateOptions(rtol=_RTOL, until=result.options.until if result.wave is None else None)
     try:
+        scene = Scene(excitation=result.scene.excitation, chain=plastic_chain(chain))
         plastic = simulate_chain(options, scene, result.computation, check_setup(options, scene))
     except ShockwaveError:  # the law does not cover these materials
+        return ()
+    if plastic.yielding is None or plastic.yielding.elastic_ratio > 1:
         return ()
     forces = {"greatest force": plastic.greatest_force.peak_force}
     forces |= {each.name: each.value or 0.0 for each in (plastic.leaving, plastic.leaving.spring) if each is not None}

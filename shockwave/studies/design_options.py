@@ -11,6 +11,7 @@ from shockwave.base.errors import InvalidValueError, ShockwaveError
 from shockwave.base.quantities import GRANULES, Quantity
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.variations import Family
+from shockwave.scene.yielding import law_notes
 from shockwave.studies import varied_scenes
 from shockwave.studies.design_result import Design, Option, VariedParameter
 from shockwave.studies.quantities import Requirement, figures_of_scene
@@ -86,7 +87,7 @@ class DesignScenes:
         return Design(
             scenario=self.family.base.name,
             **{name: getattr(self, name) for name in task},
-            **{**answer, "warnings": (*warnings, *others)},
+            **{**answer, "warnings": (*warnings, *others, *law_notes(self.family.base.chain))},
             tried=tuple(self.tried),
         )
 

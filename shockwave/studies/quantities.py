@@ -24,7 +24,7 @@ from shockwave.scene.solitary_wave import SolitaryWave
 from shockwave.scene.yielding import UNJUDGED
 from shockwave.simulation.recording import select_contacts
 
-_LISTED = re.compile(r"(contacts|sensors)\[\d+\]\.(peak_force|peak|arrival|width|impulse|speed|greatest)")
+_LISTED = re.compile(r"(contacts|sensors)\[(\d+)\]\.(peak_force|peak|arrival|width|impulse|speed|greatest)")
 _LISTS = {"contacts": "the reported contacts, which simulate.contacts sets", "sensors": "sensors, simulate.sensors"}
 _OF_LIMIT = table.LEADING_WAVE[:2]
 _OF_FORCES = (table.FORCES[0], *table.WALL, *table.STRUCTURE, *table.STRIKER, *table.DISSIPATED)
@@ -70,6 +70,8 @@ def target_named(name: object, reported: Sequence[Quantity], kind: str) -> Quant
     for part in map(str.strip, str(name).split("/")):
         if part not in targets and (listed := _LISTED.fullmatch(part)):
             count = len({each.name.partition("]")[0] for each in reported if each.name.startswith(listed[1])})
+            if int(listed[2]) < count:  # it lacks this figure alone
+                continue
             rule = f"must count from 0 in the list of {_LISTS[listed[1]]}"
             raise InvalidValueError.of(kind, f"{rule} (got {text_of(name)}; the list has {count})")
     # columns of sweeps and printed names, too, lead to a name; of a list, the first with a figure is named

@@ -22,6 +22,7 @@ from shockwave.scenario.uncertainty_block import Spread, read
 from shockwave.scenario.variations import Family
 from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import LeavingForce, Limit, limit_of, verdict
+from shockwave.scene.yielding import law_notes
 from shockwave.studies import quasi_monte_carlo as sampling
 from shockwave.studies import varied_scenes
 from shockwave.studies.quantities import figures_of, quantities_of, reported_by, target_named
@@ -241,7 +242,7 @@ def _result(scenes: UncertainScenes, draws: int, seed: int, rtol: float) -> Unce
         evaluations=evaluations,
         parameters=tuple(map(_parameter, distributions)),
         quantities=tuple(statistics),
-        warnings=(*warnings, *notes, *sampling.cut_warnings(distributions)),
+        warnings=(*warnings, *law_notes(scenario.chain), *notes, *sampling.cut_warnings(distributions)),
         exceedance=exceedance,
         verdict=judgement,
         yield_probability=yields,

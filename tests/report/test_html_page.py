@@ -160,6 +160,21 @@ def test_passages_and_warnings_are_listed() -> None:
         assert f'<p class="problem">{escape(warning)}</p>' in undrawn("twelve granules")
 
 
+@pytest.mark.parametrize("end", [None, sw.Wall()], ids=["equal granules", "before a wall"])
+def test_the_head_of_a_page_has_the_warnings_of_the_simulation(end: Any) -> None:
+    beads = sw.Chain(material="stainless-steel-302", diameter="9.5 mm", granules=8, end=end)
+    case = scenario(triangle(0.5), beads)
+    warnings = compute_results(case).warnings
+    assert any(warning.startswith("With elastic-plastic contacts the greatest force is") for warning in warnings)
+    assert warnings == sw.simulate(case).warnings
+
+
+def test_the_head_of_a_page_states_the_error_of_the_plastic_law() -> None:
+    beads = sw.Chain(material="bearing-steel-52100", diameter="9.5 mm", granules=3, contact=sw.ElasticPlastic())
+    whole = without_pictures(compute_results(scenario(triangle(0.5), beads)))
+    assert whole.partition("</header>")[0].count("elastic-plastic law") == whole.count("elastic-plastic law") == 1
+
+
 def test_warnings_of_section_4_stand_beside_its_decision() -> None:
     profile = sw.PowerLaw(rise_exponent=2, decay_exponent=7, duration_ratio=5)
     shock = sw.Shock(profile=profile, peak_force=100.0, rise_time=5e-5)

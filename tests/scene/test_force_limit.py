@@ -189,6 +189,14 @@ def test_a_prediction_without_an_answer_states_what_would_decide_its_limit() -> 
     assert found.remedy == "simulate with a longer timeout or a larger rtol"
 
 
+def test_a_range_within_the_simulated_time_is_shown_apart_from_the_bound_of_later_forces() -> None:
+    force = LeavingForce(name=WALL, value=225.0, low=208.0, high=237.0, later=551.0)
+    assert "force on the wall 225 N, range 208 N to 237 N, later at most 551 N" in str(
+        verdict(sw.Limit(force=300), force)
+    )
+    assert "range 208 N to 237 N;" in str(verdict(sw.Limit(force=230), evolve(force, later=0.0)))
+
+
 def test_a_wave_is_awaited_at_the_last_of_equal_granules() -> None:
     result = sw.simulate(SHOCK, chain(granules=12), until=60e-6, limit=45.0)
     assert result.verdict.remedy == "set simulate.until: 200 us"
@@ -249,6 +257,26 @@ def test_the_advised_time_exceeds_half_a_period_of_the_wall_on_its_spring(stiffn
     impact = sw.Impact(velocity=0.5)
     found = sw.simulate(impact, chain(granules=2, end=end), until="0.2 ms", limit=sw.Limit(force=200.0, at="spring"))
     assert any(f"(set simulate.until: {until})" in warning for warning in found.warnings)
+
+
+@pytest.mark.parametrize("early", ["3 ms", "30 ms"], ids=["rising", "high up"])
+def test_the_advised_time_decides_after_a_weight_has_fallen_back(early: str) -> None:
+    pad = sw.Segment(contact=sw.PowerContact(exponent=1, stiffness=1e6), damping=sw.Dashpot(coefficient="20 N*s/m"))
+    row = sw.Chain(
+        material="bearing-steel-52100",
+        diameter=20e-3,
+        granules=[sw.Segment(count=2), pad],
+        gravity=9.81,
+        end=sw.Wall(material="rigid"),
+    )
+    weight = sw.Impact(velocity=0.5, diameter=60e-3)
+    result = sw.simulate(weight, row, until=early)
+    limit = 1.01 * result.transmitted.peak_force
+    undecided = sw.Limit(force=limit).verdict(result)
+    assert undecided.decision == "undecided"
+    until = undecided.remedy.removeprefix("set simulate.until: ")
+    assert any("A later collision may" in each and until in each for each in result.warnings)
+    assert sw.simulate(weight, row, until=until, limit=limit).verdict.decision == "below"
 
 
 def test_a_drop_weight_that_comes_to_rest_on_a_spring_is_below_a_limit() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,8 @@ import pytest
 from attrs import evolve
 
 import shockwave as sw
+from shockwave.simulation.first_pulse import FirstPulse
+from shockwave.simulation.simulation_text import sensor_lines
 from support.chain_reference import Reference
 from support.first_pulse_reference import DensePulse, Signal
 from support.programs import SCENE, command, loaded
@@ -111,12 +114,44 @@ def test_no_speed_is_that_between_two_quantities_of_a_granule_under_precompressi
     assert velocity.speed is None
 
 
-def test_no_speed_is_that_of_a_wave_to_a_structure() -> None:
-    sensors: Any = [{"contact": 4}, "structure", "wall"]
-    before, structure, wall = sw.simulate(STRIKER, evolve(BEADS, end=SPRUNG), sensors=sensors).sensors
-    assert structure.arrival > wall.arrival
-    assert structure.speed is None
-    assert wall.speed == wall.speed_from(before)
+NEAR = FirstPulse(
+    sensor="contact_4", kind="contact_", unit="N", position=0.04, peak=5.0, arrival=1e-4, merged=False, greatest=5.0
+)
+
+
+@pytest.mark.parametrize(
+    ("change", "speed"),
+    [
+        ({}, 400.0),
+        ({"merged": True}, None),
+        ({"arrival": 0.5e-4}, None),
+        ({"arrival": None}, None),
+        ({"kind": "granule_"}, None),
+        ({"kind": ""}, None),
+    ],
+    ids=["separated", "merged", "out of order", "no pulse", "another kind", "at an end"],
+)
+def test_speeds_are_those_between_separated_pulses_of_a_kind_in_order(change: Any, speed: float | None) -> None:
+    far = evolve(NEAR, **{"position": 0.08, "arrival": 2e-4, **change})
+    # of a difference of positions
+    assert far.speed_from(NEAR) == NEAR.speed_from(far) == (None if speed is None else pytest.approx(speed, rel=1e-12))
+
+
+def test_no_speed_is_that_of_a_wave_to_an_end_and_the_text_says_so() -> None:
+    sensors: Any = [{"contact": 2}, "structure", {"granule": 5}, {"contact": 6}, "wall", {"contact": 12}]
+    result = sw.simulate(STRIKER, evolve(BEADS, end=SPRUNG), sensors=sensors)
+    first, structure, granule, second, wall, last = result.sensors
+    assert second.speed == second.speed_from(first) > 0
+    assert {each.speed for each in (first, structure, granule, wall, last)} == {None}
+    assert str(result).count("(speed: ") == 1
+    assert "(speed: " not in str(sw.simulate(STRIKER, BEADS, sensors=[{"contact": 2}, {"contact": 6}]))
+
+
+@pytest.mark.parametrize(("error", "shown"), [(1e-7, "1.762"), (0.13, "1.8")], ids=["accurate", "inaccurate"])
+def test_digits_of_a_pulse_are_those_that_its_error_supports(error: float, shown: str) -> None:
+    pulse = evolve(NEAR, peak=1762.3, error_estimate=error)
+    result: Any = SimpleNamespace(sensors=[pulse], structure=None)
+    assert f"  {shown} kN  " in "\n".join(sensor_lines(result))
 
 
 def test_every_reported_contact_has_a_first_pulse_beside_its_greatest_force() -> None:

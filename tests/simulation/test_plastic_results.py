@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 
 import shockwave as sw
+from shockwave.base.text import si
 from shockwave.scene.layout import Layout, elastic_chain
 from support.command_line import scenario, shockwave
+from support.texts import scenario_in_python
 
 STEEL = sw.Material(youngs_modulus=200e9, poisson_ratio=0.3, density=7650, yield_strength=1.9e9)
 PLASTIC, IMPACT = sw.ElasticPlastic(), sw.Impact(velocity=5.0)
@@ -87,9 +89,52 @@ def test_the_value_with_yield_is_that_of_a_simulation(monkeypatch: pytest.Monkey
         assert result.value_with_yield == ()
 
 
+PAD = sw.Segment(count=2, contact=sw.PowerContact(exponent=1.0, stiffness=1e7), damping=DASHPOT)
+RUBBER = sw.Material(youngs_modulus=50e6, poisson_ratio=0.48, density=1150)
+LAYER = sw.Segment(material=RUBBER, contact=sw.Hertz(), damping=DASHPOT)
+
+
+@pytest.mark.parametrize(
+    "end",
+    [[PAD], [sw.Segment(contact=sw.Hertz(), damping=DASHPOT), LAYER]],
+    ids=["pad", "damped rubber"],
+)
+def test_the_value_with_yield_leaves_pads_as_they_are(end: list[sw.Segment]) -> None:
+    padded = attrs.evolve(BEADS, granules=[sw.Segment(count=5), *end])
+    elastic, plastic = (sw.simulate(IMPACT, chain, rtol=1e-4) for chain in (elastic_chain(padded), padded))
+    (sentence,) = elastic.value_with_yield
+    assert f"{plastic.greatest_force.peak_force:.0f} N" in sentence
+    assert f"the force on the wall is {si(plastic.transmitted.peak_force, 'N', 3)}" in sentence
+
+
+def test_no_value_with_yield_replaces_the_damping_of_contacts_that_yield() -> None:
+    damped = attrs.evolve(BEADS, granules=MIXED, contact=None)
+    result = sw.simulate(IMPACT, damped, rtol=1e-4)
+    assert any("Beyond elastic" in warning for warning in result.warnings)
+    assert result.value_with_yield == ()
+
+
 def test_an_elastic_result_computes_no_value_with_yield(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("shockwave.simulation.yield_advice.value_with_yield", None)  # a call fails
     assert sw.simulate(sw.Impact(velocity=0.01), elastic_chain(BEADS)).warnings == ()
+
+
+@pytest.mark.parametrize("run", [sw.predict, sw.simulate])
+def test_a_result_states_the_error_of_the_plastic_law_once(run: Any) -> None:
+    plastic, elastic = run(IMPACT, BEADS, rtol=1e-4), run(sw.Impact(velocity=0.01), elastic_chain(BEADS), rtol=1e-4)
+    (note,) = plastic.to_dict()["notes"]
+    assert note.startswith("Error estimates leave out that of the elastic-plastic law: -2 to +11 %")
+    assert [
+        result.text(level).count("-2 to +11 %") for result in (plastic, elastic) for level in ("short", "verbose")
+    ] == [*(1, 1, 0, 0)]
+    assert elastic.to_dict()["notes"] == []
+
+
+def test_a_design_states_the_error_of_the_plastic_law() -> None:
+    scene = attrs.evolve(scenario_in_python(None, attrs.evolve(BEADS, granules=2)), impact=IMPACT)  # type: ignore[arg-type]
+    target = "transmitted.peak_force <= 300 N"
+    least = sw.design(scene, vary="impact.velocity", between=(3.0, 5.0), target=target, points=3)
+    assert sum("elastic-plastic law" in warning for warning in least.warnings) == 1
 
 
 def test_large_overlaps_are_warned_about() -> None:

@@ -64,10 +64,11 @@ def test_a_design_meets_a_target_on_first_pulses(tmp_path: Path, target: str, re
         ("sensors[3].peak = 4 N", "must count from 0 in the list of sensors, simulate.sensors (got 'sensors[3].peak'"),
         (f"{RATIO.replace('[0]', '[9]')} = 4", "the list has 3)"),
         ("sensors[0].peak / nothing = 4", "must be a property of the result (got 'sensors[0].peak / nothing'"),
-        ("sensors[0].speed = 4 m/s", "must count from 0"),
+        ("sensors[0].speed = 4 m/s", "must be a property of the result (got 'sensors[0].speed'; did you mean"),
+        ("sensors[2].speed = 4 m/s", "must be a property of the result"),
         ("__import__('os') = 4", "must be a quantity, <=, >= or =, and a value"),
     ],
-    ids=["number", "number in a ratio", "name in a ratio", "first speed", "code"],
+    ids=["number", "number in a ratio", "name in a ratio", "first speed", "speed of another kind", "code"],
 )
 def test_a_wrong_target_is_refused(tmp_path: Path, target: str, problem: str) -> None:
     with pytest.raises(sw.InvalidValueError) as error:

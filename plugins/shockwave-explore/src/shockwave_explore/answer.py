@@ -160,8 +160,12 @@ def _draw_sensors(result: Any) -> Iterator[Figure]:
 
 def _state_pulse(pulse: Any) -> str:
     """Peak, width and speed of a first pulse."""
-    figures = (pulse.peak, pulse.unit, ""), (pulse.width, "s", "width "), (pulse.speed, "m/s", "speed ")
-    known = ", ".join(name + si(value, unit, 3) for value, unit, name in figures if value)
+    figures = ("peak", ""), ("width", "width "), ("speed", "speed ")
+    known = ", ".join(
+        label + si(value, pulse.units[name], pulse.digits_of(name, 3))
+        for name, label in figures
+        if (value := getattr(pulse, name))
+    )
     return f"{pulse.sensor.replace('_', ' ')}: {known or 'no pulse'}"
 
 
