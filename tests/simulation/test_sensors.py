@@ -184,13 +184,13 @@ def test_a_record_that_cannot_be_written_is_refused(
 
 
 def test_the_picture_has_a_line_for_each_sensor_of_a_unit() -> None:
-    sensors: list[Any] = ["wall", {"granule": 3}, {"granule": 3, "quantity": "velocity"}]
+    sensors: list[Any] = ["wall", {"granule": 1}, {"granule": 3}, {"granule": 3, "quantity": "velocity"}]
     result = sw.simulate(triangle(2.0), BRASS, sensors=sensors)
     forces, velocities = result.plot(), pictures.sensors(result.recording, "m/s")
     labels = [str(line.get_label()) for line in forces.get_lines()]
-    assert [label.partition(",")[0] for label in labels] == ["wall", "granule 3"]
+    assert [label.partition(",")[0] for label in labels] == ["wall", "granule 1", "granule 3"]
     assert all(", width " in label for label in labels)
-    assert labels[1].endswith("m/s")
+    assert [label.endswith("m/s") for label in labels] == [False, False, True]
     assert forces.get_ylabel() == "force (N)"
     assert velocities.get_ylabel() == "velocity (mm/s)"
     assert inside(forces.figure)
