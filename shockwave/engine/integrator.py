@@ -95,7 +95,7 @@ class Integrator(abc.ABC):
         built_in = cls.__module__.startswith("shockwave.")
         if built_in and (cls.chains == "any" or (cls.chains == "conservative" and not damped)):
             return ""
-        known = "dop853" if damped else "rkn64, rkn86, rkn1210 or dop853"
+        known = "dop853" if damped else "rkn64, rkn86, rkn1210, verlet, pefrl, rk4 or dop853"
         equal = "other than equal granules, given by their number, with free ends under a shock"
         kind = "with damping, plastic flow with rate, or a contact law of a plugin" if damped else equal
         hint = "" if built_in else "; a method of a plugin steps chains of equal granules only"

@@ -12,7 +12,7 @@ from attrs import Factory, define, frozen
 
 from shockwave.base.errors import NumericalError
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.nystroem_tableaux import GeneralTableau
+from shockwave.engine.nystroem_tableaux import Tableau
 from shockwave.engine.scaled_problem import ChainProblem
 from shockwave.scene.contact_law import BoundLaw
 
@@ -100,7 +100,7 @@ class Job:
 
     Attributes
     ----------
-    method : GeneralTableau
+    method : Tableau
     problem : ChainProblem or None
         The applied force.
     law : BoundLaw or None
@@ -128,7 +128,7 @@ class Job:
         Rows of elastic-plastic contacts; see `mixed_chain_modes`.
     curves : array, shape (pieces, 5, 4)
         Pieces of the loading curves of those with rate.
-    swift : GeneralTableau or None
+    swift : Tableau or None
         Method for steps in which no force depends on the velocity.
     window : int
         Number of bodies that move at first.
@@ -138,7 +138,7 @@ class Job:
         Whether the last body is the flat of a bar; NumPy alone integrates it.
     """
 
-    method: GeneralTableau
+    method: Tableau
     problem: ChainProblem | None
     law: BoundLaw | None
     by_law: npt.NDArray[np.bool_]
@@ -151,7 +151,7 @@ class Job:
     table: FloatArray
     plastic: FloatArray = Factory(lambda: np.empty((0, 0)))
     curves: FloatArray = Factory(lambda: np.empty(0))
-    swift: GeneralTableau | None = None
+    swift: Tableau | None = None
     window: int = 12
     forecast: Forecast = Factory(Forecast)
     bar: bool = False

@@ -58,7 +58,7 @@ _TINY = 1e-300
 
 def run(job: Job, compiled: ModuleType | None) -> None:
     """Integrate to the end, in place."""
-    long = len(job.x) > _LEAST_BODIES and job.law is None and not job.bar
+    long = len(job.x) > _LEAST_BODIES and job.law is None and not job.bar and job.method.adaptive
     parts = _Parts(Contacts(job), compiled) if long else None
     if parts and parts.viscous >= _SHORTEST:
         parts.run()

@@ -1,7 +1,8 @@
 """Integration of a chain of mixed granules; the compiled code and NumPy implement the same algorithm.
 
-The step adapts to errors of overlaps and closing velocities relative to the greatest ones of each contact. Steps end on
-kinks of the applied force, and where a contact closes, opens or starts to be cut off, if that affects the result.
+The step is fixed, or adapts to errors of overlaps and closing velocities relative to the greatest ones of each contact.
+Steps end on kinks of the applied force, and where a contact closes, opens or starts to be cut off, if that affects the
+result.
 """
 
 from __future__ import annotations
@@ -48,6 +49,9 @@ _COMPILED_STEP = 32
 _INTERVAL = 2e6
 # Smallest first step over that estimated.
 _MIN_FIRST = 1e-13
+# Largest factor and smallest step, over the first, of a fixed step: the next is never longer, and one that fails is not
+# repeated.
+_FIXED = 1.0, 0.5
 # Smallest fraction of a step after which a contact is predicted to close that shortens the step.
 _SOON = 1e-3
 # Largest number of steps that are shortened in succession to end at a kink.
@@ -68,8 +72,9 @@ def run(job: Job, compiled: ModuleType | None) -> None:
     path = None if job.problem is None else job.problem.path
     tables = (np.empty(0), np.empty(0)) if path is None else (path.rows, path.coefficients)
     window = forces.FAR, LARGEST, forces.MIN_OVERLAP, job.window, _GROWTH, _MARGIN, _AT_REST
-    control = _SAFETY, _MIN_FACTOR, _MAX_FACTOR, MIN_STEP, _MIN_FIRST, _COMPILED_STEP, _INTERVAL
-    contacts = (forces.LOCATED, forces.ROUNDING, forces.ELASTIC, forces.VISCOUS)
+    (max_factor, min_first), adaptive = _limits(job), job.method.adaptive
+    control = _SAFETY, _MIN_FACTOR, max_factor, MIN_STEP, min_first, _COMPILED_STEP, _INTERVAL
+    contacts = (forces.LOCATED, forces.ROUNDING, forces.ELASTIC * adaptive, forces.VISCOUS)
     kinks = _SOON, forces.KINK, KINK_SHARE, _MOST_CUTS, *contacts
     peaks = (_NEARLY, _HOPELESS, MOST_TURNS, NEAR, NUDGE, forces.PASSED, forces.WAVE, forces.NOISE, forces.INSTANT)
     modes = PARTS, forces.SHARP, forces.FINER, forces.FASTEST
@@ -77,13 +82,19 @@ def run(job: Job, compiled: ModuleType | None) -> None:
     progress = settings[-len(job.found) :]
 
     def ends() -> bool:
-        job.forecast.check(progress[1], progress[5] * (job.table.shape[1] + _COMPILED_STEP), progress[4])
+        _, time, _, _, steps, evaluations = progress[:6].tolist()
+        job.forecast.check(time, evaluations * (job.table.shape[1] + _COMPILED_STEP), steps)
         return expired()
 
     buffers = job.stops, job.times, settings, job.table, job.samples, job.plastic, job.curves
     swift = np.empty(0) if job.swift is None else job.swift.packed
     compiled.run(job.method.packed, *tables, *buffers, swift, ends)
     job.found[:] = progress
+
+
+def _limits(job: Job) -> tuple[float, float]:
+    """Largest ratio of consecutive step sizes, and the smallest step over the first."""
+    return (_MAX_FACTOR, _MIN_FIRST) if job.method.adaptive else _FIXED
 
 
 class _March(Stages):
@@ -93,6 +104,7 @@ class _March(Stages):
         super().__init__(job)
         self.stops = [*job.stops.tolist(), math.inf]
         _, _, self.arrival, self.work, self.steps, _, self.rebound, self.size, *self.impulses = job.found[:10].tolist()
+        self.max_factor, self.min_first = _limits(job)
         self.extremes = EndExtremes(self)
         self.held = self.effort = 0.0
         self.rejected, self.cuts = False, 0
@@ -121,7 +133,7 @@ class _March(Stages):
                 over = self.until == math.inf and self.time >= self.duration and is_over(start, self.contacts)
                 if self.time >= self.until or over:
                     status = Status.DONE
-            elif share == 1 and self.size < max(MIN_STEP * self.time, _MIN_FIRST * self.first):
+            elif share == 1 and self.size < max(MIN_STEP * self.time, self.min_first * self.first):
                 status = Status.FAILED
             if status is Status.RUNNING and self.effort > self.most_work:
                 status = Status.TOO_LONG
@@ -147,7 +159,7 @@ class _March(Stages):
             self.rejected, self.held = True, 0.0
             return False
         # a step that was shortened to end here does not shorten the next one
-        grown = size * min(factor, 1.0 if self.rejected else _MAX_FACTOR)
+        grown = size * min(factor, 1.0 if self.rejected else self.max_factor)
         self.size = max(grown, self.held, self.size if at_stop or size < self.size else 0.0)
         self.rejected, self.held, self.cuts = False, 0.0, 0
         return True
@@ -190,7 +202,8 @@ class _March(Stages):
             soon &= (d < 0) | (opens & ~self.viscous[near])
             size = min(size, float((at[soon] * h).min(initial=math.inf)))
             # a contact has just closed: its force is a power of the time
-            for j in near[(np.abs(d) < _SOON * h * w) & ~self.by_law[near]].tolist():
+            closed = (np.abs(d) < _SOON * h * w) & ~self.by_law[near] & self.method.adaptive
+            for j in near[closed].tolist():
                 self.size = min(self.size, self.first_size(j, float(start.w[j])))
         size = min(size, self.size)
         if size >= left:

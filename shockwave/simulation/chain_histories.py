@@ -14,7 +14,7 @@ from shockwave.registry.registry import load
 from shockwave.scene.sensors import STRUCTURE, WALL, Sensor
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.contact_setup import ChainSetup
-from shockwave.simulation.convergence_runs import run, tolerances_for
+from shockwave.simulation.convergence_runs import accuracies_of, run
 from shockwave.simulation.recording import AFTER, Recording, SensorHistory, sample_times
 from shockwave.simulation.simulation_result import Simulation
 
@@ -32,7 +32,7 @@ def record_chain(result: Simulation) -> Recording:
     case, end = setup_of_result(result)
     options, scales, count = result.options, case.scales, case.granules
     times = sample_times(options, scales, end, count, result.characteristic_time)
-    motion = run(case, tolerances_for(case.rtol)[0], end, times)
+    motion = run(case, accuracies_of(case)[0], end, times)
     if result.chain.count is None:
         count = count_reached(motion.v)
     recorded: dict[str, Any] = {}
@@ -80,7 +80,8 @@ def chain_options(result: Simulation) -> SimulateOptions:
         return options
     refused = load("integrators", result.integrator).refusal(damped=False)
     integrator = None if refused else result.integrator
-    return evolve(options, step=None, integrator=integrator, backend=options.wanted_backend)
+    step = None if refused else options.step
+    return evolve(options, step=step, integrator=integrator, backend=options.wanted_backend)
 
 
 def setup_of_result(result: Simulation) -> tuple[ChainSetup, float]:
@@ -89,7 +90,7 @@ def setup_of_result(result: Simulation) -> tuple[ChainSetup, float]:
     if result.end is not None:
         return case, result.end / case.scales.time
     until = case.until
-    return case, run(case, tolerances_for(case.rtol)[1], None).end if until is None else until
+    return case, run(case, accuracies_of(case)[1], None).end if until is None else until
 
 
 def count_reached(v: FloatArray) -> int:

@@ -31,7 +31,7 @@ from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.solitary_wave import MOMENTUM
 from shockwave.simulation.recording import check_end, sample_times, select_contacts
-from shockwave.simulation.wave_setup import RTOL
+from shockwave.simulation.wave_setup import RTOL, STEP
 
 if TYPE_CHECKING:  # chains without such contacts do not need it
     from shockwave.engine.mixed_chain_plastic import PlasticContacts
@@ -113,7 +113,9 @@ class ChainSetup:
             raise InvalidValueError.of("backend", f"must be auto or numpy for {numpy_part} (got 'compiled')")
         numpy_alone = bool(numpy_part) or chosen(options.backend) is None
         compiled = None if numpy_alone else import_module("shockwave.engine._chains")
-        filled = options if method is not None and not method.adaptive else evolve(options, rtol=options.rtol or RTOL)
+        fixed = method is not None and not method.adaptive
+        step, rtol = (options.step or STEP, None) if fixed else (None, options.rtol or RTOL)
+        filled = evolve(options, step=step, rtol=rtol)
         reported = np.array(select_contacts(options, len(layout.pairs.stiffnesses)), dtype=np.intp)
         check_end(options, excitation)
         if options.is_recorded and options.until is not None:
@@ -185,7 +187,8 @@ def _endless(options: SimulateOptions, scene: Scene) -> ChainSetup:
     part = _part(options, scene)
     end = part.until
     if end is None:
-        motion = integrate(part.assembly, _TOLERANCE, compiled=part.compiled, integrator=part.method)
+        accuracy = part.options.step or _TOLERANCE
+        motion = integrate(part.assembly, accuracy, compiled=part.compiled, integrator=part.method)
         duration = 0.0 if part.assembly.force is None else part.assembly.force.duration
         end = motion.end if motion.arrival is None else duration + _ARRIVALS * motion.arrival
         # rounded, so that it does not depend on the code that integrated the part

@@ -50,8 +50,8 @@ class Course(abc.ABC):
 
     @staticmethod
     def of(problem: ChainProblem, integrator: Integrator, kept: bool = True) -> Course:
-        """Course by compiled code if the integrator has it; unless ``kept``, its stretches may omit all but the end."""
-        if isinstance(integrator, Nystroem) and integrator.compiled is not None:
+        """Course by compiled code, if it chooses the steps; unless ``kept``, stretches may omit all but the end."""
+        if isinstance(integrator, Nystroem) and integrator.adaptive and integrator.compiled is not None:
             return _Compiled(problem, integrator, kept)
         return _StepByStep(problem, integrator)
 

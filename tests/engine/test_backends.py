@@ -142,7 +142,8 @@ def test_backend_is_chosen_and_printed(
 
 
 @pytest.mark.parametrize(
-    ("integrator", "backend"), [("rk4", "numpy"), pytest.param("rkn86", "compiled", marks=compiled_alone)]
+    ("integrator", "backend"),
+    [("dop853", "numpy"), *(pytest.param(name, "compiled", marks=compiled_alone) for name in ("rk4", "rkn86"))],
 )
 def test_auto_selects_a_backend_with_the_method(integrator: str, backend: str) -> None:
     short = attrs.evolve(CHAIN, granules=10)

@@ -69,7 +69,7 @@ def arguments(name: str) -> list[Any]:
         compiled.read(np.arange(3.0), np.zeros((2, 3, 4)), np.zeros(9))
     else:
         table = PROBLEM.path.rows, PROBLEM.path.coefficients
-        compiled.attempt(Rkn86.tableau.packed, *table, *np.zeros((2, 30)), 0.0, 0.1, 2.0, 1.0)
+        compiled.attempt(Rkn86.tableau.packed_for(1.5), *table, *np.zeros((2, 30)), 0.0, 0.1, 2.0, 1.0)
     given = getattr(compiled, name).call_args.args
     copies = [np.array(each) if isinstance(each, np.ndarray | array) else each for each in given]
     return [at_once if callable(each) else each for each in copies]

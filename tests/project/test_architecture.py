@@ -108,7 +108,7 @@ FEATURES = (
     "shockwave.studies.record_keys",
     *("shockwave.scene.sensors", "shockwave.simulation.chain_histories"),
     *("shockwave.simulation.first_pulse", "shockwave.simulation.sampled_history"),
-    *(f"shockwave.engine.{name}" for name in ("mixed_chain_", "_chains", "nystroem_tableaux")),
+    *(f"shockwave.engine.{name}" for name in ("mixed_chain_", "_chains")),
     "shockwave.scenario.chain_blocks",
 )
 OTHER_PROFILES = "shockwave.profiles.exponential", "shockwave.profiles.triangular", "shockwave.records"
