@@ -12,6 +12,7 @@ from attrs import Factory, define, frozen
 
 from shockwave.base.errors import NumericalError
 from shockwave.base.numerics import FloatArray
+from shockwave.engine.integrator import Integrator
 from shockwave.engine.nystroem_tableaux import Tableau
 from shockwave.engine.scaled_problem import ChainProblem
 from shockwave.scene.contact_law import BoundLaw
@@ -128,6 +129,8 @@ class Job:
         Rows of elastic-plastic contacts; see `mixed_chain_modes`.
     curves : array, shape (pieces, 5, 4)
         Pieces of the loading curves of those with rate.
+    integrator : Integrator or None
+        Takes the steps instead; the ``method`` then integrates over them.
     swift : Tableau or None
         Method for steps in which no force depends on the velocity.
     window : int
@@ -151,6 +154,7 @@ class Job:
     table: FloatArray
     plastic: FloatArray = Factory(lambda: np.empty((0, 0)))
     curves: FloatArray = Factory(lambda: np.empty(0))
+    integrator: Integrator | None = None
     swift: Tableau | None = None
     window: int = 12
     forecast: Forecast = Factory(Forecast)

@@ -58,7 +58,8 @@ _TINY = 1e-300
 
 def run(job: Job, compiled: ModuleType | None) -> None:
     """Integrate to the end, in place."""
-    long = len(job.x) > _LEAST_BODIES and job.law is None and not job.bar and job.method.adaptive
+    whole = job.law is not None or job.bar or job.integrator is not None or not job.method.adaptive
+    long = len(job.x) > _LEAST_BODIES and not whole
     parts = _Parts(Contacts(job), compiled) if long else None
     if parts and parts.viscous >= _SHORTEST:
         parts.run()

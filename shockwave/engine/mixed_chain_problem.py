@@ -16,9 +16,10 @@ from shockwave.engine.mixed_chain_arrays import EXTREMES, GUIDED, NO_END, ROWS, 
 from shockwave.engine.mixed_chain_assembly import Assembly
 from shockwave.engine.mixed_chain_domains import run
 from shockwave.engine.mixed_chain_forces import VISCOUS
-from shockwave.engine.nystroem_integrators import Nystroem, Rkn86
+from shockwave.engine.nystroem_integrators import Rkn86
 from shockwave.engine.nystroem_tableaux import Tableau, dop853
 from shockwave.engine.time_limit import is_limited
+from shockwave.registry.registry import blame
 
 # Tolerance with which fixed steps end on kinks.
 _KINKS = 1e-10
@@ -113,8 +114,12 @@ class Motion:
         return stored - self.initial_energy - self.work
 
 
-def method_for(assembly: Assembly, integrator: type[Integrator] | None) -> tuple[str, Tableau]:
+def method_for(
+    assembly: Assembly, integrator: type[Integrator] | None, accuracy: float
+) -> tuple[str, Tableau, Integrator | None]:
     """Name and coefficients of the method: those of ``integrator``, by default rkn86, with damping dop853.
+
+    An integrator that takes its own steps is made with ``accuracy``, its tolerance or step.
 
     The pair rkn1210 is not faster, even for the tightest tolerances: contacts that open limit its steps.
 
@@ -125,11 +130,17 @@ def method_for(assembly: Assembly, integrator: type[Integrator] | None) -> tuple
     """
     if integrator is None:
         if assembly.is_damped:
-            return "dop853", dop853()
+            return "dop853", dop853(), None
         integrator = Rkn86
-    if reason := integrator.refusal(assembly.is_damped):
+    if reason := integrator.refusal(assembly.is_damped, assembly.plastic is not None):
         raise InvalidValueError.of("integrator", reason)
-    return integrator.name, integrator.tableau if issubclass(integrator, Nystroem) else dop853()
+    if (tableau := integrator.coefficients()) is not None:
+        return integrator.name, tableau, None
+    from shockwave.engine.mixed_chain_integrator import LOBATTO
+
+    with blame("integrators", integrator):
+        method = integrator(tolerance=accuracy) if integrator.adaptive else integrator(size=accuracy)
+    return integrator.name, LOBATTO, method
 
 
 def integrate(
@@ -164,10 +175,14 @@ def integrate(
     NumericalError
         If the integration fails, takes too many steps or reaches the time limit.
     """
-    name, method = method_for(assembly, integrator)
+    name, method, stepper = method_for(assembly, integrator, tolerance)
     swift = Rkn86.tableau if integrator is None and assembly.is_damped and not assembly.is_viscous else None
     job = _job(assembly, tolerance, until, np.asarray(times, dtype=float), (method, swift))
-    run(job, compiled if assembly.law is None and not assembly.impedance else None)
+    if assembly.law is not None or assembly.impedance or stepper is not None:
+        compiled = None
+    if stepper is not None:
+        job = evolve(job, integrator=stepper, window=len(job.x) - 1)
+    run(job, compiled)
     _check(job)
     contacts, masses = len(assembly.overlaps), 1 / assembly.inverse_masses
     found, weight, end = job.found, assembly.weight, float(job.found[1])
@@ -180,7 +195,7 @@ def integrate(
         work += 0.5 * mass * (first**2 - assembly.velocity**2)
         if until is None or until > assembly.force.duration:
             job = _release(assembly, job, until, np.asarray(times, dtype=float))
-            run(job, compiled if assembly.law is None and not assembly.impedance else None)
+            run(job, compiled)
             _check(job)
             samples = np.concatenate((samples, job.samples))
         found, end = job.found, float(job.found[1])

@@ -127,7 +127,8 @@ class _March(Stages):
             error = self.error(size)
             finish = self.end_of(x1, v1, end, self.n)
             self.effort += len(self.method.nodes) * (self.n + _STEP)
-            share = self.kink(start, finish, size) if error < _HOPELESS and self.cuts < _MOST_CUTS else 1.0
+            cuts = self.course is None and error < _HOPELESS and self.cuts < _MOST_CUTS
+            share = self.kink(start, finish, size) if cuts else 1.0
             if self.resize(size, error, share, at_stop):
                 start = self.accept(start, finish, size, end, impulses)
                 over = self.until == math.inf and self.time >= self.duration and is_over(start, self.contacts)
@@ -191,6 +192,8 @@ class _March(Stages):
     def next_size(self, start: End) -> tuple[float, float]:
         """Size and end of the next step."""
         stop = min(self.stops[0], self.until)
+        if self.course is not None:
+            return self.course.advance(start, self.time, stop, self.driven)
         left, h = stop - self.time, self.size
         size = self.longest if self.driven else math.inf
         near = np.flatnonzero(np.abs(start.d) < h * np.abs(start.w))

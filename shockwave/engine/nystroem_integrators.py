@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from types import ModuleType
-from typing import ClassVar, Literal
+from typing import ClassVar
 
 import numpy as np
 from attrs import define, field
@@ -43,7 +43,6 @@ class Nystroem(OneStep):
     """
 
     adaptive: ClassVar[bool] = True
-    chains: ClassVar[Literal["equal", "conservative", "any"]] = "conservative"
     tableau: ClassVar[Tableau]
     #: Ratio of the tolerance of a step to the requested relative error of a peak force.
     caution: ClassVar[float] = 1.0

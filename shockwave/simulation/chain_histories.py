@@ -10,7 +10,6 @@ from attrs import evolve, frozen
 
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.mixed_chain_problem import Motion
-from shockwave.registry.registry import load
 from shockwave.scene.sensors import STRUCTURE, WALL, Sensor
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.contact_setup import ChainSetup
@@ -74,14 +73,9 @@ def _applied_force(motion: Any, case: ChainSetup, times: FloatArray, contact: Fl
 
 
 def chain_options(result: Simulation) -> SimulateOptions:
-    """Options for the chain as a whole; without the integrator of the waves if that cannot step it."""
+    """Options for the chain as a whole."""
     options = result.options
-    if result.wave is None:
-        return options
-    refused = load("integrators", result.integrator).refusal(damped=False)
-    integrator = None if refused else result.integrator
-    step = None if refused else options.step
-    return evolve(options, step=step, integrator=integrator, backend=options.wanted_backend)
+    return options if result.wave is None else evolve(options, backend=options.wanted_backend)
 
 
 def setup_of_result(result: Simulation) -> tuple[ChainSetup, float]:

@@ -109,6 +109,8 @@ class ChainSetup:
         method = None if options.integrator is None else load("integrators", options.integrator)
         numpy_part = f"the contact law {type(layout.law).__name__}" if layout.law else ""
         numpy_part = "a bar at the end" if isinstance(layout.wall, Bar) else numpy_part
+        if method is not None and method.coefficients() is None:
+            numpy_part = f"the integrator {method.name}"
         if numpy_part and options.backend == "compiled":
             raise InvalidValueError.of("backend", f"must be auto or numpy for {numpy_part} (got 'compiled')")
         numpy_alone = bool(numpy_part) or chosen(options.backend) is None
@@ -169,7 +171,7 @@ def check_setup(options: SimulateOptions, scene: Scene) -> ChainSetup | None:
     """
     chain, faults = scene.chain, faults_of(scene.chain, scene.impact or scene.motion)
     if options.integrator is not None and not faults:
-        reason = load("integrators", options.integrator).refusal(chain.is_damped)
+        reason = load("integrators", options.integrator).refusal(chain.is_damped, chain.is_plastic)
         faults = [Fault("integrator", reason)] if reason else []
     refuse(faults)
     if chain.count is None:
