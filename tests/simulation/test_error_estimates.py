@@ -42,7 +42,8 @@ def estimates(
 ) -> tuple[FloatArray, bool]:
     assembly = SimpleNamespace(force=None, damping=np.full(len(fine.forces), damping))
     every = np.arange(len(fine.forces)) if judged is None else np.array(judged)
-    case: Any = SimpleNamespace(rtol=1e-5, assembly=assembly, judged_contacts=lambda forces: every)
+    options = SimpleNamespace(step=None)
+    case: Any = SimpleNamespace(rtol=1e-5, options=options, assembly=assembly, judged_contacts=lambda forces: every)
     return repeated_runs._errors(case, coarse, fine, tolerance, ratio)
 
 
@@ -358,7 +359,8 @@ def test_estimates_hold_and_are_neither_halved_nor_a_hundred_times_too_large(rat
 
 @pytest.mark.parametrize(("error", "part"), [(1e-7, "the time of a greatest force"), (1e-5, "at contact 1")])
 def test_a_missed_tolerance_is_that_of_the_time_or_of_the_force(error: float, part: str) -> None:
-    case: Any = SimpleNamespace(rtol=1e-6, judged_contacts=lambda forces: np.arange(len(forces)))
+    options = SimpleNamespace(step=None)
+    case: Any = SimpleNamespace(rtol=1e-6, options=options, judged_contacts=lambda forces: np.arange(len(forces)))
     runs: Any = SimpleNamespace(
         case=case,
         missed=True,
