@@ -14,12 +14,12 @@ from shockwave.engine.equal_chain_run import Span, march
 from shockwave.engine.force_law import contact_force
 from shockwave.engine.integrator import Integrator
 from shockwave.engine.nystroem_integrators import Nystroem, Rkn86, Rkn1210
+from shockwave.engine.peak_log import locate_peak
 from shockwave.engine.scaled_problem import chain_energy
 from shockwave.scenario.scenario import Scenario
 from shockwave.scene.chain import HERTZ
 from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
-from shockwave.simulation.peak_log import locate_peak
 from shockwave.simulation.simulate import simulate_scene
 from shockwave.simulation.wave_setup import scale_scene
 

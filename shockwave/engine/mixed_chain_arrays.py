@@ -12,6 +12,7 @@ from attrs import Factory, define, frozen
 
 from shockwave.base.errors import NumericalError
 from shockwave.base.numerics import FloatArray
+from shockwave.engine.chain_record import Record
 from shockwave.engine.integrator import Integrator
 from shockwave.engine.nystroem_tableaux import Tableau
 from shockwave.engine.scaled_problem import ChainProblem
@@ -19,12 +20,13 @@ from shockwave.scene.contact_law import BoundLaw
 
 
 class Status(IntEnum):
-    """Status of a run."""
+    """Status of a run; PAUSED: its record is full, or the front is at the end of the arrays."""
 
     RUNNING = 0
     DONE = 1
     TOO_LONG = 2
     FAILED = 3
+    PAUSED = 4
 
 
 #: Number of rows that describe a chain and its motion.
@@ -81,9 +83,11 @@ class Forecast:
 
         The rate is that of at least the last half of the work so far, since the first steps may be short.
         """
+        if self.most_work == math.inf:
+            return
         if work >= 2 * self.marks[1][0]:
             self.marks = self.marks[1], (work, time)
-        if self.most_work == math.inf or work < _SOON * self.most_work:
+        if work < _SOON * self.most_work:
             return
         before, since = self.marks[0]
         whole = work + (self.until - time) * (work - before) / max(time - since, 1e-300)
@@ -139,6 +143,7 @@ class Job:
         Estimate of the work of the whole run.
     bar : bool
         Whether the last body is the flat of a bar; NumPy alone integrates it.
+    record : Record or None
     """
 
     method: Tableau
@@ -159,6 +164,12 @@ class Job:
     window: int = 12
     forecast: Forecast = Factory(Forecast)
     bar: bool = False
+    record: Record | None = None
+
+    @property
+    def bodies(self) -> int:
+        """Number of bodies."""
+        return len(self.by_law)
 
     @property
     def chain(self) -> FloatArray:

@@ -8,6 +8,8 @@ result.
 from __future__ import annotations
 
 import math
+from copy import copy
+from functools import cache, partial
 from types import ModuleType
 
 import numpy as np
@@ -15,7 +17,9 @@ import numpy.typing as npt
 
 from shockwave.base.numerics import FloatArray
 from shockwave.engine import mixed_chain_forces as forces
+from shockwave.engine.chain_record import NO_RECORD
 from shockwave.engine.cubic_interpolation import around_tops, root, top_between
+from shockwave.engine.equal_chain_run import Span
 from shockwave.engine.mixed_chain_arrays import EXTREMES, LARGEST, Job, Status
 from shockwave.engine.mixed_chain_end import EndExtremes
 from shockwave.engine.mixed_chain_forces import (
@@ -68,17 +72,12 @@ def run(job: Job, compiled: ModuleType | None) -> None:
         # a step that is too long may overflow
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             _March(job).run()
+        if job.record:
+            job.record.read_spans()
         return
     path = None if job.problem is None else job.problem.path
     tables = (np.empty(0), np.empty(0)) if path is None else (path.rows, path.coefficients)
-    window = forces.FAR, LARGEST, forces.MIN_OVERLAP, job.window, _GROWTH, _MARGIN, _AT_REST
-    (max_factor, min_first), adaptive = _limits(job), job.method.adaptive
-    control = _SAFETY, _MIN_FACTOR, max_factor, MIN_STEP, min_first, _COMPILED_STEP, _INTERVAL
-    contacts = (forces.LOCATED, forces.ROUNDING, forces.ELASTIC * adaptive, forces.VISCOUS)
-    kinks = _SOON, forces.KINK, KINK_SHARE, _MOST_CUTS, *contacts
-    peaks = (_NEARLY, _HOPELESS, MOST_TURNS, NEAR, NUDGE, forces.PASSED, forces.WAVE, forces.NOISE, forces.INSTANT)
-    modes = PARTS, forces.SHARP, forces.FINER, forces.FASTEST
-    settings = np.concatenate((job.settings, window, control, kinks, peaks, modes, job.watched, job.found))
+    settings = np.concatenate((job.settings, (job.window,), _constants(job.method.adaptive), job.watched, job.found))
     progress = settings[-len(job.found) :]
 
     def ends() -> bool:
@@ -88,13 +87,29 @@ def run(job: Job, compiled: ModuleType | None) -> None:
 
     buffers = job.stops, job.times, settings, job.table, job.samples, job.plastic, job.curves
     swift = np.empty(0) if job.swift is None else job.swift.packed
-    compiled.run(job.method.packed, *tables, *buffers, swift, ends)
+    record = NO_RECORD if job.record is None else job.record.buffers(job.bodies)
+    compiled.run(job.method.packed, *tables, *buffers, swift, *record, ends)
     job.found[:] = progress
+    if job.record:
+        job.record.read(*record[:2])
 
 
-def _limits(job: Job) -> tuple[float, float]:
+@cache
+def _constants(adaptive: bool) -> FloatArray:
+    """Constants for the compiled code, in its order."""
+    max_factor, min_first = _limits(adaptive)
+    window = forces.FAR, LARGEST, forces.MIN_OVERLAP, _GROWTH, _MARGIN, _AT_REST
+    control = _SAFETY, _MIN_FACTOR, max_factor, MIN_STEP, min_first, _COMPILED_STEP, _INTERVAL
+    contacts = (forces.LOCATED, forces.ROUNDING, forces.ELASTIC * adaptive, forces.VISCOUS)
+    kinks = _SOON, forces.KINK, KINK_SHARE, _MOST_CUTS, *contacts
+    peaks = (_NEARLY, _HOPELESS, MOST_TURNS, NEAR, NUDGE, forces.PASSED, forces.WAVE, forces.NOISE, forces.INSTANT)
+    modes = PARTS, forces.SHARP, forces.FINER, forces.FASTEST
+    return np.array([*window, *control, *kinks, *peaks, *modes], dtype=float)
+
+
+def _limits(adaptive: bool) -> tuple[float, float]:
     """Largest ratio of consecutive step sizes, and the smallest step over the first."""
-    return (_MAX_FACTOR, _MIN_FIRST) if job.method.adaptive else _FIXED
+    return (_MAX_FACTOR, _MIN_FIRST) if adaptive else _FIXED
 
 
 class _March(Stages):
@@ -102,13 +117,15 @@ class _March(Stages):
 
     def __init__(self, job: Job) -> None:
         super().__init__(job)
-        self.stops = [*job.stops.tolist(), math.inf]
+        self.stops = [*job.stops[job.stops > self.time].tolist(), math.inf]
         _, _, self.arrival, self.work, self.steps, _, self.rebound, self.size, *self.impulses = job.found[:10].tolist()
-        self.max_factor, self.min_first = _limits(job)
+        self.max_factor, self.min_first = _limits(job.method.adaptive)
         self.extremes = EndExtremes(self)
         self.held = self.effort = 0.0
         self.rejected, self.cuts = False, 0
         self.next_sample = 0
+        self.record = job.record
+        self.kinks = self.course is None and (job.record is None or job.record.kinks)
         if job.plastic.size:
             from shockwave.engine.mixed_chain_modes import Plasticity
 
@@ -121,14 +138,17 @@ class _March(Stages):
         start = self.begin(job.x.copy(), job.v.copy())
         self.sample(start, -math.inf)
         while status is Status.RUNNING and not expired():
+            if self.record and self.record.is_full(self.bodies):
+                status = Status.PAUSED
+                break
             size, end = self.next_size(start)
             at_stop = end == min(self.stops[0], self.until)
             x1, v1, impulses = self.attempt(start, size, end, 0, self.n)
             error = self.error(size)
             finish = self.end_of(x1, v1, end, self.n)
             self.effort += len(self.method.nodes) * (self.n + _STEP)
-            cuts = self.course is None and error < _HOPELESS and self.cuts < _MOST_CUTS
-            share = self.kink(start, finish, size) if cuts else 1.0
+            ends = self.kinks and error < _HOPELESS and self.cuts < _MOST_CUTS
+            share = self.kink(start, finish, size) if ends else 1.0
             if self.resize(size, error, share, at_stop):
                 start = self.accept(start, finish, size, end, impulses)
                 over = self.until == math.inf and self.time >= self.duration and is_over(start, self.contacts)
@@ -142,6 +162,11 @@ class _March(Stages):
         job.x[:], job.v[:] = start.x, start.v
         counts = self.steps, self.evaluations, self.rebound, self.size
         job.found[: EXTREMES.start] = status, self.time, self.arrival, self.work, *counts, *self.impulses
+
+    def within(self, start: End, time: float) -> tuple[FloatArray, FloatArray]:
+        """Positions and velocities at a time within a step from ``start``."""
+        x, v, _impulses = self.attempt(start, time - self.time, time, 0, len(start.d))
+        return x[: len(start.d)], v[: len(start.d)]
 
     def resize(self, size: float, error: float, share: float, at_stop: bool) -> bool:
         """Set the size of the next step, from the error over the tolerance, and return whether this one is accepted.
@@ -195,9 +220,9 @@ class _March(Stages):
         if self.course is not None:
             return self.course.advance(start, self.time, stop, self.driven)
         left, h = stop - self.time, self.size
-        size = self.longest if self.driven else math.inf
+        size = self.longest if self.driven or not self.kinks else math.inf
         near = np.flatnonzero(np.abs(start.d) < h * np.abs(start.w))
-        if near.size:
+        if near.size and self.kinks:
             d, w = start.d[near], start.w[near]
             at = -d / w / h
             soon = at > _SOON
@@ -274,7 +299,11 @@ class _March(Stages):
             job.losses[:n] += np.where(idle[0] & idle[1], kept[0] - kept[1], lost)
         if self.driven:
             self.add_work(start, finish, size, end, impulses)
-        self.find_peaks(start, finish, size, n)
+        if self.record:
+            at = partial(copy(self).within, start)
+            self.record.spans.append(Span(self.time, end, start.x[:n], start.v[:n], finish.x[:n], finish.v[:n], at))
+        else:
+            self.find_peaks(start, finish, size, n)
         self.extremes.update(start, finish, (self.time, size), self.attempt)
         self.sample(start, end)
         if self.weight > 0 and self.rebound == 0:
@@ -290,8 +319,11 @@ class _March(Stages):
         last = max(n - _MARGIN, 0)
         if n < self.bodies and max(abs(finish.x[last]), abs(finish.v[last])) > _AT_REST:
             self.n = min(n + _GROWTH, self.bodies)
+            if self.record:
+                self.record.bodies = self.n
             self.mobile[n : self.n] = self.inverse[n : self.n]
-        self.raise_scales(finish, self.n)
+        if self.record is None:
+            self.raise_scales(finish, self.n)
         if job.law is not None:
             here = self.by_law[: self.contacts]
             d, w = (np.where(here, values[: self.contacts], 0.0) for values in (finish.d, finish.w))

@@ -20,7 +20,8 @@ class Stages(Contacts):
 
     def __init__(self, job: Job) -> None:
         super().__init__(job)
-        self.n = min(job.window, self.bodies) if job.law is None else self.bodies
+        window = job.record.bodies if job.record else job.window
+        self.n = min(window, self.bodies) if job.law is None else self.bodies
         self.mobile[self.n :] = 0.0
         self.method, stages = job.method, len(job.method.nodes)
         # forces and accelerations, as those of `End`, and powers of the damping
@@ -34,7 +35,7 @@ class Stages(Contacts):
 
             self.course, self.weighted = Course(self, job.integrator), np.zeros((4, self.n))
         self.time, self.evaluations = float(job.found[1]), float(job.found[5])
-        self.driven = job.problem is not None
+        self.driven = job.problem is not None and self.time < self.duration
         self.free = (0.0, 0.0) if job.problem is None or self.time == 0 else job.problem.free(self.time)
 
     def attempt(

@@ -10,10 +10,10 @@ from attrs import evolve
 from shockwave.base.errors import NumericalError
 from shockwave.base.text import si
 from shockwave.engine.integrator import LONGEST_STEP
+from shockwave.engine.peak_log import Peak, PeakLog
 from shockwave.engine.scaled_problem import ChainProblem, Primary, Status
 from shockwave.scene.chain import Scales
 from shockwave.simulation.integration_stretches import Course
-from shockwave.simulation.peak_log import Peak, PeakLog
 from shockwave.simulation.rebounding_granules import EJECTED, find_rebounding
 from shockwave.simulation.result_parts import ContactPeak, Cost, MeasuredWave, Train
 from shockwave.simulation.simulation_result import Simulation

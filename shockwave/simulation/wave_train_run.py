@@ -11,10 +11,10 @@ from shockwave.base.numerics import FloatArray
 from shockwave.base.progress import report_progress
 from shockwave.engine.equal_chain_run import Stretch, free_granules
 from shockwave.engine.integrator import Integrator
+from shockwave.engine.peak_log import Peak, PeakLog
 from shockwave.engine.scaled_problem import ChainProblem, Primary, chain_energy
 from shockwave.scene.chain import HERTZ
 from shockwave.simulation.integration_stretches import Course
-from shockwave.simulation.peak_log import Peak, PeakLog
 from shockwave.simulation.rebounding_granules import EJECTED, count_departed, find_rebounding
 from shockwave.simulation.result_parts import MeasuredWave
 from shockwave.simulation.travelling_waves import PASSING, Outlook, distance_from_limit, passage_time

@@ -8,9 +8,9 @@ import pytest
 import shockwave as sw
 from shockwave.engine.equal_chain_run import Span, Stretch, march
 from shockwave.engine.nystroem_integrators import Rkn86
+from shockwave.engine.peak_log import PeakLog
 from shockwave.engine.scaled_problem import ChainProblem, chain_energy
 from shockwave.registry.registry import load
-from shockwave.simulation.peak_log import PeakLog
 from support.scenes import POWER
 
 pytestmark = pytest.mark.compiled

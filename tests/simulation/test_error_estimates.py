@@ -12,13 +12,13 @@ import pytest
 
 import shockwave as sw
 from shockwave.base.numerics import FloatArray
+from shockwave.engine.peak_log import Peak
 from shockwave.engine.scaled_problem import Primary, Status
 from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation import convergence_runs as repeated_runs
 from shockwave.simulation import leading_wave, wave_passages, wave_train_run
 from shockwave.simulation import wave_train as train
-from shockwave.simulation.peak_log import Peak
 from shockwave.simulation.result_parts import MeasuredWave, Passage
 from shockwave.simulation.wave_setup import scale_scene, setup_of
 from shockwave.simulation.wave_train_run import ChainRun
