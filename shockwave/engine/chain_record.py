@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from attrs import Factory, define
+from attrs import Factory, define, evolve
 
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.equal_chain_run import Span, Stretch
 from shockwave.engine.peak_log import PEAK, PeakLog
+from shockwave.engine.stretch import Span, Stretch
 
 # Largest number of steps of a stretch.
 _MOST_STEPS = 256
@@ -72,7 +72,8 @@ class Record:
 
     def read_spans(self) -> None:
         """Log the steps by NumPy."""
-        self.stretch = Stretch.of(*self.spans) if self.spans else None
+        stretch, self.stretch = Stretch.of(*self.spans) if self.spans else None, None
+        if stretch:
+            self.log.observe(stretch)
+            self.stretch = evolve(stretch, x=stretch.x[:, : self.bodies], v=stretch.v[:, : self.bodies])
         self.spans.clear()
-        if self.stretch:
-            self.log.observe(self.stretch)

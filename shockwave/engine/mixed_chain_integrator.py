@@ -40,12 +40,15 @@ class Course:
     ----------
     contacts : Contacts
     integrator : Integrator
+    size : float
+        Size of the next step.
     step : Step or None
         The last step.
     """
 
     contacts: Contacts
     integrator: Integrator
+    size: float
     step: Step | None = None
     _stop: float = -math.inf
     _driven: bool = False
@@ -60,9 +63,9 @@ class Course:
                 x, v = start.x[:-1].copy(), start.v[:-1].copy()
                 x[0] -= shift
                 v[0] -= impulse
-                size = None if self.step is None else self.step.next_size
-                self._steps = self.integrator.steps(self.acceleration, time, self._stop, x, v, size)
+                self._steps = self.integrator.steps(self.acceleration, time, self._stop, x, v, self.size)
             self.step = next(self._steps)
+            self.size = self.step.next_size
         return self.step.end - self.step.begin, self.step.end
 
     def free(self, time: float) -> tuple[float, float]:

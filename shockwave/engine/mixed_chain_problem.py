@@ -21,8 +21,8 @@ from shockwave.engine.nystroem_tableaux import Tableau, dop853
 from shockwave.engine.time_limit import is_limited
 from shockwave.registry.registry import blame
 
-# Tolerance with which fixed steps end on kinks.
-_KINKS = 1e-10
+#: Tolerance with which fixed steps end on kinks.
+KINK_TOLERANCE = 1e-10
 # Least number of steps under the applied force.
 _LEAST_STEPS = 8
 # Largest number of evaluations of a contact force without a time limit, and its increase with the number of bodies.
@@ -181,7 +181,7 @@ def integrate(
     if assembly.law is not None or assembly.impedance or stepper is not None:
         compiled = None
     if stepper is not None:
-        job = evolve(job, integrator=stepper, window=len(job.x) - 1)
+        job = evolve(job, integrator=stepper)
     run(job, compiled)
     _check(job)
     contacts, masses = len(assembly.overlaps), 1 / assembly.inverse_masses
@@ -264,7 +264,7 @@ def _job(
     longest, cause = pulse[0] / _LEAST_STEPS, assembly.cause_of_work
     if not methods[0].adaptive:
         first = longest = tolerance
-        tolerance, cause = _KINKS, f"the fixed step of {tolerance:g}".__str__
+        tolerance, cause = KINK_TOLERANCE, f"the fixed step of {tolerance:g}".__str__
     work = math.inf if is_limited() else _WORK + _WORK_PER_BODY * bodies
     end, last = math.inf if until is None else until, len(assembly.overlaps) - 1
     if assembly.guided:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from copy import copy
-from functools import cache, partial
+from functools import cache
 from types import ModuleType
 
 import numpy as np
@@ -19,7 +19,6 @@ from shockwave.base.numerics import FloatArray
 from shockwave.engine import mixed_chain_forces as forces
 from shockwave.engine.chain_record import NO_RECORD
 from shockwave.engine.cubic_interpolation import around_tops, root, top_between
-from shockwave.engine.equal_chain_run import Span
 from shockwave.engine.mixed_chain_arrays import EXTREMES, LARGEST, Job, Status
 from shockwave.engine.mixed_chain_end import EndExtremes
 from shockwave.engine.mixed_chain_forces import (
@@ -35,6 +34,7 @@ from shockwave.engine.mixed_chain_forces import (
 )
 from shockwave.engine.mixed_chain_peaks import MOST_TURNS, NEAR, NUDGE, Overlap
 from shockwave.engine.mixed_chain_stages import Stages
+from shockwave.engine.stretch import Span
 from shockwave.engine.time_limit import expired
 
 # Number of granules by which the window grows.
@@ -42,6 +42,8 @@ _GROWTH = 8
 # The granule this many before the end of the window must be at rest: its displacement and velocity are below this.
 _MARGIN = 4
 _AT_REST = 1e-40
+# The same for an integrator with steps of its own.
+_NEARLY_AT_REST = 1e-16
 # Safety factor and limits of the ratio of consecutive step sizes (Hairer, Norsett & Wanner, section II.4).
 _SAFETY = 0.8
 _MIN_FACTOR = 0.2
@@ -112,6 +114,12 @@ def _limits(adaptive: bool) -> tuple[float, float]:
     return (_MAX_FACTOR, _MIN_FIRST) if adaptive else _FIXED
 
 
+def _front(end: End) -> int:
+    """Number of bodies up to the front of the waves, with some at rest, if all are integrated."""
+    moving = np.flatnonzero(np.maximum(np.abs(end.x), np.abs(end.v)) > _NEARLY_AT_REST)
+    return min(int(moving.max(initial=0)) + _MARGIN, len(end.x) - 1)
+
+
 class _March(Stages):
     """A run with NumPy; ``n`` bodies are in the window, the others at rest."""
 
@@ -149,7 +157,7 @@ class _March(Stages):
             self.effort += len(self.method.nodes) * (self.n + _STEP)
             ends = self.kinks and error < _HOPELESS and self.cuts < _MOST_CUTS
             share = self.kink(start, finish, size) if ends else 1.0
-            if self.resize(size, error, share, at_stop):
+            if self.course is not None or self.resize(size, error, share, at_stop):
                 start = self.accept(start, finish, size, end, impulses)
                 over = self.until == math.inf and self.time >= self.duration and is_over(start, self.contacts)
                 if self.time >= self.until or over:
@@ -163,10 +171,16 @@ class _March(Stages):
         counts = self.steps, self.evaluations, self.rebound, self.size
         job.found[: EXTREMES.start] = status, self.time, self.arrival, self.work, *counts, *self.impulses
 
-    def within(self, start: End, time: float) -> tuple[FloatArray, FloatArray]:
-        """Positions and velocities at a time within a step from ``start``."""
-        x, v, _impulses = self.attempt(start, time - self.time, time, 0, len(start.d))
-        return x[: len(start.d)], v[: len(start.d)]
+    def span(self, start: End, finish: End, end: float) -> Span:
+        """The present step."""
+        n, march = self.n, copy(self)
+        march.course = copy(self.course)
+
+        def state(time: float) -> tuple[FloatArray, FloatArray]:
+            x, v, _impulses = march.attempt(start, time - march.time, time, 0, n)
+            return x[:n], v[:n]
+
+        return Span(self.time, end, start.x[:n], start.v[:n], finish.x[:n], finish.v[:n], state)
 
     def resize(self, size: float, error: float, share: float, at_stop: bool) -> bool:
         """Set the size of the next step, from the error over the tolerance, and return whether this one is accepted.
@@ -218,7 +232,9 @@ class _March(Stages):
         """Size and end of the next step."""
         stop = min(self.stops[0], self.until)
         if self.course is not None:
-            return self.course.advance(start, self.time, stop, self.driven)
+            size, end = self.course.advance(start, self.time, stop, self.driven)
+            self.size = self.course.size
+            return size, end
         left, h = stop - self.time, self.size
         size = self.longest if self.driven or not self.kinks else math.inf
         near = np.flatnonzero(np.abs(start.d) < h * np.abs(start.w))
@@ -300,8 +316,7 @@ class _March(Stages):
         if self.driven:
             self.add_work(start, finish, size, end, impulses)
         if self.record:
-            at = partial(copy(self).within, start)
-            self.record.spans.append(Span(self.time, end, start.x[:n], start.v[:n], finish.x[:n], finish.v[:n], at))
+            self.record.spans.append(self.span(start, finish, end))
         else:
             self.find_peaks(start, finish, size, n)
         self.extremes.update(start, finish, (self.time, size), self.attempt)
@@ -319,11 +334,11 @@ class _March(Stages):
         last = max(n - _MARGIN, 0)
         if n < self.bodies and max(abs(finish.x[last]), abs(finish.v[last])) > _AT_REST:
             self.n = min(n + _GROWTH, self.bodies)
-            if self.record:
-                self.record.bodies = self.n
             self.mobile[n : self.n] = self.inverse[n : self.n]
         if self.record is None:
             self.raise_scales(finish, self.n)
+        else:
+            self.record.bodies = self.n if self.course is None else _front(finish)
         if job.law is not None:
             here = self.by_law[: self.contacts]
             d, w = (np.where(here, values[: self.contacts], 0.0) for values in (finish.d, finish.w))

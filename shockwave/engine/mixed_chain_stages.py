@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.mixed_chain_arrays import Job
+from shockwave.engine.mixed_chain_arrays import SIZE, Job
 from shockwave.engine.mixed_chain_forces import Contacts, End
 from shockwave.engine.nystroem_tableaux import scaled_error
 
@@ -21,7 +21,8 @@ class Stages(Contacts):
     def __init__(self, job: Job) -> None:
         super().__init__(job)
         window = job.record.bodies if job.record else job.window
-        self.n = min(window, self.bodies) if job.law is None else self.bodies
+        whole = job.law is not None or job.integrator is not None
+        self.n = self.bodies if whole else min(window, self.bodies)
         self.mobile[self.n :] = 0.0
         self.method, stages = job.method, len(job.method.nodes)
         # forces and accelerations, as those of `End`, and powers of the damping
@@ -33,7 +34,8 @@ class Stages(Contacts):
         if job.integrator is not None:
             from shockwave.engine.mixed_chain_integrator import Course
 
-            self.course, self.weighted = Course(self, job.integrator), np.zeros((4, self.n))
+            self.course = Course(self, job.integrator, float(job.found[SIZE]))
+            self.weighted = np.zeros((4, self.n))
         self.time, self.evaluations = float(job.found[1]), float(job.found[5])
         self.driven = job.problem is not None and self.time < self.duration
         self.free = (0.0, 0.0) if job.problem is None or self.time == 0 else job.problem.free(self.time)

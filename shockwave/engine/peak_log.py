@@ -13,9 +13,9 @@ from attrs import define, field
 from numpy.polynomial.polynomial import polyder, polyval
 
 from shockwave.base.numerics import FloatArray, product
-from shockwave.engine.equal_chain_run import Span, Stretch
 from shockwave.engine.force_law import contact_force, power_force, stiffenings
 from shockwave.engine.integrator import LONGEST_STEP
+from shockwave.engine.stretch import Span, Stretch
 from shockwave.scene.solitary_wave import HERTZ_WAVE, WaveLaw
 
 # Noise floor of a chain at rest: weaker peaks, over the strongest so far, are ignored.
@@ -154,7 +154,7 @@ class PeakLog:
             force = contact_force(overlap, exponent)
             loss = _LOSS * force * ((span.end - span.begin) / self.wave.time(force)) ** 8
             if contact == 0:  # the shock acts on one of its granules, which the polynomial does not include
-                time, overlap = locate_peak(span, contact)
+                time, overlap = _locate_peak(span, contact)
             elif loss > _NEGLIGIBLE * self.tolerance:
                 time, overlap = _correct(span, contact, time, exponent)
             self.add(contact, time, contact_force(overlap, exponent))
@@ -304,7 +304,7 @@ def _correct(span: Span, contact: int, time: float, exponent: float) -> tuple[fl
     return end, near[1] - near[2] + shift * (closing - shift * slowing / 2)
 
 
-def locate_peak(span: Span, contact: int) -> tuple[float, float]:
+def _locate_peak(span: Span, contact: int) -> tuple[float, float]:
     """Time and value of the largest overlap, at which the two velocities are equal, by secants within a bracket."""
     before, time, x = span.begin, span.end, span.x1
     there, closing = (float(v[contact] - v[contact + 1]) for v in (span.v0, span.v1))

@@ -1,28 +1,27 @@
-"""Integration of the whole chain in stretches, with a log of the force maxima: compiled, or step by step."""
+"""Integration of the whole chain in stretches, with a log of the force maxima."""
 
 from __future__ import annotations
 
-import abc
 import math
 from importlib import import_module
-from typing import final
 
 import numpy as np
 
 from shockwave.base.errors import NumericalError
 from shockwave.base.progress import report_progress
 from shockwave.engine.chain_record import Record
-from shockwave.engine.equal_chain_run import FIRST_WINDOW, March, Span, Stretch, overdue
 from shockwave.engine.integrator import LONGEST_STEP, Integrator
 from shockwave.engine.mixed_chain_arrays import LARGEST, NO_END, ROWS, SIZE, UNTIL, Job, Status
 from shockwave.engine.mixed_chain_forces import FAR
+from shockwave.engine.mixed_chain_integrator import LOBATTO
+from shockwave.engine.mixed_chain_problem import KINK_TOLERANCE
 from shockwave.engine.mixed_chain_run import run
-from shockwave.engine.nystroem_integrators import Nystroem
 from shockwave.engine.peak_log import PeakLog
 from shockwave.engine.scaled_problem import ChainProblem
+from shockwave.engine.stretch import Stretch
 
-# Largest number of steps of a stretch.
-_MOST_STEPS = 256
+# First number of granules in the window.
+_FIRST_WINDOW = 12
 # Number of granules by which the window may grow in a stretch: a constant, and a number for each characteristic time,
 # of at most so many. The states at all steps have this number of granules, so more of them take time.
 _ROOM = 32
@@ -32,80 +31,34 @@ _ROOM_TIME = 200.0
 _SCALE = 4.0
 
 
-class Course(abc.ABC):
-    """A chain from rest onwards; ``now`` is the present time, and ``steps`` the number of steps so far."""
+class Course:
+    """A chain of equal granules from rest onwards.
 
-    def __init__(self, problem: ChainProblem, integrator: Integrator) -> None:
+    ``now`` is the present time, ``steps`` the number of steps so far, ``log`` has the peaks. Unless ``kept``, stretches
+    may omit all states but that at the end.
+    """
+
+    def __init__(self, problem: ChainProblem, integrator: Integrator, kept: bool = True) -> None:
         self.problem, self.integrator = problem, integrator
-        self.log = PeakLog(integrator.tolerance, problem.wave)
+        self.log = PeakLog(integrator.tolerance if integrator.adaptive else KINK_TOLERANCE, problem.wave)
         self.now, self.steps = 0.0, 0
         self.stretch = Stretch((), *np.zeros((3, 1, 1)))
-
-    @staticmethod
-    def of(problem: ChainProblem, integrator: Integrator, kept: bool = True) -> Course:
-        """Course by compiled code, if it chooses the steps; unless ``kept``, stretches may omit all but the end."""
-        if isinstance(integrator, Nystroem) and integrator.adaptive and integrator.coefficients():
-            return _ByTableau(problem, integrator, kept)
-        return _StepByStep(problem, integrator)
-
-    @abc.abstractmethod
-    def advance(self, until: float, since: float = 0.0) -> Stretch:
-        """Integrate to the end of the first step at or after ``until`` or, in a long stretch, less far.
-
-        The stretch may omit the states before ``since``.
-        """
-
-    @abc.abstractmethod
-    def shorten(self, granules: int) -> float:
-        """Remove all granules beyond these, after the force has ended; the place of the last one, the new origin.
-
-        Ahead of it the chain is at rest.
-        """
-
-    @final
-    def advance_to(self, until: float, label: str, total: float) -> Stretch:
-        """Integrate to the end of the first step at or after ``until``, and report progress; the last stretch."""
-        while self.now < until:
-            self.stretch = self.advance(until)
-            report_progress(label, math.ceil(self.now), math.ceil(total))
-        return self.stretch
-
-
-class _StepByStep(Course):
-    """Course by any integrator."""
-
-    def __init__(self, problem: ChainProblem, integrator: Integrator) -> None:
-        super().__init__(problem, integrator)
-        self._march = March.of(problem, integrator)
-        self._spans = self._march.run(math.inf)
-
-    def advance(self, until: float, since: float = 0.0) -> Stretch:
-        spans: list[Span] = []
-        while not spans or (spans[-1].end < until and len(spans) < _MOST_STEPS):
-            spans.append(next(self._spans))
-        stretch = Stretch.of(*spans)
-        self.log.observe(stretch)
-        self.now, self.steps = stretch.end, self.steps + len(spans)
-        return stretch
-
-    def shorten(self, granules: int) -> float:
-        self._spans = self._march.run(math.inf)
-        return self._march.shorten(granules)
-
-
-class _ByTableau(Course):
-    """Course by a method of the engine: compiled code takes all steps of a stretch in one call, or NumPy does."""
-
-    def __init__(self, problem: ChainProblem, integrator: Nystroem, kept: bool) -> None:
-        super().__init__(problem, integrator)
-        self._compiled = integrator.compiled and import_module("shockwave.engine._chains")
-        window = min(FIRST_WINDOW, problem.granules or FIRST_WINDOW)
+        compiled = getattr(integrator, "compiled", None)
+        self._compiled = compiled and import_module("shockwave.engine._chains")
+        window = min(_FIRST_WINDOW, problem.granules or _FIRST_WINDOW)
         self._record = Record(self.log, problem.granules is not None, window, kept)
-        first = integrator.first_size(problem.stops[0], None)
+        first = integrator.first_size(problem.stops[0], None) if integrator.adaptive else integrator.size
         self._found = np.array([0, 0, -1, 0, 0, 0, 0, first, 0, 0, *NO_END], dtype=float)
         self._job: Job | None = None
 
     def advance(self, until: float, since: float = 0.0) -> Stretch:
+        """Integrate to ``until`` or, in a long stretch, less far; the stretch may omit the states before ``since``.
+
+        Raises
+        ------
+        NumericalError
+            If the integrator fails, or the time limit is reached.
+        """
         record, room = self._record, _ROOM + int(_ROOM_RATE * min(until - self.now, _ROOM_TIME))
         job = self._job
         if job is None or (record.continues and record.bodies + room > job.bodies):
@@ -115,7 +68,10 @@ class _ByTableau(Course):
         run(job, self._compiled)
         status, self.now, _arrival, _work, steps, evaluations = self._found[:6].tolist()
         if status == Status.RUNNING:
-            raise overdue(self.now)
+            raise NumericalError(
+                f"the time limit was reached at {self.now:.4g} characteristic times of the wave (allow more, loosen the"
+                " tolerance, or shorten the simulated time)"
+            )
         if status == Status.FAILED:
             raise NumericalError(f"{self.integrator.name} cannot step beyond t = {self.now:g} T0")
         self.steps, self.integrator.evaluations = int(steps), int(evaluations)
@@ -124,7 +80,18 @@ class _ByTableau(Course):
         x, v = job.x[: record.bodies], job.v[: record.bodies]
         return Stretch((), np.array([self.now]), x[None].copy(), v[None].copy())
 
+    def advance_to(self, until: float, label: str, total: float) -> Stretch:
+        """Integrate to ``until``, and report progress; the last stretch."""
+        while self.now < until:
+            self.stretch = self.advance(until)
+            report_progress(label, math.ceil(self.now), math.ceil(total))
+        return self.stretch
+
     def shorten(self, granules: int) -> float:
+        """Remove all granules beyond these, after the force has ended; the place of the last one, the new origin.
+
+        Ahead of it the chain is at rest.
+        """
         assert self._job
         x, v = self._job.x, self._job.v
         origin = x.item(granules - 1)
@@ -138,11 +105,14 @@ class _ByTableau(Course):
         problem, integrator = self.problem, self.integrator
         bodies = min(bodies, problem.granules or bodies)
         self._record.continues, last = bodies != problem.granules, bodies - 1
+        method = integrator.coefficients()
         longest = LONGEST_STEP if problem.granules is None else min(LONGEST_STEP, problem.duration)
+        longest = longest if integrator.adaptive else integrator.size
         pulse = problem.duration, problem.rise_time, problem.peak_force
-        settings = integrator.tolerance, 0, *pulse, self._found[SIZE], longest, last, 0, 0, math.inf, 0, 0, 0
+        settings = self.log.tolerance, 0, *pulse, self._found[SIZE], longest, last, 0, 0, math.inf, 0, 0, 0
         job = Job(
-            method=method,
+            method=LOBATTO if method is None else method,
+            integrator=integrator if method is None else None,
             problem=problem,
             law=None,
             by_law=np.zeros(bodies, dtype=bool),

@@ -128,7 +128,7 @@ def _train(
     slowest = EJECTED * max(wave.granule_velocity for wave in fine.waves)
     compared, then = fine.compared
     traced = fine.log.trace([(wave.contact, wave.arrival_time) for wave in fine.waves], compared)
-    coarse = Course.of(problem, setup.integrator(_COARSE), kept=False)
+    coarse = Course(problem, setup.integrator(_COARSE), kept=False)
     # granules of a finite chain may collide until the end
     end = fine.end if problem.granules else max(compared, *(peak.time + LONGEST_STEP for peak in traced))
     difference = 0.0

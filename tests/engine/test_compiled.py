@@ -67,7 +67,7 @@ def arguments(name: str) -> list[Any]:
     elif name == "run with a record":
         # nothing has been computed
         with patch.dict(sys.modules, {"shockwave.engine._chains": compiled}), pytest.raises(NumericalError):
-            Course.of(PROBLEM, Rkn86(compiled=compiled)).advance(1.0)
+            Course(PROBLEM, Rkn86(compiled=compiled)).advance(1.0)
     elif name == "run":
         with pytest.raises(NumericalError):
             integrate(uniform(12, damping=np.full(12, 0.1)), 1e-6, until=20.0, times=(5.0, 10.0), compiled=compiled)
