@@ -172,6 +172,14 @@ static int curves_fit(const Run *r, const double *plastic, Py_ssize_t count, Py_
     return 1;
 }
 
+/* The table of the free-particle displacement; without pieces if it does not fit. */
+static Path path_of(const Buffers *all, double rise_time, double force)
+{
+    const Py_ssize_t pieces = all->size[ROWS] / ROW;
+    return (Path){all->view[ROWS].buf, all->view[COEFFICIENTS].buf,
+                  pieces_fit(all, ROWS, 0, (double)pieces, 0) ? (long)pieces : 0, 0, rise_time, force};
+}
+
 /* Takes the buffers of a record, if there is one; returns 0 if they do not fit one another. */
 static int take_record(March *m, const Buffers *all)
 {
@@ -211,7 +219,7 @@ static int set_up(March *m, const Buffers *all)
         .r = r, .kernel = widest(), .stops = view[STOPS].buf, .stop_count = (long)count[STOPS], .times = view[TIMES].buf,
         .sample_count = (long)count[TIMES], .samples = view[SAMPLES].buf, .damped = r->damped != 0, .yields = count[PLASTIC] > 0,
         .plastic.pieces = view[CURVES].buf, .driven = count[ROWS] > 0 && r->time < r->duration, .bodies = (long)width - 1,
-        .path = path_of(all, ROWS, r->rise_time, r->peak_force)};
+        .path = path_of(all, r->rise_time, r->peak_force)};
     if (!take_record(m, all)) return 0;
     if (!read_method(&m->careful, view[METHOD].buf, count[METHOD]) || (m->driven && !m->path.pieces)) return 0;
     if (count[SWIFT] && !(read_method(&m->swift, view[SWIFT].buf, count[SWIFT]) && m->swift.stages <= m->careful.stages)) return 0;
@@ -223,7 +231,7 @@ static int set_up(March *m, const Buffers *all)
 
 PyDoc_STRVAR(run_doc, "run(method, rows, coefficients, stops, times, settings, table, samples, plastic, curves, swift, record, states, peaks, last,\n"
              "    expired\n--\n\n"
-             "Integrates a chain of mixed granules, in place. See mixed_chain_run.py.");
+             "Integrates a chain of mixed granules, in place. See mixed_chain_backend.py.");
 
 static PyObject *run(PyObject *self, PyObject *args)
 {

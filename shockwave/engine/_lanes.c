@@ -101,60 +101,8 @@ static PyObject *read_one(PyObject *self, PyObject *args)
     Py_RETURN_NONE;
 }
 
-PyDoc_STRVAR(attempt_doc, "attempt(method, rows, coefficients, state, after, time, size, rise_time, force)\n--\n\n"
-             "One step of a chain; `state` and `after` contain x, v and the accelerations, one after the other.\n"
-             "Without rows there is no force. Returns the largest difference from the embedded method.");
-
-static PyObject *attempt_once(PyObject *self, PyObject *args)
-{
-    Buffers all;
-    Method m;
-    Window w;
-    Path path;
-    double number[4], h[BLOCK], shift[MAX_STAGES * BLOCK] = {0}, worst[BLOCK], impulse, *state, *after;
-    long n, padded;
-    int i;
-    (void)self;
-    for (i = 0; i < 4 && PyTuple_Size(args) == 9; i++) number[i] = PyFloat_AsDouble(PyTuple_GetItem(args, 5 + i));
-    if (PyErr_Occurred() || !take(&all, args, "attempt", "ffffF", 4)) return NULL;
-    n = (long)(all.size[3] / 3);
-    path = path_of(&all, 1, number[2], number[3]);
-    if (!method_of(all.view[0].buf, all.size[0], &m) || n < 2 || all.size[3] != 3 * n || all.size[4] != 3 * n
-        || (all.size[1] && !path.pieces)) return misfit(&all, "attempt");
-    padded = (n + BLOCK) / BLOCK * BLOCK;
-    if (!window_of(&w, 1, padded + BLOCK, m.exponent)) {
-        release(&all);
-        return PyErr_NoMemory();
-    }
-    state = all.view[3].buf;
-    after = all.view[4].buf;
-    memcpy(w.x, state, (size_t)n * sizeof(double));
-    memcpy(w.v, state + n, (size_t)n * sizeof(double));
-    memcpy(w.k[0], state + 2 * n, (size_t)n * sizeof(double));
-    for (i = 0; n + i < w.room; i++) w.x[n + i] = FAR;
-    for (i = 0; i < BLOCK; i++) h[i] = number[1];
-    for (i = 1; i < m.stages && path.pieces; i++)
-        free_path(&path, number[0] + m.c[i] * number[1], shift + i * BLOCK, &impulse);
-    attempt(&m, &w, padded, h, shift, worst);
-    for (i = 1; i < BLOCK; i++) if (!(worst[i] <= worst[0])) worst[0] = worst[i];
-    if (!m.last_is_next) {
-        /* accelerations at the end of the step */
-        swap(&w.x, &w.x1);
-        stage(padded, 0, 0, m.a, h, shift + (m.stages - 1) * BLOCK, &w);
-        swap(&w.x, &w.x1);
-        memcpy(w.k[m.stages - 1], w.k[0], (size_t)n * sizeof(double));
-    }
-    memcpy(after, w.x1, (size_t)n * sizeof(double));
-    memcpy(after + n, w.v1, (size_t)n * sizeof(double));
-    memcpy(after + 2 * n, w.k[m.stages - 1], (size_t)n * sizeof(double));
-    free(w.block);
-    release(&all);
-    return PyFloat_FromDouble(worst[0]);
-}
-
 static PyMethodDef functions[] = {
     {"primary", primary, METH_VARARGS, primary_doc},
-    {"attempt", attempt_once, METH_VARARGS, attempt_doc},
     {"read", read_one, METH_VARARGS, read_doc},
     {NULL, NULL, 0, NULL},
 };

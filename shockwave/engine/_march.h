@@ -8,7 +8,7 @@
 
 enum { RUNNING, DONE, TOO_LONG, FAILED, PAUSED };
 
-/* Settings, constants and results of a run, in the order of mixed_chain_run.py, which explains them. */
+/* Settings, constants and results of a run, in the order of mixed_chain_backend.py. */
 typedef struct {
     double tolerance, until, duration, rise_time, peak_force, first, longest, contacts, end_stiffness, end_damping,
         most_work, damped, weight, guided;
@@ -24,7 +24,7 @@ typedef struct {
     double time, force;
 } Peak;
 
-/* What is recorded of a whole chain, and how far; see Record in mixed_chain_arrays.py. */
+/* What is recorded of a whole chain, and how far; see chain_record.py. */
 typedef struct { double continues, kinks, since, strongest, peaks, kept, window; } Record;
 
 /* State at one end of a step; see End in mixed_chain_forces.py. */

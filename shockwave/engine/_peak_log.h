@@ -1,4 +1,4 @@
-/* Log of the maxima of the contact forces, and states at the ends of the steps; see Record in mixed_chain_arrays.py. */
+/* Log of the maxima of the contact forces, and states at the ends of the steps; see chain_record.py. */
 
 /* see peak_log.py */
 #define FLOOR 1e-4
@@ -46,7 +46,7 @@ static double summit(const double *begin, const double *end, double h, double *o
 /* The same near a fraction of the step by repeated steps, by Newton's method with bisections. */
 static double locate_summit(March *m, long j, double h, double share, double *overlap)
 {
-    double low = 0, high = 1, w, a, left = 0;
+    double low = 0, high = 1, w = 0, a, left = 0;
     int turn;
     for (turn = 0; turn < m->r->most_turns; turn++) {
         const double time = m->r->time + share * h;

@@ -116,7 +116,7 @@ class Integrator(abc.ABC):
 
 @frozen(eq=False)
 class Counted:
-    """An acceleration that counts its calls; ``acceleration`` is the original, for methods with compiled code."""
+    """An acceleration that counts its calls."""
 
     integrator: Integrator
     acceleration: Acceleration

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from enum import IntEnum
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +17,9 @@ from shockwave.engine.chain_record import Record
 from shockwave.engine.integrator import Integrator
 from shockwave.engine.nystroem_tableaux import Tableau
 from shockwave.engine.scaled_problem import ChainProblem
-from shockwave.scene.contact_law import BoundLaw
+
+if TYPE_CHECKING:  # chains without laws of plugins do not need it
+    from shockwave.scene.contact_law import BoundLaw
 
 
 class Status(IntEnum):
@@ -36,6 +39,8 @@ SIZE = 7
 #: Indices of the motion of a movable end there, and its values without one.
 EXTREMES = slice(10, 16)
 NO_END = (math.inf,) * 3 + (0.0,) * 3
+#: Tolerance with which fixed steps end on kinks.
+KINK_TOLERANCE = 1e-10
 #: Scale of an error that is to be ignored.
 LARGEST = 1e300
 # Share of the allowed work after which the whole work of a run is estimated, and the estimates over the allowed work

@@ -12,7 +12,17 @@ from attrs import evolve, frozen
 from shockwave.base.errors import InvalidValueError, NumericalError
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.integrator import Integrator
-from shockwave.engine.mixed_chain_arrays import EXTREMES, GUIDED, NO_END, ROWS, UNTIL, Forecast, Job, Status
+from shockwave.engine.mixed_chain_arrays import (
+    EXTREMES,
+    GUIDED,
+    KINK_TOLERANCE,
+    NO_END,
+    ROWS,
+    UNTIL,
+    Forecast,
+    Job,
+    Status,
+)
 from shockwave.engine.mixed_chain_assembly import Assembly
 from shockwave.engine.mixed_chain_domains import run
 from shockwave.engine.mixed_chain_forces import VISCOUS
@@ -21,8 +31,6 @@ from shockwave.engine.nystroem_tableaux import Tableau, dop853
 from shockwave.engine.time_limit import is_limited
 from shockwave.registry.registry import blame
 
-#: Tolerance with which fixed steps end on kinks.
-KINK_TOLERANCE = 1e-10
 # Least number of steps under the applied force.
 _LEAST_STEPS = 8
 # Largest number of evaluations of a contact force without a time limit, and its increase with the number of bodies.

@@ -14,9 +14,8 @@ from shockwave.engine.force_law import stiffening
 from shockwave.engine.integrator import Acceleration
 from shockwave.engine.nystroem_tableaux import Tableau
 from shockwave.engine.one_step import Attempt, OneStep, Scalar
-from shockwave.engine.scaled_problem import ChainAcceleration, overlaps
+from shockwave.engine.scaled_problem import overlaps
 
-_NONE = np.empty(0)
 # Error of a step in which a contact opens or closes, over its length and the force at the change of the overlap.
 _KINK = 0.03
 
@@ -53,24 +52,6 @@ class Nystroem(OneStep):
     def attempt(
         self, acceleration: Acceleration, time: Scalar, size: Scalar, x: FloatArray, v: FloatArray, a: FloatArray
     ) -> Attempt:
-        tried = self._attempt(acceleration, time, size, x, v, a)
-        chain = getattr(acceleration, "acceleration", None)
-        # the waves of an endless chain forget what happens to the granules behind them
-        if not (self.adaptive and isinstance(chain, ChainAcceleration)) or chain.problem.granules is None:
-            return tried
-        paths = [chain.problem.free(float(each))[0] if chain.driven else 0.0 for each in (time, time + size)]
-        exponent = chain.problem.exponent
-        error = kink(x, tried.x, paths, float(size), exponent) / self.tolerance
-        # both velocity and length of the step make the change of the overlap
-        limited = self.tolerance * error ** (1 / (exponent + 1) * (self.error_order + 1)) if error > 1 else 0.0
-        return tried._replace(error=max(float(tried.error), limited))
-
-    def _attempt(
-        self, acceleration: Acceleration, time: Scalar, size: Scalar, x: FloatArray, v: FloatArray, a: FloatArray
-    ) -> Attempt:
-        chain = getattr(acceleration, "acceleration", None)
-        if self.compiled is not None and isinstance(chain, ChainAcceleration):
-            return self._compiled_attempt(self.compiled, chain, float(time), float(size), np.concatenate((x, v, a)))
         tableau = self.tableau
         columns = tableau.columns if x.ndim == 1 else [column[..., None] for column in tableau.columns]
         nodes, first, *later = columns
@@ -95,19 +76,6 @@ class Nystroem(OneStep):
         error_x, error_v = np.maximum.reduce(np.abs(sums[-2:]), axis=1)
         error = np.maximum(square * error_x, size * error_v)
         return Attempt(end, v + size * sums[-3], a, error)
-
-    def _compiled_attempt(
-        self, compiled: ModuleType, chain: ChainAcceleration, time: float, size: float, state: FloatArray
-    ) -> Attempt:
-        """`attempt` by compiled code, from a one-dimensional ``state`` of positions, velocities and accelerations."""
-        problem = chain.problem
-        tables = (problem.path.rows, problem.path.coefficients) if chain.driven else (_NONE, _NONE)
-        after = np.empty_like(state)
-        method = self.tableau.packed_for(problem.exponent)
-        error = compiled.attempt(method, *tables, state, after, time, size, problem.rise_time, problem.peak_force)
-        self.evaluations += self.tableau.evaluations
-        x, v, a = after.reshape(3, -1)
-        return Attempt(x, v, a, error)
 
 
 @define

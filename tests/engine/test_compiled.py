@@ -39,11 +39,10 @@ RUN = (
 ARGUMENTS = {
     "primary": "method jobs rows coefficients stops WANTED FOUND lanes expired",
     "read": "times states WAVE",
-    "attempt": "method rows coefficients state AFTER time size rise_time force",
     "run": RUN,
     "run with a record": RUN,
 }
-OTHERS = {"lanes", "time", "size", "rise_time", "force", "expired"}
+OTHERS = {"lanes", "expired"}
 #: Functions and places of their buffers.
 BUFFERS = [(name, at) for name, text in ARGUMENTS.items() for at, each in enumerate(text.split()) if each not in OTHERS]
 
@@ -71,11 +70,8 @@ def arguments(name: str) -> list[Any]:
     elif name == "run":
         with pytest.raises(NumericalError):
             integrate(uniform(12, damping=np.full(12, 0.1)), 1e-6, until=20.0, times=(5.0, 10.0), compiled=compiled)
-    elif name == "read":
-        compiled.read(np.arange(3.0), np.zeros((2, 3, 4)), np.zeros(9))
     else:
-        table = PROBLEM.path.rows, PROBLEM.path.coefficients
-        compiled.attempt(Rkn86.tableau.packed_for(1.5), *table, *np.zeros((2, 30)), 0.0, 0.1, 2.0, 1.0)
+        compiled.read(np.arange(3.0), np.zeros((2, 3, 4)), np.zeros(9))
     given = getattr(compiled, name.split()[0]).call_args.args
     copies = [np.array(each) if isinstance(each, np.ndarray | array) else each for each in given]
     return [at_once if callable(each) else each for each in copies]
@@ -150,7 +146,6 @@ MISFITS = {
     "pieces": ("primary", "a[1][-5] = 1e9"),
     "begin-of-terms": ("primary", "a[2][0, 2] = 1e9"),
     "number-of-terms": ("primary", "a[2][:, 3] = 1e5"),
-    "step-with-many-terms": ("attempt", "a[1][:, 3] = 1e5"),
     "run-with-many-terms": ("run", "a[1][:, 3] = 1e5"),
     "stop": ("primary", "a[1][-3] = 1e7"),
     "stops-before-the-end": ("primary", "a[4][-1] = 1.0"),
@@ -169,10 +164,6 @@ MISFITS = {
     "record-of-a-peak-beyond-the-log": ("run with a record", "a[14][-1] = 10**6"),
     "reading-of-one-state": ("read", "a[0], a[1] = a[0][:1].copy(), a[1][:, :1].copy()"),
     "reading-of-short-states": ("read", "a[1] = a[1][:, :-1].copy()"),
-    "step-without-coefficients": ("attempt", "a[2] = np.empty(0)"),
-    "step-without-a-state": ("attempt", "a[3] = a[3][:0]"),
-    "step-to-a-short-state": ("attempt", "a[4] = a[4][:-3].copy()"),
-    "step-at-no-time": ("attempt", "a[5] = None"),
     "run-without-coefficients": ("run", "a[2] = a[2][:0]"),
     "run-with-few-settings": ("run", "a[5] = a[5][:-1].copy()"),
     "run-of-many-contacts": ("run", "a[5][7] = 1e6"),
