@@ -10,16 +10,13 @@ from shockwave.base.errors import NumericalError
 from shockwave.benchmark.benchmark_scenes import power
 from shockwave.benchmark.work_precision import Clock
 from shockwave.engine.backend import compiled
-from shockwave.engine.equal_chain_run import Span, march
-from shockwave.engine.force_law import contact_force
 from shockwave.engine.integrator import Integrator
 from shockwave.engine.nystroem_integrators import Nystroem, Rkn86, Rkn1210
 from shockwave.engine.scaled_problem import chain_energy
 from shockwave.scenario.scenario import Scenario
-from shockwave.scene.chain import HERTZ
 from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
-from shockwave.simulation.peak_log import locate_peak
+from shockwave.simulation.integration_stretches import Course
 from shockwave.simulation.simulate import simulate_scene
 from shockwave.simulation.wave_setup import scale_scene
 
@@ -34,6 +31,8 @@ _FARTHEST = 200
 _BEFORE_END = 8
 # Longest time that a front takes from the end of the shock to its contact, in characteristic times.
 _LONGEST = 1e4
+# Interval at which the front is looked for, in characteristic times.
+_INTERVAL = 2.0
 
 
 class Reading(NamedTuple):
@@ -147,25 +146,17 @@ def read_front(case: Case, integrator: Integrator, clock: Clock) -> Reading:
         If the integrator fails or takes too long, or the front has no peak at the contact.
     """
     problem, _ = scale_scene(case.scene)
-    initial = None
-    for steps, span in enumerate(march(problem, integrator, problem.duration + _LONGEST), start=1):
+    course, last = Course(problem, integrator, kept=False), problem.duration + _LONGEST
+    initial = 0.0
+    while course.now < last:
         clock.check()
-        if span.end == problem.duration:
-            initial = chain_energy(span.x1, span.v1)
-        found = _peak(span, case.contact)
-        if found is not None:
-            drift = None if initial is None else abs(chain_energy(span.x1, span.v1) / initial - 1)
-            return Reading(*found, drift, steps)
+        driven = course.now < problem.duration
+        stretch = course.advance(min(course.now + _INTERVAL, problem.duration if driven else last))
+        energy = chain_energy(stretch.x[-1], stretch.v[-1])
+        if driven:
+            initial = energy
+        fronts = [peak for peak in course.log.at(case.contact) if peak.force > _FLOOR]
+        if fronts:
+            force, time = fronts[-1].force, fronts[-1].time
+            return Reading(force, time, None if driven else abs(energy / initial - 1), course.steps)
     raise NumericalError(f"the front has no peak of its own at contact {case.contact}")
-
-
-def _peak(span: Span, contact: int) -> tuple[float, float] | None:
-    """Peak force and its time if the span contains the maximum of the contact force, where the velocities are equal."""
-    if len(span.v0) < contact + 2:
-        return None
-    before, after = (v[contact] - v[contact + 1] for v in (span.v0, span.v1))
-    if not before > 0 >= after:
-        return None
-    time, overlap = locate_peak(span, contact)
-    force = contact_force(overlap, HERTZ)
-    return (force, time) if force > _FLOOR else None

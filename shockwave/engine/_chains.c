@@ -12,6 +12,7 @@
 #include "_vectors.h"
 #include "_free_path.h"
 #include "_cubic.h"
+#include "_septic.h"
 #include "_march.h"
 #include "_plastic.h"
 
@@ -37,15 +38,16 @@
 #include "_block.h"
 
 #include "_observe.h"
+#include "_peak_log.h"
 #include "_control.h"
 
 /* ---------------------------------------------------------------- Python interface */
 
-enum { METHOD, ROWS, COEFFICIENTS, STOPS, TIMES, RUN, TABLE, SAMPLES, PLASTIC, CURVES, SWIFT, VIEWS };
+enum { METHOD, ROWS, COEFFICIENTS, STOPS, TIMES, RUN, TABLE, SAMPLES, PLASTIC, CURVES, SWIFT, RECORD, STATES, PEAKS, LAST, VIEWS };
 #define SHARED 20 /* rows of the table */
 
 #define KERNEL(width) \
-    (Kernel){attempt_##width, evaluate_##width, complete_##width, error_##width, near_##width, changed_##width, \
+    (Kernel){attempt_##width, evaluate_##width, complete_##width, error_##width, near_##width, changed_##width, passing_##width, \
              turning_##width, above_##width, yielding_##width, raise_scales_##width, width}
 
 static Kernel widest(void)
@@ -141,7 +143,7 @@ static void fill_rows(March *m)
         if (m->powers[j] != m->power) m->power = -1;
     }
     if (m->yields) list_flows(m);
-    widen(m, (long)smaller((double)m->bodies, m->r->window));
+    widen(m, (long)smaller((double)m->bodies, m->record ? m->record->window : m->r->window));
     if (m->r->guided) m->mobile[0] = 0;
 }
 
@@ -170,6 +172,38 @@ static int curves_fit(const Run *r, const double *plastic, Py_ssize_t count, Py_
     return 1;
 }
 
+/* The table of the free-particle displacement; without pieces if it does not fit. */
+static Path path_of(const Buffers *all, double rise_time, double force)
+{
+    const Py_ssize_t pieces = all->size[ROWS] / ROW;
+    return (Path){all->view[ROWS].buf, all->view[COEFFICIENTS].buf,
+                  pieces_fit(all, ROWS, 0, (double)pieces, 0) ? (long)pieces : 0, 0, rise_time, force};
+}
+
+/* Takes the buffers of a record, if there is one; returns 0 if they do not fit one another. */
+static int take_record(March *m, const Buffers *all)
+{
+    const Py_ssize_t *count = all->size, row = 2 * m->bodies + 1;
+    Record *const record = all->view[RECORD].buf;
+    double *number;
+    Py_ssize_t j;
+    m->kinks = 1;
+    if (!count[RECORD]) return 1;
+    if (count[RECORD] != sizeof(Record) / sizeof(double) || all->view[PEAKS].itemsize != sizeof(Peak)) return 0;
+    m->record = record;
+    m->peaks = all->view[PEAKS].buf;
+    m->last_peak = all->view[LAST].buf;
+    m->states = all->view[STATES].buf;
+    m->most_peaks = (long)count[PEAKS];
+    m->most_states = (long)(count[STATES] / row);
+    m->kinks = record->kinks != 0;
+    for (number = &record->continues; number <= &record->window; number++) if (!(*number >= 0)) return 0;
+    if (count[STATES] % row || record->kept != 0 || record->peaks > (double)m->most_peaks || count[LAST] < (Py_ssize_t)m->r->contacts) return 0;
+    for (j = 0; j < count[LAST]; j++) if (m->last_peak[j] < -1 || m->last_peak[j] >= (long long)record->peaks) return 0;
+    for (j = 0; j < (Py_ssize_t)record->peaks; j++) if (m->peaks[j].previous >= j) return 0;
+    return 1;
+}
+
 /* Sets up a run from the buffers; returns 0 if they do not fit one another. */
 static int set_up(March *m, const Buffers *all)
 {
@@ -184,30 +218,34 @@ static int set_up(March *m, const Buffers *all)
     *m = (March){
         .r = r, .kernel = widest(), .stops = view[STOPS].buf, .stop_count = (long)count[STOPS], .times = view[TIMES].buf,
         .sample_count = (long)count[TIMES], .samples = view[SAMPLES].buf, .damped = r->damped != 0, .yields = count[PLASTIC] > 0,
-        .plastic.pieces = view[CURVES].buf, .driven = count[ROWS] > 0, .bodies = (long)width - 1,
-        .path = path_of(all, ROWS, r->rise_time, r->peak_force)};
+        .plastic.pieces = view[CURVES].buf, .driven = count[ROWS] > 0 && r->time < r->duration, .bodies = (long)width - 1,
+        .path = path_of(all, r->rise_time, r->peak_force)};
+    if (!take_record(m, all)) return 0;
     if (!read_method(&m->careful, view[METHOD].buf, count[METHOD]) || (m->driven && !m->path.pieces)) return 0;
     if (count[SWIFT] && !(read_method(&m->swift, view[SWIFT].buf, count[SWIFT]) && m->swift.stages <= m->careful.stages)) return 0;
     m->method = &m->careful;
+    while (m->stop < m->stop_count && m->stops[m->stop] <= r->time) m->stop++;
     if (m->driven && m->r->time > 0) free_path(&m->path, m->r->time, &m->free[0], &m->free[1]);
     return 1;
 }
 
-PyDoc_STRVAR(run_doc, "run(method, rows, coefficients, stops, times, settings, table, samples, plastic, curves, swift, expired)\n--\n\n"
-             "Integrates a chain of mixed granules, in place. See mixed_chain_run.py.");
+PyDoc_STRVAR(run_doc, "run(method, rows, coefficients, stops, times, settings, table, samples, plastic, curves, swift, record, states, peaks, last,\n"
+             "    expired\n--\n\n"
+             "Integrates a chain of mixed granules, in place. See mixed_chain_backend.py.");
 
 static PyObject *run(PyObject *self, PyObject *args)
 {
     Buffers all;
     March m;
     (void)self;
-    if (!take(&all, args, "run", "fffffFFFFff", 1)) return NULL;
+    if (!take(&all, args, "run", "fffffFFFFffFFRI", 1)) return NULL;
     if (!set_up(&m, &all)) return misfit(&all, "run");
     if (make_rows(&m, all.view[TABLE].buf, all.view[PLASTIC].buf)) {
         fill_rows(&m);
         m.expired = PyTuple_GetItem(args, VIEWS);
         m.thread = PyEval_SaveThread();
         m.r->status = integrate(&m);
+        if (m.record) m.record->window = (double)m.n;
         PyEval_RestoreThread(m.thread);
         give_rows(&m, all.view[TABLE].buf, all.view[PLASTIC].buf);
         free(m.rows);

@@ -28,9 +28,9 @@ static double next_size(March *m, double *end)
 {
     const double stop = m->stop < m->stop_count ? smaller(m->stops[m->stop], m->r->until) : m->r->until;
     const double left = stop - m->r->time, h = m->r->size;
-    double size = m->driven ? m->r->longest : INFINITY;
+    double size = m->driven || !m->kinks ? m->r->longest : INFINITY;
     long e = 0, j;
-    while ((e = m->kernel.near(m, h, e)) < m->padded)
+    while (m->kinks && (e = m->kernel.near(m, h, e)) < m->padded)
         for (j = e, e += m->kernel.width; j < e && j < m->n; j++) size = predict(m, j, h, size);
     m->at_stop = smaller(size, m->r->size) >= left;
     size = m->at_stop ? left : smaller(smaller(size, m->r->size), left / 2); /* avoids a very short last step */
@@ -102,7 +102,7 @@ static void begin(March *m, int changed)
         list_flows(m);
         m->kernel.evaluate(m, &m->start, 0, m->padded, m->r->time);
     }
-    while ((e = m->kernel.above(m, e)) < m->padded)
+    while (!m->record && (e = m->kernel.above(m, e)) < m->padded)
         for (j = e, e += m->kernel.width; j < e && j < contacts; j++) raise_best(m, j, m->start.f[j], m->r->time);
     m->over = m->r->until == INFINITY && m->r->time >= m->r->duration;
     for (j = 0; m->over && j < m->n && j < contacts; j++) m->over = m->start.f[j] == 0 && !(m->start.w[j] > 0);
@@ -115,7 +115,7 @@ static void accept(March *m, double h, double end)
     const long n = m->n, padded = m->padded, last = n > m->r->margin ? n - (long)m->r->margin : 0;
     add_losses(m, h);
     if (m->driven) add_work(m, h, end);
-    find_peaks(m, h);
+    if (m->record) log_maxima(m, h); else find_peaks(m, h);
     find_extremes(m, h);
     store_samples(m, end);
     look_for_rebound(m, h);
@@ -126,11 +126,11 @@ static void accept(March *m, double h, double end)
     m->driven = m->driven && end < m->r->duration;
     if (n < m->bodies && (fabs(f.x[last]) > m->r->at_rest || fabs(f.v[last]) > m->r->at_rest))
         widen(m, (long)smaller((double)n + m->r->growth, (double)m->bodies));
-    m->kernel.raise_scales(m, padded);
+    if (m->record) extend_states(m, n); else m->kernel.raise_scales(m, padded);
     m->start = f;
     m->finish = s;
     begin(m, n < m->n);
-    look_for_arrival(m);
+    if (m->record) keep_state(m); else look_for_arrival(m);
 }
 
 /* Checks from time to time for signals and for the end of the time limit; whether to go on. */
@@ -172,13 +172,16 @@ static int integrate(March *m)
     int status = RUNNING;
     begin(m, 1);
     store_samples(m, 0);
+    if (m->record) keep_state(m);
     while (status == RUNNING && go_on(m)) {
-        double end, h = next_size(m, &end), error, share = 1;
+        double end, h, error, share = 1;
+        if (!has_room(m)) return PAUSED;
+        h = next_size(m, &end);
         m->kernel.attempt(m, h, end, 0, m->padded, &m->finish);
         error = m->kernel.error(m, h);
-        m->kernel.complete(m, &m->finish, 0, m->padded, end);
+        if (m->kinks) m->kernel.complete(m, &m->finish, 0, m->padded, end);
         m->effort += (double)m->method->stages * ((double)m->n + r->step_work);
-        if (error < r->hopeless && m->cuts < r->most_cuts) share = kink(m, h);
+        if (m->kinks && error < r->hopeless && m->cuts < r->most_cuts) share = kink(m, h);
         if (resize(m, h, error, share)) {
             accept(m, h, end);
             if (r->time >= r->until || (r->until == INFINITY && m->over)) status = DONE;

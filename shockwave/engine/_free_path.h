@@ -60,11 +60,3 @@ static int pieces_fit(const Buffers *all, int rows, double first, double count, 
     }
     return 1;
 }
-
-/* The whole table; without pieces if it does not fit. */
-static Path path_of(const Buffers *all, int rows, double rise_time, double force)
-{
-    const Py_ssize_t pieces = all->size[rows] / ROW;
-    return (Path){all->view[rows].buf, all->view[rows + 1].buf,
-                  pieces_fit(all, rows, 0, (double)pieces, 0) ? (long)pieces : 0, 0, rise_time, force};
-}

@@ -37,10 +37,10 @@ enum { RUNNING, KNOWN, TOO_LONG, AT_END, FAILED };   /* STATUS */
 #define RIVAL 2.0      /* error of the front, over the amount by which another wave exceeds it */
 #define INTERVAL 2e6   /* number of contact forces between two calls of `expired`: tens of milliseconds */
 
-/* kinks: whether they count when the force has ended, too; tried: contact of the front at the last attempt to cut */
+/* tried: contact of the front at the last attempt to cut */
 typedef struct {
     long job, base, count, head, tried, granules, stop, wanted, last_wanted, steps, evaluations;
-    int driven, kinks, status, kept, rejected;
+    int driven, status, kept, rejected;
     double t, h, until, impulse, free_path, duration, tolerance;
     double effort, removed_momentum, removed_energy, work;
     double peak[KEPT], time[KEPT];

@@ -7,8 +7,8 @@
    long as the compiler does not fuse products and sums, see setup.py).
 
    `_window.h` is one step of all lanes, `_lane.h` a shock, `_front.h` the peaks of its leading wave, `_search.h` runs all
-   jobs; `_train.h` continues a whole chain with all its waves, `_wave.h` measures one. The functions take buffers of
-   float64 and have no state; the global interpreter lock is released while they run. */
+   jobs; `_wave.h` measures a wave of any chain. The functions take buffers of float64 and have no state; the global
+   interpreter lock is released while they run. */
 
 #ifndef Py_LIMITED_API
 #define Py_LIMITED_API 0x030B0000
@@ -26,7 +26,6 @@
 #include "_front.h"
 #include "_search.h"
 #include "_septic.h"
-#include "_train.h"
 #include "_wave.h"
 
 /* Whether all parts of a job exist: its pieces, a stop at its end, the requested contacts. */
@@ -84,89 +83,6 @@ static PyObject *primary(PyObject *self, PyObject *args)
     Py_RETURN_NONE;
 }
 
-/* Whether the buffers of `march` fit one another. */
-static int march_fits(const Buffers *all, const March *r)
-{
-    const double *state = r->state;
-    const Py_ssize_t *size = all->size;
-    Py_ssize_t k;
-    if (size[4] != STATE || size[5] != 3 * r->capacity || size[10] < r->capacity || r->capacity < 2) return 0;
-    if (size[6] && (size[7] != size[6] * r->capacity || size[8] != size[7])) return 0;
-    if (all->view[9].itemsize != sizeof(Peak)) return 0;
-    for (k = 0; k < STATE; k++) if (!(state[k] >= 0)) return 0;
-    if (!(state[STOP] < MAX_COUNT && state[PEAKS] < MAX_COUNT)) return 0;
-    if (!(state[GRANULE_COUNT] <= (double)r->capacity && state[GRANULE_COUNT] - state[FLYING] >= 2)) return 0;
-    if (!(state[RISE] > 0 && state[LENGTH] > 0 && state[ALLOWED] > 0 && state[CHAIN_GRANULES] < MAX_COUNT)) return 0;
-    if (state[CHAIN_GRANULES] > 0 && state[GRANULE_COUNT] > state[CHAIN_GRANULES]) return 0;
-    if (state[PEAKS] > (double)r->most_peaks) return 0;
-    for (k = 0; k < r->capacity; k++) if (r->last[k] < -1 || r->last[k] >= (long long)state[PEAKS]) return 0;
-    for (k = 0; k < (Py_ssize_t)state[PEAKS]; k++) if (r->peaks[k].previous >= k) return 0;
-    if (!r->lane.path.pieces) return 0;
-    for (k = (Py_ssize_t)state[STOP]; k < size[3]; k++) if (r->stops[k] >= state[LENGTH]) return 1;
-    return 0;
-}
-
-PyDoc_STRVAR(march_doc, "march(method, rows, coefficients, stops, state, chain, times, x, v, peaks, last, expired)\n--\n\n"
-             "Continues the integration of a whole chain to a target time, or until a buffer is full. Keeps the states at the\n"
-             "ends of the steps if `times` is not empty, and logs the maxima of the contact forces. See integration_stretches.py.");
-
-static PyObject *march(PyObject *self, PyObject *args)
-{
-    Buffers all;
-    Method method;
-    March r;
-    int ok;
-    (void)self;
-    if (!take(&all, args, "march", "ffffFFFFFRI", 1)) return NULL;
-    r = (March){
-        .method = &method, .stops = all.view[3].buf, .state = all.view[4].buf, .x = all.view[5].buf, .times = all.view[6].buf,
-        .xs = all.view[7].buf, .vs = all.view[8].buf, .peaks = all.view[9].buf, .last = all.view[10].buf,
-        .capacity = (long)(all.size[5] / 3), .rows = (long)all.size[6], .most_peaks = (long)all.size[9],
-        .lane = {.path = path_of(&all, 1, 0, 0)}};
-    r.v = r.x + r.capacity;
-    r.a = r.v + r.capacity;
-    ok = method_of(all.view[0].buf, all.size[0], &method) && march_fits(&all, &r);
-    if (ok) {
-        Lane *lane = &r.lane;
-        double *state = r.state;
-        lane->path.rise_time = state[RISE];
-        lane->path.force = state[PEAK_FORCE];
-        lane->t = state[NOW];
-        lane->h = state[STEP_SIZE];
-        lane->until = state[UNTIL];
-        lane->stop = (long)state[STOP];
-        lane->duration = state[LENGTH];
-        lane->driven = lane->t < lane->duration;
-        lane->granules = (long)state[CHAIN_GRANULES];
-        lane->kinks = lane->granules > 0;
-        lane->tolerance = state[ALLOWED];
-        state[KEPT_STEPS] = 0;
-        if (lane->driven) free_path(&lane->path, lane->t, &r.path[0][0], &r.path[0][1]);
-        r.batch.expired = PyTuple_GetItem(args, 11);
-        r.w.lanes = r.part.lanes = 1;
-        r.w.exponent = r.part.exponent = method.exponent;
-        r.batch.thread = PyEval_SaveThread();
-        ok = load(&r, (long)state[FLYING], (long)state[GRANULE_COUNT]) && march_on(&r) ? 2 : 1;
-        PyEval_RestoreThread(r.batch.thread);
-        if (ok == 2 || r.batch.stopped) store(&r);
-        free(r.w.block);
-        free(r.part.block);
-        state[NOW] = lane->t;
-        state[STEP_SIZE] = lane->h;
-        state[UNTIL] = lane->until;
-        state[STOP] = (double)lane->stop;
-        state[GRANULE_COUNT] = (double)(lane->base + lane->count);
-        state[FLYING] = (double)lane->base;
-        state[EVALUATED] += (double)lane->evaluations;
-        state[ENDED] = r.batch.stopped ? RUNNING : lane->status == FAILED ? FAILED : KNOWN;
-    }
-    if (!ok) return misfit(&all, "march");
-    release(&all);
-    if (PyErr_Occurred()) return NULL;
-    if (ok == 1 && !r.batch.stopped) return PyErr_NoMemory();
-    Py_RETURN_NONE;
-}
-
 PyDoc_STRVAR(read_doc, "read(times, states, wave)\n--\n\n"
              "Measures a wave from positions and velocities of four granules at these times. See wave_properties.py.");
 
@@ -185,61 +101,8 @@ static PyObject *read_one(PyObject *self, PyObject *args)
     Py_RETURN_NONE;
 }
 
-PyDoc_STRVAR(attempt_doc, "attempt(method, rows, coefficients, state, after, time, size, rise_time, force)\n--\n\n"
-             "One step of a chain; `state` and `after` contain x, v and the accelerations, one after the other.\n"
-             "Without rows there is no force. Returns the largest difference from the embedded method.");
-
-static PyObject *attempt_once(PyObject *self, PyObject *args)
-{
-    Buffers all;
-    Method m;
-    Window w;
-    Path path;
-    double number[4], h[BLOCK], shift[MAX_STAGES * BLOCK] = {0}, worst[BLOCK], impulse, *state, *after;
-    long n, padded;
-    int i;
-    (void)self;
-    for (i = 0; i < 4 && PyTuple_Size(args) == 9; i++) number[i] = PyFloat_AsDouble(PyTuple_GetItem(args, 5 + i));
-    if (PyErr_Occurred() || !take(&all, args, "attempt", "ffffF", 4)) return NULL;
-    n = (long)(all.size[3] / 3);
-    path = path_of(&all, 1, number[2], number[3]);
-    if (!method_of(all.view[0].buf, all.size[0], &m) || n < 2 || all.size[3] != 3 * n || all.size[4] != 3 * n
-        || (all.size[1] && !path.pieces)) return misfit(&all, "attempt");
-    padded = (n + BLOCK) / BLOCK * BLOCK;
-    if (!window_of(&w, 1, padded + BLOCK, m.exponent)) {
-        release(&all);
-        return PyErr_NoMemory();
-    }
-    state = all.view[3].buf;
-    after = all.view[4].buf;
-    memcpy(w.x, state, (size_t)n * sizeof(double));
-    memcpy(w.v, state + n, (size_t)n * sizeof(double));
-    memcpy(w.k[0], state + 2 * n, (size_t)n * sizeof(double));
-    for (i = 0; n + i < w.room; i++) w.x[n + i] = FAR;
-    for (i = 0; i < BLOCK; i++) h[i] = number[1];
-    for (i = 1; i < m.stages && path.pieces; i++)
-        free_path(&path, number[0] + m.c[i] * number[1], shift + i * BLOCK, &impulse);
-    attempt(&m, &w, padded, h, shift, worst);
-    for (i = 1; i < BLOCK; i++) if (!(worst[i] <= worst[0])) worst[0] = worst[i];
-    if (!m.last_is_next) {
-        /* accelerations at the end of the step */
-        swap(&w.x, &w.x1);
-        stage(padded, 0, 0, m.a, h, shift + (m.stages - 1) * BLOCK, &w);
-        swap(&w.x, &w.x1);
-        memcpy(w.k[m.stages - 1], w.k[0], (size_t)n * sizeof(double));
-    }
-    memcpy(after, w.x1, (size_t)n * sizeof(double));
-    memcpy(after + n, w.v1, (size_t)n * sizeof(double));
-    memcpy(after + 2 * n, w.k[m.stages - 1], (size_t)n * sizeof(double));
-    free(w.block);
-    release(&all);
-    return PyFloat_FromDouble(worst[0]);
-}
-
 static PyMethodDef functions[] = {
     {"primary", primary, METH_VARARGS, primary_doc},
-    {"attempt", attempt_once, METH_VARARGS, attempt_doc},
-    {"march", march, METH_VARARGS, march_doc},
     {"read", read_one, METH_VARARGS, read_doc},
     {NULL, NULL, 0, NULL},
 };

@@ -6,17 +6,26 @@
 
 #define HERTZ 1.5     /* exponent of the contact force of spheres */
 
-enum { RUNNING, DONE, TOO_LONG, FAILED };
+enum { RUNNING, DONE, TOO_LONG, FAILED, PAUSED };
 
-/* Settings, constants and results of a run, in the order of mixed_chain_run.py, which explains them. */
+/* Settings, constants and results of a run, in the order of mixed_chain_backend.py. */
 typedef struct {
     double tolerance, until, duration, rise_time, peak_force, first, longest, contacts, end_stiffness, end_damping,
         most_work, damped, weight, guided;
-    double far, largest, min_overlap, window, growth, margin, at_rest, safety, min_factor, max_factor, min_step, min_first, step_work, interval,
+    double window, far, largest, min_overlap, growth, margin, at_rest, safety, min_factor, max_factor, min_step, min_first, step_work, interval,
         soon, kink, kink_share, most_cuts, located, rounding, elastic, viscous, nearly, hopeless, most_turns, near, nudge,
         passed, wave, noise, instant, parts, sharp, finer, quickest, left, right;
     double status, time, arrival, work, steps, evaluations, rebound, size, impulse_left, impulse_right, extremes[3], extreme_times[3];
 } Run;
+
+/* A maximum of a contact force, a row of the log of peak_log.py. */
+typedef struct {
+    long long contact, behind, previous;
+    double time, force;
+} Peak;
+
+/* What is recorded of a whole chain, and how far; see chain_record.py. */
+typedef struct { double continues, kinks, since, strongest, peaks, kept, window; } Record;
 
 /* State at one end of a step; see End in mixed_chain_forces.py. */
 typedef struct { double *x, *v, *u, *d, *w, *f, *raw, *power, *stiffness, *slope, *a; } End;
@@ -48,7 +57,7 @@ typedef struct {
     void (*evaluate)(March *, End *, long low, long high, double time);
     void (*complete)(March *, End *, long low, long high, double time);
     double (*error)(March *, double h);
-    long (*near)(const March *, double h, long from), (*changed)(const March *, long from), (*turning)(const March *, double h, long from),
+    long (*near)(const March *, double h, long from), (*changed)(const March *, long from), (*passing)(const March *, long from), (*turning)(const March *, double h, long from),
         (*above)(const March *, long from), (*yielding)(const March *, double h, long from);
     void (*raise_scales)(March *, long high);
     long width;
@@ -66,7 +75,12 @@ struct March {
     End start, finish, trial, scratch;
     long bodies, n, padded, flows, stop, stop_count, sample, sample_count; /* padded: bodies of the window in whole blocks */
     Plastic plastic;
-    int yields, hertz, damped, loaded, jumps, driven, rejected, cuts, over, at_stop;
+    Record *record; /* NULL unless the peaks are logged */
+    Peak *peaks;
+    long long *last_peak; /* of each contact, or -1 */
+    double *states;
+    long most_peaks, most_states;
+    int kinks, yields, hertz, damped, loaded, jumps, driven, rejected, cuts, over, at_stop;
     double held, effort, asked, free[2], impulses[MAX_STAGES + 1], forces[3][MAX_STAGES]; /* forces: at the first contact, left and right */
     Path path;
     PyObject *expired;
@@ -105,7 +119,7 @@ static void watch(March *m, const double *f, int stage)
 /* Applied force, from the difference of its impulse. */
 static double applied(March *m, double time)
 {
-    const double about = m->r->instant * m->r->longest, before = larger(time - about, 0), after = smaller(time + about, m->r->duration);
+    const double about = m->r->instant * smaller(m->r->longest, m->r->duration), before = larger(time - about, 0), after = smaller(time + about, m->r->duration);
     double path, first, last;
     if (!m->path.pieces || time >= m->r->duration) return 0;
     free_path(&m->path, before, &path, &first);

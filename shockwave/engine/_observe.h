@@ -50,12 +50,19 @@ static double top_in(const Interval *of)
     return of->low + span * top_of(span * of->r0, span * of->r1, of->f1 - of->f0);
 }
 
+/* Attempts a step to m->trial of as many bodies as affect contact j. */
+static void attempt_near(March *m, double h, double end, long j)
+{
+    const long reach = m->method->stages + 2, first = j > reach ? (j - reach) / BLOCK * BLOCK : 0;
+    const long last = (long)smaller((double)((j + reach + 1 + BLOCK) / BLOCK * BLOCK), (double)m->padded);
+    m->kernel.attempt(m, h, end, first, last, &m->trial);
+    m->kernel.complete(m, &m->trial, first, last, end);
+}
+
 /* Computes the maximum of a contact force within the step, if it may be the greatest so far: at the end of a step to the
    time at which its slope vanishes, by the polynomial of the overlap. */
 static void find_peak(March *m, double h, long j)
 {
-    const long reach = m->method->stages + 2, first = j > reach ? (j - reach) / BLOCK * BLOCK : 0;
-    const long last = (long)smaller((double)((j + reach + 1 + BLOCK) / BLOCK * BLOCK), (double)m->padded);
     Interval of = {0, m->start.f[j], h * m->start.slope[j], 1, m->finish.f[j], h * m->finish.slope[j]};
     double share, left = 0, slope = 0, bend;
     int turn;
@@ -63,8 +70,7 @@ static void find_peak(March *m, double h, long j)
     share = vanish(m, h, j, of.low, of.high, top_in(&of), &bend);
     for (turn = 0; turn < m->r->most_turns; turn++) {
         const double time = m->r->time + share * h;
-        m->kernel.attempt(m, share * h, time, first, last, &m->trial);
-        m->kernel.complete(m, &m->trial, first, last, time);
+        attempt_near(m, share * h, time, j);
         slope = h * m->trial.slope[j];
         left = bend < 0 ? -slope / bend : 0;
         left = larger(smaller(left, 1 - share), -share);

@@ -168,13 +168,12 @@ static void find_kinks(const Window *w, const Lane *lanes, double (*path)[4], Tr
 {
     int l, any = 0;
     memset(trial->kink, 0, sizeof trial->kink);
-    for (l = 0; l < w->lanes; l++) any |= lanes[l].job >= 0 && (lanes[l].driven || lanes[l].kinks);
+    for (l = 0; l < w->lanes; l++) any |= lanes[l].job >= 0 && lanes[l].driven;
     if (!any) return;
     find_changes(trial->n, w->lanes, w->x, w->x1, path, trial->kink);
     for (l = (int)w->lanes; l < BLOCK; l++) if (trial->kink[l] > trial->kink[0]) trial->kink[0] = trial->kink[l];
     for (l = 0; l < w->lanes; l++) {
-        const int counts = lanes[l].job >= 0 && (lanes[l].driven || lanes[l].kinks);
-        trial->kink[l] = counts ? KINK * trial->kink[l] * stiffening(w->exponent, trial->kink[l]) * trial->h[l] : 0;
+        trial->kink[l] = lanes[l].job >= 0 && lanes[l].driven ? KINK * trial->kink[l] * stiffening(w->exponent, trial->kink[l]) * trial->h[l] : 0;
     }
 }
 

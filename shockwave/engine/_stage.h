@@ -237,6 +237,16 @@ TARGET static long NAME(changed)(const March *m, long from)
         if (NAME(any)(before ^ after)) return e;)
 }
 
+/* ... that stops closing within a step; */
+TARGET static long NAME(passing)(const March *m, long from)
+{
+    const double *const v = m->start.v, *const v1 = m->finish.v;
+    const V zero = NAME(set)(0);
+    SCAN(from,
+        const Mask closes = NAME(exceeds)(NAME(load)(v + e) - NAME(load)(v + e + 1), zero);
+        if (NAME(any)(closes & NAME(reaches)(zero, NAME(load)(v1 + e) - NAME(load)(v1 + e + 1)))) return e;)
+}
+
 /* ... whose force may have its greatest maximum so far within the step; see find_peak. */
 TARGET static long NAME(turning)(const March *m, double h, long from)
 {

@@ -21,7 +21,7 @@ static void contact_jets(const double *x, const double *v, double origin, double
     int i;
     for (i = 0; i < 3; i++) {
         const double d = x[i] - x[i + 1], root = d > 0 ? sqrt(d) : 0;
-        force[i] = root * root * root;
+        force[i] = root * d;
         rate[i] = 1.5 * root * (v[i] - v[i + 1]);
     }
     overlap[0] = x[1] - x[2];

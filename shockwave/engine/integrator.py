@@ -5,12 +5,13 @@ from __future__ import annotations
 import abc
 import math
 from collections.abc import Callable, Iterator
-from typing import Any, ClassVar, Literal, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 from attrs import define, field, frozen
 
 from shockwave.base.numerics import FloatArray
+from shockwave.engine.nystroem_tableaux import Tableau
 
 # The time is a number, or an array of shape (batch,) if a method attempts a batch of steps.
 Acceleration: TypeAlias = Callable[[Any, FloatArray], FloatArray]
@@ -47,8 +48,7 @@ class Integrator(abc.ABC):
     Contract for implementers
     -------------------------
     1. ``name`` is the registered name of the class, ``order`` the order of its global error in the step size;
-       ``adaptive`` states whether it chooses its steps. It steps chains of equal granules; ``chains`` is for the
-       built-in methods, whose tables of coefficients step others: ``conservative`` or, with damped contacts, ``any``.
+       ``adaptive`` states whether it chooses its steps.
     2. An adaptive method uses ``tolerance``, the absolute error allowed in a step, in scaled units, in which
        displacements and velocities are of order one. A method with a fixed step uses ``size`` instead, the longest
        step in scaled units of time. Each ignores the setting of the other; ``first_size`` is a hint for adaptive
@@ -70,7 +70,9 @@ class Integrator(abc.ABC):
     name: ClassVar[str]
     order: ClassVar[int]
     adaptive: ClassVar[bool]
-    chains: ClassVar[Literal["equal", "conservative", "any"]] = "equal"
+    #: Coefficients that describe the method entirely, with which the engine takes the steps itself: these can end where
+    #: contacts begin to flow and, if the coefficients include velocities, damping is possible.
+    tableau: ClassVar[Tableau | None] = None
 
     tolerance: float = 1e-9
     size: float = 0.05
@@ -89,17 +91,22 @@ class Integrator(abc.ABC):
         """Accepted steps from ``begin`` to ``until``; see the contract."""
 
     @classmethod
-    def refusal(cls, damped: bool) -> str:
-        """Reason why the method does not step chains beyond equal granules, or ``damped`` ones; empty if it does."""
-        # a plugin may have changed the steps of the built-in method from which it is derived
-        built_in = cls.__module__.startswith("shockwave.")
-        if built_in and (cls.chains == "any" or (cls.chains == "conservative" and not damped)):
-            return ""
-        known = "dop853" if damped else "rkn64, rkn86, rkn1210 or dop853"
-        equal = "other than equal granules, given by their number, with free ends under a shock"
-        kind = "with damping, plastic flow with rate, or a contact law of a plugin" if damped else equal
-        hint = "" if built_in else "; a method of a plugin steps chains of equal granules only"
-        return f"must be {known} for a chain {kind} (got {cls.name!r}{hint})"
+    def coefficients(cls) -> Tableau | None:
+        """The ``tableau`` of the class itself: one that is derived from it may step otherwise."""
+        tableau: Tableau | None = vars(cls).get("tableau")
+        return tableau
+
+    @classmethod
+    def refusal(cls, damped: bool, plastic: bool) -> str:
+        """Reason why the method does not step a chain with such contacts; empty if it does."""
+        tableau, got = cls.coefficients(), f"(got {cls.name!r}, "
+        if damped and not (tableau and tableau.damped):
+            kind = "with damping, plastic flow with rate, or a contact law of a plugin"
+            return f"must be dop853 for a chain {kind} {got}for forces that do not depend on velocities)"
+        if plastic and not tableau:
+            known = "rkn64, rkn86, rkn1210, verlet, pefrl, rk4 or dop853 for elastic-plastic contacts"
+            return f"must be {known} {got}whose steps do not end where these begin to flow)"
+        return ""
 
     @staticmethod
     def first_size(interval: float, hint: float | None) -> float:
@@ -109,7 +116,7 @@ class Integrator(abc.ABC):
 
 @frozen(eq=False)
 class Counted:
-    """An acceleration that counts its calls; ``acceleration`` is the original, for methods with compiled code."""
+    """An acceleration that counts its calls."""
 
     integrator: Integrator
     acceleration: Acceleration

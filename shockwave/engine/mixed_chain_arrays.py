@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from enum import IntEnum
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -12,18 +13,23 @@ from attrs import Factory, define, frozen
 
 from shockwave.base.errors import NumericalError
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.nystroem_tableaux import GeneralTableau
+from shockwave.engine.chain_record import Record
+from shockwave.engine.integrator import Integrator
+from shockwave.engine.nystroem_tableaux import Tableau
 from shockwave.engine.scaled_problem import ChainProblem
-from shockwave.scene.contact_law import BoundLaw
+
+if TYPE_CHECKING:  # chains without laws of plugins do not need it
+    from shockwave.scene.contact_law import BoundLaw
 
 
 class Status(IntEnum):
-    """Status of a run."""
+    """Status of a run; PAUSED: its record is full, or the front is at the end of the arrays."""
 
     RUNNING = 0
     DONE = 1
     TOO_LONG = 2
     FAILED = 3
+    PAUSED = 4
 
 
 #: Number of rows that describe a chain and its motion.
@@ -33,6 +39,8 @@ SIZE = 7
 #: Indices of the motion of a movable end there, and its values without one.
 EXTREMES = slice(10, 16)
 NO_END = (math.inf,) * 3 + (0.0,) * 3
+#: Tolerance with which fixed steps end on kinks.
+KINK_TOLERANCE = 1e-10
 #: Scale of an error that is to be ignored.
 LARGEST = 1e300
 # Share of the allowed work after which the whole work of a run is estimated, and the estimates over the allowed work
@@ -80,9 +88,11 @@ class Forecast:
 
         The rate is that of at least the last half of the work so far, since the first steps may be short.
         """
+        if self.most_work == math.inf:
+            return
         if work >= 2 * self.marks[1][0]:
             self.marks = self.marks[1], (work, time)
-        if self.most_work == math.inf or work < _SOON * self.most_work:
+        if work < _SOON * self.most_work:
             return
         before, since = self.marks[0]
         whole = work + (self.until - time) * (work - before) / max(time - since, 1e-300)
@@ -100,7 +110,7 @@ class Job:
 
     Attributes
     ----------
-    method : GeneralTableau
+    method : Tableau
     problem : ChainProblem or None
         The applied force.
     law : BoundLaw or None
@@ -128,7 +138,9 @@ class Job:
         Rows of elastic-plastic contacts; see `mixed_chain_modes`.
     curves : array, shape (pieces, 5, 4)
         Pieces of the loading curves of those with rate.
-    swift : GeneralTableau or None
+    integrator : Integrator or None
+        Takes the steps instead; the ``method`` then integrates over them.
+    swift : Tableau or None
         Method for steps in which no force depends on the velocity.
     window : int
         Number of bodies that move at first.
@@ -136,9 +148,10 @@ class Job:
         Estimate of the work of the whole run.
     bar : bool
         Whether the last body is the flat of a bar; NumPy alone integrates it.
+    record : Record or None
     """
 
-    method: GeneralTableau
+    method: Tableau
     problem: ChainProblem | None
     law: BoundLaw | None
     by_law: npt.NDArray[np.bool_]
@@ -151,10 +164,17 @@ class Job:
     table: FloatArray
     plastic: FloatArray = Factory(lambda: np.empty((0, 0)))
     curves: FloatArray = Factory(lambda: np.empty(0))
-    swift: GeneralTableau | None = None
+    integrator: Integrator | None = None
+    swift: Tableau | None = None
     window: int = 12
     forecast: Forecast = Factory(Forecast)
     bar: bool = False
+    record: Record | None = None
+
+    @property
+    def bodies(self) -> int:
+        """Number of bodies."""
+        return len(self.by_law)
 
     @property
     def chain(self) -> FloatArray:

@@ -3,7 +3,7 @@
 A step of a whole chain is limited by every contact that opens or closes anywhere. A disturbance takes time to pass from
 granule to granule, so for a short span of time each part of the chain moves independently of what happens farther away:
 the force where it is cut out of the chain can be kept constant. Granules that fly freely or are at rest need no
-integration. `mixed_chain_run` integrates the parts.
+integration. `mixed_chain_backend` integrates the parts.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shockwave.base.numerics import FloatArray
-from shockwave.engine import mixed_chain_run
+from shockwave.engine import mixed_chain_backend
 from shockwave.engine.mixed_chain_arrays import (
     CONTACTS,
     END,
@@ -58,12 +58,13 @@ _TINY = 1e-300
 
 def run(job: Job, compiled: ModuleType | None) -> None:
     """Integrate to the end, in place."""
-    long = len(job.x) > _LEAST_BODIES and job.law is None and not job.bar
+    whole = job.law is not None or job.bar or job.integrator is not None or not job.method.adaptive
+    long = len(job.x) > _LEAST_BODIES and not whole
     parts = _Parts(Contacts(job), compiled) if long else None
     if parts and parts.viscous >= _SHORTEST:
         parts.run()
     else:
-        mixed_chain_run.run(job, compiled)
+        mixed_chain_backend.run(job, compiled)
 
 
 class _State(NamedTuple):
@@ -216,7 +217,7 @@ class _Parts:
             first = max(low - 1, 0)
             part = self.part((first, low, high), (a, b), f, end, times)
             part.found[SIZE] = min(float(self.sizes[a:b].min()), _FIRST * span)
-            mixed_chain_run.run(part, self.compiled)
+            mixed_chain_backend.run(part, self.compiled)
             status, _, arrival, work, steps, evaluations, rebound, size, *others = part.found.tolist()
             (left, right), extremes = others[:2], others[2:]
             if status != Status.DONE:

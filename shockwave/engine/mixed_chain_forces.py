@@ -371,7 +371,7 @@ class Contacts:
         problem = self.job.problem
         if problem is None or time >= self.duration:
             return 0.0
-        about = INSTANT * self.longest
+        about = INSTANT * min(self.longest, self.duration)
         before, after = max(time - about, 0.0), min(time + about, self.duration)
         return float((problem.free(after)[1] - problem.free(before)[1]) / (after - before))
 

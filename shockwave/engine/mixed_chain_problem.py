@@ -12,13 +12,24 @@ from attrs import evolve, frozen
 from shockwave.base.errors import InvalidValueError, NumericalError
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.integrator import Integrator
-from shockwave.engine.mixed_chain_arrays import EXTREMES, GUIDED, NO_END, ROWS, UNTIL, Forecast, Job, Status
+from shockwave.engine.mixed_chain_arrays import (
+    EXTREMES,
+    GUIDED,
+    KINK_TOLERANCE,
+    NO_END,
+    ROWS,
+    UNTIL,
+    Forecast,
+    Job,
+    Status,
+)
 from shockwave.engine.mixed_chain_assembly import Assembly
 from shockwave.engine.mixed_chain_domains import run
 from shockwave.engine.mixed_chain_forces import VISCOUS
-from shockwave.engine.nystroem_integrators import Nystroem, Rkn86
-from shockwave.engine.nystroem_tableaux import GeneralTableau, dop853, of_nystroem
+from shockwave.engine.nystroem_integrators import Rkn86
+from shockwave.engine.nystroem_tableaux import Tableau, dop853
 from shockwave.engine.time_limit import is_limited
+from shockwave.registry.registry import blame
 
 # Least number of steps under the applied force.
 _LEAST_STEPS = 8
@@ -111,8 +122,12 @@ class Motion:
         return stored - self.initial_energy - self.work
 
 
-def method_for(assembly: Assembly, integrator: type[Integrator] | None) -> tuple[str, GeneralTableau]:
+def method_for(
+    assembly: Assembly, integrator: type[Integrator] | None, accuracy: float
+) -> tuple[str, Tableau, Integrator | None]:
     """Name and coefficients of the method: those of ``integrator``, by default rkn86, with damping dop853.
+
+    An integrator that takes its own steps is made with ``accuracy``, its tolerance or step.
 
     The pair rkn1210 is not faster, even for the tightest tolerances: contacts that open limit its steps.
 
@@ -123,11 +138,17 @@ def method_for(assembly: Assembly, integrator: type[Integrator] | None) -> tuple
     """
     if integrator is None:
         if assembly.is_damped:
-            return "dop853", dop853()
+            return "dop853", dop853(), None
         integrator = Rkn86
-    if reason := integrator.refusal(assembly.is_damped):
+    if reason := integrator.refusal(assembly.is_damped, assembly.plastic is not None):
         raise InvalidValueError.of("integrator", reason)
-    return integrator.name, of_nystroem(integrator) if issubclass(integrator, Nystroem) else dop853()
+    if (tableau := integrator.coefficients()) is not None:
+        return integrator.name, tableau, None
+    from shockwave.engine.mixed_chain_integrator import LOBATTO
+
+    with blame("integrators", integrator):
+        method = integrator(tolerance=accuracy) if integrator.adaptive else integrator(size=accuracy)
+    return integrator.name, LOBATTO, method
 
 
 def integrate(
@@ -145,7 +166,8 @@ def integrate(
     ----------
     assembly : Assembly
     tolerance : float
-        Largest error of a step, relative to the greatest overlap and closing velocity of each contact.
+        Largest error of a step, relative to the greatest overlap and closing velocity of each contact; or the size of
+        the fixed steps of the ``integrator``.
     until : float, optional
         End of the simulated time; by default the duration of the force plus three times the arrival time.
     times : sequence of float, optional
@@ -161,10 +183,14 @@ def integrate(
     NumericalError
         If the integration fails, takes too many steps or reaches the time limit.
     """
-    name, method = method_for(assembly, integrator)
-    swift = of_nystroem(Rkn86) if integrator is None and assembly.is_damped and not assembly.is_viscous else None
+    name, method, stepper = method_for(assembly, integrator, tolerance)
+    swift = Rkn86.tableau if integrator is None and assembly.is_damped and not assembly.is_viscous else None
     job = _job(assembly, tolerance, until, np.asarray(times, dtype=float), (method, swift))
-    run(job, compiled if assembly.law is None and not assembly.impedance else None)
+    if assembly.law is not None or assembly.impedance or stepper is not None:
+        compiled = None
+    if stepper is not None:
+        job = evolve(job, integrator=stepper)
+    run(job, compiled)
     _check(job)
     contacts, masses = len(assembly.overlaps), 1 / assembly.inverse_masses
     found, weight, end = job.found, assembly.weight, float(job.found[1])
@@ -177,7 +203,7 @@ def integrate(
         work += 0.5 * mass * (first**2 - assembly.velocity**2)
         if until is None or until > assembly.force.duration:
             job = _release(assembly, job, until, np.asarray(times, dtype=float))
-            run(job, compiled if assembly.law is None and not assembly.impedance else None)
+            run(job, compiled)
             _check(job)
             samples = np.concatenate((samples, job.samples))
         found, end = job.found, float(job.found[1])
@@ -236,20 +262,24 @@ def _job(
     tolerance: float,
     until: float | None,
     times: FloatArray,
-    methods: tuple[GeneralTableau, GeneralTableau | None],
+    methods: tuple[Tableau, Tableau | None],
 ) -> Job:
     """Arrays of a run; the second method is for steps in which no force depends on the velocity."""
     bodies, problem, plastic = len(assembly.inverse_masses), assembly.force, assembly.plastic
     chain, scales, first = assembly.beginning
     first = _first_step(assembly, first, tolerance * float(scales[0, 0]))
     pulse = (0.0, 1.0, 0.0) if problem is None else (problem.duration, problem.rise_time, problem.peak_force)
+    longest, cause = pulse[0] / _LEAST_STEPS, assembly.cause_of_work
+    if not methods[0].adaptive:
+        first = longest = tolerance
+        tolerance, cause = KINK_TOLERANCE, f"the fixed step of {tolerance:g}".__str__
     work = math.inf if is_limited() else _WORK + _WORK_PER_BODY * bodies
     end, last = math.inf if until is None else until, len(assembly.overlaps) - 1
     if assembly.guided:
         end = min(end, pulse[0])
         times = times[times <= end]
     settings = [tolerance, end, *pulse]
-    settings += [first, pulse[0] / _LEAST_STEPS, len(assembly.overlaps), assembly.end_stiffness, assembly.end_damping]
+    settings += [first, longest, len(assembly.overlaps), assembly.end_stiffness, assembly.end_damping]
     settings += [work, assembly.is_viscous, assembly.weight, assembly.guided]
     extremes = np.zeros(6) if assembly.movable_end else NO_END
     job = Job(
@@ -267,7 +297,7 @@ def _job(
         table=np.zeros((ROWS, bodies + 1)),
         plastic=np.empty((0, 0)) if plastic is None else plastic.table(assembly.overlaps, bodies),
         curves=np.empty(0) if plastic is None else plastic.curves[0],
-        forecast=Forecast.of(settings, assembly.static_forces, assembly.cause_of_work),
+        forecast=Forecast.of(settings, assembly.static_forces, cause),
         bar=assembly.impedance > 0,
     )
     job.chain[:], job.scales[:] = chain, scales
@@ -301,7 +331,7 @@ def _release(assembly: Assembly, job: Job, until: float | None, times: FloatArra
         samples=np.zeros((len(later), *job.samples.shape[1:])),
         found=found,
         window=len(job.v) - 1,
-        forecast=Forecast.of(settings.tolist(), assembly.static_forces, assembly.cause_of_work),
+        forecast=Forecast.of(settings.tolist(), assembly.static_forces, job.forecast.cause),
     )
 
 
@@ -333,7 +363,9 @@ def _check(job: Job) -> None:
         Status.TOO_LONG: f"the chain takes too many steps because of {job.forecast.cause()}: {job.found[4]:.0f}"
         f" {at} (set a timeout to continue, simulate a shorter time, use a shorter chain, or loosen the tolerance)",
         Status.FAILED: f"the step size vanishes {at} (the ratios of masses or stiffnesses are too large, or the damping"
-        " is too strong)",
+        " is too strong)"
+        if job.method.adaptive
+        else f"values are not finite {at} (use a smaller step)",
         Status.RUNNING: f"the time limit was reached {at} (allow more, loosen the tolerance, or simulate a shorter time"
         " with until)",
     }

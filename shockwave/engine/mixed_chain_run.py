@@ -1,102 +1,90 @@
 """Integration of a chain of mixed granules; the compiled code and NumPy implement the same algorithm.
 
-The step adapts to errors of overlaps and closing velocities relative to the greatest ones of each contact. Steps end on
-kinks of the applied force, and where a contact closes, opens or starts to be cut off, if that affects the result.
+The step is fixed, or adapts to errors of overlaps and closing velocities relative to the greatest ones of each contact.
+Steps end on kinks of the applied force, and where a contact closes, opens or starts to be cut off, if that affects the
+result.
 """
 
 from __future__ import annotations
 
 import math
-from types import ModuleType
+from copy import copy
 
 import numpy as np
 import numpy.typing as npt
 
 from shockwave.base.numerics import FloatArray
-from shockwave.engine import mixed_chain_forces as forces
 from shockwave.engine.cubic_interpolation import around_tops, root, top_between
-from shockwave.engine.mixed_chain_arrays import EXTREMES, LARGEST, Job, Status
+from shockwave.engine.mixed_chain_arrays import EXTREMES, Job, Status
 from shockwave.engine.mixed_chain_end import EndExtremes
 from shockwave.engine.mixed_chain_forces import (
     KINK_SHARE,
     MIN_STEP,
     MOST_CHANGES,
-    PARTS,
     End,
     greatest_overlap,
     has_arrived,
     is_over,
     kink_error,
 )
-from shockwave.engine.mixed_chain_peaks import MOST_TURNS, NEAR, NUDGE, Overlap
+from shockwave.engine.mixed_chain_peaks import MOST_TURNS, NEAR, Overlap
 from shockwave.engine.mixed_chain_stages import Stages
+from shockwave.engine.stretch import Span
 from shockwave.engine.time_limit import expired
 
-# Number of granules by which the window grows.
-_GROWTH = 8
-# The granule this many before the end of the window must be at rest: its displacement and velocity are below this.
-_MARGIN = 4
-_AT_REST = 1e-40
-# Safety factor and limits of the ratio of consecutive step sizes (Hairer, Norsett & Wanner, section II.4).
-_SAFETY = 0.8
-_MIN_FACTOR = 0.2
+#: Number of granules by which the window grows.
+GROWTH = 8
+#: The granule this many before the end of the window must be at rest: its displacement and velocity are below this.
+MARGIN = 4
+AT_REST = 1e-40
+# The same for an integrator with steps of its own.
+_NEARLY_AT_REST = 1e-16
+#: Safety factor and limits of the ratio of consecutive step sizes (Hairer, Norsett & Wanner, section II.4).
+SAFETY = 0.8
+MIN_FACTOR = 0.2
 _MAX_FACTOR = 3.0
 # Work on a stage besides that on the contacts, in evaluations of a contact force of the compiled code.
 _STEP = 4000
-_COMPILED_STEP = 32
-# Number of contact forces of the compiled code between two checks of the time limit: tens of milliseconds.
-_INTERVAL = 2e6
 # Smallest first step over that estimated.
 _MIN_FIRST = 1e-13
-# Smallest fraction of a step after which a contact is predicted to close that shortens the step.
-_SOON = 1e-3
-# Largest number of steps that are shortened in succession to end at a kink.
-_MOST_CUTS = 8
-# A maximum within a step is computed if it may exceed the greatest force so far, less this fraction of it.
-_NEARLY = 0.1
-# Error over the tolerance beyond which a step is too long to find a kink in it.
-_HOPELESS = 1e6
+# Largest factor and smallest step, over the first, of a fixed step: the next is never longer, and one that fails is not
+# repeated.
+_FIXED = 1.0, 0.5
+#: Smallest fraction of a step after which a contact is predicted to close that shortens the step.
+SOON = 1e-3
+#: Largest number of steps that are shortened in succession to end at a kink.
+MOST_CUTS = 8
+#: A maximum within a step is computed if it may exceed the greatest force so far, less this fraction of it.
+NEARLY = 0.1
+#: Error over the tolerance beyond which a step is too long to find a kink in it.
+HOPELESS = 1e6
 
 
-def run(job: Job, compiled: ModuleType | None) -> None:
-    """Integrate to the end, in place."""
-    if compiled is None:
-        # a step that is too long may overflow
-        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            _March(job).run()
-        return
-    path = None if job.problem is None else job.problem.path
-    tables = (np.empty(0), np.empty(0)) if path is None else (path.rows, path.coefficients)
-    window = forces.FAR, LARGEST, forces.MIN_OVERLAP, job.window, _GROWTH, _MARGIN, _AT_REST
-    control = _SAFETY, _MIN_FACTOR, _MAX_FACTOR, MIN_STEP, _MIN_FIRST, _COMPILED_STEP, _INTERVAL
-    contacts = (forces.LOCATED, forces.ROUNDING, forces.ELASTIC, forces.VISCOUS)
-    kinks = _SOON, forces.KINK, KINK_SHARE, _MOST_CUTS, *contacts
-    peaks = (_NEARLY, _HOPELESS, MOST_TURNS, NEAR, NUDGE, forces.PASSED, forces.WAVE, forces.NOISE, forces.INSTANT)
-    modes = PARTS, forces.SHARP, forces.FINER, forces.FASTEST
-    settings = np.concatenate((job.settings, window, control, kinks, peaks, modes, job.watched, job.found))
-    progress = settings[-len(job.found) :]
-
-    def ends() -> bool:
-        job.forecast.check(progress[1], progress[5] * (job.table.shape[1] + _COMPILED_STEP), progress[4])
-        return expired()
-
-    buffers = job.stops, job.times, settings, job.table, job.samples, job.plastic, job.curves
-    swift = np.empty(0) if job.swift is None else job.swift.packed
-    compiled.run(job.method.packed, *tables, *buffers, swift, ends)
-    job.found[:] = progress
+def limits(adaptive: bool) -> tuple[float, float]:
+    """Largest ratio of consecutive step sizes, and the smallest step over the first."""
+    return (_MAX_FACTOR, _MIN_FIRST) if adaptive else _FIXED
 
 
-class _March(Stages):
+def _front(end: End) -> int:
+    """Number of bodies up to the front of the waves, with some at rest, if all are integrated."""
+    moving = np.flatnonzero(np.maximum(np.abs(end.x), np.abs(end.v)) > _NEARLY_AT_REST)
+    return min(int(moving.max(initial=0)) + MARGIN, len(end.x) - 1)
+
+
+class March(Stages):
     """A run with NumPy; ``n`` bodies are in the window, the others at rest."""
 
     def __init__(self, job: Job) -> None:
         super().__init__(job)
-        self.stops = [*job.stops.tolist(), math.inf]
+        self.stops = [*job.stops[job.stops > self.time].tolist(), math.inf]
         _, _, self.arrival, self.work, self.steps, _, self.rebound, self.size, *self.impulses = job.found[:10].tolist()
+        self.max_factor, self.min_first = limits(job.method.adaptive)
         self.extremes = EndExtremes(self)
         self.held = self.effort = 0.0
         self.rejected, self.cuts = False, 0
         self.next_sample = 0
+        self.record = job.record
+        self.kinks = self.course is None and (job.record is None or job.record.kinks)
         if job.plastic.size:
             from shockwave.engine.mixed_chain_modes import Plasticity
 
@@ -109,19 +97,23 @@ class _March(Stages):
         start = self.begin(job.x.copy(), job.v.copy())
         self.sample(start, -math.inf)
         while status is Status.RUNNING and not expired():
+            if self.record and self.record.is_full(self.bodies):
+                status = Status.PAUSED
+                break
             size, end = self.next_size(start)
             at_stop = end == min(self.stops[0], self.until)
             x1, v1, impulses = self.attempt(start, size, end, 0, self.n)
             error = self.error(size)
             finish = self.end_of(x1, v1, end, self.n)
             self.effort += len(self.method.nodes) * (self.n + _STEP)
-            share = self.kink(start, finish, size) if error < _HOPELESS and self.cuts < _MOST_CUTS else 1.0
-            if self.resize(size, error, share, at_stop):
+            ends = self.kinks and error < HOPELESS and self.cuts < MOST_CUTS
+            share = self.kink(start, finish, size) if ends else 1.0
+            if self.course is not None or self.resize(size, error, share, at_stop):
                 start = self.accept(start, finish, size, end, impulses)
                 over = self.until == math.inf and self.time >= self.duration and is_over(start, self.contacts)
                 if self.time >= self.until or over:
                     status = Status.DONE
-            elif share == 1 and self.size < max(MIN_STEP * self.time, _MIN_FIRST * self.first):
+            elif share == 1 and self.size < max(MIN_STEP * self.time, self.min_first * self.first):
                 status = Status.FAILED
             if status is Status.RUNNING and self.effort > self.most_work:
                 status = Status.TOO_LONG
@@ -130,24 +122,35 @@ class _March(Stages):
         counts = self.steps, self.evaluations, self.rebound, self.size
         job.found[: EXTREMES.start] = status, self.time, self.arrival, self.work, *counts, *self.impulses
 
+    def span(self, start: End, finish: End, end: float) -> Span:
+        """The present step."""
+        n, march = self.n, copy(self)
+        march.course = copy(self.course)
+
+        def state(time: float) -> tuple[FloatArray, FloatArray]:
+            x, v, _impulses = march.attempt(start, time - march.time, time, 0, n)
+            return x[:n], v[:n]
+
+        return Span(self.time, end, start.x[:n], start.v[:n], finish.x[:n], finish.v[:n], state)
+
     def resize(self, size: float, error: float, share: float, at_stop: bool) -> bool:
         """Set the size of the next step, from the error over the tolerance, and return whether this one is accepted.
 
         ``share`` is the fraction of this step at which it should end, and ``at_stop`` whether it was shortened.
         """
-        factor = _SAFETY * max(error, 1e-12) ** (-1 / (self.method.error_order + 1)) if error == error else 0.0
+        factor = SAFETY * max(error, 1e-12) ** (-1 / (self.method.error_order + 1)) if error == error else 0.0
         if share < 1.0:
             self.cuts += 1
             if self.cuts == 1:
-                self.held = self.size if error <= 1 else size * max(factor, _MIN_FACTOR)
+                self.held = self.size if error <= 1 else size * max(factor, MIN_FACTOR)
             self.size = size * share
             return False
         if not error <= 1:
-            self.size = size * (factor if _MIN_FACTOR < factor < 1 else _MIN_FACTOR)
+            self.size = size * (factor if MIN_FACTOR < factor < 1 else MIN_FACTOR)
             self.rejected, self.held = True, 0.0
             return False
         # a step that was shortened to end here does not shorten the next one
-        grown = size * min(factor, 1.0 if self.rejected else _MAX_FACTOR)
+        grown = size * min(factor, 1.0 if self.rejected else self.max_factor)
         self.size = max(grown, self.held, self.size if at_stop or size < self.size else 0.0)
         self.rejected, self.held, self.cuts = False, 0.0, 0
         return True
@@ -179,18 +182,23 @@ class _March(Stages):
     def next_size(self, start: End) -> tuple[float, float]:
         """Size and end of the next step."""
         stop = min(self.stops[0], self.until)
+        if self.course is not None:
+            size, end = self.course.advance(start, self.time, stop, self.driven)
+            self.size = self.course.size
+            return size, end
         left, h = stop - self.time, self.size
-        size = self.longest if self.driven else math.inf
+        size = self.longest if self.driven or not self.kinks else math.inf
         near = np.flatnonzero(np.abs(start.d) < h * np.abs(start.w))
-        if near.size:
+        if near.size and self.kinks:
             d, w = start.d[near], start.w[near]
             at = -d / w / h
-            soon = at > _SOON
+            soon = at > SOON
             opens = kink_error(h, start.raw[near], 1 - at) > KINK_SHARE * self.allowed(self.n)[near]
             soon &= (d < 0) | (opens & ~self.viscous[near])
             size = min(size, float((at[soon] * h).min(initial=math.inf)))
             # a contact has just closed: its force is a power of the time
-            for j in near[(np.abs(d) < _SOON * h * w) & ~self.by_law[near]].tolist():
+            closed = (np.abs(d) < SOON * h * w) & ~self.by_law[near] & self.method.adaptive
+            for j in near[closed].tolist():
                 self.size = min(self.size, self.first_size(j, float(start.w[j])))
         size = min(size, self.size)
         if size >= left:
@@ -258,7 +266,10 @@ class _March(Stages):
             job.losses[:n] += np.where(idle[0] & idle[1], kept[0] - kept[1], lost)
         if self.driven:
             self.add_work(start, finish, size, end, impulses)
-        self.find_peaks(start, finish, size, n)
+        if self.record:
+            self.record.spans.append(self.span(start, finish, end))
+        else:
+            self.find_peaks(start, finish, size, n)
         self.extremes.update(start, finish, (self.time, size), self.attempt)
         self.sample(start, end)
         if self.weight > 0 and self.rebound == 0:
@@ -271,11 +282,14 @@ class _March(Stages):
             assert job.problem is not None
             self.free = job.problem.free(end)
             self.driven = end < self.duration
-        last = max(n - _MARGIN, 0)
-        if n < self.bodies and max(abs(finish.x[last]), abs(finish.v[last])) > _AT_REST:
-            self.n = min(n + _GROWTH, self.bodies)
+        last = max(n - MARGIN, 0)
+        if n < self.bodies and max(abs(finish.x[last]), abs(finish.v[last])) > AT_REST:
+            self.n = min(n + GROWTH, self.bodies)
             self.mobile[n : self.n] = self.inverse[n : self.n]
-        self.raise_scales(finish, self.n)
+        if self.record is None:
+            self.raise_scales(finish, self.n)
+        else:
+            self.record.bodies = self.n if self.course is None else _front(finish)
         if job.law is not None:
             here = self.by_law[: self.contacts]
             d, w = (np.where(here, values[: self.contacts], 0.0) for values in (finish.d, finish.w))
@@ -318,7 +332,7 @@ class _March(Stages):
         forces = np.array([start.f[1 : n + 1], finish.f[1 : n + 1]])
         low, high, most = around_tops(forces, size * np.array([start.slope, finish.slope]))
         best = self.job.peaks[0, :n]
-        least = np.maximum(best - _NEARLY * np.abs(best + self.static[:n]), forces.max(axis=0))
+        least = np.maximum(best - NEARLY * np.abs(best + self.static[:n]), forces.max(axis=0))
         for j in np.flatnonzero(((low[2] > 0) & (high[2] <= 0) & (most > least))[: self.contacts]).tolist():
             self.find_peak(start, finish, size, j, low[:, j].tolist(), high[:, j].tolist())
 

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.mixed_chain_arrays import Job
+from shockwave.engine.mixed_chain_arrays import SIZE, Job
 from shockwave.engine.mixed_chain_forces import Contacts, End
 from shockwave.engine.nystroem_tableaux import scaled_error
+
+if TYPE_CHECKING:  # other methods do not need it
+    from shockwave.engine.mixed_chain_integrator import Course
 
 
 class Stages(Contacts):
@@ -15,7 +20,9 @@ class Stages(Contacts):
 
     def __init__(self, job: Job) -> None:
         super().__init__(job)
-        self.n = min(job.window, self.bodies) if job.law is None else self.bodies
+        window = job.record.bodies if job.record else job.window
+        whole = job.law is not None or job.integrator is not None
+        self.n = self.bodies if whole else min(window, self.bodies)
         self.mobile[self.n :] = 0.0
         self.method, stages = job.method, len(job.method.nodes)
         # forces and accelerations, as those of `End`, and powers of the damping
@@ -23,8 +30,14 @@ class Stages(Contacts):
         self.powers = np.zeros((stages, self.bodies))
         self.stages[:, 0] = self.weight
         self.weighted = np.empty(0)
+        self.course = None
+        if job.integrator is not None:
+            from shockwave.engine.mixed_chain_integrator import Course
+
+            self.course = Course(self, job.integrator, float(job.found[SIZE]))
+            self.weighted = np.zeros((4, self.n))
         self.time, self.evaluations = float(job.found[1]), float(job.found[5])
-        self.driven = job.problem is not None
+        self.driven = job.problem is not None and self.time < self.duration
         self.free = (0.0, 0.0) if job.problem is None or self.time == 0 else job.problem.free(self.time)
 
     def attempt(
@@ -34,6 +47,8 @@ class Stages(Contacts):
 
         Also returns the impulses of the applied force at the stages, since the beginning of the step.
         """
+        if self.course is not None:
+            return self.read(self.course, start, size, end)
         method, h, square = self.method, size, size * size
         part = slice(low, high)
         x, v, inverse = start.x[part], start.v[part], self.mobile[part]
@@ -73,6 +88,18 @@ class Stages(Contacts):
         if self.driven and low == 0:
             self.push(whole_y, whole_z, impulses, h, end)
         return whole_y, whole_z, impulses
+
+    def read(self, course: Course, start: End, size: float, end: float) -> tuple[FloatArray, FloatArray, list[float]]:
+        """`attempt` within the last step of an `Integrator`, with forces at the nodes of the rule for integrals."""
+        self.stages[0] = start.f
+        impulses = [0.0]
+        for i, c in enumerate(self.method.nodes[1:].tolist(), start=1):
+            time = end if c == 1.0 else self.time + c * size
+            x, v = course.state(time)
+            self.stages[i, 1:-1] = self.forces(x, v, 0, self.bodies)[0]
+            impulses.append(self.shift(size, time)[1] if self.driven else 0.0)
+        self.evaluations = float(course.integrator.evaluations)
+        return x, v, [*impulses, impulses[-1]]
 
     def push(self, x: FloatArray, v: FloatArray, impulses: list[float], passed: float, time: float) -> None:
         """Add the motion of body 0 by the applied force within the step, and append its impulse to ``impulses``."""

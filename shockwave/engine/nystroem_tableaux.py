@@ -1,7 +1,7 @@
-"""Coefficients of the one-step methods for chains of mixed granules, x'' = a(t, x, x').
+"""Coefficients of the one-step methods, as those of general Nystroem methods for x'' = a(t, x, x').
 
 A Runge-Kutta method (A, b, c) for x' = v, v' = a is a Nystroem method with the coefficients A^2 and b A of the
-positions; the stages of the velocity use A. The pairs for x'' = a(t, x) have none of these.
+positions; the stages of the velocity use A. Methods for x'' = a(t, x) have none of these.
 """
 
 from __future__ import annotations
@@ -16,23 +16,28 @@ import numpy as np
 from attrs import frozen
 
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.nystroem_integrators import Nystroem
+from shockwave.scene.chain import HERTZ
+
+#: Exact coefficients by name of the method: nodes ``c``, rows ``a`` of the stages, weights ``b_prime`` of the velocity,
+#: and ``error_b_prime``, their difference from those of the embedded method, if there is one.
+_EXACT = json.loads((Path(__file__).parent / "tableaux.json").read_text(encoding="utf-8"))
 
 
 @frozen(eq=False, slots=False)
-class GeneralTableau:
+class Tableau:
     """Coefficients in double precision, for s stages.
 
     Attributes
     ----------
     nodes : array, shape (s,)
+        c of each stage, in units of the step.
     positions, velocities : array, shape (s, s)
         Strictly lower triangular; ``velocities`` is zero in a method for forces that do not depend on the velocity.
     weights : array, shape (6, s)
         Weights of position and velocity, and the differences of both from those of one or two embedded methods; those
-        of the second are zero if there is only one.
+        of a method that there is not are zero.
     error_order : int
-        The error estimate scales as the step to the power ``error_order + 1``.
+        The error estimate scales as the step to the power ``error_order + 1``; 0 if there is none.
     damped : bool
         Whether there are stages of the velocity.
     last_is_first : bool
@@ -44,8 +49,31 @@ class GeneralTableau:
     velocities: FloatArray
     weights: FloatArray
     error_order: int
-    damped: bool
+    damped: bool = False
     last_is_first: bool = False
+
+    @classmethod
+    def of(cls, name: str, error_order: int = 0) -> Tableau:
+        """A published method for x'' = a(t, x); its weights of the position are b_i = b'_i (1 - c_i).
+
+        Without rows it is symplectic: a_ij = b'_j (c_i - c_j).
+        """
+        exact = _EXACT[name]
+        nodes, velocity = _fractions(exact["c"]), _fractions(exact["b_prime"])
+        excess = _fractions(exact.get("error_b_prime", ["0"] * len(nodes)))
+        positions = np.tril(velocity * (nodes[:, None] - nodes), -1)
+        for row, texts in enumerate(exact.get("a", ())):
+            positions[row, : len(texts)] = _fractions(texts)
+        rest = 1 - nodes
+        weights = [velocity * rest, velocity, excess * rest, excess, 0 * excess, 0 * excess]
+        last_is_first = bool(np.array_equal(positions[-1], weights[0]))
+        c, a, all_weights = (np.array(each, dtype=float) for each in (nodes, positions, weights))
+        return cls(c, a, np.zeros_like(a), all_weights, error_order, last_is_first=last_is_first)
+
+    @property
+    def adaptive(self) -> bool:
+        """Whether there is an error estimate; without one, the steps have a fixed size."""
+        return self.error_order > 0
 
     @property
     def evaluations(self) -> int:
@@ -67,27 +95,32 @@ class GeneralTableau:
 
     @cached_property
     def packed(self) -> FloatArray:
-        """One-dimensional array for the compiled code."""
+        """One-dimensional array for the compiled code of mixed chains."""
         head = [len(self.nodes), self.error_order, self.damped, self.last_is_first]
         # the end of a step is another stage
         stages = np.append(self.nodes, 1.0), np.vstack((self.positions, self.weights[0]))
         parts = (*stages, np.vstack((self.velocities, self.weights[1])), self.weights[2:])
         return np.concatenate([np.array(head, dtype=float), *(part.ravel() for part in parts)])
 
+    @cached_property
+    def _packed_alone(self) -> FloatArray:
+        head = [len(self.nodes), self.error_order, self.last_is_first]
+        return np.concatenate([head, self.nodes, self.positions.ravel(), self.weights[:4].ravel()])
+
+    def packed_for(self, exponent: float) -> FloatArray:
+        """One-dimensional array for the compiled code of equal chains, with the exponent of the contact force unless
+        that is Hertz's.
+        """
+        return self._packed_alone if exponent == HERTZ else np.append(self._packed_alone, exponent)
+
+
+def _fractions(texts: list[str]) -> np.ndarray:
+    """Array of exact fractions."""
+    return np.array([Fraction(text) for text in texts])
+
 
 @cache
-def of_nystroem(method: type[Nystroem]) -> GeneralTableau:
-    """The tableau of a pair for x'' = a(t, x)."""
-    tableau = method.tableau
-    weights = np.concatenate((tableau.weights, np.zeros_like(tableau.weights[:2])))
-    nodes = np.append(0.0, tableau.nodes)
-    none = np.zeros_like(tableau.stages)
-    last = tableau.last_is_first
-    return GeneralTableau(nodes, tableau.stages, none, weights, method.error_order, damped=False, last_is_first=last)
-
-
-@cache
-def dop853() -> GeneralTableau:
+def dop853() -> Tableau:
     """The method of order 8 of Dormand & Prince with the error estimates of Hairer, Norsett & Wanner."""
     exact = json.loads((Path(__file__).parent / "dop853.json").read_text(encoding="utf-8"))
     nodes, b, b3, error5 = ([Fraction(text) for text in exact[key]] for key in ("c", "b", "b3", "error_b5"))
@@ -101,7 +134,7 @@ def dop853() -> GeneralTableau:
     rows = [times_a(b), b, times_a(error5), error5, times_a(error3), error3]
     squared = [times_a(row) for row in a]
     c, positions, velocities, weights = (np.array(each, dtype=float) for each in (nodes, squared, a, rows))
-    return GeneralTableau(c, positions, velocities, weights, error_order=7, damped=True)
+    return Tableau(c, positions, velocities, weights, error_order=7, damped=True)
 
 
 def scaled_error(first: float, second: float = 0.0) -> float:

@@ -164,20 +164,6 @@ def _sample(profile: ShockProfile) -> FloatArray:
     return profile.force(_SHARES * float(profile.duration_ratio))
 
 
-@frozen(eq=False)
-class ChainAcceleration:
-    """y'' of eq. (1) as a function of time and positions, shape (granules,); the compiled code implements it too.
-
-    If ``driven``, the first granule is at y1 + g.
-    """
-
-    problem: ChainProblem
-    driven: bool
-
-    def __call__(self, time: float, y: FloatArray) -> FloatArray:
-        return chain_acceleration(y, self.problem.free(time)[0] if self.driven else 0.0, self.problem.exponent)
-
-
 @define
 class WindowAcceleration:
     """Accelerations of a window; stores the impulse and the acceleration of the first granule at each stage.

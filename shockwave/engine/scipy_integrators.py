@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 import numpy as np
 import scipy.integrate
@@ -13,6 +13,7 @@ from attrs import define
 from shockwave.base.errors import NumericalError
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.integrator import LONGEST_STEP, Acceleration, Counted, Integrator, Step, finite
+from shockwave.engine.nystroem_tableaux import Tableau, dop853
 
 # Smallest relative tolerance that SciPy accepts; the absolute tolerance controls the error.
 _RELATIVE = 2.3e-14
@@ -89,7 +90,7 @@ class Dop853(ScipySolver):
 
     name: ClassVar[str] = "dop853"
     order: ClassVar[int] = 8
-    chains: ClassVar[Literal["equal", "conservative", "any"]] = "any"
+    tableau: ClassVar[Tableau | None] = dop853()
     solver = scipy.integrate.DOP853
 
 

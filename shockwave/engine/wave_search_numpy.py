@@ -138,7 +138,7 @@ class _Window:
     def _control(self, size: float, error: float, jolt: float, at_stop: bool) -> bool:
         """Choose the next step size from both errors, in units of the tolerance; whether the step is accepted."""
         tableau = self.method.tableau
-        self.effort += (len(self.x) - 1) * (len(tableau.nodes) + 1)
+        self.effort += (len(self.x) - 1) * len(tableau.nodes)
         self.evaluations += tableau.evaluations
         factor = _SAFETY * max(error, 1e-12) ** (-1 / (self.method.error_order + 1)) if error == error else 0.0
         if error <= 1 < jolt:
@@ -272,7 +272,7 @@ class _Window:
         That time is found by Newton's method with bisections, whose last shift is at most ``near``. The domain of
         dependence of a step is one granule per stage, so a part of the window is sufficient.
         """
-        stages = len(self.method.tableau.nodes) + 1
+        stages = len(self.method.tableau.nodes)
         first, last = max(j - stages, 0), j + stages + 2
         x, v, a = (array[first:last] for array in (self.x, self.v, self.a))
         at = j - first

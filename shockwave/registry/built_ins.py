@@ -9,7 +9,6 @@ from typing import NamedTuple
 _PROFILES = "shockwave.profiles"
 _QUADRATURES = "shockwave.profiles.quadrature"
 _NYSTROEM = "shockwave.engine.nystroem_integrators"
-_FIXED_STEP = "shockwave.engine.fixed_step_integrators"
 _CONTACT = "shockwave.scene.contact_law"
 _DAMPING = "shockwave.scene.damping"
 # A damping is named in the ``damping`` block, other contact laws in the ``contact`` block.
@@ -46,6 +45,11 @@ def _rkn(name: str, title: str) -> Entry:
     return Entry(name, f"{_NYSTROEM}:{name.capitalize()}", f"Runge-Kutta-Nystroem {title}", takes="rtol backend")
 
 
+def _fixed(name: str, title: str) -> Entry:
+    """A method with a fixed step."""
+    return Entry(name, f"{_NYSTROEM}:{name.capitalize()}", title, takes="step backend")
+
+
 # read here, because the module beside the file would import the chain
 _LIBRARY = Path(__file__).parent.parent / "scene" / "library.json"
 
@@ -80,9 +84,9 @@ ENTRIES = {
         _rkn("rkn86", "8(6) of Dormand, El-Mikkawy & Prince, adaptive (default)"),
         _rkn("rkn1210", "12(10) of Dormand, El-Mikkawy & Prince, adaptive (default below rtol 1e-7)"),
         _rkn("rkn64", "6(4) of Dormand & Prince, adaptive"),
-        Entry("verlet", f"{_FIXED_STEP}:Verlet", "velocity Verlet, order 2, fixed step, symplectic", takes="step"),
-        Entry("pefrl", f"{_FIXED_STEP}:Pefrl", "extended Forest-Ruth, order 4, fixed step, symplectic", takes="step"),
-        Entry("rk4", f"{_FIXED_STEP}:Rk4", "classical Runge-Kutta, order 4, fixed step", takes="step"),
+        _fixed("verlet", "velocity Verlet, order 2, fixed step, symplectic"),
+        _fixed("pefrl", "extended Forest-Ruth, order 4, fixed step, symplectic"),
+        _fixed("rk4", "classical Runge-Kutta, order 4, fixed step"),
         Entry("dop853", f"{_SCIPY}:Dop853", "Dormand-Prince 8(5,3), adaptive, from SciPy", takes="rtol"),
         Entry("radau", f"{_SCIPY}:Radau", "Radau IIA, order 5, implicit, adaptive, from SciPy", takes="rtol"),
     ],

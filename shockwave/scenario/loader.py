@@ -148,7 +148,7 @@ def _of_combination(parts: Mapping[str, Any], data: Mapping[str, Any]) -> list[F
     if faults := faults_of(chain, other):
         return faults
     if options.integrator is not None and (other is not None or uniform_of(chain) is None):
-        reason = load("integrators", options.integrator).refusal(chain.is_damped)
+        reason = load("integrators", options.integrator).refusal(chain.is_damped, chain.is_plastic)
         faults = [Fault("simulate.integrator", reason)] if reason else []
     if options.sensors:
         from shockwave.scene.sensors import sensor_faults  # most simulations have none

@@ -10,11 +10,10 @@ from attrs import evolve, frozen
 
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.mixed_chain_problem import Motion
-from shockwave.registry.registry import load
 from shockwave.scene.sensors import STRUCTURE, WALL, Sensor
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.contact_setup import ChainSetup
-from shockwave.simulation.convergence_runs import run, tolerances_for
+from shockwave.simulation.convergence_runs import accuracies_of, run
 from shockwave.simulation.recording import AFTER, Recording, SensorHistory, sample_times
 from shockwave.simulation.simulation_result import Simulation
 
@@ -32,7 +31,7 @@ def record_chain(result: Simulation) -> Recording:
     case, end = setup_of_result(result)
     options, scales, count = result.options, case.scales, case.granules
     times = sample_times(options, scales, end, count, result.characteristic_time)
-    motion = run(case, tolerances_for(case.rtol)[0], end, times)
+    motion = run(case, accuracies_of(case)[0], end, times)
     if result.chain.count is None:
         count = count_reached(motion.v)
     recorded: dict[str, Any] = {}
@@ -74,13 +73,9 @@ def _applied_force(motion: Any, case: ChainSetup, times: FloatArray, contact: Fl
 
 
 def chain_options(result: Simulation) -> SimulateOptions:
-    """Options for the chain as a whole; without the integrator of the waves if that cannot step it."""
+    """Options for the chain as a whole."""
     options = result.options
-    if result.wave is None:
-        return options
-    refused = load("integrators", result.integrator).refusal(damped=False)
-    integrator = None if refused else result.integrator
-    return evolve(options, step=None, integrator=integrator, backend=options.wanted_backend)
+    return options if result.wave is None else evolve(options, backend=options.wanted_backend)
 
 
 def setup_of_result(result: Simulation) -> tuple[ChainSetup, float]:
@@ -89,7 +84,7 @@ def setup_of_result(result: Simulation) -> tuple[ChainSetup, float]:
     if result.end is not None:
         return case, result.end / case.scales.time
     until = case.until
-    return case, run(case, tolerances_for(case.rtol)[1], None).end if until is None else until
+    return case, run(case, accuracies_of(case)[1], None).end if until is None else until
 
 
 def count_reached(v: FloatArray) -> int:

@@ -16,7 +16,7 @@ from shockwave.base.numerics import FloatArray
 from shockwave.base.text import round_bound, si
 from shockwave.engine.backend import chosen
 from shockwave.engine.mixed_chain_problem import Motion
-from shockwave.engine.nystroem_integrators import Rkn86
+from shockwave.registry.registry import load
 from shockwave.scene.force_limit import AGAIN, COLLISION, STILL_ACTS, WAVE, LeavingForce, name_force
 from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
@@ -157,18 +157,14 @@ def _balance(case: ChainSetup, motion: Motion) -> dict[str, Any]:
 def forces_of(result: Simulation) -> ContactForces:
     """Greatest forces at the reported contacts of a finite chain of equal granules, at all contacts, and at the last.
 
-    There is a warning if the integrator of the waves cannot step this chain.
-
     Raises
     ------
     NumericalError
         If the integration would take too long, fails, or reaches the time limit.
     """
     granules, options = cast(int, result.chain.granules), chain_options(result)
-    warnings: list[str] = []
-    if options.integrator is None:
-        warnings = [f"{Rkn86.name} integrates the greatest forces at the contacts; {result.integrator} only the waves."]
-    code = "numpy" if chosen(options.backend) is None else "compiled"
+    is_slow = chosen(options.backend) is None or load("integrators", result.integrator).coefficients() is None
+    code = "numpy" if is_slow else "compiled"
     if options.timeout is None and options.until is None:
         duration = max(scale_scene(result.scene)[0].duration, _SINGLE)
         pairs = granules * granules * max(min(duration, _MANY) - _SINGLE, _FREE)
@@ -179,7 +175,7 @@ def forces_of(result: Simulation) -> ContactForces:
             raise NumericalError(f"{took} (set until or a timeout to integrate all the same)")
     runs = runs_of(ChainSetup.of(options, result.scene))
     leaving = _leaving_force(runs, later_force(runs.case, runs.motion))
-    return ContactForces(contacts=runs.reported, greatest=runs.greatest, leaving=leaving, warnings=tuple(warnings))
+    return ContactForces(contacts=runs.reported, greatest=runs.greatest, leaving=leaving)
 
 
 # ---------------------------------------------------------------- parts of the result

@@ -31,7 +31,7 @@ from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.solitary_wave import MOMENTUM
 from shockwave.simulation.recording import check_end, sample_times, select_contacts
-from shockwave.simulation.wave_setup import RTOL
+from shockwave.simulation.wave_setup import RTOL, STEP
 
 if TYPE_CHECKING:  # chains without such contacts do not need it
     from shockwave.engine.mixed_chain_plastic import PlasticContacts
@@ -109,11 +109,15 @@ class ChainSetup:
         method = None if options.integrator is None else load("integrators", options.integrator)
         numpy_part = f"the contact law {type(layout.law).__name__}" if layout.law else ""
         numpy_part = "a bar at the end" if isinstance(layout.wall, Bar) else numpy_part
+        if method is not None and method.coefficients() is None:
+            numpy_part = f"the integrator {method.name}"
         if numpy_part and options.backend == "compiled":
             raise InvalidValueError.of("backend", f"must be auto or numpy for {numpy_part} (got 'compiled')")
         numpy_alone = bool(numpy_part) or chosen(options.backend) is None
         compiled = None if numpy_alone else import_module("shockwave.engine._chains")
-        filled = options if method is not None and not method.adaptive else evolve(options, rtol=options.rtol or RTOL)
+        fixed = method is not None and not method.adaptive
+        step, rtol = (options.step or STEP, None) if fixed else (None, options.rtol or RTOL)
+        filled = evolve(options, step=step, rtol=rtol)
         reported = np.array(select_contacts(options, len(layout.pairs.stiffnesses)), dtype=np.intp)
         check_end(options, excitation)
         if options.is_recorded and options.until is not None:
@@ -167,7 +171,7 @@ def check_setup(options: SimulateOptions, scene: Scene) -> ChainSetup | None:
     """
     chain, faults = scene.chain, faults_of(scene.chain, scene.impact or scene.motion)
     if options.integrator is not None and not faults:
-        reason = load("integrators", options.integrator).refusal(chain.is_damped)
+        reason = load("integrators", options.integrator).refusal(chain.is_damped, chain.is_plastic)
         faults = [Fault("integrator", reason)] if reason else []
     refuse(faults)
     if chain.count is None:
@@ -185,7 +189,8 @@ def _endless(options: SimulateOptions, scene: Scene) -> ChainSetup:
     part = _part(options, scene)
     end = part.until
     if end is None:
-        motion = integrate(part.assembly, _TOLERANCE, compiled=part.compiled, integrator=part.method)
+        accuracy = part.options.step or _TOLERANCE
+        motion = integrate(part.assembly, accuracy, compiled=part.compiled, integrator=part.method)
         duration = 0.0 if part.assembly.force is None else part.assembly.force.duration
         end = motion.end if motion.arrival is None else duration + _ARRIVALS * motion.arrival
         # rounded, so that it does not depend on the code that integrated the part

@@ -12,6 +12,7 @@ from shockwave.base.numerics import FloatArray
 from shockwave.engine.mixed_chain_problem import Motion, integrate
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.result_parts import ContactPeak
+from shockwave.simulation.wave_setup import UNSETTLED, warn_step
 
 # Tolerances of a step of two runs whose difference gives the error of the first, over the requested relative error, the
 # least tolerances, and that of the coarse run with which the arrival of a wave is found, unless rtol is larger.
@@ -36,6 +37,9 @@ _FACTOR = 2.0
 _NEIGHBOURS = 3
 _PROPORTIONAL = 20.0
 _NEIGHBOUR_SHARE = 0.2
+# Substitute for the ratio of the tolerances if two runs have fixed steps, of which one is twice the other: a method of
+# order 2 has a third of their difference as error, others less.
+_STEPS_RATIO = 1 / _PROPORTIONAL
 # Factor of the estimate with damping, which ends abruptly when a contact opens.
 _DAMPED = 2.0
 # Error estimate of the impulse on a wall, over its difference between two runs: the errors of both may be of the same
@@ -126,7 +130,8 @@ def runs_of(case: ChainSetup) -> Runs:
     NumericalError
         If the first two runs fail or reach the time limit.
     """
-    tolerance, looser = tolerances_for(case.rtol)
+    tolerance, looser = accuracies_of(case)
+    fixed = case.options.step is not None
     coarse = run(case, looser, case.until)
     steps, evaluations = coarse.steps, coarse.evaluations
     best: Runs | None = None
@@ -138,18 +143,19 @@ def runs_of(case: ChainSetup) -> Runs:
                 raise
             break
         steps, evaluations = steps + fine.steps, evaluations + fine.evaluations
-        errors, missed = _errors(case, coarse, fine, tolerance, tolerance / looser)
-        end_errors = _end_errors(case, coarse, fine, tolerance, tolerance / looser)
-        missed = missed or bool(end_errors.max(initial=0.0) > case.rtol)
+        least, ratio = (0.0, _STEPS_RATIO) if fixed else (tolerance, tolerance / looser)
+        errors, missed = _errors(case, coarse, fine, least, ratio)
+        end_errors = _end_errors(case, coarse, fine, least, ratio)
+        missed = missed or bool(end_errors.max(initial=0.0) > _allowed(case))
         if best is not None:  # two runs can agree by chance
             errors = np.maximum(errors, tolerance / looser * best.errors)
             end_errors = np.maximum(end_errors, tolerance / looser * best.end_errors)
         change = abs(fine.last_impulse - coarse.last_impulse)
-        impulse_error = _IMPULSE_FACTOR * change / max(abs(fine.last_impulse), _TINY) + tolerance
+        impulse_error = _IMPULSE_FACTOR * change / max(abs(fine.last_impulse), _TINY) + least
         latest = Runs(case, fine, errors, end_errors, impulse_error, missed, steps, evaluations)
         if best is None or latest.reached < best.reached:
             best = latest
-        if not missed or tolerance <= _TIGHTEST or latest.reached * _TIGHTER**left > _HOPELESS * case.rtol:
+        if fixed or not missed or tolerance <= _TIGHTEST or latest.reached * _TIGHTER**left > _HOPELESS * case.rtol:
             break
         coarse, looser, tolerance = fine, tolerance, max(tolerance * _TIGHTER, _TIGHTEST)
     assert best is not None
@@ -160,6 +166,8 @@ def warn_missed(runs: Runs) -> list[str]:
     """Warning if a force that decides, or its time, does not meet the tolerance."""
     if not runs.missed:
         return []
+    if runs.case.options.step is not None:
+        return [warn_step(runs.case.options)]
     judged = runs.case.judged_contacts(runs.motion.forces)
     worst = int(judged[np.argmax(runs.errors[judged])])
     if runs.end_errors.max(initial=0.0) > max(runs.errors[worst], runs.case.rtol):
@@ -169,6 +177,17 @@ def warn_missed(runs: Runs) -> list[str]:
     if runs.errors[worst] <= runs.case.rtol:
         missed = "the time of a greatest force may be wrong by more than 10 rtol of the characteristic time"
     return [f"The tolerance was not met: {missed} (rtol {runs.case.rtol:.1e})."]
+
+
+def _allowed(case: ChainSetup) -> float:
+    """Relative error that is allowed, or not warned of with a fixed step."""
+    return case.rtol if case.options.step is None else UNSETTLED
+
+
+def accuracies_of(case: ChainSetup) -> tuple[float, float]:
+    """Tolerances, or fixed steps, of the run whose results count, and of a coarser one."""
+    step = case.options.step
+    return tolerances_for(case.rtol) if step is None else (step, 2 * step)
 
 
 def tolerances_for(rtol: float) -> tuple[float, float]:
@@ -181,9 +200,9 @@ def tolerances_for(rtol: float) -> tuple[float, float]:
     return min(max(_FINE * rtol, _LEAST_FINE), _TIGHTER * coarse), coarse
 
 
-def run(case: ChainSetup, tolerance: float, until: float | None, times: FloatArray | tuple[()] = ()) -> Motion:
-    """One run to ``until``, with the states at ``times``."""
-    return integrate(case.assembly, tolerance, until=until, times=times, compiled=case.compiled, integrator=case.method)
+def run(case: ChainSetup, accuracy: float, until: float | None, times: FloatArray | tuple[()] = ()) -> Motion:
+    """One run with a tolerance, or a fixed step, to ``until``, with the states at ``times``."""
+    return integrate(case.assembly, accuracy, until=until, times=times, compiled=case.compiled, integrator=case.method)
 
 
 def _errors(case: ChainSetup, coarse: Motion, fine: Motion, tolerance: float, ratio: float) -> tuple[FloatArray, bool]:
@@ -191,7 +210,7 @@ def _errors(case: ChainSetup, coarse: Motion, fine: Motion, tolerance: float, ra
 
     ``tolerance`` is that of the step of the fine run, ``ratio`` its ratio to that of the coarse one.
     """
-    forces, dynamic, rtol = fine.forces, fine.dynamic_forces, case.rtol
+    forces, dynamic, rtol = fine.forces, fine.dynamic_forces, _allowed(case)
     least = max(_NEGLIGIBLE * float(dynamic.max()), _TINY)
     base = np.maximum(np.maximum(dynamic, least), _LEAST_OF_TOTAL / rtol * forces)
     changes, judged = np.abs(dynamic - coarse.dynamic_forces), case.judged_contacts(forces)

@@ -1,155 +1,136 @@
-"""Integration of the whole chain in stretches, with a log of the force maxima: compiled, or step by step."""
+"""Integration of the whole chain in stretches, with a log of the force maxima."""
 
 from __future__ import annotations
 
-import abc
 import math
-from array import array
-from functools import partial
-from operator import itemgetter
-from types import ModuleType
-from typing import cast, final
+from importlib import import_module
 
 import numpy as np
 
 from shockwave.base.errors import NumericalError
 from shockwave.base.progress import report_progress
-from shockwave.engine.equal_chain_run import FIRST_WINDOW, March, Span, Stretch, overdue
-from shockwave.engine.integrator import Integrator
-from shockwave.engine.nystroem_integrators import Nystroem
-from shockwave.engine.scaled_problem import ChainProblem, Status
-from shockwave.engine.time_limit import expired
-from shockwave.simulation.peak_log import PeakLog
+from shockwave.engine.chain_record import Record
+from shockwave.engine.integrator import LONGEST_STEP, Integrator
+from shockwave.engine.mixed_chain_arrays import KINK_TOLERANCE, LARGEST, NO_END, ROWS, SIZE, UNTIL, Job, Status
+from shockwave.engine.mixed_chain_backend import run
+from shockwave.engine.mixed_chain_forces import FAR
+from shockwave.engine.peak_log import PeakLog
+from shockwave.engine.scaled_problem import ChainProblem
+from shockwave.engine.stretch import Stretch
 
-# Largest number of steps of a stretch.
-_MOST_STEPS = 256
+# First number of granules in the window.
+_FIRST_WINDOW = 12
 # Number of granules by which the window may grow in a stretch: a constant, and a number for each characteristic time,
 # of at most so many. The states at all steps have this number of granules, so more of them take time.
 _ROOM = 32
 _ROOM_RATE = 1.1
 _ROOM_TIME = 200.0
-# The state of the compiled code; see `_train.h`.
-_COLUMNS = (
-    "now", "size", "until", "stop", "granules", "flying", "flown", "age", "steps", "kept", "evaluations", "peaks",
-    "strongest", "ended", "target", "rise_time", "peak_force", "duration", "length", "tolerance", "kept_since",
-)  # fmt: skip
-_PLACES = {name: place for place, name in enumerate(_COLUMNS)}
-# Values that are read after a stretch: three floats, then five whole numbers.
-_READ = ("now", "strongest", "ended", "steps", "evaluations", "peaks", "kept", "granules")
-_read = itemgetter(*(_PLACES[name] for name in _READ))
+# Scale of the errors, which are those of differences of neighbours: they are as small as the tolerance.
+_SCALE = 4.0
 
 
-class Course(abc.ABC):
-    """A chain from rest onwards; ``now`` is the present time, and ``steps`` the number of steps so far."""
+class Course:
+    """A chain of equal granules from rest onwards.
 
-    def __init__(self, problem: ChainProblem, integrator: Integrator) -> None:
+    ``now`` is the present time, ``steps`` the number of steps so far, ``log`` has the peaks. Unless ``kept``, stretches
+    may omit all states but that at the end.
+    """
+
+    def __init__(self, problem: ChainProblem, integrator: Integrator, kept: bool = True) -> None:
         self.problem, self.integrator = problem, integrator
-        self.log = PeakLog(integrator.tolerance, problem.wave)
+        self.log = PeakLog(integrator.tolerance if integrator.adaptive else KINK_TOLERANCE, problem.wave)
         self.now, self.steps = 0.0, 0
         self.stretch = Stretch((), *np.zeros((3, 1, 1)))
+        compiled = getattr(integrator, "compiled", None)
+        self._compiled = compiled and import_module("shockwave.engine._chains")
+        window = min(_FIRST_WINDOW, problem.granules or _FIRST_WINDOW)
+        self._record = Record(self.log, problem.granules is not None, window, kept)
+        first = integrator.first_size(problem.stops[0], None) if integrator.adaptive else integrator.size
+        self._found = np.array([0, 0, -1, 0, 0, 0, 0, first, 0, 0, *NO_END], dtype=float)
+        self._job: Job | None = None
 
-    @staticmethod
-    def of(problem: ChainProblem, integrator: Integrator, kept: bool = True) -> Course:
-        """Course by compiled code if the integrator has it; unless ``kept``, its stretches may omit all but the end."""
-        if isinstance(integrator, Nystroem) and integrator.compiled is not None:
-            return _Compiled(problem, integrator, kept)
-        return _StepByStep(problem, integrator)
-
-    @abc.abstractmethod
     def advance(self, until: float, since: float = 0.0) -> Stretch:
-        """Integrate to the end of the first step at or after ``until`` or, in a long stretch, less far.
+        """Integrate to ``until`` or, in a long stretch, less far; the stretch may omit the states before ``since``.
 
-        The stretch may omit the states before ``since``.
+        Raises
+        ------
+        NumericalError
+            If the integrator fails, or the time limit is reached.
         """
+        record, room = self._record, _ROOM + int(_ROOM_RATE * min(until - self.now, _ROOM_TIME))
+        job = self._job
+        if job is None or (record.continues and record.bodies + room > job.bodies):
+            job = self._job = self._make_job(record.bodies + 3 * room // 2, job)
+        record.since = since
+        job.settings[UNTIL] = until
+        run(job, self._compiled)
+        status, self.now, _arrival, _work, steps, evaluations = self._found[:6].tolist()
+        if status == Status.RUNNING:
+            raise NumericalError(
+                f"the time limit was reached at {self.now:.4g} characteristic times of the wave (allow more, loosen the"
+                " tolerance, or shorten the simulated time)"
+            )
+        if status == Status.FAILED:
+            raise NumericalError(f"{self.integrator.name} cannot step beyond t = {self.now:g} T0")
+        self.steps, self.integrator.evaluations = int(steps), int(evaluations)
+        if record.stretch is not None:
+            return record.stretch
+        x, v = job.x[: record.bodies], job.v[: record.bodies]
+        return Stretch((), np.array([self.now]), x[None].copy(), v[None].copy())
 
-    @abc.abstractmethod
+    def advance_to(self, until: float, label: str, total: float) -> Stretch:
+        """Integrate to ``until``, and report progress; the last stretch."""
+        while self.now < until:
+            self.stretch = self.advance(until)
+            report_progress(label, math.ceil(self.now), math.ceil(total))
+        return self.stretch
+
     def shorten(self, granules: int) -> float:
         """Remove all granules beyond these, after the force has ended; the place of the last one, the new origin.
 
         Ahead of it the chain is at rest.
         """
+        assert self._job
+        x, v = self._job.x, self._job.v
+        origin = x.item(granules - 1)
+        x[:granules] -= origin
+        x[granules:] = v[granules:] = 0.0
+        self._record.bodies = granules
+        return origin
 
-    @final
-    def advance_to(self, until: float, label: str, total: float) -> Stretch:
-        """Integrate to the end of the first step at or after ``until``, and report progress; the last stretch."""
-        while self.now < until:
-            self.stretch = self.advance(until)
-            report_progress(label, int(self.now), int(total) + 1)
-        return self.stretch
+    def _make_job(self, bodies: int, before: Job | None) -> Job:
+        """Arrays of a run of so many granules, or all, after the run ``before``; a chain is at rest beyond them."""
+        problem, integrator = self.problem, self.integrator
+        bodies = min(bodies, problem.granules or bodies)
+        self._record.continues, last = bodies != problem.granules, bodies - 1
+        method, stepper = integrator.coefficients(), None
+        if method is None:
+            from shockwave.engine.mixed_chain_integrator import LOBATTO
 
-
-class _StepByStep(Course):
-    """Course by any integrator."""
-
-    def __init__(self, problem: ChainProblem, integrator: Integrator) -> None:
-        super().__init__(problem, integrator)
-        self._march = March.of(problem, integrator)
-        self._spans = self._march.run(math.inf)
-
-    def advance(self, until: float, since: float = 0.0) -> Stretch:
-        spans: list[Span] = []
-        while not spans or (spans[-1].end < until and len(spans) < _MOST_STEPS):
-            spans.append(next(self._spans))
-        stretch = Stretch.of(*spans)
-        self.log.observe(stretch)
-        self.now, self.steps = stretch.end, self.steps + len(spans)
-        return stretch
-
-    def shorten(self, granules: int) -> float:
-        self._spans = self._march.run(math.inf)
-        return self._march.shorten(granules)
-
-
-class _Compiled(Course):
-    """Course by compiled code, which takes all steps of a stretch in one call."""
-
-    def __init__(self, problem: ChainProblem, integrator: Nystroem, kept: bool) -> None:
-        super().__init__(problem, integrator)
-        stops = array("d", problem.stops)
-        self._state = array("d", bytes(8 * len(_COLUMNS)))
-        self._granules = min(FIRST_WINDOW, problem.granules or FIRST_WINDOW)
-        self._set(size=integrator.first_size(stops[0], None), until=stops[0], granules=self._granules)
-        self._set(rise_time=problem.rise_time, peak_force=problem.peak_force, duration=problem.duration)
-        self._set(length=problem.granules or 0, tolerance=integrator.tolerance)
-        tables = integrator.tableau.packed_for(problem.exponent), problem.path.rows, problem.path.coefficients, stops
-        self._continue = partial(cast(ModuleType, integrator.compiled).march, *tables, self._state)
-        self._chain = np.zeros((3, self._granules))
-        self._rows = _MOST_STEPS + 1 if kept else 0
-
-    def advance(self, until: float, since: float = 0.0) -> Stretch:
-        if expired():
-            raise overdue(self.now)
-        log, granules = self.log, self._granules
-        capacity = granules + _ROOM + int(_ROOM_RATE * min(until - self.now, _ROOM_TIME))
-        chain = np.zeros((3, capacity))
-        chain[:, :granules] = self._chain[:, :granules]
-        self._chain = chain
-        log.reserve(4 * capacity, capacity)
-        times, (xs, vs) = np.empty(self._rows), np.empty((2, self._rows, capacity))
-        self._set(target=until, kept_since=since, peaks=log.count, strongest=log.strongest)
-        self._continue(chain, times, xs, vs, log.table, log.last, expired)
-        self.now, log.strongest, ended, *counts = _read(self._state)
-        self.steps, self.integrator.evaluations, log.count, kept, self._granules = map(int, counts)
-        if ended == Status.RUNNING:
-            raise overdue(self.now)
-        if ended == Status.FAILED:
-            raise NumericalError(f"{self.integrator.name} cannot step beyond t = {self.now:g} T0")
-        granules = self._granules
-        if kept:
-            return Stretch((), times[:kept], xs[:kept, :granules], vs[:kept, :granules])
-        return Stretch((), np.array([self.now]), *self._chain[:2, None, :granules])
-
-    def shorten(self, granules: int) -> float:
-        origin = self._chain.item(0, granules - 1)
-        self._chain[:, granules:] = 0.0
-        self._chain[0, :granules] -= origin
-        if granules - self._state[_PLACES["flying"]] < 2:  # granules in free flight remain, and are integrated again
-            self._set(flying=0)
-            self._chain[2] = 0.0
-        self._granules = granules
-        self._set(granules=granules, until=self.now)
-        return float(origin)
-
-    def _set(self, **values: float) -> None:
-        for name, value in values.items():
-            self._state[_PLACES[name]] = value
+            method, stepper = LOBATTO, integrator
+        longest = LONGEST_STEP if problem.granules is None else min(LONGEST_STEP, problem.duration)
+        longest = longest if integrator.adaptive else integrator.size
+        pulse = problem.duration, problem.rise_time, problem.peak_force
+        settings = self.log.tolerance, 0, *pulse, self._found[SIZE], longest, last, 0, 0, math.inf, 0, 0, 0
+        job = Job(
+            method=method,
+            integrator=stepper,
+            problem=problem,
+            law=None,
+            by_law=np.zeros(bodies, dtype=bool),
+            settings=np.array(settings, dtype=float),
+            stops=np.array(problem.stops),
+            times=np.empty(0),
+            samples=np.empty((0, 3, bodies + 1)),
+            watched=(0, last - 1),
+            found=self._found,
+            table=np.zeros((ROWS, bodies + 1)),
+            record=self._record,
+        )
+        job.chain[:2], job.scales[:], job.exponents[0] = 1.0, _SCALE, problem.exponent
+        job.switches[:] = [[2.0], [1.0]]
+        # beyond the last granule there is nothing, or a granule at rest
+        job.chain[1:3, last], job.scales[:, last] = [0.0, -FAR], LARGEST
+        if before:
+            job.x[: before.bodies], job.v[: before.bodies] = before.x[:-1], before.v[:-1]
+        return job

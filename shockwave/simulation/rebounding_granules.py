@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.equal_chain_run import free_granules
+from shockwave.engine.stretch import free_granules
 
 #: Least backward velocity of an ejected granule, over the peak velocity of the granules in the leading wave.
 EJECTED = 1e-3

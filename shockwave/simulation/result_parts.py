@@ -196,7 +196,7 @@ class ContactForces:
     leaving : LeavingForce
         The transmitted force, on the wall or at the last contact.
     warnings : tuple of str
-        Reason why forces are not known, or are those of another integrator.
+        Reason why forces are not known.
     """
 
     contacts: tuple[ContactPeak, ...] = ()

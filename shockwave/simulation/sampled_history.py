@@ -56,7 +56,7 @@ class History:
     ----------
     case : ChainSetup
     tolerance : float
-        That of a step.
+        That of a step, or its fixed size.
     signals : list of Signal
         The signals of the rows.
     begins : array, shape (signals,)

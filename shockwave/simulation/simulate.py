@@ -28,7 +28,7 @@ from shockwave.simulation.leading_wave import LONGEST_MEASURED, Answer, search
 from shockwave.simulation.recording import check_requests
 from shockwave.simulation.result_parts import Cost, LeadingWave
 from shockwave.simulation.simulation_result import Simulation
-from shockwave.simulation.wave_setup import Setup, immeasurable, scale_scene, setup_of
+from shockwave.simulation.wave_setup import UNSETTLED, Setup, immeasurable, scale_scene, setup_of, warn_step
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -44,8 +44,6 @@ _SHARE = 128
 _SHARE_ALONE = 512
 # Least number of shocks for a thread.
 _FEWEST = 16
-# Largest relative error estimate that is meaningful.
-_UNSETTLED = 0.1
 _Outcome: TypeAlias = Simulation | ShockwaveError
 
 
@@ -311,11 +309,10 @@ def _result(job: Job, setup: Setup, answer: Answer | None, begin: float, limit: 
 def _warn_missed(options: SimulateOptions, answer: Answer) -> tuple[str, ...]:
     """Warning if the peak force of the leading wave does not meet the tolerance, or the step is too large."""
     error = answer.error_estimate
-    if error <= (_UNSETTLED if options.rtol is None else options.rtol):
+    if error <= (UNSETTLED if options.rtol is None else options.rtol):
         return ()
     if options.rtol is None:
-        step = f"The step of {options.step:g} is too large for {options.integrator}: the result is not accurate"
-        return (f"{step}. A smaller step reduces the error.",)
+        return (warn_step(options),)
     reached = f"the relative error of the peak force is estimated as {error:.1e}, not {options.rtol:.1e}"
     advice = "A smaller rtol may reduce it."
     if answer.train is None:

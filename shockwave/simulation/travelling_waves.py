@@ -8,10 +8,10 @@ from itertools import pairwise
 from operator import neg
 
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.equal_chain_run import free_granules
+from shockwave.engine.peak_log import Peak, PeakLog, Trail
 from shockwave.engine.scaled_problem import contact_energies
+from shockwave.engine.stretch import free_granules
 from shockwave.scene.solitary_wave import WIDTH, WaveLaw
-from shockwave.simulation.peak_log import Peak, PeakLog, Trail
 
 # Number of contacts between the peaks whose differences give the rate of approach to the limit.
 _STRIDE = 10

@@ -106,7 +106,7 @@ def _peaks(
         (primary,) = find_primaries([request], search, setup.compiled)
         return {peak.contact: (peak.time, peak.force) for peak in primary.passages}, request.tolerance
     integrator = setup.integrator(10.0 ** (1 - decades))
-    course = Course.of(problem, integrator, kept=False)
+    course = Course(problem, integrator, kept=False)
     while course.log.front <= numbers[-1] + _REACH and any(not [*course.log.at(each)] for each in numbers):
         course.advance_to(course.now + 1.0, "passage", numbers[-1])
     peaks = [peak for contact in numbers for peak in [*course.log.at(contact)][-1:]]

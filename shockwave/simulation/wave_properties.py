@@ -11,10 +11,10 @@ import numpy as np
 from attrs import define, field, frozen
 
 from shockwave.base.numerics import FloatArray, product
-from shockwave.engine.equal_chain_run import Stretch
 from shockwave.engine.force_law import power_force
+from shockwave.engine.peak_log import POWERS, Peak, PeakLog, force_rates, hermite_data
 from shockwave.engine.scaled_problem import ChainProblem
-from shockwave.simulation.peak_log import POWERS, Peak, PeakLog, force_rates, hermite_data
+from shockwave.engine.stretch import Stretch
 from shockwave.simulation.result_parts import MeasuredWave
 from shockwave.simulation.travelling_waves import passage_time
 

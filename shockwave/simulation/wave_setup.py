@@ -21,8 +21,10 @@ from shockwave.scene.solitary_wave import wave_law
 
 #: Default relative error of an adaptive method.
 RTOL = 1e-6
-# Default step of a fixed-step method, in characteristic times of the wave.
-_STEP = 0.02
+#: Largest error of a result with a fixed step that is not warned of.
+UNSETTLED = 0.1
+#: Default step of a fixed-step method, in characteristic times of the wave.
+STEP = 0.02
 # Tolerance below which the method of high order needs fewer evaluations.
 _HIGH_ORDER = 1e-7
 # Fraction of the tolerance that is allowed for the deviation of the peak force from its limit.
@@ -115,7 +117,10 @@ class Setup:
         if not self.method.adaptive:
             size = self.options.step or 0.0
             # only twice the step, because the method may be unstable with ten times the step
-            return self.method(size=size if factor == 1.0 else 2 * size)
+            size *= min(factor, 2.0)
+            if issubclass(self.method, Nystroem):
+                return self.method(size=size, compiled=self.compiled)
+            return self.method(size=size)
         share = _OTHERS if self.search is None else _FINE
         tolerance = max(share * self.rtol, _TIGHTEST_TRAIN_STEP) * factor
         if self.search is None:
@@ -148,16 +153,23 @@ def setup_of(options: SimulateOptions) -> Setup:
         name = "rkn1210" if tight else "rkn86"
     method: type[Integrator] = load("integrators", name)
     # a plugin may have changed the steps of the built-in method from which it is derived
-    search = method if issubclass(method, Nystroem) and "backend" in find("integrators", name).takes else None
-    compiled = chosen(options.backend) if search else None
+    has_tableau = issubclass(method, Nystroem) and "backend" in find("integrators", name).takes
+    search = method if issubclass(method, Nystroem) and has_tableau and method.adaptive else None
+    compiled = chosen(options.backend) if has_tableau else None
     filled = evolve(
         options,
         integrator=name,
         rtol=(options.rtol or RTOL) if method.adaptive else None,
-        step=None if method.adaptive else (options.step or _STEP),
+        step=None if method.adaptive else (options.step or STEP),
         backend="numpy" if compiled is None else "compiled",
     )
     return Setup(filled, method, search, compiled, options)
+
+
+def warn_step(options: SimulateOptions) -> str:
+    """Warning of a fixed step whose error is large."""
+    step = f"The step of {options.step:g} is too large for {options.integrator}: the result is not accurate"
+    return f"{step}. A smaller step reduces the error."
 
 
 def scale_scene(scene: Scene) -> tuple[ChainProblem, Scales]:

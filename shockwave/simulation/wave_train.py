@@ -10,10 +10,10 @@ from attrs import evolve
 from shockwave.base.errors import NumericalError
 from shockwave.base.text import si
 from shockwave.engine.integrator import LONGEST_STEP
+from shockwave.engine.peak_log import Peak, PeakLog
 from shockwave.engine.scaled_problem import ChainProblem, Primary, Status
 from shockwave.scene.chain import Scales
 from shockwave.simulation.integration_stretches import Course
-from shockwave.simulation.peak_log import Peak, PeakLog
 from shockwave.simulation.rebounding_granules import EJECTED, find_rebounding
 from shockwave.simulation.result_parts import ContactPeak, Cost, MeasuredWave, Train
 from shockwave.simulation.simulation_result import Simulation
@@ -128,7 +128,7 @@ def _train(
     slowest = EJECTED * max(wave.granule_velocity for wave in fine.waves)
     compared, then = fine.compared
     traced = fine.log.trace([(wave.contact, wave.arrival_time) for wave in fine.waves], compared)
-    coarse = Course.of(problem, setup.integrator(_COARSE), kept=False)
+    coarse = Course(problem, setup.integrator(_COARSE), kept=False)
     # granules of a finite chain may collide until the end
     end = fine.end if problem.granules else max(compared, *(peak.time + LONGEST_STEP for peak in traced))
     difference = 0.0

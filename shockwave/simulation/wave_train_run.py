@@ -9,12 +9,12 @@ from attrs import define, evolve, field
 
 from shockwave.base.numerics import FloatArray
 from shockwave.base.progress import report_progress
-from shockwave.engine.equal_chain_run import Stretch, free_granules
 from shockwave.engine.integrator import Integrator
+from shockwave.engine.peak_log import Peak, PeakLog
 from shockwave.engine.scaled_problem import ChainProblem, Primary, chain_energy
+from shockwave.engine.stretch import Stretch, free_granules
 from shockwave.scene.chain import HERTZ
 from shockwave.simulation.integration_stretches import Course
-from shockwave.simulation.peak_log import Peak, PeakLog
 from shockwave.simulation.rebounding_granules import EJECTED, count_departed, find_rebounding
 from shockwave.simulation.result_parts import MeasuredWave
 from shockwave.simulation.travelling_waves import PASSING, Outlook, distance_from_limit, passage_time
@@ -143,7 +143,7 @@ class ChainRun:
     _velocities: list[tuple[float, FloatArray]] = field(factory=list)
 
     def __attrs_post_init__(self) -> None:
-        self._course = Course.of(self.problem, self.integrator)
+        self._course = Course(self.problem, self.integrator)
         if self.problem.granules is not None:
             last = self.problem.granules - 2
             self._free_end = Probe(max(last - _REACH, last // 2))

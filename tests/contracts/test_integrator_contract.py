@@ -12,9 +12,8 @@ import pytest
 
 from shockwave.base.errors import NumericalError
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.fixed_step_integrators import Verlet
 from shockwave.engine.integrator import Counted, Integrator, Step
-from shockwave.engine.nystroem_integrators import Rkn64
+from shockwave.engine.nystroem_integrators import Rkn64, Verlet
 from shockwave.engine.one_step import Attempt
 from shockwave.testing import IntegratorContract
 from support.selection import thinned

@@ -13,10 +13,10 @@ import pytest
 import shockwave as sw
 from shockwave.cli import main
 from shockwave.engine import backend
-from shockwave.engine.equal_chain_run import free_granules
 from shockwave.engine.nystroem_integrators import Rkn86
 from shockwave.engine.scaled_problem import ChainProblem, Status
 from shockwave.engine.scaled_problem import Request as SearchRequest
+from shockwave.engine.stretch import free_granules
 from shockwave.engine.wave_search import find_primaries
 from shockwave.simulation.integration_stretches import Course
 from shockwave.simulation.wave_setup import setup_of
@@ -142,7 +142,8 @@ def test_backend_is_chosen_and_printed(
 
 
 @pytest.mark.parametrize(
-    ("integrator", "backend"), [("rk4", "numpy"), pytest.param("rkn86", "compiled", marks=compiled_alone)]
+    ("integrator", "backend"),
+    [("dop853", "numpy"), *(pytest.param(name, "compiled", marks=compiled_alone) for name in ("rk4", "rkn86"))],
 )
 def test_auto_selects_a_backend_with_the_method(integrator: str, backend: str) -> None:
     short = attrs.evolve(CHAIN, granules=10)
@@ -175,7 +176,7 @@ PROBLEM = ChainProblem(POWER, 2.0, 1.0)
 @pytest.mark.parametrize("compiled", [None, pytest.param(backend.compiled, marks=compiled_alone)])
 def test_a_chain_of_granules_in_free_flight_can_be_shortened(compiled: Any) -> None:
     problem = ChainProblem(POWER, 0.1, 10.0)
-    course = Course.of(problem, Rkn86(compiled=compiled))
+    course = Course(problem, Rkn86(compiled=compiled))
     stretch = course.advance_to(60.0, "", 60.0)
     flying = free_granules(stretch.x[-1], stretch.v[-1])
     assert flying > 10

@@ -14,8 +14,8 @@ ENGINE = Path(__file__).parents[2] / "shockwave" / "engine"
 TWINS = {
     "_lane.h": ["engine.wave_search_numpy", "engine.peak_limit", "engine.nystroem_integrators"],
     "_march.h": ["engine.mixed_chain_forces"],
+    "_peak_log.h": ["engine.peak_log"],
     "_plastic.h": ["engine.mixed_chain_forces", "engine.mixed_chain_modes", "engine.mixed_chain_plastic"],
-    "_train.h": ["engine.equal_chain_run", "simulation.peak_log"],
     "_wave.h": ["simulation.wave_properties"],
     "_window.h": ["engine.force_law"],
 }

@@ -12,8 +12,7 @@ import pytest
 
 from shockwave.base.errors import NumericalError
 from shockwave.engine import nystroem_integrators as nystroem
-from shockwave.engine.fixed_step_integrators import Pefrl, Rk4, Verlet
-from shockwave.engine.nystroem_integrators import Nystroem, Rkn64, Rkn86, Rkn1210
+from shockwave.engine.nystroem_integrators import Nystroem, Pefrl, Rk4, Rkn64, Rkn86, Rkn1210, Verlet
 from shockwave.engine.one_step import OneStep
 from shockwave.registry.registry import entries, load
 from shockwave.testing import IntegratorContract

@@ -108,14 +108,22 @@ FEATURES = (
     "shockwave.studies.record_keys",
     *("shockwave.scene.sensors", "shockwave.simulation.chain_histories"),
     *("shockwave.simulation.first_pulse", "shockwave.simulation.sampled_history"),
-    *(f"shockwave.engine.{name}" for name in ("mixed_chain_", "_chains", "nystroem_tableaux")),
+    *(f"shockwave.engine.mixed_chain_{name}" for name in ("assembly", "domains", "integrator", "plastic", "problem")),
     "shockwave.scenario.chain_blocks",
 )
+#: Modules that integrate whole chains.
+INTEGRATION = "shockwave.engine._chains", "shockwave.engine.mixed_chain_run"
 OTHER_PROFILES = "shockwave.profiles.exponential", "shockwave.profiles.triangular", "shockwave.records"
 
 
 def test_the_modules_that_must_not_load_exist() -> None:
-    own = (*COLUMN, *FEATURES, *OTHER_PROFILES, *(name for name in OUTPUT if name.startswith("shockwave")))
+    own = (
+        *COLUMN,
+        *INTEGRATION,
+        *FEATURES,
+        *OTHER_PROFILES,
+        *(name for name in OUTPUT if name.startswith("shockwave")),
+    )
     compiled = [f"shockwave.engine.{name}" for name in ("_chains", "_lanes")]
     assert [name for name in own if not any(each.startswith(name) for each in [*FILES, *compiled])] == []
 
@@ -133,9 +141,9 @@ def test_the_modules_that_must_not_load_exist() -> None:
         ),
         (command("simulate", SCENE), (*OUTPUT, *SLOW, *FEATURES)),
         ("import shockwave.pictures", ("matplotlib",)),
-        (f"{IN_PYTHON}sw.simulate(shock, chain, rtol=1e-2)", ("shockwave.prediction", *FEATURES)),
+        (f"{IN_PYTHON}sw.simulate(shock, chain, rtol=1e-2)", ("shockwave.prediction", *FEATURES, *INTEGRATION)),
         (f"{IN_PYTHON}sw.Predictor(model='section-4').predict(shock, chain)", (*COLUMN, "scipy")),
-        (f"{IN_PYTHON}sw.predict(shock, chain).peak_force", (*OUTPUT, *SLOW, *FEATURES)),
+        (f"{IN_PYTHON}sw.predict(shock, chain).peak_force", (*OUTPUT, *SLOW, *FEATURES, *INTEGRATION)),
     ],
     ids=["import", "hooks", "help", "list", "predict", "simulate", "pictures", "simulate-in-python", "paper", "best"],
 )

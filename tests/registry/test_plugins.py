@@ -221,30 +221,31 @@ from shockwave.engine.scipy_integrators import Dop853
 @define
 class Method({base}):
     name = "derived"
-    chains = "any"
     {body}
 """
 
 
 @pytest.mark.parametrize("base", ["Rkn86", "Dop853"])
-@pytest.mark.parametrize("damping", ["", ", damping: {model: dashpot, coefficient: 1}"])
-def test_no_other_method_runs_under_the_name_of_a_plugin(install: Install, base: str, damping: str) -> None:
-    name = f"derived-{base.lower()}-{len(damping)}"
-    install("test-derived", name=name, hooks=METHOD_HOOK.format(takes="rtol"), pulse=DERIVED.format(base=base, body=""))
-    chain = CHAIN.replace("}", f", granules: 8, end: {{wall: same}}{damping}}}")
-    answer = shockwave("simulate", scene("triangular", f"simulate: {{integrator: {name}}}", chain=chain))
-    assert answer.status == 3
-    assert f"simulate.integrator: must be {'dop853' if damping else 'rkn64'}" in answer.err
-    assert "got 'derived'; a method of a plugin steps chains of equal granules only" in answer.err
-
-
-def test_a_plugin_derived_from_a_built_in_method_takes_its_own_steps(install: Install) -> None:
-    body = "def attempt(self, *arguments):\n        raise RuntimeError('its own step')"
-    pulse = DERIVED.format(base="Rkn86", body=body)
-    install("test-derived", name="derived-own", hooks=METHOD_HOOK.format(takes="rtol"), pulse=pulse)
-    answer = shockwave("simulate", "--primary", scene("triangular", "simulate: {integrator: derived-own}"))
-    assert answer.status == 4
-    assert "its own step" in answer.err
+@pytest.mark.parametrize(
+    ("features", "status", "message"),
+    [
+        ("", 4, "its own step"),
+        (", granules: 8, end: {wall: same}", 4, "its own step"),
+        (", granules: 8, damping: {model: dashpot, coefficient: 1}", 3, "simulate.integrator: must be dop853"),
+    ],
+    ids=["endless", "walled", "damped"],
+)
+def test_a_plugin_derived_from_a_built_in_method_takes_its_own_steps(
+    install: Install, base: str, features: str, status: int, message: str
+) -> None:
+    name = f"derived-{base.lower()}-{len(features)}"
+    body = "def steps(self, *arguments):\n        raise RuntimeError('its own step')"
+    pulse = DERIVED.format(base=base, body=body)
+    install("test-derived", name=name, hooks=METHOD_HOOK.format(takes="rtol"), pulse=pulse)
+    chain = CHAIN.replace("}", features + "}")
+    answer = shockwave("simulate", "--primary", scene("triangular", f"simulate: {{integrator: {name}}}", chain=chain))
+    assert answer.status == status
+    assert message in answer.err
 
 
 # ---------------------------------------------------------------- commands

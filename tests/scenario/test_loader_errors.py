@@ -214,9 +214,9 @@ MARKED = {
         finite(", end: {wall: same}") + "simulate: {contacts: ['3', |'4']}\n", "simulate.contacts[1]",
         "must be at most 3, the last contact of this chain (got 4)",
     ),
-    "integrator-of-equal-granules": (
-        finite(", end: {wall: same}") + STEP % "verlet", "simulate.integrator",
-        "must be rkn64, rkn86, rkn1210 or dop853 for a chain other than equal",
+    "integrator-that-ends-no-steps-at-flow": (
+        finite(", contact: {model: elastic-plastic}") + STEP % "radau", "simulate.integrator",
+        "must be rkn64, rkn86, rkn1210, verlet, pefrl, rk4 or dop853 for elastic-plastic contacts",
     ),
     "integrator-without-damping": (
         finite(", damping: {model: dashpot, coefficient: 1}") + STEP % "rkn86", "simulate.integrator",

@@ -297,13 +297,23 @@ def test_contacts_of_equal_granules_with_free_ends() -> None:
 
 
 @pytest.mark.parametrize("method", [{"integrator": "dop853"}, {"integrator": "verlet", "step": 0.01}])
-def test_another_integrator_of_the_contacts_than_that_of_the_waves_is_stated(method: dict[str, Any]) -> None:
+def test_the_integrator_of_the_waves_integrates_the_contacts(method: dict[str, Any]) -> None:
     chain, shock = attrs.evolve(CHAIN, granules=9), power(0.5)
-    result = sw.simulate(shock, chain, rtol=None, **method)
-    stated = (
-        "rkn86 integrates the greatest forces at the contacts; verlet only the waves." in result.to_dict()["warnings"]
-    )
-    assert stated == (result.contacts == sw.simulate(shock, chain).contacts) == (method["integrator"] == "verlet")
+    own, usual = sw.simulate(shock, chain, **method).contacts, sw.simulate(shock, chain).contacts
+    assert own != usual
+    assert [peak.peak_force for peak in own] == pytest.approx([peak.peak_force for peak in usual], rel=1e-4)
+
+
+def test_a_fixed_step_is_that_of_the_runs_and_a_large_one_is_warned_of() -> None:
+    shock, chain = power(0.5), attrs.evolve(CHAIN, granules=6, end=sw.Wall(material="same"), precompression=0.5)
+    fine, coarse = (sw.simulate(shock, chain, integrator="verlet", step=step) for step in (0.01, 0.5))
+    exact = sw.simulate(shock, chain, rtol=1e-8)
+    for result in (fine, coarse):
+        assert (result.rtol, result.integrator) == (None, "verlet")
+        assert abs(result.greatest_force.peak_force / exact.greatest_force.peak_force - 1) < result.error_estimate
+    assert fine.error_estimate < 1e-3
+    warning = "The step of 0.5 is too large for verlet"
+    assert [any(warning in each for each in result.to_dict()["warnings"]) for result in (fine, coarse)] == [False, True]
 
 
 def test_segments_of_equal_granules_are_a_chain_of_equal_granules() -> None:

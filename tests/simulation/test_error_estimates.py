@@ -12,13 +12,13 @@ import pytest
 
 import shockwave as sw
 from shockwave.base.numerics import FloatArray
+from shockwave.engine.peak_log import Peak
 from shockwave.engine.scaled_problem import Primary, Status
 from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation import convergence_runs as repeated_runs
 from shockwave.simulation import leading_wave, wave_passages, wave_train_run
 from shockwave.simulation import wave_train as train
-from shockwave.simulation.peak_log import Peak
 from shockwave.simulation.result_parts import MeasuredWave, Passage
 from shockwave.simulation.wave_setup import scale_scene, setup_of
 from shockwave.simulation.wave_train_run import ChainRun
@@ -42,7 +42,8 @@ def estimates(
 ) -> tuple[FloatArray, bool]:
     assembly = SimpleNamespace(force=None, damping=np.full(len(fine.forces), damping))
     every = np.arange(len(fine.forces)) if judged is None else np.array(judged)
-    case: Any = SimpleNamespace(rtol=1e-5, assembly=assembly, judged_contacts=lambda forces: every)
+    options = SimpleNamespace(step=None)
+    case: Any = SimpleNamespace(rtol=1e-5, options=options, assembly=assembly, judged_contacts=lambda forces: every)
     return repeated_runs._errors(case, coarse, fine, tolerance, ratio)
 
 
@@ -358,7 +359,8 @@ def test_estimates_hold_and_are_neither_halved_nor_a_hundred_times_too_large(rat
 
 @pytest.mark.parametrize(("error", "part"), [(1e-7, "the time of a greatest force"), (1e-5, "at contact 1")])
 def test_a_missed_tolerance_is_that_of_the_time_or_of_the_force(error: float, part: str) -> None:
-    case: Any = SimpleNamespace(rtol=1e-6, judged_contacts=lambda forces: np.arange(len(forces)))
+    options = SimpleNamespace(step=None)
+    case: Any = SimpleNamespace(rtol=1e-6, options=options, judged_contacts=lambda forces: np.arange(len(forces)))
     runs: Any = SimpleNamespace(
         case=case,
         missed=True,

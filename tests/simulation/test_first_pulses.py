@@ -241,7 +241,7 @@ def test_only_what_reads_first_pulses_integrates_them(monkeypatch: pytest.Monkey
 
 
 @pytest.mark.parametrize("integrator", ["verlet", "rk4"])
-def test_other_integrators_of_waves_leave_first_pulses_to_one_that_steps_the_chain(integrator: str) -> None:
+def test_a_fixed_step_reads_first_pulses_to_its_estimate(integrator: str) -> None:
     (pulse,) = sw.simulate(triangle(1.0), CHAIN, integrator=integrator, sensors=[{"contact": 10}]).sensors
     (expected,) = sw.simulate(triangle(1.0), CHAIN, sensors=[{"contact": 10}]).sensors
-    assert pulse.peak == pytest.approx(expected.peak, rel=1e-6)
+    assert 0 < abs(pulse.peak / expected.peak - 1) < pulse.error_estimate < 1e-3

@@ -12,10 +12,10 @@ import pytest
 
 import shockwave as sw
 from shockwave.engine.nystroem_integrators import Rkn86
+from shockwave.engine.peak_log import PeakLog, Trail
 from shockwave.engine.scaled_problem import ChainProblem
 from shockwave.scene.solitary_wave import HERTZ_WAVE
 from shockwave.simulation import wave_train as train
-from shockwave.simulation.peak_log import PeakLog, Trail
 from shockwave.simulation.rebounding_granules import find_rebounding
 from shockwave.simulation.travelling_waves import Outlook, _nothing_to_come, distance_from_limit
 from shockwave.simulation.wave_train_run import ChainRun

@@ -13,10 +13,9 @@ from attrs import define, field
 from numpy.polynomial.polynomial import polyder, polyval
 
 from shockwave.base.numerics import FloatArray, product
-from shockwave.engine.equal_chain_run import Span, Stretch
-from shockwave.engine.force_law import power_force, stiffenings
+from shockwave.engine.force_law import contact_force, power_force, stiffenings
 from shockwave.engine.integrator import LONGEST_STEP
-from shockwave.scene.chain import HERTZ
+from shockwave.engine.stretch import Span, Stretch
 from shockwave.scene.solitary_wave import HERTZ_WAVE, WaveLaw
 
 # Noise floor of a chain at rest: weaker peaks, over the strongest so far, are ignored.
@@ -75,7 +74,8 @@ class Trail(NamedTuple):
     forces: list[float]
 
 
-_ROW = np.dtype(list(zip(Peak._fields[1:], ("i8", "i8", "i8", "f8", "f8"), strict=True)))
+#: A row of `PeakLog.table`.
+PEAK = np.dtype(list(zip(Peak._fields[1:], ("i8", "i8", "i8", "f8", "f8"), strict=True)))
 
 
 @define(eq=False)
@@ -94,14 +94,14 @@ class PeakLog:
     strongest: float = 0.0
     removed: tuple[int, float, float] = (0, -math.inf, 0.0)
     count: int = 0
-    table: np.ndarray = field(factory=lambda: np.zeros(0, _ROW))
+    table: np.ndarray = field(factory=lambda: np.zeros(0, PEAK))
     last: np.ndarray = field(factory=lambda: np.zeros(0, np.int64))
     _lists: tuple[list[int], list[float], list[float]] = field(factory=lambda: ([], [], []))
 
     def reserve(self, peaks: int, contacts: int) -> None:
         """Make room for so many more peaks, and for so many contacts."""
         if self.count + peaks > len(self.table):
-            table = np.empty(2 * (self.count + peaks), _ROW)
+            table = np.empty(2 * (self.count + peaks), PEAK)
             table[: self.count] = self.peaks
             self.table = table
         if contacts > len(self.last):
@@ -151,13 +151,13 @@ class PeakLog:
         located = (steps.tolist(), contacts.tolist(), times.tolist(), overlaps.tolist())
         for step, contact, time, overlap in zip(*located, strict=True):
             span = stretch.spans[step]
-            force = max(overlap, 0.0) ** exponent
+            force = contact_force(overlap, exponent)
             loss = _LOSS * force * ((span.end - span.begin) / self.wave.time(force)) ** 8
             if contact == 0:  # the shock acts on one of its granules, which the polynomial does not include
-                time, overlap = locate_peak(span, contact)
+                time, overlap = _locate_peak(span, contact)
             elif loss > _NEGLIGIBLE * self.tolerance:
                 time, overlap = _correct(span, contact, time, exponent)
-            self.add(contact, time, max(overlap, 0.0) ** exponent)
+            self.add(contact, time, contact_force(overlap, exponent))
 
     def add(self, contact: int, time: float, force: float) -> None:
         """Log a maximum; it must be later than all previous ones at this contact."""
@@ -245,7 +245,7 @@ def force_rates(overlap: FloatArray, closing: FloatArray, exponent: float) -> tu
     """Contact forces d^p and their rates of change, from overlaps d and their rates of change ``closing``."""
     closed = np.maximum(overlap, 0.0)
     power = stiffenings(closed, exponent)
-    return power**3 if exponent == HERTZ else power * closed, exponent * power * closing
+    return power * closed, exponent * power * closing
 
 
 def hermite_data(begin: FloatArray, end: FloatArray, size: FloatArray) -> FloatArray:
@@ -273,7 +273,7 @@ def _maxima(
     rows = np.array((steps, steps + 1))[..., None]
     columns = np.clip(contacts[:, None] + np.arange(-1, 3), 0, stretch.x.shape[1] - 1)
     overlap, closing = -np.diff(stretch.x[rows, columns]), -np.diff(stretch.v[rows, columns])
-    changes = [rate[..., 0] - 2 * rate[..., 1] + rate[..., 2] for rate in force_rates(overlap, closing, exponent)]
+    changes = [np.diff(rate, 2)[..., 0] for rate in force_rates(overlap, closing, exponent)]
     jets = np.array((overlap[..., 1], closing[..., 1], *changes))
     size = np.diff(stretch.times)[steps]
     powers = product(POWERS, hermite_data(jets[:, 0], jets[:, 1], size))
@@ -293,7 +293,7 @@ def _correct(span: Span, contact: int, time: float, exponent: float) -> tuple[fl
     for _ in range(_CORRECTIONS):
         x, v = span.at(time)
         near = x[first : contact + 3].tolist()
-        before, here, *after = (max(a - b, 0.0) ** exponent for a, b in pairwise(near))
+        before, here, *after = (contact_force(a - b, exponent) for a, b in pairwise(near))
         slowing = 2 * here - before - sum(after)
         closing = float(v[contact] - v[contact + 1])
         end = min(max(time + closing / slowing, span.begin), span.end) if slowing > 0 else time
@@ -304,7 +304,7 @@ def _correct(span: Span, contact: int, time: float, exponent: float) -> tuple[fl
     return end, near[1] - near[2] + shift * (closing - shift * slowing / 2)
 
 
-def locate_peak(span: Span, contact: int) -> tuple[float, float]:
+def _locate_peak(span: Span, contact: int) -> tuple[float, float]:
     """Time and value of the largest overlap, at which the two velocities are equal, by secants within a bracket."""
     before, time, x = span.begin, span.end, span.x1
     there, closing = (float(v[contact] - v[contact + 1]) for v in (span.v0, span.v1))

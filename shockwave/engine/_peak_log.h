@@ -1,0 +1,140 @@
+/* Log of the maxima of the contact forces, and states at the ends of the steps; see chain_record.py. */
+
+/* see peak_log.py */
+#define FLOOR 1e-4
+#define LOSS 6e-5
+#define NEGLIGIBLE 0.1
+#define SAME_WAVE 0.5
+#define CORRECTIONS 4
+#define NEAR 1e-5
+
+/* Overlap of contact j and its first three derivatives at one end of a step, without the applied force. */
+static void overlap_jet(const March *m, const End *end, long j, double jet[4])
+{
+    double rate[3];
+    long i;
+    for (i = 0; i < 3; i++) {
+        const long k = j + i - 1;
+        rate[i] = k < 0 ? 0 : end->stiffness[k] * (end->v[k] - end->v[k + 1]);
+    }
+    jet[0] = end->d[j];
+    jet[1] = end->v[j] - end->v[j + 1];
+    jet[2] = end->a[j] - end->a[j + 1];
+    jet[3] = m->inverse[j] * (rate[0] - rate[1]) - m->inverse[j + 1] * (rate[1] - rate[2]);
+}
+
+/* Fraction of a step of size h at which the overlap is largest, and that overlap, from the polynomial. */
+static double summit(const double *begin, const double *end, double h, double *overlap)
+{
+    double p[8], share = begin[1] / (begin[1] - end[1]), value, slope, bend;
+    int i, j;
+    powers_between(begin, end, h, p);
+    for (i = 0; i <= CORRECTIONS; i++) {
+        for (value = slope = bend = 0, j = 7; j >= 0; j--) {
+            bend = bend * share + 2 * slope;
+            slope = slope * share + value;
+            value = value * share + p[j];
+        }
+        if (i == CORRECTIONS) break;
+        share -= slope / (bend < -1e-300 ? bend : -1e-300);
+        share = share > 0 ? share < 1 ? share : 1 : 0;
+    }
+    *overlap = value;
+    return share;
+}
+
+/* The same near a fraction of the step by repeated steps, by Newton's method with bisections. */
+static double locate_summit(March *m, long j, double h, double share, double *overlap)
+{
+    double low = 0, high = 1, w = 0, a, left = 0;
+    int turn;
+    for (turn = 0; turn < m->r->most_turns; turn++) {
+        const double time = m->r->time + share * h;
+        attempt_near(m, share * h, time, j);
+        w = m->trial.v[j] - m->trial.v[j + 1];
+        a = closing(m, &m->trial, j, time);
+        left = a < 0 ? -w / a : h;
+        if (fabs(left) < NEAR) break;
+        if (w > 0) low = share; else high = share;
+        share += left / h;
+        if (!(share > low && share < high)) share = (low + high) / 2;
+        left = 0;
+    }
+    *overlap = m->trial.d[j] + 0.5 * w * left;
+    return share + left / h;
+}
+
+/* Force at contact j, of spheres or of another power of the overlap. */
+static double force_at(const March *m, long j, double overlap)
+{
+    return overlap > 0 ? m->k[j] * power_of(overlap, m->exponents[j]) : 0;
+}
+
+/* Adds a maximum to the log, with the last peak of the same wave at the preceding contact. */
+static void log_peak(March *m, long j, double time, double force)
+{
+    Peak *const peaks = m->peaks, *const peak = peaks + (long)m->record->peaks;
+    long long behind = j ? m->last_peak[j - 1] : -1;
+    while (behind >= 0 && !(peaks[behind].force > SAME_WAVE * force && peaks[behind].time < time)) behind = peaks[behind].previous;
+    *peak = (Peak){j, behind, m->last_peak[j], time, force};
+    m->last_peak[j] = (long long)m->record->peaks++;
+}
+
+/* Logs the maximum of the force at contact j within a step, if there is one above the noise. */
+static void log_maximum(March *m, double h, long j)
+{
+    const double slowing = -(m->exponents[j] - 1) / (2 * m->exponents[j]);
+    double begin[4], end[4], share, overlap, force;
+    overlap_jet(m, &m->start, j, begin);
+    overlap_jet(m, &m->finish, j, end);
+    if (!(begin[1] > 0 && end[1] <= 0)) return;
+    force = force_at(m, j, larger(begin[0], end[0]));
+    m->record->strongest = larger(force, m->record->strongest);
+    if (!(force > FLOOR * m->record->strongest)) return;
+    share = summit(begin, end, h, &overlap);
+    force = force_at(m, j, overlap);
+    /* the shock acts on a body of the first contact, which the polynomial does not include */
+    if (j == 0 || LOSS * force * pow(h / pow(larger(force, 1e-30), slowing), 8) > NEGLIGIBLE * m->r->tolerance)
+        share = locate_summit(m, j, h, share, &overlap);
+    log_peak(m, j, m->r->time + share * h, force_at(m, j, overlap));
+}
+
+/* Logs the maxima within a step. */
+static void log_maxima(March *m, double h)
+{
+    const long contacts = (long)m->r->contacts;
+    long e = 0, j;
+    while ((e = m->kernel.passing(m, e)) < m->padded && e < contacts)
+        for (j = e, e += m->kernel.width; j < e && j < m->n && j < contacts; j++) log_maximum(m, h, j);
+}
+
+/* Keeps the state at the beginning of a step, if it is wanted. */
+static void keep_state(March *m)
+{
+    double *row = m->states + (2 * m->bodies + 1) * (long)m->record->kept;
+    if (!m->most_states || m->r->time < m->record->since) return;
+    *row++ = m->r->time;
+    memcpy(row, m->start.x, (size_t)m->n * sizeof *row);
+    memcpy(row + m->bodies, m->start.v, (size_t)m->n * sizeof *row);
+    m->record->kept++;
+}
+
+/* Sets the motion of bodies `from` on to zero in all states that are kept. */
+static void extend_states(const March *m, long from)
+{
+    const size_t size = (size_t)(m->n - from) * sizeof(double);
+    long i;
+    for (i = 0; m->most_states && i < (long)m->record->kept; i++) {
+        double *const x = m->states + (2 * m->bodies + 1) * i + 1 + from;
+        memset(x, 0, size);
+        memset(x + m->bodies, 0, size);
+    }
+}
+
+/* Whether the record has room for the next step, and the chain for the front. */
+static int has_room(const March *m)
+{
+    const Record *const record = m->record;
+    return !record || ((!m->most_states || record->kept < (double)m->most_states) && record->peaks + (double)m->n <= (double)m->most_peaks
+        && (!record->continues || m->n < m->bodies));
+}
