@@ -13,6 +13,7 @@ import pytest
 import shockwave.testing.known_motions as motion
 from shockwave.base.errors import NumericalError
 from shockwave.engine.integrator import Integrator
+from shockwave.engine.nystroem_integrators import Rkn1210
 from shockwave.engine.one_step import Attempt, OneStep
 from shockwave.testing.contract_clauses import Contract, check_registered
 from shockwave.testing.known_motions import Watched, distance, hertz, smooth_force, smooth_motion
@@ -67,8 +68,9 @@ class IntegratorContract(Contract):
         assert isinstance(order, int), f"order must be a whole number (got {order!r})"
         assert isinstance(getattr(integrator, "adaptive", None), bool), "adaptive must be True or False"
 
-    def test_clause_1_order_is_that_of_the_error(self, integrator: type[Integrator]) -> None:
-        slope = motion.slope(integrator)
+    @pytest.mark.parametrize("chain", ["smooth", "mixed"])
+    def test_clause_1_order_is_that_of_the_error(self, integrator: type[Integrator], chain: str) -> None:
+        slope = (motion.slope if chain == "smooth" else motion.mixed_slope)(integrator)
         allowed = _SLOPE if integrator.order < 9 else _HIGH_SLOPE
         message = f"order is {integrator.order}, and the error scales as the step to the power {slope:.2f}"
         assert abs(slope - integrator.order) <= allowed, message
@@ -198,6 +200,13 @@ class IntegratorContract(Contract):
     def test_it_simulates_a_chain(self, integrator: type[Integrator]) -> None:
         own = motion.peak_with(integrator(tolerance=1e-8, size=_STEP))
         assert own == pytest.approx(motion.best_peak(), rel=_PEAK), "the peak force of the leading wave is wrong"
+
+    @pytest.mark.parametrize("granules", [1, 2, 5, 40])
+    def test_it_steps_a_mixed_chain_with_gaps_before_a_wall(self, integrator: type[Integrator], granules: int) -> None:
+        forces = motion.mixed_forces(integrator, granules, 1e-6 if integrator.adaptive else 2 * _STEP)
+        exact = motion.mixed_forces(Rkn1210, granules, 1e-12)
+        error = motion.distance(forces, exact)
+        assert error <= _PEAK, f"the error of the greatest contact forces of {granules} granules is {error:.1e}"
 
 
 def _one_step(integrator: type[Integrator]) -> type[OneStep]:

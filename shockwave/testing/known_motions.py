@@ -13,6 +13,8 @@ from attrs import define, field
 
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.integrator import Acceleration, Integrator, Step
+from shockwave.engine.mixed_chain_assembly import Assembly
+from shockwave.engine.mixed_chain_problem import integrate
 from shockwave.engine.nystroem_integrators import Rkn1210
 from shockwave.engine.one_step import OneStep
 from shockwave.engine.scaled_problem import ChainProblem
@@ -31,12 +33,20 @@ _COUNTS = (4, 5, 6, 7, 8, 10, 12, 14, 16, 24, 32, 64, 128)
 _MIN_COUNT = 8
 # Largest number of steps of a run.
 _MAX_STEPS = 200_000
+# A triangular shock of three characteristic times.
+_PULSE = ChainProblem(Triangular(duration_ratio=3), rise_time=1.0, peak_force=1.0)
 # Smallest error that is not dominated by rounding.
 _MIN_ERROR = 2e-13
 #: Positions and velocities of a chain at rest that the first granule strikes.
 STRUCK = (np.zeros(5), np.array([1.0, 0.0, 0.0, 0.0, 0.0]))
 #: Time after which all of its contacts have opened.
 STRUCK_UNTIL = 12.0
+# Times at which mixed chains are compared, and tolerances and steps between which their errors show an order.
+_MIXED_TIMES = np.linspace(7.5, 30.0, 30)
+_MIXED_TOLERANCES = (1e-5, 1e-8)
+_MIXED_STEPS = (0.2, 0.1)
+# End of the shock on a mixed chain and of the collisions that follow.
+_MIXED_UNTIL = 20.0
 
 
 def smooth_motion(time: Any) -> tuple[FloatArray, FloatArray]:
@@ -165,6 +175,46 @@ def _error_of_attempts(method: OneStep, size: float) -> float:
 # ---------------------------------------------------------------- chains
 
 
+def _mixed(granules: int, loaded: bool) -> Assembly:
+    """Different granules before a wall: with gaps under a shock, or struck and so loaded that no contact opens."""
+    share, ones = np.array([0.618 * index % 1 for index in range(granules)]), np.ones(granules)
+    stiffnesses = np.array(2 - share)
+    return Assembly(
+        inverse_masses=1 / (0.5 + 1.5 * share),
+        stiffnesses=stiffnesses,
+        overlaps=np.array(stiffnesses ** (-2 / 3) if loaded else -0.1 * share),
+        exponents=1.5 * ones,
+        fixed_wall=True,
+        damping=0 * ones,
+        damping_powers=0 * ones,
+        force=None if loaded else _PULSE,
+        velocity=0.5 * loaded,
+    )
+
+
+@cache
+def mixed_forces(integrator: type[Integrator], granules: int, accuracy: float) -> FloatArray:
+    """Greatest contact forces of a mixed chain with gaps under a shock, with a tolerance or a step."""
+    return integrate(_mixed(granules, loaded=False), accuracy, until=_MIXED_UNTIL, integrator=integrator).forces
+
+
+@cache
+def _loaded_motion(integrator: type[Integrator], accuracy: float) -> tuple[FloatArray, int]:
+    """Positions and velocities of a mixed chain under a static load, and the number of steps."""
+    until = float(_MIXED_TIMES[-1])
+    motion = integrate(_mixed(5, loaded=True), accuracy, until=until, times=_MIXED_TIMES, integrator=integrator)
+    return np.array((motion.samples_x, motion.samples_v)), motion.steps
+
+
+def mixed_slope(integrator: type[Integrator]) -> float:
+    """Exponent of the step size with which the error of a mixed chain under a static load scales."""
+    exact, _ = _loaded_motion(Rkn1210, 1e-14)
+    accuracies = _MIXED_TOLERANCES if integrator.adaptive else _MIXED_STEPS
+    (coarse, few), (fine, many) = (_loaded_motion(integrator, accuracy) for accuracy in accuracies)
+    ratio = float(np.linalg.norm(coarse - exact) / np.linalg.norm(fine - exact))
+    return math.log(ratio) / math.log(max(many / few, 1.001))
+
+
 @cache
 def struck() -> tuple[FloatArray, FloatArray]:
     """Positions and velocities of the struck chain, by the method of the highest order."""
@@ -180,6 +230,5 @@ def best_peak() -> float:
 
 def peak_with(method: Integrator) -> float:
     """Peak force of the leading wave of a triangular shock of three characteristic times, over that of the shock."""
-    problem = ChainProblem(Triangular(duration_ratio=3), rise_time=1.0, peak_force=1.0)
-    found = ChainRun(problem, method, wave_threshold=0.05, primary_doubt=1e-4, later_doubt=1e-2, most_contacts=200)
+    found = ChainRun(_PULSE, method, wave_threshold=0.05, primary_doubt=1e-4, later_doubt=1e-2, most_contacts=200)
     return max(wave.peak_force for wave in found.finish().waves)

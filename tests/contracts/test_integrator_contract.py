@@ -159,7 +159,7 @@ def failures(method: type[Any], name: str) -> list[str]:
         marks = [mark for mark in getattr(function, "pytestmark", ()) if mark.name == "parametrize"]
         for case in marks[0].args[1] if marks else [()]:
             try:
-                function(method, *case)
+                function(method, *(case if isinstance(case, tuple) else (case,)))
             except pytest.skip.Exception:
                 pass
             except (pytest.fail.Exception, Exception) as failure:
