@@ -15,7 +15,7 @@ from attrs import evolve
 
 from shockwave.base.numerics import FloatArray
 from shockwave.base.progress import track
-from shockwave.benchmark.chain_problems import CASES, Case, at_setting, case_of, read_front, reference
+from shockwave.benchmark.chain_problems import CASES, Case, case_of, reference
 from shockwave.benchmark.work_precision import (
     Answer,
     Clock,
@@ -37,7 +37,6 @@ from shockwave.registry.registry import entries, load, plugins
 from shockwave.scenario.scenario import Scenario
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.simulate import simulate_scene
-from shockwave.simulation.wave_setup import scale_scene
 from shockwave.sweep.point_evaluation import software
 
 FAMILIES = ("quadratures", "predictors", "integrators")
@@ -96,7 +95,7 @@ def named_problems(family: str, quick: bool) -> Iterator[Callable[[], Experiment
         for name in ("short", "A", "B") if quick else ("short", "A", "B", "slow"):
             yield partial(predictors, CASES[name])
     else:
-        for name in ("A",) if quick else ("A", "B", "slow"):
+        for name in ("A", "wall") if quick else ("A", "B", "slow", "wall"):
             yield partial(integrators, CASES[name])
 
 
@@ -231,24 +230,20 @@ def predictors(case: Case) -> Experiment:
 
 
 def integrators(case: Case) -> Experiment:
-    """The function simulate, and every registered integrator on a window that grows with the front."""
-    best = reference(case)
-    _, scales = scale_scene(case.scene)
+    """The function simulate, and every registered integrator, on the chain as far as the contact."""
+    best, scales = reference(case), case.setup.scales
 
     def simulate(rtol: float, _: Clock) -> Answer:
-        result = simulate_scene(case.scene, SimulateOptions(rtol=rtol, waves="primary", contacts=(case.contact,)))
-        passage = result.passage(case.contact)
-        errors = best.errors(passage.peak_force / scales.force, passage.arrival_time / scales.time)
-        errors["energy"] = result.energy_defect
-        return Answer(errors, result.cost.force_evaluations, result.cost.steps)
+        force, time, defect, cost = case.simulate(rtol)
+        errors = best.errors(force / scales.force, time / scales.time) | {"energy": defect}
+        return Answer(errors, cost.force_evaluations, cost.steps)
 
     def integrate(name: str, setting: float, clock: Clock) -> Answer:
-        integrator = at_setting(load("integrators", name), setting)
-        reading = read_front(case, integrator, clock)
-        errors = best.errors(reading.force, reading.time) | {"energy": reading.drift}
-        return Answer(errors, integrator.evaluations, reading.steps)
+        motion = case.run(load("integrators", name), setting, clock)
+        energy = abs(motion.energy_balance) / (motion.work + motion.initial_energy)
+        return Answer(best.errors(*case.front(motion)) | {"energy": energy}, motion.evaluations, motion.steps)
 
-    description = f"{case.description}: front at contact {case.contact}"
+    description = f"{case.description}: front at {'the ' * (case.contact is None)}{case.place}"
     quantities = ("peak force", "arrival time", "energy")
     problem = Problem("integrators", case.name, description, quantities, best.source, best.error)
     methods = [Method("simulate", simulate, "rtol", _TOLERANCES)]

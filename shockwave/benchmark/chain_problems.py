@@ -1,55 +1,40 @@
-"""Problems of shocks on chains: peak force and arrival time of the front at one contact, and their references."""
+"""Problems of shocks on chains: greatest force at one contact and its time, and their references."""
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import NamedTuple
 
-from attrs import frozen
+from attrs import evolve, frozen
 
 from shockwave.base.errors import NumericalError
-from shockwave.benchmark.benchmark_scenes import power
+from shockwave.benchmark.benchmark_scenes import described, power
 from shockwave.benchmark.work_precision import Clock
-from shockwave.engine.backend import compiled
 from shockwave.engine.integrator import Integrator
-from shockwave.engine.nystroem_integrators import Nystroem, Rkn86, Rkn1210
-from shockwave.engine.scaled_problem import chain_energy
+from shockwave.engine.mixed_chain_problem import Motion, integrate
+from shockwave.engine.nystroem_integrators import Rkn86, Rkn1210
+from shockwave.engine.time_limit import time_limit
 from shockwave.scenario.scenario import Scenario
 from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
-from shockwave.simulation.integration_stretches import Course
+from shockwave.simulation.contact_setup import ChainSetup
+from shockwave.simulation.result_parts import Cost
 from shockwave.simulation.simulate import simulate_scene
-from shockwave.simulation.wave_setup import scale_scene
 
-# Smallest maximum of a contact force that counts as that of the front, in units of the peak force of the shock.
-_FLOOR = 0.05
-# Step tolerance of references.
+# Step tolerance of references, and tolerance of the simulation that gives the end of the runs.
 _TIGHT = 1e-13
+_LOOSE = 1e-4
 # Relative rounding error of a number.
 _ROUNDING = 2e-16
 # Last contact at which the front of a scenario is measured, and its least distance in contacts from a free end.
 _FARTHEST = 200
 _BEFORE_END = 8
-# Longest time that a front takes from the end of the shock to its contact, in characteristic times.
-_LONGEST = 1e4
-# Interval at which the front is looked for, in characteristic times.
-_INTERVAL = 2.0
-
-
-class Reading(NamedTuple):
-    """Peak force and its time at the contact, in scaled units, and the number of steps.
-
-    ``drift`` is the relative change of the energy of the chain from the end of the force to the peak; None if the force
-    still acts.
-    """
-
-    force: float
-    time: float
-    drift: float | None
-    steps: int
+# Characteristic times after the front has passed its contact at which a run ends.
+_AFTER = 2.0
 
 
 class Reference(NamedTuple):
-    """Peak force and its time in scaled units, their relative error, and their source."""
+    """Greatest force and its time in scaled units, their relative error, and their source."""
 
     force: float
     time: float
@@ -61,9 +46,9 @@ class Reference(NamedTuple):
         return {"peak force": abs(force / self.force - 1), "arrival time": abs(time / self.time - 1)}
 
 
-@frozen(eq=False)
+@frozen(eq=False, slots=False)
 class Case:
-    """A shock on a chain, and the contact at which the front is measured, counted from 0.
+    """A shock on a chain, and the contact at which the front is measured, counted from 0; None for the wall.
 
     ``known`` are peak force and time there in characteristic units, if they are known to 20 digits.
     """
@@ -71,8 +56,59 @@ class Case:
     name: str
     description: str
     scene: Scene
-    contact: int
+    contact: int | None = None
     known: tuple[float, float] | None = None
+
+    @property
+    def place(self) -> str:
+        """Where the front is measured."""
+        return "wall" if self.contact is None else f"contact {self.contact}"
+
+    @cached_property
+    def setup(self) -> ChainSetup:
+        """The chain as far as the end does not affect the front at the contact, with the end of the runs."""
+        chain, contact = self.scene.chain, self.contact
+        if contact is None:
+            return ChainSetup.of(SimulateOptions(), self.scene)
+        beyond = contact + 2 + _BEFORE_END
+        part = evolve(chain, granules=beyond if chain.count is None else min(beyond, chain.count))
+        case = ChainSetup.of(SimulateOptions(), Scene(excitation=self.scene.excitation, chain=part))
+        return evolve(case, end=self.simulate(_LOOSE)[1] / case.scales.time + _AFTER)
+
+    def simulate(self, rtol: float) -> tuple[float, float, float | None, Cost]:
+        """Force [N], its time [s], relative energy defect and cost of the function simulate."""
+        contacts = () if self.contact is None else (self.contact,)
+        result = simulate_scene(self.scene, SimulateOptions(rtol=rtol, waves="primary", contacts=contacts))
+        if self.contact is None:
+            peak = result.transmitted
+            assert peak is not None
+            return peak.peak_force, peak.time, result.energy_defect, result.cost
+        passage = result.passage(self.contact)
+        return passage.peak_force, passage.arrival_time, result.energy_defect, result.cost
+
+    def run(self, method: type[Integrator], accuracy: float, clock: Clock | None = None) -> Motion:
+        """The motion by an integrator with a tolerance or a step.
+
+        Raises
+        ------
+        NumericalError
+            If the integrator fails or takes too long.
+        """
+        setup = self.setup
+        with time_limit(None if clock is None else clock.seconds):
+            try:
+                return integrate(
+                    setup.assembly, accuracy, until=setup.until, compiled=setup.compiled, integrator=method
+                )
+            except NumericalError:
+                if clock is not None:
+                    clock.check()
+                raise
+
+    def front(self, motion: Motion) -> tuple[float, float]:
+        """Greatest force at the contact and its time, in scaled units."""
+        at = -1 if self.contact is None else self.contact
+        return float(motion.forces[at]), float(motion.force_times[at])
 
 
 # 20 digits, from two methods in quadruple precision with steps that end on every kink.
@@ -95,8 +131,16 @@ def _paper_case(name: str) -> Case:
     return Case(name, description, scene, contact, _KNOWN.get(name))
 
 
+def _wall_case() -> Case:
+    """A triangle on a mixed chain before a wall."""
+    segments = [{"count": 12}, {"count": 8, "material": "ptfe", "diameter": "8 mm"}, {"count": 5}]
+    shock, chain = described({"granules": segments, "end": {"wall": "same"}})
+    description = "triangle, t0 = 1 T0, n = 3, on 12 steel, 8 softer and 5 steel granules before a wall"
+    return Case("wall", description, Scene(excitation=shock, chain=chain))
+
+
 #: The named problems.
-CASES = {name: _paper_case(name) for name in _POWER_LAWS}
+CASES = {name: _paper_case(name) for name in _POWER_LAWS} | {"wall": _wall_case()}
 
 
 def case_of(scenario: Scenario) -> Case:
@@ -120,43 +164,10 @@ def reference(case: Case) -> Reference:
     Raises
     ------
     NumericalError
-        If the front has no peak at the contact.
+        If an integrator fails.
     """
     if case.known is not None:
         return Reference(*case.known, _ROUNDING, "two integrators in quadruple precision, which agree to 20 digits")
-    best = read_front(case, at_setting(Rkn1210, _TIGHT), Clock())
-    other = read_front(case, at_setting(Rkn86, _TIGHT), Clock())
-    error = max(abs(other.force / best.force - 1), abs(other.time / best.time - 1), _ROUNDING)
-    return Reference(best.force, best.time, error, f"rkn1210 at a step tolerance of {_TIGHT:g}, checked by rkn86")
-
-
-def at_setting(method: type[Integrator], setting: float) -> Integrator:
-    """The method at a tolerance or step size, with the compiled code if it has one."""
-    if issubclass(method, Nystroem):
-        return method(tolerance=setting, compiled=compiled)
-    return method(tolerance=setting) if method.adaptive else method(size=setting)
-
-
-def read_front(case: Case, integrator: Integrator, clock: Clock) -> Reading:
-    """Measure the front of ``case`` by an integrator on a window that grows with the front.
-
-    Raises
-    ------
-    NumericalError
-        If the integrator fails or takes too long, or the front has no peak at the contact.
-    """
-    problem, _ = scale_scene(case.scene)
-    course, last = Course(problem, integrator, kept=False), problem.duration + _LONGEST
-    initial = 0.0
-    while course.now < last:
-        clock.check()
-        driven = course.now < problem.duration
-        stretch = course.advance(min(course.now + _INTERVAL, problem.duration if driven else last))
-        energy = chain_energy(stretch.x[-1], stretch.v[-1])
-        if driven:
-            initial = energy
-        fronts = [peak for peak in course.log.at(case.contact) if peak.force > _FLOOR]
-        if fronts:
-            force, time = fronts[-1].force, fronts[-1].time
-            return Reading(force, time, None if driven else abs(energy / initial - 1), course.steps)
-    raise NumericalError(f"the front has no peak of its own at contact {case.contact}")
+    (force, time), (other, then) = (case.front(case.run(method, _TIGHT)) for method in (Rkn1210, Rkn86))
+    error = max(abs(other / force - 1), abs(then / time - 1), _ROUNDING)
+    return Reference(force, time, error, f"rkn1210 at a step tolerance of {_TIGHT:g}, checked by rkn86")
