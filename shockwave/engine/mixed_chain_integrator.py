@@ -11,23 +11,10 @@ from attrs import define, field
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.integrator import Integrator, Step
 from shockwave.engine.mixed_chain_forces import Contacts, End
-from shockwave.engine.nystroem_tableaux import Tableau
 from shockwave.registry.registry import blame
 
 # Longest interval in one call of the integrator, in characteristic times.
 _STRETCH = 50.0
-# Lobatto's rule for integrals over a step: nodes and weights, exact to degree 7.
-_OUTER = math.sqrt(3 / 7) / 2
-_NODES = np.array([0.0, 0.5 - _OUTER, 0.5, 0.5 + _OUTER, 1.0])
-_WEIGHTS = np.array([1 / 20, 49 / 180, 16 / 45, 49 / 180, 1 / 20])
-#: The rule in the place of the method of a `Job`.
-LOBATTO = Tableau(
-    nodes=_NODES,
-    positions=np.zeros((5, 5)),
-    velocities=np.zeros((5, 5)),
-    weights=np.array([0, 1, 0, 0, 0, 0])[:, None] * _WEIGHTS,
-    error_order=1,
-)
 
 
 @define

@@ -122,12 +122,10 @@ class Motion:
         return stored - self.initial_energy - self.work
 
 
-def method_for(
-    assembly: Assembly, integrator: type[Integrator] | None, accuracy: float
-) -> tuple[str, Tableau, Integrator | None]:
+def method_for(assembly: Assembly, integrator: type[Integrator] | None) -> tuple[str, Tableau]:
     """Name and coefficients of the method: those of ``integrator``, by default rkn86, with damping dop853.
 
-    An integrator that takes its own steps is made with ``accuracy``, its tolerance or step.
+    For an integrator without coefficients they are those of rkn86, whose weights give integrals over its steps.
 
     The pair rkn1210 is not faster, even for the tightest tolerances: contacts that open limit its steps.
 
@@ -138,17 +136,11 @@ def method_for(
     """
     if integrator is None:
         if assembly.is_damped:
-            return "dop853", dop853(), None
+            return "dop853", dop853()
         integrator = Rkn86
     if reason := integrator.refusal(assembly.is_damped, assembly.plastic is not None):
         raise InvalidValueError.of("integrator", reason)
-    if (tableau := integrator.coefficients()) is not None:
-        return integrator.name, tableau, None
-    from shockwave.engine.mixed_chain_integrator import LOBATTO
-
-    with blame("integrators", integrator):
-        method = integrator(tolerance=accuracy) if integrator.adaptive else integrator(size=accuracy)
-    return integrator.name, LOBATTO, method
+    return integrator.name, integrator.coefficients() or Rkn86.tableau
 
 
 def integrate(
@@ -183,13 +175,14 @@ def integrate(
     NumericalError
         If the integration fails, takes too many steps or reaches the time limit.
     """
-    name, method, stepper = method_for(assembly, integrator, tolerance)
+    name, method = method_for(assembly, integrator)
     swift = Rkn86.tableau if integrator is None and assembly.is_damped and not assembly.is_viscous else None
     job = _job(assembly, tolerance, until, np.asarray(times, dtype=float), (method, swift))
-    if assembly.law is not None or assembly.impedance or stepper is not None:
-        compiled = None
-    if stepper is not None:
+    if integrator is not None and integrator.coefficients() is None:
+        with blame("integrators", integrator):
+            stepper = integrator(tolerance=tolerance) if integrator.adaptive else integrator(size=tolerance)
         job = evolve(job, integrator=stepper)
+    compiled = None if assembly.law is not None or assembly.impedance or job.integrator else compiled
     run(job, compiled)
     _check(job)
     contacts, masses = len(assembly.overlaps), 1 / assembly.inverse_masses

@@ -90,22 +90,21 @@ class Stages(Contacts):
         return whole_y, whole_z, impulses
 
     def read(self, course: Course, start: End, size: float, end: float) -> tuple[FloatArray, FloatArray, list[float]]:
-        """`attempt` within the last step of an `Integrator`, with forces at the nodes of the rule for integrals."""
-        x, v = course.state(end)
+        """`attempt` within the last step of an `Integrator`, and for the whole the forces at nodes with a weight."""
+        (x, v), watched = course.state(end), list(self.job.watched)
         self.evaluations = float(course.integrator.evaluations)
-        last = self.forces(x, v, 0, self.bodies)[0]
-        watched = list(self.job.watched)
-        if not (self.driven or start.f[1:-1][watched].any() or last[watched].any()):
-            self.stages[:] = 0.0
-            return x, v, [0.0] * (len(self.stages) + 1)
-        self.stages[0], self.stages[-1, 1:-1] = start.f, last
+        if course.step is not None and end < course.step.end:
+            return x, v, []
+        at_end = self.forces(x, v, 0, self.bodies)[0]
+        self.stages[1:, 1:-1], self.stages[0] = 0.0, start.f
+        acts = self.driven or start.f[1:-1][watched].any() or at_end[watched].any()
         impulses = [0.0]
-        for i, c in enumerate(self.method.nodes[1:-1].tolist(), start=1):
-            time = self.time + c * size
-            self.stages[i, 1:-1] = self.forces(*course.state(time), 0, self.bodies)[0]
+        for i, c in enumerate(self.method.nodes[1:].tolist(), start=1):
+            time = end if c == 1.0 else self.time + c * size
+            if acts and self.method.weights[1, i]:
+                self.stages[i, 1:-1] = self.forces(*course.state(time), 0, self.bodies)[0]
             impulses.append(self.shift(size, time)[1] if self.driven else 0.0)
-        impulse = self.shift(size, end)[1] if self.driven else 0.0
-        return x, v, [*impulses, impulse, impulse]
+        return x, v, [*impulses, impulses[-1]]
 
     def push(self, x: FloatArray, v: FloatArray, impulses: list[float], passed: float, time: float) -> None:
         """Add the motion of body 0 by the applied force within the step, and append its impulse to ``impulses``."""

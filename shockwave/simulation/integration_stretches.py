@@ -14,6 +14,7 @@ from shockwave.engine.integrator import LONGEST_STEP, Integrator
 from shockwave.engine.mixed_chain_arrays import KINK_TOLERANCE, LARGEST, NO_END, ROWS, SIZE, UNTIL, Job, Status
 from shockwave.engine.mixed_chain_backend import run
 from shockwave.engine.mixed_chain_forces import FAR
+from shockwave.engine.nystroem_integrators import Rkn86
 from shockwave.engine.peak_log import PeakLog
 from shockwave.engine.scaled_problem import ChainProblem
 from shockwave.engine.stretch import Stretch
@@ -103,18 +104,14 @@ class Course:
         problem, integrator = self.problem, self.integrator
         bodies = min(bodies, problem.granules or bodies)
         self._record.continues, last = bodies != problem.granules, bodies - 1
-        method, stepper = integrator.coefficients(), None
-        if method is None:
-            from shockwave.engine.mixed_chain_integrator import LOBATTO
-
-            method, stepper = LOBATTO, integrator
+        method = integrator.coefficients()
         longest = LONGEST_STEP if problem.granules is None else min(LONGEST_STEP, problem.duration)
         longest = longest if integrator.adaptive else integrator.size
         pulse = problem.duration, problem.rise_time, problem.peak_force
         settings = self.log.tolerance, 0, *pulse, self._found[SIZE], longest, last, 0, 0, math.inf, 0, 0, 0
         job = Job(
-            method=method,
-            integrator=stepper,
+            method=method or Rkn86.tableau,
+            integrator=integrator if method is None else None,
             problem=problem,
             law=None,
             by_law=np.zeros(bodies, dtype=bool),

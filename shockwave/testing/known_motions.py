@@ -39,8 +39,6 @@ _PULSE = ChainProblem(Triangular(duration_ratio=3), rise_time=1.0, peak_force=1.
 _MIN_ERROR = 2e-13
 #: Positions and velocities of a chain at rest that the first granule strikes.
 STRUCK = (np.zeros(5), np.array([1.0, 0.0, 0.0, 0.0, 0.0]))
-#: Time after which all of its contacts have opened.
-STRUCK_UNTIL = 12.0
 # Times at which mixed chains are compared, and tolerances and steps between which their errors show an order.
 _MIXED_TIMES = np.linspace(7.5, 30.0, 30)
 _MIXED_TOLERANCES = (1e-5, 1e-8)
@@ -213,13 +211,6 @@ def mixed_slope(integrator: type[Integrator]) -> float:
     (coarse, few), (fine, many) = (_loaded_motion(integrator, accuracy) for accuracy in accuracies)
     ratio = float(np.linalg.norm(coarse - exact) / np.linalg.norm(fine - exact))
     return math.log(ratio) / math.log(max(many / few, 1.001))
-
-
-@cache
-def struck() -> tuple[FloatArray, FloatArray]:
-    """Positions and velocities of the struck chain, by the method of the highest order."""
-    last = all_steps(Rkn1210(tolerance=1e-13), hertz, STRUCK_UNTIL, STRUCK)[-1]
-    return last.x, last.v
 
 
 @cache
