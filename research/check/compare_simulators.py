@@ -320,7 +320,7 @@ def of_shockwave(names: list[str], longest: float) -> Iterator[Run]:
         "--family",
         "integrators",
         "--json",
-        "--longest",
+        "--timeout",
         f"{longest}",
     ]
     rows = json.loads(subprocess.run(command, stdout=subprocess.PIPE, check=True).stdout)["rows"]

@@ -1,14 +1,16 @@
-"""Draw error against run time for section 4, simulations and SciPy by hand.
+"""Draw error against run time for section 4, simulations, SciPy by hand, and every registered integrator.
 
     python research/draw/draw_error_time.py
     python research/draw/draw_error_time.py --drawn
 
 measures all methods in some minutes, writes the runs to docs/benchmarks/error-time.csv and draws
-docs/benchmarks/error-time.svg; with ``--drawn`` it draws the runs of the file. There are two problems: the peak force
-of the leading wave for the eight pulses of the paper, and the force on the wall behind the mixed, damped chain of
-profiles/validation/damped.yaml. Run times are process times over that of ``simulate`` with rtol 1e-6 for the same pulse
-or chain, which is measured alternately with each run: such ratios vary less between machines than seconds do.
-Simulations are also measured for a thousand pulses of one shape in one call.
+docs/benchmarks/error-time.svg and docs/benchmarks/integrators.svg; with ``--drawn`` it draws the runs of the file. The
+first picture has two problems: the peak force of the leading wave for the eight pulses of the paper, and the force on
+the wall behind the mixed, damped chain of profiles/validation/damped.yaml. The second has the problem *wall* of
+``shockwave bench``, with every registered integrator, also of installed plugins. Run times are process times over that
+of ``simulate`` with rtol 1e-6 for the same pulse or chain, which is measured alternately with each run: such ratios
+vary less between machines than seconds do. Simulations are also measured for a thousand pulses of one shape in one
+call.
 
 SciPy integrates the whole chain as a first-order system, restarts at the kinks of the force and evaluates the peak from
 its own steps, as a careful user would. On the pulses it computes the force at contact 60, with the reference of that
@@ -24,8 +26,10 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -35,6 +39,9 @@ from scipy.optimize import minimize_scalar
 
 import shockwave as sw
 from shockwave import pictures
+from shockwave.benchmark import bench
+from shockwave.benchmark.chain_problems import CASES
+from shockwave.benchmark.work_precision import Clock
 from shockwave.pictures.picture_elements import GREEN, PURPLE
 from shockwave.scene.chain import Scales
 from shockwave.scene.layout import Layout
@@ -46,7 +53,7 @@ from independent_check import Array, Case, by_shockwave
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "docs" / "benchmarks"
 FILE = FOLDER / "error-time.csv"
-PULSES, CHAIN = "pulses of the paper", "mixed, damped chain before a wall"
+PULSES, CHAIN, WALL = "pulses of the paper", "mixed, damped chain before a wall", "mixed chain before a wall"
 #: Tolerances of the simulation and of SciPy.
 SIMULATED = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)
 BY_HAND = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
@@ -59,6 +66,8 @@ FEWEST, MOST, BUDGET, COMMON = 3, 25, 0.2, 4
 SAMPLES = 20
 #: Number of shocks of one call, and the name of such runs.
 MANY, TOGETHER = 1000, "together"
+#: Longest run of an integrator [s].
+LONGEST = 4.0
 #: Smaller errors are drawn here.
 LEAST = 1e-12
 
@@ -203,6 +212,20 @@ def of_chain(scene: sw.Scenario) -> Iterator[Row]:
         yield Row(CHAIN, scene.name, method, setting, abs(run() / reference - 1), ratio(run, common))
 
 
+def of_integrators() -> Iterator[Row]:
+    """Runs of the simulation and of all integrators for the mixed chain; settings that take too long are left out."""
+    methods = list(bench.integrators(CASES["wall"])[1])
+    common = partial(methods[0].run, 1e-6, Clock())
+    for method in methods:
+        for value in method.values:
+            begin = time.process_time()
+            run = partial(method.run, value, Clock())
+            error = run().errors["peak force"]
+            yield Row(WALL, "wall", method.name, method.text(value), error, ratio(run, common))
+            if time.process_time() - begin > LONGEST:
+                break
+
+
 # ---------------------------------------------------------------- picture
 
 #: Colour and mark of each method.
@@ -214,11 +237,30 @@ LOOKS = {
 }
 
 
-def draw() -> Figure:
-    """Draw the runs of the file, a panel for each problem: runs as faint marks, medians over pulses joined by lines."""
+def read_rows() -> list[Row]:
+    """The runs of the file."""
     with FILE.open(newline="", encoding="utf-8") as lines:
         table = list(csv.reader(lines))[1:]
-    rows = [Row(*cells[:4], float(cells[4]), float(cells[5])) for cells in table]
+    return [Row(*cells[:4], float(cells[4]), float(cells[5])) for cells in table]
+
+
+def draw_integrators() -> Figure:
+    """Draw the runs of the integrators in the file, with a line for each."""
+    figure, (ax,) = pictures.figure(1, 1, (7.6, 4.6))
+    runs = [
+        SimpleNamespace(method=row.method, error=max(row.error, LEAST), seconds=row.time, problem="")
+        for row in read_rows()
+        if row.problem == WALL
+    ]
+    pictures.work_precision(runs, "relative error of the force on the wall", ax=ax)
+    ax.set(xlabel="run time over that of simulate at rtol 1e-6", ylim=(LEAST / 3, 0.3))
+    ax.legend(loc="center left", bbox_to_anchor=(1, 0.5), fontsize="small")
+    return figure
+
+
+def draw() -> Figure:
+    """Draw the runs of the file, a panel for each problem: runs as faint marks, medians over pulses joined by lines."""
+    rows = read_rows()
     figure, places = pictures.figure(1, 2, (7.6, 4.2))
     for ax, problem in zip(places, (PULSES, CHAIN), strict=True):
         for method, look in LOOKS.items():
@@ -255,11 +297,13 @@ def main() -> None:
             row for file in sorted((ROOT / "profiles/paper").glob("*.yaml")) for row in of_pulse(sw.load_scenario(file))
         ]
         rows += of_chain(sw.load_scenario(ROOT / "profiles/validation/damped.yaml"))
+        rows += of_integrators()
         with FILE.open("w", newline="", encoding="utf-8") as out:
             writer = csv.writer(out, lineterminator="\n")
             writer.writerow(Row._fields)
             writer.writerows((*row[:4], f"{row.error:.2g}", f"{row.time:.3g}") for row in rows)
     pictures.save(draw(), FOLDER / "error-time.svg")
+    pictures.save(draw_integrators(), FOLDER / "integrators.svg")
 
 
 if __name__ == "__main__":

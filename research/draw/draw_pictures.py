@@ -271,6 +271,7 @@ PICTURES: dict[str, Callable[[], Figure]] = {
     "pictures/materials": materials,
     "pictures/sensors": sensors,
     "benchmarks/error-time": draw_error_time.draw,
+    "benchmarks/integrators": draw_error_time.draw_integrators,
     "universal/shocks": lambda: draw_universal.draw("shocks")[0],
     "universal/ends": lambda: draw_universal.draw("ends")[0],
 }

@@ -248,6 +248,6 @@ def integrators(case: Case) -> Experiment:
     problem = Problem("integrators", case.name, description, quantities, best.source, best.error)
     methods = [Method("simulate", simulate, "rtol", _TOLERANCES)]
     for entry in entries("integrators"):
-        setting, values = ("step", _STEPS) if entry.takes == "step" else ("tolerance", _TOLERANCES)
+        setting, values = ("step", _STEPS) if "step" in entry.takes.split() else ("tolerance", _TOLERANCES)
         methods.append(Method(entry.name, partial(integrate, entry.name), setting, values))
     return problem, methods

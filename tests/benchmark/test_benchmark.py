@@ -193,6 +193,8 @@ def test_every_registered_method_has_rows_on_every_problem(family: str, others: 
     names = {entry.name for entry in entries(family)} | others
     pairs = {(row.case, row.method) for row in result.rows}
     assert pairs == {(problem.name, name) for problem in result.problems for name in names}
+    settings = {row.method: row.setting.split()[0] for row in result.rows}
+    assert family == "quadratures" or (settings["verlet"], settings["rkn86"]) == ("step", "tolerance")
 
 
 def test_section_4_has_a_row_for_each_variant_with_its_error() -> None:
