@@ -41,8 +41,9 @@ def test_a_comparison_of_a_scenario_has_its_published_figures(scene: Any) -> Non
     assert (both.scenario, both.simulated.scenario) == (scenario.name,) * 2
 
 
+@pytest.mark.usefixtures("few_draws")
 def test_studies_take_a_scenario_or_its_file(scene: Any) -> None:
-    assert sw.uncertainty(scene, spreads={"shock.peak_force": "5 %"}, draws=256).scenario == "table 1 row 1"
+    assert sw.uncertainty(scene, spreads={"shock.peak_force": "5 %"}, draws=64).scenario == "table 1 row 1"
     radius = {"between": ("4 mm", "5 mm"), "target": {"amplification": 1.0}, "points": 2}
     assert sw.design(scene, vary="chain.radius", **radius).scenario == "table 1 row 1"
     materials = {"chain.material": ["copper", "brass-260"]}

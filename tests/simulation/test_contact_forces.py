@@ -472,7 +472,7 @@ def test_histories_balance_energy_and_momentum() -> None:
     assert energy[after] == pytest.approx(np.full(after.sum(), result.applied_energy), rel=1e-6)
 
 
-# ---------------------------------------------------------------- comparison, many chains, commands, pages
+# ---------------------------------------------------------------- many chains, ends of histories, later forces
 
 
 def test_chains_of_all_kinds_are_simulated_together() -> None:
@@ -481,21 +481,6 @@ def test_chains_of_all_kinds_are_simulated_together() -> None:
     assert plain == sw.simulate(SHOCK, CHAIN)
     assert wall == walled()
     assert gap == sw.simulate(SHOCK, chains[2])
-
-
-def test_a_page_shows_the_forces_and_their_pictures(tmp_path: Path) -> None:
-    pytest.importorskip("matplotlib")
-    from shockwave.report import compute_results, render_page
-
-    file = tmp_path / "scene.yaml"
-    file.write_text(CASES["striker, heavy"]["scenario"])
-    scenario = sw.load_scenario(file)
-    text = render_page(compute_results(scenario))
-    assert "greatest force 257.3181" in text
-    for title in ("Greatest forces", "Space-time diagram", "Force on the wall"):
-        assert f"<h3>{title}</h3>" in text
-    assert "Conditions (3)" not in text
-    assert render_page(compute_results(scenario)) == text
 
 
 @pytest.mark.parametrize("backend", ["compiled", "numpy"])

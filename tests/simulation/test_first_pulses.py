@@ -16,7 +16,6 @@ from shockwave.simulation.first_pulse import FirstPulse
 from shockwave.simulation.simulation_text import sensor_lines
 from support.chain_reference import Reference
 from support.first_pulse_reference import DensePulse, Signal
-from support.programs import SCENE, command, loaded
 from support.scenes import CHAIN, UNITS, triangle
 
 pytestmark = pytest.mark.compiled
@@ -39,9 +38,9 @@ SCENES: dict[str, tuple[Any, sw.Chain, Any, float, bool]] = {
     "on a wall": (STRIKER, evolve(BEADS, end=RIGID), "wall", 6e-4, False),
     "granule at a wall": (STRIKER, evolve(BEADS, end=RIGID), {"granule": 12}, 6e-4, False),
     "precompressed": (triangle(2.0), evolve(BEADS, precompression=20.0), {"contact": 5}, 4e-4, False),
-    "vertical": (STRIKER, evolve(CHAIN, granules=LAYERS, end=RIGID, gravity=9.81), {"contact": 8}, 1e-3, True),
+    "vertical": (STRIKER, evolve(CHAIN, granules=LAYERS, end=RIGID, gravity=9.81), {"contact": 8}, 6e-4, True),
     "damped": (STRIKER, evolve(CHAIN, granules=LAYERS, end=RIGID, damping=DAMPING), {"granule": 5}, 1e-3, True),
-    "structure": (STRIKER, evolve(BEADS, end=SPRUNG), "structure", 2e-3, False),
+    "structure": (STRIKER, evolve(BEADS, end=SPRUNG), "structure", 8e-4, False),
 }
 
 
@@ -237,7 +236,6 @@ def test_only_what_reads_first_pulses_integrates_them(monkeypatch: pytest.Monkey
     result = sw.simulate(STRIKER, BEADS, contacts=[3])
     assert str(result)
     assert result.error_estimate < 1e-6
-    assert "shockwave.simulation.first_pulse" not in loaded(command("simulate", SCENE))
 
 
 @pytest.mark.parametrize("integrator", ["verlet", "rk4"])

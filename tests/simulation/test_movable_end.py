@@ -154,10 +154,11 @@ def test_a_limit_on_a_spring_is_read_from_a_file_and_refused_in_its_place() -> N
         )
 
 
+@pytest.mark.usefixtures("few_draws")
 def test_designs_and_uncertainties_read_the_structure() -> None:
     scene = {**LONG, "chain": {**LONG["chain"], "granules": 5}, "limit": {"force": 6, "at": "spring"}}
     scenario = sw.Scenario.from_dict({**scene, "uncertainty": {"impact.velocity": "20 %"}})
-    result = sw.uncertainty(scenario, draws=256)
+    result = sw.uncertainty(scenario, draws=64)
     assert result.verdict.force == "force of the spring on the ground"
     forces = result.outputs["structure.peak_spring_force"]
     assert result.exceedance.probability == pytest.approx(float(np.mean(forces >= 6)), abs=1e-9)
