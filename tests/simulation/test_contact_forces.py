@@ -316,12 +316,6 @@ def test_a_fixed_step_is_that_of_the_runs_and_a_large_one_is_warned_of() -> None
     assert [any(warning in each for each in result.to_dict()["warnings"]) for result in (fine, coarse)] == [False, True]
 
 
-def test_segments_of_equal_granules_are_a_chain_of_equal_granules() -> None:
-    segments = [Segment(count=4), Segment(count=5, radius=CHAIN.radius)]
-    result = sw.simulate(power(0.5), attrs.evolve(CHAIN, granules=segments))
-    assert result == sw.simulate(power(0.5), attrs.evolve(CHAIN, granules=9))
-
-
 def test_forces_at_the_contacts_of_a_very_long_chain_need_an_end_of_the_simulated_time() -> None:
     chain = attrs.evolve(CHAIN, granules=10**6)
     result = sw.simulate(power(0.5), chain, waves="primary")
@@ -473,14 +467,6 @@ def test_histories_balance_energy_and_momentum() -> None:
 
 
 # ---------------------------------------------------------------- many chains, ends of histories, later forces
-
-
-def test_chains_of_all_kinds_are_simulated_together() -> None:
-    chains = [CHAIN, WALLED, attrs.evolve(WALLED, granules=[Segment(count=3, gap=1e-6), Segment()])]
-    plain, wall, gap = sw.simulate_many([SHOCK] * 3, chains)
-    assert plain == sw.simulate(SHOCK, CHAIN)
-    assert wall == walled()
-    assert gap == sw.simulate(SHOCK, chains[2])
 
 
 @pytest.mark.parametrize("backend", ["compiled", "numpy"])

@@ -9,16 +9,13 @@ from functools import cache
 from unittest.mock import Mock
 
 import attrs
-import numpy as np
 import pytest
 
 import shockwave as sw
-from shockwave.scene.chain import Scales
 from support.scenes import (
     CASE_A,
     CHAIN,
     FORCE,
-    POWER,
     TRUTH,
     UNITS,
     lasting,
@@ -47,17 +44,6 @@ def test_train_is_sorted_separated_and_has_the_impulse() -> None:
     share = sum(wave.momentum for wave in result.waves) / (result.applied_momentum - result.recoil_momentum)
     # the tail below the threshold, whose waves carry up to 1 % each, has the rest
     assert 0.96 < share < 1
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_chains_scaled_to_the_same_rise_time_agree(seed: int) -> None:
-    modulus, density, radius, force = 10 ** np.random.default_rng(seed).uniform([6, 2, -6, -6], [12, 4.5, 1, 6])
-    material = sw.Material(youngs_modulus=modulus, poisson_ratio=0.4 - seed / 2, density=density)
-    chain = sw.Chain(material=material, radius=radius)
-    scaled = sw.Shock(profile=POWER, peak_force=force, rise_time=0.7 * Scales.of(chain, force).time)
-    # rounding of the units
-    here = sw.simulate(scaled, chain).amplification
-    assert here == pytest.approx(sw.simulate(power(0.7), CHAIN).amplification, rel=1e-9)
 
 
 def test_a_stronger_wave_behind_overtakes_before_it_is_measured() -> None:
