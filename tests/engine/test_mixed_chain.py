@@ -59,6 +59,14 @@ MIXED = {
     "striker-with-a-weight": striker(8),
     "damped-striker": evolve(striker(8), damping=np.full(8, 0.05), damping_powers=np.full(8, 0.5)),
     "long": mixed(520),
+    "movable": uniform(
+        4,
+        inverse_masses=np.append(np.ones(4), 0.4),
+        fixed_wall=False,
+        end_stiffness=0.3,
+        end_damping=0.1,
+        damping=0.1 * np.ones(4),
+    ),
 }
 
 
@@ -71,7 +79,7 @@ def test_both_codes_agree(name: str) -> None:
     assert (one.steps, one.evaluations) == (other.steps, other.evaluations)
     # rounding errors that a thousand steps amplify; powers that differ in the last digit gave 1e-10
     np.testing.assert_allclose(one.forces, other.forces, rtol=1e-12 if "power" in name else 1e-10, atol=1e-12)
-    for key in ("force_times", "x", "v", "last_impulse", "samples_x", "samples_v", "samples_forces"):
+    for key in ("force_times", "x", "v", "last_impulse", "samples_x", "samples_v", "samples_forces", "extremes"):
         np.testing.assert_allclose(getattr(one, key), getattr(other, key), rtol=1e-10, atol=1e-12, err_msg=key)
     assert one.work == pytest.approx(other.work, rel=1e-12)
     if "striker" in name:

@@ -140,18 +140,6 @@ def test_restitution_of_two_spheres(velocity: str, restitution: float) -> None:
     assert result.restitution == pytest.approx(restitution, abs=1e-8)
 
 
-@pytest.mark.parametrize("rate", [0.0, 0.03])
-def test_a_faster_collision_loses_more(rate: float) -> None:
-    shares = []
-    for velocity in np.geomspace(0.02, 5.0, 12).tolist():
-        chain = plastic(1, radius=300.0, rate=rate, force=None, velocity=velocity)
-        shares.append(-float(integrate(chain, 1e-9, until=60.0, compiled=compiled).v[0]) / velocity)
-    assert max(shares) <= 1 + 1e-7
-    if not rate:
-        assert (np.diff(shares) < 1e-8).all()
-    assert shares[-1] < 0.7
-
-
 def test_an_elastic_contact_among_plastic_ones_is_that_of_hertz() -> None:
     elastic = evolve(plastic(3, strength=math.inf), plastic=None)
     one, other = (integrate(chain, 1e-8, until=15.0) for chain in (plastic(3, strength=math.inf), elastic))

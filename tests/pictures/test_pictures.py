@@ -366,9 +366,11 @@ def test_the_work_of_the_shock_is_the_energy_of_the_chain(ax: Axes, name: str) -
 
 def test_curves_have_the_values_of_simulation_and_section_4(ax: Axes) -> None:
     found = curve("train")
-    pictures.universal_curves({"simulated": found}, ax=ax)
+    pictures.universal_curves({"simulated": found}, mark=2.0, ax=ax)
     x, y = line(ax, "simulated")
     assert y == pytest.approx(found.amplification(x), rel=1e-12)
+    assert (x[-1], ax.get_xscale()) == (found.longest_rise_time, "log")
+    assert ax.get_legend_handles_labels()[1] == ["simulated", "section 4", "this shock"]
     expected = [point.section4_amplification for point in found.points]
     assert line(ax, "section 4")[1].tolist() == expected
 

@@ -11,7 +11,6 @@ import attrs
 import pytest
 
 import shockwave as sw
-from shockwave.base.text import MOST_LINES
 from shockwave.studies import comparison
 from support.scenes import CHAIN, FORCE, STEEL
 
@@ -102,12 +101,6 @@ def test_it_takes_the_settings_of_predictions_and_simulations_and_no_others() ->
     for path, setting in (refused | {"options: unknown argument": {"options": None}}).items():
         with pytest.raises(sw.InvalidValueError, match=rf"^{path}"):
             sw.compare(TRAIN, CHAIN, **setting)
-
-
-@EVERY_ROW
-def test_its_text_has_few_lines(file: Path) -> None:
-    assert len(str(compared(file)).split("\n")) <= MOST_LINES
-    assert "decided by" in compared(file).text("explain")
 
 
 def test_a_comparison_of_soft_beads_has_no_warning() -> None:
