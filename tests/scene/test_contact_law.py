@@ -86,7 +86,8 @@ def chain(granules: int, end: str, **laws: Any) -> sw.Chain:
 BALANCED = [
     (law, granules, end, excitation)
     for law, granules, end, excitation in product(LAWS, (1, 5, 40), ENDS, EXCITATIONS)
-    if (granules, end, excitation) != (1, "free", "shock") and (law != "docs" or granules in (1, 5))  # no contact
+    if (granules, end, excitation) != (1, "free", "shock")  # no contact
+    and (law != "docs" or granules == 1 or (granules, end) == (5, "movable"))
 ]
 
 
