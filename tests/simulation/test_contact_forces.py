@@ -77,15 +77,6 @@ def test_momentum_and_energy_are_balanced(name: str) -> None:
     assert stored + result.dissipated.energy == pytest.approx(result.applied_energy, rel=defect)
 
 
-@pytest.mark.parametrize("name", FEATURED)
-def test_the_text_begins_with_the_greatest_force_and_fits_80_columns(name: str) -> None:
-    result = simulated(name, 1e-6)
-    text = str(attrs.evolve(result, scene=attrs.evolve(result.scene, name=name)))
-    assert text.startswith(f"{name}: greatest force ")
-    assert max(map(len, text.splitlines())) <= 80
-    assert ("wall force" in text) == ("transmitted" in CASES[name])
-
-
 # ---------------------------------------------------------------- results as objects and documents
 
 
