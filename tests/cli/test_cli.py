@@ -3,7 +3,6 @@
 import argparse
 import atexit
 import gc
-import json
 import re
 import subprocess
 import sys
@@ -76,7 +75,7 @@ def test_json_of_one_file_is_an_object_and_of_two_a_list(command: str) -> None:
 @pytest.mark.parametrize("scene", ALL_SCENES, ids=lambda scene: f"{scene.parent.stem}-{scene.stem}")
 def test_one_scene_takes_few_lines(scene: Path, command: str) -> None:
     # a verdict is a line more
-    limit = [] if str(scene) == SCENE else ["--limit", "60 N"]
+    limit = [] if str(scene) in (SCENE, LAYERS) else ["--limit", "60 N"]
     answer = shockwave(command, *limit, scene)
     assert (answer.status, answer.err) == (0, "")
     lines = answer.out.splitlines()
@@ -415,13 +414,6 @@ def test_an_internal_error_is_one_line_without_a_traceback(monkeypatch: pytest.M
     answer = shockwave("predict", SCENE)
     assert answer.status == 1
     assert "internal error: ZeroDivisionError" in answer.err
-
-
-def test_module_runs_as_a_program() -> None:
-    command = [sys.executable, "-m", "shockwave", "predict", "--json", SCENE]
-    run = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT)
-    assert json.loads(run.stdout)["regime"] == "ejection"
-    assert run.stderr == ""
 
 
 #: Redirections of a shell, a command, its status, and what is then written on stderr.

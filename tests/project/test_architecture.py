@@ -113,8 +113,9 @@ FEATURES = (
     *(f"shockwave.engine.mixed_chain_{name}" for name in ("assembly", "domains", "integrator", "plastic", "problem")),
     "shockwave.scenario.chain_blocks",
 )
-#: Modules that integrate whole chains.
+#: Modules that integrate whole chains, and those of wave trains.
 INTEGRATION = "shockwave.engine._chains", "shockwave.engine.mixed_chain_run"
+TRAINS = "shockwave.simulation.wave_train", "shockwave.simulation.wave_passages"
 TABLES = "shockwave.profiles.quadrature.gauss", "shockwave.profiles.free_path"
 OTHER_PROFILES = "shockwave.profiles.exponential", "shockwave.profiles.triangular", "shockwave.records"
 
@@ -125,6 +126,8 @@ def test_the_modules_that_must_not_load_exist() -> None:
         *INTEGRATION,
         *FEATURES,
         *OTHER_PROFILES,
+        *TABLES,
+        *TRAINS,
         *(name for name in OUTPUT if name.startswith("shockwave")),
     )
     compiled = [f"shockwave.engine.{name}" for name in ("_chains", "_lanes")]
@@ -146,7 +149,7 @@ def test_the_modules_that_must_not_load_exist() -> None:
         ("import shockwave.pictures", ("matplotlib",)),
         (f"{IN_PYTHON}result = sw.simulate(shock, chain, limit=3.0){SHOWN}", ("shockwave.prediction",)),
         (f"{IN_PYTHON}result = sw.predict(shock, chain, model='section-4', limit=3.0){SHOWN}", (*COLUMN, "scipy")),
-        (f"{IN_PYTHON}sw.predict(shock, chain).peak_force", (*OUTPUT, *SLOW, *FEATURES, *INTEGRATION)),
+        (f"{IN_PYTHON}sw.predict(shock, chain).peak_force", (*OUTPUT, *SLOW, *FEATURES, *INTEGRATION, *TRAINS)),
     ],
     ids=["import", "hooks", "help", "list", "predict", "simulate", "pictures", "simulate-in-python", "paper", "best"],
 )

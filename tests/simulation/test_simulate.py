@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import pickle
-import subprocess
-import sys
 from functools import cache
 from unittest.mock import Mock
 
@@ -117,16 +115,6 @@ def test_only_access_to_the_train_integrates_it(monkeypatch: pytest.MonkeyPatch)
     for name in ("waves", "train", "warnings", *ENDS):
         with pytest.raises(AssertionError, match="integrated"):
             getattr(result, name)
-
-
-def test_a_peak_force_imports_neither_scipy_nor_the_modules_of_trains() -> None:
-    program = (
-        "import sys; sys.path.insert(0, 'tests'); from support.scenes import CASE_A, CHAIN, sw\n"
-        "assert sw.simulate(CASE_A, CHAIN).peak_force > 0\n"
-        "late = {f'shockwave.simulation.{name}' for name in ('wave_train', 'wave_passages')}\n"
-        "assert not {'scipy', *late} & set(sys.modules)"
-    )
-    subprocess.run([sys.executable, "-c", program], check=True)
 
 
 # ---------------------------------------------------------------- 20 shocks that two independent codes have simulated
