@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from attrs import evolve
 
 # Workers side by side take all cores already. It is read when NumPy is imported, here and in child processes.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -60,6 +61,14 @@ def frozen() -> Iterator[None]:
     gc.freeze()
     yield
     gc.unfreeze()
+
+
+@pytest.fixture
+def few_draws(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An uncertainty takes 64 draws too, a quarter of the least number: enough where no test judges their scatter."""
+    from shockwave.studies import uncertainty_study
+
+    monkeypatch.setattr(uncertainty_study, "_DRAWS", evolve(uncertainty_study._DRAWS, at_least=64))
 
 
 @pytest.fixture

@@ -25,6 +25,8 @@ from support.scenes import CASE_B, CHAIN, STEEL
 pytest.importorskip("pandas")
 pytest.importorskip("xarray")
 
+pytestmark = pytest.mark.usefixtures("few_draws")
+
 WALLED = sw.Chain(material=STEEL, radius=4.75e-3, granules=8, end=sw.Wall())
 TINY = sw.Chain(material=STEEL, radius=4.75e-3, granules=2, end=sw.Wall())
 SHORT = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=100.0, rise_time=1e-6)
@@ -39,8 +41,8 @@ MAKERS: dict[str, Any] = {
     "comparison": lambda: sw.compare(CASE_B, CHAIN, rtol=1e-4),
     "recording": lambda: result_of("simulation").recording,
     "curve": lambda: sw.UniversalCurve(sw.Triangular(duration_ratio=3), rtol=1e-2, longest=1.0),
-    "uncertainty": lambda: sw.uncertainty(SHORT, CHAIN, SPREADS, draws=256),
-    "simulated uncertainty": lambda: sw.uncertainty(SHORT, TINY, {"shock.peak_force": "5 %"}, draws=256),
+    "uncertainty": lambda: sw.uncertainty(SHORT, CHAIN, SPREADS, draws=64),
+    "simulated uncertainty": lambda: sw.uncertainty(SHORT, TINY, {"shock.peak_force": "5 %"}, draws=64),
     "design": lambda: sw.design(
         sw.load_scenario(ROOT / "profiles" / "examples" / "triangular.yaml"),
         vary="shock.peak_force",

@@ -70,7 +70,7 @@ def test_spellings_of_the_field_are_read_without_pint(
     assert to_si(f"3 {spelling}", unit) == pytest.approx(3 * REGISTRY(of_pint).m_as(unit), rel=1e-14)
 
 
-REGISTRY = pint.UnitRegistry()
+REGISTRY = pint.get_application_registry()
 # Usual units that pint lacks or takes for others; the test above has them.
 OWN = {"mil", "psig", "lbm", "Ns", "Msi", *(name for name in units._UNITS if name.endswith("gee"))}
 

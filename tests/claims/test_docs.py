@@ -350,7 +350,7 @@ PRINTED = {
     "validate": ("bad.yaml", "-"),
     "list profiles": ("", "-"),
     "list plugins": ("", "-"),
-    "uncertainty": (f"{PROTECTOR} --draws 1024", "-"),
+    "uncertainty": (f"{PROTECTOR} --draws 64", "-"),
     "spectrum": ("profiles/examples/triangular.yaml --set chain.granules=5 --mass 1kg", "-"),
     "record": ("profiles/examples/hammer.csv", r"without\.\w+\."),
     "design": (
@@ -360,6 +360,7 @@ PRINTED = {
 }
 
 
+@pytest.mark.usefixtures("few_draws")
 @pytest.mark.parametrize("command", PRINTED)
 def test_json_keys_are_those_printed(command: str, tmp_path: Path, patch: pytest.MonkeyPatch) -> None:
     arguments, repeated = PRINTED[command]

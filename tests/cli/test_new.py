@@ -21,7 +21,6 @@ WAYS = {
     "plain": [],
     "full": ["--full"],
     **{name: ["--profile", name] for name in PROFILES},
-    **{f"full {name}": ["--full", "--profile", name] for name in PROFILES},
     **{f"example {name}": ["--example", name] for name in EXAMPLES},
 }
 

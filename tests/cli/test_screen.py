@@ -17,11 +17,10 @@ from support.pages import PIPED, ROOT, widest
 from support.programs import commands
 
 STYLE = re.compile(r"\x1b\[[0-9;]*m")
-SCENE = str(ROOT / "profiles" / "paper" / "table2-row1.yaml")
 # A chain of many features, with several warnings.
 LAYERS = str(ROOT / "profiles" / "validation" / "layers.yaml")
 # Quick commands whose output has lines of more than 80 columns where there is room.
-WIDE = {"explain": ["predict", "--explain", SCENE], "compare": ["compare", LAYERS], "list": ["list", "integrators"]}
+WIDE = {"compare": ["compare", LAYERS], "list": ["list", "integrators"]}
 PROGRAM = "import sys; from shockwave.cli import main; sys.exit(main())"
 
 

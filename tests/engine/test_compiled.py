@@ -6,6 +6,7 @@ import sys
 from array import array
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from functools import cache
 from importlib import import_module
 from itertools import product
 from typing import Any
@@ -59,7 +60,14 @@ def at_once() -> bool:
 
 
 def arguments(name: str) -> list[Any]:
-    """Copies of valid arguments: of `run` for a damped chain, of `read` for three states, of the others for case A."""
+    """Copies of valid arguments."""
+    copies = [np.array(each) if isinstance(each, np.ndarray | array) else each for each in valid(name)]
+    return [at_once if callable(each) else each for each in copies]
+
+
+@cache
+def valid(name: str) -> tuple[Any, ...]:
+    """Valid arguments: of `run` for a damped chain, of `read` for three states, of the others for case A."""
     compiled = Mock()
     if name == "primary":
         find_primaries([Request(PROBLEM, 1e-6, 1e-6, (9,))], Rkn86, compiled)
@@ -72,9 +80,8 @@ def arguments(name: str) -> list[Any]:
             integrate(uniform(12, damping=np.full(12, 0.1)), 1e-6, until=20.0, times=(5.0, 10.0), compiled=compiled)
     else:
         compiled.read(np.arange(3.0), np.zeros((2, 3, 4)), np.zeros(9))
-    given = getattr(compiled, name.split()[0]).call_args.args
-    copies = [np.array(each) if isinstance(each, np.ndarray | array) else each for each in given]
-    return [at_once if callable(each) else each for each in copies]
+    given: tuple[Any, ...] = getattr(compiled, name.split()[0]).call_args.args
+    return given
 
 
 def test_the_layout_of_the_arguments_is_that_of_the_test() -> None:

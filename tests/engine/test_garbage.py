@@ -33,7 +33,7 @@ CALLS: dict[str, Callable[[], Any]] = {
     "design": lambda: sw.design(
         FILE, vary="shock.peak_force", between=("50 N", "200 N"), target="peak_force = 60 N", points=3, rtol=1e-2
     ),
-    "uncertainty": lambda: sw.uncertainty(CASE_B, CHAIN, {"chain.radius": "5 %"}, draws=256, rtol=1e-2),
+    "uncertainty": lambda: sw.uncertainty(CASE_B, CHAIN, {"chain.radius": "5 %"}, draws=64, rtol=1e-2),
 }
 
 
@@ -49,7 +49,7 @@ def garbage() -> Iterator[list[Any]]:
     gc.enable()
 
 
-@pytest.mark.usefixtures("frozen")
+@pytest.mark.usefixtures("frozen", "few_draws")
 @pytest.mark.parametrize("kind", CALLS)
 def test_a_result_is_freed_without_the_garbage_collector(kind: str, garbage: list[Any]) -> None:
     call = CALLS[kind]

@@ -25,7 +25,7 @@ from support.assemblies import PULSE, compiled, mixed, uniform
 from support.chain_reference import Reference
 from support.fixed_steps import runge_kutta
 from support.random_chains import scene as random_scene
-from support.reference_chains import CASES, scenario_of
+from support.reference_chains import scenario_of
 
 pytestmark = pytest.mark.compiled
 
@@ -59,6 +59,14 @@ MIXED = {
     "striker-with-a-weight": striker(8),
     "damped-striker": evolve(striker(8), damping=np.full(8, 0.05), damping_powers=np.full(8, 0.5)),
     "long": mixed(520),
+    "movable": uniform(
+        4,
+        inverse_masses=np.append(np.ones(4), 0.4),
+        fixed_wall=False,
+        end_stiffness=0.3,
+        end_damping=0.1,
+        damping=0.1 * np.ones(4),
+    ),
 }
 
 
@@ -71,7 +79,7 @@ def test_both_codes_agree(name: str) -> None:
     assert (one.steps, one.evaluations) == (other.steps, other.evaluations)
     # rounding errors that a thousand steps amplify; powers that differ in the last digit gave 1e-10
     np.testing.assert_allclose(one.forces, other.forces, rtol=1e-12 if "power" in name else 1e-10, atol=1e-12)
-    for key in ("force_times", "x", "v", "last_impulse", "samples_x", "samples_v", "samples_forces"):
+    for key in ("force_times", "x", "v", "last_impulse", "samples_x", "samples_v", "samples_forces", "extremes"):
         np.testing.assert_allclose(getattr(one, key), getattr(other, key), rtol=1e-10, atol=1e-12, err_msg=key)
     assert one.work == pytest.approx(other.work, rel=1e-12)
     if "striker" in name:
@@ -85,15 +93,6 @@ def test_both_codes_make_the_same_steps_where_contacts_open_under_a_static_force
     chain = sw.Chain(material="stainless-steel-302", diameter=9.5e-3, granules=granules, precompression=3.0)
     one, other = (sw.simulate(sw.Impact(velocity=1.0), chain, backend=code).cost for code in ("compiled", "numpy"))
     assert (one.steps, one.force_evaluations) == (other.steps, other.force_evaluations)
-
-
-@pytest.mark.parametrize("name", CASES)
-def test_momentum_and_energy_balance(name: str) -> None:
-    chain, until = scaled(name)
-    motion = integrate(chain, 1e-8, until=until, compiled=compiled)
-    # rounding of sums over a thousand steps; the energy is as accurate as the steps
-    assert momentum_defect(chain, motion) < 1e-13 * until
-    assert abs(motion.energy_balance) < 1e-7
 
 
 @pytest.mark.parametrize("number", NUMBERS)

@@ -101,7 +101,7 @@ def test_an_interrupt_ends_a_computation_soon(name: str) -> None:
     # a process that was started in the background ignores the signal
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        threading.Timer(0.5, interrupt).start()
+        threading.Timer(0.2, interrupt).start()
         with pytest.raises(KeyboardInterrupt):
             INTERRUPTED[name]()
     finally:

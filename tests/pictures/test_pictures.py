@@ -118,9 +118,8 @@ def test_pictures_fit_the_figure(picture: str, name: str) -> None:
 @pytest.mark.parametrize(("kind", "head"), [("svg", b"<?xml"), ("png", b"\x89PNG"), ("pdf", b"%PDF")])
 def test_files_have_the_requested_format_and_are_reproducible(tmp_path: Path, kind: str, head: bytes) -> None:
     for name in ("one", "two"):
-        figure, (left, right) = pictures.figure(1, 2)
-        pictures.train(compared("train"), ax=left)
-        pictures.space_time(recorded("train", "forces"), ax=right)
+        figure, (ax,) = pictures.figure()
+        pictures.space_time(recorded("train", "forces"), ax=ax)
         pictures.save(figure, tmp_path / f"{name}.{kind}")
     first, second = ((tmp_path / f"{name}.{kind}").read_bytes() for name in ("one", "two"))
     assert first.startswith(head)
@@ -132,10 +131,9 @@ def test_files_have_the_requested_format_and_are_reproducible(tmp_path: Path, ki
 
 def test_the_settings_of_a_user_do_not_change_a_figure() -> None:
     def drawn() -> str:
-        figure, (left, right, bottom, _) = pictures.figure(2, 2)
+        figure, (left, right) = pictures.figure(1, 2)
         pictures.train(compared("train"), ax=left)
-        pictures.space_time(recorded("train", "forces"), ax=right)
-        pictures.pulse(SHOCKS["ejection"], ax=bottom)
+        pictures.pulse(SHOCKS["ejection"], ax=right)
         return pictures.svg(figure)
 
     expected = drawn()
@@ -368,9 +366,11 @@ def test_the_work_of_the_shock_is_the_energy_of_the_chain(ax: Axes, name: str) -
 
 def test_curves_have_the_values_of_simulation_and_section_4(ax: Axes) -> None:
     found = curve("train")
-    pictures.universal_curves({"simulated": found}, ax=ax)
+    pictures.universal_curves({"simulated": found}, mark=2.0, ax=ax)
     x, y = line(ax, "simulated")
     assert y == pytest.approx(found.amplification(x), rel=1e-12)
+    assert (x[-1], ax.get_xscale()) == (found.longest_rise_time, "log")
+    assert ax.get_legend_handles_labels()[1] == ["simulated", "section 4", "this shock"]
     expected = [point.section4_amplification for point in found.points]
     assert line(ax, "section 4")[1].tolist() == expected
 
@@ -460,13 +460,6 @@ def pyplot() -> Iterator[Any]:
     pyplot.close("all")
 
 
-@pytest.mark.parametrize("picture", PICTURES)
-def test_without_axes_a_picture_has_a_new_figure_of_pyplot(picture: str, pyplot: Any) -> None:
-    ax = PICTURES[picture](None, "ejection")
-    assert pyplot.get_fignums() == [ax.figure.number]
-    assert inside(ax.figure)
-
-
 def linear_rgb(colour: Any) -> np.ndarray:
     parts = np.array(to_rgb(colour))
     return np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
@@ -496,6 +489,7 @@ def marks_of(ax: Axes) -> list[Any]:
 def test_a_picture_is_legible_on_a_dark_background(picture: str, own: bool, pyplot: Any) -> None:
     with pyplot.style.context("dark_background"):
         ax = PICTURES[picture](pyplot.subplots()[1] if own else None, "ejection")
+        assert pyplot.get_fignums() == [ax.figure.number]  # without axes a new one
         # colours of maps are separated by their outlines
         if picture != "space_time":
             # the palette's least contrast to black or white is that of orange on white, 2.2

@@ -6,8 +6,6 @@ import json
 import math
 import pickle
 import re
-import subprocess
-import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
@@ -366,20 +364,6 @@ def test_notes_on_a_record_are_no_warnings() -> None:
     outcome = sw.Predictor().predict(shock, attrs.evolve(CHAIN, material=attrs.evolve(STEEL, youngs_modulus=1e4)))
     assert outcome.notes == shock.profile.notes != ()
     assert not set(outcome.warnings) & set(outcome.notes)
-
-
-def test_section_4_loads_no_engine_and_a_simulation_no_section_4() -> None:
-    scene = "sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=9.0, rise_time=1e-5), sw.Chain(material="
-    scene += "sw.Material(youngs_modulus=1e9, poisson_ratio=0.3, density=1e3), radius=1e-3)"
-    for run, others in (
-        (f"sw.predict({scene}, model='section-4', limit=3.0)", ("shockwave.simulation.", "shockwave.engine.")),
-        (f"sw.simulate({scene}, limit=3.0)", ("shockwave.prediction.",)),
-    ):
-        code = f"import sys, shockwave as sw; result = {run}; "
-        # all that is shown of it, too
-        code += "str(result), result.text(), repr(result), result._repr_html_(), result.to_dict(), result.verdict; "
-        code += f"sys.exit(any(name.startswith({others}) for name in sys.modules))"
-        assert subprocess.run([sys.executable, "-c", code]).returncode == 0
 
 
 def test_a_shock_and_a_chain_in_the_wrong_order_are_refused() -> None:

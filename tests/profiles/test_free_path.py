@@ -15,7 +15,6 @@ from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.profiles.triangular import Triangular
 from support.profile_references import Formula, exact_integral
-from support.programs import SCENE, command, loaded
 
 #: Accuracy of a table, of impulse and path at the end of the shock.
 TOLERANCE = 1e-14
@@ -126,7 +125,3 @@ def test_a_fit_of_undeclared_jumps_terminates_and_its_error_covers_them(rate: fl
     assert abs(found[1] - impulse) <= table.error * impulse
     # Each of 1024 cuts leaves at most 18 pieces of 33 points.
     assert profile.points <= 1024 * 18 * 33
-
-
-def test_section_4_alone_computes_no_table() -> None:
-    assert "shockwave.profiles.free_path" not in loaded(command("predict", SCENE, "--model", "section-4"))

@@ -34,7 +34,7 @@ def test_peak_force_rise_time_and_duration_are_those_of_the_record():
     assert profile.duration_ratio == 20e-6 / 5e-6
 
 
-QUANTITY = pint.UnitRegistry().Quantity
+QUANTITY = pint.Quantity
 
 
 @pytest.mark.parametrize(

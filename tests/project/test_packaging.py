@@ -11,6 +11,7 @@ import sys
 import tarfile
 import tomllib
 import zipfile
+from functools import cache
 from importlib.metadata import packages_distributions
 from pathlib import Path
 from typing import Any
@@ -51,7 +52,11 @@ def read(name: str) -> str:
     return (ROOT / name).read_text(encoding="utf-8")
 
 
-TEXTS = [name for name in tree() if not name.endswith((".png", ".woff2")) and not name.startswith("tests/")]
+@cache
+def texts() -> dict[str, str]:
+    """The tracked texts but for those of the tests, by name."""
+    names = (name for name in tree() if not name.endswith((".png", ".woff2")) and not name.startswith("tests/"))
+    return {name: read(name) for name in names}
 
 
 def project(folder: Path = ROOT) -> dict[str, Any]:
@@ -78,7 +83,7 @@ EXTRAS = list(project()["optional-dependencies"])
 def test_nothing_names_the_distribution_of_another_project() -> None:
     assert FOREIGN.search("pip install shockwave\n")
     assert not FOREIGN.search("pip install granular-shockwave ./plugins/shockwave-blast\n")
-    named = {name: found[0] for name in TEXTS if (found := FOREIGN.search(read(name)))}
+    named = {name: found[0] for name, text in texts().items() if (found := FOREIGN.search(text))}
     assert named == {}
 
 
@@ -94,8 +99,8 @@ def test_name_version_and_addresses_are_the_same_everywhere() -> None:
     assert about["description"] == recipe["summary"]
     named = {
         address
-        for name in TEXTS
-        for address in re.findall(r"https?://[^\s\"')>\]]*granular.shockwave[^\s\"')>\]]*", read(name))
+        for text in texts().values()
+        for address in re.findall(r"https?://[^\s\"')>\]]*granular.shockwave[^\s\"')>\]]*", text)
     }
     known = (*about["urls"].values(), "https://pypi.org/", "https://img.shields.io/", "https://app.readthedocs.org/")
     assert [address for address in named if not address.startswith(known)] == []
@@ -152,7 +157,7 @@ SERVED = {
 }
 FILES = {extra: [file for pattern in patterns for file in ROOT.glob(pattern)] for extra, patterns in SERVED.items()}
 FILES["package"] = sorted({*ROOT.glob("shockwave/**/*.py")}.difference(*FILES.values()))
-HOMES = packages_distributions()
+HOMES = cache(packages_distributions)
 #: Modules that are installed from nowhere.
 LOCAL = {"granular-shockwave", "shockwave", *(canonicalize_name(path.stem) for path in (ROOT / "tests").rglob("*"))}
 
@@ -172,7 +177,7 @@ def imported(file: Path) -> set[str]:
         (listed,) = re.findall(r"^extensions = \[(.*?)\]", text, re.MULTILINE | re.DOTALL)
         names |= {*re.findall(r'"(.*?)"', listed), *re.findall(r'^html_theme = "(.*)"', text, re.MULTILINE)}
     modules = {name.partition(".")[0] for name in names} - set(sys.stdlib_module_names)
-    return {canonicalize_name(HOMES.get(module, [module])[0]) for module in modules}
+    return {canonicalize_name(HOMES().get(module, [module])[0]) for module in modules}
 
 
 @pytest.mark.parametrize("extra", FILES)
@@ -192,14 +197,15 @@ def test_errors_on_missing_packages_name_an_extra_that_installs_them() -> None:
 
 
 RELEASED = "will be the first release" not in read("CHANGELOG.md")
-PAGES_AND_CODE = [name for name in TEXTS if name.endswith((".md", ".py")) and not name.startswith("research/")]
 
 
-@pytest.mark.parametrize("name", [name for name in PAGES_AND_CODE if "pip install " in read(name)])
-def test_installation_commands_work_before_and_after_a_release(name: str) -> None:
+def test_installation_commands_work_before_and_after_a_release() -> None:
     """A path in the source tree, or an extra by name, which adds it to what is installed; on every system."""
-    for before, command in re.findall(r"(.*)pip install ([^\n`)&]*)", read(name)):
-        assert before.endswith("python -m ")
+    pages = [
+        text for name, text in texts().items() if name.endswith((".md", ".py")) and not name.startswith("research/")
+    ]
+    for before, command in [found for text in pages for found in re.findall(r"(.*)pip install ([^\n`)&]*)", text)]:
+        assert before.endswith("python -m "), command
         assert not re.search(r"(^|\s)'", command)  # cmd.exe passes it on
         for place, extras in re.findall(r"(granular-shockwave|\.(?:/[\w-]+)*)(?:\[([\w,]+)\])?(?=[\s\"]|$)", command):
             if place.startswith("./my-"):  # written on its page

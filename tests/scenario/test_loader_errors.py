@@ -137,7 +137,10 @@ MARKED = {
         _chain(f"{ENDLESS}, contact: {{exponent: |6.5, stiffness: 1}}"), "chain.contact.exponent",
         "must be >= 1.05 and <= 6 for the waves of an endless chain (got 6.5; give the number of granules)",
     ),
-    "gravity-without-a-wall": (finite(", gravity: |9.81 m/s**2"), "chain.gravity", "give a wall as end"),
+    "gravity-without-a-wall": (
+        finite(", gravity: |9.81 m/s**2"), "chain.gravity",
+        "must be 0 for a chain with a free end (got 9.81; give a wall as end)",
+    ),
     "gap-under-precompression": (
         _segments("[{count: 4, gap: |1 um}], precompression: 1 N"), "chain.granules[0].gap",
         "must be 0 under precompression",

@@ -42,7 +42,7 @@ def test_parameters_of_a_mapping_can_vary(folder: Path) -> None:
 
 def test_values_of_a_mapping_may_be_arrays_and_quantities() -> None:
     parameters = {"times": np.array([0.0, 1e-6, 3e-6]), "forces": (0, np.float32(5), 0)}
-    chain = {"material": sw.material("ptfe").name, "diameter": pint.UnitRegistry().Quantity(9.5, "mm")}
+    chain = {"material": sw.material("ptfe").name, "diameter": pint.Quantity(9.5, "mm")}
     scenario = sw.Scenario.from_dict({"chain": chain, "shock": {"profile": "tabulated", "parameters": parameters}})
     assert (scenario.shock.peak_force, scenario.chain.radius) == (5, pytest.approx(4.75e-3, rel=1e-15))
 

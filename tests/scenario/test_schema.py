@@ -134,7 +134,7 @@ CASES = {
     "damping": "granules: 9, damping: {model: Tsuji, restitution: 0.9}",
     "contact": "granules: 9, contact: {model: Power-Law, exponent: 1.5, stiffness: 1e9}",
     "coefficient": "}\npredict: {momentum_coefficient: Paper",
-    "model": "}\npredict: {model: SECTION-4",
+    "model": "}\npredict: {model: SECTION-4, quadrature: Tanh-Sinh",
     "integrator": "}\nsimulate: {integrator: RKN64",
 }
 

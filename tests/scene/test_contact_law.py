@@ -85,8 +85,9 @@ def chain(granules: int, end: str, **laws: Any) -> sw.Chain:
 #: Law, granules, end and excitation; the NumPy code, which runs the laws of plugins, is slow, and needs no long chain.
 BALANCED = [
     (law, granules, end, excitation)
-    for law, granules, end, excitation in product(LAWS, (1, 2, 5, 40), ENDS, EXCITATIONS)
-    if (granules, end, excitation) != (1, "free", "shock") and (law != "docs" or granules in (1, 5))  # no contact
+    for law, granules, end, excitation in product(LAWS, (1, 5, 40), ENDS, EXCITATIONS)
+    if (granules, end, excitation) != (1, "free", "shock")  # no contact
+    and (law != "docs" or granules == 1 or (granules, end) == (5, "movable"))
 ]
 
 
@@ -112,8 +113,8 @@ def test_a_result_of_a_plugin_is_a_document() -> None:
 
 @pytest.mark.parametrize(
     ("law", "granules", "until"),
-    [(Hertz(), 5, None), (Greatest(), 5, None), (Hertz(), 40, 55.0)],
-    ids=["stateless-5", "stateful-5", "stateless-40"],
+    [(Greatest(), 5, None), (Hertz(), 20, 30.0)],
+    ids=["stateful-5", "stateless-20"],
 )
 def test_hertz_as_a_plugin_is_the_built_in_law(law: sw.ContactLaw, granules: int, until: float | None) -> None:
     options: dict[str, Any] = {"rtol": 1e-8, "until": until and until * UNITS.time}
@@ -145,7 +146,7 @@ def test_compiled_code_is_refused_for_a_law_that_it_does_not_have() -> None:
 @pytest.mark.parametrize("end", ENDS)
 def test_histories_and_gaps_of_a_chain_with_a_plugin(end: str) -> None:
     apart = attrs.evolve(chain(5, end), granules=[sw.Segment(count=5, gap=1e-6)], contact=Greatest())
-    options: dict[str, Any] = {"rtol": 1e-3, "until": 40 * UNITS.time, "record": ("forces", "field", "energies")}
+    options: dict[str, Any] = {"rtol": 1e-3, "until": 15 * UNITS.time, "record": ("forces", "field", "energies")}
     result: Any = sw.simulate(EXCITATIONS["striker"], apart, **options)
     greatest = result.greatest_force.peak_force
     assert result.recording.forces.max() == pytest.approx(greatest, rel=0.05)  # time between samples

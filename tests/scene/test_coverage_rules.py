@@ -72,9 +72,3 @@ def test_methods_for_equal_granules_refuse_every_further_feature(path: str) -> N
     assert [fault.path for fault in outcome.section4_faults] == [f"chain.{path}"]
     assert outcome.greatest_force == sw.simulate(SHOCK, made).greatest_force
     assert sw.compare(SHOCK, made).predicted is None
-
-
-def test_segments_of_equal_granules_are_predicted_like_their_number() -> None:
-    one, other = (sw.predict(SHOCK, each) for each in (segments(sw.Segment(count=4)), attrs.evolve(CHAIN, granules=4)))
-    assert one.to_dict() == other.to_dict()
-    assert sw.Predictor().predict_many([SHOCK], segments(sw.Segment(count=4))) == [other]

@@ -204,6 +204,7 @@ def test_a_wave_is_awaited_at_the_last_of_equal_granules() -> None:
     assert str(result).startswith("greatest force ")
 
 
+@pytest.mark.usefixtures("few_draws")
 def test_a_later_collision_that_may_reach_the_limit_leaves_the_verdict_open() -> None:
     # the soft beads hold back the heavy striker, and the wall is pushed most when they let it go
     granules = [sw.Segment(count=6), sw.Segment(count=5, material="ptfe"), sw.Segment(count=2)]
@@ -219,8 +220,8 @@ def test_a_later_collision_that_may_reach_the_limit_leaves_the_verdict_open() ->
     assert limit.verdict(late).decision == "above"
     assert sw.Limit(force=2 * early.leaving.later).verdict(early).decision == "below"
     assert sw.Limit(force=0.9 * first).verdict(early).decision == "above"
-    uncertain = sw.uncertainty(*scene, spreads={"impact.velocity": "3 %"}, draws=256, limit=limit)
-    assert uncertain.exceedance.undecided == uncertain.exceedance.draws == 256
+    uncertain = sw.uncertainty(*scene, spreads={"impact.velocity": "3 %"}, draws=64, limit=limit)
+    assert uncertain.exceedance.undecided == uncertain.exceedance.draws == 64
     assert uncertain.exceedance.high == 1.0
     assert uncertain.verdict.decision == "undecided"
 
@@ -379,6 +380,7 @@ def test_a_limit_that_is_no_force_is_refused(limit: str, tmp_path: Path) -> None
         sw.load_scenario(written(tmp_path, "", f"limit: {{force: {limit}}}"))
 
 
+@pytest.mark.usefixtures("few_draws")
 @pytest.mark.parametrize("limit", [1000.0, "1 kN", sw.Limit(force=1000.0)], ids=["number", "text", "limit"])
 def test_a_limit_is_given_as_a_force(limit: Any, tmp_path: Path) -> None:
     scene = sw.load_scenario(written(tmp_path, "", "limit: {force: 1 N}"))
@@ -386,7 +388,7 @@ def test_a_limit_is_given_as_a_force(limit: Any, tmp_path: Path) -> None:
         for run in (sw.predict, sw.simulate, sw.compare):
             found = run(*given, limit=limit).verdict
             assert (found.limit, found.decision) == (1000.0, "below")
-        exceedance = sw.uncertainty(*given, spreads={"shock.peak_force": "5 %"}, draws=256, limit=limit).exceedance
+        exceedance = sw.uncertainty(*given, spreads={"shock.peak_force": "5 %"}, draws=64, limit=limit).exceedance
         assert exceedance.limit == 1000.0
 
 
@@ -446,15 +448,17 @@ def test_scenes_without_a_known_bound_are_undecided_and_counted() -> None:
     assert unknown.undecided == pytest.approx(400, abs=1)
 
 
+@pytest.mark.usefixtures("few_draws")
 @pytest.mark.parametrize(("features", "force"), [({}, LAST), ({"end": sw.Wall()}, WALL)], ids=["free end", "wall"])
 def test_uncertain_finite_chains_are_judged_by_the_force_that_leaves_them(features: dict[str, Any], force: str) -> None:
     scene = SHOCK, chain(granules=2, **features)
-    found = sw.uncertainty(*scene, spreads={"shock.peak_force": "10 %"}, draws=256, limit=1.0)
-    expected = {"limit": 1.0, "probability": 1.0, "low": 1 - 3 / 256, "high": 1.0, "draws": 256, "undecided": 0}
+    found = sw.uncertainty(*scene, spreads={"shock.peak_force": "10 %"}, draws=64, limit=1.0)
+    expected = {"limit": 1.0, "probability": 1.0, "low": 1 - 3 / 64, "high": 1.0, "draws": 64, "undecided": 0}
     assert found.to_dict()["exceedance"] == expected
     assert (found.verdict.decision, found.verdict.force) == ("above", force)
 
 
+@pytest.mark.usefixtures("few_draws")
 @pytest.mark.parametrize(
     ("features", "simulate", "value"),
     [
@@ -468,6 +472,6 @@ def test_an_uncertain_force_that_is_not_known_leaves_the_verdict_open(
 ) -> None:
     scene = sw.load_scenario(written(tmp_path, features, f"simulate: {simulate}"))
     # one parameter, and one quantity in the first case
-    found = sw.uncertainty(scene, spreads={"shock.peak_force": "5 %"}, draws=256, limit=60.0)
+    found = sw.uncertainty(scene, spreads={"shock.peak_force": "5 %"}, draws=64, limit=60.0)
     assert (found.verdict.decision, found.verdict.value) == ("undecided", value)
     assert "undecided for the limit of 60 N" in str(found)

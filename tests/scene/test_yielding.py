@@ -173,7 +173,8 @@ def test_the_refusal_names_the_place_in_the_file(command: str, tmp_path: Path, m
     monkeypatch.chdir(tmp_path)  # the report is written there
     if command == "report":
         pytest.importorskip("matplotlib")
-    chain = "chain: {material: bearing-steel-52100, diameter: 9.5 mm, elastic_only: true}"
+    wall = ", granules: 5, end: {wall: same}" if command == "simulate" else ""
+    chain = f"chain: {{material: bearing-steel-52100, diameter: 9.5 mm, elastic_only: true{wall}}}"
     pulse = "shock: {profile: triangular, peak_force: 400 N, rise_time: 20 us, duration_ratio: 3}"
     answer = shockwave(command, scenario(tmp_path, chain, pulse))
     assert answer.status == 3

@@ -77,15 +77,6 @@ def test_momentum_and_energy_are_balanced(name: str) -> None:
     assert stored + result.dissipated.energy == pytest.approx(result.applied_energy, rel=defect)
 
 
-@pytest.mark.parametrize("name", FEATURED)
-def test_the_text_begins_with_the_greatest_force_and_fits_80_columns(name: str) -> None:
-    result = simulated(name, 1e-6)
-    text = str(attrs.evolve(result, scene=attrs.evolve(result.scene, name=name)))
-    assert text.startswith(f"{name}: greatest force ")
-    assert max(map(len, text.splitlines())) <= 80
-    assert ("wall force" in text) == ("transmitted" in CASES[name])
-
-
 # ---------------------------------------------------------------- results as objects and documents
 
 
@@ -316,12 +307,6 @@ def test_a_fixed_step_is_that_of_the_runs_and_a_large_one_is_warned_of() -> None
     assert [any(warning in each for each in result.to_dict()["warnings"]) for result in (fine, coarse)] == [False, True]
 
 
-def test_segments_of_equal_granules_are_a_chain_of_equal_granules() -> None:
-    segments = [Segment(count=4), Segment(count=5, radius=CHAIN.radius)]
-    result = sw.simulate(power(0.5), attrs.evolve(CHAIN, granules=segments))
-    assert result == sw.simulate(power(0.5), attrs.evolve(CHAIN, granules=9))
-
-
 def test_forces_at_the_contacts_of_a_very_long_chain_need_an_end_of_the_simulated_time() -> None:
     chain = attrs.evolve(CHAIN, granules=10**6)
     result = sw.simulate(power(0.5), chain, waves="primary")
@@ -472,30 +457,7 @@ def test_histories_balance_energy_and_momentum() -> None:
     assert energy[after] == pytest.approx(np.full(after.sum(), result.applied_energy), rel=1e-6)
 
 
-# ---------------------------------------------------------------- comparison, many chains, commands, pages
-
-
-def test_chains_of_all_kinds_are_simulated_together() -> None:
-    chains = [CHAIN, WALLED, attrs.evolve(WALLED, granules=[Segment(count=3, gap=1e-6), Segment()])]
-    plain, wall, gap = sw.simulate_many([SHOCK] * 3, chains)
-    assert plain == sw.simulate(SHOCK, CHAIN)
-    assert wall == walled()
-    assert gap == sw.simulate(SHOCK, chains[2])
-
-
-def test_a_page_shows_the_forces_and_their_pictures(tmp_path: Path) -> None:
-    pytest.importorskip("matplotlib")
-    from shockwave.report import compute_results, render_page
-
-    file = tmp_path / "scene.yaml"
-    file.write_text(CASES["striker, heavy"]["scenario"])
-    scenario = sw.load_scenario(file)
-    text = render_page(compute_results(scenario))
-    assert "greatest force 257.3181" in text
-    for title in ("Greatest forces", "Space-time diagram", "Force on the wall"):
-        assert f"<h3>{title}</h3>" in text
-    assert "Conditions (3)" not in text
-    assert render_page(compute_results(scenario)) == text
+# ---------------------------------------------------------------- many chains, ends of histories, later forces
 
 
 @pytest.mark.parametrize("backend", ["compiled", "numpy"])

@@ -82,7 +82,7 @@ def greatest_forces(name: str, chain: sw.Chain, end: float) -> Array:
             "DOP853",
             rtol=1e-12,
             atol=1e-18,
-            max_step=1e-6,
+            max_step=5e-6,
             dense_output=True,
             args=(guided,),
         )

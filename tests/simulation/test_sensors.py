@@ -90,13 +90,6 @@ def test_an_endless_chain_is_recorded_to_its_last_sensor(static: float) -> None:
         assert history.argmax() < len(history) / 2
 
 
-def test_a_sensor_at_a_contact_records_what_the_option_record_does() -> None:
-    both = sw.simulate(triangle(2.0), BRASS, sensors=[{"contact": 3}, "wall"], record=["forces"], contacts=[3])
-    found = values(both)
-    assert np.array_equal(found["contact_3"], both.recording.forces[:, 0])
-    assert np.array_equal(found["wall"], both.recording.wall_force)
-
-
 def test_the_tolerance_holds_for_the_contacts_of_sensors() -> None:
     scene = Scene(excitation=triangle(2.0), chain=BRASS)
     case = ChainSetup.of(SimulateOptions(sensors=[{"granule": 4}, {"contact": 1}]), scene)

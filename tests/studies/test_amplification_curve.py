@@ -15,7 +15,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 import shockwave as sw
-from shockwave import cli, pictures
+from shockwave import cli
 from shockwave.base.numerics import FloatArray
 from shockwave.scene.chain import Scales
 from shockwave.scene.solitary_wave import IMPULSE_LIMIT, MOMENTUM
@@ -169,15 +169,6 @@ def test_the_text_of_a_curve_is_short() -> None:
         assert lines[0].startswith("universal curve accurate to ")
         assert len(lines) <= 14
         assert max(map(len, lines)) <= 80
-
-
-def test_the_picture_draws_the_curve_over_its_range() -> None:
-    _, (ax,) = pictures.figure()
-    pictures.universal_curves({"universal curve": curve("triangle")}, mark=2.0, ax=ax)
-    x, y = (np.asarray(values, dtype=float) for values in ax.get_lines()[0].get_data())
-    assert np.array_equal(y, curve("triangle").amplification(x))
-    assert (x[-1], ax.get_xscale()) == (curve("triangle").longest_rise_time, "log")
-    assert ax.get_legend_handles_labels()[1] == ["universal curve", "section 4", "this shock"]
 
 
 def test_a_curve_is_written_as_json_or_as_a_picture(tmp_path: Path) -> None:

@@ -11,7 +11,6 @@ import attrs
 import pytest
 
 import shockwave as sw
-from shockwave.base.text import MOST_LINES
 from shockwave.studies import comparison
 from support.scenes import CHAIN, FORCE, STEEL
 
@@ -49,12 +48,14 @@ def test_the_simulated_exponents_of_an_impulse_are_known() -> None:
 
 
 def test_the_exponents_are_simulated_with_the_same_options(monkeypatch: pytest.MonkeyPatch) -> None:
-    both, given = sw.compare(TRAIN, CHAIN, backend="numpy", timeout=50.0), []
+    both, given = sw.compare(TRAIN, CHAIN, rtol=1e-3, backend="numpy", timeout=50.0), []
     run = comparison.simulate_many
     monkeypatch.setattr(comparison, "simulate_many", lambda *rest, **more: given.append(more) or run(*rest, **more))
     assert both.exponents is not None
     assert (given[0]["backend"], given[0]["timeout"]) == ("numpy", 50.0)
-    assert sw.compare(TRAIN, CHAIN, integrator="verlet").exponents is not None  # which takes no backend
+    assert (
+        sw.compare(TRAIN, CHAIN, integrator="verlet", waves="primary").exponents is not None
+    )  # which takes no backend
 
 
 def test_a_wave_that_is_not_simulated_has_no_error() -> None:
@@ -100,12 +101,6 @@ def test_it_takes_the_settings_of_predictions_and_simulations_and_no_others() ->
     for path, setting in (refused | {"options: unknown argument": {"options": None}}).items():
         with pytest.raises(sw.InvalidValueError, match=rf"^{path}"):
             sw.compare(TRAIN, CHAIN, **setting)
-
-
-@EVERY_ROW
-def test_its_text_has_few_lines(file: Path) -> None:
-    assert len(str(compared(file)).split("\n")) <= MOST_LINES
-    assert "decided by" in compared(file).text("explain")
 
 
 def test_a_comparison_of_soft_beads_has_no_warning() -> None:

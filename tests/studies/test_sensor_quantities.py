@@ -38,11 +38,10 @@ RATIO = "sensors[1].peak / sensors[0].peak"
 @pytest.mark.parametrize(
     ("target", "read"),
     [
-        (f"{RATIO} = 0.8", lambda first, second: second.peak / first.peak),
+        (f"{RATIO.replace(' ', '')} = 0.8", lambda first, second: second.peak / first.peak),
         ("sensors[1].arrival = 240 us", lambda _, second: second.arrival),
-        ("sensors[1].peak/sensors[0].peak = 0.8", lambda first, second: second.peak / first.peak),
     ],
-    ids=["ratio", "time", "without blanks"],
+    ids=["ratio", "time"],
 )
 def test_a_design_meets_a_target_on_first_pulses(tmp_path: Path, target: str, read: Any) -> None:
     scenario = load(tmp_path, BLOCKS)
@@ -76,20 +75,19 @@ def test_a_wrong_target_is_refused(tmp_path: Path, target: str, problem: str) ->
     assert problem in str(error.value)
 
 
+@pytest.mark.usefixtures("few_draws")
 def test_an_uncertainty_has_the_figures_of_sensors_and_named_ratios(tmp_path: Path) -> None:
-    scenario = load(
-        tmp_path,
-        BLOCKS.replace("count: 10", "count: 4").replace(
-            "{contact: 13}, {granule: 4, quantity: velocity}", "{contact: 7}"
-        ),
-    )
+    text = BLOCKS.replace("{contact: 13}, {granule: 4, quantity: velocity}", "{contact: 7}")
+    scenario = load(tmp_path, text.replace("count: 10", "count: 4"))
     named = ["contact_7_peak / contact_3_peak", "contact_7_speed"]
-    result = sw.uncertainty(scenario, spreads={"impact.velocity": "5 %"}, draws=256, quantities=named)
+    result = sw.uncertainty(scenario, spreads={"impact.velocity": "5 %"}, draws=64, quantities=named)
     assert [each.name for each in result.quantities[:2]] == [RATIO, "sensors[1].speed"]
     shares = result.to_pandas("sensitivities").loc["impact.velocity"]
-    assert shares["sensors[1].peak total"] == pytest.approx(1.0, abs=0.05)
-    assert shares["sensors[1].peak total error"] > 0
     by_name = {each.name: each for each in result.quantities}
+    (total,) = (each.total for each in by_name["sensors[1].peak"].sensitivities)
+    assert (shares["sensors[1].peak total"], shares["sensors[1].peak total error"]) == (total.value, total.error)
+    # a 95 % interval fails once in twenty times, three times that interval practically never
+    assert total.value == pytest.approx(1.0, abs=3 * total.error)
     assert {"sensors[0].peak", "sensors[1].arrival", "sensors[1].speed", RATIO} <= by_name.keys()
     (arrival,) = (each for each in by_name["sensors[1].arrival"].sensitivities if each.name == "impact.velocity")
     assert arrival.exponent == pytest.approx(-0.2, abs=0.01)  # t scales as v^(-1/5)

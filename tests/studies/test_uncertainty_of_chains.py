@@ -30,6 +30,7 @@ chain: {material: stainless-steel-302, diameter: 9.5 mm, granules: 1}
 impact: {velocity: 0.5 m/s}
 uncertainty: {impact.velocity: {factor: 1.1}}
 """
+pytestmark = pytest.mark.usefixtures("few_draws")
 WALL_FORCE, GREATEST = "transmitted.peak_force", "greatest_force.peak_force"
 
 
@@ -47,7 +48,7 @@ def scene(path: Path, text: str) -> sw.Scenario:
 
 def test_draws_are_simulations_of_their_scenes(file: Path) -> None:
     scenario = sw.load_scenario(file)
-    found = sw.uncertainty(scenario, draws=256)
+    found = sw.uncertainty(scenario, draws=64)
     values = {name: float(column[7]) for name, column in found.values.items()}
     own = Family(scenario).scenario(values)
     known = sw.simulate(own.shock, own.chain, rtol=1e-8, contacts=[0, 4])
@@ -60,16 +61,11 @@ def test_draws_are_simulations_of_their_scenes(file: Path) -> None:
         assert found.outputs[name][7] == pytest.approx(reached[0], rel=10 * errors[name])
 
 
-@pytest.fixture(scope="module")
-def collision(tmp_path_factory: pytest.TempPathFactory) -> sw.Uncertainty:
-    return sw.uncertainty(scene(tmp_path_factory.mktemp("collision") / "s.yaml", STRIKER), draws=256)
-
-
 def test_the_command_prints_the_distributions_that_python_gives(
-    collision: sw.Uncertainty, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    scene(tmp_path / "s.yaml", STRIKER)
-    assert cli.main(["uncertainty", str(tmp_path / "s.yaml"), "--draws", "256", "--json"]) == 0
+    collision = sw.uncertainty(scene(tmp_path / "s.yaml", STRIKER), draws=64)
+    assert cli.main(["uncertainty", str(tmp_path / "s.yaml"), "--draws", "64", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     # the same seed gives the same digits
     assert document == json.loads(json.dumps(collision.to_dict()))

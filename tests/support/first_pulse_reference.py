@@ -1,51 +1,28 @@
-"""First pulses by their definition, from the dense output of an independent integration."""
+"""First pulses by their definition, from samples of a signal."""
 
 from __future__ import annotations
 
-from bisect import bisect_right
-from collections.abc import Callable
-from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
-from scipy.integrate import DenseOutput
+from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq, minimize_scalar
 
-from support.chain_reference import Array, Reference
-
-# Samples of a step, next to which extremes and crossings are looked for.
-SAMPLES = 12
-#: A signal from dynamic contact forces [N], displacements [m] and velocities [m/s], each a row.
-Signal = Callable[[Array, Array, Array], Array]
+from shockwave.base.numerics import FloatArray
 
 
-@lru_cache(1)
-def steps_of(reference: Reference, end: float) -> list[tuple[float, DenseOutput]]:
-    """Begin and dense output of each step to ``end`` [s]."""
-    return [(float(times[0]), dense) for dense, times in reference.steps(end)]
+class SampledPulse:
+    """The first pulse of a dynamic signal, in SI units; within it, times are in tens of microseconds."""
 
+    unit = 1e-5
 
-class DensePulse:
-    """The first pulse of a signal within the time from 0 to ``end`` [s], in SI units."""
-
-    def __init__(self, reference: Reference, end: float, signal: Signal) -> None:
-        self.reference, self.signal, self.unit = reference, signal, reference.unit
-        self.steps = steps_of(reference, end)
-        ends = [*(begin for begin, _ in self.steps), end / self.unit]
-        parts = [np.linspace(low, high, SAMPLES, endpoint=False) for low, high in pairwise(ends)]
-        self.grid, self.values = np.concatenate(parts), np.concatenate([self.at(part) for part in parts])
+    def __init__(self, times: FloatArray, values: FloatArray) -> None:
+        self.grid, self.values = times / self.unit, values
+        self.at = CubicSpline(self.grid, values)
         self.find()
 
-    def at(self, times: Array) -> Array:
-        """The signal, less its static part, at scaled times within a step."""
-        reference, place = self.reference, bisect_right(self.steps, times[0], key=lambda step: step[0]) - 1
-        states, bodies = self.steps[max(place, 0)][1](times), len(self.reference.rates)
-        forces = (reference.contacts(states)[0] - reference.static[:, None]) * reference.force
-        speeds = reference.length / self.unit * states[bodies:]
-        return self.signal(forces, reference.length * states[:bodies], speeds)
-
     def value(self, time: float) -> float:
-        return float(self.at(np.array([time]))[0])
+        return float(self.at(time))
 
     def find(self) -> None:
         """Follow the definition from sample to sample."""

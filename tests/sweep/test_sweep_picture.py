@@ -267,11 +267,11 @@ def test_wrong_options_are_refused_with_a_hint(
 
 
 def test_pictures_with_other_options_get_other_names(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    a_map(tmp_path)
+    numbered(tmp_path, [along(TIME, 1e-6, 2e-6), along(RATIO, 2, 3)])
     for options in ([], ["--at", "shock.rise_time=1 us"], ["--x", "shock.duration_ratio"], []):
-        assert cli.main(["plot", str(tmp_path / "map"), *options]) == 0
+        assert cli.main(["plot", str(tmp_path / "out"), *options]) == 0
     names = {"", "-shock.rise_time=1_us", "-over-shock.duration_ratio"}
-    assert {file.name for file in (tmp_path / "map").glob("*.svg")} == {f"amplification{name}.svg" for name in names}
+    assert {file.name for file in (tmp_path / "out").glob("*.svg")} == {f"amplification{name}.svg" for name in names}
     states = [text.rpartition(" ")[2] for text in capsys.readouterr().err.splitlines() if ".svg: " in text]
     assert states == ["written", "written", "written", "replaced"]
 
