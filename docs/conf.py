@@ -6,6 +6,8 @@ draw with the font in `_static`, and the inventories of other projects are files
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
 from typing import Any
 
 from docutils import nodes
@@ -15,6 +17,7 @@ from sphinx.ext import autosummary
 
 import shockwave
 from shockwave import __version__
+from shockwave.base.result import Result
 
 project = "shockwave"
 author = "The shockwave developers"
@@ -39,6 +42,7 @@ html_logo = "_static/logo.svg"
 html_favicon = "_static/favicon.svg"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_js_files = ["site.js"]
 html_math_renderer = "mathml"
 default_role = "py:obj"
 
@@ -65,6 +69,7 @@ sphinx_gallery_conf = {
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 120
+nb_merge_streams = True
 
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
@@ -100,6 +105,8 @@ intersphinx_mapping = {
     "pandas": ("https://pandas.pydata.org/docs", "inventories/pandas.txt"),
     "xarray": ("https://docs.xarray.dev/en/stable", "inventories/xarray.txt"),
 }
+# The pages that list what has a page of its own.
+_PAGES = "\n".join(page.read_text() for page in Path(__file__).parent.glob("python/*"))
 
 
 def _formula(translator: Any, node: nodes.math | nodes.math_block) -> None:
@@ -110,7 +117,9 @@ def _formula(translator: Any, node: nodes.math | nodes.math_block) -> None:
         raise ValueError(f"unknown command in {node.astext()}")
     # MathML puts space around a slash, TeX does not
     formula = formula.replace("<mo>&#x0002F;</mo>", '<mo lspace="0" rspace="0">/</mo>')
-    translator.body.append(f'<div class="math">{formula}</div>' if block else formula)
+    # no line begins with the punctuation behind a formula: U+2060 joins words
+    text = f'<div class="math">{formula}</div>' if block else f"{formula}&#x2060;"
+    translator.body.append(text)
     raise nodes.SkipNode
 
 
@@ -125,14 +134,38 @@ def _mark_long_lines(_app: Sphinx, document: nodes.document) -> None:
 def _public(
     _app: Sphinx, _name: str, _what: object, _options: object, bases: list[Any]
 ) -> None:
-    """Leave private classes out of the bases of a class."""
-    bases[:] = [
-        base for base in bases if not getattr(base, "__name__", "").startswith("_")
-    ] or [object]
+    """Replace internal bases of a class by those of their own that have a page."""
+    nearest = (
+        next(
+            base
+            for base in getattr(base, "__mro__", (object,))
+            if base.__module__ == "builtins"
+            or re.search(rf"\.{base.__name__}$", _PAGES, re.MULTILINE)
+        )
+        for base in bases
+    )
+    bases[:] = [base for base in dict.fromkeys(nearest) if base is not object] or [
+        object
+    ]
+
+
+def _hide_constructor(
+    _app: Sphinx,
+    what: str,
+    _name: str,
+    documented: Any,
+    _options: object,
+    signature: str,
+    returns: str,
+) -> tuple[str, str]:
+    """Leave out the arguments of classes of results, which functions return."""
+    is_result = what == "class" and issubclass(documented, Result)
+    return ("" if is_result else signature), returns
 
 
 def setup(app: Sphinx) -> None:
     """Register the writer of formulas and the handlers of events."""
     app.connect("autodoc-process-bases", _public)
+    app.connect("autodoc-process-signature", _hide_constructor)
     app.connect("doctree-read", _mark_long_lines)
     app.add_html_math_renderer("mathml", (_formula, None), (_formula, None))
