@@ -7,6 +7,7 @@ draw with the font in `_static`, and the inventories of other projects are files
 from __future__ import annotations
 
 import re
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from docutils import nodes
 from latex2mathml.converter import convert
 from sphinx.application import Sphinx
 from sphinx.ext import autosummary
+from sphinx_gallery.scrapers import matplotlib_scraper
 
 import shockwave
 from shockwave import __version__
@@ -57,6 +59,8 @@ sphinx_gallery_conf = {
     "gallery_dirs": "examples",
     "abort_on_example_error": True,
     "within_subsection_order": "FileNameSortKey",
+    # columns of print, enlarged
+    "image_scrapers": (partial(matplotlib_scraper, dpi=150),),
     "image_srcset": ["2x"],
     # run times are those of one machine
     "min_reported_time": 1e9,
