@@ -243,6 +243,16 @@ def materials() -> Figure:
     return figure
 
 
+def finite_chain() -> Figure:
+    """Force on the wall behind a short chain, and the greatest forces at its contacts."""
+    chain = sw.Chain(material="bearing-steel-52100", diameter="9.5 mm", granules=10, end=sw.Wall(material="same"))
+    result = sw.simulate(sw.Impact(velocity=0.1), chain, record=["forces", "energies"])
+    figure, (above, below) = pictures.figure(2, size="page")
+    pictures.wall_force(result, ax=above)
+    pictures.peak_forces(result, ax=below)
+    return figure
+
+
 def sensors() -> Figure:
     """Forces of sensors in three beads of a vertical chain and under its wall."""
     chain = sw.Chain(
@@ -272,6 +282,7 @@ PICTURES: dict[str, Callable[[], Figure]] = {
     "pictures/trust-map": trust_map,
     "pictures/materials": materials,
     "pictures/sensors": sensors,
+    "pictures/finite-chain": finite_chain,
     "benchmarks/error-time": draw_error_time.draw,
     "universal/shocks": lambda: draw_universal.draw("shocks")[0],
     "universal/ends": lambda: draw_universal.draw("ends")[0],
