@@ -121,9 +121,7 @@ def _formula(translator: Any, node: nodes.math | nodes.math_block) -> None:
         raise ValueError(f"unknown command in {node.astext()}")
     # MathML puts space around a slash, TeX does not
     formula = formula.replace("<mo>&#x0002F;</mo>", '<mo lspace="0" rspace="0">/</mo>')
-    # no line begins with the punctuation behind a formula: U+2060 joins words
-    text = f'<div class="math">{formula}</div>' if block else f"{formula}&#x2060;"
-    translator.body.append(text)
+    translator.body.append(f'<div class="math">{formula}</div>' if block else formula)
     raise nodes.SkipNode
 
 
@@ -133,6 +131,18 @@ def _mark_long_lines(_app: Sphinx, document: nodes.document) -> None:
         widest = max(map(len, block.astext().splitlines()), default=0)
         if block.get("language") == "console" and widest > 88:
             block["classes"].append("long-lines")
+
+
+def _join_punctuation(_app: Sphinx, document: nodes.document) -> None:
+    """Keep the punctuation behind a formula in its line."""
+    for formula in list(document.findall(nodes.math)):
+        at = formula.parent.index(formula)
+        behind = formula.parent[at + 1 : at + 2]
+        text = behind[0] if behind and isinstance(behind[0], nodes.Text) else ""
+        if text.startswith((".", ",", ";", ":", ")")):
+            joined = nodes.inline("", "", formula.deepcopy(), nodes.Text(text[0]))
+            joined["classes"].append("joined")
+            formula.parent[at : at + 2] = [joined, nodes.Text(text[1:])]
 
 
 def _public(
@@ -172,4 +182,5 @@ def setup(app: Sphinx) -> None:
     app.connect("autodoc-process-bases", _public)
     app.connect("autodoc-process-signature", _hide_constructor)
     app.connect("doctree-read", _mark_long_lines)
+    app.connect("doctree-read", _join_punctuation)
     app.add_html_math_renderer("mathml", (_formula, None), (_formula, None))
