@@ -6,15 +6,20 @@ draw with the font in `_static`, and the inventories of other projects are files
 
 from __future__ import annotations
 
+import re
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 from docutils import nodes
 from latex2mathml.converter import convert
 from sphinx.application import Sphinx
 from sphinx.ext import autosummary
+from sphinx_gallery.scrapers import matplotlib_scraper
 
 import shockwave
 from shockwave import __version__
+from shockwave.base.result import Result
 
 project = "shockwave"
 author = "The shockwave developers"
@@ -39,6 +44,7 @@ html_logo = "_static/logo.svg"
 html_favicon = "_static/favicon.svg"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_js_files = ["site.js"]
 html_math_renderer = "mathml"
 default_role = "py:obj"
 
@@ -53,6 +59,8 @@ sphinx_gallery_conf = {
     "gallery_dirs": "examples",
     "abort_on_example_error": True,
     "within_subsection_order": "FileNameSortKey",
+    # columns of print, enlarged
+    "image_scrapers": (partial(matplotlib_scraper, dpi=150),),
     "image_srcset": ["2x"],
     # run times are those of one machine
     "min_reported_time": 1e9,
@@ -65,6 +73,7 @@ sphinx_gallery_conf = {
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 120
+nb_merge_streams = True
 
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
@@ -100,6 +109,8 @@ intersphinx_mapping = {
     "pandas": ("https://pandas.pydata.org/docs", "inventories/pandas.txt"),
     "xarray": ("https://docs.xarray.dev/en/stable", "inventories/xarray.txt"),
 }
+# The pages that list what has a page of its own.
+_PAGES = "\n".join(page.read_text() for page in Path(__file__).parent.glob("python/*"))
 
 
 def _formula(translator: Any, node: nodes.math | nodes.math_block) -> None:
@@ -122,17 +133,54 @@ def _mark_long_lines(_app: Sphinx, document: nodes.document) -> None:
             block["classes"].append("long-lines")
 
 
+def _join_punctuation(_app: Sphinx, document: nodes.document) -> None:
+    """Keep the punctuation behind a formula in its line."""
+    for formula in list(document.findall(nodes.math)):
+        at = formula.parent.index(formula)
+        behind = formula.parent[at + 1 : at + 2]
+        text = behind[0] if behind and isinstance(behind[0], nodes.Text) else ""
+        if text.startswith((".", ",", ";", ":", ")")):
+            joined = nodes.inline("", "", formula.deepcopy(), nodes.Text(text[0]))
+            joined["classes"].append("joined")
+            formula.parent[at : at + 2] = [joined, nodes.Text(text[1:])]
+
+
 def _public(
     _app: Sphinx, _name: str, _what: object, _options: object, bases: list[Any]
 ) -> None:
-    """Leave private classes out of the bases of a class."""
-    bases[:] = [
-        base for base in bases if not getattr(base, "__name__", "").startswith("_")
-    ] or [object]
+    """Replace internal bases of a class by those of their own that have a page."""
+    nearest = (
+        next(
+            base
+            for base in getattr(base, "__mro__", (object,))
+            if base.__module__ == "builtins"
+            or re.search(rf"\.{base.__name__}$", _PAGES, re.MULTILINE)
+        )
+        for base in bases
+    )
+    bases[:] = [base for base in dict.fromkeys(nearest) if base is not object] or [
+        object
+    ]
+
+
+def _hide_constructor(
+    _app: Sphinx,
+    what: str,
+    _name: str,
+    documented: Any,
+    _options: object,
+    signature: str,
+    returns: str,
+) -> tuple[str, str]:
+    """Leave out the arguments of classes of results, which functions return."""
+    is_result = what == "class" and issubclass(documented, Result)
+    return ("" if is_result else signature), returns
 
 
 def setup(app: Sphinx) -> None:
     """Register the writer of formulas and the handlers of events."""
     app.connect("autodoc-process-bases", _public)
+    app.connect("autodoc-process-signature", _hide_constructor)
     app.connect("doctree-read", _mark_long_lines)
+    app.connect("doctree-read", _join_punctuation)
     app.add_html_math_renderer("mathml", (_formula, None), (_formula, None))

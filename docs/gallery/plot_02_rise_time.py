@@ -21,9 +21,13 @@ shocks = [sw.Shock(profile=profile, peak_force=10.0, rise_time=time) for time in
 
 results = sw.Predictor().predict_many(shocks, chain)
 
-figure, ax = plt.subplots(figsize=(6, 3.6), layout="constrained")
-ax.plot(1e6 * times, [one.amplification for one in results], "k.-", label="simulation")
-ax.plot(1e6 * times, [one.section4.amplification for one in results], label="section 4")
+figure, ax = plt.subplots(figsize=(3.4, 2.6), layout="constrained")
+for name, outcomes, line in (
+    ("simulation", results, ".-"),
+    ("section 4", [result.section4 for result in results], "--"),
+):
+    forces = [outcome.amplification for outcome in outcomes]
+    ax.plot(1e6 * times, forces, line, color=pictures.METHODS[name], label=name)
 ax.axhline(1, color="grey", linewidth=0.8)
 ax.set(xscale="log", xlabel="rise time (µs)", ylabel="leading wave over shock")
 ax.legend()

@@ -30,9 +30,9 @@ for name, profile in profiles.items():
 ratio = np.array(forces["half-sine"]) / forces["triangle"]
 print(f"shortest pulse: {ratio[0]:.4f}, limit (4/pi)^(6/5) = {(4 / np.pi) ** 1.2:.4f}")
 
-figure, ax = plt.subplots(figsize=(5, 3.4), layout="constrained")
-for name, values in forces.items():
-    ax.loglog(2e6 * rises, values, label=name)
+figure, ax = plt.subplots(figsize=(3.4, 2.6), layout="constrained")
+for (name, values), line in zip(forces.items(), ("-", "--"), strict=True):
+    ax.loglog(2e6 * rises, values, line, label=name)
 ax.set(xlabel="duration (µs)", ylabel="leading wave (N)")
 ax.legend()
 plt.show()
@@ -40,7 +40,7 @@ plt.show()
 # %%
 # The ratio of the two, with its limit for short pulses.
 
-figure, ax = plt.subplots(figsize=(5, 3.4), layout="constrained")
+figure, ax = plt.subplots(figsize=(3.4, 2.6), layout="constrained")
 ax.semilogx(2e6 * rises, ratio)
 ax.axhline((4 / np.pi) ** 1.2, color="grey", linestyle="--")
 ax.set(xlabel="duration (µs)", ylabel="half-sine over triangle")

@@ -23,21 +23,21 @@ wave = sw.simulate(
     shock, sw.Chain(material=steel, diameter="9.5 mm"), waves="primary"
 ).peak_force
 
-figure, ax = plt.subplots(figsize=(6, 3.6), layout="constrained")
+figure, ax = plt.subplots(figsize=(3.4, 2.6), layout="constrained")
 kappa = np.linspace(0, 2 * np.sqrt(2), 400)
 ax.plot(kappa, sw.wall_factor(kappa), "k", label="law")
 soft, hard = ("delrin", "pmma"), ("soda-lime-glass", "titanium-ti-6al-4v", "rigid")
-for name in (*soft, *hard, "tungsten-carbide"):
+for name, marker in zip((*soft, *hard, "tungsten-carbide"), "os^DvP", strict=True):
     wall = sw.Wall(material=name)
     chain = sw.Chain(material=steel, diameter="9.5 mm", granules=60, end=wall)
     ratio = sw.simulate(shock, chain).transmitted.peak_force / wave
-    ax.plot(wall.stiffness_ratio(steel), ratio, "o", label=name)
+    ax.plot(wall.stiffness_ratio(steel), ratio, marker, label=name)
 ax.set(
-    xlabel="stiffness ratio kappa",
-    ylabel="force on the wall over peak force of the wave",
+    xlabel=r"stiffness ratio $\kappa$",
+    ylabel="force on the wall over that of the wave",
     ylim=(0, None),
 )
-ax.legend(ncols=2)
+ax.legend()
 plt.show()
 
 # %%

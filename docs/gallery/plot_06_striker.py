@@ -23,10 +23,10 @@ chain = sw.Chain(material=steel, radius="5 mm", granules=60)
 mass, stiffness, speed = chain.granule_mass, chain.contact_stiffness, 0.1
 unit = (mass**3 * stiffness**2 * speed**6) ** 0.2
 
-figure, ax = plt.subplots(figsize=(6, 3.6), layout="constrained")
-for number in range(6):
+figure, ax = plt.subplots(figsize=(3.4, 2.6), layout="constrained")
+for number, line in enumerate(("-", "--", "-.", ":", "-", "--")):
     shown = np.where(waves[:, number] > 0, waves[:, number], np.nan)
-    ax.plot(ratios, shown, label=f"wave {number + 1}")
+    ax.plot(ratios, shown, line, label=f"wave {number + 1}")
 # the size of the striker changes its contact, too, which the law does not contain
 for ratio in (0.3, 1, 3, 10):
     striker = sw.Impact(velocity=speed, radius=chain.radius * ratio ** (1 / 3))
@@ -37,7 +37,7 @@ ax.set(
     xlabel="mass of the striker over that of a granule",
     ylabel="peak force, scaled",
 )
-ax.legend(ncols=2)
+ax.legend()
 plt.show()
 
 # %%

@@ -38,14 +38,14 @@ for ratio in (1.0, 0.8, 0.6, 0.4):
 # %%
 # The force on the wall against the taper.
 
-figure, ax = plt.subplots(figsize=(5, 3.4), layout="constrained")
+figure, ax = plt.subplots(figsize=(3.4, 2.6), layout="constrained")
 ax.plot(
     [100 * ratio for ratio in forces], [one.peak_force for one in forces.values()], "o-"
 )
 ax.set(
     xlabel="last bead over first bead (%)",
     ylabel="force on the wall (N)",
-    ylim=(0, None),
+    ylim=(0, 10),
 )
 plt.show()
 

@@ -31,11 +31,11 @@ def container(soft):
     )
 
 
-figure, ax = plt.subplots(figsize=(6, 3.4), layout="constrained")
-for soft in (0, 4, 10):
+figure, ax = plt.subplots(figsize=(3.4, 2.6), layout="constrained")
+for soft, line in ((0, "-"), (4, "--"), (10, ":")):
     result = sw.simulate(shock, container(soft), record=["forces"], until=2.8e-3)
     kept = result.recording
-    ax.plot(1e3 * kept.times, kept.wall_force, label=f"{soft} beads of Delrin")
+    ax.plot(1e3 * kept.times, kept.wall_force, line, label=f"{soft} beads of Delrin")
 ax.set(xlabel="time (ms)", ylabel="force on the wall (N)")
 ax.legend()
 plt.show()

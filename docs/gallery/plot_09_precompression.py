@@ -19,7 +19,7 @@ steel = sw.material("bearing-steel-52100")
 first, last = 30, 60
 strengths = np.geomspace(1, 100, 7)
 
-figure, ax = plt.subplots(figsize=(6, 3.6), layout="constrained")
+figure, ax = plt.subplots(figsize=(3.4, 2.6), layout="constrained")
 for static in (0.0, 2.0, 20.0):
     chain = sw.Chain(
         material=steel, diameter="9.5 mm", granules=90, precompression=static

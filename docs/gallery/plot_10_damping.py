@@ -21,7 +21,7 @@ shock = sw.Shock(
 )
 passed = np.arange(0, 41)
 
-figure, ax = plt.subplots(figsize=(6, 3.6), layout="constrained")
+figure, ax = plt.subplots(figsize=(3.4, 2.6), layout="constrained")
 for time in (0.2e-6, 0.5e-6, 1e-6):
     damping = sw.KuwabaraKono(time=time)
     chain = sw.Chain(material=delrin, diameter="9.5 mm", granules=80, damping=damping)

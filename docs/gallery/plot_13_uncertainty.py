@@ -37,7 +37,7 @@ plt.show()
 # %%
 # The sources of the uncertainty of the force.
 
-figure, ax = plt.subplots(figsize=(5, 2.4), layout="constrained")
+figure, ax = plt.subplots(figsize=(3.4, 2.6), layout="constrained")
 names = [each.name.rpartition(".")[2].replace("_", " ") for each in force.sensitivities]
 ax.barh(names, [each.total.value for each in force.sensitivities])
 ax.set(xlabel="share of the variance (total Sobol index)", xlim=(0, 1))

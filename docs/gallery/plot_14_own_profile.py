@@ -35,15 +35,14 @@ class Bell(sw.ShockProfile):
 
 
 chain = sw.Chain(material="bearing-steel-52100", diameter="10 mm")
-figure, ax = plt.subplots(figsize=(5, 3.4), layout="constrained")
-for power in (1, 2, 4):
+figure, ax = plt.subplots(figsize=(3.4, 2.6), layout="constrained")
+for power, line in ((1, "-"), (2, "--"), (4, ":")):
     bell = Bell(power=power, duration_ratio=2)
     shock = sw.Shock(profile=bell, peak_force="10 N", rise_time="60 us")
     print(f"p = {power}: leading wave {sw.predict(shock, chain).peak_force:.4f} N")
     s = np.linspace(0, 2, 300)
-    ax.plot(
-        60 * s, 10 * np.where(s < 1, bell.rise(s), bell.decay(s)), label=f"p = {power}"
-    )
+    forces = 10 * np.where(s < 1, bell.rise(s), bell.decay(s))
+    ax.plot(60 * s, forces, line, label=f"$p$ = {power}")
 ax.set(xlabel="time (µs)", ylabel="force (N)")
 ax.legend()
 plt.show()

@@ -26,12 +26,12 @@ chains = [sw.Chain(material=sw.material(name), diameter="25.4 mm") for name in n
 results = sw.simulate_many([shock] * len(chains), chains, waves="primary")
 
 ranked = sorted(zip(names, results, strict=True), key=lambda pair: pair[1].peak_force)
-figure, ax = plt.subplots(figsize=(6, 4.2), layout="constrained")
+figure, ax = plt.subplots(figsize=(3.4, 2.6), layout="constrained")
 ax.barh([name for name, _ in ranked], [result.peak_force for _, result in ranked])
 ax.axvline(5, color="k", linestyle="--", linewidth=0.8)
-ax.set(xlabel="peak force of the leading wave (N); dashed: that of the shock")
+ax.set(xlabel="peak force of the leading wave (N)")
 plt.show()
 
 # %%
-# What to see: beads of polymers pass on about half of the 5 N, those of alumina more
-# than the shock has.
+# What to see: beads of polymers pass on about half of the force of the shock (dashed),
+# those of alumina more than it has.

@@ -88,8 +88,10 @@ def landing() -> Figure:
     fine = np.linspace(contacts[0], contacts[-1], 12 * BEADS)
     # the force of a solitary wave is close to the sixth power of a cosine
     height = CubicSpline(contacts, np.maximum(forces, 0) ** (1 / 6))(fine) ** 6
-    ax.fill_between(fine, height, color=blue, alpha=0.25, linewidth=0)
-    ax.plot(fine, height, color=blue, linewidth=1.6)
+    along = [-0.5, *fine, BEADS + 0.5]  # as far as the beads
+    height = np.pad(height, 1)
+    ax.fill_between(along, height, color=blue, alpha=0.25, linewidth=0)
+    ax.plot(along, height, color=blue, linewidth=1.6)
     top = forces.max()
     around = np.maximum(np.append(0, forces), np.append(forces, 0))
     ax.scatter(range(BEADS + 1), [-0.13 * top] * (BEADS + 1), s=92, c=around, cmap="Blues", vmin=-0.25 * top)
@@ -102,15 +104,15 @@ def landing() -> Figure:
     ax.plot(places, applied, color=grey, linewidth=1.6)
     arrow = {"arrowstyle": "-|>", "color": grey, "linewidth": 1.6}
     ax.annotate("", (-0.8, -0.13 * top), (-APART - 1, -0.13 * top), arrowprops=arrow)
-    look = {"ha": "center", "va": "bottom", "fontsize": 13}
+    look = {"ha": "center", "va": "bottom", "fontsize": 16}
     ax.text(-APART - PULSE / 3, 1.06 * shock.peak_force, "shock 50 N", color="#444444", **look)
     for number, wave in enumerate(result.waves[:3]):
         peaks = np.flatnonzero((forces[1:-1] > forces[:-2]) & (forces[1:-1] >= forces[2:])) + 1
         place = peaks[np.argsort(forces[peaks])[::-1][number]]
         name = "leading wave " if number == 0 else ""
         label = f"{name}{wave.peak_force:.1f} N"
-        ax.text(contacts[place], forces[place] + 0.05 * top, label, color=blue, **look)
-    ax.set(xlim=(-APART - PULSE - 1, BEADS + 4), ylim=(-0.24 * top, 1.25 * top))
+        ax.text(contacts[place], forces[place] + 0.07 * top, label, color=blue, **look)
+    ax.set(xlim=(-APART - PULSE - 1, BEADS + 4), ylim=(-0.24 * top, 1.35 * top))
     ax.set_axis_off()
     return figure
 
@@ -241,6 +243,16 @@ def materials() -> Figure:
     return figure
 
 
+def finite_chain() -> Figure:
+    """Force on the wall behind a short chain, and the greatest forces at its contacts."""
+    chain = sw.Chain(material="bearing-steel-52100", diameter="9.5 mm", granules=10, end=sw.Wall(material="same"))
+    result = sw.simulate(sw.Impact(velocity=0.1), chain, record=["forces", "energies"])
+    figure, (above, below) = pictures.figure(2, size="page")
+    pictures.wall_force(result, ax=above)
+    pictures.peak_forces(result, ax=below)
+    return figure
+
+
 def sensors() -> Figure:
     """Forces of sensors in three beads of a vertical chain and under its wall."""
     chain = sw.Chain(
@@ -270,6 +282,7 @@ PICTURES: dict[str, Callable[[], Figure]] = {
     "pictures/trust-map": trust_map,
     "pictures/materials": materials,
     "pictures/sensors": sensors,
+    "pictures/finite-chain": finite_chain,
     "benchmarks/error-time": draw_error_time.draw,
     "benchmarks/integrators": draw_error_time.draw_integrators,
     "universal/shocks": lambda: draw_universal.draw("shocks")[0],

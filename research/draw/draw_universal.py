@@ -14,10 +14,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from shockwave import pictures
-from shockwave.pictures.picture_elements import BLACK, COLOURS, LINES, label_axis
+from shockwave.pictures.picture_elements import BLACK, COLOURS, LINES, add_legend, label_axis
 from shockwave.scene import closed_form_laws as laws
 
 sys.path.append(str(Path(__file__).parents[1]))
@@ -57,11 +58,11 @@ def draw_short(ax: Any) -> dict[str, float]:
     tau = np.linspace(0, laws.MOST_SPREAD, 40)
     for g, line in zip((0.0, -1.0, 1.0), LINES, strict=False):
         ax.plot(
-            tau, laws.short_peak(1.0, tau, g) / laws.impulse_peak(1.0), linestyle=line, label=f"$g$ = {g:g}", **CURVE
+            tau, laws.short_peak(1.0, tau, g) / laws.impulse_peak(1.0), linestyle=line, label=f"$g = {g:g}$", **CURVE
         )
-    ax.legend()
     label_axis(ax, "x", r"spread $\tau$")
     label_axis(ax, "y", r"$F/(1.168\,F_0 S^{6/5})$")
+    add_legend(ax, ax.lines)
     bands = {(low, high): (spread >= low) & (spread < high) for low, high in pairwise(fit.BANDS)}
     return {f"short shocks, $\\tau$ from {low} to {high}": error[at].max() for (low, high), at in bands.items()}
 
@@ -127,9 +128,9 @@ def draw_damping(ax: Any) -> dict[str, float]:
         ax.plot(n[::4], simulated[::4], color=COLOURS[index], label=f"$A/T$ = {ratio:.3f}", **POINT)
         errors[ratio] = np.abs(laws.damped_decay(n, ratio) / simulated - 1).max()
     ax.set_yscale("log")
-    ax.legend()
     label_axis(ax, "x", "contacts $n$")
     label_axis(ax, "y", "$F_n/F$")
+    add_legend(ax, ax.lines[1::2])
     return {f"damping, $A/T$ = {ratio:.3f}": error for ratio, error in errors.items()}
 
 
@@ -141,10 +142,11 @@ PICTURES = {
 
 def draw(name: str) -> tuple[Figure, dict[str, float]]:
     """A picture, and the largest relative errors of the laws that it shows."""
-    figure, axes = pictures.figure(1, 3, (9.6, 2.9))
+    figure, axes = pictures.figure(1, 3, (9.6, 3.1))
     errors = {}
-    for ax, draw_law in zip(axes, PICTURES[name], strict=True):
-        errors |= draw_law(ax)
+    with rc_context(pictures.style()):
+        for ax, draw_law in zip(axes, PICTURES[name], strict=True):
+            errors |= draw_law(ax)
     return figure, errors
 
 

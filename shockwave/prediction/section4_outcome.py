@@ -17,9 +17,9 @@ from shockwave.scene.solitary_wave import SolitaryWave
 
 @frozen
 class Exponents:
-    """Local scaling exponents of the peak force of the leading wave: d ln F / d ln of each property of the granules.
+    """Local scaling exponents of the peak force of the leading wave: ``d ln F/d ln`` of each property of the granules.
 
-    For example, with ``radius`` -1.6 the peak force scales as R^-1.6 for a given shock.
+    For example, with ``radius`` -1.6 the peak force scales as ``R^-1.6`` for a given shock.
     """
 
     radius: float
@@ -28,9 +28,9 @@ class Exponents:
 
     @classmethod
     def of(cls, sensitivity: float, chain: Chain) -> Exponents:
-        """Make the exponents from d ln F / d ln A; A scales as R^(4/3) rho^(1/2) E^(-1/3), eq. (4c).
+        """Make the exponents from ``d ln F/d ln A``; A scales as ``R^(4/3) rho^(1/2) E^(-1/3)``, eq. (4c).
 
-        If the contact stiffness is given, A scales as the square root of the mass, R^(3/2) rho^(1/2).
+        If the contact stiffness is given, A scales as the square root of the mass, ``R^(3/2) rho^(1/2)``.
         """
         if chain.contact is not None:
             return cls(1.5 * sensitivity, sensitivity / 2, 0.0)
@@ -62,7 +62,7 @@ class Section4Outcome(Result):
     momentum_coefficient : float
         Numerical coefficient of A, eq. (4c).
     wave_time : float
-        A F0^(-1/6), the impulse of a wave with the peak force of the shock over this force [s].
+        ``A F0^(-1/6)``, the impulse of a wave with the peak force of the shock over this force [s].
     warnings : tuple of str
         Sentences on the limits of the relations.
     simulated_force : callable

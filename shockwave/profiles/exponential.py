@@ -25,12 +25,18 @@ _MOST_KEPT = 256
 
 @frozen(kw_only=True)
 class Exponential(ShockProfile, Value):
-    """F1 = (1 - e^(-k1 s))/(1 - e^(-k1)), F2 = (e^(-k2 u) - e^(-k2))/(1 - e^(-k2)), u = (s - 1)/(n - 1).
+    r"""Exponential rise and decay of finite duration.
+
+    .. math:: F_1 = (1 - e^{-k_1 s})/(1 - e^{-k_1}), \quad F_2 = (e^{-k_2 u} - e^{-k_2})/(1 - e^{-k_2})
+
+    with u = (s - 1)/(n - 1).
 
     Parameters
     ----------
-    rise_rate, decay_rate : float
-        Rates k1 and k2, at least -700 and at most 1e6; with both 0 the profile is a triangle.
+    rise_rate : float
+        Rate k1 of the rise, -700 to 1e6; with 0 the rise is linear.
+    decay_rate : float
+        Rate k2 of the decay, -700 to 1e6; with 0 the decay is linear.
     duration_ratio : float
         n, total duration over rise time, above 1.
 

@@ -15,11 +15,17 @@ from shockwave.profiles.shock_profile import ShockProfile
 
 @frozen(kw_only=True)
 class Friedlander(ShockProfile, Value):
-    """F1 = s, F2 = (1 - u) e^(-b u), u = (s - 1)/(n - 1); n = 1/rise_fraction.
+    r"""The positive phase of a blast wave after a short linear rise; n = 1/rise_fraction.
 
-    The front of a blast wave rises in nanoseconds, but a shock of eq. (2) has a rise. With g(b) = (b - 1 + e^(-b))/b^2,
-    1/2 at b = 0, the areas are a1 = 1/2 and a2 = (n - 1) g(b). Of the conditions (3) the first one can fail, for a long
-    rise with a fast decay: it holds if n >= 1 + 1/(2 g(b)).
+    .. math:: F_1 = s, \quad F_2 = (1 - u) e^{-b u}
+
+    with u = (s - 1)/(n - 1). The front of a blast wave rises in nanoseconds, but a shock of eq. (2) has a rise. The
+    areas are a1 = 1/2 and a2 = (n - 1) g(b) with
+
+    .. math:: g(b) = (b - 1 + e^{-b})/b^2
+
+    and g(0) = 1/2. Of the conditions (3) the first one can fail, for a long rise with a fast decay: it holds if
+    n >= 1 + 1/(2 g(b)).
 
     Parameters
     ----------

@@ -13,7 +13,9 @@ from shockwave.profiles.shock_profile import ShockProfile
 
 @frozen
 class HalfSine(ShockProfile, Value):
-    """F1 = F2 = sin(pi s/2) on 0 <= s <= 2, symmetric about the peak; n = 2, no parameters.
+    r"""Half a period of a sine; n = 2, no parameters.
+
+    .. math:: F_1 = F_2 = \sin(\pi s/2)
 
     The areas are a1 = a2 = 2/pi. The third of the conditions (3) fails by 2/pi - 1/2 rise times, so section 4 is
     applied outside its assumptions.

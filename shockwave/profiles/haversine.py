@@ -17,7 +17,9 @@ _SERIES = [(-1) ** k / math.factorial(2 * k + 3) for k in reversed(range(20))]
 
 @frozen
 class Haversine(ShockProfile, Value):
-    """F1 = F2 = sin^2(pi s/2) = (1 - cos(pi s))/2 on 0 <= s <= 2, symmetric about the peak; n = 2, no parameters.
+    r"""Square of half a period of a sine; n = 2, no parameters.
+
+    .. math:: F_1 = F_2 = \sin^2(\pi s/2)
 
     The areas are a1 = a2 = 1/2: all conditions (3) hold, with equality.
 

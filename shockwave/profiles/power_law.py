@@ -55,13 +55,16 @@ class Powers(ShockProfile):
 
 @frozen(kw_only=True)
 class PowerLaw(Powers, Value):
-    """F1 = s^eta1 and F2 = ((n - s)/(n - 1))^eta2, as in the caption of Table 1.
+    r"""Powers of the time that has passed and of the time that is left, as in the caption of Table 1.
+
+    .. math:: F_1 = s^{\eta_1}, \quad F_2 = ((n - s)/(n - 1))^{\eta_2}
 
     Parameters
     ----------
-    rise_exponent, decay_exponent : float
-        Exponents eta1 and eta2, 0 to 1e6. With the exponent 0 the force is constant and jumps at the beginning of the
-        rise or at the end of the decay.
+    rise_exponent : float
+        Exponent eta1 of the rise, 0 to 1e6; with 0 the force jumps to its peak.
+    decay_exponent : float
+        Exponent eta2 of the decay, 0 to 1e6; with 0 the force stays at its peak and jumps to zero at the end.
     duration_ratio : float
         n, total duration over rise time, above 1.
 

@@ -177,12 +177,12 @@ class Chain(Value):
 
     @property
     def plane_strain_modulus(self) -> float:
-        """Plane-strain modulus E / (1 - nu^2) [Pa], which determines the contact stiffness."""
+        """Plane-strain modulus ``E/(1 - nu^2)`` [Pa], which determines the contact stiffness."""
         return self.material.youngs_modulus / (1 - self.material.poisson_ratio**2)
 
     @cached_property
     def exponent(self) -> float:
-        """Exponent p of the contact force F = k d^p."""
+        """Exponent p of the contact force ``F = k d^p``."""
         power = self._power_contact
         return HERTZ if power is None else power.exponent
 
@@ -206,7 +206,7 @@ class Chain(Value):
 
     @cached_property
     def contact_stiffness(self) -> float:
-        """Stiffness k of F = k d^p between equal spheres [N/m^p]; Hertz's is sqrt(2 R) E / (3 (1 - nu^2)).
+        """Stiffness k of ``F = k d^p`` between equal spheres [N/m^p]; Hertz's is ``sqrt(2 R) E/(3 (1 - nu^2))``.
 
         In a packing it is that of a bead and the next layer, z cos(theta)^(5/2) times as much.
         """
@@ -249,7 +249,7 @@ class Chain(Value):
         return 2 * self.radius * self.next_contacts[1]
 
     def momentum_parameter(self, coefficient: float) -> float:
-        """Momentum parameter A of eq. (4c) [N^(1/6) s]: a solitary wave of peak force F has the momentum A F^(5/6).
+        """Momentum parameter A of eq. (4c) [N^(1/6) s]: a solitary wave of peak force F has the momentum ``A F^(5/6)``.
 
         ``coefficient`` is the numerical coefficient of A: 13/3 in the paper, 4.344507853978653 exactly.
         """

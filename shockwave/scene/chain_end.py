@@ -93,8 +93,8 @@ class Wall(Value):
 class Bar(Value):
     """The flat, massless end of a long bar, which yields to the force F with the velocity F/Z.
 
-    Z is A rho c, with the speed c = sqrt(E/rho) of the waves in the bar. Nothing is reflected: the result holds until
-    a wave returns from its far end. The contact is that with a wall of the same material.
+    Z is ``A rho c``, with the speed ``c = sqrt(E/rho)`` of the waves in the bar. Nothing is reflected: the result holds
+    until a wave returns from its far end. The contact is that with a wall of the same material.
 
     Parameters
     ----------

@@ -102,7 +102,9 @@ def _log_mass(mass_ratio: npt.ArrayLike) -> FloatArray:
 
 
 def striker_waves(mass_ratio: npt.ArrayLike) -> FloatArray:
-    """Peak forces of the first six waves of a striker with velocity v, over (m^3 k^2 v^6)^(1/5), on the last axis.
+    """Peak forces of the first six waves of a striker with velocity v, on the last axis.
+
+    They are relative to ``(m^3 k^2 v^6)^(1/5)`` with the mass m and contact stiffness k of the granules.
 
     ``mass_ratio`` is the mass of the striker over m, up to 1000. Waves below 0.4 % of the leading wave are 0.
 
@@ -128,7 +130,8 @@ def striker_velocity(mass_ratio: npt.ArrayLike) -> FloatArray:
 def damped_decay(contacts: npt.ArrayLike, damping_ratio: npt.ArrayLike) -> FloatArray:
     """Peak force of a wave after n contacts with Kuwabara-Kono damping, over its first one; the arrays are broadcast.
 
-    ``damping_ratio``, from 0 to 0.05, is the time A of the model over T = m^(1/2) k^(-1/3) F^(-1/6) of the first force.
+    ``damping_ratio``, from 0 to 0.05, is the time A of the model over ``T = m^(1/2) k^(-1/3) F^(-1/6)`` of the first
+    force.
 
     Examples
     --------

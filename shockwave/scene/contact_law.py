@@ -23,13 +23,13 @@ class Pairs:
     Attributes
     ----------
     moduli : ndarray
-        E* [Pa], 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2; the term of a rigid wall is zero.
+        E* [Pa], ``1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2``; the term of a rigid wall is zero.
     radii : ndarray
-        R* [m], 1/R* = 1/R1 + 1/R2; at a flat wall, the radius of the granule.
+        R* [m], ``1/R* = 1/R1 + 1/R2``; at a flat wall, the radius of the granule.
     masses : ndarray
         Reduced mass m1 m2/(m1 + m2) [kg]; at a fixed wall, the mass of the granule.
     stiffnesses : ndarray
-        k of F = k d^p [N/m^p].
+        k of ``F = k d^p`` [N/m^p].
     exponents : ndarray
         p.
     """
@@ -143,7 +143,7 @@ class BoundLaw:
 
 @frozen(kw_only=True)
 class PowerContact(Value):
-    """A contact law F = k d^p with the same stiffness at all contacts, in place of Hertz's.
+    """A contact law ``F = k d^p`` with the same stiffness at all contacts, in place of Hertz's.
 
     Parameters
     ----------
@@ -200,7 +200,7 @@ class ElasticPlastic(Value):
 
 @frozen
 class Hertz:
-    """Hertz's law F = k d^(3/2), with k from the materials and radii of each contact: the default of a chain.
+    """Hertz's law ``F = k d^(3/2)``, with k from the materials and radii of each contact: the default of a chain.
 
     Examples
     --------

@@ -19,7 +19,7 @@ _ROUNDING = 1e-15
 
 
 class Damping(ABC):
-    """A force c d^q d' at each contact, added to the elastic force; their sum is cut off at zero."""
+    """A force ``c d^q d'`` at each contact, added to the elastic force; their sum is cut off at zero."""
 
     @abstractmethod
     def powers(self, pairs: Pairs) -> FloatArray:
@@ -32,7 +32,9 @@ class Damping(ABC):
 
 @frozen(kw_only=True)
 class KuwabaraKono(Damping, Value):
-    """Viscoelastic contact of Kuwabara and Kono (1987), (3/2) k A d^(1/2) d'; in general p k A d^(p-1) d'.
+    """Viscoelastic contact of Kuwabara and Kono (1987).
+
+    The force is ``p k A d^(p-1) d'`` with the exponent p of the contact law, for Hertz's ``(3/2) k A d^(1/2) d'``.
 
     Parameters
     ----------
@@ -62,7 +64,7 @@ class KuwabaraKono(Damping, Value):
 
 @frozen(kw_only=True)
 class Dashpot(Damping, Value):
-    """A linear dashpot, c d'.
+    """A linear dashpot, with the force ``c d'``.
 
     Parameters
     ----------
@@ -92,7 +94,9 @@ class Dashpot(Damping, Value):
 
 @frozen(kw_only=True)
 class Tsuji(Damping, Value):
-    """Damping of Tsuji, Tanaka and Ishida (1992), c d^(1/4) d', with a restitution independent of the velocity.
+    """Damping of Tsuji, Tanaka and Ishida (1992), with a restitution independent of the velocity.
+
+    The force is ``c d^(1/4) d'``.
 
     Parameters
     ----------
@@ -117,7 +121,7 @@ class Tsuji(Damping, Value):
         return np.full(pairs.exponents.shape, 0.25)
 
     def coefficients(self, pairs: Pairs) -> FloatArray:
-        """c = sqrt(5) z sqrt(m* k), with the damping ratio z of `tsuji_ratio`."""
+        """``c = sqrt(5) z sqrt(m* k)``, with the damping ratio z of `tsuji_ratio`."""
         return math.sqrt(5) * tsuji_ratio(self.restitution) * np.sqrt(pairs.masses * pairs.stiffnesses)
 
 

@@ -26,8 +26,8 @@ class Impact(Value):
     velocity : float, optional
         Velocity of the striker towards the chain [m/s], from 1e-20 to the speed of light.
     drop_height : float, optional
-        Height of its fall [m], instead of the velocity: sqrt(2 g h), with g of the chain or, without gravity along the
-        chain, 9.80665 m/s^2. Exactly one of the two must be given.
+        Height of its fall [m], instead of the velocity: ``sqrt(2 g h)``, with g of the chain or, without gravity along
+        the chain, 9.80665 m/s^2. Exactly one of the two must be given.
     radius, diameter : float, optional
         Size of the striker [m], at most one of them; by default that of the chain.
     material : Material or str, optional

@@ -41,8 +41,8 @@ class Material(Value):
     yield_strength : float, optional
         Yield strength [Pa], above 0, at which contacts begin to deform plastically; by default unknown.
     rate_constant : float
-        Rate constant K, default 0: the strength is 1 + K ln(rate / 0.001 s^-1) times the yield strength, for the strain
-        rate of an elastic-plastic contact.
+        Rate constant K, default 0: the strength is ``1 + K ln(rate / 0.001 s^-1)`` times the yield strength, for the
+        strain rate of an elastic-plastic contact.
     name, source : str, optional
         Name of the material, and source of its values.
 

@@ -23,7 +23,7 @@ _RISE_TIME = Quantity("s", "rise time t0", above=0)
 
 @frozen(kw_only=True, init=False)
 class Shock(Value):
-    """A force pulse, F(t) = F0 F1(t/t0) during the rise and F0 F2(t/t0) during the decay, eq. (2).
+    """A force pulse, eq. (2): ``F0 F1(t/t0)`` during the rise and ``F0 F2(t/t0)`` during the decay.
 
     Parameters
     ----------

@@ -89,7 +89,7 @@ class UniversalCurve(Result):
 
     The logarithm of the amplification is a cubic spline in ln t0/T0 through simulated points. Each interval is halved
     until the spline predicts the simulation at its midpoint. Shorter shocks follow the impulse limit, which scales as
-    (t0/T0)^(6/5).
+    ``(t0/T0)^(6/5)``.
 
     Parameters
     ----------
