@@ -34,6 +34,8 @@ _LABEL = 20
 _NARROW = 12
 # Width to which the first column, of names, is wrapped before others are left out.
 _NAME = 24
+# Blanks between a number and its unit, and in a unit.
+_UNITS = re.compile(r"(?<=\d) (?=%|[fpnumkMGT]?(?:N|m|s|g|kg|J|Pa|Hz)\b)|(?<=N) (?=s\b)")
 _STYLE = re.compile("\x1b\\[[0-9;]*m")
 # Codes of terminals for bold, and for bold and red.
 _STRONG = "1"
@@ -267,9 +269,9 @@ def _width(cell: str) -> int:
 
 def wrap(text: str, width: int, rest: str = "", first: str = "") -> list[str]:
     """Lines of ``text`` of at most ``width`` columns, if its words are no longer; ``rest`` begins all but the first."""
-    joined = text.replace(" %", "\xa0%")  # a number and its sign stay together
+    joined = _UNITS.sub("\xa0", text)  # a number and its unit stay together
     lines = textwrap.wrap(joined, width, initial_indent=first, subsequent_indent=rest, break_on_hyphens=False)
-    return [line.replace("\xa0%", " %") for line in lines] or [first]
+    return [line.replace("\xa0", " ") for line in lines] or [first]
 
 
 def facts(pairs: Iterable[tuple[str, str]]) -> list[str]:
