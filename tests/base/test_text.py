@@ -83,6 +83,11 @@ def test_the_columns_without_room_are_named_in_one_line() -> None:
     assert len(last) <= 80
 
 
+@pytest.mark.parametrize("part", ["11.6 N", "13.5 us", "5.2 mN s", "83 %", "7810 kg/m^3", "1.896 GPa"])
+def test_a_number_and_its_unit_stay_on_one_line(part: str) -> None:
+    assert all(part in "\n".join(paragraph("", f"{'x' * length} {part}")) for length in range(60, 80))
+
+
 @pytest.mark.parametrize("label", ["", "  note: ", "  ! a long label "])
 @pytest.mark.parametrize("indent", [0, 2, 12])
 def test_no_line_of_a_paragraph_is_wider_than_the_screen(label: str, indent: int) -> None:
