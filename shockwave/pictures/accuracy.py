@@ -16,7 +16,7 @@ from shockwave.pictures.picture_elements import (
     GREY,
     METHODS,
     MINUS,
-    ORANGE,
+    OCHRE,
     SKY,
     Axes,
     area,
@@ -103,7 +103,7 @@ def balance(result: Simulation, *, ax: Axes | None = None) -> Axes:
         begin, name = min(result.shock.duration, times[-1]), "work of the shock"
     with canvas(ax, result, x="time", y="energy", from_zero=True) as ax:
         area(ax, times, 0.0, kinetic, SKY, "", "kinetic energy")
-        area(ax, times, kinetic, total, ORANGE, "////", "contact energy")
+        area(ax, times, kinetic, total, OCHRE, "////", "contact energy")
         ax.plot(times, total, color=BLUE, linewidth=1.2, label="total")
         ax.plot([begin, times[-1]], [work, work], color=ink(), linewidth=1.2, linestyle="--", label=name)
         ax.set_xlim(0, times[-1])

@@ -38,6 +38,8 @@ _DARK = 0.18
 _PLAIN = {"text.usetex": False, "lines.linestyle": "-", "lines.marker": "None"}
 #: Figures made here: all of their parts have the settings of `style`, not those of the user's matplotlibrc.
 _FIGURES: WeakSet[Any] = WeakSet()
+#: Figures beside which the warnings stand, so that no mark refers to them.
+UNMARKED: WeakSet[Any] = WeakSet()
 
 
 def is_dark(colours: Sequence[Any]) -> bool:
@@ -101,7 +103,8 @@ def canvas(
             label_axis(ax, "y", y)
         if legend:
             add_legend(ax, ax.get_legend_handles_labels()[0])
-        mark_warnings(ax, results)
+        if figure not in UNMARKED:
+            mark_warnings(ax, results)
 
 
 def figure(

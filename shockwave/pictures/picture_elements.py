@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping
+from itertools import pairwise
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
@@ -20,16 +21,16 @@ else:  # what draws nothing does not need matplotlib
     Axes = Any
 
 
-# Okabe and Ito, "Color universal design" (2008), without yellow, which is hard to see on white.
+# Okabe and Ito, "Color universal design" (2008), without yellow, and with darker hues of orange and of sky blue.
 BLACK = "#000000"
 BLUE = "#0072B2"
 VERMILION = "#D55E00"
 GREEN = "#009E73"
-ORANGE = "#E69F00"
-SKY = "#56B4E9"
+OCHRE = "#AB8C4D"
+SKY = "#4A95F7"
 PURPLE = "#CC79A7"
 GREY = "#767676"
-COLOURS = (BLUE, GREEN, PURPLE, ORANGE, SKY, VERMILION, GREY)
+COLOURS = (BLUE, GREEN, PURPLE, OCHRE, SKY, VERMILION, GREY)
 #: Colour of a number by its origin, the same in every picture. They are distinct under deuteranopia, protanopia and
 #: tritanopia, and their contrast to white and to black is at least 3. A limit has the colour of the text.
 METHODS: Mapping[str, str] = MappingProxyType(
@@ -59,6 +60,8 @@ SIGNED = "RdBu_r"
 MINUS = "\N{MINUS SIGN}"
 # Ratio of the limits of a logarithmic axis above which its ticks are powers of ten.
 _FEW_DECADES = 2000.0
+# Limits of a logarithmic axis without a unit whose ticks are plain numbers in any case.
+_PLAIN = 1e-3, 1e3
 # Fewest labelled ticks of a logarithmic axis.
 _FEWEST_TICKS = 3
 # The legend is placed directly above the axes.
@@ -153,13 +156,13 @@ def literal(text: str) -> str:
 def label_axis(ax: Axes, axis: Literal["x", "y"], label: Label) -> None:
     """Label an axis with its name and unit, with an SI prefix in label and ticks; scale and limits must be final."""
     from matplotlib.text import Text
-    from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
+    from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator, ScalarFormatter
 
     name, unit = (label, _UNITS.get(label, "")) if isinstance(label, str) else label
     chosen = ax.xaxis if axis == "x" else ax.yaxis
     low, high = ax.get_xlim() if axis == "x" else ax.get_ylim()
     logarithmic = chosen.get_scale() == "log"
-    few = logarithmic and high < _FEW_DECADES * low
+    few = logarithmic and (high < _FEW_DECADES * low or (not unit and _PLAIN[0] <= low < high <= _PLAIN[1]))
     factor = 1.0
     chosen.set_minor_locator(NullLocator())  # more lines than a column can hold, each as expensive as a label
     if few:
@@ -170,7 +173,7 @@ def label_axis(ax: Axes, axis: Literal["x", "y"], label: Label) -> None:
         chosen.set_major_locator(locator if enough else MaxNLocator(_FEWEST_TICKS + 1, steps=[1, 2, 5, 10]))
     elif logarithmic:  # a formula for each tick would take longer than the rest of the axis
         chosen.set_major_formatter(FuncFormatter(lambda value, _: power_of_ten(round(math.log10(value)))))
-    if few or (unit and not logarithmic):
+    if few or isinstance(chosen.get_major_formatter(), ScalarFormatter):
         largest = max(abs(low), abs(high))
         number, _, unit = si_label(largest, unit, 9).partition(" ")
         factor = 10.0 ** round(math.log10(largest / float(number)))
@@ -215,12 +218,21 @@ def _keep_above(ax: Axes, artist: Any) -> None:
 
 def colour_scale(ax: Axes, drawn: Any, label: Label) -> Any:
     """Return a new labelled colour bar for ``drawn`` at the right of ``ax``."""
+    from matplotlib.colors import TwoSlopeNorm
+    from matplotlib.ticker import MaxNLocator
+
     figure = ax.get_figure()
     assert figure is not None
     # an inset, so that a layout engine keeps it next to its axes; without one, it takes room from them
     inset = ax.inset_axes((1.03, 0.0, 0.04, 1.0)) if figure.get_layout_engine() else None
     bar = figure.colorbar(drawn, cax=inset, ax=ax)
     label_axis(bar.ax, "y", label)
+    if isinstance(drawn.norm, TwoSlopeNorm):  # round numbers in both halves
+        locator, halves = (
+            MaxNLocator(_FEWEST_TICKS + 1),
+            pairwise([float(drawn.norm.inverse(at)) for at in (0, 0.5, 1)]),
+        )
+        bar.set_ticks([at for low, high in halves for at in locator.tick_values(low, high) if low <= at <= high])
     bar.ax.yaxis.label.set_fontsize(ax.yaxis.label.get_fontsize())
     return bar
 

@@ -7,7 +7,7 @@ import numpy as np
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.numerics import FloatArray
 from shockwave.pictures.figure_files import canvas
-from shockwave.pictures.picture_elements import METHODS, MINUS, ORANGE, SKY, Axes, area, ink, si_label, thin
+from shockwave.pictures.picture_elements import METHODS, MINUS, OCHRE, SKY, Axes, area, ink, si_label, thin
 from shockwave.prediction.section4_outcome import EjectionOutcome, Section4Outcome
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.scene.shock import Shock
@@ -35,7 +35,7 @@ def pulse(shock: Shock, *, ax: Axes | None = None) -> Axes:
     with canvas(ax, shock, x="time", y="force", from_zero=True) as ax:
         for name, value, inside, colour, hatch in (
             ("rise, a₁", areas.rise.value, times <= shock.rise_time, SKY, "////"),
-            ("decay, a₂", areas.decay.value, times >= shock.rise_time, ORANGE, r"\\\\"),
+            ("decay, a₂", areas.decay.value, times >= shock.rise_time, OCHRE, r"\\\\"),
         ):
             label = f"{name} = {value:.4g} F₀ t₀"
             area(ax, times[inside], 0.0, forces[inside], colour, hatch, label)
@@ -72,7 +72,7 @@ def correction_area(shock: Shock, outcome: Section4Outcome, *, ax: Axes | None =
     added = np.unique(np.append(s[s > begin / virtual], begin / virtual))
     with canvas(ax, x="time", y="force", from_zero=True) as ax:
         label = f"added: 2 \N{MULTIPLICATION SIGN} area = {si_label(outcome.added_momentum, 'N s')}"
-        area(ax, virtual * added, 0.0, force * profile.force(added), ORANGE, "////", label)
+        area(ax, virtual * added, 0.0, force * profile.force(added), OCHRE, "////", label)
         for time, name, colour, line in (
             (shock.rise_time, "shock, t₀", METHODS["shock"], "-"),
             (virtual, f"virtual shock, {_VIRTUAL}", METHODS["section 4"], "--"),

@@ -36,6 +36,8 @@ _PARTS = {"forces": "forces", "field": "velocities", "energies": "kinetic_energy
 _MOST_LINES = 6
 # Most cells of a space-time diagram along the time, as many as a print resolves.
 _MOST_CELLS = 480
+# Markers on an axis are in front of it.
+_WHOLE: dict[str, Any] = {"clip_on": False, "zorder": 3}
 # Upper limit of the force axis, relative to the greatest contact force.
 _HIGHEST = 3.0
 
@@ -147,13 +149,13 @@ def field_of_forces(ax: Axes, histories: Recording) -> None:
     from matplotlib.colors import PowerNorm
 
     # fewer samples in time: the greatest force of each interval
-    begins = np.arange(0, len(histories.times), math.ceil(len(histories.times) / _MOST_CELLS))
-    forces = np.maximum.reduceat(np.asarray(histories.forces), begins, axis=0)
+    forces = np.asarray(histories.forces)
+    times = histories.times[histories.times <= busy_end(histories.times, forces)]
+    begins = np.arange(0, len(times), math.ceil(len(times) / _MOST_CELLS))
+    forces = np.maximum.reduceat(forces[: len(times)], begins, axis=0)
     edges, rows = rows_of(np.asarray(histories.contacts, dtype=float), forces)
     norm = PowerNorm(0.5, vmin=0.0, vmax=float(forces.max()) or 1.0)
-    drawn = colour_cells(
-        ax, (np.append(histories.times[begins], histories.times[-1]), edges), rows, norm=norm, cmap=field_colours()
-    )
+    drawn = colour_cells(ax, (np.append(times[begins], times[-1]), edges), rows, norm=norm, cmap=field_colours())
     ax.locator_params(axis="y", integer=True)
     colour_scale(ax, drawn, "contact force")
 
@@ -192,14 +194,14 @@ def train(result: Comparison | Outcome | Simulation | Section4Outcome, *, ax: Ax
         draw_limit(ax, getattr(result, "limit", None))
         if len(predicted):
             at = np.arange(1, len(predicted) + 1) - 0.12
-            ax.plot(at, predicted, "o", color=METHODS["section 4"], markersize=5, label="section 4")
+            ax.plot(at, predicted, "o", color=METHODS["section 4"], markersize=5, label="section 4", **_WHOLE)
         for which, face, label in (
             (settled, METHODS["simulation"], "simulated"),
             (~settled, "none", "simulated, not separated"),
         ):
             if which.any():
                 look: dict[str, Any] = {"color": METHODS["simulation"], "markerfacecolor": face, "markersize": 4.5}
-                ax.plot(places[which], forces[which], "s", label=label, **look)
+                ax.plot(places[which], forces[which], "s", label=label, **look, **_WHOLE)
         ax.set_xlim(0.4, max(len(predicted), len(waves)) + 0.6)
         ax.locator_params(axis="x", integer=True, min_n_ticks=1)
         return ax

@@ -267,8 +267,9 @@ def _figures(times: FloatArray, forces: FloatArray) -> dict[str, float]:
 
 
 def changes(before: Mapping[str, float], after: Mapping[str, float], least: float = _UNCHANGED) -> str:
-    """Relative changes of figures beyond ``least``, each with its name."""
-    relative = {name.replace("_", " "): (after[name] - old) / abs(old) for name, old in before.items() if old}
+    """Relative changes of figures beyond ``least``, with their names; the rise includes what precedes a pulse."""
+    names = {name: name.replace("rise_time", "time to the peak").replace("_", " ") for name in before}
+    relative = {names[name]: (after[name] - old) / abs(old) for name, old in before.items() if old}
     return ", ".join(f"{name} {percent(by, '+')}" for name, by in relative.items() if abs(by) > least)
 
 

@@ -16,7 +16,7 @@ from shockwave.base.errors import ShockwaveError
 from shockwave.base.progress import track
 from shockwave.base.quantity_fields import quantity_of
 from shockwave.base.text import html_of
-from shockwave.pictures.figure_files import add_description
+from shockwave.pictures.figure_files import UNMARKED, add_description
 from shockwave.pictures.finite_chains import find_borders
 from shockwave.pictures.picture_elements import Axes
 from shockwave.prediction.section4_outcome import EjectionOutcome
@@ -149,7 +149,7 @@ _LONGEST_OF_ALL = 1000.0
 # Pictures that answer the question of the page, the first that applies beside its first lines.
 _ANSWERS = ("wall", "peaks", "forces", "train", "pulse")
 # Width and height [in]: a column in print, legible on a phone.
-_SIZE = (3.4, 2.7)
+_SIZE = (3.4, 2.5)
 
 
 def draw_pictures(results: PageResults) -> Iterator[tuple[str, str, str]]:
@@ -167,6 +167,7 @@ def draw_pictures(results: PageResults) -> Iterator[tuple[str, str, str]]:
     """
     for name, draw in track("pictures", list(choose_pictures(results).items())):
         figure, (ax,) = pictures.figure(size=_SIZE)
+        UNMARKED.add(figure)
         try:
             draw(ax)
         except ShockwaveError as error:

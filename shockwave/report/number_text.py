@@ -15,6 +15,8 @@ _MINUS = "\N{MINUS SIGN}"
 _BLANK = "\N{NO-BREAK SPACE}"
 # Numbers with a power of ten or a unit with the prefix micro, in sentences.
 _IN_SENTENCES = re.compile(r"(?<!\w)-?\b[0-9.]+(?:e[+-]?[0-9]+)?(?: u(?=[smNJ]\b))?")
+# Symbols of constants before their values.
+_CONSTANTS = {"E": "E", "nu": "\N{GREEK SMALL LETTER NU}", "rho": "\N{GREEK SMALL LETTER RHO}", "n": "n"}
 _POWER = re.compile(r"e\+?(-?)0*([0-9]+)")
 # Symbols of the paper in statements, after escaping.
 _SYMBOLS = (
@@ -42,6 +44,7 @@ def typeset(sentence: object) -> Markup:
         return number(match[0]).replace(" u", f"{_BLANK}\N{MICRO SIGN}")
 
     typed = _IN_SENTENCES.sub(replace_number, escape(str(sentence)))
+    typed = re.sub(r"\b(E|nu|rho|n)(?= (?:= )?[0-9])", lambda name: f"<i>{_CONSTANTS[name[0]]}</i>", typed)
     return Markup(re.sub(r"\^([0-9])\b", r"<sup>\1</sup>", typed))
 
 

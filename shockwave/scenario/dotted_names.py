@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import typing
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -55,6 +56,13 @@ class Variable:
     def convert(self, given: Any) -> Any:
         """``given``, as written in a scenario, converted: a float in SI units if it has a unit."""
         return convert(self.key, given)
+
+
+def name_in_words(name: str) -> str:
+    """A dotted name as words, without parentheses: ``granules[1].diameter.to`` is "segment 1 last diameter"."""
+    for key, word in (("from", "first"), ("to", "last")):
+        name = re.sub(rf"(\w+)\.{key}$", rf"{word} \1", name)
+    return re.sub(r"[\[\]._]+", " ", name.replace("granules[", "segment[").replace("parameters.", "")).strip()
 
 
 def variable(name: str, data: Mapping[str, Any], fits: Callable[[str], bool] = bool) -> Variable:

@@ -43,8 +43,8 @@ def lines(chain: Chain) -> list[tuple[str, str]]:
     """Label and text of the granules and of every further feature."""
     stated = {name: text(value, unit) for name, value, unit in _list_stated(chain) if not isinstance(value, int)}
     count = "1 granule" if chain.count == 1 else "endless" if chain.count is None else f"{chain.count} granules"
-    head = f"{count}, R {stated.pop('radius')}, {stated.pop('material')}"
-    return [("chain", head), *stated.items()]
+    head = f"{count}, diameter {si(2 * chain.radius, 'm')}, {stated.pop('material')}"
+    return [("chain", head), *((name, line) for name, line in stated.items() if name != "radius")]
 
 
 def _list_stated(part: Any) -> Iterator[tuple[str, Any, str]]:
@@ -62,7 +62,8 @@ def text(value: Any, unit: str = "") -> str:
         return "; ".join([*map(text, value[:_MOST_ITEMS]), *rest])
     if isinstance(value, Material):
         constants = f"E {si(value.youngs_modulus, 'Pa')}, nu {value.poisson_ratio:.4g}, rho {value.density:.5g} kg/m^3"
-        return value.name or constants
+        strength = f", yield strength {si(value.yield_strength, 'Pa')}" if value.yield_strength else ""
+        return value.name or constants + strength
     if isinstance(value, Taper):
         return f"{si(value.first, 'm')} to {si(value.last, 'm')}, {value.spacing}"
     if attrs.has(type(value)):

@@ -68,7 +68,7 @@ def _of_equal_granules(shock: Shock, chain: Chain) -> SceneSummary:
     }
     length = "endless" if chain.count is None else f"{chain.count} granules"
     stiffness = f"E {si(material.youngs_modulus, 'Pa')}, nu {material.poisson_ratio:.4g}"
-    text = f"R {si(chain.radius, 'm')}, {stiffness}, rho {material.density:.5g} kg/m^3, {length}"
+    text = f"diameter {si(2 * chain.radius, 'm')}, {stiffness}, rho {material.density:.5g} kg/m^3, {length}"
     if chain.packing:
         numbers["packing"] = chain.packing
         text += f", packing {chain.packing}: forces per contact, shock per bead"

@@ -16,6 +16,7 @@ from shockwave.base.units import to_si
 from shockwave.pictures.figure_files import canvas
 from shockwave.pictures.picture_elements import COLOURS, Axes, literal, mark, si_label
 from shockwave.pictures.sweep import DrawnAxis, sweep_lines, sweep_map
+from shockwave.scenario.dotted_names import name_in_words
 from shockwave.sweep.column_errors import accuracy_of, main_quantity
 from shockwave.sweep.definition import NOTES, warnings_in
 from shockwave.sweep.journal import NOT_RUN
@@ -127,8 +128,6 @@ _DIGITS = 6
 _CLOSE = 1e-5
 # Most values listed in a message.
 _MOST_LISTED = 20
-# Last parts of names that do not describe a variable: the ends of a range along a segment.
-_ENDS = ("from", "to")
 # Characters in a line of the caption.
 _CAPTION_WIDTH = 90
 
@@ -245,9 +244,9 @@ class PlottedAxes:
 
     def label(self, name: str) -> str:
         """Return the label of a variable: the last part of its name; all of it for a segment or if others end alike."""
-        last = name.rpartition(".")[2]
-        ends = [each.rpartition(".")[2] for each in self.results.variables]
-        return name if last in _ENDS or ends.count(last) > 1 or "granules[" in name else label_of(name)
+        ends = [label_of(each) for each in self.results.variables]
+        whole = "granules[" in name or ends.count(label_of(name)) > 1
+        return name_in_words(name.removeprefix("chain.")) if whole else label_of(name)
 
     def labels(self) -> list[str]:
         """Return a label for each value of the second axis."""

@@ -19,7 +19,7 @@ from matplotlib.text import Text
 
 import shockwave as sw
 from shockwave import pictures
-from shockwave.pictures.picture_elements import label_axis
+from shockwave.pictures.picture_elements import COLOURS, label_axis
 from shockwave.studies.amplification_curve import UniversalCurve
 from support.figures import inside, key_of
 from support.scenes import CHAIN, FORCE, UNITS, power, triangle
@@ -343,6 +343,8 @@ def test_trains_have_the_forces_of_section_4_and_simulated_ones(ax: Axes) -> Non
     assert line(ax, "section 4")[1].tolist() == [wave.peak_force for wave in section4("train").waves]
     settled = [wave.peak_force for wave in waves if wave.error_estimate is not None]
     assert line(ax, "simulated")[1].tolist() == settled
+    # a marker on the axis is not hidden
+    assert not any(each.get_clip_on() for each in ax.get_lines() if each.get_marker() in ("o", "s"))
     assert set(line(ax, "shock")[1]) == {FORCE}
 
 
@@ -492,7 +494,6 @@ def test_a_picture_is_legible_on_a_dark_background(picture: str, own: bool, pypl
         assert pyplot.get_fignums() == [ax.figure.number]  # without axes a new one
         # colours of maps are separated by their outlines
         if picture != "space_time":
-            # the palette's least contrast to black or white is that of orange on white, 2.2
             assert min(contrast(colour, ax.get_facecolor()) for colour in marks_of(ax)) > 3
 
 
@@ -552,11 +553,30 @@ def test_colours_of_methods_are_distinct_for_colour_blind_readers(kind: str) -> 
     assert min(contrast(colour, paper) for colour in pictures.METHODS.values() for paper in ("black", "white")) > 3
 
 
+@pytest.mark.parametrize("kind", [None, *BLIND])
+def test_colours_of_lines_are_distinct_and_visible(kind: str | None) -> None:
+    seen = [lab(colour, BLIND[kind] if kind else None) for colour in COLOURS]
+    assert min(float(np.linalg.norm(one - other)) for one, other in itertools.combinations(seen, 2)) > 10
+    assert min(contrast(colour, paper) for colour in COLOURS for paper in ("black", "white")) > 3
+
+
 @pytest.mark.parametrize("picture", ["approach", "amplification", "train"])
 def test_simulated_numbers_have_the_same_colour_in_every_picture(picture: str, ax: Axes) -> None:
     PICTURES[picture](ax, "ejection")
     (drawn,) = (each for each in ax.get_lines() if each.get_label() in ("simulation", "simulated", "ejection"))
     assert drawn.get_color() == pictures.METHODS["simulation"]
+
+
+def test_ticks_of_numbers_with_and_without_a_unit_are_alike() -> None:
+    figure, axes = pictures.figure(rows=3)
+    for ax, scale, label in zip(axes, ("linear", "linear", "log"), (("force", "N"), "ratio", "ratio"), strict=True):
+        ax.set(xscale=scale, xlim=(0.0, 2.0) if scale == "linear" else (1e-3, 1e3))
+        label_axis(ax, "x", label)
+    figure.canvas.draw()
+    force, linear, log = ([label.get_text() for label in ax.get_xticklabels()] for ax in axes)
+    assert linear == force
+    assert not any(text.endswith(".0") for text in linear)
+    assert {"0.01", "1", "100"} <= set(log)
 
 
 @pytest.mark.parametrize("ends", [(370.0, 1600.0), (900.0, 1300.0), (3.0, 90.0)])

@@ -139,7 +139,7 @@ def test_a_distribution_of_another_quantity_has_no_limit(ax: Axes) -> None:
 @pytest.mark.parametrize(("until", "last"), [(None, 1.0), (5e-3, 0.3)], ids=["as long as the motion", "ten times"])
 def test_axes_of_time_end_soon_after_the_last_force(until: float | None, last: float) -> None:
     result = sw.simulate(SHOCK, WALLED, record=["forces"], sensors=["wall"], until=until)
-    for draw in (pictures.contact_forces, pictures.wall_force, pictures.sensors):
+    for draw in (pictures.contact_forces, pictures.wall_force, pictures.sensors, pictures.chain_map):
         ax = draw(result)
         end = ax.get_xlim()[1]
         pyplot.close(ax.figure)

@@ -98,7 +98,7 @@ def test_only_zeros_at_the_ends_are_removed_unasked():
     profile = Tabulated(range(5, 14), [0, 0, 0, 1, 0.5, 0, 0.25, 0, 0])
     assert profile.breakpoints == (0.0, 1.0, 2.0, 3.0, 4.0, 5.0)
     assert profile.force(profile.breakpoints).tolist() == [0, 1, 0.5, 0, 0.25, 0]
-    assert profile.notes == ("Samples of zero force before and after the pulse were removed (rise time -67 %).",)
+    assert profile.notes == ("Samples of zero force before and after the pulse were removed (time to the peak -67 %).",)
     assert profile.alarms == ()
 
 
@@ -116,7 +116,7 @@ def test_the_baseline_is_that_of_the_whole_record():
 def test_a_crop_keeps_the_samples_of_its_window():
     profile = Tabulated([0, 1, 2, 3, 4, 5, 6, 7], [0, 0, 4, 2, 0, 9, 3, 0], crop=("1 s", 4))
     assert (profile.recorded_peak_force, profile.duration_ratio) == (4, 3)
-    note = "The record was cropped to 1 to 4 s (peak force -56 %, rise time -80 %, impulse -67 %)."
+    note = "The record was cropped to 1 to 4 s (peak force -56 %, time to the peak -80 %, impulse -67 %)."
     assert note in profile.notes
 
 

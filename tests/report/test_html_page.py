@@ -16,10 +16,10 @@ import pytest
 from attrs import evolve
 
 import shockwave as sw
-from shockwave import cli
+from shockwave import cli, pictures
 from shockwave.registry.registry import load
 from shockwave.report import compute_results, page, render_page
-from shockwave.report.html_page import _parameters, choose_pictures, list_parts
+from shockwave.report.html_page import _parameters, choose_pictures, draw_pictures, list_parts
 from shockwave.report.number_text import formula, percent, quantity, typeset
 from shockwave.scenario.scene_hash import scene_hash
 from shockwave.scene.simulate_options import SimulateOptions
@@ -179,6 +179,18 @@ def test_the_head_of_a_page_states_the_error_of_the_plastic_law() -> None:
     assert whole.partition("</header>")[0].count("elastic-plastic law") == whole.count("elastic-plastic law") == 1
 
 
+def test_pictures_do_not_repeat_the_warnings_of_the_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    large = evolve(CHAIN, radius=4.75)  # metres for millimetres
+    results = compute_results(scenario(triangle(9.0), large, rtol=1e-3))
+    assert results.warnings
+    drawn: list[Any] = []
+    chosen = choose_pictures(results)
+    monkeypatch.setattr("shockwave.report.html_page.choose_pictures", lambda _: {"train": chosen["train"]})
+    monkeypatch.setattr(pictures, "svg", lambda figure, _: drawn.append(figure))
+    assert len(list(draw_pictures(results))) == len(drawn) == 1
+    assert not drawn[0].axes[0].texts
+
+
 def test_warnings_of_section_4_stand_beside_its_decision() -> None:
     profile = sw.PowerLaw(rise_exponent=2, decay_exponent=7, duration_ratio=5)
     shock = sw.Shock(profile=profile, peak_force=100.0, rise_time=5e-5)
@@ -202,6 +214,10 @@ def test_warnings_of_section_4_stand_beside_its_decision() -> None:
         (
             typeset("wall stainless-steel-302, -1.5 us, error 2e-07"),
             "wall stainless-steel-302, ~1.5 µs, error 2 * 10<sup>~7</sup>",
+        ),
+        (
+            typeset("E 193 GPa, nu 0.3, rho 7958 kg/m^3, 48 us (n = 4), nut 3"),
+            "<i>E</i> 193 GPa, <i>\u03bd</i> 0.3, <i>\u03c1</i> 7958 kg/m<sup>3</sup>, 48 µs (<i>n</i> = 4), nut 3",
         ),
         (
             formula("alphaF0 A F0^(-1/6) < n t0"),

@@ -113,7 +113,7 @@ def test_a_sweep_has_columns_of_sensors_and_of_named_quantities(tmp_path: Path) 
         drawn = plot(results, name)
         assert drawn.column == column
         assert drawn.notes[0].startswith(f"{column}: relative error at most")
-        assert drawn.ax.get_xlabel().startswith("chain.granules[1].diameter.to (mm)")
+        assert drawn.ax.get_xlabel().startswith("segment 1 last diameter (mm)")
         pyplot.close(drawn.ax.figure)
     picture = tmp_path / "ratio.svg"
     assert main(["plot", str(report.folder), "--column", RATIO, "-o", str(picture)]) == 0

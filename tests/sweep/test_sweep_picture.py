@@ -103,6 +103,17 @@ def test_a_map_of_amplifications_has_a_line_at_one(tmp_path: Path) -> None:
     np.testing.assert_allclose(line.get_paths()[0].vertices[:, 0], TIMES[7])
 
 
+def test_values_that_crowd_at_one_end_have_half_of_the_colours(tmp_path: Path) -> None:
+    axes = [([TIME], TIMES[:, None].tolist()), ([RATIO], RATIOS[:, None].tolist())]
+    crowded = np.linspace(0.97, 1.0, PLANE.size)
+    crowded[:5] = 0.0
+    mesh = plot(swept(tmp_path / "crowd", axes, {"amplification": crowded.tolist()})).ax.collections[0]
+    assert mesh.norm(0.99) - mesh.norm(0.98) > 0.1
+    assert mesh.norm(0.0) == 0
+    ticks = mesh.colorbar.ax.get_yticks()
+    assert min(np.count_nonzero(ticks > 0.98), np.count_nonzero(ticks < 0.98)) >= 2
+
+
 def test_points_without_a_value_are_masked_and_counted(tmp_path: Path) -> None:
     results = a_map(tmp_path, failed=(3, 77))
     found = plot(results)
@@ -214,10 +225,17 @@ def test_coinciding_points_of_a_map_are_refused(tmp_path: Path) -> None:
         plot(numbered(tmp_path, [axis, along(RATIO, *range(2, 12))]))
 
 
-def test_variables_that_end_alike_are_labelled_with_their_full_names(tmp_path: Path) -> None:
-    axes = [([(f"chain.granules[{part}].diameter", "m")], [[1e-3], [2e-3], [3e-3]]) for part in (0, 1)]
-    ax = plot(numbered(tmp_path, axes), at={"chain.granules[1].diameter": "1 mm"}).ax
-    assert ax.get_xlabel() == "chain.granules[0].diameter (mm)\nchain.granules[1].diameter 1 mm"
+@pytest.mark.parametrize(
+    ("end", "label"),
+    [("", "diameter"), (".from", "first diameter"), (".to", "last diameter")],
+    ids=["all", "from", "to"],
+)
+def test_variables_that_end_alike_are_labelled_with_all_of_their_names_in_words(
+    tmp_path: Path, end: str, label: str
+) -> None:
+    axes = [([(f"chain.granules[{part}].diameter{end}", "m")], [[1e-3], [2e-3], [3e-3]]) for part in (0, 1)]
+    ax = plot(numbered(tmp_path, axes), at={f"chain.granules[1].diameter{end}": "1 mm"}).ax
+    assert ax.get_xlabel() == f"segment 0 {label} (mm)\nsegment 1 {label} 1 mm"
 
 
 def test_materials_are_labelled_with_their_name_or_number(tmp_path: Path) -> None:

@@ -335,6 +335,17 @@ def test_a_phone_needs_no_horizontal_scrolling(name: str, page: Page) -> None:
     page.open(text_of_file(PRESETS[name]), width=390)
     assert page.run("return document.documentElement.scrollWidth") <= 390
     assert page.find("figure svg").size["width"] > 300
+    heights = "return [...document.querySelectorAll('main :is(button, select, input)')].map((e) => e.offsetHeight)"
+    assert min(page.run(heights)) >= 44  # the width of a finger
+
+
+def test_the_controls_stay_beside_the_last_picture(page: Page) -> None:
+    page.open()
+    page.run("document.querySelector('figure:last-child').scrollIntoView()")
+    top, bottom, height = page.run(
+        "const { top, bottom } = $('controls').getBoundingClientRect(); return [top, bottom, innerHeight]"
+    )
+    assert 0 <= top < bottom <= height
 
 
 def test_the_screenshot_of_the_documentation_is_current(page: Page, tmp_path: Path) -> None:

@@ -13,10 +13,10 @@ import shockwave as sw
 from attrs import frozen
 from markupsafe import Markup
 from shockwave import report
-from shockwave.base.text import html_of, on_screen, si
-from shockwave.pictures.picture_elements import BLACK, COLOURS, METHODS
-from shockwave.prediction.outcome_text import lead_text
-from shockwave.report.number_text import formula, percent, quantity
+from shockwave.base.text import html_of, on_screen
+from shockwave.pictures.picture_elements import BLACK, COLOURS, METHODS, si_label
+from shockwave.prediction.outcome_text import feature_text, features_text, lead_text
+from shockwave.report.number_text import formula, percent, quantity, typeset
 from shockwave.scene.layout import Layout
 from shockwave.scene.sensors import Sensor
 
@@ -27,12 +27,14 @@ from .scene import load_text
 _TEMPLATE = Path(__file__).with_name("parts.html.jinja")
 _PARTS = "controls", "headline", "results", "figures", "decision"
 # Filters of the templates of the report.
-_FILTERS = formula, percent, quantity
+_FILTERS = formula, percent, quantity, typeset
 _TIME, _CONTACT = ("time", "s"), ("contact, from the struck end", "")
 # Colours of histories, and so their number.
 _COLOURS = COLOURS[:4]
 # Units of sensors, and titles of their charts.
 _SENSORS = {"N": "Force", "m/s": "Velocity", "m": "Displacement", "m/s^2": "Acceleration"}
+# Distance of markers from the number of their wave.
+_ASIDE = 0.12
 # Samples of histories up to a given time.
 _SAMPLES = 2000
 # Most contacts with histories; first contacts of an endless chain that have one.
@@ -81,14 +83,16 @@ def parts_of(text: str) -> dict[str, str]:
     _, *lines = on_screen(outcome, columns=sys.maxsize).split("\n")
     if outcome.simulated is not None:
         lines += [f"! {warning}" for warning in outcome.simulated.warnings if warning.startswith("No histories")]
+    faults = outcome.section4_faults
+    keys, words = features_text(faults), ", ".join(map(feature_text, faults))
     values: dict[str, object] = {
         "groups": list_controls(scenario, outcome),
         "lead": _lead(scenario, outcome),
-        "facts": [line.strip().partition("  ") for line in lines],
+        "facts": [line.replace(keys, words).strip().partition("  ") for line in lines],
         "figures": list(draw_figures(scenario, outcome)),
         "decision": _write_decision(outcome),
     }
-    return {name: html_of(_TEMPLATE, (), part=name, **values) for name in _PARTS}
+    return {name: html_of(_TEMPLATE, _FILTERS, part=name, **values) for name in _PARTS}
 
 
 def _lead(scenario: sw.Scenario, outcome: sw.Outcome) -> tuple[str, str, str]:
@@ -131,12 +135,13 @@ def draw_figures(scenario: sw.Scenario, outcome: sw.Outcome) -> Iterator[Figure]
     if waves := _waves_of(outcome):
         yield _draw_train(waves, outcome.section4, scenario.shock.peak_force)
     elif result is not None:
-        places, wall = [peak.contact for peak in result.contacts], result.transmitted
-        series = [Series(places, [peak.peak_force for peak in result.contacts], colour=METHODS["simulation"])]
+        peaks, wall = {peak.contact: peak.peak_force for peak in result.contacts}, result.transmitted
+        if wall is not None:
+            peaks[wall.contact] = wall.peak_force
+        series = [Series(list(peaks), list(peaks.values()), colour=METHODS["simulation"])]
         if wall is not None:
             series.append(Series([wall.contact], [wall.peak_force], "wall", "squares", METHODS["simulation"]))
-        last = (places[-1] if wall is None else wall.contact) or 1
-        picture = draw_chart(series, _CONTACT, ("greatest force", "N"), last)
+        picture = draw_chart(series, _CONTACT, ("greatest force", "N"), max(peaks) + 0.5, -0.5)
         yield Figure("Greatest forces", picture)
     if recording is not None:
         yield _draw_histories(recording, scenario.simulate.contacts)
@@ -162,7 +167,7 @@ def _state_pulse(pulse: Any) -> str:
     """Peak, width and speed of a first pulse."""
     figures = ("peak", ""), ("width", "width "), ("speed", "speed ")
     known = ", ".join(
-        label + si(value, pulse.units[name], pulse.digits_of(name, 3))
+        label + si_label(value, pulse.units[name], pulse.digits_of(name, 3))
         for name, label in figures
         if (value := getattr(pulse, name))
     )
@@ -210,8 +215,9 @@ def _draw_train(simulated: tuple[Any, ...], paper: Any, shock: float) -> Figure:
     ends = 0.5, max(len(waves) for waves, *_ in trains.values()) + 0.5
     series = [Series(ends, (shock, shock), "shock", "dashed", METHODS["shock"])]
     for name, (waves, *look) in trains.items():
-        series.append(Series(np.arange(1, len(waves) + 1), [wave.peak_force for wave in waves], name, *look))
-    return Figure("Waves", draw_chart(series, ("wave", ""), ("peak force", "N"), ends[1], whole=True))
+        at = np.arange(1, len(waves) + 1) + (_ASIDE if name == "simulated" else -_ASIDE)
+        series.append(Series(at, [wave.peak_force for wave in waves], name, *look))
+    return Figure("Waves", draw_chart(series, ("wave", ""), ("peak force", "N"), ends[1], ends[0]))
 
 
 def _draw_histories(recording: Any, contacts: tuple[int, ...]) -> Figure:

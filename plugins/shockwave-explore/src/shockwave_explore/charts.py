@@ -52,7 +52,7 @@ _LOOKS = {
     "area": 'fill-opacity="0.25"',
 }
 # Signs of a legend.
-_KEYS = {"line": "\N{EM DASH}", "dashed": "--", "dots": "\u25cf", "squares": "\u25a0"}
+_KEYS = {"line": "\N{EM DASH}", "dashed": "\N{EN DASH} \N{EN DASH}", "dots": "\u25cf", "squares": "\u25a0"}
 # Grid and axes.
 _GRID = 'stroke="#dedede" stroke-width="0.7"'
 _AXIS = 'fill="none" stroke="#555"'
@@ -71,9 +71,9 @@ class Series:
 
 
 def draw_chart(
-    series: Iterable[Series], x: tuple[str, str], y: tuple[str, str], right: float, whole: bool = False
+    series: Iterable[Series], x: tuple[str, str], y: tuple[str, str], right: float, left: float = 0.0
 ) -> Markup:
-    """Chart with axes from 0, or from the least value if that is negative.
+    """Chart with an ordinate from 0, or from the least value if that is negative.
 
     Parameters
     ----------
@@ -81,16 +81,14 @@ def draw_chart(
         The data, in SI units.
     x, y : (str, str)
         Name and SI unit of each axis.
-    right : float
-        End of the abscissa.
-    whole : bool
-        Whether the abscissa counts something.
+    right, left : float
+        Ends of the abscissa.
     """
     drawn = list(series)
     greatest = max((float(np.max(line.y)) for line in drawn), default=0.0)
     least = min((float(np.min(line.y)) for line in drawn), default=0.0)
     bottom, top = _ROOM * min(least, 0.0), _ROOM * max(greatest, 0.0)
-    area = _Area(0.5 if whole else 0.0, right, top if top > bottom else 1.0, bottom)
+    area = _Area(left, right, top if top > bottom else 1.0, bottom)
     legend, at = "", 0
     for line in drawn:
         if line.label:
@@ -121,7 +119,7 @@ def draw_map(times: FloatArray, contacts: Sequence[int], forces: FloatArray, lab
     begins = np.arange(0, len(times), math.ceil(len(times) / _MOST_CELLS))
     greatest = float(forces.max()) or 1.0
     levels = np.sqrt(np.maximum.reduceat(forces, begins, axis=0).T / greatest)
-    area = _Area(0.0, float(times[-1]), contacts[-1] + 1.0, margin=_BAR)
+    area = _Area(0.0, float(times[-1]), contacts[-1] + 0.5, -0.5, margin=_BAR)
     place = f'x="{area.left}" y="{_TOP}" width="{area.width}" height="{area.height}"'
     bar = area.left + area.width + 8
     parts = [
@@ -129,6 +127,7 @@ def draw_map(times: FloatArray, contacts: Sequence[int], forces: FloatArray, lab
         f'<image {place} {_PIXELS} href="{_encode(levels)}"/>',
         f'<image x="{bar}" y="{_TOP}" width="10" height="{area.height}" {_PIXELS}'
         f' href="{_encode(np.linspace(0, 1, 64)[:, None])}"/>',
+        f'<rect x="{bar}" y="{_TOP}" width="10" height="{area.height}" {_AXIS}/>',
     ]
     factor, unit = _scale(greatest, "N")
     marked = -_APART
@@ -185,8 +184,9 @@ def draw_beads(
     if wall and shown == len(radii) == moved.shape[1]:
         edge = scale * (swing[0] + centres[-1] + radii[-1]) + 4
         parts.append(f'<rect x="{edge:.1f}" y="2" width="6" height="{_ROW_HEIGHT - 4}" fill="{GREY}"/>')
+    first = "" if shown == len(radii) else "first "
     caption = (
-        f"The first {shown} granules during {si_label(times[-1], 's')}, displacements enlarged {factor:g} times; "
+        f"The {first}{shown} granules during {si_label(times[-1], 's')}, displacements enlarged {factor:g} times; "
         f"colours deepen up to a speed of {si_label(fastest, 'm/s')}."
     )
     return _write_picture(parts, caption, _ROW, _ROW_HEIGHT), caption

@@ -16,7 +16,7 @@ from shockwave.base.text import si
 from shockwave.base.units import to_si
 from shockwave.registry.registry import entries
 from shockwave.scenario.block_keys import RECORD, WALLS, keys_of
-from shockwave.scenario.dotted_names import Variable, variables
+from shockwave.scenario.dotted_names import Variable, name_in_words, variables
 
 from .scene import ELASTIC, ENDLESS, FREE, PLASTIC, TIMES, WALL, value_at
 
@@ -129,7 +129,7 @@ def _bound(spec: Quantity, name: str, data: Any) -> Quantity:
 
 def _label_of(name: str) -> str:
     """The keys of a dotted name below its block, as words."""
-    return dotted_name(steps_of(name)[1:]).removeprefix("parameters.").replace(".", " ").replace("_", " ")
+    return name_in_words(dotted_name(steps_of(name)[1:]))
 
 
 def _make_end(granules: Any, given: Any) -> Control:
