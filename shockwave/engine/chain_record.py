@@ -75,5 +75,5 @@ class Record:
         stretch, self.stretch = Stretch.of(*self.spans) if self.spans else None, None
         if stretch:
             self.log.observe(stretch)
-            self.stretch = evolve(stretch, x=stretch.x[:, : self.bodies], v=stretch.v[:, : self.bodies])
+            self.stretch = evolve(stretch, spans=(), x=stretch.x[:, : self.bodies], v=stretch.v[:, : self.bodies])
         self.spans.clear()

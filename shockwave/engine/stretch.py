@@ -7,7 +7,6 @@ from collections.abc import Callable
 import numpy as np
 from attrs import frozen
 
-from shockwave.base.errors import NumericalError
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.scaled_problem import overlaps
 
@@ -62,11 +61,3 @@ def free_granules(x: FloatArray, v: FloatArray) -> int:
     """Number of granules in free flight at the loaded end: out of contact, and not approaching one another."""
     apart = (overlaps(x) <= 0) & (v[:-1] <= v[1:])
     return int(np.argmin(apart)) if not apart.all() else len(x)
-
-
-def overdue(time: float) -> NumericalError:
-    """Error for an integration that has come to ``time`` when the time limit is reached."""
-    at = f"at {time:.4g} characteristic times of the wave"
-    return NumericalError(
-        f"the time limit was reached {at} (allow more, loosen the tolerance, or shorten the simulated time)"
-    )
