@@ -76,7 +76,7 @@ static int read_method(Method *method, const double *from, Py_ssize_t count)
     if (count != 5 + s * (2 * s + 7)) return 0;
     positions = from + 5 + s;
     velocities = positions + s * (s + 1);
-    *method = (Method){.stages = s, .order = (int)from[1], .moves = from[2] != 0, .last_is_next = from[3] != 0,
+    *method = (Method){.stages = s, .order = (int)from[1], .moves = from[2] != 0, .last_is_next = from[3] != 0, .jerk = from[5] == 0,
                        .nodes = from + 4, .weights = velocities + s * s};
     for (i = 0; i <= s; i++) {
         method->positions[i] = terms_of(positions + i * s, s);

@@ -32,6 +32,7 @@ static double next_size(March *m, double *end)
     long e = 0, j;
     while ((e = m->kernel.near(m, h, e)) < m->padded)
         for (j = e, e += m->kernel.width; j < e && j < m->n; j++) size = predict(m, j, h, size);
+    for (j = 0; j < m->flows; j++) size = smaller(size, turns_after(m, (long)m->flowing[j]));
     m->at_stop = smaller(size, m->r->size) >= left;
     size = m->at_stop ? left : smaller(smaller(size, m->r->size), left / 2); /* avoids a very short last step */
     *end = m->at_stop ? stop : m->r->time + size;

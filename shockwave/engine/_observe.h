@@ -10,25 +10,6 @@ static double slope_at(const March *m, double h, long j, const double c[6], doub
     return h * rate_1(m, j, stiffness_1(m, m->hertz, j, d), d, w / h, a / (h * h));
 }
 
-/* Fraction of the step at which the slope vanishes, between those where it is positive and where it is not; `bend`
-   receives the derivative of the slope there. */
-static double vanish(const March *m, double h, long j, double low, double high, double at, double *bend)
-{
-    double c[6], slope, last = 0, before = 0, next;
-    int turn;
-    overlap_of((March *)m, h, j, c);
-    *bend = 0;
-    for (turn = 0; turn < m->r->most_turns; turn++, before = at, last = slope, at = next) {
-        slope = slope_at(m, h, j, c, at);
-        if (slope > 0) low = at; else high = at;
-        if (turn && at != before) *bend = (slope - last) / (at - before);
-        next = *bend < 0 ? at - slope / *bend : at + m->r->nudge * (slope > 0 ? 1 : -1);
-        if (!(next > low && next < high)) next = 0.5 * (low + high);
-        if (turn && fabs(next - at) < m->r->near) return next;
-    }
-    return at;
-}
-
 /* Interval of a step with values and slopes, per step, at its ends. */
 typedef struct { double low, f0, r0, high, f1, r1; } Interval;
 
@@ -57,10 +38,15 @@ static void find_peak(March *m, double h, long j)
     const long reach = m->method->stages + 2, first = j > reach ? (j - reach) / BLOCK * BLOCK : 0;
     const long last = (long)smaller((double)((j + reach + 1 + BLOCK) / BLOCK * BLOCK), (double)m->padded);
     Interval of = {0, m->start.f[j], h * m->start.slope[j], 1, m->finish.f[j], h * m->finish.slope[j]};
-    double share, left = 0, slope = 0, bend;
+    double c[6], share, left = 0, slope = 0, bend;
     int turn;
     if (!narrow(&of, m->best[j] - m->r->nearly * fabs(m->best[j] + m->still[j]))) return;
-    share = vanish(m, h, j, of.low, of.high, top_in(&of), &bend);
+    overlap_of(m, h, j, c);
+    share = vanish(slope_at, m, h, j, c, of.low, of.high, top_in(&of), &bend);
+    if (1 - share < m->r->at_end) {
+        raise_best(m, j, m->finish.f[j] + 0.5 * h * m->finish.slope[j] * (share - 1), m->r->time + share * h);
+        return;
+    }
     for (turn = 0; turn < m->r->most_turns; turn++) {
         const double time = m->r->time + share * h;
         m->kernel.attempt(m, share * h, time, first, last, &m->trial);

@@ -142,17 +142,23 @@ TARGET static void NAME(attempt)(March *m, double h, double end, long low, long 
     const Method *method = m->method;
     const End *s = &m->start;
     const int stages = method->stages, driven = m->driven && low == 0;
-    long e;
+    /* bodies of which forces within the step need the velocities */
+    long first = low, after = high, e;
     int i;
+    if (!m->damped) flowing_bodies(m, &first, &after);
     m->stage[0] = s->a;
     watch(m, s->f, 0);
     for (e = low; (m->damped || m->flows) && e < high; e += WIDTH) NAME(store)(m->shares + e, method->weights[0] * NAME(load)(s->power + e));
-    for (i = 1; i <= stages; i++) {
+    for (e = first; method->jerk && e < after; e += WIDTH)
+        NAME(store)(m->room[1] + e, h * (NAME(load)(m->mobile + e) * (NAME(load)(s->slope + e - 1) - NAME(load)(s->slope + e))));
+    m->stage[1] = m->room[1];
+    for (i = 1 + method->jerk; i <= stages; i++) {
         const int ends = i == stages, last = ends || (method->last_is_next && i == stages - 1);
         const double t = method->nodes[i] * h;
         double *const y = last ? to->x : m->y, *const z = ends ? to->v : m->z;
         if (!ends || !method->last_is_next) NAME(displace)(m, method->positions + i, s->x, t, s->v, h * h, low, high, y);
-        if (ends || method->moves) NAME(displace)(m, method->velocities + i, s->v, 0, s->v, h, low, high, z);
+        if (ends) NAME(displace)(m, method->velocities + i, s->v, 0, s->v, h, low, high, z);
+        else if (method->moves && first < after) NAME(displace)(m, method->velocities + i, s->v, 0, s->v, h, first, after, z);
         if (driven) {
             const double way = shift(m, t, method->nodes[i] == 1 ? end : m->r->time + t, m->impulses + i);
             if (!ends || !method->last_is_next) y[0] += way;
@@ -163,7 +169,7 @@ TARGET static void NAME(attempt)(March *m, double h, double end, long low, long 
         if (last && !(ends && method->last_is_next)) NAME(forces)(m, 1, y, z, low, high, ends ? -1 : i, to);
         else if (!last) NAME(forces)(m, 0, y, z, low, high, i, &m->scratch);
     }
-    m->r->evaluations += stages - method->last_is_next;
+    m->r->evaluations += stages - method->last_is_next - method->jerk;
 }
 
 /* Largest change between neighbours of factor (sum over the stages), over the scale. */

@@ -115,6 +115,10 @@ class Flow(Protocol):
         """Change the modes that end at the beginning of a step; whether there are any."""
         ...
 
+    def turns(self, start: End, time: float) -> float:
+        """Least size of a step that ends after a contact turns, of those whose flow does not depend on the rate."""
+        ...
+
     def end_of_modes(self, start: End, finish: End, time: float, size: float, share: float) -> float:
         """Fraction of the step at which it should end because a mode does; ``share`` if it need not."""
         ...

@@ -17,7 +17,7 @@ from shockwave.engine.mixed_chain_assembly import Assembly
 from shockwave.engine.mixed_chain_domains import run
 from shockwave.engine.mixed_chain_forces import VISCOUS
 from shockwave.engine.nystroem_integrators import Nystroem, Rkn86
-from shockwave.engine.nystroem_tableaux import GeneralTableau, dop853, of_nystroem
+from shockwave.engine.nystroem_tableaux import GeneralTableau, dop853, of_nystroem, with_velocities
 from shockwave.engine.time_limit import is_limited
 
 # Least number of steps under the applied force.
@@ -122,8 +122,10 @@ def method_for(assembly: Assembly, integrator: type[Integrator] | None) -> tuple
         If the integrator cannot step this chain.
     """
     if integrator is None:
-        if assembly.is_damped:
+        if assembly.is_viscous:
             return "dop853", dop853()
+        if assembly.is_damped:
+            return "rkn86", with_velocities(Rkn86)
         integrator = Rkn86
     if reason := integrator.refusal(assembly.is_damped):
         raise InvalidValueError.of("integrator", reason)

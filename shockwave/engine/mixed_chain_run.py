@@ -28,7 +28,7 @@ from shockwave.engine.mixed_chain_forces import (
     is_over,
     kink_error,
 )
-from shockwave.engine.mixed_chain_peaks import MOST_TURNS, NEAR, NUDGE, Overlap
+from shockwave.engine.mixed_chain_peaks import MOST_TURNS, NEAR, NUDGE, Overlap, vanish
 from shockwave.engine.mixed_chain_stages import Stages
 from shockwave.engine.time_limit import expired
 
@@ -54,6 +54,8 @@ _SOON = 1e-3
 _MOST_CUTS = 8
 # A maximum within a step is computed if it may exceed the greatest force so far, less this fraction of it.
 _NEARLY = 0.1
+# Rest of a step after a maximum, relative to it, over which a parabola continues the force from its end.
+_AT_END = 1e-2
 # Error over the tolerance beyond which a step is too long to find a kink in it.
 _HOPELESS = 1e6
 
@@ -71,7 +73,18 @@ def run(job: Job, compiled: ModuleType | None) -> None:
     control = _SAFETY, _MIN_FACTOR, _MAX_FACTOR, MIN_STEP, _MIN_FIRST, _COMPILED_STEP, _INTERVAL
     contacts = (forces.LOCATED, forces.ROUNDING, forces.ELASTIC, forces.VISCOUS)
     kinks = _SOON, forces.KINK, KINK_SHARE, _MOST_CUTS, *contacts
-    peaks = (_NEARLY, _HOPELESS, MOST_TURNS, NEAR, NUDGE, forces.PASSED, forces.WAVE, forces.NOISE, forces.INSTANT)
+    peaks = (
+        _NEARLY,
+        _HOPELESS,
+        MOST_TURNS,
+        NEAR,
+        _AT_END,
+        NUDGE,
+        forces.PASSED,
+        forces.WAVE,
+        forces.NOISE,
+        forces.INSTANT,
+    )
     modes = PARTS, forces.SHARP, forces.FINER, forces.FASTEST
     settings = np.concatenate((job.settings, window, control, kinks, peaks, modes, job.watched, job.found))
     progress = settings[-len(job.found) :]
@@ -192,7 +205,7 @@ class _March(Stages):
             # a contact has just closed: its force is a power of the time
             for j in near[(np.abs(d) < _SOON * h * w) & ~self.by_law[near]].tolist():
                 self.size = min(self.size, self.first_size(j, float(start.w[j])))
-        size = min(size, self.size)
+        size = min(size, self.size, self.flow.turns(start, self.time) if self.flow else math.inf)
         if size >= left:
             return left, stop
         size = min(size, left / 2)  # avoids a very short last step
@@ -329,7 +342,12 @@ class _March(Stages):
         """
         best = self.job.peaks[:, j]
         overlap = Overlap.between(self, start, finish, self.time, size, j)
-        share, bend = overlap.vanish(begin[0], end[0], top_between(begin, end))
+        share, bend = vanish(overlap.slope, begin[0], end[0], top_between(begin, end))
+        if 1 - share < _AT_END:
+            force = float(finish.f[j + 1]) + 0.5 * size * float(finish.slope[j]) * (share - 1)
+            if force > best[0]:
+                best[:] = force, self.time + share * size
+            return
         reach = len(self.method.nodes) + 2
         first, last = max(j - reach, 0), min(j + reach + 1, self.n)
         left = here = slope = 0.0

@@ -54,6 +54,12 @@ class Stages(Contacts):
             if self.flat > 0 and high == self.bodies:
                 y[-1] = z[-1]
             row += 1 + method.damped
+            if c == 0:
+                slope = np.append(0.0, start.slope)
+                self.stage_rates[1, part] = h * (inverse * (slope[low:high] - slope[low + 1 : high + 1]))
+                sums[row:] += np.multiply(column, self.stage_rates[1, part], out=terms[row:])
+                impulses.append(0.0)
+                continue
             if self.driven and low == 0:
                 self.push(whole_y, whole_z, impulses, c * h, end if c == 1.0 else self.time + c * h)
             self.stages[i, low + 1 : high + 1], powers, _ = self.forces(whole_y, whole_z, low, high)

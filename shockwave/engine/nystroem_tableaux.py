@@ -13,7 +13,7 @@ from functools import cache, cached_property
 from pathlib import Path
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.nystroem_integrators import Nystroem
@@ -28,6 +28,7 @@ class GeneralTableau:
     nodes : array, shape (s,)
     positions, velocities : array, shape (s, s)
         Strictly lower triangular; ``velocities`` is zero in a method for forces that do not depend on the velocity.
+        If the node of stage 1 is zero, that is the derivative of the acceleration at the beginning, times the step.
     weights : array, shape (6, s)
         Weights of position and velocity, and the differences of both from those of one or two embedded methods; those
         of the second are zero if there is only one.
@@ -50,7 +51,12 @@ class GeneralTableau:
     @property
     def evaluations(self) -> int:
         """Number of evaluations of the forces per step, excluding that at its beginning."""
-        return len(self.nodes) - self.last_is_first
+        return len(self.nodes) - self.last_is_first - self.has_jerk
+
+    @property
+    def has_jerk(self) -> bool:
+        """Whether stage 1 is the derivative of the acceleration at the beginning."""
+        return bool(self.nodes[1] == 0)
 
     @cached_property
     def columns(self) -> tuple[FloatArray, ...]:
@@ -84,6 +90,26 @@ def of_nystroem(method: type[Nystroem]) -> GeneralTableau:
     none = np.zeros_like(tableau.stages)
     last = tableau.last_is_first
     return GeneralTableau(nodes, tableau.stages, none, weights, method.error_order, damped=False, last_is_first=last)
+
+
+@cache
+def with_velocities(method: type[Nystroem]) -> GeneralTableau:
+    """The tableau of a pair for x'' = a(t, x) for forces that depend weakly on the velocities.
+
+    The velocity of a stage is the integral of the polynomial with the accelerations so far, and with their derivative
+    at the beginning, which takes the place of stage 1.
+    """
+    pair = of_nystroem(method)
+    nodes, weights = np.insert(pair.nodes, 1, 0.0), np.insert(pair.weights, 1, 0.0, axis=1)
+    positions = np.insert(np.insert(pair.positions, 1, 0.0, axis=0), 1, 0.0, axis=1)
+    velocities = np.zeros_like(positions)
+    for stage in range(2, len(nodes) - 1):
+        powers = np.arange(stage)
+        conditions = nodes[:stage] ** powers[:, None]
+        conditions[:, 1] = powers == 1
+        velocities[stage, :stage] = np.linalg.solve(conditions, nodes[stage] ** (powers + 1) / (powers + 1))
+    velocities[-1] = weights[1]
+    return evolve(pair, nodes=nodes, positions=positions, velocities=velocities, weights=weights, damped=True)
 
 
 @cache
