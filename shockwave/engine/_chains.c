@@ -41,7 +41,7 @@
 
 /* ---------------------------------------------------------------- Python interface */
 
-enum { METHOD, ROWS, COEFFICIENTS, STOPS, TIMES, RUN, TABLE, SAMPLES, PLASTIC, CURVES, SWIFT, VIEWS };
+enum { METHOD, ROWS, COEFFICIENTS, STOPS, TIMES, RUN, TABLE, SAMPLES, PLASTIC, CURVES, VIEWS };
 #define SHARED 20 /* rows of the table */
 
 #define KERNEL(width) \
@@ -96,7 +96,7 @@ static int make_rows(March *m, const double *table, const double *plastic)
     End *const ends[] = {&m->start, &m->finish, &m->trial};
     enum { NAMED = sizeof rows / sizeof *rows, OTHERS = 11 };
     const size_t width = (size_t)(m->bodies + BLOCK) / BLOCK * BLOCK + 2 * BLOCK;
-    const size_t count = NAMED + 3 * OTHERS + (size_t)m->careful.stages + (m->yields ? PLASTIC_ROWS : 0);
+    const size_t count = NAMED + 3 * OTHERS + (size_t)m->method.stages + (m->yields ? PLASTIC_ROWS : 0);
     double *row;
     int i, j;
     m->rows = calloc(count * width + BLOCK, sizeof *row);
@@ -113,7 +113,7 @@ static int make_rows(March *m, const double *table, const double *plastic)
         for (j = i ? 0 : 2; j < OTHERS; j++, row += width) *others[j] = row;
         end->f[-1] = m->r->weight;
     }
-    for (i = 0; i < m->careful.stages; i++, row += width) m->room[i] = row;
+    for (i = 0; i < m->method.stages; i++, row += width) m->room[i] = row;
     for (i = 0; m->yields && i < PLASTIC_ROWS; i++, row += width) {
         (&m->plastic.softness)[i] = row;
         memcpy(row, plastic + i * (m->bodies + 1), (size_t)(m->bodies + 1) * sizeof *row);
@@ -186,14 +186,12 @@ static int set_up(March *m, const Buffers *all)
         .sample_count = (long)count[TIMES], .samples = view[SAMPLES].buf, .damped = r->damped != 0, .yields = count[PLASTIC] > 0,
         .plastic.pieces = view[CURVES].buf, .driven = count[ROWS] > 0, .bodies = (long)width - 1,
         .path = path_of(all, ROWS, r->rise_time, r->peak_force)};
-    if (!read_method(&m->careful, view[METHOD].buf, count[METHOD]) || (m->driven && !m->path.pieces)) return 0;
-    if (count[SWIFT] && !(read_method(&m->swift, view[SWIFT].buf, count[SWIFT]) && m->swift.stages <= m->careful.stages)) return 0;
-    m->method = &m->careful;
+    if (!read_method(&m->method, view[METHOD].buf, count[METHOD]) || (m->driven && !m->path.pieces)) return 0;
     if (m->driven && m->r->time > 0) free_path(&m->path, m->r->time, &m->free[0], &m->free[1]);
     return 1;
 }
 
-PyDoc_STRVAR(run_doc, "run(method, rows, coefficients, stops, times, settings, table, samples, plastic, curves, swift, expired)\n--\n\n"
+PyDoc_STRVAR(run_doc, "run(method, rows, coefficients, stops, times, settings, table, samples, plastic, curves, expired)\n--\n\n"
              "Integrates a chain of mixed granules, in place. See mixed_chain_run.py.");
 
 static PyObject *run(PyObject *self, PyObject *args)
@@ -201,7 +199,7 @@ static PyObject *run(PyObject *self, PyObject *args)
     Buffers all;
     March m;
     (void)self;
-    if (!take(&all, args, "run", "fffffFFFFff", 1)) return NULL;
+    if (!take(&all, args, "run", "fffffFFFFf", 1)) return NULL;
     if (!set_up(&m, &all)) return misfit(&all, "run");
     if (make_rows(&m, all.view[TABLE].buf, all.view[PLASTIC].buf)) {
         fill_rows(&m);

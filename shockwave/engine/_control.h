@@ -147,7 +147,7 @@ static int go_on(March *m)
 static int resize(March *m, double h, double error, double share)
 {
     Run *r = m->r;
-    const double factor = r->safety * pow(larger(error, 1e-12), -1.0 / (m->method->order + 1));
+    const double factor = r->safety * pow(larger(error, 1e-12), -1.0 / (m->method.order + 1));
     /* a step that was shortened to end here does not shorten the next one */
     const double kept = m->at_stop || h < r->size ? r->size : 0;
     if (share < 1) {
@@ -178,7 +178,7 @@ static int integrate(March *m)
         m->kernel.attempt(m, h, end, 0, m->padded, &m->finish);
         error = m->kernel.error(m, h);
         m->kernel.complete(m, &m->finish, 0, m->padded, end);
-        m->effort += (double)m->method->stages * ((double)m->n + r->step_work);
+        m->effort += (double)m->method.stages * ((double)m->n + r->step_work);
         if (error < r->hopeless && m->cuts < r->most_cuts) share = kink(m, h);
         if (resize(m, h, error, share)) {
             accept(m, h, end);

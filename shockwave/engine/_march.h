@@ -26,7 +26,7 @@ typedef struct { int count, at[MAX_STAGES]; double a[MAX_STAGES]; } Terms;
 
 /* A method; the terms after those of the stages are those of the end of the step. */
 typedef struct {
-    int stages, order, moves, last_is_next, jerk, estimates; /* moves: whether stages have velocities; jerk: see below */
+    int stages, order, moves, last_is_next, jerk, estimates; /* moves: whether stages have velocities; jerk: see nystroem_tableaux.py */
     const double *nodes, *weights;
     Terms positions[MAX_STAGES + 1], velocities[MAX_STAGES + 1], errors[4];
 } Method;
@@ -57,8 +57,7 @@ typedef struct {
 struct March {
     Run *r;
     Kernel kernel;
-    Method careful, swift; /* the latter for steps in which no force depends on the velocity, if there are stages */
-    const Method *method;
+    Method method;
     const double *stops, *times;
     double *inverse, *k, *gap, *base, *root, *still, *c, *far_w, *far_u, *scale_w, *scale_u, *best, *since, *lost, *both, *on;
     double *exponents, *powers, power; /* p and q of the contacts, and q if all have the same, else -1 */

@@ -35,7 +35,7 @@ static double top_in(const Interval *of)
    time at which its slope vanishes, by the polynomial of the overlap. */
 static void find_peak(March *m, double h, long j)
 {
-    const long reach = m->method->stages + 2, first = j > reach ? (j - reach) / BLOCK * BLOCK : 0;
+    const long reach = m->method.stages + 2, first = j > reach ? (j - reach) / BLOCK * BLOCK : 0;
     const long last = (long)smaller((double)((j + reach + 1 + BLOCK) / BLOCK * BLOCK), (double)m->padded);
     Interval of = {0, m->start.f[j], h * m->start.slope[j], 1, m->finish.f[j], h * m->finish.slope[j]};
     double c[6], share, left = 0, slope = 0, bend;
@@ -85,7 +85,7 @@ static void read_end(const March *m, const End *at, double h, double y[3], doubl
 /* Computes the greatest magnitudes of the motion of a movable end within the step. */
 static void find_extremes(March *m, double h)
 {
-    const long reach = m->bodies - m->method->stages - 3, first = reach > 0 ? reach / BLOCK * BLOCK : 0;
+    const long reach = m->bodies - m->method.stages - 3, first = reach > 0 ? reach / BLOCK * BLOCK : 0;
     double y[3][3], r[3][3];
     int i, side, turn;
     if (m->n < m->bodies || m->r->extremes[0] == INFINITY) return; /* there is none */
@@ -132,10 +132,10 @@ static void store_samples(March *m, double end)
 /* Adds the work of the force, integrated by parts; see mixed_chain_run.py. */
 static void add_work(March *m, double h, double end)
 {
-    const double inverse = m->inverse[0], impulse = m->impulses[m->method->stages], *weights = m->method->weights;
+    const double inverse = m->inverse[0], impulse = m->impulses[m->method.stages], *weights = m->method.weights;
     double mean = 0, summed = 0, product = 0, ignored, area = shift(m, h, end, &ignored) / inverse;
     int i;
-    for (i = 0; i < m->method->stages; i++) {
+    for (i = 0; i < m->method.stages; i++) {
         product += weights[i] * m->impulses[i] * m->forces[0][i];
         mean += weights[i] * m->forces[0][i];
         summed += weights[i] * m->impulses[i];
@@ -152,9 +152,9 @@ static void add_losses(March *m, double h)
     double left = 0, right = 0;
     long j;
     int i;
-    for (i = 0; i < m->method->stages; i++) {
-        left += m->method->weights[i] * m->forces[1][i];
-        right += m->method->weights[i] * m->forces[2][i];
+    for (i = 0; i < m->method.stages; i++) {
+        left += m->method.weights[i] * m->forces[1][i];
+        right += m->method.weights[i] * m->forces[2][i];
     }
     m->r->impulse_left += h * left;
     m->r->impulse_right += h * right;

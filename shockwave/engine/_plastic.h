@@ -212,19 +212,13 @@ static int change_modes(March *m)
     return changed;
 }
 
-/* Lists the contacts that flow, and chooses the method of the next steps. */
+/* Lists the contacts that flow. */
 static void list_flows(March *m)
 {
-    const Plastic *p = &m->plastic;
-    int rates = 0;
     long j;
     m->flows = 0;
     for (j = 0; m->yields && j < (long)m->r->contacts; j++)
-        if (p->mode[j] > ELASTIC) {
-            m->flowing[m->flows++] = (double)j;
-            rates = rates || p->curved[j] > 1;
-        }
-    m->method = m->damped || rates || !m->swift.stages ? &m->careful : &m->swift;
+        if (m->plastic.mode[j] > ELASTIC) m->flowing[m->flows++] = (double)j;
 }
 
 /* Narrows a range of whole blocks to those with bodies of contacts that flow. */

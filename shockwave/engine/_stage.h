@@ -91,7 +91,7 @@ static void NAME(add_end)(const March *m, const double *x, const double *v, long
 /* Forces and accelerations; stage is that of the sums of the impulses, or negative. */
 TARGET static void NAME(forces)(March *m, const int whole, const double *x, const double *v, long low, long high, int stage, End *to)
 {
-    const double weight = (m->damped || m->flows) && stage >= 0 ? m->method->weights[stage] : 0;
+    const double weight = (m->damped || m->flows) && stage >= 0 ? m->method.weights[stage] : 0;
 #define FORCES(hertz, damped, loaded, yields) \
     if (whole) NAME(forces_of)(m, hertz, damped, loaded, yields, 1, x, v, low, high, weight, to); \
     else NAME(forces_of)(m, hertz, damped, loaded, yields, 0, x, v, low, high, weight, to);
@@ -139,7 +139,7 @@ TARGET static void NAME(evaluate)(March *m, End *end, long low, long high, doubl
 /* Attempts a step of bodies low to high from m->start; the new state is valid one body per stage inside the range. */
 TARGET static void NAME(attempt)(March *m, double h, double end, long low, long high, End *to)
 {
-    const Method *method = m->method;
+    const Method *method = &m->method;
     const End *s = &m->start;
     const int stages = method->stages, driven = m->driven && low == 0;
     /* bodies of which forces within the step need the velocities */
@@ -205,9 +205,9 @@ TARGET static double NAME(largest)(const March *m, const Terms *t, double factor
 /* Largest error of the last attempt, over the tolerance. */
 static double NAME(error)(March *m, double h)
 {
-    const Terms *t = m->method->errors;
+    const Terms *t = m->method.errors;
     const double first = larger(NAME(largest)(m, t, h * h, m->scale_u), NAME(largest)(m, t + 1, h, m->scale_w));
-    const double second = m->method->estimates < 4 ? 0 : larger(NAME(largest)(m, t + 2, h * h, m->scale_u), NAME(largest)(m, t + 3, h, m->scale_w));
+    const double second = m->method.estimates < 4 ? 0 : larger(NAME(largest)(m, t + 2, h * h, m->scale_u), NAME(largest)(m, t + 3, h, m->scale_w));
     const double rough = 0.01 * second * second;
     return (rough != 0 ? first * first / sqrt(first * first + rough) : first) / m->r->tolerance;
 }

@@ -128,8 +128,6 @@ class Job:
         Rows of elastic-plastic contacts; see `mixed_chain_modes`.
     curves : array, shape (pieces, 5, 4)
         Pieces of the loading curves of those with rate.
-    swift : GeneralTableau or None
-        Method for steps in which no force depends on the velocity.
     window : int
         Number of bodies that move at first.
     forecast : Forecast
@@ -151,7 +149,6 @@ class Job:
     table: FloatArray
     plastic: FloatArray = Factory(lambda: np.empty((0, 0)))
     curves: FloatArray = Factory(lambda: np.empty(0))
-    swift: GeneralTableau | None = None
     window: int = 12
     forecast: Forecast = Factory(Forecast)
     bar: bool = False

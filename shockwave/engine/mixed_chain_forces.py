@@ -90,11 +90,6 @@ class Flow(Protocol):
     tangent: FloatArray
     elastic: FloatArray
 
-    @property
-    def depends_on_velocity(self) -> bool:
-        """Whether a force depends on the closing velocity in the present modes."""
-        ...
-
     def stiffest(self, force: float) -> FloatArray:
         """Largest stiffness k of each contact at forces up to this one, or as now."""
         ...

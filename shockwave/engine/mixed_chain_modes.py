@@ -56,11 +56,6 @@ class Plasticity:
 
     # ---------------------------------------------------------------- forces
 
-    @property
-    def depends_on_velocity(self) -> bool:
-        """Whether a force depends on the closing velocity in the present modes."""
-        return bool((self.curved > 1).any())
-
     def stiffest(self, force: float) -> FloatArray:
         """Largest stiffness k of each contact at forces up to this one, or as now."""
         yields = self.softness > 0

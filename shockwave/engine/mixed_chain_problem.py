@@ -164,8 +164,7 @@ def integrate(
         If the integration fails, takes too many steps or reaches the time limit.
     """
     name, method = method_for(assembly, integrator)
-    swift = of_nystroem(Rkn86) if integrator is None and assembly.is_damped and not assembly.is_viscous else None
-    job = _job(assembly, tolerance, until, np.asarray(times, dtype=float), (method, swift))
+    job = _job(assembly, tolerance, until, np.asarray(times, dtype=float), method)
     run(job, compiled if assembly.law is None and not assembly.impedance else None)
     _check(job)
     contacts, masses = len(assembly.overlaps), 1 / assembly.inverse_masses
@@ -238,9 +237,9 @@ def _job(
     tolerance: float,
     until: float | None,
     times: FloatArray,
-    methods: tuple[GeneralTableau, GeneralTableau | None],
+    method: GeneralTableau,
 ) -> Job:
-    """Arrays of a run; the second method is for steps in which no force depends on the velocity."""
+    """Arrays of a run."""
     bodies, problem, plastic = len(assembly.inverse_masses), assembly.force, assembly.plastic
     chain, scales, first = assembly.beginning
     first = _first_step(assembly, first, tolerance * float(scales[0, 0]))
@@ -255,8 +254,7 @@ def _job(
     settings += [work, assembly.is_viscous, assembly.weight, assembly.guided]
     extremes = np.zeros(6) if assembly.movable_end else NO_END
     job = Job(
-        method=methods[0],
-        swift=methods[1],
+        method=method,
         problem=problem,
         law=assembly.law,
         by_law=np.zeros(bodies, dtype=bool),

@@ -94,8 +94,7 @@ def run(job: Job, compiled: ModuleType | None) -> None:
         return expired()
 
     buffers = job.stops, job.times, settings, job.table, job.samples, job.plastic, job.curves
-    swift = np.empty(0) if job.swift is None else job.swift.packed
-    compiled.run(job.method.packed, *tables, *buffers, swift, ends)
+    compiled.run(job.method.packed, *tables, *buffers, ends)
     job.found[:] = progress
 
 
@@ -114,7 +113,6 @@ class _March(Stages):
             from shockwave.engine.mixed_chain_modes import Plasticity
 
             self.flow = Plasticity(self, job)
-            self.choose_method()
 
     def run(self) -> None:
         """Integrate to the end."""
@@ -182,7 +180,6 @@ class _March(Stages):
         for _ in range(MOST_CHANGES):
             if self.flow is None or not self.flow.change_modes(start, self.time):
                 break
-            self.choose_method()
             start = self.end_of(x, v, self.time, n)
         f, best = start.f[1 : n + 1], self.job.peaks
         above = np.flatnonzero(f[: self.contacts] > best[0, : min(n, self.contacts)])

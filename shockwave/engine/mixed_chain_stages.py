@@ -102,8 +102,3 @@ class Stages(Contacts):
         errors = np.abs(changes[..., :-1] - changes[..., 1:])
         errors /= self.job.scales[::-1, :n]
         return float(scaled_error(*np.maximum.reduce(errors, axis=(1, 2)).tolist()) / self.tolerance)
-
-    def choose_method(self) -> None:
-        """Choose the method of the next steps, by whether a force depends on the velocity."""
-        careful = self.damped or (self.flow is not None and self.flow.depends_on_velocity)
-        self.method = self.job.method if careful or self.job.swift is None else self.job.swift

@@ -37,7 +37,7 @@ ARGUMENTS = {
     "march": "method rows coefficients stops STATE CHAIN TIMES X V PEAKS LAST expired",
     "read": "times states WAVE",
     "attempt": "method rows coefficients state AFTER time size rise_time force",
-    "run": "method rows coefficients stops times SETTINGS TABLE SAMPLES PLASTIC curves swift expired",
+    "run": "method rows coefficients stops times SETTINGS TABLE SAMPLES PLASTIC curves expired",
 }
 OTHERS = {"lanes", "time", "size", "rise_time", "force", "expired"}
 #: Functions and places of their buffers.
