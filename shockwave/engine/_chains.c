@@ -96,7 +96,7 @@ static int make_rows(March *m, const double *table, const double *plastic)
     End *const ends[] = {&m->start, &m->finish, &m->trial};
     enum { NAMED = sizeof rows / sizeof *rows, OTHERS = 11 };
     const size_t width = (size_t)(m->bodies + BLOCK) / BLOCK * BLOCK + 2 * BLOCK;
-    const size_t count = NAMED + 3 * OTHERS + (size_t)m->method.stages + (m->yields ? PLASTIC_ROWS : 0);
+    const size_t count = NAMED + 3 * OTHERS + (size_t)m->method.stages + (m->yields ? PLASTIC_ROWS + (size_t)m->method.stages : 0);
     double *row;
     int i, j;
     m->rows = calloc(count * width + BLOCK, sizeof *row);
@@ -114,6 +114,7 @@ static int make_rows(March *m, const double *table, const double *plastic)
         end->f[-1] = m->r->weight;
     }
     for (i = 0; i < m->method.stages; i++, row += width) m->room[i] = row;
+    for (i = 0; m->yields && i < m->method.stages; i++, row += width) m->felt[i] = row;
     for (i = 0; m->yields && i < PLASTIC_ROWS; i++, row += width) {
         (&m->plastic.softness)[i] = row;
         memcpy(row, plastic + i * (m->bodies + 1), (size_t)(m->bodies + 1) * sizeof *row);

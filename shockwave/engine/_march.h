@@ -61,7 +61,7 @@ struct March {
     const double *stops, *times;
     double *inverse, *k, *gap, *base, *root, *still, *c, *far_w, *far_u, *scale_w, *scale_u, *best, *since, *lost, *both, *on;
     double *exponents, *powers, power; /* p and q of the contacts, and q if all have the same, else -1 */
-    double *mobile, *reach_w, *reach_u, *y, *z, *shares, *flowing, *stage[MAX_STAGES], *room[MAX_STAGES], *samples, *rows;
+    double *mobile, *reach_w, *reach_u, *y, *z, *shares, *flowing, *stage[MAX_STAGES], *room[MAX_STAGES], *felt[MAX_STAGES], *samples, *rows;
     End start, finish, trial, scratch;
     long bodies, n, padded, flows, stop, stop_count, sample, sample_count; /* padded: bodies of the window in whole blocks */
     Plastic plastic;

@@ -158,10 +158,7 @@ static void add_losses(March *m, double h)
     }
     m->r->impulse_left += h * left;
     m->r->impulse_right += h * right;
-    for (i = 0; !m->damped && i < m->flows; i++) {
-        j = (long)m->flowing[i];
-        if (m->plastic.curved[j] > 1) m->lost[j] += h * m->shares[j];
-    }
+    if (m->flows) add_flow(m, h);
     /* a contact that is cut off loses its energy, whatever the length of the step */
     for (j = 0; m->damped && j < m->n; j++) {
         const double p = m->exponents[j] + 1;

@@ -242,7 +242,7 @@ static double flow_force(const March *m, long j, double u, double d, double w)
 }
 
 /* Replaces the forces of the contacts that flow along a curve between low and high, and the accelerations of their bodies. */
-static void flow(March *m, int whole, const double *x, const double *v, long low, long high, double weight, End *to)
+static void flow(March *m, int whole, const double *x, const double *v, long low, long high, int stage, End *to)
 {
     const Plastic *p = &m->plastic;
     long i, j;
@@ -254,10 +254,7 @@ static void flow(March *m, int whole, const double *x, const double *v, long low
         w = v[j] - v[j + 1];
         to->f[j] = flow_force(m, j, u, u + m->base[j], w);
         if (whole) to->raw[j] = to->f[j] + m->still[j];
-        if (p->curved[j] > 1) {
-            m->shares[j] += weight * ((to->f[j] + m->still[j]) * w);
-            if (whole) to->power[j] = (to->f[j] + m->still[j]) * w;
-        }
+        if (stage > 0) m->felt[stage][j] = to->f[j];
     }
     for (i = 0; i < m->flows; i++) {
         j = (long)m->flowing[i];
@@ -309,6 +306,21 @@ static double keeps_mode(const March *m, double h, long j, const double c[6], do
     if (next_mode(m, j, d + m->base[j], larger(w / h, 0), a / (h * h), s == 1 ? &m->finish : NULL, &margin) == (int)m->plastic.mode[j])
         return margin > 0 ? margin : 1;
     return margin < 0 ? margin : -1;
+}
+
+/* Adds the work on contacts that flow with rate, from the forces at the stages; the velocities there are less accurate. */
+static void add_flow(March *m, double h)
+{
+    long i, j;
+    int k;
+    for (i = 0; i < m->flows; i++) {
+        double c[6];
+        j = (long)m->flowing[i];
+        if (m->plastic.curved[j] < 2) continue;
+        overlap_of(m, h, j, c);
+        for (k = 0; k < m->method.stages; k++)
+            m->lost[j] += m->method.weights[k] * ((k ? m->felt[k][j] : m->start.f[j]) + m->still[j]) * closing_at(m, h, j, c, m->method.nodes[k]);
+    }
 }
 
 /* Where between low and high a polynomial with these coefficients of Bernstein, and this course, is first negative; 2 if

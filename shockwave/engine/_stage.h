@@ -91,7 +91,7 @@ static void NAME(add_end)(const March *m, const double *x, const double *v, long
 /* Forces and accelerations; stage is that of the sums of the impulses, or negative. */
 TARGET static void NAME(forces)(March *m, const int whole, const double *x, const double *v, long low, long high, int stage, End *to)
 {
-    const double weight = (m->damped || m->flows) && stage >= 0 ? m->method.weights[stage] : 0;
+    const double weight = m->damped && stage >= 0 ? m->method.weights[stage] : 0;
 #define FORCES(hertz, damped, loaded, yields) \
     if (whole) NAME(forces_of)(m, hertz, damped, loaded, yields, 1, x, v, low, high, weight, to); \
     else NAME(forces_of)(m, hertz, damped, loaded, yields, 0, x, v, low, high, weight, to);
@@ -102,7 +102,7 @@ TARGET static void NAME(forces)(March *m, const int whole, const double *x, cons
     else if (m->hertz && !m->loaded) { FORCES(1, 1, 0, 0) }
     else { FORCES(m->hertz, m->damped, m->loaded, 0) }
 #undef FORCES
-    if (m->flows) flow(m, whole, x, v, low, high, weight, to);
+    if (m->flows) flow(m, whole, x, v, low, high, stage, to);
     NAME(add_end)(m, x, v, high, weight, to);
     if (stage < 0) return;
     watch(m, to->f, stage);
@@ -148,7 +148,7 @@ TARGET static void NAME(attempt)(March *m, double h, double end, long low, long 
     if (!m->damped) flowing_bodies(m, &first, &after);
     m->stage[0] = s->a;
     watch(m, s->f, 0);
-    for (e = low; (m->damped || m->flows) && e < high; e += WIDTH) NAME(store)(m->shares + e, method->weights[0] * NAME(load)(s->power + e));
+    for (e = low; m->damped && e < high; e += WIDTH) NAME(store)(m->shares + e, method->weights[0] * NAME(load)(s->power + e));
     for (e = first; method->jerk && e < after; e += WIDTH)
         NAME(store)(m->room[1] + e, h * (NAME(load)(m->mobile + e) * (NAME(load)(s->slope + e - 1) - NAME(load)(s->slope + e))));
     m->stage[1] = m->room[1];

@@ -106,18 +106,26 @@ class Plasticity:
             return u * (float(self.a[j]) + slope * math.log(d)) + base * slope * math.log1p(u / base)
         return self.load(j, mode, (d, w, 0.0), faster)[0] - float(self.chain.static[j])
 
-    def forces(self, f: FloatArray, motion: Sequence[FloatArray], low: int) -> FloatArray:
-        """Replace the forces minus static ones of contacts that flow along a curve; their powers if integrated.
+    def forces(self, f: FloatArray, motion: Sequence[FloatArray], low: int) -> None:
+        """Replace the forces minus static ones of contacts that flow along a curve.
 
         The ``motion``: changes of the overlaps, overlaps, and closing velocities.
         """
-        powers = np.zeros(len(f))
         for i in np.flatnonzero(self.curved[low : low + len(f)] > 0).tolist():
             j, (u, d, w) = low + i, (float(values[i]) for values in motion)
             f[i] = self.flow_force(j, u, d, w)
-            if self.curved[j] > 1:
-                powers[i] = (f[i] + self.chain.static[j]) * w
-        return powers
+
+    def add_losses(self, start: End, finish: End, span: tuple[float, float], stages: FloatArray) -> None:
+        """Add the work on contacts that flow with rate, from the time and size of a step and the forces at its stages.
+
+        The velocities there are less accurate than those of the polynomial of the overlap.
+        """
+        method = self.job.method
+        for j in np.flatnonzero(self.curved > 1).tolist():
+            overlap = Overlap.between(self.chain, start, finish, *span, j)
+            forces = (stages[: len(method.nodes), j + 1] + self.chain.static[j]).tolist()
+            for node, weight, force in zip(method.nodes.tolist(), method.weights[1].tolist(), forces, strict=True):
+                self.job.losses[j] += weight * force * overlap.closing(node)
 
     def rates(self, slope: FloatArray, motion: Sequence[FloatArray], low: int) -> None:
         """Replace the time derivatives of the forces of contacts that flow; ``motion``: overlaps, w and w'."""

@@ -259,7 +259,9 @@ class _March(Stages):
         weights, stages = self.method.weights[1][:, None], slice(len(self.method.nodes))
         for i, contact in enumerate(job.watched):
             self.impulses[i] += size * sum((weights[:, 0] * self.stages[stages, contact + 1]).tolist())
-        if self.dissipates:
+        if self.flow:
+            self.flow.add_losses(start, finish, (self.time, size), self.stages)
+        if self.damped:
             lost = size * np.add.reduce(weights * self.powers[stages, :n], axis=0)
             # a contact that is cut off loses its energy, whatever the length of the step
             idle = [((end.raw < 0) | (end.d < 0)) & (self.k[:n] > 0) for end in (start, finish)]

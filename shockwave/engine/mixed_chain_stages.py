@@ -63,7 +63,7 @@ class Stages(Contacts):
             if self.driven and low == 0:
                 self.push(whole_y, whole_z, impulses, c * h, end if c == 1.0 else self.time + c * h)
             self.stages[i, low + 1 : high + 1], powers, _ = self.forces(whole_y, whole_z, low, high)
-            if self.dissipates:
+            if self.damped:
                 self.powers[i, part] = powers
             f = self.stages[i, low : high + 1]
             np.multiply(inverse, f[:-1] - f[1:], out=self.stage_rates[i, part])
