@@ -141,7 +141,7 @@ static void fill_rows(March *m)
         m->jumps = m->jumps || (m->damped && m->powers[j] == 0);
         if (m->powers[j] != m->power) m->power = -1;
     }
-    if (m->yields) list_flows(m);
+    list_flows(m);
     widen(m, (long)smaller((double)m->bodies, m->r->window));
     if (m->r->guided) m->mobile[0] = 0;
 }

@@ -63,7 +63,7 @@ struct March {
     double *exponents, *powers, power; /* p and q of the contacts, and q if all have the same, else -1 */
     double *mobile, *reach_w, *reach_u, *y, *z, *shares, *flowing, *stage[MAX_STAGES], *room[MAX_STAGES], *felt[MAX_STAGES], *samples, *rows;
     End start, finish, trial, scratch;
-    long bodies, n, padded, flows, stop, stop_count, sample, sample_count; /* padded: bodies of the window in whole blocks */
+    long bodies, n, padded, flows, first_flow, after_flow, stop, stop_count, sample, sample_count; /* padded: bodies of the window in whole blocks */
     Plastic plastic;
     int yields, hertz, damped, loaded, jumps, driven, rejected, cuts, over, at_stop;
     double held, effort, asked, free[2], impulses[MAX_STAGES + 1], forces[3][MAX_STAGES]; /* forces: at the first contact, left and right */

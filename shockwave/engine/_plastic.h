@@ -199,9 +199,10 @@ static int change_modes(March *m)
     const long contacts = (long)m->r->contacts;
     double ignored;
     int changed = 0;
-    long j;
-    for (j = 0; j < m->n && j < contacts; j++)
-        if (m->start.u[j] > m->plastic.limit[j]) {
+    long e = 0, j;
+    while ((e = m->kernel.yielding(m, 0, e)) < m->padded)
+        for (j = e, e += m->kernel.width; j < e && j < m->n && j < contacts; j++) {
+            if (!(m->start.u[j] > m->plastic.limit[j])) continue;
             const double a = closing(m, &m->start, j, m->r->time);
             const int next = next_mode(m, j, m->start.d[j], m->start.w[j], a, &m->start, &ignored);
             if (next != (int)m->plastic.mode[j]) {
@@ -212,21 +213,15 @@ static int change_modes(March *m)
     return changed;
 }
 
-/* Lists the contacts that flow. */
+/* Lists the contacts that flow, and bounds the blocks with their bodies. */
 static void list_flows(March *m)
 {
     long j;
     m->flows = 0;
     for (j = 0; m->yields && j < (long)m->r->contacts; j++)
         if (m->plastic.mode[j] > ELASTIC) m->flowing[m->flows++] = (double)j;
-}
-
-/* Narrows a range of whole blocks to those with bodies of contacts that flow. */
-static void flowing_bodies(const March *m, long *low, long *high)
-{
-    const long first = m->flows ? (long)m->flowing[0] : *high, last = m->flows ? (long)m->flowing[m->flows - 1] + 1 : 0;
-    *low = first > *low ? first / BLOCK * BLOCK : *low;
-    *high = last < *high ? (last / BLOCK + 1) * BLOCK : *high;
+    m->first_flow = m->flows ? (long)m->flowing[0] / BLOCK * BLOCK : 0;
+    m->after_flow = m->flows ? ((long)m->flowing[m->flows - 1] + 1) / BLOCK * BLOCK + BLOCK : 0;
 }
 
 /* Force of a contact that flows along a curve, less the static one: ahead of a wave their difference is rounding error. */
@@ -318,7 +313,7 @@ static void add_flow(March *m, double h)
         j = (long)m->flowing[i];
         if (m->plastic.curved[j] < 2) continue;
         overlap_of(m, h, j, c);
-        for (k = 0; k < m->method.stages; k++)
+        for (k = 0; k < m->method.stages; k++) if (m->method.weights[k] != 0)
             m->lost[j] += m->method.weights[k] * ((k ? m->felt[k][j] : m->start.f[j]) + m->still[j]) * closing_at(m, h, j, c, m->method.nodes[k]);
     }
 }

@@ -143,9 +143,9 @@ TARGET static void NAME(attempt)(March *m, double h, double end, long low, long 
     const End *s = &m->start;
     const int stages = method->stages, driven = m->driven && low == 0;
     /* bodies of which forces within the step need the velocities */
-    long first = low, after = high, e;
+    const long first = m->damped || m->first_flow < low ? low : m->first_flow, after = m->damped || m->after_flow > high ? high : m->after_flow;
+    long e;
     int i;
-    if (!m->damped) flowing_bodies(m, &first, &after);
     m->stage[0] = s->a;
     watch(m, s->f, 0);
     for (e = low; m->damped && e < high; e += WIDTH) NAME(store)(m->shares + e, method->weights[0] * NAME(load)(s->power + e));

@@ -256,7 +256,7 @@ class Plasticity:
                     force = min(force, self.load(j, mode, (d, w, a), 0.0)[0])
                 slow = self.load(j, mode, (reached, w, a), 0.0)[0]
                 self.force[j] = max(float(self.force[j]), force) if flows else slow
-            depth = self.depth_of(j, float(self.force[j]))
+            depth = float(self.depth(self.force)[j])
             chain.k[j] = self.force[j] / (depth * math.sqrt(depth))
             self.left[j] = reached - depth
         else:
@@ -270,10 +270,6 @@ class Plasticity:
     def depth(self, forces: FloatArray) -> FloatArray:
         """Overlaps above the residual ones where unloading from these forces begins."""
         return np.asarray(forces * np.sqrt(self.softness / np.maximum(2 * forces + self.yields, 1e-300)))
-
-    def depth_of(self, j: int, force: float) -> float:
-        """The same of one contact."""
-        return force * math.sqrt(float(self.softness[j]) / (2 * force + float(self.yields[j])))
 
     def set_constants(self, j: int) -> None:
         """Set what the forces need of the mode of a contact, of which k is known."""
