@@ -114,7 +114,8 @@ class Motion:
 def method_for(assembly: Assembly, integrator: type[Integrator] | None) -> tuple[str, GeneralTableau]:
     """Name and coefficients of the method: those of ``integrator``, by default rkn86, with damping dop853.
 
-    The pair rkn1210 is not faster, even for the tightest tolerances: contacts that open limit its steps.
+    Where forces depend on velocities only while contacts flow, the stages of rkn86 have velocities. The pair
+    rkn1210 is not faster, even for the tightest tolerances: contacts that open limit its steps.
 
     Raises
     ------
