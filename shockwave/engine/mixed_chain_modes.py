@@ -8,7 +8,7 @@ law like one that flows there: only its unloading differs. The compiled code imp
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from enum import IntEnum
 from itertools import pairwise
 
@@ -17,7 +17,7 @@ import numpy as np
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.mixed_chain_arrays import LARGEST, Job
 from shockwave.engine.mixed_chain_forces import FASTEST, FINER, KINK_SHARE, MIN_STEP, PARTS, SHARP, Contacts, End
-from shockwave.engine.mixed_chain_peaks import NEAR, NUDGE, Overlap, vanish
+from shockwave.engine.mixed_chain_peaks import NUDGE, Overlap, first_negative, vanish
 
 #: Rows of the table of a chain with such contacts: properties, state, and constants within a step.
 ROWS = (
@@ -384,25 +384,3 @@ class Plasticity:
                 return vanish(keeps, before, at, about if before < about < at else 0.5 * (before + at))[0]
             before = at
         return 2.0
-
-
-def first_negative(b: list[float], value: Callable[[float], float], low: float, high: float) -> float:
-    """First place between low and high where a polynomial with these coefficients of Bernstein is negative.
-
-    The polynomial is divided in halves until it changes its sign once, as the ``value`` does; the result is 2 if it is
-    not negative.
-    """
-    changes = (b[0] < 0) + sum((before < 0) != (after < 0) for before, after in pairwise(b))
-    if not changes:
-        return 2.0
-    if b[0] > 0 and changes == 1:
-        return vanish(value, low, high, low + (high - low) * (b[0] / (b[0] - b[-1])))[0]
-    if high - low < NEAR:
-        return low
-    middle, left, right = 0.5 * (low + high), [], list(b)
-    for count in range(len(b), 0, -1):
-        left.append(right[0])
-        for k in range(count - 1):
-            right[k] = 0.5 * (right[k] + right[k + 1])
-    at = first_negative(left, value, low, middle)
-    return at if at <= 1 else first_negative(right, value, middle, high)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 from attrs import frozen
@@ -83,3 +84,25 @@ def vanish(value: Callable[[float], float], low: float, high: float, at: float) 
             return following, bend
         before, last, at = at, here, following
     return at, bend
+
+
+def first_negative(b: list[float], value: Callable[[float], float], low: float, high: float) -> float:
+    """First place between low and high where a polynomial with these coefficients of Bernstein is negative.
+
+    The polynomial is divided in halves until it changes its sign once, as the ``value`` does; the result is 2 if it is
+    not negative.
+    """
+    changes = (b[0] < 0) + sum((before < 0) != (after < 0) for before, after in pairwise(b))
+    if not changes:
+        return 2.0
+    if b[0] > 0 and changes == 1:
+        return vanish(value, low, high, low + (high - low) * (b[0] / (b[0] - b[-1])))[0]
+    if high - low < NEAR:
+        return low
+    middle, left, right = 0.5 * (low + high), [], list(b)
+    for count in range(len(b), 0, -1):
+        left.append(right[0])
+        for k in range(count - 1):
+            right[k] = 0.5 * (right[k] + right[k + 1])
+    at = first_negative(left, value, low, middle)
+    return at if at <= 1 else first_negative(right, value, middle, high)
