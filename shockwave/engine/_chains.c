@@ -43,7 +43,7 @@
 
 /* ---------------------------------------------------------------- Python interface */
 
-enum { METHOD, ROWS, COEFFICIENTS, STOPS, TIMES, RUN, TABLE, SAMPLES, PLASTIC, CURVES, SWIFT, RECORD, STATES, PEAKS, LAST, VIEWS };
+enum { METHOD, ROWS, COEFFICIENTS, STOPS, TIMES, RUN, TABLE, SAMPLES, PLASTIC, CURVES, RECORD, STATES, PEAKS, LAST, VIEWS };
 #define SHARED 20 /* rows of the table */
 
 #define KERNEL(width) \
@@ -78,7 +78,7 @@ static int read_method(Method *method, const double *from, Py_ssize_t count)
     if (count != 5 + s * (2 * s + 7)) return 0;
     positions = from + 5 + s;
     velocities = positions + s * (s + 1);
-    *method = (Method){.stages = s, .order = (int)from[1], .moves = from[2] != 0, .last_is_next = from[3] != 0,
+    *method = (Method){.stages = s, .order = (int)from[1], .moves = from[2] != 0, .last_is_next = from[3] != 0, .jerk = from[5] == 0,
                        .nodes = from + 4, .weights = velocities + s * s};
     for (i = 0; i <= s; i++) {
         method->positions[i] = terms_of(positions + i * s, s);
@@ -98,7 +98,7 @@ static int make_rows(March *m, const double *table, const double *plastic)
     End *const ends[] = {&m->start, &m->finish, &m->trial};
     enum { NAMED = sizeof rows / sizeof *rows, OTHERS = 11 };
     const size_t width = (size_t)(m->bodies + BLOCK) / BLOCK * BLOCK + 2 * BLOCK;
-    const size_t count = NAMED + 3 * OTHERS + (size_t)m->careful.stages + (m->yields ? PLASTIC_ROWS : 0);
+    const size_t count = NAMED + 3 * OTHERS + (size_t)m->method.stages + (m->yields ? PLASTIC_ROWS + (size_t)m->method.stages : 0);
     double *row;
     int i, j;
     m->rows = calloc(count * width + BLOCK, sizeof *row);
@@ -115,7 +115,8 @@ static int make_rows(March *m, const double *table, const double *plastic)
         for (j = i ? 0 : 2; j < OTHERS; j++, row += width) *others[j] = row;
         end->f[-1] = m->r->weight;
     }
-    for (i = 0; i < m->careful.stages; i++, row += width) m->room[i] = row;
+    for (i = 0; i < m->method.stages; i++, row += width) m->room[i] = row;
+    for (i = 0; m->yields && i < m->method.stages; i++, row += width) m->felt[i] = row;
     for (i = 0; m->yields && i < PLASTIC_ROWS; i++, row += width) {
         (&m->plastic.softness)[i] = row;
         memcpy(row, plastic + i * (m->bodies + 1), (size_t)(m->bodies + 1) * sizeof *row);
@@ -142,7 +143,7 @@ static void fill_rows(March *m)
         m->jumps = m->jumps || (m->damped && m->powers[j] == 0);
         if (m->powers[j] != m->power) m->power = -1;
     }
-    if (m->yields) list_flows(m);
+    list_flows(m);
     widen(m, (long)smaller((double)m->bodies, m->record ? m->record->window : m->r->window));
     if (m->r->guided) m->mobile[0] = 0;
 }
@@ -221,16 +222,14 @@ static int set_up(March *m, const Buffers *all)
         .plastic.pieces = view[CURVES].buf, .driven = count[ROWS] > 0 && r->time < r->duration, .bodies = (long)width - 1,
         .path = path_of(all, r->rise_time, r->peak_force)};
     if (!take_record(m, all)) return 0;
-    if (!read_method(&m->careful, view[METHOD].buf, count[METHOD]) || (m->driven && !m->path.pieces)) return 0;
-    if (count[SWIFT] && !(read_method(&m->swift, view[SWIFT].buf, count[SWIFT]) && m->swift.stages <= m->careful.stages)) return 0;
-    m->method = &m->careful;
+    if (!read_method(&m->method, view[METHOD].buf, count[METHOD]) || (m->driven && !m->path.pieces)) return 0;
     while (m->stop < m->stop_count && m->stops[m->stop] <= r->time) m->stop++;
     if (m->driven && m->r->time > 0) free_path(&m->path, m->r->time, &m->free[0], &m->free[1]);
     return 1;
 }
 
-PyDoc_STRVAR(run_doc, "run(method, rows, coefficients, stops, times, settings, table, samples, plastic, curves, swift, record, states, peaks, last,\n"
-             "    expired\n--\n\n"
+PyDoc_STRVAR(run_doc, "run(method, rows, coefficients, stops, times, settings, table, samples, plastic, curves, record, states, peaks, last,\n"
+             "    expired)\n--\n\n"
              "Integrates a chain of mixed granules, in place. See mixed_chain_backend.py.");
 
 static PyObject *run(PyObject *self, PyObject *args)
@@ -238,7 +237,7 @@ static PyObject *run(PyObject *self, PyObject *args)
     Buffers all;
     March m;
     (void)self;
-    if (!take(&all, args, "run", "fffffFFFFffFFRI", 1)) return NULL;
+    if (!take(&all, args, "run", "fffffFFFFfFFRI", 1)) return NULL;
     if (!set_up(&m, &all)) return misfit(&all, "run");
     if (make_rows(&m, all.view[TABLE].buf, all.view[PLASTIC].buf)) {
         fill_rows(&m);

@@ -32,6 +32,7 @@ static double next_size(March *m, double *end)
     long e = 0, j;
     while (m->kinks && (e = m->kernel.near(m, h, e)) < m->padded)
         for (j = e, e += m->kernel.width; j < e && j < m->n; j++) size = predict(m, j, h, size);
+    for (j = 0; j < m->flows; j++) size = smaller(size, turns_after(m, (long)m->flowing[j]));
     m->at_stop = smaller(size, m->r->size) >= left;
     size = m->at_stop ? left : smaller(smaller(size, m->r->size), left / 2); /* avoids a very short last step */
     *end = m->at_stop ? stop : m->r->time + size;
@@ -146,7 +147,7 @@ static int go_on(March *m)
 static int resize(March *m, double h, double error, double share)
 {
     Run *r = m->r;
-    const double factor = r->safety * pow(larger(error, 1e-12), -1.0 / (m->method->order + 1));
+    const double factor = r->safety * pow(larger(error, 1e-12), -1.0 / (m->method.order + 1));
     /* a step that was shortened to end here does not shorten the next one */
     const double kept = m->at_stop || h < r->size ? r->size : 0;
     if (share < 1) {
@@ -180,7 +181,7 @@ static int integrate(March *m)
         m->kernel.attempt(m, h, end, 0, m->padded, &m->finish);
         error = m->kernel.error(m, h);
         if (m->kinks) m->kernel.complete(m, &m->finish, 0, m->padded, end);
-        m->effort += (double)m->method->stages * ((double)m->n + r->step_work);
+        m->effort += (double)m->method.stages * ((double)m->n + r->step_work);
         if (m->kinks && error < r->hopeless && m->cuts < r->most_cuts) share = kink(m, h);
         if (resize(m, h, error, share)) {
             accept(m, h, end);

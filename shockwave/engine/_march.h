@@ -13,7 +13,7 @@ typedef struct {
     double tolerance, until, duration, rise_time, peak_force, first, longest, contacts, end_stiffness, end_damping,
         most_work, damped, weight, guided;
     double window, far, largest, min_overlap, growth, margin, at_rest, safety, min_factor, max_factor, min_step, min_first, step_work, interval,
-        soon, kink, kink_share, most_cuts, located, rounding, elastic, viscous, nearly, hopeless, most_turns, near, nudge,
+        soon, kink, kink_share, most_cuts, located, rounding, elastic, viscous, nearly, hopeless, most_turns, near, at_end, nudge,
         passed, wave, noise, instant, parts, sharp, finer, quickest, left, right;
     double status, time, arrival, work, steps, evaluations, rebound, size, impulse_left, impulse_right, extremes[3], extreme_times[3];
 } Run;
@@ -35,7 +35,7 @@ typedef struct { int count, at[MAX_STAGES]; double a[MAX_STAGES]; } Terms;
 
 /* A method; the terms after those of the stages are those of the end of the step. */
 typedef struct {
-    int stages, order, moves, last_is_next, estimates; /* moves: whether stages have velocities */
+    int stages, order, moves, last_is_next, jerk, estimates; /* moves: whether stages have velocities; jerk: see nystroem_tableaux.py */
     const double *nodes, *weights;
     Terms positions[MAX_STAGES + 1], velocities[MAX_STAGES + 1], errors[4];
 } Method;
@@ -66,14 +66,13 @@ typedef struct {
 struct March {
     Run *r;
     Kernel kernel;
-    Method careful, swift; /* the latter for steps in which no force depends on the velocity, if there are stages */
-    const Method *method;
+    Method method;
     const double *stops, *times;
     double *inverse, *k, *gap, *base, *root, *still, *c, *far_w, *far_u, *scale_w, *scale_u, *best, *since, *lost, *both, *on;
     double *exponents, *powers, power; /* p and q of the contacts, and q if all have the same, else -1 */
-    double *mobile, *reach_w, *reach_u, *y, *z, *shares, *flowing, *stage[MAX_STAGES], *room[MAX_STAGES], *samples, *rows;
+    double *mobile, *reach_w, *reach_u, *y, *z, *shares, *flowing, *stage[MAX_STAGES], *room[MAX_STAGES], *felt[MAX_STAGES], *samples, *rows;
     End start, finish, trial, scratch;
-    long bodies, n, padded, flows, stop, stop_count, sample, sample_count; /* padded: bodies of the window in whole blocks */
+    long bodies, n, padded, flows, first_flow, after_flow, stop, stop_count, sample, sample_count; /* padded: bodies of the window in whole blocks */
     Plastic plastic;
     Record *record; /* NULL unless the peaks are logged */
     Peak *peaks;
@@ -168,4 +167,25 @@ static void motion_at(const double c[6], double s, double *u, double *w, double 
     *u = c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * c[5]))));
     *w = c[1] + s * (2 * c[2] + s * (3 * c[3] + s * (4 * c[4] + s * 5 * c[5])));
     *a = 2 * c[2] + s * (6 * c[3] + s * (12 * c[4] + s * 20 * c[5]));
+}
+
+/* Course of a number of contact j within a step of size h, by the polynomial of its overlap. */
+typedef double Course(const March *, double h, long j, const double c[6], double s);
+
+/* Fraction of the step at which a number vanishes, between those where it is positive and where it is not, from a first
+   estimate; `bend` receives its derivative there. */
+static double vanish(Course *value, const March *m, double h, long j, const double c[6], double low, double high, double at, double *bend)
+{
+    double here, last = 0, before = 0, next;
+    int turn;
+    *bend = 0;
+    for (turn = 0; turn < m->r->most_turns; turn++, before = at, last = here, at = next) {
+        here = value(m, h, j, c, at);
+        if (here > 0) low = at; else high = at;
+        if (turn && at != before) *bend = (here - last) / (at - before);
+        next = *bend < 0 ? at - here / *bend : at + m->r->nudge * (here > 0 ? 1 : -1);
+        if (!(next > low && next < high) || (turn && !(*bend < 0))) next = 0.5 * (low + high);
+        if (turn && fabs(next - at) < m->r->near) return next;
+    }
+    return at;
 }

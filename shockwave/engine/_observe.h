@@ -10,25 +10,6 @@ static double slope_at(const March *m, double h, long j, const double c[6], doub
     return h * rate_1(m, j, stiffness_1(m, m->hertz, j, d), d, w / h, a / (h * h));
 }
 
-/* Fraction of the step at which the slope vanishes, between those where it is positive and where it is not; `bend`
-   receives the derivative of the slope there. */
-static double vanish(const March *m, double h, long j, double low, double high, double at, double *bend)
-{
-    double c[6], slope, last = 0, before = 0, next;
-    int turn;
-    overlap_of((March *)m, h, j, c);
-    *bend = 0;
-    for (turn = 0; turn < m->r->most_turns; turn++, before = at, last = slope, at = next) {
-        slope = slope_at(m, h, j, c, at);
-        if (slope > 0) low = at; else high = at;
-        if (turn && at != before) *bend = (slope - last) / (at - before);
-        next = *bend < 0 ? at - slope / *bend : at + m->r->nudge * (slope > 0 ? 1 : -1);
-        if (!(next > low && next < high)) next = 0.5 * (low + high);
-        if (turn && fabs(next - at) < m->r->near) return next;
-    }
-    return at;
-}
-
 /* Interval of a step with values and slopes, per step, at its ends. */
 typedef struct { double low, f0, r0, high, f1, r1; } Interval;
 
@@ -53,7 +34,7 @@ static double top_in(const Interval *of)
 /* Attempts a step to m->trial of as many bodies as affect contact j. */
 static void attempt_near(March *m, double h, double end, long j)
 {
-    const long reach = m->method->stages + 2, first = j > reach ? (j - reach) / BLOCK * BLOCK : 0;
+    const long reach = m->method.stages + 2, first = j > reach ? (j - reach) / BLOCK * BLOCK : 0;
     const long last = (long)smaller((double)((j + reach + 1 + BLOCK) / BLOCK * BLOCK), (double)m->padded);
     m->kernel.attempt(m, h, end, first, last, &m->trial);
     m->kernel.complete(m, &m->trial, first, last, end);
@@ -64,10 +45,15 @@ static void attempt_near(March *m, double h, double end, long j)
 static void find_peak(March *m, double h, long j)
 {
     Interval of = {0, m->start.f[j], h * m->start.slope[j], 1, m->finish.f[j], h * m->finish.slope[j]};
-    double share, left = 0, slope = 0, bend;
+    double c[6], share, left = 0, slope = 0, bend;
     int turn;
     if (!narrow(&of, m->best[j] - m->r->nearly * fabs(m->best[j] + m->still[j]))) return;
-    share = vanish(m, h, j, of.low, of.high, top_in(&of), &bend);
+    overlap_of(m, h, j, c);
+    share = vanish(slope_at, m, h, j, c, of.low, of.high, top_in(&of), &bend);
+    if (1 - share < m->r->at_end) {
+        raise_best(m, j, m->finish.f[j] + 0.5 * h * m->finish.slope[j] * (share - 1), m->r->time + share * h);
+        return;
+    }
     for (turn = 0; turn < m->r->most_turns; turn++) {
         const double time = m->r->time + share * h;
         attempt_near(m, share * h, time, j);
@@ -105,7 +91,7 @@ static void read_end(const March *m, const End *at, double h, double y[3], doubl
 /* Computes the greatest magnitudes of the motion of a movable end within the step. */
 static void find_extremes(March *m, double h)
 {
-    const long reach = m->bodies - m->method->stages - 3, first = reach > 0 ? reach / BLOCK * BLOCK : 0;
+    const long reach = m->bodies - m->method.stages - 3, first = reach > 0 ? reach / BLOCK * BLOCK : 0;
     double y[3][3], r[3][3];
     int i, side, turn;
     if (m->n < m->bodies || m->r->extremes[0] == INFINITY) return; /* there is none */
@@ -152,10 +138,10 @@ static void store_samples(March *m, double end)
 /* Adds the work of the force, integrated by parts; see mixed_chain_run.py. */
 static void add_work(March *m, double h, double end)
 {
-    const double inverse = m->inverse[0], impulse = m->impulses[m->method->stages], *weights = m->method->weights;
+    const double inverse = m->inverse[0], impulse = m->impulses[m->method.stages], *weights = m->method.weights;
     double mean = 0, summed = 0, product = 0, ignored, area = shift(m, h, end, &ignored) / inverse;
     int i;
-    for (i = 0; i < m->method->stages; i++) {
+    for (i = 0; i < m->method.stages; i++) {
         product += weights[i] * m->impulses[i] * m->forces[0][i];
         mean += weights[i] * m->forces[0][i];
         summed += weights[i] * m->impulses[i];
@@ -172,16 +158,13 @@ static void add_losses(March *m, double h)
     double left = 0, right = 0;
     long j;
     int i;
-    for (i = 0; i < m->method->stages; i++) {
-        left += m->method->weights[i] * m->forces[1][i];
-        right += m->method->weights[i] * m->forces[2][i];
+    for (i = 0; i < m->method.stages; i++) {
+        left += m->method.weights[i] * m->forces[1][i];
+        right += m->method.weights[i] * m->forces[2][i];
     }
     m->r->impulse_left += h * left;
     m->r->impulse_right += h * right;
-    for (i = 0; !m->damped && i < m->flows; i++) {
-        j = (long)m->flowing[i];
-        if (m->plastic.curved[j] > 1) m->lost[j] += h * m->shares[j];
-    }
+    if (m->flows) add_flow(m, h);
     /* a contact that is cut off loses its energy, whatever the length of the step */
     for (j = 0; m->damped && j < m->n; j++) {
         const double p = m->exponents[j] + 1;

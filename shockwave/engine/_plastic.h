@@ -52,22 +52,24 @@ static inline double load(const March *m, long j, int mode, double d, double w, 
     return p->unit[j] * (e * (value[0] + value[1] * logarithm));
 }
 
-/* The part of the loading curve at an overlap; `force`, `rate`: those of a contact with rate. */
-static int region(const March *m, long j, double d, double w, double a, double *force, double *rate)
+/* The part of the loading curve at an overlap. Of a contact with rate also the force, that at the end `of` a step if it flows
+   in that part, its time derivative, and its excess over Hertz's. */
+static int region(const March *m, long j, double d, double w, double a, const End *of, double *force, double *rate, double *excess)
 {
     const Plastic *p = &m->plastic;
-    const double faster = faster_by(m, j, w), growth = 1 + faster / m->r->finer;
-    int mode = d > p->full[j] + p->wider[j] * faster ? FULL : MIDDLE;
-    if (!(d > p->cap[j])) mode = CAPPED;
-    if (p->rate[j] == 0) return mode;
-    *force = load(m, j, mode, d, w, a, faster, rate);
-    if (mode == MIDDLE) {
-        const double hertz = p->virgin[j] * (d * sqrt(d));
-        if (d > p->first[j] * (growth * growth) && *force < hertz) return MIDDLE;
-        *force = hertz;
-        return CAPPED;
-    }
-    return mode;
+    const double faster = d > p->cap[j] ? faster_by(m, j, w) : 0, growth = 1 + faster / m->r->finer;
+    const int mode = !(d > p->cap[j]) ? CAPPED : d > p->full[j] + p->wider[j] * faster ? FULL : MIDDLE;
+    double hertz;
+    *excess = 0;
+    if (mode == CAPPED) *force = load(m, j, mode, d, w, a, 0, rate);
+    if (p->rate[j] == 0 || mode == CAPPED) return mode;
+    *force = of && mode == (int)p->mode[j] ? of->f[j] + m->still[j] : load(m, j, mode, d, w, a, faster, rate);
+    if (of && mode == (int)p->mode[j]) *rate = of->slope[j];
+    hertz = p->virgin[j] * (d * sqrt(d));
+    *excess = *force - hertz;
+    if (mode == FULL || (d > p->first[j] * (growth * growth) && *force < hertz)) return mode;
+    *force = hertz;
+    return CAPPED;
 }
 
 /* Time derivative of the force of a contact that flows. */
@@ -84,23 +86,27 @@ static double depth_of(const Plastic *p, long j, double force)
     return force * sqrt(p->softness[j] / (2 * force + p->yield[j]));
 }
 
-/* Mode of a contact at an overlap, closing velocity and acceleration. */
-static int next_mode(const March *m, long j, double d, double w, double a)
+/* Mode of a contact at an overlap, closing velocity and acceleration, or at the end `of` a step; `margin` becomes
+   negative where the mode ends. */
+static int next_mode(const March *m, long j, double d, double w, double a, const End *of, double *margin)
 {
     const Plastic *p = &m->plastic;
     const int mode = (int)p->mode[j];
     int next;
-    double force = 0, slope = 0;
+    double force = 0, slope = 0, excess;
+    *margin = 0;
     if (mode == CAPPED && !(d > p->first[j])) return mode;
     if (mode == ELASTIC && !(w > 0)) return ELASTIC;
     if (mode != ELASTIC && w < 0) return ELASTIC;
     if (mode == ELASTIC) d += p->left[j];
-    next = region(m, j, d, w, a, &force, &slope);
+    next = region(m, j, d, w, a, of, &force, &slope, &excess);
     if (p->rate[j] == 0) return next;
+    *margin = mode == CAPPED ? excess : mode == PLATEAU ? p->force[j] - force : slope;
     if ((mode == ELASTIC || mode == PLATEAU) && !(force > p->force[j])) return PLATEAU;
     if (mode == ELASTIC) {
         const double depth = d - p->left[j];
-        if (m->k[j] * (depth * sqrt(depth)) < force) return ELASTIC;
+        *margin = force - m->k[j] * (depth * sqrt(depth));
+        if (*margin > 0) return ELASTIC;
     }
     if (next == CAPPED) return next;
     force = 2 * larger(force, p->force[j]) + p->yield[j];
@@ -155,7 +161,7 @@ static double corner(const March *m, long j, double d, double a)
     const int mode = (int)p->mode[j];
     double loading, ignored;
     if (mode > ELASTIC) return larger(p->force[j], force);
-    region(m, j, d, w, a, &loading, &ignored);
+    region(m, j, d, w, a, NULL, &loading, &ignored, &ignored);
     if (mode == ELASTIC && !(loading > p->force[j])) return p->force[j];
     return force - m->start.slope[j] * (m->r->time - p->ended[j]);
 }
@@ -191,12 +197,14 @@ static void change_mode(March *m, long j, int next, double a)
 static int change_modes(March *m)
 {
     const long contacts = (long)m->r->contacts;
+    double ignored;
     int changed = 0;
-    long j;
-    for (j = 0; j < m->n && j < contacts; j++)
-        if (m->start.u[j] > m->plastic.limit[j]) {
+    long e = 0, j;
+    while ((e = m->kernel.yielding(m, 0, e)) < m->padded)
+        for (j = e, e += m->kernel.width; j < e && j < m->n && j < contacts; j++) {
+            if (!(m->start.u[j] > m->plastic.limit[j])) continue;
             const double a = closing(m, &m->start, j, m->r->time);
-            const int next = next_mode(m, j, m->start.d[j], m->start.w[j], a);
+            const int next = next_mode(m, j, m->start.d[j], m->start.w[j], a, &m->start, &ignored);
             if (next != (int)m->plastic.mode[j]) {
                 change_mode(m, j, next, a);
                 changed = 1;
@@ -205,19 +213,15 @@ static int change_modes(March *m)
     return changed;
 }
 
-/* Lists the contacts that flow, and chooses the method of the next steps. */
+/* Lists the contacts that flow, and bounds the blocks with their bodies. */
 static void list_flows(March *m)
 {
-    const Plastic *p = &m->plastic;
-    int rates = 0;
     long j;
     m->flows = 0;
     for (j = 0; m->yields && j < (long)m->r->contacts; j++)
-        if (p->mode[j] > ELASTIC) {
-            m->flowing[m->flows++] = (double)j;
-            rates = rates || p->curved[j] > 1;
-        }
-    m->method = m->damped || rates || !m->swift.stages ? &m->careful : &m->swift;
+        if (m->plastic.mode[j] > ELASTIC) m->flowing[m->flows++] = (double)j;
+    m->first_flow = m->flows ? (long)m->flowing[0] / BLOCK * BLOCK : 0;
+    m->after_flow = m->flows ? ((long)m->flowing[m->flows - 1] + 1) / BLOCK * BLOCK + BLOCK : 0;
 }
 
 /* Force of a contact that flows along a curve, less the static one: ahead of a wave their difference is rounding error. */
@@ -233,7 +237,7 @@ static double flow_force(const March *m, long j, double u, double d, double w)
 }
 
 /* Replaces the forces of the contacts that flow along a curve between low and high, and the accelerations of their bodies. */
-static void flow(March *m, int whole, const double *x, const double *v, long low, long high, double weight, End *to)
+static void flow(March *m, int whole, const double *x, const double *v, long low, long high, int stage, End *to)
 {
     const Plastic *p = &m->plastic;
     long i, j;
@@ -245,10 +249,7 @@ static void flow(March *m, int whole, const double *x, const double *v, long low
         w = v[j] - v[j + 1];
         to->f[j] = flow_force(m, j, u, u + m->base[j], w);
         if (whole) to->raw[j] = to->f[j] + m->still[j];
-        if (p->curved[j] > 1) {
-            m->shares[j] += weight * ((to->f[j] + m->still[j]) * w);
-            if (whole) to->power[j] = (to->f[j] + m->still[j]) * w;
-        }
+        if (stage > 0) m->felt[stage][j] = to->f[j];
     }
     for (i = 0; i < m->flows; i++) {
         j = (long)m->flowing[i];
@@ -267,65 +268,93 @@ static void set_flow_rates(const March *m, End *end, long low, long high)
     }
 }
 
-/* First place between low and high where a polynomial with these coefficients of Bernstein is negative; 2 if nowhere. */
-static double first_negative(const double *b, int degree, double low, double high, double near)
+/* Overlap, as change, at which unloading, Hertz's law or the middle of the curve ends. */
+static double greatest_overlap(const March *m, long j)
 {
-    double left[6], right[6];
+    const Plastic *p = &m->plastic;
+    const int mode = (int)p->mode[j];
+    return mode == ELASTIC ? p->limit[j] : (mode == CAPPED ? p->cap[j] : p->full[j]) - m->base[j];
+}
+
+/* Courses within a step: of what is left to that overlap, of the closing velocity, and of a number that is positive while
+   contact j keeps its mode, up to where it turns. */
+static double left_at(const March *m, double h, long j, const double c[6], double s)
+{
+    double d, w, a;
+    (void)h;
+    motion_at(c, s, &d, &w, &a);
+    return greatest_overlap(m, j) - d;
+}
+
+static double closing_at(const March *m, double h, long j, const double c[6], double s)
+{
+    double d, w, a;
+    (void)m, (void)h, (void)j;
+    motion_at(c, s, &d, &w, &a);
+    return w;
+}
+
+static double keeps_mode(const March *m, double h, long j, const double c[6], double s)
+{
+    double d, w, a, margin;
+    motion_at(c, s, &d, &w, &a);
+    if (next_mode(m, j, d + m->base[j], larger(w / h, 0), a / (h * h), s == 1 ? &m->finish : NULL, &margin) == (int)m->plastic.mode[j])
+        return margin > 0 ? margin : 1;
+    return margin < 0 ? margin : -1;
+}
+
+/* Adds the work on contacts that flow with rate, from the forces at the stages; the velocities there are less accurate. */
+static void add_flow(March *m, double h)
+{
+    long i, j;
+    int k;
+    for (i = 0; i < m->flows; i++) {
+        double c[6];
+        j = (long)m->flowing[i];
+        if (m->plastic.curved[j] < 2) continue;
+        overlap_of(m, h, j, c);
+        for (k = 0; k < m->method.stages; k++) if (m->method.weights[k] != 0)
+            m->lost[j] += m->method.weights[k] * ((k ? m->felt[k][j] : m->start.f[j]) + m->still[j]) * closing_at(m, h, j, c, m->method.nodes[k]);
+    }
+}
+
+/* Where between low and high a polynomial with these coefficients of Bernstein, and this course, is first negative; 2 if
+   nowhere. */
+static double first_negative(Course *value, const March *m, double h, long j, const double c[6], const double *b, int degree,
+                             double low, double high)
+{
+    double left[6], right[6], ignored;
     const double middle = 0.5 * (low + high);
-    int i, k, positive = 1;
-    for (i = 0; i <= degree; i++) positive = positive && b[i] >= 0;
-    if (positive) return 2;
-    if (high - low < near) return b[0] > 0 && b[degree] < 0 ? low + (high - low) * b[0] / (b[0] - b[degree]) : low;
+    int i, k, changes = b[0] < 0;
+    for (i = 0; i < degree; i++) changes += (b[i] < 0) != (b[i + 1] < 0);
+    if (!changes) return 2;
+    if (b[0] > 0 && changes == 1) return vanish(value, m, h, j, c, low, high, low + (high - low) * (b[0] / (b[0] - b[degree])), &ignored);
+    if (high - low < m->r->near) return low;
     memcpy(right, b, sizeof *b * (size_t)(degree + 1));
     for (i = 0; i <= degree; i++) {
         left[i] = right[0];
         for (k = 0; k < degree - i; k++) right[k] = 0.5 * (right[k] + right[k + 1]);
     }
     {
-        const double at = first_negative(left, degree, low, middle, near);
-        return at <= 1 ? at : first_negative(right, degree, middle, high, near);
+        const double at = first_negative(value, m, h, j, c, left, degree, low, middle);
+        return at <= 1 ? at : first_negative(value, m, h, j, c, right, degree, middle, high);
     }
-}
-
-/* Mode of contact j at a fraction s of the step. */
-static int mode_at(const March *m, double h, long j, const double c[6], double s)
-{
-    double d, w, a;
-    motion_at(c, s, &d, &w, &a);
-    return next_mode(m, j, d + m->base[j], w / h, a / (h * h));
 }
 
 /* Where between low and high the mode of a contact with rate ends; 2 if it does not. */
 static double mode_ends(const March *m, double h, long j, const double c[6], double low, double high)
 {
-    const int mode = (int)m->plastic.mode[j];
-    const double begin = low, part = (high - low) / m->r->parts;
-    double before = low, at;
+    const double r0 = m->start.slope[j], r1 = m->finish.slope[j], about = (m->plastic.ended[j] - m->r->time) / h;
+    /* a force of flow that rises steadily falls nowhere within the step */
+    const int parts = m->plastic.curved[j] > 1 && r0 < 2 * r1 && r1 < 2 * r0 ? 1 : (int)m->r->parts;
+    double before = low, at, ignored;
     int i;
-    for (i = 1; i <= (int)m->r->parts; i++, before = at) {
-        at = begin + i * part;
-        if (mode_at(m, h, j, c, at) == mode) continue;
-        while (at - before > m->r->near) {
-            const double middle = 0.5 * (before + at);
-            if (mode_at(m, h, j, c, middle) == mode) before = middle; else at = middle;
-        }
-        return at;
+    for (i = 1; i <= parts; i++, before = at) {
+        at = low + i * ((high - low) / parts);
+        if (keeps_mode(m, h, j, c, at) < 0)
+            return vanish(keeps_mode, m, h, j, c, before, at, about > before && about < at ? about : 0.5 * (before + at), &ignored);
     }
     return 2;
-}
-
-/* Place up to which a contact that closes at `low` closes. */
-static double closes_until(const March *m, const double c[6], double low)
-{
-    double d, w, a, high = 1;
-    motion_at(c, high, &d, &w, &a);
-    if (w > 0) return high;
-    while (high - low > m->r->near) {
-        const double middle = 0.5 * (low + high);
-        motion_at(c, middle, &d, &w, &a);
-        if (w > 0) low = middle; else high = middle;
-    }
-    return low;
 }
 
 /* Fraction of the step at which the mode of contact j ends; 2 if it does not. `c`: the polynomial of the overlap. */
@@ -333,43 +362,58 @@ static double leaves(const March *m, double h, long j, const double c[6])
 {
     const Plastic *p = &m->plastic;
     const int mode = (int)p->mode[j], rate = p->rate[j] != 0;
-    const double end = mode == ELASTIC ? p->limit[j] : (mode == CAPPED ? p->cap[j] : p->full[j]) - m->base[j];
+    const double end = greatest_overlap(m, j);
     const double b[6] = {c[0], c[0] + c[1] / 5, c[0] + (4 * c[1] + c[2]) / 10, c[0] + (6 * c[1] + 3 * c[2] + c[3]) / 10,
                          c[0] + (4 * c[1] + 3 * c[2] + 2 * c[3] + c[4]) / 5, c[0] + c[1] + c[2] + c[3] + c[4] + c[5]};
-    double rest[6], at = 2, passes = 2, d, w, a;
+    double rest[6], at = 2, passes = 2, ignored;
     int i;
     if (mode != ELASTIC) {
         for (i = 0; i < 5; i++) rest[i] = b[i + 1] - b[i];
-        at = first_negative(rest, 4, 0, 1, m->r->near);
-        if (mode == CAPPED && at <= 1) {
-            motion_at(c, at, &d, &w, &a);
-            if (!(d > p->limit[j])) at = 2;
-        }
+        at = first_negative(closing_at, m, h, j, c, rest, 4, 0, 1);
+        if (mode == CAPPED && at <= 1 && !(end - left_at(m, h, j, c, at) > p->limit[j])) at = 2;
     }
     if (mode == ELASTIC || (!rate && mode != FULL)) {
         for (i = 0; i < 6; i++) rest[i] = end - b[i];
-        passes = first_negative(rest, 5, 0, 1, m->r->near);
+        passes = first_negative(left_at, m, h, j, c, rest, 5, 0, 1);
     }
     if (!rate) return smaller(at, passes);
-    if (mode == ELASTIC) return passes > 1 ? 2 : mode_ends(m, h, j, c, passes, closes_until(m, c, passes));
-    return smaller(mode_ends(m, h, j, c, 0, smaller(at, 1)), at);
+    if (mode == ELASTIC && passes > 1) return 2;
+    if (mode == ELASTIC) return mode_ends(m, h, j, c, passes, closing_at(m, h, j, c, 1) > 0 ? 1 : vanish(closing_at, m, h, j, c, passes, 1, 0.5 * (passes + 1), &ignored));
+    for (i = 0; mode == CAPPED && i < 6; i++) passes = b[i] > end ? 0 : passes;
+    return mode == CAPPED && passes > 0 ? at : smaller(mode_ends(m, h, j, c, 0, smaller(at, 1)), at);
+}
+
+/* Time after the end of a mode in which the impulse that a step misses is small. */
+static double delay(const March *m, long j, double force, double w, double a)
+{
+    const double yield = m->plastic.yield[j], most = m->r->kink_share * allowed(m, j);
+    const double stiffness = 1.5 * sqrt((2 * larger(force + m->still[j], yield) + yield) / m->plastic.softness[j]);
+    const double late = smaller(sqrt(most / (stiffness * fabs(w))), cbrt(most / (stiffness * fabs(a))));
+    return m->plastic.rate[j] != 0 ? late * m->r->sharp : late;
 }
 
 /* Fraction of the step at which it should end because the mode of contact j ends; `share` if it need not. */
 static double mode_end(March *m, double h, long j, double share)
 {
-    const double force = larger(m->start.f[j], m->finish.f[j]) + m->still[j], most = m->r->kink_share * allowed(m, j);
-    double c[6], at, d, w, a, stiffness, late;
+    double c[6], at, d, w, a, late;
     if (!(larger(m->start.u[j], m->finish.u[j]) + 2 * h * larger(fabs(m->start.w[j]), fabs(m->finish.w[j])) > m->plastic.limit[j])) return share;
     overlap_of(m, h, j, c);
     at = leaves(m, h, j, c);
     m->plastic.ended[j] = m->r->time + smaller(at, 1) * h;
     if (at >= share) return share;
     motion_at(c, at, &d, &w, &a);
-    stiffness = 1.5 * sqrt((2 * larger(force, m->plastic.yield[j]) + m->plastic.yield[j]) / m->plastic.softness[j]);
-    /* the impulse that a step misses this long after the end of a mode */
-    late = smaller(sqrt(most / (stiffness * fabs(w / h))), cbrt(most / (stiffness * fabs(a / (h * h)))));
-    if (m->plastic.rate[j] != 0) late *= m->r->sharp;
+    late = delay(m, j, larger(m->start.f[j], m->finish.f[j]), w / h, a / (h * h));
     if ((1 - at) * h <= late || at + 0.5 * late / h >= share) return share;
     return at * h + 0.5 * late > m->r->min_step * larger(m->r->time, m->r->first) ? at + 0.5 * late / h : share;
+}
+
+/* Size of the next step that ends after contact j turns, whose flow does not depend on the rate. */
+static double turns_after(const March *m, long j)
+{
+    const End *s = &m->start;
+    const double w = s->w[j], a = closing(m, s, j, m->r->time), before = j ? s->slope[j - 1] : 0;
+    const double jerk = m->mobile[j] * (before - s->slope[j]) - m->mobile[j + 1] * (s->slope[j] - s->slope[j + 1]);
+    const double last = sqrt(larger(a * a - 2 * jerk * w, 0));
+    if (m->plastic.curved[j] > 1 || !(w > 0 && a < 0 && last > 0)) return INFINITY;
+    return 2 * w / (last - a) + 0.5 * delay(m, j, s->f[j], 0, last);
 }

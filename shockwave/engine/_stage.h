@@ -91,7 +91,7 @@ static void NAME(add_end)(const March *m, const double *x, const double *v, long
 /* Forces and accelerations; stage is that of the sums of the impulses, or negative. */
 TARGET static void NAME(forces)(March *m, const int whole, const double *x, const double *v, long low, long high, int stage, End *to)
 {
-    const double weight = (m->damped || m->flows) && stage >= 0 ? m->method->weights[stage] : 0;
+    const double weight = m->damped && stage >= 0 ? m->method.weights[stage] : 0;
 #define FORCES(hertz, damped, loaded, yields) \
     if (whole) NAME(forces_of)(m, hertz, damped, loaded, yields, 1, x, v, low, high, weight, to); \
     else NAME(forces_of)(m, hertz, damped, loaded, yields, 0, x, v, low, high, weight, to);
@@ -102,7 +102,7 @@ TARGET static void NAME(forces)(March *m, const int whole, const double *x, cons
     else if (m->hertz && !m->loaded) { FORCES(1, 1, 0, 0) }
     else { FORCES(m->hertz, m->damped, m->loaded, 0) }
 #undef FORCES
-    if (m->flows) flow(m, whole, x, v, low, high, weight, to);
+    if (m->flows) flow(m, whole, x, v, low, high, stage, to);
     NAME(add_end)(m, x, v, high, weight, to);
     if (stage < 0) return;
     watch(m, to->f, stage);
@@ -139,20 +139,26 @@ TARGET static void NAME(evaluate)(March *m, End *end, long low, long high, doubl
 /* Attempts a step of bodies low to high from m->start; the new state is valid one body per stage inside the range. */
 TARGET static void NAME(attempt)(March *m, double h, double end, long low, long high, End *to)
 {
-    const Method *method = m->method;
+    const Method *method = &m->method;
     const End *s = &m->start;
     const int stages = method->stages, driven = m->driven && low == 0;
+    /* bodies of which forces within the step need the velocities */
+    const long first = m->damped || m->first_flow < low ? low : m->first_flow, after = m->damped || m->after_flow > high ? high : m->after_flow;
     long e;
     int i;
     m->stage[0] = s->a;
     watch(m, s->f, 0);
-    for (e = low; (m->damped || m->flows) && e < high; e += WIDTH) NAME(store)(m->shares + e, method->weights[0] * NAME(load)(s->power + e));
-    for (i = 1; i <= stages; i++) {
+    for (e = low; m->damped && e < high; e += WIDTH) NAME(store)(m->shares + e, method->weights[0] * NAME(load)(s->power + e));
+    for (e = first; method->jerk && e < after; e += WIDTH)
+        NAME(store)(m->room[1] + e, h * (NAME(load)(m->mobile + e) * (NAME(load)(s->slope + e - 1) - NAME(load)(s->slope + e))));
+    m->stage[1] = m->room[1];
+    for (i = 1 + method->jerk; i <= stages; i++) {
         const int ends = i == stages, last = ends || (method->last_is_next && i == stages - 1);
         const double t = method->nodes[i] * h;
         double *const y = last ? to->x : m->y, *const z = ends ? to->v : m->z;
         if (!ends || !method->last_is_next) NAME(displace)(m, method->positions + i, s->x, t, s->v, h * h, low, high, y);
-        if (ends || method->moves) NAME(displace)(m, method->velocities + i, s->v, 0, s->v, h, low, high, z);
+        if (ends) NAME(displace)(m, method->velocities + i, s->v, 0, s->v, h, low, high, z);
+        else if (method->moves && first < after) NAME(displace)(m, method->velocities + i, s->v, 0, s->v, h, first, after, z);
         if (driven) {
             const double way = shift(m, t, method->nodes[i] == 1 ? end : m->r->time + t, m->impulses + i);
             if (!ends || !method->last_is_next) y[0] += way;
@@ -163,7 +169,7 @@ TARGET static void NAME(attempt)(March *m, double h, double end, long low, long 
         if (last && !(ends && method->last_is_next)) NAME(forces)(m, 1, y, z, low, high, ends ? -1 : i, to);
         else if (!last) NAME(forces)(m, 0, y, z, low, high, i, &m->scratch);
     }
-    m->r->evaluations += stages - method->last_is_next;
+    m->r->evaluations += stages - method->last_is_next - method->jerk;
 }
 
 /* Largest change between neighbours of factor (sum over the stages), over the scale. */
@@ -199,9 +205,9 @@ TARGET static double NAME(largest)(const March *m, const Terms *t, double factor
 /* Largest error of the last attempt, over the tolerance. */
 static double NAME(error)(March *m, double h)
 {
-    const Terms *t = m->method->errors;
+    const Terms *t = m->method.errors;
     const double first = larger(NAME(largest)(m, t, h * h, m->scale_u), NAME(largest)(m, t + 1, h, m->scale_w));
-    const double second = m->method->estimates < 4 ? 0 : larger(NAME(largest)(m, t + 2, h * h, m->scale_u), NAME(largest)(m, t + 3, h, m->scale_w));
+    const double second = m->method.estimates < 4 ? 0 : larger(NAME(largest)(m, t + 2, h * h, m->scale_u), NAME(largest)(m, t + 3, h, m->scale_w));
     const double rough = 0.01 * second * second;
     return (rough != 0 ? first * first / sqrt(first * first + rough) : first) / m->r->tolerance;
 }

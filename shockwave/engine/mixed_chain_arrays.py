@@ -140,8 +140,6 @@ class Job:
         Pieces of the loading curves of those with rate.
     integrator : Integrator or None
         Takes the steps instead; the ``method`` then integrates over them.
-    swift : Tableau or None
-        Method for steps in which no force depends on the velocity.
     window : int
         Number of bodies that move at first.
     forecast : Forecast
@@ -165,7 +163,6 @@ class Job:
     plastic: FloatArray = Factory(lambda: np.empty((0, 0)))
     curves: FloatArray = Factory(lambda: np.empty(0))
     integrator: Integrator | None = None
-    swift: Tableau | None = None
     window: int = 12
     forecast: Forecast = Factory(Forecast)
     bar: bool = False

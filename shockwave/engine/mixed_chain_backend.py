@@ -41,9 +41,8 @@ def run(job: Job, compiled: ModuleType | None) -> None:
         return expired()
 
     buffers = job.stops, job.times, settings, job.table, job.samples, job.plastic, job.curves
-    swift = np.empty(0) if job.swift is None else job.swift.packed
     record = NO_RECORD if job.record is None else job.record.buffers(job.bodies)
-    compiled.run(job.method.packed, *tables, *buffers, swift, *record, ends)
+    compiled.run(job.method.packed, *tables, *buffers, *record, ends)
     job.found[:] = progress
     if job.record:
         job.record.read(*record[:2])
@@ -58,6 +57,6 @@ def _constants(adaptive: bool) -> FloatArray:
     contacts = (forces.LOCATED, forces.ROUNDING, forces.ELASTIC * adaptive, forces.VISCOUS)
     kinks = steps.SOON, forces.KINK, forces.KINK_SHARE, steps.MOST_CUTS, *contacts
     arrival = forces.PASSED, forces.WAVE, forces.NOISE, forces.INSTANT
-    peaks = steps.NEARLY, steps.HOPELESS, MOST_TURNS, NEAR, NUDGE, *arrival
+    peaks = steps.NEARLY, steps.HOPELESS, MOST_TURNS, NEAR, steps.AT_END, NUDGE, *arrival
     modes = forces.PARTS, forces.SHARP, forces.FINER, forces.FASTEST
     return np.array([*window, *control, *kinks, *peaks, *modes], dtype=float)

@@ -281,7 +281,6 @@ class _Parts:
             table=table,
             plastic=job.plastic[:, first : high + 1].copy(),
             curves=job.curves,
-            swift=job.swift,
             window=high - first,
         )
         part.losses[:] = 0.0

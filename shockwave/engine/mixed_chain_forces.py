@@ -90,17 +90,16 @@ class Flow(Protocol):
     tangent: FloatArray
     elastic: FloatArray
 
-    @property
-    def depends_on_velocity(self) -> bool:
-        """Whether a force depends on the closing velocity in the present modes."""
-        ...
-
     def stiffest(self, force: float) -> FloatArray:
         """Largest stiffness k of each contact at forces up to this one, or as now."""
         ...
 
-    def forces(self, f: FloatArray, motion: Sequence[FloatArray], low: int) -> FloatArray:
-        """Replace the forces minus static ones of contacts that flow along a curve; their powers if integrated."""
+    def forces(self, f: FloatArray, motion: Sequence[FloatArray], low: int) -> None:
+        """Replace the forces minus static ones of contacts that flow along a curve."""
+        ...
+
+    def add_losses(self, start: End, finish: End, span: tuple[float, float], stages: FloatArray) -> None:
+        """Add the work on contacts that flow with rate, from time and size of a step and forces at its stages."""
         ...
 
     def rates(self, slope: FloatArray, motion: Sequence[FloatArray], low: int) -> None:
@@ -113,6 +112,10 @@ class Flow(Protocol):
 
     def change_modes(self, start: End, time: float) -> bool:
         """Change the modes that end at the beginning of a step; whether there are any."""
+        ...
+
+    def turns(self, start: End, time: float) -> float:
+        """Least size of a step that ends after a contact turns, of those whose flow does not depend on the rate."""
         ...
 
     def end_of_modes(self, start: End, finish: End, time: float, size: float, share: float) -> float:
@@ -184,11 +187,6 @@ class Contacts:
         self.flow: Flow | None = None
         self.state = np.empty(0) if job.law is None else job.law.initial_state()
 
-    @property
-    def dissipates(self) -> bool:
-        """Whether powers of forces that depend on velocities are integrated."""
-        return self.damped or self.flow is not None
-
     def end_of(self, x: FloatArray, v: FloatArray, time: float, n: int) -> End:
         """Everything at one end of a step, of the first n contacts."""
         forces, powers, raw = self.forces(x, v, 0, n)
@@ -227,7 +225,7 @@ class Contacts:
         stretch, d = self.overlaps(x, low, high)
         closed = d > MIN_OVERLAP
         powers = np.zeros(high - low)
-        if self.dissipates:
+        if self.damped or self.flow:
             w = self.closing_velocities(v, low, high)
         inside = np.where(closed, d, 1.0)
         elastic = self.elastic(stretch, d, inside, part)
@@ -235,7 +233,7 @@ class Contacts:
             elastic = elastic + (self.flow.offset[part] + self.flow.tangent[part] * stretch)
         raw = f = np.where(closed, elastic, -static)
         if self.flow:
-            powers = self.flow.forces(f, (stretch, d, w), low)
+            self.flow.forces(f, (stretch, d, w), low)
         if self.damped:
             # only the dashpot of a contact that is off does not act: its force would jump within the step
             jumps = self.q[part] == 0

@@ -17,7 +17,7 @@ import numpy as np
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.mixed_chain_arrays import LARGEST, Job
 from shockwave.engine.mixed_chain_forces import FASTEST, FINER, KINK_SHARE, MIN_STEP, PARTS, SHARP, Contacts, End
-from shockwave.engine.mixed_chain_peaks import NEAR, NUDGE, Overlap
+from shockwave.engine.mixed_chain_peaks import NUDGE, Overlap, first_negative, vanish
 
 #: Rows of the table of a chain with such contacts: properties, state, and constants within a step.
 ROWS = (
@@ -55,11 +55,6 @@ class Plasticity:
         self.elastic = np.where(np.array(ROWS) == "limit", LARGEST, 0.0)
 
     # ---------------------------------------------------------------- forces
-
-    @property
-    def depends_on_velocity(self) -> bool:
-        """Whether a force depends on the closing velocity in the present modes."""
-        return bool((self.curved > 1).any())
 
     def stiffest(self, force: float) -> FloatArray:
         """Largest stiffness k of each contact at forces up to this one, or as now."""
@@ -111,18 +106,26 @@ class Plasticity:
             return u * (float(self.a[j]) + slope * math.log(d)) + base * slope * math.log1p(u / base)
         return self.load(j, mode, (d, w, 0.0), faster)[0] - float(self.chain.static[j])
 
-    def forces(self, f: FloatArray, motion: Sequence[FloatArray], low: int) -> FloatArray:
-        """Replace the forces minus static ones of contacts that flow along a curve; their powers if integrated.
+    def forces(self, f: FloatArray, motion: Sequence[FloatArray], low: int) -> None:
+        """Replace the forces minus static ones of contacts that flow along a curve.
 
         The ``motion``: changes of the overlaps, overlaps, and closing velocities.
         """
-        powers = np.zeros(len(f))
         for i in np.flatnonzero(self.curved[low : low + len(f)] > 0).tolist():
             j, (u, d, w) = low + i, (float(values[i]) for values in motion)
             f[i] = self.flow_force(j, u, d, w)
-            if self.curved[j] > 1:
-                powers[i] = (f[i] + self.chain.static[j]) * w
-        return powers
+
+    def add_losses(self, start: End, finish: End, span: tuple[float, float], stages: FloatArray) -> None:
+        """Add the work on contacts that flow with rate, from the time and size of a step and the forces at its stages.
+
+        The velocities there are less accurate than those of the polynomial of the overlap.
+        """
+        method = self.job.method
+        for j in np.flatnonzero(self.curved > 1).tolist():
+            overlap = Overlap.between(self.chain, start, finish, *span, j)
+            forces = (stages[: len(method.nodes), j + 1] + self.chain.static[j]).tolist()
+            for node, weight, force in zip(method.nodes.tolist(), method.weights[1].tolist(), forces, strict=True):
+                self.job.losses[j] += weight * force * overlap.closing(node)
 
     def rates(self, slope: FloatArray, motion: Sequence[FloatArray], low: int) -> None:
         """Replace the time derivatives of the forces of contacts that flow; ``motion``: overlaps, w and w'."""
@@ -153,47 +156,58 @@ class Plasticity:
 
     # ---------------------------------------------------------------- modes
 
-    def region(self, j: int, motion: tuple[float, float, float]) -> tuple[Mode, float, float]:
-        """The part of the loading curve, and the force of a contact with rate and its time derivative."""
+    def region(
+        self, j: int, motion: tuple[float, float, float], flow: tuple[float, float] | None = None
+    ) -> tuple[Mode, float, float, float]:
+        """The part of the loading curve; of a contact with rate also force, its time derivative, and its excess.
+
+        Force and derivative are those of the ``flow`` at one end of a step if it is in that part. The excess is that
+        over Hertz's force.
+        """
         d, w, _a = motion
+        if not d > self.cap[j]:
+            return Mode.CAPPED, *self.load(j, Mode.CAPPED, motion, 0.0), 0.0
         faster = self.faster(j, w)
         mode = Mode.FULL if d > self.full[j] + self.wider[j] * faster else Mode.MIDDLE
-        mode = mode if d > self.cap[j] else Mode.CAPPED
         if self.rate[j] == 0:
-            return mode, 0.0, 0.0
-        (force, rate), growth = self.load(j, mode, motion, faster), 1 + faster / FINER
-        if mode == Mode.MIDDLE:
-            hertz = float(self.virgin[j]) * (d * math.sqrt(d))
-            if not (d > self.first[j] * (growth * growth) and force < hertz):
-                return Mode.CAPPED, hertz, rate
-        return mode, force, rate
+            return mode, 0.0, 0.0, 0.0
+        force, rate = flow if flow and mode == self.mode[j] else self.load(j, mode, motion, faster)
+        hertz, growth = float(self.virgin[j]) * (d * math.sqrt(d)), 1 + faster / FINER
+        if mode == Mode.MIDDLE and not (d > self.first[j] * (growth * growth) and force < hertz):
+            return Mode.CAPPED, hertz, rate, force - hertz
+        return mode, force, rate, force - hertz
 
-    def next_mode(self, j: int, d: float, w: float, a: float) -> int:
-        """Mode of a contact at an overlap, closing velocity and acceleration."""
-        mode = int(self.mode[j])
-        if mode == Mode.CAPPED and not d > self.first[j]:
-            return mode
-        if mode == Mode.ELASTIC and not w > 0:
-            return mode
+    def next_mode(
+        self, j: int, motion: tuple[float, float, float], flow: tuple[float, float] | None = None
+    ) -> tuple[int, float]:
+        """Mode of a contact at an overlap, closing velocity and acceleration; a number that falls to zero at its end.
+
+        The ``flow`` is that at one end of a step.
+        """
+        (d, w, a), mode = motion, int(self.mode[j])
+        if (mode == Mode.CAPPED and not d > self.first[j]) or (mode == Mode.ELASTIC and not w > 0):
+            return mode, 0.0
         if mode != Mode.ELASTIC and w < 0:
-            return Mode.ELASTIC
+            return Mode.ELASTIC, 0.0
         d += float(self.left[j]) if mode == Mode.ELASTIC else 0.0
-        following, force, slope = self.region(j, (d, w, a))
+        following, force, slope, excess = self.region(j, (d, w, a), flow)
         if self.rate[j] == 0:
-            return following
+            return following, 0.0
+        margin = excess if mode == Mode.CAPPED else float(self.force[j]) - force if mode == Mode.PLATEAU else slope
         if mode in (Mode.ELASTIC, Mode.PLATEAU) and not force > self.force[j]:
-            return Mode.PLATEAU
+            return Mode.PLATEAU, margin
         if mode == Mode.ELASTIC:
             depth = d - float(self.left[j])
-            if self.chain.k[j] * (depth * math.sqrt(depth)) < force:
-                return Mode.ELASTIC
+            margin = force - float(self.chain.k[j]) * (depth * math.sqrt(depth))
+            if margin > 0:
+                return mode, margin
         if following == Mode.CAPPED:
-            return following
+            return following, margin
         force = 2 * max(force, float(self.force[j])) + float(self.yields[j])
         # faster loading outruns the stiffer unloading, which has the slope 1.5 sqrt(force/softness) w
         if slope > 0 and slope * slope * self.softness[j] > 2.25 * force * (w * w):
-            return Mode.ELASTIC
-        return following if mode == Mode.PLATEAU or not slope < 0 else Mode.PLATEAU
+            return Mode.ELASTIC, margin
+        return following if mode == Mode.PLATEAU or not slope < 0 else Mode.PLATEAU, margin
 
     def change_modes(self, start: End, time: float) -> bool:
         """Change the modes that end at the beginning of a step; whether there are any."""
@@ -201,8 +215,8 @@ class Plasticity:
         n = min(len(start.d), contacts)
         for j in np.flatnonzero(start.u[:n] > self.limit[:n]).tolist():
             a = float(self.chain.closing(start.a[j : j + 2], time, j)[0])
-            following = self.next_mode(j, float(start.d[j]), float(start.w[j]), a)
             force, slope = float(start.f[j + 1] + self.chain.static[j]), float(start.slope[j])
+            following, _margin = self.next_mode(j, (float(start.d[j]), float(start.w[j]), a), (force, slope))
             if following != self.mode[j]:
                 corner = force - slope * (time - float(self.ended[j]))
                 elastic = self.mode[j] <= Mode.ELASTIC
@@ -242,7 +256,7 @@ class Plasticity:
                     force = min(force, self.load(j, mode, (d, w, a), 0.0)[0])
                 slow = self.load(j, mode, (reached, w, a), 0.0)[0]
                 self.force[j] = max(float(self.force[j]), force) if flows else slow
-            depth = self.depth_of(j, float(self.force[j]))
+            depth = float(self.depth(self.force)[j])
             chain.k[j] = self.force[j] / (depth * math.sqrt(depth))
             self.left[j] = reached - depth
         else:
@@ -256,10 +270,6 @@ class Plasticity:
     def depth(self, forces: FloatArray) -> FloatArray:
         """Overlaps above the residual ones where unloading from these forces begins."""
         return np.asarray(forces * np.sqrt(self.softness / np.maximum(2 * forces + self.yields, 1e-300)))
-
-    def depth_of(self, j: int, force: float) -> float:
-        """The same of one contact."""
-        return force * math.sqrt(float(self.softness[j]) / (2 * force + float(self.yields[j])))
 
     def set_constants(self, j: int) -> None:
         """Set what the forces need of the mode of a contact, of which k is known."""
@@ -292,23 +302,33 @@ class Plasticity:
             self.ended[j] = time + min(at, 1.0) * size
             if at >= share:
                 continue
-            w, a = overlap.motion(at)[1:]
-            force = max(float(start.f[j + 1]), float(finish.f[j + 1])) + float(self.chain.static[j])
-            force = max(force, float(self.yields[j]))
-            stiffness = 1.5 * math.sqrt((2 * force + float(self.yields[j])) / float(self.softness[j]))
-            # the impulse that a step misses this long after the end of a mode
-            most = KINK_SHARE * float(self.chain.allowed(j + 1)[j])
-            late = math.inf
-            if w:
-                late = math.sqrt(most / (stiffness * abs(w)))
-            if a:
-                late = min(late, math.cbrt(most / (stiffness * abs(a))))
-            late *= SHARP if self.rate[j] else 1.0
+            force = max(float(start.f[j + 1]), float(finish.f[j + 1]))
+            late = self.delay(j, force, *overlap.motion(at)[1:])
             cut = at + 0.5 * late / size
             least = MIN_STEP * max(time, self.chain.first)
             if (1 - at) * size > late and cut < share and at * size + 0.5 * late > least:
                 share = cut
         return share
+
+    def turns(self, start: End, time: float) -> float:
+        """Least size of a step that ends after a contact turns, of those whose flow does not depend on the rate."""
+        size, slope = math.inf, np.concatenate(([0.0], start.slope, [0.0]))
+        for j in np.flatnonzero((self.mode > Mode.ELASTIC) & (self.curved <= 1)).tolist():
+            w, a = float(start.w[j]), float(self.chain.closing(start.a[j : j + 2], time, j)[0])
+            jerks = self.chain.mobile[j : j + 2] * (slope[j : j + 2] - slope[j + 1 : j + 3])
+            last = math.sqrt(max(a * a - 2 * float(jerks[0] - jerks[1]) * w, 0.0))
+            if w > 0 > a and last > 0:
+                size = min(size, 2 * w / (last - a) + 0.5 * self.delay(j, float(start.f[j + 1]), 0.0, last))
+        return size
+
+    def delay(self, j: int, force: float, w: float, a: float) -> float:
+        """Time after the end of a mode in which the impulse that a step misses is small; force less the static one."""
+        force, least = force + float(self.chain.static[j]), float(self.yields[j])
+        stiffness = 1.5 * math.sqrt((2 * max(force, least) + least) / float(self.softness[j]))
+        most = KINK_SHARE * float(self.chain.allowed(j + 1)[j])
+        late = math.sqrt(most / (stiffness * abs(w))) if w else math.inf
+        late = min(late, math.cbrt(most / (stiffness * abs(a)))) if a else late
+        return late * (SHARP if self.rate[j] else 1.0)
 
     def leaves(self, overlap: Overlap) -> float:
         """Fraction of the step at which the mode of a contact ends; 2 if it does not."""
@@ -317,65 +337,50 @@ class Plasticity:
         b = [c[0], c[0] + c[1] / 5, c[0] + (4 * c[1] + c[2]) / 10, c[0] + (6 * c[1] + 3 * c[2] + c[3]) / 10]
         b += [c[0] + (4 * c[1] + 3 * c[2] + 2 * c[3] + c[4]) / 5, c[0] + c[1] + c[2] + c[3] + c[4] + c[5]]
         at = passes = 2.0
+        end = self.cap[j] - base if mode == Mode.CAPPED else self.full[j] - base
+        end = float(self.limit[j] if mode == Mode.ELASTIC else end)
         if mode != Mode.ELASTIC:
-            at = first_negative([after - before for before, after in pairwise(b)], 0.0, 1.0)
+            slopes = [after - before for before, after in pairwise(b)]
+            at = first_negative(slopes, overlap.closing, 0.0, 1.0)
             if mode == Mode.CAPPED and at <= 1 and not overlap.change(at) > self.limit[j]:
                 at = 2.0
         if mode == Mode.ELASTIC or (not rate and mode != Mode.FULL):
-            end = float(self.cap[j] if mode == Mode.CAPPED else self.full[j]) - base
-            end = float(self.limit[j]) if mode == Mode.ELASTIC else end
-            passes = first_negative([end - each for each in b], 0.0, 1.0)
+            passes = first_negative([end - each for each in b], lambda s: end - overlap.change(s), 0.0, 1.0)
         if not rate:
             return min(at, passes)
         if mode == Mode.ELASTIC:
-            return 2.0 if passes > 1 else self.mode_ends(overlap, passes, closes_until(overlap, passes))
+            if passes > 1:
+                return 2.0
+            turns = overlap.closing(1.0) <= 0
+            return self.mode_ends(
+                overlap, passes, vanish(overlap.closing, passes, 1.0, 0.5 * (passes + 1))[0] if turns else 1.0
+            )
+        if mode == Mode.CAPPED and max(b) <= end:
+            return at
         return min(self.mode_ends(overlap, 0.0, min(at, 1.0)), at)
 
     def mode_ends(self, overlap: Overlap, low: float, high: float) -> float:
         """Where between low and high the mode of a contact with rate ends; 2 if it does not."""
-        j, before, part = overlap.j, low, (high - low) / PARTS
-        mode = int(self.mode[j])
-        for i in range(1, PARTS + 1):
-            at = low + i * part
-            if self.next_mode(j, *overlap.motion(at)) != mode:
-                while at - before > NEAR:
-                    middle = 0.5 * (before + at)
-                    if self.next_mode(j, *overlap.motion(middle)) == mode:
-                        before = middle
-                    else:
-                        at = middle
-                return at
+        j, start, finish = overlap.j, overlap.start, overlap.finish
+        force, first, last = (
+            float(finish.f[j + 1] + self.chain.static[j]),
+            float(start.slope[j]),
+            float(finish.slope[j]),
+        )
+
+        def keeps(s: float) -> float:
+            d, w, a = overlap.motion(s)
+            following, margin = self.next_mode(j, (d, max(w, 0.0), a), (force, last) if s == 1 else None)
+            if following == self.mode[j]:
+                return margin if margin > 0 else 1.0
+            return margin if margin < 0 else -1.0
+
+        # a force of flow that rises steadily falls nowhere within the step
+        parts = 1 if self.curved[j] > 1 and first < 2 * last and last < 2 * first else PARTS
+        before, about = low, (float(self.ended[j]) - overlap.time) / overlap.size
+        for i in range(1, parts + 1):
+            at = low + i * ((high - low) / parts)
+            if keeps(at) < 0:
+                return vanish(keeps, before, at, about if before < about < at else 0.5 * (before + at))[0]
             before = at
         return 2.0
-
-
-def closes_until(overlap: Overlap, low: float) -> float:
-    """Place up to which a contact that closes at ``low`` closes."""
-    high = 1.0
-    if overlap.motion(high)[1] > 0:
-        return high
-    while high - low > NEAR:
-        middle = 0.5 * (low + high)
-        if overlap.motion(middle)[1] > 0:
-            low = middle
-        else:
-            high = middle
-    return low
-
-
-def first_negative(b: list[float], low: float, high: float) -> float:
-    """First place between low and high where a polynomial with these coefficients of Bernstein is negative.
-
-    The polynomial is divided in halves; the result is 2 if it is not negative.
-    """
-    if all(each >= 0 for each in b):
-        return 2.0
-    if high - low < NEAR:
-        return low + (high - low) * b[0] / (b[0] - b[-1]) if b[0] > 0 > b[-1] else low
-    middle, left, right = 0.5 * (low + high), [], list(b)
-    for count in range(len(b), 0, -1):
-        left.append(right[0])
-        for k in range(count - 1):
-            right[k] = 0.5 * (right[k] + right[k + 1])
-    at = first_negative(left, low, middle)
-    return at if at <= 1 else first_negative(right, middle, high)

@@ -27,7 +27,7 @@ from shockwave.engine.mixed_chain_assembly import Assembly
 from shockwave.engine.mixed_chain_domains import run
 from shockwave.engine.mixed_chain_forces import VISCOUS
 from shockwave.engine.nystroem_integrators import Rkn86
-from shockwave.engine.nystroem_tableaux import Tableau, dop853
+from shockwave.engine.nystroem_tableaux import Tableau, dop853, with_velocities
 from shockwave.engine.time_limit import is_limited
 from shockwave.registry.registry import blame
 
@@ -125,9 +125,9 @@ class Motion:
 def method_for(assembly: Assembly, integrator: type[Integrator] | None) -> tuple[str, Tableau]:
     """Name and coefficients of the method: those of ``integrator``, by default rkn86, with damping dop853.
 
-    For an integrator without coefficients they are those of rkn86, whose weights give integrals over its steps.
-
-    The pair rkn1210 is not faster, even for the tightest tolerances: contacts that open limit its steps.
+    For an integrator without coefficients they are those of rkn86, whose weights give integrals over its steps. Where
+    forces depend on velocities only while contacts flow, the stages of rkn86 have velocities. The pair rkn1210 is not
+    faster, even for the tightest tolerances: contacts that open limit its steps.
 
     Raises
     ------
@@ -135,8 +135,10 @@ def method_for(assembly: Assembly, integrator: type[Integrator] | None) -> tuple
         If the integrator cannot step this chain.
     """
     if integrator is None:
-        if assembly.is_damped:
+        if assembly.is_viscous:
             return "dop853", dop853()
+        if assembly.is_damped:
+            return "rkn86", with_velocities(Rkn86.tableau)
         integrator = Rkn86
     if reason := integrator.refusal(assembly.is_damped, assembly.plastic is not None):
         raise InvalidValueError.of("integrator", reason)
@@ -176,8 +178,7 @@ def integrate(
         If the integration fails, takes too many steps or reaches the time limit.
     """
     name, method = method_for(assembly, integrator)
-    swift = Rkn86.tableau if integrator is None and assembly.is_damped and not assembly.is_viscous else None
-    job = _job(assembly, tolerance, until, np.asarray(times, dtype=float), (method, swift))
+    job = _job(assembly, tolerance, until, np.asarray(times, dtype=float), method)
     if integrator is not None and integrator.coefficients() is None:
         with blame("integrators", integrator):
             stepper = integrator(tolerance=tolerance) if integrator.adaptive else integrator(size=tolerance)
@@ -255,17 +256,17 @@ def _job(
     tolerance: float,
     until: float | None,
     times: FloatArray,
-    methods: tuple[Tableau, Tableau | None],
+    method: Tableau,
 ) -> Job:
-    """Arrays of a run; the second method is for steps in which no force depends on the velocity."""
+    """Arrays of a run."""
     bodies, problem, plastic = len(assembly.inverse_masses), assembly.force, assembly.plastic
     chain, scales, first = assembly.beginning
     first = _first_step(assembly, first, tolerance * float(scales[0, 0]))
     pulse = (0.0, 1.0, 0.0) if problem is None else (problem.duration, problem.rise_time, problem.peak_force)
     longest, cause = pulse[0] / _LEAST_STEPS, assembly.cause_of_work
-    if not methods[0].adaptive:
+    if not method.adaptive:
         first = longest = tolerance
-        tolerance, cause = KINK_TOLERANCE, f"the fixed step of {tolerance:g}".__str__
+        step, tolerance, cause = tolerance, KINK_TOLERANCE, lambda: f"the fixed step of {step:g}"
     work = math.inf if is_limited() else _WORK + _WORK_PER_BODY * bodies
     end, last = math.inf if until is None else until, len(assembly.overlaps) - 1
     if assembly.guided:
@@ -276,8 +277,7 @@ def _job(
     settings += [work, assembly.is_viscous, assembly.weight, assembly.guided]
     extremes = np.zeros(6) if assembly.movable_end else NO_END
     job = Job(
-        method=methods[0],
-        swift=methods[1],
+        method=method,
         problem=problem,
         law=assembly.law,
         by_law=np.zeros(bodies, dtype=bool),

@@ -27,7 +27,7 @@ from shockwave.engine.mixed_chain_forces import (
     is_over,
     kink_error,
 )
-from shockwave.engine.mixed_chain_peaks import MOST_TURNS, NEAR, Overlap
+from shockwave.engine.mixed_chain_peaks import MOST_TURNS, NEAR, Overlap, vanish
 from shockwave.engine.mixed_chain_stages import Stages
 from shockwave.engine.stretch import Span
 from shockwave.engine.time_limit import expired
@@ -56,6 +56,8 @@ SOON = 1e-3
 MOST_CUTS = 8
 #: A maximum within a step is computed if it may exceed the greatest force so far, less this fraction of it.
 NEARLY = 0.1
+#: Rest of a step after a maximum, relative to it, over which a parabola continues the force from its end.
+AT_END = 1e-2
 #: Error over the tolerance beyond which a step is too long to find a kink in it.
 HOPELESS = 1e6
 
@@ -89,7 +91,6 @@ class March(Stages):
             from shockwave.engine.mixed_chain_modes import Plasticity
 
             self.flow = Plasticity(self, job)
-            self.choose_method()
 
     def run(self) -> None:
         """Integrate to the end."""
@@ -172,7 +173,6 @@ class March(Stages):
         for _ in range(MOST_CHANGES):
             if self.flow is None or not self.flow.change_modes(start, self.time):
                 break
-            self.choose_method()
             start = self.end_of(x, v, self.time, n)
         f, best = start.f[1 : n + 1], self.job.peaks
         above = np.flatnonzero(f[: self.contacts] > best[0, : min(n, self.contacts)])
@@ -200,7 +200,7 @@ class March(Stages):
             closed = (np.abs(d) < SOON * h * w) & ~self.by_law[near] & self.method.adaptive
             for j in near[closed].tolist():
                 self.size = min(self.size, self.first_size(j, float(start.w[j])))
-        size = min(size, self.size)
+        size = min(size, self.size, self.flow.turns(start, self.time) if self.flow else math.inf)
         if size >= left:
             return left, stop
         size = min(size, left / 2)  # avoids a very short last step
@@ -257,7 +257,9 @@ class March(Stages):
         weights, stages = self.method.weights[1][:, None], slice(len(self.method.nodes))
         for i, contact in enumerate(job.watched):
             self.impulses[i] += size * sum((weights[:, 0] * self.stages[stages, contact + 1]).tolist())
-        if self.dissipates:
+        if self.flow:
+            self.flow.add_losses(start, finish, (self.time, size), self.stages)
+        if self.damped:
             lost = size * np.add.reduce(weights * self.powers[stages, :n], axis=0)
             # a contact that is cut off loses its energy, whatever the length of the step
             idle = [((end.raw < 0) | (end.d < 0)) & (self.k[:n] > 0) for end in (start, finish)]
@@ -343,7 +345,12 @@ class March(Stages):
         """
         best = self.job.peaks[:, j]
         overlap = Overlap.between(self, start, finish, self.time, size, j)
-        share, bend = overlap.vanish(begin[0], end[0], top_between(begin, end))
+        share, bend = vanish(overlap.slope, begin[0], end[0], top_between(begin, end))
+        if 1 - share < AT_END:
+            force = float(finish.f[j + 1]) + 0.5 * size * float(finish.slope[j]) * (share - 1)
+            if force > best[0]:
+                best[:] = force, self.time + share * size
+            return
         reach = len(self.method.nodes) + 2
         first, last = max(j - reach, 0), min(j + reach + 1, self.n)
         left = here = slope = 0.0

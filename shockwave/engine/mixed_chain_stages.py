@@ -69,10 +69,16 @@ class Stages(Contacts):
             if self.flat > 0 and high == self.bodies:
                 y[-1] = z[-1]
             row += 1 + method.damped
+            if c == 0:
+                slope = np.append(0.0, start.slope)
+                self.stage_rates[1, part] = h * (inverse * (slope[low:high] - slope[low + 1 : high + 1]))
+                sums[row:] += np.multiply(column, self.stage_rates[1, part], out=terms[row:])
+                impulses.append(0.0)
+                continue
             if self.driven and low == 0:
                 self.push(whole_y, whole_z, impulses, c * h, end if c == 1.0 else self.time + c * h)
             self.stages[i, low + 1 : high + 1], powers, _ = self.forces(whole_y, whole_z, low, high)
-            if self.dissipates:
+            if self.damped:
                 self.powers[i, part] = powers
             f = self.stages[i, low : high + 1]
             np.multiply(inverse, f[:-1] - f[1:], out=self.stage_rates[i, part])
@@ -128,8 +134,3 @@ class Stages(Contacts):
         errors = np.abs(changes[..., :-1] - changes[..., 1:])
         errors /= self.job.scales[::-1, :n]
         return float(scaled_error(*np.maximum.reduce(errors, axis=(1, 2)).tolist()) / self.tolerance)
-
-    def choose_method(self) -> None:
-        """Choose the method of the next steps, by whether a force depends on the velocity."""
-        careful = self.damped or (self.flow is not None and self.flow.depends_on_velocity)
-        self.method = self.job.method if careful or self.job.swift is None else self.job.swift

@@ -13,7 +13,7 @@ from functools import cache, cached_property
 from pathlib import Path
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
 from shockwave.base.numerics import FloatArray
 from shockwave.scene.chain import HERTZ
@@ -33,6 +33,7 @@ class Tableau:
         c of each stage, in units of the step.
     positions, velocities : array, shape (s, s)
         Strictly lower triangular; ``velocities`` is zero in a method for forces that do not depend on the velocity.
+        If the node of stage 1 is zero, that is the derivative of the acceleration at the beginning, times the step.
     weights : array, shape (6, s)
         Weights of position and velocity, and the differences of both from those of one or two embedded methods; those
         of a method that there is not are zero.
@@ -78,7 +79,12 @@ class Tableau:
     @property
     def evaluations(self) -> int:
         """Number of evaluations of the forces per step, excluding that at its beginning."""
-        return len(self.nodes) - self.last_is_first
+        return len(self.nodes) - self.last_is_first - self.has_jerk
+
+    @property
+    def has_jerk(self) -> bool:
+        """Whether stage 1 is the derivative of the acceleration at the beginning."""
+        return bool(self.nodes[1] == 0)
 
     @cached_property
     def columns(self) -> tuple[FloatArray, ...]:
@@ -117,6 +123,25 @@ class Tableau:
 def _fractions(texts: list[str]) -> np.ndarray:
     """Array of exact fractions."""
     return np.array([Fraction(text) for text in texts])
+
+
+@cache
+def with_velocities(pair: Tableau) -> Tableau:
+    """The tableau of a pair for x'' = a(t, x) for forces that depend weakly on the velocities.
+
+    The velocity of a stage is the integral of the polynomial with the accelerations so far, and with their derivative
+    at the beginning, which takes the place of stage 1.
+    """
+    nodes, weights = np.insert(pair.nodes, 1, 0.0), np.insert(pair.weights, 1, 0.0, axis=1)
+    positions = np.insert(np.insert(pair.positions, 1, 0.0, axis=0), 1, 0.0, axis=1)
+    velocities = np.zeros_like(positions)
+    for stage in range(2, len(nodes) - 1):
+        powers = np.arange(stage)
+        conditions = nodes[:stage] ** powers[:, None]
+        conditions[:, 1] = powers == 1
+        velocities[stage, :stage] = np.linalg.solve(conditions, nodes[stage] ** (powers + 1) / (powers + 1))
+    velocities[-1] = weights[1]
+    return evolve(pair, nodes=nodes, positions=positions, velocities=velocities, weights=weights, damped=True)
 
 
 @cache

@@ -15,7 +15,8 @@ from shockwave.engine import mixed_chain_domains
 from shockwave.engine.mixed_chain_assembly import Assembly
 from shockwave.engine.mixed_chain_forces import FINER
 from shockwave.engine.mixed_chain_problem import integrate
-from shockwave.engine.nystroem_integrators import Pefrl, Rkn64, Rkn1210
+from shockwave.engine.nystroem_integrators import Pefrl, Rkn64, Rkn86, Rkn1210
+from shockwave.engine.nystroem_tableaux import with_velocities
 from shockwave.engine.scipy_integrators import Dop853, Radau
 from shockwave.scene.elastic_plastic import Curve
 from shockwave.scene.scene import Scene
@@ -195,22 +196,47 @@ def test_random_chains_agree_with_short_steps(number: int, rate: float) -> None:
     np.testing.assert_allclose(motion.forces[closed], course.forces[closed], rtol=3e-3 if rate else 5e-5)
 
 
+def steel(rate: float, granules: int, until: float) -> ChainSetup:
+    """A chain of beads of different diameters that flow, at a rigid wall."""
+    material = sw.Material(
+        youngs_modulus=193e9, poisson_ratio=0.3, density=7860.0, yield_strength=600e6, rate_constant=rate
+    )
+    diameters = np.random.default_rng(1).uniform(6e-3, 14e-3, granules)
+    beads = tuple(sw.Segment(count=1, diameter=each) for each in diameters.tolist())
+    chain = sw.Chain(
+        material=material, diameter=9e-3, granules=beads, contact=sw.ElasticPlastic(), end=sw.Wall(material="rigid")
+    )
+    shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=1000.0, rise_time=20e-6)
+    return ChainSetup.of(SimulateOptions(rtol=1e-6, until=until), Scene(excitation=shock, chain=chain))
+
+
 @pytest.mark.skipif(compiled is None, reason="without compiled code it takes long")
-def test_rate_costs_few_steps_while_other_contacts_open() -> None:
-    steps = []
+def test_rate_costs_few_steps_and_no_more_stages() -> None:
+    costs = []
     for rate in (0.0, 0.025):
-        steel = sw.Material(
-            youngs_modulus=193e9, poisson_ratio=0.3, density=7860.0, yield_strength=600e6, rate_constant=rate
-        )
-        diameters = np.random.default_rng(1).uniform(6e-3, 14e-3, 30)
-        beads = tuple(sw.Segment(count=1, diameter=each) for each in diameters.tolist())
-        chain = sw.Chain(
-            material=steel, diameter=9e-3, granules=beads, contact=sw.ElasticPlastic(), end=sw.Wall(material="rigid")
-        )
-        shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=1000.0, rise_time=20e-6)
-        case = ChainSetup.of(SimulateOptions(rtol=1e-6, until=1e-3), Scene(excitation=shock, chain=chain))
-        steps.append(integrate(case.assembly, 1e-7, until=case.until, compiled=compiled).steps)
-    assert steps[1] < 1.2 * steps[0]
+        case = steel(rate, 30, 1e-3)
+        motion = integrate(case.assembly, 1e-7, until=case.until, compiled=compiled)
+        costs.append([motion.steps, motion.evaluations])
+    assert costs[1][0] < 1.2 * costs[0][0]
+    assert costs[1][1] < 1.2 * costs[0][1]
+
+
+def test_the_energy_of_a_chain_with_rate_is_balanced_to_less_than_the_tolerance() -> None:
+    case = steel(0.025, 12, 3e-4)
+    motion = integrate(case.assembly, 1e-6, until=case.until, compiled=compiled)
+    assert abs(motion.energy_balance) < 2e-8 * motion.work
+
+
+def test_velocities_of_stages_integrate_polynomials() -> None:
+    method = with_velocities(Rkn86.tableau)
+    nodes = method.nodes
+    for stage in range(2, len(nodes) - 1):
+        for power in range(stage):
+            values = nodes**power
+            values[1] = power == 1  # the derivative at the beginning
+            mean = method.velocities[stage] @ values
+            assert mean == pytest.approx(nodes[stage] ** (power + 1) / (power + 1), abs=1e-12)
+    np.testing.assert_array_equal(method.velocities[-1], method.weights[1])
 
 
 @pytest.mark.skipif(compiled is None, reason="without compiled code it takes long")
