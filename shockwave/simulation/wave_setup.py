@@ -47,8 +47,11 @@ _PATIENCE = 10.0
 _FINE = 0.1
 # The same for other methods, whose step errors accumulate more.
 _OTHERS = 3e-4
-# Substitute for the relative error of a fixed-step method.
+# Least and largest substitute for the relative error of a fixed-step method, and its ratio to the step to the power of
+# the order. A wave whose changes are smaller counts as settled: with large steps they never end.
 _FIXED_RTOL = 1e-5
+_MOST_FIXED_RTOL = 1e-2
+_STEP_ERROR = 10.0
 # Significant digits of the scaled rise time.
 _DIGITS = 13
 # Number of contact forces to be computed for a shock, over the square of its duration in characteristic times of its
@@ -92,7 +95,10 @@ class Setup:
     @property
     def rtol(self) -> float:
         """Requested relative error, or a substitute for a fixed-step method."""
-        return self.options.rtol or _FIXED_RTOL
+        if self.method.adaptive:
+            return self.options.rtol or RTOL
+        error = _STEP_ERROR * (self.options.step or STEP) ** self.method.order
+        return min(max(error, _FIXED_RTOL), _MOST_FIXED_RTOL)
 
     def rtol_of(self, problem: ChainProblem) -> float:
         """Relative error for the search of a problem; that of a long shock is small enough to separate its waves."""

@@ -117,7 +117,8 @@ def _train(
     """
     begin = time.perf_counter()
     most = int((_MOST_CONTACTS + _MOST_RATE * problem.duration) * problem.wave.spread**2)
-    first, later = (max(min(each * setup.rtol, _MOST_DOUBT), _LEAST_DOUBT) for each in (share, _LATER_DOUBT))
+    most_doubt = _MOST_DOUBT if setup.method.adaptive else max(_MOST_DOUBT, setup.rtol)
+    first, later = (max(min(each * setup.rtol, most_doubt), _LEAST_DOUBT) for each in (share, _LATER_DOUBT))
     arguments = (setup.options.wave_threshold, first, later, most)
     fine = ChainRun(problem, setup.integrator(), *arguments, "wave train, run 1 of 2", primary).finish()
     if not fine.waves:

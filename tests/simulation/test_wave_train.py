@@ -194,3 +194,15 @@ def test_a_wave_behind_one_that_has_not_settled_is_no_more_accurate() -> None:
     assert abs(fifth.peak_force / 3.746283 - 1) < fifth.error_estimate
     assert abs(sixth.peak_force / 2.236891 - 1) < sixth.error_estimate
     assert seventh.error_estimate is None
+
+
+@pytest.mark.parametrize(
+    ("integrator", "steps"), [("verlet", (0.1, 0.05)), ("pefrl", (0.2, 0.1)), ("rk4", (0.1, 0.05))]
+)
+def test_waves_settle_within_the_errors_of_a_fixed_step(integrator: str, steps: tuple[float, float]) -> None:
+    shock = sw.Shock(profile=POWER, peak_force=FORCE, rise_time=2 * UNITS.time)
+    large, small = (sw.simulate(shock, CHAIN, integrator=integrator, step=step, waves="primary") for step in steps)
+    exact = sw.simulate(shock, CHAIN, waves="primary").peak_force
+    assert large.cost.force_evaluations < small.cost.force_evaluations
+    for result in (large, small):
+        assert abs(result.peak_force / exact - 1) < result.error_estimate < 0.02
