@@ -41,10 +41,10 @@ def plain(part: Any, names: bool = True) -> Any:
 
 def lines(chain: Chain) -> list[tuple[str, str]]:
     """Label and text of the granules and of every further feature."""
-    stated = {name: text(value, unit) for name, value, unit in _list_stated(chain) if not isinstance(value, int)}
+    stated = {name: text(value, unit) for name, value, unit in _with_diameters(chain) if not isinstance(value, int)}
     count = "1 granule" if chain.count == 1 else "endless" if chain.count is None else f"{chain.count} granules"
-    head = f"{count}, diameter {si(2 * chain.radius, 'm')}, {stated.pop('material')}"
-    return [("chain", head), *((name, line) for name, line in stated.items() if name != "radius")]
+    head = f"{count}, diameter {stated.pop('diameter')}, {stated.pop('material')}"
+    return [("chain", head), *stated.items()]
 
 
 def _list_stated(part: Any) -> Iterator[tuple[str, Any, str]]:
@@ -53,6 +53,15 @@ def _list_stated(part: Any) -> Iterator[tuple[str, Any, str]]:
         value, spec = getattr(part, field.name), quantity_of(field)
         if value != field.default:
             yield field.name, value, spec.unit if spec is not None else ""
+
+
+def _with_diameters(part: Any) -> Iterator[tuple[str, Any, str]]:
+    """As `_list_stated`, with diameters in place of radii."""
+    for name, value, unit in _list_stated(part):
+        if name == "radius" and isinstance(value, Taper):
+            yield "diameter", attrs.evolve(value, first=2 * value.first, last=2 * value.last), unit
+        else:
+            yield ("diameter", 2 * value, unit) if name == "radius" else (name, value, unit)
 
 
 def text(value: Any, unit: str = "") -> str:
@@ -67,7 +76,9 @@ def text(value: Any, unit: str = "") -> str:
     if isinstance(value, Taper):
         return f"{si(value.first, 'm')} to {si(value.last, 'm')}, {value.spacing}"
     if attrs.has(type(value)):
-        own = [f"{_KEYS.get(type(value), {}).get(name, name)} {text(one, of)}" for name, one, of in _list_stated(value)]
+        own = [
+            f"{_KEYS.get(type(value), {}).get(name, name)} {text(one, of)}" for name, one, of in _with_diameters(value)
+        ]
         entry = entry_of("contacts", type(value))
         defaults = (
             "bar"

@@ -197,7 +197,7 @@ def test_the_summary_lists_every_feature(whole: sw.Scenario) -> None:
     assert summary.to_dict()["chain"] == plain(whole.chain)
     assert summary.to_dict()["granules"] == 20 + 10 + 5 + 9 + 3
     facts = dict(summary.facts())
-    assert facts["impact"] == "velocity 500 mm/s, radius 8 mm, material stainless-steel-302"
+    assert facts["impact"] == "velocity 500 mm/s, diameter 16 mm, material stainless-steel-302"
     assert facts["end"] == "wall of the same material, mass 2 kg, stiffness 1 MN/m, damping 50 N*s/m"
     assert facts["damping"] == "kuwabara-kono, time 2 us"
 
