@@ -142,7 +142,7 @@ PICTURES = {
 
 def draw(name: str) -> tuple[Figure, dict[str, float]]:
     """A picture, and the largest relative errors of the laws that it shows."""
-    figure, axes = pictures.figure(1, 3, (9.6, 3.1))
+    figure, axes = pictures.figure(1, 3, (7.4, 2.9))
     errors = {}
     with rc_context(pictures.style()):
         for ax, draw_law in zip(axes, PICTURES[name], strict=True):
