@@ -116,7 +116,7 @@ static void accept(March *m, double h, double end)
     const long n = m->n, padded = m->padded, last = n > m->r->margin ? n - (long)m->r->margin : 0;
     add_losses(m, h);
     if (m->driven) add_work(m, h, end);
-    if (m->record) log_maxima(m, h); else find_peaks(m, h);
+    if (m->record) log_maxima(m, end - m->r->time); else find_peaks(m, h);
     find_extremes(m, h);
     store_samples(m, end);
     look_for_rebound(m, h);

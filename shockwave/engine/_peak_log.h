@@ -43,25 +43,23 @@ static double summit(const double *begin, const double *end, double h, double *o
     return share;
 }
 
-/* The same near a fraction of the step by repeated steps, by Newton's method with bisections. */
-static double locate_summit(March *m, long j, double h, double share, double *overlap)
+/* Time at which the overlap is largest, near `time`, and that overlap, by repeated steps: Newton's method with bisections. */
+static double locate_summit(March *m, long j, double h, double time, double *overlap)
 {
-    double low = 0, high = 1, w = 0, a, left = 0;
+    double low = m->r->time, high = low + h, w = 0, slowing = 0, next = time;
     int turn;
     for (turn = 0; turn < m->r->most_turns; turn++) {
-        const double time = m->r->time + share * h;
-        attempt_near(m, share * h, time, j);
+        attempt_near(m, time - m->r->time, time, j);
         w = m->trial.v[j] - m->trial.v[j + 1];
-        a = closing(m, &m->trial, j, time);
-        left = a < 0 ? -w / a : h;
-        if (fabs(left) < NEAR) break;
-        if (w > 0) low = share; else high = share;
-        share += left / h;
-        if (!(share > low && share < high)) share = (low + high) / 2;
-        left = 0;
+        slowing = -closing(m, &m->trial, j, time);
+        next = slowing > 0 ? time + w / slowing : INFINITY;
+        if (fabs(next - time) < NEAR) break;
+        if (w > 0) low = time; else high = time;
+        if (!(next > low && next < high)) next = (low + high) / 2;
+        if (turn + 1 < m->r->most_turns) time = next;
     }
-    *overlap = m->trial.d[j] + 0.5 * w * left;
-    return share + left / h;
+    *overlap = m->trial.d[j] + (next - time) * (w - (next - time) * slowing / 2);
+    return next;
 }
 
 /* Force at contact j, of spheres or of another power of the overlap. */
@@ -84,19 +82,19 @@ static void log_peak(March *m, long j, double time, double force)
 static void log_maximum(March *m, double h, long j)
 {
     const double slowing = -(m->exponents[j] - 1) / (2 * m->exponents[j]);
-    double begin[4], end[4], share, overlap, force;
+    double begin[4], end[4], time, overlap, force;
     overlap_jet(m, &m->start, j, begin);
     overlap_jet(m, &m->finish, j, end);
     if (!(begin[1] > 0 && end[1] <= 0)) return;
     force = force_at(m, j, larger(begin[0], end[0]));
     m->record->strongest = larger(force, m->record->strongest);
     if (!(force > FLOOR * m->record->strongest)) return;
-    share = summit(begin, end, h, &overlap);
+    time = m->r->time + summit(begin, end, h, &overlap) * h;
     force = force_at(m, j, overlap);
     /* the shock acts on a body of the first contact, which the polynomial does not include */
     if (j == 0 || LOSS * force * pow(h / pow(larger(force, 1e-30), slowing), 8) > NEGLIGIBLE * m->r->tolerance)
-        share = locate_summit(m, j, h, share, &overlap);
-    log_peak(m, j, m->r->time + share * h, force_at(m, j, overlap));
+        time = locate_summit(m, j, h, time, &overlap);
+    log_peak(m, j, time, force_at(m, j, overlap));
 }
 
 /* Logs the maxima within a step. */

@@ -294,7 +294,7 @@ def _correct(span: Span, contact: int, time: float, exponent: float) -> tuple[fl
         x, v = span.at(time)
         near = x[first : contact + 3].tolist()
         before, here, *after = (contact_force(a - b, exponent) for a, b in pairwise(near))
-        slowing = 2 * here - before - sum(after)
+        slowing = (here - sum(after)) - (before - here)
         closing = float(v[contact] - v[contact + 1])
         end = min(max(time + closing / slowing, span.begin), span.end) if slowing > 0 else time
         shift = end - time

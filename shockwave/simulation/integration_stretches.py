@@ -26,8 +26,8 @@ _FIRST_WINDOW = 12
 _ROOM = 32
 _ROOM_RATE = 1.1
 _ROOM_TIME = 200.0
-# Scale of the errors, which are those of differences of neighbours: they are as small as the tolerance.
-_SCALE = 4.0
+# Scale of the errors: those of two neighbours, each within the tolerance, differ by up to twice as much.
+_SCALE = 2.0
 
 
 class Course:
