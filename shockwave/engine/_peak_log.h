@@ -52,7 +52,7 @@ static double locate_summit(March *m, long j, double h, double time, double *ove
         attempt_near(m, time - m->r->time, time, j);
         w = m->trial.v[j] - m->trial.v[j + 1];
         slowing = -closing(m, &m->trial, j, time);
-        next = slowing > 0 ? time + w / slowing : time;
+        next = slowing > 0 ? time + w / slowing : INFINITY;
         if (fabs(next - time) < NEAR) break;
         if (w > 0) low = time; else high = time;
         if (!(next > low && next < high)) next = (low + high) / 2;
