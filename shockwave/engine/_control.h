@@ -127,7 +127,7 @@ static void accept(March *m, double h, double end)
     m->driven = m->driven && end < m->r->duration;
     if (n < m->bodies && (fabs(f.x[last]) > m->r->at_rest || fabs(f.v[last]) > m->r->at_rest))
         widen(m, (long)smaller((double)n + m->r->growth, (double)m->bodies));
-    if (m->record) extend_states(m, n); else m->kernel.raise_scales(m, padded);
+    if (!m->record) m->kernel.raise_scales(m, padded);
     m->start = f;
     m->finish = s;
     begin(m, n < m->n);

@@ -112,21 +112,9 @@ static void keep_state(March *m)
     double *row = m->states + (2 * m->bodies + 1) * (long)m->record->kept;
     if (!m->most_states || m->r->time < m->record->since) return;
     *row++ = m->r->time;
-    memcpy(row, m->start.x, (size_t)m->n * sizeof *row);
-    memcpy(row + m->bodies, m->start.v, (size_t)m->n * sizeof *row);
+    memcpy(row, m->start.x, (size_t)m->bodies * sizeof *row);
+    memcpy(row + m->bodies, m->start.v, (size_t)m->bodies * sizeof *row);
     m->record->kept++;
-}
-
-/* Sets the motion of bodies `from` on to zero in all states that are kept. */
-static void extend_states(const March *m, long from)
-{
-    const size_t size = (size_t)(m->n - from) * sizeof(double);
-    long i;
-    for (i = 0; m->most_states && i < (long)m->record->kept; i++) {
-        double *const x = m->states + (2 * m->bodies + 1) * i + 1 + from;
-        memset(x, 0, size);
-        memset(x + m->bodies, 0, size);
-    }
 }
 
 /* Whether the record has room for the next step, and the chain for the front. */
