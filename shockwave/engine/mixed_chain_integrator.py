@@ -18,7 +18,7 @@ _STRETCH = 50.0
 
 
 @define
-class Course:
+class IntegratorSteps:
     """The steps from one stop to the next.
 
     The integrated position of body 0 is that without the applied force, so that the acceleration is smooth.

@@ -12,7 +12,7 @@ from shockwave.engine.mixed_chain_forces import Contacts, End
 from shockwave.engine.nystroem_tableaux import scaled_error
 
 if TYPE_CHECKING:  # other methods do not need it
-    from shockwave.engine.mixed_chain_integrator import Course
+    from shockwave.engine.mixed_chain_integrator import IntegratorSteps
 
 
 class Stages(Contacts):
@@ -32,9 +32,9 @@ class Stages(Contacts):
         self.weighted = np.empty(0)
         self.course = None
         if job.integrator is not None:
-            from shockwave.engine.mixed_chain_integrator import Course
+            from shockwave.engine.mixed_chain_integrator import IntegratorSteps
 
-            self.course = Course(self, job.integrator, float(job.found[SIZE]))
+            self.course = IntegratorSteps(self, job.integrator, float(job.found[SIZE]))
             self.weighted = np.zeros((4, self.n))
         self.time, self.evaluations = float(job.found[1]), float(job.found[5])
         self.driven = job.problem is not None and self.time < self.duration
@@ -95,7 +95,9 @@ class Stages(Contacts):
             self.push(whole_y, whole_z, impulses, h, end)
         return whole_y, whole_z, impulses
 
-    def read(self, course: Course, start: End, size: float, end: float) -> tuple[FloatArray, FloatArray, list[float]]:
+    def read(
+        self, course: IntegratorSteps, start: End, size: float, end: float
+    ) -> tuple[FloatArray, FloatArray, list[float]]:
         """`attempt` within the last step of an `Integrator`, and for the whole the forces at nodes with a weight."""
         (x, v), watched = course.state(end), list(self.job.watched)
         self.evaluations = float(course.integrator.evaluations)
