@@ -10,8 +10,8 @@ from attrs import evolve, frozen
 from shockwave.base.errors import NumericalError
 from shockwave.benchmark.benchmark_scenes import described, power
 from shockwave.benchmark.work_precision import Clock
+from shockwave.engine.chain_problem import Motion, integrate
 from shockwave.engine.integrator import Integrator
-from shockwave.engine.mixed_chain_problem import Motion, integrate
 from shockwave.engine.nystroem_integrators import Rkn86, Rkn1210
 from shockwave.engine.time_limit import time_limit
 from shockwave.scenario.scenario import Scenario

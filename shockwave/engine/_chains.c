@@ -1,4 +1,4 @@
-/* Integration of chains of mixed granules: the algorithm of mixed_chain_run.py in C, operation by operation.
+/* Integration of chains of mixed granules: the algorithm of chain_run.py in C, operation by operation.
 
    `_march.h` describes a run, `_law.h` and `_stage.h` compute in blocks of elements, `_control.h` chooses and accepts the
    steps, `_observe.h` reads them. The function takes buffers of float64 and has no state; the global interpreter lock is
@@ -230,7 +230,7 @@ static int set_up(March *m, const Buffers *all)
 
 PyDoc_STRVAR(run_doc, "run(method, rows, coefficients, stops, times, settings, table, samples, plastic, curves, record, states, peaks, last,\n"
              "    expired)\n--\n\n"
-             "Integrates a chain of mixed granules, in place. See mixed_chain_backend.py.");
+             "Integrates a chain of mixed granules, in place. See chain_backend.py.");
 
 static PyObject *run(PyObject *self, PyObject *args)
 {

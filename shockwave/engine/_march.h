@@ -8,7 +8,7 @@
 
 enum { RUNNING, DONE, TOO_LONG, FAILED, PAUSED };
 
-/* Settings, constants and results of a run, in the order of mixed_chain_backend.py. */
+/* Settings, constants and results of a run, in the order of chain_backend.py. */
 typedef struct {
     double tolerance, until, duration, rise_time, peak_force, first, longest, contacts, end_stiffness, end_damping,
         most_work, damped, weight, guided;
@@ -27,7 +27,7 @@ typedef struct {
 /* What is recorded of a whole chain, and how far; see chain_record.py. */
 typedef struct { double continues, kinks, since, strongest, peaks, kept, window; } Record;
 
-/* State at one end of a step; see End in mixed_chain_forces.py. */
+/* State at one end of a step; see End in chain_forces.py. */
 typedef struct { double *x, *v, *u, *d, *w, *f, *raw, *power, *stiffness, *slope, *a; } End;
 
 /* The coefficients of a sum over the stages that are not zero, and the stages to which they belong. */
@@ -41,7 +41,7 @@ typedef struct {
 } Method;
 
 /* Rows of properties of elastic-plastic contacts, of their state, and of constants within a step, and pieces of their loading
-   curves; see mixed_chain_modes.py. */
+   curves; see chain_modes.py. */
 typedef struct {
     double *softness, *curvature, *rate, *slowness, *curves, *wider, *virgin, *start, *first, *cap, *full, *a, *b, *level, *slope, *yield, *unit;
     double *mode, *reached, *force, *left, *limit, *offset, *tangent, *curved, *ended;

@@ -135,7 +135,7 @@ static void store_samples(March *m, double end)
     }
 }
 
-/* Adds the work of the force, integrated by parts; see mixed_chain_run.py. */
+/* Adds the work of the force, integrated by parts; see chain_run.py. */
 static void add_work(March *m, double h, double end)
 {
     const double inverse = m->inverse[0], impulse = m->impulses[m->method.stages], *weights = m->method.weights;

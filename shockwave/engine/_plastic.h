@@ -1,4 +1,4 @@
-/* Elastic-plastic contacts: the algorithm of mixed_chain_modes.py, which explains it. The mode of a contact is fixed
+/* Elastic-plastic contacts: the algorithm of chain_modes.py, which explains it. The mode of a contact is fixed
    within a step, so that its force is smooth. */
 
 #define MOST_CHANGES 4 /* of the mode of a contact at one time */

@@ -1,4 +1,4 @@
-/* Stages of a step, and scans of the contacts, in blocks of WIDTH elements. The sums have the order of mixed_chain_run.py. */
+/* Stages of a step, and scans of the contacts, in blocks of WIDTH elements. The sums have the order of chain_run.py. */
 
 /* Calls a function with the number of terms as a constant, so that its loops are unrolled. */
 #define CASE(terms, call) case terms: { enum { TERMS = terms }; call; } break;

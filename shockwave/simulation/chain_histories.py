@@ -9,7 +9,7 @@ import numpy.typing as npt
 from attrs import evolve, frozen
 
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.mixed_chain_problem import Motion
+from shockwave.engine.chain_problem import Motion
 from shockwave.scene.sensors import STRUCTURE, WALL, Sensor
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.contact_setup import ChainSetup

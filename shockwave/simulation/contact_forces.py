@@ -15,7 +15,7 @@ from shockwave.base.errors import NumericalError
 from shockwave.base.numerics import FloatArray
 from shockwave.base.text import round_bound, si
 from shockwave.engine.backend import chosen
-from shockwave.engine.mixed_chain_problem import Motion
+from shockwave.engine.chain_problem import Motion
 from shockwave.registry.registry import load
 from shockwave.scene.force_limit import AGAIN, COLLISION, STILL_ACTS, WAVE, LeavingForce, name_force
 from shockwave.scene.scene import Scene

@@ -14,9 +14,9 @@ from attrs import evolve, frozen
 from shockwave.base.errors import Fault, InvalidValueError, refuse
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.backend import chosen
+from shockwave.engine.chain_assembly import Assembly
+from shockwave.engine.chain_problem import integrate
 from shockwave.engine.integrator import Integrator
-from shockwave.engine.mixed_chain_assembly import Assembly
-from shockwave.engine.mixed_chain_problem import integrate
 from shockwave.engine.scaled_problem import ChainProblem
 from shockwave.profiles.free_path import FreePath
 from shockwave.registry.registry import load
@@ -34,7 +34,7 @@ from shockwave.simulation.recording import check_end, sample_times, select_conta
 from shockwave.simulation.wave_setup import RTOL, STEP
 
 if TYPE_CHECKING:  # chains without such contacts do not need it
-    from shockwave.engine.mixed_chain_plastic import PlasticContacts
+    from shockwave.engine.chain_plastic import PlasticContacts
 
 # Contacts of an endless chain that are reported unless they are requested.
 _ENDLESS = (0, 1, 2, 5, 10, 20, 50, 100)
@@ -277,7 +277,7 @@ def _plastic(layout: Layout, stiffnesses: FloatArray, length: float, velocity: f
     """Elastic-plastic contacts in units of length and velocity, from scaled stiffnesses; None if there are none."""
     if layout.plastic is None:
         return None
-    from shockwave.engine.mixed_chain_plastic import PlasticContacts
+    from shockwave.engine.chain_plastic import PlasticContacts
     from shockwave.scene.elastic_plastic import RATE, Loading
 
     loading = Loading(stiffnesses, layout.pairs.radii / length, layout.plastic.strengths / layout.pairs.moduli)

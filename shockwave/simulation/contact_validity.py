@@ -8,7 +8,7 @@ import numpy as np
 
 from shockwave.base.numerics import FloatArray
 from shockwave.base.text import round_digits
-from shockwave.engine.mixed_chain_problem import Motion
+from shockwave.engine.chain_problem import Motion
 from shockwave.scene.yielding import OTHER_LAWS, UNJUDGED, Yielding, first_yield_force, strength_of
 from shockwave.simulation.contact_setup import ChainSetup
 

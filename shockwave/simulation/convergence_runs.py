@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from shockwave.base.errors import NumericalError
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.mixed_chain_problem import Motion, integrate
+from shockwave.engine.chain_problem import Motion, integrate
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.result_parts import ContactPeak
 from shockwave.simulation.wave_setup import UNSETTLED, warn_step

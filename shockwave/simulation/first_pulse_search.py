@@ -14,7 +14,7 @@ from attrs import Factory, evolve, frozen
 
 from shockwave.base.errors import NumericalError
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.mixed_chain_problem import Motion
+from shockwave.engine.chain_problem import Motion
 from shockwave.scene.sensors import Sensor
 from shockwave.simulation.chain_histories import Signal, setup_of_result
 from shockwave.simulation.contact_setup import ChainSetup

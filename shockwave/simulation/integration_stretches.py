@@ -9,11 +9,11 @@ import numpy as np
 
 from shockwave.base.errors import NumericalError
 from shockwave.base.progress import report_progress
+from shockwave.engine.chain_arrays import KINK_TOLERANCE, LARGEST, NO_END, ROWS, SIZE, UNTIL, Job, Status
+from shockwave.engine.chain_backend import run
+from shockwave.engine.chain_forces import FAR
 from shockwave.engine.chain_record import Record
 from shockwave.engine.integrator import LONGEST_STEP, Integrator
-from shockwave.engine.mixed_chain_arrays import KINK_TOLERANCE, LARGEST, NO_END, ROWS, SIZE, UNTIL, Job, Status
-from shockwave.engine.mixed_chain_backend import run
-from shockwave.engine.mixed_chain_forces import FAR
 from shockwave.engine.nystroem_integrators import Rkn86
 from shockwave.engine.peak_log import PeakLog
 from shockwave.engine.scaled_problem import ChainProblem

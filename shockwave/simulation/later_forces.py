@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from shockwave.base.numerics import FloatArray, bracketed_root
 from shockwave.base.text import round_bound, si
-from shockwave.engine.mixed_chain_problem import Motion
+from shockwave.engine.chain_problem import Motion
 from shockwave.scene.force_limit import FALLING, UNBOUNDED, UNDAMPED
 from shockwave.simulation.contact_setup import ChainSetup
 

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from attrs import frozen
 
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.mixed_chain_problem import Motion
+from shockwave.engine.chain_problem import Motion
 from shockwave.simulation.chain_histories import Signal
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.convergence_runs import run

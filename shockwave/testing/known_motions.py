@@ -12,9 +12,9 @@ import numpy as np
 from attrs import define, field
 
 from shockwave.base.numerics import FloatArray
+from shockwave.engine.chain_assembly import Assembly
+from shockwave.engine.chain_problem import integrate
 from shockwave.engine.integrator import Acceleration, Integrator, Step
-from shockwave.engine.mixed_chain_assembly import Assembly
-from shockwave.engine.mixed_chain_problem import integrate
 from shockwave.engine.nystroem_integrators import Rkn1210
 from shockwave.engine.one_step import OneStep
 from shockwave.engine.scaled_problem import ChainProblem

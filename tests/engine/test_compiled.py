@@ -18,7 +18,7 @@ import pytest
 import shockwave as sw
 from shockwave.base.errors import NumericalError, PluginError
 from shockwave.engine import backend
-from shockwave.engine.mixed_chain_problem import integrate
+from shockwave.engine.chain_problem import integrate
 from shockwave.engine.nystroem_integrators import Rkn86
 from shockwave.engine.scaled_problem import ChainProblem, Request
 from shockwave.engine.wave_search import find_primaries

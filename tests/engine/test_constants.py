@@ -13,9 +13,9 @@ ENGINE = Path(__file__).parents[2] / "shockwave" / "engine"
 #: Modules with the algorithms of a header.
 TWINS = {
     "_lane.h": ["engine.wave_search_numpy", "engine.peak_limit", "engine.nystroem_integrators"],
-    "_march.h": ["engine.mixed_chain_forces"],
+    "_march.h": ["engine.chain_forces"],
     "_peak_log.h": ["engine.peak_log"],
-    "_plastic.h": ["engine.mixed_chain_forces", "engine.mixed_chain_modes", "engine.mixed_chain_plastic"],
+    "_plastic.h": ["engine.chain_forces", "engine.chain_modes", "engine.chain_plastic"],
     "_wave.h": ["simulation.wave_properties"],
     "_window.h": ["engine.force_law"],
 }

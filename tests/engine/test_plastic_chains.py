@@ -11,10 +11,10 @@ from attrs import evolve
 
 import shockwave as sw
 from shockwave.base.errors import InvalidValueError
-from shockwave.engine import mixed_chain_domains
-from shockwave.engine.mixed_chain_assembly import Assembly
-from shockwave.engine.mixed_chain_forces import FINER
-from shockwave.engine.mixed_chain_problem import integrate
+from shockwave.engine import chain_domains
+from shockwave.engine.chain_assembly import Assembly
+from shockwave.engine.chain_forces import FINER
+from shockwave.engine.chain_problem import integrate
 from shockwave.engine.nystroem_integrators import Pefrl, Rkn64, Rkn86, Rkn1210
 from shockwave.engine.nystroem_tableaux import with_velocities
 from shockwave.engine.scipy_integrators import Dop853, Radau
@@ -124,7 +124,7 @@ def test_a_long_chain_in_parts_moves_like_a_whole(rate: float, monkeypatch: pyte
     masses = np.random.default_rng(1).uniform(0.5, 2.0, 600)
     chain = plastic(600, rate=rate, radius=300.0, inverse_masses=1 / masses)
     parts = integrate(chain, 1e-7, until=60.0, compiled=compiled)
-    monkeypatch.setattr(mixed_chain_domains, "_LEAST_BODIES", 1000)
+    monkeypatch.setattr(chain_domains, "_LEAST_BODIES", 1000)
     whole = integrate(chain, 1e-7, until=60.0, compiled=compiled)
     passed = whole.force_times < 50.0
     for key in ("forces", "residual_overlaps", "losses"):

@@ -110,11 +110,12 @@ FEATURES = (
     "shockwave.studies.record_keys",
     *("shockwave.scene.sensors", "shockwave.simulation.chain_histories"),
     *("shockwave.simulation.first_pulse", "shockwave.simulation.sampled_history"),
-    *(f"shockwave.engine.mixed_chain_{name}" for name in ("assembly", "domains", "integrator", "plastic", "problem")),
+    "shockwave.engine.integrator_steps",
+    *(f"shockwave.engine.chain_{name}" for name in ("assembly", "domains", "plastic", "problem")),
     "shockwave.scenario.chain_blocks",
 )
 #: Modules that integrate whole chains, and those of wave trains.
-INTEGRATION = "shockwave.engine._chains", "shockwave.engine.mixed_chain_run"
+INTEGRATION = "shockwave.engine._chains", "shockwave.engine.chain_run"
 TRAINS = "shockwave.simulation.wave_train", "shockwave.simulation.wave_passages"
 TABLES = "shockwave.profiles.quadrature.gauss", "shockwave.profiles.free_path"
 OTHER_PROFILES = "shockwave.profiles.exponential", "shockwave.profiles.triangular", "shockwave.records"

@@ -15,8 +15,8 @@ from scipy.integrate import trapezoid
 
 import shockwave as sw
 from shockwave.engine import backend
-from shockwave.engine import mixed_chain_problem as assembly
-from shockwave.engine.mixed_chain_arrays import Forecast
+from shockwave.engine import chain_problem as assembly
+from shockwave.engine.chain_arrays import Forecast
 from shockwave.scene.chain_end import Wall
 from shockwave.scene.contact_law import PowerContact
 from shockwave.scene.damping import Dashpot, KuwabaraKono, Tsuji

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import shockwave as sw
-from shockwave.engine.mixed_chain_problem import integrate
+from shockwave.engine.chain_problem import integrate
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.contact_setup import ChainSetup
 
@@ -50,7 +50,7 @@ def test_the_greatest_motion_is_that_of_the_recorded_one(chain: sw.Chain) -> Non
 def test_the_motion_at_the_end_of_a_long_chain_is_that_of_the_whole_chain(monkeypatch: pytest.MonkeyPatch) -> None:
     case = ChainSetup.of(SimulateOptions(), sw.Scenario.from_dict(LONG).scene)
     in_parts = integrate(case.assembly, 1e-9, compiled=case.compiled)
-    monkeypatch.setattr("shockwave.engine.mixed_chain_domains._LEAST_BODIES", 10_000)
+    monkeypatch.setattr("shockwave.engine.chain_domains._LEAST_BODIES", 10_000)
     whole = integrate(case.assembly, 1e-9, compiled=case.compiled)
     assert whole.extremes.all()
     assert in_parts.extremes == pytest.approx(whole.extremes, rel=1e-7)

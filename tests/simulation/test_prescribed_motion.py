@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp, trapezoid
 from scipy.interpolate import CubicHermiteSpline, CubicSpline, PchipInterpolator
 
 import shockwave as sw
-from shockwave.engine.mixed_chain_problem import integrate
+from shockwave.engine.chain_problem import integrate
 from shockwave.scene.layout import Layout
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.contact_setup import ChainSetup
@@ -159,7 +159,7 @@ def test_a_long_chain_in_parts_moves_as_the_whole(monkeypatch: pytest.MonkeyPatc
     )
     case = ChainSetup.of(SimulateOptions(), scenario.scene)
     parts = integrate(case.assembly, 1e-8, compiled=case.compiled)
-    monkeypatch.setattr("shockwave.engine.mixed_chain_domains._LEAST_BODIES", 10_000)
+    monkeypatch.setattr("shockwave.engine.chain_domains._LEAST_BODIES", 10_000)
     whole = integrate(case.assembly, 1e-8, compiled=case.compiled)
     assert parts.forces[:500] == pytest.approx(whole.forces[:500], rel=1e-6)
     assert (parts.applied_impulse, parts.work) == pytest.approx((whole.applied_impulse, whole.work), rel=1e-7)

@@ -8,7 +8,7 @@ import numpy as np
 from attrs import evolve
 
 import shockwave as sw
-from shockwave.engine.mixed_chain_assembly import Assembly
+from shockwave.engine.chain_assembly import Assembly
 from shockwave.engine.scaled_problem import ChainProblem
 
 try:

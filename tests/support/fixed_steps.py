@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.mixed_chain_assembly import Assembly
+from shockwave.engine.chain_assembly import Assembly
 
 
 class Course(NamedTuple):

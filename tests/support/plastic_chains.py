@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 import shockwave as sw
-from shockwave.engine.mixed_chain_assembly import Assembly
-from shockwave.engine.mixed_chain_plastic import PlasticContacts
+from shockwave.engine.chain_assembly import Assembly
+from shockwave.engine.chain_plastic import PlasticContacts
 from shockwave.scene.elastic_plastic import Loading
 from support.assemblies import uniform
 

@@ -11,13 +11,13 @@ import numpy.typing as npt
 from attrs import frozen
 
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.mixed_chain_arrays import LARGEST
-from shockwave.engine.mixed_chain_forces import FAR
+from shockwave.engine.chain_arrays import LARGEST
+from shockwave.engine.chain_forces import FAR
 from shockwave.engine.scaled_problem import ChainProblem
 from shockwave.scene.contact_law import BoundLaw
 
 if TYPE_CHECKING:  # chains without such contacts do not need it
-    from shockwave.engine.mixed_chain_plastic import PlasticContacts
+    from shockwave.engine.chain_plastic import PlasticContacts
 
 # Least fraction of closing velocity and overlap at one contact that is expected at the next, and of their estimates at
 # the first one.

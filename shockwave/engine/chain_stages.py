@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.mixed_chain_arrays import SIZE, Job
-from shockwave.engine.mixed_chain_forces import Contacts, End
+from shockwave.engine.chain_arrays import SIZE, Job
+from shockwave.engine.chain_forces import Contacts, End
 from shockwave.engine.nystroem_tableaux import scaled_error
 
 if TYPE_CHECKING:  # other methods do not need it
-    from shockwave.engine.mixed_chain_integrator import IntegratorSteps
+    from shockwave.engine.integrator_steps import IntegratorSteps
 
 
 class Stages(Contacts):
@@ -32,7 +32,7 @@ class Stages(Contacts):
         self.weighted = np.empty(0)
         self.course = None
         if job.integrator is not None:
-            from shockwave.engine.mixed_chain_integrator import IntegratorSteps
+            from shockwave.engine.integrator_steps import IntegratorSteps
 
             self.course = IntegratorSteps(self, job.integrator, float(job.found[SIZE]))
             self.weighted = np.zeros((4, self.n))

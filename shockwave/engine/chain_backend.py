@@ -8,11 +8,11 @@ from types import ModuleType
 import numpy as np
 
 from shockwave.base.numerics import FloatArray
-from shockwave.engine import mixed_chain_forces as forces
-from shockwave.engine import mixed_chain_run as steps
+from shockwave.engine import chain_forces as forces
+from shockwave.engine import chain_run as steps
+from shockwave.engine.chain_arrays import LARGEST, Job
+from shockwave.engine.chain_peaks import MOST_TURNS, NEAR, NUDGE
 from shockwave.engine.chain_record import NO_RECORD
-from shockwave.engine.mixed_chain_arrays import LARGEST, Job
-from shockwave.engine.mixed_chain_peaks import MOST_TURNS, NEAR, NUDGE
 from shockwave.engine.time_limit import expired
 
 # Work on a stage besides that on the contacts, in evaluations of a contact force.

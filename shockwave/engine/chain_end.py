@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from shockwave.base.numerics import FloatArray
+from shockwave.engine.chain_arrays import EXTREMES
+from shockwave.engine.chain_forces import Contacts, End
+from shockwave.engine.chain_peaks import MOST_TURNS, NEAR
 from shockwave.engine.cubic_interpolation import around_tops, top_between
-from shockwave.engine.mixed_chain_arrays import EXTREMES
-from shockwave.engine.mixed_chain_forces import Contacts, End
-from shockwave.engine.mixed_chain_peaks import MOST_TURNS, NEAR
 
 
 class EndExtremes:

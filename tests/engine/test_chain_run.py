@@ -13,8 +13,8 @@ from scipy.optimize import brentq
 import shockwave as sw
 from shockwave.base.errors import InvalidValueError, NumericalError
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.mixed_chain_assembly import Assembly
-from shockwave.engine.mixed_chain_problem import Motion, integrate
+from shockwave.engine.chain_assembly import Assembly
+from shockwave.engine.chain_problem import Motion, integrate
 from shockwave.engine.nystroem_integrators import Pefrl, Rk4, Rkn64, Rkn1210, Verlet
 from shockwave.engine.scaled_problem import ChainProblem
 from shockwave.engine.scipy_integrators import Dop853

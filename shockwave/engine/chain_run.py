@@ -14,10 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.cubic_interpolation import around_tops, root, top_between
-from shockwave.engine.mixed_chain_arrays import EXTREMES, Job, Status
-from shockwave.engine.mixed_chain_end import EndExtremes
-from shockwave.engine.mixed_chain_forces import (
+from shockwave.engine.chain_arrays import EXTREMES, Job, Status
+from shockwave.engine.chain_end import EndExtremes
+from shockwave.engine.chain_forces import (
     KINK_SHARE,
     MIN_STEP,
     MOST_CHANGES,
@@ -27,8 +26,9 @@ from shockwave.engine.mixed_chain_forces import (
     is_over,
     kink_error,
 )
-from shockwave.engine.mixed_chain_peaks import MOST_TURNS, NEAR, Overlap, vanish
-from shockwave.engine.mixed_chain_stages import Stages
+from shockwave.engine.chain_peaks import MOST_TURNS, NEAR, Overlap, vanish
+from shockwave.engine.chain_stages import Stages
+from shockwave.engine.cubic_interpolation import around_tops, root, top_between
 from shockwave.engine.stretch import Span
 from shockwave.engine.time_limit import expired
 
@@ -88,7 +88,7 @@ class March(Stages):
         self.record = job.record
         self.kinks = self.course is None and (job.record is None or job.record.kinks)
         if job.plastic.size:
-            from shockwave.engine.mixed_chain_modes import Plasticity
+            from shockwave.engine.chain_modes import Plasticity
 
             self.flow = Plasticity(self, job)
 

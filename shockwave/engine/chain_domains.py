@@ -3,7 +3,7 @@
 A step of a whole chain is limited by every contact that opens or closes anywhere. A disturbance takes time to pass from
 granule to granule, so for a short span of time each part of the chain moves independently of what happens farther away:
 the force where it is cut out of the chain can be kept constant. Granules that fly freely or are at rest need no
-integration. `mixed_chain_backend` integrates the parts.
+integration. `chain_backend` integrates the parts.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ import numpy as np
 import numpy.typing as npt
 
 from shockwave.base.numerics import FloatArray
-from shockwave.engine import mixed_chain_backend
-from shockwave.engine.mixed_chain_arrays import (
+from shockwave.engine import chain_backend
+from shockwave.engine.chain_arrays import (
     CONTACTS,
     END,
     GUIDED,
@@ -31,7 +31,7 @@ from shockwave.engine.mixed_chain_arrays import (
     Job,
     Status,
 )
-from shockwave.engine.mixed_chain_forces import FAR, Contacts
+from shockwave.engine.chain_forces import FAR, Contacts
 from shockwave.engine.time_limit import expired
 
 # Least number of bodies of a chain that is integrated in parts; shorter ones take longer in parts than as a whole.
@@ -64,7 +64,7 @@ def run(job: Job, compiled: ModuleType | None) -> None:
     if parts and parts.viscous >= _SHORTEST:
         parts.run()
     else:
-        mixed_chain_backend.run(job, compiled)
+        chain_backend.run(job, compiled)
 
 
 class _State(NamedTuple):
@@ -94,7 +94,7 @@ class _Parts:
         self.effort, self.extremes = evaluations * self.bodies, others[3:]
         self.first_impulse, self.impulse = others[1:3]
         if self.job.plastic.size:
-            from shockwave.engine.mixed_chain_modes import Plasticity
+            from shockwave.engine.chain_modes import Plasticity
 
             contacts.flow = Plasticity(contacts, self.job)
         self.viscous = self.spans_under(1.0)[1]
@@ -217,7 +217,7 @@ class _Parts:
             first = max(low - 1, 0)
             part = self.part((first, low, high), (a, b), f, end, times)
             part.found[SIZE] = min(float(self.sizes[a:b].min()), _FIRST * span)
-            mixed_chain_backend.run(part, self.compiled)
+            chain_backend.run(part, self.compiled)
             status, _, arrival, work, steps, evaluations, rebound, size, *others = part.found.tolist()
             (left, right), extremes = others[:2], others[2:]
             if status != Status.DONE:

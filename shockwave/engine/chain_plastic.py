@@ -9,9 +9,9 @@ import numpy as np
 from attrs import frozen
 
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.mixed_chain_arrays import LARGEST, Job
-from shockwave.engine.mixed_chain_forces import FASTEST, FINER, Contacts
-from shockwave.engine.mixed_chain_modes import ROWS, Mode, Plasticity
+from shockwave.engine.chain_arrays import LARGEST, Job
+from shockwave.engine.chain_forces import FASTEST, FINER, Contacts
+from shockwave.engine.chain_modes import ROWS, Mode, Plasticity
 from shockwave.scene.elastic_plastic import FULL, Curve, Loading
 
 # Degree of a piece of a loading curve. Its error is 1e-13 for the softest contacts of the law, less for metals.

@@ -9,8 +9,8 @@ import numpy as np
 from attrs import define, field
 
 from shockwave.base.numerics import FloatArray
+from shockwave.engine.chain_forces import Contacts, End
 from shockwave.engine.integrator import Integrator, Step
-from shockwave.engine.mixed_chain_forces import Contacts, End
 from shockwave.registry.registry import blame
 
 # Longest interval in one call of the integrator, in characteristic times.

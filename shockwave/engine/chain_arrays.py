@@ -135,7 +135,7 @@ class Job:
     table : array, shape (20, bodies + 1)
         The arrays below.
     plastic : array, shape (26, bodies + 1) or (0, 0)
-        Rows of elastic-plastic contacts; see `mixed_chain_modes`.
+        Rows of elastic-plastic contacts; see `chain_modes`.
     curves : array, shape (pieces, 5, 4)
         Pieces of the loading curves of those with rate.
     integrator : Integrator or None

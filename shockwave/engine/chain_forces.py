@@ -12,8 +12,8 @@ import numpy.typing as npt
 from attrs import frozen
 
 from shockwave.base.numerics import FloatArray
+from shockwave.engine.chain_arrays import Job
 from shockwave.engine.cubic_interpolation import root
-from shockwave.engine.mixed_chain_arrays import Job
 from shockwave.scene.chain import HERTZ
 
 #: Smaller overlaps count as zero: arithmetic with subnormal numbers is slow.
@@ -80,7 +80,7 @@ class End:
 
 
 class Flow(Protocol):
-    """The modes of elastic-plastic contacts: `mixed_chain_modes.Plasticity`, which other chains do not load.
+    """The modes of elastic-plastic contacts: `chain_modes.Plasticity`, which other chains do not load.
 
     A force has the terms ``offset`` and ``tangent`` times the change of the overlap besides that of Hertz; ``elastic``
     is the column of a contact without modes.

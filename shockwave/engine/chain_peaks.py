@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from attrs import frozen
 
-from shockwave.engine.mixed_chain_forces import Contacts, End
+from shockwave.engine.chain_forces import Contacts, End
 
 #: Largest number of iterations of a search for a maximum.
 MOST_TURNS = 30

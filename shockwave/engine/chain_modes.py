@@ -15,9 +15,9 @@ from itertools import pairwise
 import numpy as np
 
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.mixed_chain_arrays import LARGEST, Job
-from shockwave.engine.mixed_chain_forces import FASTEST, FINER, KINK_SHARE, MIN_STEP, PARTS, SHARP, Contacts, End
-from shockwave.engine.mixed_chain_peaks import NUDGE, Overlap, first_negative, vanish
+from shockwave.engine.chain_arrays import LARGEST, Job
+from shockwave.engine.chain_forces import FASTEST, FINER, KINK_SHARE, MIN_STEP, PARTS, SHARP, Contacts, End
+from shockwave.engine.chain_peaks import NUDGE, Overlap, first_negative, vanish
 
 #: Rows of the table of a chain with such contacts: properties, state, and constants within a step.
 ROWS = (

@@ -11,8 +11,7 @@ from attrs import evolve, frozen
 
 from shockwave.base.errors import InvalidValueError, NumericalError
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.integrator import Integrator
-from shockwave.engine.mixed_chain_arrays import (
+from shockwave.engine.chain_arrays import (
     EXTREMES,
     GUIDED,
     KINK_TOLERANCE,
@@ -23,9 +22,10 @@ from shockwave.engine.mixed_chain_arrays import (
     Job,
     Status,
 )
-from shockwave.engine.mixed_chain_assembly import Assembly
-from shockwave.engine.mixed_chain_domains import run
-from shockwave.engine.mixed_chain_forces import VISCOUS
+from shockwave.engine.chain_assembly import Assembly
+from shockwave.engine.chain_domains import run
+from shockwave.engine.chain_forces import VISCOUS
+from shockwave.engine.integrator import Integrator
 from shockwave.engine.nystroem_integrators import Rkn86
 from shockwave.engine.nystroem_tableaux import Tableau, dop853, with_velocities
 from shockwave.engine.time_limit import is_limited
@@ -241,7 +241,7 @@ def integrate(
 
 def _deformations(assembly: Assembly, job: Job) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Residual and greatest overlaps of elastic-plastic contacts, and the energies of all contacts."""
-    from shockwave.engine.mixed_chain_plastic import settle
+    from shockwave.engine.chain_plastic import settle
 
     assert assembly.plastic is not None
     rest, law, contacts = settle(job), assembly.plastic.loading, len(assembly.overlaps)
