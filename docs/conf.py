@@ -172,7 +172,7 @@ def _hide_constructor(
     signature: str,
     returns: str,
 ) -> tuple[str, str]:
-    """Leave out the arguments of classes of results, which functions return."""
+    """Hide the signature of the constructor of results: functions create them."""
     is_result = what == "class" and issubclass(documented, Result)
     return ("" if is_result else signature), returns
 

@@ -34,7 +34,7 @@ for name, marker in zip((*soft, *hard, "tungsten-carbide"), "os^DvP", strict=Tru
     ax.plot(wall.stiffness_ratio(steel), ratio, marker, label=name)
 ax.set(
     xlabel=r"stiffness ratio $\kappa$",
-    ylabel="force on the wall over that of the wave",
+    ylabel="peak force on the wall / peak force of the wave",
     ylim=(0, None),
 )
 ax.legend()

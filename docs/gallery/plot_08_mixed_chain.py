@@ -47,5 +47,5 @@ pictures.chain_map(result)
 plt.show()
 
 # %%
-# What to see: with ten beads of Delrin the wall receives its blows later, and within
-# the time shown none has half of the force behind steel alone.
+# What to see: with ten beads of Delrin the peaks at the wall arrive later, and within
+# the time shown none reaches half of the peak force behind steel alone.

@@ -33,5 +33,5 @@ ax.set(xlabel="peak force of the leading wave (N)")
 plt.show()
 
 # %%
-# What to see: beads of polymers pass on about half of the force of the shock (dashed),
-# those of alumina more than it has.
+# What to see: polymer beads transmit about half of the peak force of the shock
+# (dashed), alumina beads more than all of it.

@@ -19,7 +19,7 @@ _VARIADIC = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
 def explain_arguments(function: _Function, of: Any = None) -> _Function:
     """``function``, which raises `InvalidValueError` where Python raises TypeError for its arguments.
 
-    For the constructor ``of`` an attrs class, an error has the faults of all fields.
+    If ``function`` is the constructor of the attrs class ``of``, the error lists the faults of all fields.
     """
 
     @wraps(cast(Any, function))
@@ -50,7 +50,7 @@ def _misfits(function: Any, values: Sequence[Any], keywords: Mapping[str, Any]) 
         taken = {name: each for name, each in signature.parameters.items() if name != "self"}
         required = [name for name, each in taken.items() if each.default is each.empty and each.kind not in _VARIADIC]
         missing = [Fault(name, "must be given (got nothing)") for name in required if name not in {*first, *keywords}]
-        other = Fault("arguments", f"must be those of the signature (got {error}; known: {', '.join(taken)})")
+        other = Fault("arguments", f"must match the signature (got {error}; known: {', '.join(taken)})")
         return unknown_arguments(keywords, taken) or missing or [other]
     return []
 

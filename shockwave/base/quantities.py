@@ -257,7 +257,7 @@ _FIGURES = {
     "arrival": ("s", "when the first pulse has risen to half of its peak"),
     "width": ("s", "time from there to the fall to half of the peak"),
     "impulse": ("N s", "impulse of the first pulse"),
-    "speed": ("m/s", "mean speed of the wave from the sensor of its kind before"),
+    "speed": ("m/s", "mean speed of the wave from the preceding sensor of the same kind"),
     "greatest": ("", "greatest value, with the static force"),
 }
 

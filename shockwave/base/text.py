@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 # Characters that HTML does not admit, and those that turn the direction of the text behind them.
 _UNFIT = "[^\t\n\x20-\x7e\xa0-\u2029\u202f-\u2065\u206a-\ud7ff\ue000-\ufdcf\ufdf0-\ufffd\U00010000-\U0010fffd]"
-# Share above which what is missing to the whole decides about its digits.
+# Share above which the digits are counted from the part that is missing from 100 %.
 _NEARLY_ALL = 0.99
 _PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T", 15: "P"}
 # Columns of a label and of the text's indent in `facts`.

@@ -13,7 +13,7 @@ from attrs import frozen
 from shockwave.base.errors import hint_of, text_of
 from shockwave.base.units import to_si
 
-# Options of which a second one does not mean that the first was wrong, as it does of a setting.
+# Options that must not be repeated: both files or columns are wanted, so a second value must not replace the first.
 _WANTED_ALL = {"--output", "--picture", "--column"}
 
 

@@ -318,7 +318,7 @@ static void add_flow(March *m, double h)
     }
 }
 
-/* Where between low and high a polynomial with these coefficients of Bernstein, and this course, is first negative; 2 if
+/* Where between low and high a polynomial with these Bernstein coefficients, evaluated by `value`, is first negative; 2 if
    nowhere. */
 static double first_negative(Course *value, const March *m, double h, long j, const double c[6], const double *b, int degree,
                              double low, double high)

@@ -116,7 +116,7 @@ class Plasticity:
             f[i] = self.flow_force(j, u, d, w)
 
     def add_losses(self, start: End, finish: End, span: tuple[float, float], stages: FloatArray) -> None:
-        """Add the work on contacts that flow with rate, from the time and size of a step and the forces at its stages.
+        """Add the work of rate-dependent plastic flow, from the time and size of a step and the forces at its stages.
 
         The velocities there are less accurate than those of the polynomial of the overlap.
         """
@@ -159,7 +159,7 @@ class Plasticity:
     def region(
         self, j: int, motion: tuple[float, float, float], flow: tuple[float, float] | None = None
     ) -> tuple[Mode, float, float, float]:
-        """The part of the loading curve; of a contact with rate also force, its time derivative, and its excess.
+        """Part of the loading curve and, for a rate-dependent contact, force, its time derivative and its excess.
 
         Force and derivative are those of the ``flow`` at one end of a step if it is in that part. The excess is that
         over Hertz's force.

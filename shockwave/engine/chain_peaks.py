@@ -87,7 +87,7 @@ def vanish(value: Callable[[float], float], low: float, high: float, at: float) 
 
 
 def first_negative(b: list[float], value: Callable[[float], float], low: float, high: float) -> float:
-    """First place between low and high where a polynomial with these coefficients of Bernstein is negative.
+    """First place between low and high where a polynomial with these Bernstein coefficients is negative.
 
     The polynomial is divided in halves until it changes its sign once, as the ``value`` does; the result is 2 if it is
     not negative.

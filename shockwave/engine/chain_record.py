@@ -18,7 +18,7 @@ NO_RECORD = (_NOTHING, _NOTHING, np.empty(0, PEAK), np.empty(0, np.int64))
 
 @define(eq=False)
 class Record:
-    """What is recorded of a whole chain of equal granules, and how far; it pauses a run when it has no more room.
+    """Record of the integration of a chain of equal granules; a run pauses when the arrays of the record are full.
 
     The scales of the errors of such a run are constant.
 
@@ -27,7 +27,7 @@ class Record:
     log : PeakLog
         All maxima of the contact forces.
     kinks : bool
-        Whether steps end where contacts close or open. The waves of an endless chain forget what happens behind them.
+        Whether steps end where contacts close or open. Nothing behind the waves of an endless chain affects them.
     bodies : int
         Number of bodies that move.
     kept : bool

@@ -101,11 +101,11 @@ class Integrator(abc.ABC):
         """Reason why the method does not step a chain with such contacts; empty if it does."""
         tableau, got = cls.coefficients(), f"(got {cls.name!r}, "
         if damped and not (tableau and tableau.damped):
-            kind = "with damping, plastic flow with rate, or a contact law of a plugin"
-            return f"must be dop853 for a chain {kind} {got}for forces that do not depend on velocities)"
+            kind = "with damping, rate-dependent plastic flow, or a contact law of a plugin"
+            return f"must be dop853 for a chain {kind} {got}which is only for forces that do not depend on velocities)"
         if plastic and not tableau:
             known = "rkn64, rkn86, rkn1210, verlet, pefrl, rk4 or dop853 for elastic-plastic contacts"
-            return f"must be {known} {got}whose steps do not end where these begin to flow)"
+            return f"must be {known} {got}whose steps do not end where plastic flow begins)"
         return ""
 
     @staticmethod

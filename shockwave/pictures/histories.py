@@ -37,8 +37,8 @@ _NAMES = {"N": "force", "m": "displacement", "m/s": "velocity", "m/s^2": "accele
 def sensors(result: Simulation | Recording, unit: str | None = None, *, ax: Axes | None = None) -> Axes:
     """Draw the histories of sensors against time, with the widths of the first pulses at half of their peaks.
 
-    The speeds in the legend are mean speeds of the wave from the sensor of the same kind before in the list. A limit is
-    drawn with the forces.
+    The speeds in the legend are mean speeds of the wave from the preceding sensor of the same kind in the list. A limit
+    is drawn with the forces.
 
     Parameters
     ----------

@@ -76,8 +76,8 @@ _LEGEND: dict[str, Any] = {
 }
 # Most points of a drawn line or area.
 _MOST_POINTS = 800
-# Deviation from the last value that is seen, over the range of all curves; and an axis of time that ends after the last
-# one, over the time of that, unless it is longer than this share of the whole.
+# Least visible deviation from the last value, over the range of all curves; end of the time axis over the time of the
+# last visible deviation; the axis is cut only if it then ends before this share of the whole time.
 _SEEN = 0.01
 _MARGIN = 1.2
 _MOSTLY = 0.6

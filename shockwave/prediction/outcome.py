@@ -278,7 +278,7 @@ class Outcome(SceneResult):
         result = self.simulated
         beyond = warn_beyond(self.yielding, self.chain)
         if result is not None:
-            # those of the train limit no first number; one statement on first yield, of the greatest force
+            # train warnings do not affect the first numbers; first yield is stated once, for the greatest force
             others = (each for each in result.first_warnings if not each.startswith(BEYOND))
             return (*others, *beyond)
         usual = unusual_warnings(self.excitation, self.chain)

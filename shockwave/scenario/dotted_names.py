@@ -59,7 +59,7 @@ class Variable:
 
 
 def name_in_words(name: str) -> str:
-    """A dotted name as words, without parentheses: ``granules[1].diameter.to`` is "segment 1 last diameter"."""
+    """Dotted name in words, without brackets: ``granules[1].diameter.to`` is "segment 1 last diameter"."""
     for key, word in (("from", "first"), ("to", "last")):
         name = re.sub(rf"(\w+)\.{key}$", rf"{word} \1", name)
     return re.sub(r"[\[\]._]+", " ", name.replace("granules[", "segment[").replace("parameters.", "")).strip()

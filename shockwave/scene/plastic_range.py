@@ -35,7 +35,7 @@ def range_faults(chain: Chain, excitation: object) -> list[Fault]:
     faults = []
     for steps, where, ratio, granule, unknown in _contacts(chain, layout):
         if math.isfinite(ratio) and not RANGE[0] <= ratio <= RANGE[1]:
-            rule = f"must be another law {where}: the yield strength of the softer body divided by E* is"
+            rule = f"must not be elastic-plastic {where}: the yield strength of the softer body divided by E* is"
             hints = [f"give {granule} {_ELASTIC}"] if granule and ratio > RANGE[1] else []
             hints += [f"state the yield_strength of {' and '.join(unknown)}"] if unknown else []
             got = "; ".join([round_digits(ratio), *[", or ".join(hints)] * bool(hints)])
@@ -47,19 +47,19 @@ def range_faults(chain: Chain, excitation: object) -> list[Fault]:
     return faults
 
 
-def range_doubts(chain: Chain, excitation: object) -> list[Fault]:
+def range_warnings(chain: Chain, excitation: object) -> list[Fault]:
     """Sentences on contacts near the ends of the range, and on materials that do not flow plastically."""
     layout = Layout.of(chain, excitation)
     faults = []
     for steps, where, ratio, *_ in _contacts(chain, layout):
         if math.isfinite(ratio) and not _FITTED[0] <= ratio <= _FITTED[1]:
-            got = f"the yield strength of the softer body divided by E* is {round_digits(ratio)} {where}"
-            faults.append(Fault(steps, f"is less accurate outside {_FITTED[0]:g} to {_FITTED[1]:g}: {got}."))
+            got = f"the yield strength of the softer body divided by E* is {round_digits(ratio)}"
+            faults.append(Fault(steps, f"is less accurate {where}: {got}, outside {_FITTED[0]:g} to {_FITTED[1]:g}."))
     path = ("chain", "contact") if chain.contact else ("chain", "granules")
     bodies = {body for pair in _plastic_pairs(layout).values() for body in pair}
     for body in sorted((each for each in bodies if isinstance(each, Material)), key=name_of):
         if body.yield_strength is None:
-            faults.append(Fault(path, f"takes {name_of(body)} as elastic: its yield strength is not known."))
+            faults.append(Fault(path, f"treats {name_of(body)} as elastic: its yield strength is not known."))
         for verb, parts in _OTHERS.items():
             if any(part in body.name for part in parts):
                 faults.append(Fault(path, f"does not describe {name_of(body)}: such materials {verb}."))

@@ -47,9 +47,9 @@ def unusual(excitation: Any, chain: Any) -> list[Fault]:
             problem = f"is {si(value, unit)}; usual values are {bounds} ({reason}). Check the unit."
             faults.append(Fault(f"{place}.{name}", problem))
     if chain.is_plastic:
-        from shockwave.scene.plastic_range import range_doubts  # elastic contacts do not need it
+        from shockwave.scene.plastic_range import range_warnings  # elastic contacts do not need it
 
-        faults += range_doubts(chain, excitation)
+        faults += range_warnings(chain, excitation)
     return faults
 
 

@@ -23,7 +23,7 @@ _CAP = 9.0
 _UNLOADS = "Up to about 9 times, contacts load elastically and lose energy in unloading only."
 _FLOWS = "Beyond about 9 times, contacts flow as they load, and forces are smaller."
 # Error of forces of elastic-plastic contacts in chains of ten beads (docs/validation.md).
-_LAW_ERROR = "-2 to +11 % from finite elements, with a rate -22 to +1.5 %"
+_LAW_ERROR = "-2 to +11 % relative to finite elements; -22 to +1.5 % with rate dependence"
 # Key of a scenario that includes plastic flow.
 _KEY = "chain.contact: {model: elastic-plastic}"
 #: Beginning of the warning of forces beyond first yield.
@@ -31,7 +31,7 @@ BEYOND = "Beyond elastic validity"
 #: Beginning of the warning of contacts without a known yield strength.
 UNJUDGED = "First yield is not judged"
 #: Warning of contacts with a power law or the law of a plugin.
-OTHER_LAWS = "First yield is judged at contacts with Hertz's law only, not at those with another law."
+OTHER_LAWS = "First yield is checked only at contacts with Hertz's law or the elastic-plastic law."
 
 
 @frozen(kw_only=True)
@@ -117,7 +117,8 @@ def law_facts(chain: Chain) -> list[tuple[str, str]]:
 
 def law_notes(chain: Chain) -> tuple[str, ...]:
     """Sentence on this error."""
-    return tuple(f"Error estimates leave out that of the elastic-plastic law: {text}." for _, text in law_facts(chain))
+    sentence = "Error estimates do not include the model error of the elastic-plastic law"
+    return tuple(f"{sentence}: {text}." for _, text in law_facts(chain))
 
 
 def beyond_elastic(chain: Chain, yielding: Callable[[], Yielding | None]) -> InvalidValueError | None:

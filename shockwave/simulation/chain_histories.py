@@ -137,7 +137,7 @@ class Signal:
 
     @property
     def kind(self) -> str:
-        """What it measures, the same at each place along the chain; empty at an end that reflects the wave."""
+        """Quantity measured, the same at each place along the chain; empty at an end that reflects the wave."""
         is_at_end = self.case.has_wall and len(self.case.assembly.overlaps) - 1 in self.nearby
         return "" if is_at_end else "".join(each for each in self.name if not each.isdigit())
 

@@ -220,7 +220,9 @@ def _errors(case: ChainSetup, coarse: Motion, fine: Motion, tolerance: float, ra
             near[this] = np.maximum(near[this], changes[other] / np.maximum(base[other], base[this]))
     relative = _FACTOR * np.maximum(here, near)
     factor = _PROPORTIONAL * ratio
-    relative[judged] = factor * np.maximum(here, _NEIGHBOUR_SHARE * near)[judged]
+    decisive = np.maximum(here, _NEIGHBOUR_SHARE * near)[judged]
+    # where collisions amplify errors this much, these are not proportional to the tolerances
+    relative[judged] = decisive * np.where(factor * decisive > _HOPELESS * rtol, max(factor, _FACTOR), factor)
     caution = _DAMPED if case.assembly.damping.any() else 1.0
     own = caution * tolerance + (0.0 if case.assembly.force is None else case.assembly.force.path.error)
     errors = caution * relative + own + _ROUNDING * forces / base

@@ -33,7 +33,7 @@ class FirstPulse:
     greatest : float
         Greatest value within the simulated time, with the static force.
     speed : float or None
-        Mean speed of the wave from the sensor of the same kind before in the list to this one [m/s]; see `speed_from`.
+        Mean speed of the wave from the preceding sensor of the same kind in the list [m/s]; see `speed_from`.
     error_estimate : float or None
         Largest of the relative errors of these figures, estimated.
     kind : str

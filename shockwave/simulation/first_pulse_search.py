@@ -39,8 +39,8 @@ _FEWEST_SAMPLES = 20
 _PASSED = 1.25
 # Fraction of the greatest sample so far below which a pulse has ended.
 _ENDED = 0.49
-# Error estimate, over the difference from a run whose tolerance is a hundred times larger; with fixed steps it is this
-# difference.
+# Error estimate, over the difference from a run whose tolerance is a hundred times larger. With fixed steps, the
+# estimate is the difference from a run with twice the step.
 _SHARE = 0.2
 
 

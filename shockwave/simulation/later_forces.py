@@ -116,7 +116,7 @@ def longer_time(end: float, wall: Any, least: float = 0.0) -> str:
 def later_end(case: ChainSetup, motion: Motion, again: bool = False) -> str:
     """The setting of a later end of a simulation; a shock ends before it.
 
-    With ``again``, what gravity pulls back has struck the chain again.
+    With ``again``, it is late enough for granules that fall back under gravity to strike the chain again.
     """
     end = motion.end if case.assembly.force is None else max(motion.end, case.assembly.force.duration)
     least = _time_of_fall(case, motion) + _PASSED * (motion.arrival or 0.0) * case.scales.time if again else 0.0

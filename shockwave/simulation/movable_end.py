@@ -42,7 +42,7 @@ class MovableEnd:
     def warnings(self) -> Iterator[str]:
         """Note on a wall that is integrated as a fixed one; warning of a greater spring force later."""
         if not self.runs.case.assembly.movable_end:
-            yield "The wall is integrated as a fixed one: its spring or dashpot holds it to rtol/100 of the overlap."
+            yield "The wall is integrated as a fixed one: its motion is below rtol/100 of the overlap."
         leaving = self.leaving(True)
         if leaving and leaving.high is not None and self.later > leaving.high and self.runs.motion.arrival is not None:
             most = f", to at most {si(round_bound(self.later, up=True), 'N', 3)}" if self.later < math.inf else ""

@@ -37,4 +37,4 @@ def value_with_yield(result: Simulation) -> tuple[str, ...]:
     forces = {"greatest force": plastic.greatest_force.peak_force}
     forces |= {each.name: each.value or 0.0 for each in (plastic.leaving, plastic.leaving.spring) if each is not None}
     *texts, last = (f"the {name} is {si(force, 'N', _DIGITS)}" for name, force in forces.items())
-    return (f"With elastic-plastic contacts {', '.join(texts)}, and {last}.",)
+    return (f"With elastic-plastic contacts, {', '.join(texts)}, and {last}.",)

@@ -124,7 +124,7 @@ class Uncertainty(Result):
     exceedance, verdict : Exceedance, Verdict or None
         Probability that the limit is reached, and the verdict on the range of 98 % of the scenes; None without a limit.
     yield_probability : Estimate or None
-        Probability that a contact yields; None where a yield strength is not known.
+        Probability that a contact yields, of those whose yield strength is known; None where there are none.
     values : mapping of str to ndarray, shape (draws,)
         Values of the parameters that were drawn.
     outputs : mapping of str to ndarray, shape (draws,)

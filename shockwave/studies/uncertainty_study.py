@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, SupportsFloat
 
@@ -156,8 +156,8 @@ class UncertainScenes:
     def evaluate(self, values: Mapping[str, FloatArray], rtol: float) -> tuple[FloatArray, FloatArray]:
         """Quantities, shape (quantities, n), and their greatest relative errors; see `quasi_monte_carlo.Evaluate`.
 
-        The ratio to first yield follows if it is known and, with a limit, the transmitted force and its bound after the
-        simulated time.
+        The ratio to first yield follows, of contacts where it is known, and, with a limit, the transmitted force and
+        its bound after the simulated time.
         """
         rows = zip(*(column.tolist() for column in values.values()), strict=True)
         scenes = [self.family.scenario(dict(zip(values, row, strict=True))) for row in rows]
@@ -165,10 +165,13 @@ class UncertainScenes:
         for result in results:
             self.warnings.add(result.wave_warnings)
         limit = self.scenario.limit
-        read = [*self.quantities, *YIELD[: self.nominal.yielding is not None]]
+        # of first yield not `figures_of`, which has none while other contacts may yield first
+        readers: list[Callable[[Any], tuple[float, float] | None]]
+        readers = [partial(figures_of, each) for each in self.quantities]
+        readers += [each.figures for each in YIELD[: self.nominal.yielding is not None]]
         if limit is not None:
-            read.append(_LIMITED[limit.at])
-        figures = [[figures_of(each, result) or (math.nan, 0.0) for result in results] for each in read]
+            readers.append(partial(figures_of, _LIMITED[limit.at]))
+        figures = [[read(result) or (math.nan, 0.0) for result in results] for read in readers]
         if limit is not None:
             figures.append([(_later(limit.force_of(result.leaving)), 0.0) for result in results])
         read_values, errors = np.moveaxis(np.array(figures), -1, 0)

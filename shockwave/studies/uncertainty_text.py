@@ -6,6 +6,7 @@ import math
 
 from shockwave.base.text import facts, limits, paragraph, percent, si, strong, table
 from shockwave.scene.force_limit import verdict_facts
+from shockwave.scene.yielding import UNJUDGED
 from shockwave.studies.uncertainty_result import Estimate, QuantityStatistics, Uncertainty
 
 # Most quantities in the first lines.
@@ -35,7 +36,8 @@ def text_of_uncertainty(result: Uncertainty) -> str:
     probabilities = [("exceedance", str(result.exceedance))] if result.exceedance else []
     if result.yield_probability is not None:
         share = result.yield_probability
-        probabilities.append(("first yield", f"probability {percent(share.value)} +- {percent(share.error)}"))
+        where = " at contacts that are judged" if any(UNJUDGED in each for each in result.warnings) else ""
+        probabilities.append(("first yield", f"probability {percent(share.value)} +- {percent(share.error)}{where}"))
     lines = [
         *map(strong, leads),
         *facts([*verdict_facts(result, _RANGE), *probabilities]),

@@ -109,7 +109,7 @@ class IntegratorContract(Contract):
         forces = motion.mixed_forces(integrator, granules, 1e-6 if integrator.adaptive else 2 * _STEP)
         error = motion.distance(forces, motion.mixed_forces(Rkn1210, granules, 1e-12))
         message = f"the error of the greatest forces at the contacts of {granules} granules, which open, is {error:.1e}"
-        assert error <= _PEAK, f"{message}: do not use second derivatives, or old arrays"
+        assert error <= _PEAK, f"{message}: use neither second derivatives of the force nor arrays from earlier calls"
 
     def test_clause_5_evaluations_are_counted(self, integrator: type[Integrator]) -> None:
         method, watched = integrator(), Watched(smooth_force)

@@ -169,7 +169,7 @@ def test_the_head_of_a_page_has_the_warnings_of_the_simulation(end: Any) -> None
     beads = sw.Chain(material="stainless-steel-302", diameter="9.5 mm", granules=8, end=end)
     case = scenario(triangle(0.5), beads)
     warnings = compute_results(case).warnings
-    assert any(warning.startswith("With elastic-plastic contacts the greatest force is") for warning in warnings)
+    assert any(warning.startswith("With elastic-plastic contacts, the greatest force is") for warning in warnings)
     assert warnings == sw.simulate(case).warnings
 
 

@@ -31,7 +31,7 @@ def test_the_strength_is_compared_with_the_modulus_of_the_contact(ratio: float, 
     assert any("is less accurate" in fault.problem for fault in unusual(IMPACT, beads)) is warned
     if refused:
         with pytest.raises(
-            InvalidValueError, match=r"^chain.contact: must be another law at contact 0, between the str"
+            InvalidValueError, match=r"^chain.contact: must not be elastic-plastic at contact 0, between the str"
         ):
             sw.simulate(IMPACT, beads)
 
@@ -89,7 +89,7 @@ def test_the_place_of_a_refusal_is_the_law_of_the_contact() -> None:
     [
         ("alumina", "does not describe alumina: such materials break"),
         ("nylon-66", "does not describe nylon-66: such materials creep"),
-        (attrs.evolve(STEEL, yield_strength=None, name=""), "takes E 200 GPa as elastic"),
+        (attrs.evolve(STEEL, yield_strength=None, name=""), "treats E 200 GPa as elastic"),
     ],
     ids=["brittle", "creeping", "without-strength"],
 )

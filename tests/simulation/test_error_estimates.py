@@ -370,3 +370,18 @@ def test_a_missed_tolerance_is_that_of_the_time_or_of_the_force(error: float, pa
     )
     (warning,) = repeated_runs.warn_missed(runs)
     assert part in warning
+
+
+@pytest.mark.parametrize("plastic", [True, False], ids=["plastic", "elastic"])
+def test_estimates_of_the_force_behind_a_soft_pad_hold_where_collisions_amplify_errors(plastic: bool) -> None:
+    rubber = sw.Material(youngs_modulus=50e6, poisson_ratio=0.48, density=1150.0)
+    soft: Any = {"count": 1, "contact": sw.Hertz(), "damping": sw.KuwabaraKono(time=20e-6)}
+    granules = [sw.Segment(count=9), sw.Segment(**soft), sw.Segment(**soft, material=rubber)]
+    wall = sw.Wall(material="same")
+    steel = sw.Chain(material="bearing-steel-52100", diameter=20e-3, granules=granules, gravity=9.81, end=wall)
+    chain = attrs.evolve(steel, contact=sw.ElasticPlastic() if plastic else None)
+    weight = sw.Material(youngs_modulus=203e9, poisson_ratio=0.3, density=30558.0, yield_strength=2030e6)
+    for height in (0.3, 0.7):
+        blow = sw.Impact(velocity=(2 * 9.81 * height) ** 0.5, diameter=50e-3, material=weight)
+        run, fine = (sw.simulate(blow, chain, rtol=rtol, until=20e-3).transmitted for rtol in (1e-6, 1e-11))
+        assert abs(run.peak_force / fine.peak_force - 1) < run.error_estimate + fine.error_estimate

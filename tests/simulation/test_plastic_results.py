@@ -123,7 +123,7 @@ def test_an_elastic_result_computes_no_value_with_yield(monkeypatch: pytest.Monk
 def test_a_result_states_the_error_of_the_plastic_law_once(run: Any) -> None:
     plastic, elastic = run(IMPACT, BEADS, rtol=1e-4), run(sw.Impact(velocity=0.01), elastic_chain(BEADS), rtol=1e-4)
     (note,) = plastic.to_dict()["notes"]
-    assert note.startswith("Error estimates leave out that of the elastic-plastic law: -2 to +11 %")
+    assert note.startswith("Error estimates do not include the model error of the elastic-plastic law: -2 to +11 %")
     assert [
         result.text(level).count("-2 to +11 %") for result in (plastic, elastic) for level in ("short", "verbose")
     ] == [*(1, 1, 0, 0)]

@@ -375,6 +375,17 @@ def test_the_probability_of_yield_is_that_of_the_draws() -> None:
 
 
 @pytest.mark.usefixtures("few_draws")
+def test_contacts_without_a_yield_strength_do_not_hide_that_others_yield() -> None:
+    pad = sw.Segment(count=1, material=sw.Material(youngs_modulus=5e9, poisson_ratio=0.4, density=1200.0))
+    chain = sw.Chain(material="bearing-steel-52100", diameter="9.5 mm", granules=[sw.Segment(count=4), pad])
+    shock = sw.Shock(profile="half-sine", peak_force=300.0, rise_time="20 us")
+    result = sw.uncertainty(shock, chain, {"shock.peak_force": "1 %"}, draws=64)
+    assert result.yield_probability is not None
+    assert result.yield_probability.value == 1
+    assert "probability 100 % +- 0 % at contacts that are judged" in str(result)
+
+
+@pytest.mark.usefixtures("few_draws")
 @pytest.mark.parametrize("at", ["chain", "spring"])
 def test_the_force_that_is_judged_comes_first(at: Literal["chain", "spring"]) -> None:
     end = sw.Wall(mass=0.5, stiffness=1e6)
