@@ -24,9 +24,7 @@ NO_PLUGINS = option("--no-plugins", "use built-in parts only", default=argparse.
 _WIDE = option("--wide", "show all columns of tables")
 _JSON = option("--json", "print one JSON document on stdout")
 _FILE = option("FILE", "scenario file (YAML), or - for standard input")
-_SET = option(
-    "--set PATH=VALUE", "replace a value of the scenario; without VALUE, delete it; may be repeated", action=Change
-)
+_SET = option("--set PATH=VALUE", "replace a value of the scenario; PATH= deletes it; may be repeated", action=Change)
 _SCENARIO = [_FILE, _SET]
 _SCENARIOS = [Option(("files",), _FILE.meaning, {"nargs": "+", "metavar": "FILE"}), _SET]
 _FORCE_RTOL = option("--rtol RTOL", "relative tolerance of a peak force", type=number_between(1e-7, 1e-2), default=1e-4)

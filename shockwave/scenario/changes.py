@@ -41,7 +41,8 @@ class Change:
 
 def apply_changes(document: Document, changes: Iterable[Change]) -> Document:
     """The document after all changes, made one after the other; their errors are located at their options."""
-    for change in changes:
+    # a sweep that is replaced or deleted varies nothing more
+    for change in sorted(changes, key=lambda change: change.steps != ("sweep",)):
         steps, option, before = change.steps, change.option, {*document.keys}
         swept = steps in names(document.data.get("sweep"))
         document = vary_document(document, {steps: change.value}, option)

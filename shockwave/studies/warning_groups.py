@@ -86,7 +86,9 @@ class WarningGroups:
             share = f"{len(places)} of {self.count} {scenes}{f' ({shown})' if numbered else ''}"
             where = f"all {scenes}" if len(places) == self.count else share
             if group.varies:
-                where += f", greatest at {group.greatest}" if numbered else ", here the greatest"
+                where += (
+                    f", greatest at {scenes.removesuffix('s')} {group.greatest}" if numbered else ", here the greatest"
+                )
             sentences.append(f"In {where}: {' '.join(warnings)}")
         return tuple(sentences)
 

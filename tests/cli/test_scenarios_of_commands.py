@@ -143,6 +143,14 @@ def test_a_wrong_value_is_an_error_of_the_option(name: str, tmp_path: Path) -> N
     assert answer.err.startswith(problem)
 
 
+@pytest.mark.parametrize("place", [0, 2], ids=["first", "last"])
+def test_a_varied_value_may_be_set_if_the_sweep_is_deleted(place: int, tmp_path: Path) -> None:
+    changes = ["--set", "shock.peak_force=1 N"]
+    changes[place:place] = ["--set", "sweep="]
+    answer = shockwave("validate", scenario(tmp_path, SCENE, SWEEP), *changes)
+    assert answer.out.endswith(": valid\n")
+
+
 def test_errors_of_files_and_of_options_are_reported_together(tmp_path: Path) -> None:
     files = [scenario(tmp_path, SCENE, name="good"), scenario(tmp_path, SCENE.replace("8 mm", "8 kg"), name="bad")]
     answer = shockwave("predict", *files, "--rtol", "2")

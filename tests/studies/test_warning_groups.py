@@ -8,7 +8,7 @@ def test_warnings_that_differ_in_numbers_alone_are_one_with_their_scenes() -> No
     for index in range(8):
         groups.add([f"The force exceeds {index} N.", *["Rare."] * (index == 3)])
     groups.add([])
-    frequent = "In 8 of 9 points (0, 1, 2, 3, 4, ...), greatest at 7: The force exceeds 7 N."
+    frequent = "In 8 of 9 points (0, 1, 2, 3, 4, ...), greatest at point 7: The force exceeds 7 N."
     assert groups.sentences("points", numbered=True) == (frequent, "In 1 of 9 points (3): Rare.")
     assert groups.sentences(besides=["The force exceeds 12 kN."]) == ("In 1 of 9 scenes: Rare.",)
 

@@ -203,7 +203,7 @@ def test_each_sentence_of_the_warnings_is_listed_once_with_its_points(tmp_path: 
     drawing = plot(swept(tmp_path / "out", [along(RATIO, 2.0, 3.0, 4.0, 5.0)], columns))
     assert drawing.notes[1:] == (
         "In 3 of 4 points (1, 2, 3): A wave is cut.",
-        "In 2 of 4 points (0, 1), greatest at 0: Beyond validity: the force is 3.5 N. No yield.",
+        "In 2 of 4 points (0, 1), greatest at point 0: Beyond validity: the force is 3.5 N. No yield.",
     )
 
 
