@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from copy import copy
 
 import numpy as np
 from attrs import define, field
 
+from shockwave.base.errors import PluginError
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.chain_forces import Contacts, End
-from shockwave.engine.integrator import Integrator, Step
-from shockwave.registry.registry import blame
+from shockwave.engine.integrator import Integrator, Step, finite
+from shockwave.registry.registry import blame, owner_of
 
 # Longest interval in one call of the integrator, in characteristic times.
 _STRETCH = 50.0
@@ -50,10 +52,19 @@ class IntegratorSteps:
                 x, v = start.x[:-1].copy(), start.v[:-1].copy()
                 x[0] -= shift
                 v[0] -= impulse
-                self._steps = self.integrator.steps(self.acceleration, time, self._stop, x, v, self.size)
-            self.step = next(self._steps)
-            self.size = self.step.next_size
+                # of a copy: its steps may be interpolated after the force has ended
+                self._steps = self.integrator.steps(copy(self).acceleration, time, self._stop, x, v, self.size)
+            self.step = next(self._steps, None)
+        if self.step is None or not self._is_valid(self.step, time):
+            got = "no further step" if self.step is None else f"a step from {self.step.begin:g} to {self.step.end:g}"
+            rule = f"must yield finite steps without gaps up to until = {self._stop:g} (got {got} at {time:g})"
+            raise PluginError(f"integrator {owner_of('integrators', type(self.integrator))}: {rule}")
+        self.size = self.step.next_size
         return self.step.end - self.step.begin, self.step.end
+
+    def _is_valid(self, step: Step, time: float) -> bool:
+        """Whether a step fulfils clauses 3 and 8 of the contract."""
+        return step.begin == time < step.end <= self._stop and finite(step.x, step.v)
 
     def free(self, time: float) -> tuple[float, float]:
         """Displacement and velocity of body 0 by the force alone."""

@@ -220,9 +220,11 @@ def _errors(case: ChainSetup, coarse: Motion, fine: Motion, tolerance: float, ra
             near[this] = np.maximum(near[this], changes[other] / np.maximum(base[other], base[this]))
     relative = _FACTOR * np.maximum(here, near)
     factor = _PROPORTIONAL * ratio
-    decisive = np.maximum(here, _NEIGHBOUR_SHARE * near)[judged]
+    # the errors of a fixed step differ more from contact to contact, since it is not shortened for a collision
+    share, most = (_NEIGHBOUR_SHARE, _HOPELESS * rtol) if case.options.step is None else (1.0, UNSETTLED)
+    decisive = np.maximum(here, share * near)[judged]
     # where collisions amplify errors this much, these are not proportional to the tolerances
-    relative[judged] = decisive * np.where(factor * decisive > _HOPELESS * rtol, max(factor, _FACTOR), factor)
+    relative[judged] = decisive * np.where(factor * decisive > most, max(factor, _FACTOR), factor)
     caution = _DAMPED if case.assembly.damping.any() else 1.0
     own = caution * tolerance + (0.0 if case.assembly.force is None else case.assembly.force.path.error)
     errors = caution * relative + own + _ROUNDING * forces / base

@@ -106,7 +106,7 @@ class IntegratorContract(Contract):
 
     @pytest.mark.parametrize("granules", [1, 2, 5, 40])
     def test_clause_4_contacts_may_open(self, integrator: type[Integrator], granules: int) -> None:
-        forces = motion.mixed_forces(integrator, granules, 1e-6 if integrator.adaptive else 2 * _STEP)
+        forces = motion.mixed_forces(integrator, granules, 1e-6 if integrator.adaptive else _STEP)
         error = motion.distance(forces, motion.mixed_forces(Rkn1210, granules, 1e-12))
         message = f"the error of the greatest forces at the contacts of {granules} granules, which open, is {error:.1e}"
         assert error <= _PEAK, f"{message}: use neither second derivatives of the force nor arrays from earlier calls"

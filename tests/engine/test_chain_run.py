@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -11,11 +12,12 @@ from attrs import evolve, frozen
 from scipy.optimize import brentq
 
 import shockwave as sw
-from shockwave.base.errors import InvalidValueError, NumericalError
+from shockwave.base.errors import InvalidValueError, NumericalError, PluginError
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.chain_assembly import Assembly
 from shockwave.engine.chain_problem import Motion, integrate
-from shockwave.engine.nystroem_integrators import Pefrl, Rk4, Rkn64, Rkn1210, Verlet
+from shockwave.engine.integrator import Step
+from shockwave.engine.nystroem_integrators import Pefrl, Rk4, Rkn64, Rkn86, Rkn1210, Verlet
 from shockwave.engine.scaled_problem import ChainProblem
 from shockwave.engine.scipy_integrators import Dop853
 from shockwave.scene.contact_law import BoundLaw, ContactLaw, Pairs
@@ -299,6 +301,28 @@ def test_a_fixed_step_that_is_too_long_is_an_error(method: Any, code: Any) -> No
     stiff = uniform(3, stiffnesses=np.full(3, 1e6), overlaps=np.full(3, 1.0))
     with pytest.raises(NumericalError, match=r"because of the fixed step of 1 |use a smaller step"):
         integrate(stiff, 1.0, until=1e4, compiled=code, integrator=method)
+
+
+def broken(name: str) -> type[Rkn86]:
+    """An integrator whose third step violates the contract."""
+
+    def steps(self: Any, *arguments: Any) -> Iterator[Step]:
+        for number, step in enumerate(Rkn86.steps(self, *arguments)):
+            if number != 2:
+                yield step
+            elif name != "ends":
+                wrong = {"nan": {"x": np.nan * step.x}, "late": {"end": step.end + 99}, "still": {"end": step.begin}}
+                yield evolve(step, **wrong[name])
+            else:
+                return
+
+    return type("Broken", (Rkn86,), {"name": "broken", "steps": steps, "__module__": __name__})
+
+
+@pytest.mark.parametrize("name", ["nan", "late", "still", "ends"])
+def test_steps_that_violate_the_contract_are_an_error_of_the_plugin(name: str) -> None:
+    with pytest.raises(PluginError, match=r"integrator .*Broken: must yield finite steps without gaps up to until"):
+        integrate(uniform(4), 1e-6, until=10.0, integrator=broken(name))
 
 
 def test_laws_that_change_along_the_chain_are_those_of_each_contact() -> None:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from attrs import define
 
 import shockwave as sw
 from shockwave.engine.integrator import Integrator
@@ -97,3 +98,17 @@ def test_granules_that_are_hit_again_keep_their_energy() -> None:
     energies = [chain_energy(stretch.x[-1], stretch.v[-1]) for stretch in (before, after)]
     # Errors add up over about a thousand steps.
     assert energies[1] == pytest.approx(energies[0], rel=1e-7)
+
+
+@define
+class Derived(Rkn86):
+    """An integrator with steps of its own, as far as the engine knows."""
+
+
+def test_steps_during_the_shock_are_interpolated_with_its_force_after_it_has_ended() -> None:
+    courses = [Course(CASE, kind(tolerance=1e-10)) for kind in (Rkn86, Derived)]
+    peaks = []
+    for course in courses:
+        course.advance_to(14.0, "", 14.0)
+        peaks.append([max(course.log.at(contact), key=lambda peak: peak.force).force for contact in range(3)])
+    assert peaks[1] == pytest.approx(peaks[0], rel=1e-8)
