@@ -34,7 +34,7 @@ class Status(IntEnum):
 
 #: Number of rows that describe a chain and its motion.
 ROWS = 20
-#: Index of the size of the next step in `Job.found`.
+#: Index of the size of the next step in `Job.progress`.
 SIZE = 7
 #: Indices of the motion of a movable end there, and its values without one.
 EXTREMES = slice(10, 16)
@@ -127,7 +127,7 @@ class Job:
         x, v and total forces; with elastic-plastic contacts, the energies that contacts release, for p = 3/2.
     watched : tuple of int
         Two contacts whose impulses are requested.
-    found : array, shape (16,)
+    progress : array, shape (16,)
         Status, time, arrival (negative: none), work, steps, evaluations, velocity of a striker with a weight when it
         first leaves the chain (0: it has not), size of the next step, impulses at the watched contacts, less those of
         the static forces, and greatest magnitudes of displacement, acceleration and spring force of a movable end
@@ -158,7 +158,7 @@ class Job:
     times: FloatArray
     samples: FloatArray
     watched: tuple[int, int]
-    found: FloatArray
+    progress: FloatArray
     table: FloatArray
     plastic: FloatArray = Factory(lambda: np.empty((0, 0)))
     curves: FloatArray = Factory(lambda: np.empty(0))

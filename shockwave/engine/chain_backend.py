@@ -32,8 +32,8 @@ def run(job: Job, compiled: ModuleType | None) -> None:
         return
     path = None if job.problem is None else job.problem.path
     tables = (np.empty(0), np.empty(0)) if path is None else (path.rows, path.coefficients)
-    settings = np.concatenate((job.settings, (job.window,), _constants(job.method.adaptive), job.watched, job.found))
-    progress = settings[-len(job.found) :]
+    settings = np.concatenate((job.settings, (job.window,), _constants(job.method.adaptive), job.watched, job.progress))
+    progress = settings[-len(job.progress) :]
 
     def ends() -> bool:
         _, time, _, _, steps, evaluations = progress[:6].tolist()
@@ -43,7 +43,7 @@ def run(job: Job, compiled: ModuleType | None) -> None:
     buffers = job.stops, job.times, settings, job.table, job.samples, job.plastic, job.curves
     record = NO_RECORD if job.record is None else job.record.buffers(job.bodies)
     compiled.run(job.method.packed, *tables, *buffers, *record, ends)
-    job.found[:] = progress
+    job.progress[:] = progress
     if job.record:
         job.record.read(*record[:2])
 

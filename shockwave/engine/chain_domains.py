@@ -90,7 +90,9 @@ class _Parts:
         self.sizes[0] = contacts.first
         self.most = np.zeros(self.bodies)
         self.until, self.next_sample = contacts.until, 0
-        _, self.time, self.arrival, self.work, self.steps, evaluations, self.rebound, *others = self.job.found.tolist()
+        _, self.time, self.arrival, self.work, self.steps, evaluations, self.rebound, *others = (
+            self.job.progress.tolist()
+        )
         self.effort, self.extremes = evaluations * self.bodies, others[3:]
         self.first_impulse, self.impulse = others[1:3]
         if self.job.plastic.size:
@@ -124,7 +126,7 @@ class _Parts:
                 job.forecast.check(self.time, self.effort, self.steps)
         counts = self.steps, self.effort / self.bodies, self.rebound, 0.0
         totals = self.first_impulse, self.impulse, *self.extremes
-        job.found[:] = status, self.time, self.arrival, self.work, *counts, *totals
+        job.progress[:] = status, self.time, self.arrival, self.work, *counts, *totals
 
     def state(self) -> _State:
         """The state of all contacts."""
@@ -216,9 +218,9 @@ class _Parts:
         for a, b, low, high in self.ranges(live):
             first = max(low - 1, 0)
             part = self.part((first, low, high), (a, b), f, end, times)
-            part.found[SIZE] = min(float(self.sizes[a:b].min()), _FIRST * span)
+            part.progress[SIZE] = min(float(self.sizes[a:b].min()), _FIRST * span)
             chain_backend.run(part, self.compiled)
-            status, _, arrival, work, steps, evaluations, rebound, size, *others = part.found.tolist()
+            status, _, arrival, work, steps, evaluations, rebound, size, *others = part.progress.tolist()
             (left, right), extremes = others[:2], others[2:]
             if status != Status.DONE:
                 return Status(int(status))
@@ -277,7 +279,7 @@ class _Parts:
             times=times,
             samples=np.zeros((len(times), job.samples.shape[1], high - first + 1)),
             watched=watched,
-            found=np.array([0.0, self.time, arrival, 0.0, 0.0, 0.0, self.rebound, 0.0, 0.0, 0.0, *extremes]),
+            progress=np.array([0.0, self.time, arrival, 0.0, 0.0, 0.0, self.rebound, 0.0, 0.0, 0.0, *extremes]),
             table=table,
             plastic=job.plastic[:, first : high + 1].copy(),
             curves=job.curves,

@@ -20,7 +20,7 @@ class EndExtremes:
     """Greatest magnitudes and their times, which are those of a `Job`."""
 
     def __init__(self, contacts: Contacts) -> None:
-        self.contacts, self.best = contacts, contacts.job.found[EXTREMES].reshape(2, 3)
+        self.contacts, self.best = contacts, contacts.job.progress[EXTREMES].reshape(2, 3)
         self.first = max(contacts.bodies - len(contacts.job.method.nodes) - 3, 0)
 
     def read(self, end: End, size: float) -> FloatArray:

@@ -186,23 +186,32 @@ def integrate(
     compiled = None if assembly.law is not None or assembly.impedance or job.integrator else compiled
     run(job, compiled)
     _check(job)
-    contacts, masses = len(assembly.overlaps), 1 / assembly.inverse_masses
-    found, weight, end = job.found, assembly.weight, float(job.found[1])
-    impulse = weight * end if assembly.force is None else assembly.force.free(end)[1]
-    work, samples = float(found[3]), job.samples
+    impulse, work = _applied(assembly, job)
+    samples = job.samples
+    if assembly.force is not None and assembly.guided and (until is None or until > assembly.force.duration):
+        job = _release(assembly, job, until, np.asarray(times, dtype=float))
+        run(job, compiled)
+        _check(job)
+        samples = np.concatenate((samples, job.samples))
+    return _motion_of(assembly, job, name, (impulse, work), samples)
+
+
+def _applied(assembly: Assembly, job: Job) -> tuple[float, float]:
+    """Impulse of the applied force or the weight after a run, and the work of the force."""
+    end, work = job.progress[[1, 3]].tolist()
     if assembly.guided:
-        assert assembly.force is not None
-        first, mass = float(job.v[0]), float(masses[0])
-        impulse = mass * (first - assembly.velocity) + float(found[8])
-        work += 0.5 * mass * (first**2 - assembly.velocity**2)
-        if until is None or until > assembly.force.duration:
-            job = _release(assembly, job, until, np.asarray(times, dtype=float))
-            run(job, compiled)
-            _check(job)
-            samples = np.concatenate((samples, job.samples))
-        found, end = job.found, float(job.found[1])
-    x, v = job.x[:-1], job.v[:-1]
-    peaks = job.peaks[0, :contacts]
+        first, mass = float(job.v[0]), 1 / float(assembly.inverse_masses[0])
+        impulse = mass * (first - assembly.velocity) + float(job.progress[8])
+        return impulse, work + 0.5 * mass * (first**2 - assembly.velocity**2)
+    return assembly.weight * end if assembly.force is None else assembly.force.free(end)[1], work
+
+
+def _motion_of(
+    assembly: Assembly, job: Job, integrator: str, applied: tuple[float, float], samples: FloatArray
+) -> Motion:
+    """The motion after the last run; ``applied`` are impulse and work of the applied force."""
+    contacts, masses, x, v = len(assembly.overlaps), 1 / assembly.inverse_masses, job.x[:-1], job.v[:-1]
+    peaks, progress = job.peaks[0, :contacts], job.progress
     residual = greatest = None
     if assembly.plastic is None:
         potential = assembly.potential(x)
@@ -212,13 +221,13 @@ def integrate(
         forces=assembly.static_forces + peaks,
         force_times=job.peaks[1, :contacts],
         dynamic_forces=peaks,
-        end=end,
-        arrival=None if found[2] < 0 else float(found[2]),
+        end=float(progress[1]),
+        arrival=None if progress[2] < 0 else float(progress[2]),
         x=x,
         v=v,
-        last_impulse=float(found[9]),
-        applied_impulse=impulse,
-        work=work + weight * float(x[0]),
+        last_impulse=float(progress[9]),
+        applied_impulse=applied[0],
+        work=applied[1] + assembly.weight * float(x[0]),
         dissipated=math.fsum(job.losses.tolist()),
         kinetic=0.5 * masses * v * v * (np.arange(len(v)) < len(v) - (assembly.impedance > 0)),
         potential=potential,
@@ -226,12 +235,12 @@ def integrate(
         residual_overlaps=residual,
         greatest_overlaps=greatest,
         end_energy=0.5 * assembly.end_stiffness * float(x[-1]) ** 2,
-        extremes=found[EXTREMES].reshape(2, 3),
+        extremes=progress[EXTREMES].reshape(2, 3),
         initial_energy=0.5 * float(masses[0]) * assembly.velocity**2,
-        rebound=-float(found[6]) if found[6] < 0 else None,
-        steps=int(found[4]),
-        evaluations=int(found[5]),
-        integrator=name,
+        rebound=-float(progress[6]) if progress[6] < 0 else None,
+        steps=int(progress[4]),
+        evaluations=int(progress[5]),
+        integrator=integrator,
         samples_x=samples[:, 0, :-1],
         samples_v=samples[:, 1, :-1],
         samples_forces=samples[:, 2, :contacts],
@@ -286,7 +295,7 @@ def _job(
         times=times,
         samples=np.zeros((len(times), 3 if plastic is None else 4, bodies + 1)),
         watched=(0 if assembly.guided else last, last),
-        found=np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, first, 0.0, 0.0, *extremes]),
+        progress=np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, first, 0.0, 0.0, *extremes]),
         table=np.zeros((ROWS, bodies + 1)),
         plastic=np.empty((0, 0)) if plastic is None else plastic.table(assembly.overlaps, bodies),
         curves=np.empty(0) if plastic is None else plastic.curves[0],
@@ -309,8 +318,8 @@ def _job(
 
 def _release(assembly: Assembly, job: Job, until: float | None, times: FloatArray) -> Job:
     """The job that follows, from the end of the given path of body 0, which then moves freely."""
-    settings, found, (time, arrival) = job.settings.copy(), job.found.copy(), job.found[1:3].tolist()
-    settings[GUIDED], found[0] = 0.0, 0.0
+    settings, progress, (time, arrival) = job.settings.copy(), job.progress.copy(), job.progress[1:3].tolist()
+    settings[GUIDED], progress[0] = 0.0, 0.0
     settings[UNTIL] = until or (max(time + 3 * arrival, time) if arrival >= 0 else math.inf)
     job.chain[0, 0] = assembly.inverse_masses[0]
     job.switches[0, 0] += job.chain[0, 0]
@@ -322,7 +331,7 @@ def _release(assembly: Assembly, job: Job, until: float | None, times: FloatArra
         stops=job.stops[:0],
         times=later,
         samples=np.zeros((len(later), *job.samples.shape[1:])),
-        found=found,
+        progress=progress,
         window=len(job.v) - 1,
         forecast=Forecast.of(settings.tolist(), assembly.static_forces, job.forecast.cause),
     )
@@ -349,11 +358,11 @@ def _first_step(assembly: Assembly, first: float, tolerance: float) -> float:
 
 def _check(job: Job) -> None:
     """Raise the error of a failed run."""
-    status, at = Status(int(job.found[0])), f"at {job.found[1]:.4g} characteristic times"
+    status, at = Status(int(job.progress[0])), f"at {job.progress[1]:.4g} characteristic times"
     if status is Status.DONE:
         return
     reasons = {
-        Status.TOO_LONG: f"the chain takes too many steps because of {job.forecast.cause()}: {job.found[4]:.0f}"
+        Status.TOO_LONG: f"the chain takes too many steps because of {job.forecast.cause()}: {job.progress[4]:.0f}"
         f" {at} (set a timeout to continue, simulate a shorter time, use a shorter chain, or loosen the tolerance)",
         Status.FAILED: f"the step size vanishes {at} (the ratios of masses or stiffnesses are too large, or the damping"
         " is too strong)"

@@ -79,7 +79,9 @@ class March(Stages):
     def __init__(self, job: Job) -> None:
         super().__init__(job)
         self.stops = [*job.stops[job.stops > self.time].tolist(), math.inf]
-        _, _, self.arrival, self.work, self.steps, _, self.rebound, self.size, *self.impulses = job.found[:10].tolist()
+        _, _, self.arrival, self.work, self.steps, _, self.rebound, self.size, *self.impulses = job.progress[
+            :10
+        ].tolist()
         self.max_factor, self.min_first = limits(job.method.adaptive)
         self.extremes = EndExtremes(self)
         self.held = self.effort = 0.0
@@ -121,7 +123,7 @@ class March(Stages):
             job.forecast.check(self.time, self.effort, self.steps)
         job.x[:], job.v[:] = start.x, start.v
         counts = self.steps, self.evaluations, self.rebound, self.size
-        job.found[: EXTREMES.start] = status, self.time, self.arrival, self.work, *counts, *self.impulses
+        job.progress[: EXTREMES.start] = status, self.time, self.arrival, self.work, *counts, *self.impulses
 
     def span(self, start: End, finish: End, end: float) -> Span:
         """The present step."""

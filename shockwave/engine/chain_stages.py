@@ -34,9 +34,9 @@ class Stages(Contacts):
         if job.integrator is not None:
             from shockwave.engine.integrator_steps import IntegratorSteps
 
-            self.course = IntegratorSteps(self, job.integrator, float(job.found[SIZE]))
+            self.course = IntegratorSteps(self, job.integrator, float(job.progress[SIZE]))
             self.weighted = np.zeros((4, self.n))
-        self.time, self.evaluations = float(job.found[1]), float(job.found[5])
+        self.time, self.evaluations = float(job.progress[1]), float(job.progress[5])
         self.driven = job.problem is not None and self.time < self.duration
         self.free = (0.0, 0.0) if job.problem is None or self.time == 0 else job.problem.free(self.time)
 

@@ -47,7 +47,7 @@ class Course:
         window = min(_FIRST_WINDOW, problem.granules or _FIRST_WINDOW)
         self._record = Record(self.log, problem.granules is not None, window, kept)
         first = integrator.first_size(problem.stops[0], None) if integrator.adaptive else integrator.size
-        self._found = np.array([0, 0, -1, 0, 0, 0, 0, first, 0, 0, *NO_END], dtype=float)
+        self._progress = np.array([0, 0, -1, 0, 0, 0, 0, first, 0, 0, *NO_END], dtype=float)
         self._job: Job | None = None
 
     def advance(self, until: float, since: float = 0.0) -> Stretch:
@@ -65,7 +65,7 @@ class Course:
         record.since = since
         job.settings[UNTIL] = until
         run(job, self._compiled)
-        status, self.now, _arrival, _work, steps, evaluations = self._found[:6].tolist()
+        status, self.now, _arrival, _work, steps, evaluations = self._progress[:6].tolist()
         if status == Status.RUNNING:
             raise NumericalError(
                 f"the time limit was reached at {self.now:.4g} characteristic times of the wave (allow more, loosen the"
@@ -108,7 +108,7 @@ class Course:
         longest = LONGEST_STEP if problem.granules is None else min(LONGEST_STEP, problem.duration)
         longest = longest if integrator.adaptive else integrator.size
         pulse = problem.duration, problem.rise_time, problem.peak_force
-        settings = self.log.tolerance, 0, *pulse, self._found[SIZE], longest, last, 0, 0, math.inf, 0, 0, 0
+        settings = self.log.tolerance, 0, *pulse, self._progress[SIZE], longest, last, 0, 0, math.inf, 0, 0, 0
         job = Job(
             method=method or Rkn86.tableau,
             integrator=integrator if method is None else None,
@@ -120,7 +120,7 @@ class Course:
             times=np.empty(0),
             samples=np.empty((0, 3, bodies + 1)),
             watched=(0, last - 1),
-            found=self._found,
+            progress=self._progress,
             table=np.zeros((ROWS, bodies + 1)),
             record=self._record,
         )
