@@ -72,7 +72,8 @@ class Course:
                 " tolerance, or shorten the simulated time)"
             )
         if status == Status.FAILED:
-            raise NumericalError(f"{self.integrator.name} cannot step beyond t = {self.now:g} T0")
+            remedy = "loosen the tolerance" if self.integrator.adaptive else "use a smaller step"
+            raise NumericalError(f"{self.integrator.name} cannot step beyond t = {self.now:g} T0 ({remedy})")
         self.steps, self.integrator.evaluations = int(steps), int(evaluations)
         if record.stretch is not None:
             return record.stretch
