@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
@@ -34,11 +34,6 @@ class Status(IntEnum):
 
 #: Number of rows that describe a chain and its motion.
 ROWS = 20
-#: Index of the size of the next step in `Job.progress`.
-SIZE = 7
-#: Indices of the motion of a movable end there, and its values without one.
-EXTREMES = slice(10, 16)
-NO_END = (math.inf,) * 3 + (0.0,) * 3
 #: Tolerance with which fixed steps end on kinks.
 KINK_TOLERANCE = 1e-10
 #: Scale of an error that is to be ignored.
@@ -48,14 +43,100 @@ LARGEST = 1e300
 _SOON = 0.1
 _HOPELESS = 2.0
 _HOPELESS_LATER = 10.0
-#: Places of settings.
-UNTIL = 1
-_DURATION = 2
-CONTACTS = 7
-END = slice(8, 10)
-_MOST_WORK = 10
-WEIGHT = 12
-GUIDED = 13
+
+
+@frozen
+class Settings:
+    """Settings of a run, in the order of the compiled code.
+
+    Attributes
+    ----------
+    tolerance : float
+    until : float
+        End of the simulated time; if it is infinite, the run finds it.
+    duration, rise_time, peak_force : float
+        The applied force.
+    first, longest : float
+        First step, and longest one under the force.
+    contacts : int
+    end_stiffness, end_damping : float
+        Spring and dashpot of the end.
+    most_work : float
+        Allowed work, in evaluations of a contact force.
+    damped : bool
+        Whether forces depend on velocities at all times.
+    weight : float
+        Constant force on body 0: the weight of a striker.
+    guided : bool
+        Whether the path of body 0 is given, for which its inverse mass is 1.
+    """
+
+    tolerance: float
+    until: float
+    duration: float
+    rise_time: float
+    peak_force: float
+    first: float
+    longest: float
+    contacts: int
+    end_stiffness: float = 0.0
+    end_damping: float = 0.0
+    most_work: float = math.inf
+    damped: bool = False
+    weight: float = 0.0
+    guided: bool = False
+
+
+def _no_extremes() -> FloatArray:
+    return np.array([[math.inf] * 3, [0.0] * 3])
+
+
+@define(eq=False)
+class Progress:
+    """How far a run has come, and its sums, in the order of the compiled code; at first those at the beginning.
+
+    Attributes
+    ----------
+    status : float
+    time : float
+    arrival : float
+        Time of the first maximum of the force at the last contact; negative: none.
+    work : float
+        Of the applied force.
+    steps, evaluations : float
+    rebound : float
+        Velocity of a striker with a weight when it first leaves the chain; 0: it has not.
+    size : float
+        Size of the next step.
+    impulses : sequence of two floats
+        At the watched contacts, less those of the static forces.
+    extremes : array, shape (2, 3)
+        Greatest magnitudes of displacement, acceleration and spring force of a movable end (infinite: there is none),
+        and their times.
+    """
+
+    status: float = 0.0
+    time: float = 0.0
+    arrival: float = -1.0
+    work: float = 0.0
+    steps: float = 0.0
+    evaluations: float = 0.0
+    rebound: float = 0.0
+    size: float = 0.0
+    impulses: Sequence[float] = (0.0, 0.0)
+    extremes: FloatArray = Factory(_no_extremes)
+
+    @property
+    def numbers(self) -> list[float]:
+        """All numbers in a row."""
+        sums = [self.status, self.time, self.arrival, self.work, self.steps, self.evaluations, self.rebound, self.size]
+        return [*sums, *self.impulses, *self.extremes.ravel().tolist()]
+
+    def update(self, numbers: FloatArray) -> None:
+        """Replace all numbers."""
+        self.status, self.time, self.arrival, self.work, self.steps = numbers[:5].tolist()
+        self.evaluations, self.rebound, self.size = numbers[5:8].tolist()
+        self.impulses, self.extremes = numbers[8:10].tolist(), numbers[10:].reshape(2, 3).copy()
 
 
 @define
@@ -73,15 +154,15 @@ class Forecast:
     marks: tuple[tuple[float, float], tuple[float, float]] = ((0.0, 0.0), (0.0, 0.0))
 
     @classmethod
-    def of(cls, settings: list[float], static_forces: FloatArray, cause: Callable[[], str]) -> Forecast:
+    def of(cls, settings: Settings, static_forces: FloatArray, cause: Callable[[], str]) -> Forecast:
         """Forecast to a stated end only where static forces, or spring or dashpot of the end, keep the steps short.
 
         Otherwise, free flight may follow the time that a wave takes to arrive.
         """
-        until, most_work = settings[UNTIL], settings[_MOST_WORK]
-        if until < math.inf and (any(settings[END]) or (static_forces.any() and not settings[WEIGHT])):
+        until, most_work, end = settings.until, settings.most_work, settings.end_stiffness or settings.end_damping
+        if until < math.inf and (end or (static_forces.any() and not settings.weight)):
             return cls(until, most_work, cause, _HOPELESS_LATER)
-        return cls(min(settings[_DURATION] + settings[CONTACTS], until), most_work, cause)
+        return cls(min(settings.duration + settings.contacts, until), most_work, cause)
 
     def check(self, time: float, work: float, steps: float) -> None:
         """Raise if the run would exceed the allowed work by far.
@@ -117,21 +198,14 @@ class Job:
         Contact law of a plugin.
     by_law : array of bool, shape (bodies,)
         Where it holds.
-    settings : array, shape (14,)
-        Tolerance, until (infinite: found by the run), duration, rise time and peak force,
-        first step, longest step under force, number of contacts, stiffness and damping of the end, allowed work,
-        damped, weight of a striker, and whether the path of body 0 is given, for which its inverse mass is 1.
+    settings : Settings
     stops, times : array
         Kinks of the applied force; times of samples.
     samples : array, shape (times, 3 or 4, bodies + 1)
         x, v and total forces; with elastic-plastic contacts, the energies that contacts release, for p = 3/2.
     watched : tuple of int
         Two contacts whose impulses are requested.
-    progress : array, shape (16,)
-        Status, time, arrival (negative: none), work, steps, evaluations, velocity of a striker with a weight when it
-        first leaves the chain (0: it has not), size of the next step, impulses at the watched contacts, less those of
-        the static forces, and greatest magnitudes of displacement, acceleration and spring force of a movable end
-        (infinite: there is none), and their times; at first those at the beginning.
+    progress : Progress
     table : array, shape (20, bodies + 1)
         The arrays below.
     plastic : array, shape (26, bodies + 1) or (0, 0)
@@ -153,12 +227,12 @@ class Job:
     problem: ChainProblem | None
     law: BoundLaw | None
     by_law: npt.NDArray[np.bool_]
-    settings: FloatArray
+    settings: Settings
     stops: FloatArray
     times: FloatArray
     samples: FloatArray
     watched: tuple[int, int]
-    progress: FloatArray
+    progress: Progress
     table: FloatArray
     plastic: FloatArray = Factory(lambda: np.empty((0, 0)))
     curves: FloatArray = Factory(lambda: np.empty(0))

@@ -6,8 +6,8 @@ from functools import cache
 from types import ModuleType
 
 import numpy as np
+from attrs import astuple
 
-from shockwave.base.numerics import FloatArray
 from shockwave.engine import chain_forces as forces
 from shockwave.engine import chain_run as steps
 from shockwave.engine.chain_arrays import LARGEST, Job
@@ -32,24 +32,26 @@ def run(job: Job, compiled: ModuleType | None) -> None:
         return
     path = None if job.problem is None else job.problem.path
     tables = (np.empty(0), np.empty(0)) if path is None else (path.rows, path.coefficients)
-    settings = np.concatenate((job.settings, (job.window,), _constants(job.method.adaptive), job.watched, job.progress))
-    progress = settings[-len(job.progress) :]
+    settings, progress = astuple(job.settings), job.progress.numbers
+    numbers = np.array([*settings, job.window, *_constants(job.method.adaptive), *job.watched, *progress], dtype=float)
+    progress_so_far = numbers[-len(progress) :]
 
     def ends() -> bool:
-        _, time, _, _, steps, evaluations = progress[:6].tolist()
-        job.forecast.check(time, evaluations * (job.table.shape[1] + _COMPILED_STEP), steps)
+        job.progress.update(progress_so_far)
+        work = job.progress.evaluations * (job.table.shape[1] + _COMPILED_STEP)
+        job.forecast.check(job.progress.time, work, job.progress.steps)
         return expired()
 
-    buffers = job.stops, job.times, settings, job.table, job.samples, job.plastic, job.curves
+    buffers = job.stops, job.times, numbers, job.table, job.samples, job.plastic, job.curves
     record = NO_RECORD if job.record is None else job.record.buffers(job.bodies)
     compiled.run(job.method.packed, *tables, *buffers, *record, ends)
-    job.progress[:] = progress
+    job.progress.update(progress_so_far)
     if job.record:
         job.record.read(*record[:2])
 
 
 @cache
-def _constants(adaptive: bool) -> FloatArray:
+def _constants(adaptive: bool) -> list[float]:
     """Constants for the compiled code, in its order."""
     max_factor, min_first = steps.limits(adaptive)
     window = forces.FAR, LARGEST, forces.MIN_OVERLAP, steps.GROWTH, steps.MARGIN, steps.AT_REST
@@ -59,4 +61,4 @@ def _constants(adaptive: bool) -> FloatArray:
     arrival = forces.PASSED, forces.WAVE, forces.NOISE, forces.INSTANT
     peaks = steps.NEARLY, steps.HOPELESS, MOST_TURNS, NEAR, steps.AT_END, NUDGE, *arrival
     modes = forces.PARTS, forces.SHARP, forces.FINER, forces.FASTEST
-    return np.array([*window, *control, *kinks, *peaks, *modes], dtype=float)
+    return [*window, *control, *kinks, *peaks, *modes]

@@ -1,4 +1,4 @@
-"""Integration of long chains in parts, each with steps of its own.
+"""Integration of long chains in parts, each with steps of its chain.
 
 A step of a whole chain is limited by every contact that opens or closes anywhere. A disturbance takes time to pass from
 granule to granule, so for a short span of time each part of the chain moves independently of what happens farther away:
@@ -16,21 +16,11 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from attrs import evolve
 
 from shockwave.base.numerics import FloatArray
 from shockwave.engine import chain_backend
-from shockwave.engine.chain_arrays import (
-    CONTACTS,
-    END,
-    GUIDED,
-    LARGEST,
-    NO_END,
-    SIZE,
-    UNTIL,
-    WEIGHT,
-    Job,
-    Status,
-)
+from shockwave.engine.chain_arrays import LARGEST, Job, Progress, Status
 from shockwave.engine.chain_forces import FAR, Contacts
 from shockwave.engine.time_limit import expired
 
@@ -84,17 +74,13 @@ class _Parts:
     """A run in parts."""
 
     def __init__(self, contacts: Contacts, compiled: ModuleType | None) -> None:
-        self.own, self.job, self.compiled = contacts, contacts.job, compiled
+        self.chain, self.job, self.compiled = contacts, contacts.job, compiled
         self.bodies, self.both = contacts.bodies, self.job.switches[0]
         self.sizes = np.full(self.bodies, math.inf)
         self.sizes[0] = contacts.first
         self.most = np.zeros(self.bodies)
         self.until, self.next_sample = contacts.until, 0
-        _, self.time, self.arrival, self.work, self.steps, evaluations, self.rebound, *others = (
-            self.job.progress.tolist()
-        )
-        self.effort, self.extremes = evaluations * self.bodies, others[3:]
-        self.first_impulse, self.impulse = others[1:3]
+        self.first_impulse, self.impulse = self.job.progress.impulses
         if self.job.plastic.size:
             from shockwave.engine.chain_modes import Plasticity
 
@@ -104,54 +90,52 @@ class _Parts:
     @property
     def driven(self) -> bool:
         """Whether the applied force acts."""
-        return self.job.problem is not None and self.time < self.own.duration
+        return self.job.problem is not None and self.job.progress.time < self.chain.duration
 
     def run(self) -> None:
         """Integrate to the end."""
-        own, job, status = self.own, self.job, Status.RUNNING
+        job, progress, status = self.job, self.job.progress, Status.RUNNING
         while status is Status.RUNNING and not expired():
             state = self.state()
-            span = min(self.span(state), self.until - self.time)
+            span = min(self.span(state), self.until - progress.time)
             live = self.live(state, span)
+            effort = progress.evaluations * self.bodies
             if self.until == math.inf and not (live.any() or state.f.any() or (state.w > 0).any()):
                 status = Status.DONE
             elif (reached := self.advance(state.f, live, span)) is not Status.DONE:
                 status = reached
-                break
-            elif self.time >= self.until:
+            elif progress.time >= self.until:
                 status = Status.DONE
-            elif self.effort > own.most_work:
+            elif effort > job.settings.most_work:
                 status = Status.TOO_LONG
             else:
-                job.forecast.check(self.time, self.effort, self.steps)
-        counts = self.steps, self.effort / self.bodies, self.rebound, 0.0
-        totals = self.first_impulse, self.impulse, *self.extremes
-        job.progress[:] = status, self.time, self.arrival, self.work, *counts, *totals
+                job.forecast.check(progress.time, effort, progress.steps)
+        progress.status, progress.size, progress.impulses = status, 0.0, (self.first_impulse, self.impulse)
 
     def state(self) -> _State:
         """The state of all contacts."""
-        own, x, v = self.own, self.job.x, self.job.v
-        stretch = (x[:-1] - x[1:]) + own.gap
-        if own.contacts < self.bodies:
+        chain, x, v = self.chain, self.job.x, self.job.v
+        stretch = (x[:-1] - x[1:]) + chain.gap
+        if chain.contacts < self.bodies:
             stretch[-1] = x[-2]  # the spring of the end
-        d, w = stretch + own.base, v[:-1] - v[1:]
-        own.on = d >= 0
-        f = own.forces(x, v, 0, self.bodies)[0]
+        d, w = stretch + chain.base, v[:-1] - v[1:]
+        chain.on = d >= 0
+        f = chain.forces(x, v, 0, self.bodies)[0]
         return _State(f, stretch, d, w, w * w + np.abs(f * stretch) * self.both)
 
     def span(self, state: _State) -> float:
         """Time in which a change does not pass the margin of a part."""
-        own, p = self.own, self.own.p
+        chain, p = self.chain, self.chain.p
         stiff = self.stiffest(0.0) ** (1 / p)
         energies = np.where((state.d > 0) | (state.w > 0), stiff * state.square / self.both, 0.0)
-        force = float((((p + 1) / 2 * energies) ** (p / (p + 1))).max()) + float(own.static.max()) + own.weight
+        force = float((((p + 1) / 2 * energies) ** (p / (p + 1))).max()) + float(chain.static.max()) + chain.weight
         if self.driven:
-            force = max(force, own.strength)
+            force = max(force, chain.settings.peak_force)
         return min(self.spans_under(max(_RISE * force, _TINY)))
 
     def stiffest(self, force: float) -> FloatArray:
         """Largest k of each contact at forces up to this one, or as now."""
-        return self.own.k if self.own.flow is None else self.own.flow.stiffest(force)
+        return self.chain.k if self.chain.flow is None else self.chain.flow.stiffest(force)
 
     def spans_under(self, force: float) -> tuple[float, float]:
         """Times in which a change does not pass the elastic contacts, and the dashpots, of a margin.
@@ -159,28 +143,28 @@ class _Parts:
         A change passes M contacts of frequency o in the time t with the weight (o t)^(2M)/(2M)!, M dashpots of rate g
         with (g t)^M/M!. The ``force`` is the greatest one.
         """
-        own, p = self.own, self.own.p[:-1]
+        chain, p = self.chain, self.chain.p[:-1]
         stiff = self.stiffest(force)[:-1] ** (1 / p)
-        mobile = np.sqrt(own.inverse[:-1] * own.inverse[1:])
-        leak, share = math.log(_LEAK * own.tolerance), 2.0 if own.damped else 1.0
+        mobile = np.sqrt(chain.inverse[:-1] * chain.inverse[1:])
+        leak, share = math.log(_LEAK * chain.tolerance), 2.0 if chain.damped else 1.0
         reach = math.exp((math.lgamma(2 * _MARGIN + 1) + leak) / (2 * _MARGIN))
         elastic = reach / math.sqrt(share * _strongest(p * stiff * force ** (1 - 1 / p) * mobile))
-        if not own.damped:
+        if not chain.damped:
             return elastic, math.inf
         reach = math.exp((math.lgamma(_MARGIN + 1) + leak) / _MARGIN)
         overlaps = force ** (1 / p) / np.maximum(stiff, _TINY)
-        return elastic, reach / (share * _strongest(own.c[:-1] * overlaps ** own.q[:-1] * mobile))
+        return elastic, reach / (share * _strongest(chain.c[:-1] * overlaps ** chain.q[:-1] * mobile))
 
     def live(self, state: _State, span: float) -> npt.NDArray[np.bool_]:
         """Whether each contact is integrated: it is not quiet, and closed or will be, or it has a static force."""
-        own = self.own
+        chain = self.chain
         np.maximum(self.most, state.square, out=self.most)
-        least = np.where(own.base > 0, 0.0, (_QUIET * own.tolerance) ** 2 * self.most)
+        least = np.where(chain.base > 0, 0.0, (_QUIET * chain.tolerance) ** 2 * self.most)
         moves = state.square > np.maximum(least, _AT_REST**2)
-        moves |= own.p * np.abs(state.f) * self.both * span**2 > _ANGLE**2 * np.maximum(np.abs(state.d), _AT_REST)
-        live = moves & ((own.base > 0) | (state.d > 0) | (state.d + state.w * span > 0))
-        live[0] |= self.driven or own.weight > 0
-        if own.end_stiffness or own.end_damping:
+        moves |= chain.p * np.abs(state.f) * self.both * span**2 > _ANGLE**2 * np.maximum(np.abs(state.d), _AT_REST)
+        live = moves & ((chain.base > 0) | (state.d > 0) | (state.d + state.w * span > 0))
+        live[0] |= self.driven or chain.weight > 0
+        if chain.end_stiffness or chain.end_damping:
             live[-1] |= state.square[-1] > 0
         return np.asarray(live)
 
@@ -200,57 +184,68 @@ class _Parts:
 
     def advance(self, f: FloatArray, live: npt.NDArray[np.bool_], span: float) -> Status:
         """Advance all bodies by ``span``; the status is DONE, or that of the part that does not reach the end."""
-        own, job, end = self.own, self.job, self.time + span
+        chain, job, progress, end = self.chain, self.job, self.job.progress, self.job.progress.time + span
         end = self.until if end >= self.until else end
-        # free flight, with small forces between quiet granules
-        v = job.v.copy()
-        v[:-1] += span * (own.mobile[:-1] * (np.append(0.0, f[:-1]) - f))
-        x = job.x + span * v
-        impulses, sizes = span * f, np.full(self.bodies, math.inf)
         times = job.times[self.next_sample :]
         times = times[times <= end]
         shown = job.samples[self.next_sample : self.next_sample + len(times)]
-        shown[:, 0] = job.x + (times[:, None] - self.time) * v
-        shown[:, 1] = v
-        shown[:, 2, :-1] = f + own.static
-        if own.flow is not None:
-            shown[:, 3, :-1] = own.flow.released(own.overlaps(job.x, 0, self.bodies)[1], f + own.static)
+        x, v = self.fly(f, span, times, shown)
+        impulses, sizes = span * f, np.full(self.bodies, math.inf)
         for a, b, low, high in self.ranges(live):
             first = max(low - 1, 0)
             part = self.part((first, low, high), (a, b), f, end, times)
-            part.progress[SIZE] = min(float(self.sizes[a:b].min()), _FIRST * span)
+            part.progress.size = min(float(self.sizes[a:b].min()), _FIRST * span)
             chain_backend.run(part, self.compiled)
-            status, _, arrival, work, steps, evaluations, rebound, size, *others = part.progress.tolist()
-            (left, right), extremes = others[:2], others[2:]
-            if status != Status.DONE:
-                return Status(int(status))
-            self.steps, self.effort = self.steps + steps, self.effort + evaluations * (high - low)
-            self.work += work
-            self.rebound = rebound if first == 0 else self.rebound
-            if high == self.bodies:
-                self.arrival, self.extremes = max(self.arrival, arrival), extremes
-            mine, here = slice(a, b), slice(a - first, b - first)
-            x[mine], v[mine], sizes[mine] = part.x[here], part.v[here], size
+            if part.progress.status != Status.DONE:
+                return Status(int(part.progress.status))
+            self.join(part, (first, low, high), (a, b), shown)
+            mine, here, (left, right) = slice(a, b), slice(a - first, b - first), part.progress.impulses
+            x[mine], v[mine], sizes[mine] = part.x[here], part.v[here], part.progress.size
             if a == 0:
                 self.first_impulse += left
             if low < a:  # the impulse at the contact with the part before is that of the latter
-                v[a] += own.inverse[a] * (impulses[a - 1] - left)
-            impulses[min(b, own.contacts) - 1] = right
-            job.losses[mine] += part.losses[here]
-            job.peaks[:, mine] = part.peaks[:, here]
-            kept = slice(a, b - (b == high < self.bodies))
-            there = slice(kept.start - first, kept.stop - first)
-            job.scales[:, kept] = part.scales[:, there]
-            if own.flow is not None:
-                job.chain[1:5, kept], job.plastic[:, kept] = part.chain[1:5, there], part.plastic[:, there]
-            shown[:, :, mine] = part.samples[:, :, here]
+                v[a] += chain.inverse[a] * (impulses[a - 1] - left)
+            impulses[min(b, chain.contacts) - 1] = right
         x[-1] = v[-1] = 0.0
         job.x[:], job.v[:], self.sizes = x, v, sizes
-        self.impulse += float(impulses[own.contacts - 1])
-        self.time, self.next_sample = end, self.next_sample + len(times)
-        if self.arrival >= 0 and self.until == math.inf:
-            self.until = max(own.duration + 3 * self.arrival, end)
+        self.impulse += float(impulses[chain.contacts - 1])
+        progress.time, self.next_sample = end, self.next_sample + len(times)
+        if progress.arrival >= 0 and self.until == math.inf:
+            self.until = max(chain.duration + 3 * progress.arrival, end)
         return Status.DONE
+
+    def fly(self, f: FloatArray, span: float, times: FloatArray, shown: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Positions and velocities after free flight, with small forces between quiet granules, and its samples."""
+        chain, job = self.chain, self.job
+        v = job.v.copy()
+        v[:-1] += span * (chain.mobile[:-1] * (np.append(0.0, f[:-1]) - f))
+        shown[:, 0] = job.x + (times[:, None] - job.progress.time) * v
+        shown[:, 1] = v
+        shown[:, 2, :-1] = f + chain.static
+        if chain.flow is not None:
+            shown[:, 3, :-1] = chain.flow.released(chain.overlaps(job.x, 0, self.bodies)[1], f + chain.static)
+        return job.x + span * v, v
+
+    def join(self, part: Job, rows: tuple[int, int, int], body: tuple[int, int], shown: FloatArray) -> None:
+        """Add the sums of a part, and take over what belongs to its contacts; see `part`."""
+        (first, low, high), (a, b), job, progress = rows, body, self.job, self.job.progress
+        progress.steps += part.progress.steps
+        progress.evaluations += part.progress.evaluations * (high - low) / self.bodies
+        progress.work += part.progress.work
+        if first == 0:
+            progress.rebound = part.progress.rebound
+        if high == self.bodies:
+            progress.arrival = max(progress.arrival, part.progress.arrival)
+            progress.extremes = part.progress.extremes
+        mine, here = slice(a, b), slice(a - first, b - first)
+        job.losses[mine] += part.losses[here]
+        job.peaks[:, mine] = part.peaks[:, here]
+        kept = slice(a, b - (b == high < self.bodies))
+        there = slice(kept.start - first, kept.stop - first)
+        job.scales[:, kept] = part.scales[:, there]
+        if self.chain.flow is not None:
+            job.chain[1:5, kept], job.plastic[:, kept] = part.chain[1:5, there], part.plastic[:, there]
+        shown[:, :, mine] = part.samples[:, :, here]
 
     def part(
         self, rows: tuple[int, int, int], body: tuple[int, int], f: FloatArray, end: float, times: FloatArray
@@ -260,35 +255,41 @@ class _Parts:
         The impulses are those at the contacts before and at the end of the bodies that count.
         """
         first, low, high = rows
-        job, own, whole = self.job, self.own, high == self.bodies
-        watched = max(body[0] - 1 - first, 0), min(body[1], own.contacts) - 1 - first
+        job, contacts, whole = self.job, self.chain.contacts, high == self.bodies
+        watched = max(body[0] - 1 - first, 0), min(body[1], contacts) - 1 - first
         driven = first == 0 and self.driven
-        arrival, extremes = (self.arrival, self.extremes) if whole else (0.0, NO_END)
-        table = job.table[:, first : high + 1].copy()
-        settings = job.settings.copy()
-        settings[UNTIL], settings[CONTACTS] = end, own.contacts - first if whole else high - first
-        settings[END] *= whole
-        settings[[WEIGHT, GUIDED]] *= first == 0
+        progress = Progress(time=job.progress.time, arrival=0.0, rebound=job.progress.rebound)
+        if whole:
+            progress.arrival, progress.extremes = job.progress.arrival, job.progress.extremes
+        settings = evolve(
+            job.settings,
+            until=end,
+            contacts=contacts - first if whole else high - first,
+            end_stiffness=job.settings.end_stiffness * whole,
+            end_damping=job.settings.end_damping * whole,
+            weight=job.settings.weight * (first == 0),
+            guided=job.settings.guided and first == 0,
+        )
         part = Job(
             method=job.method,
             problem=job.problem if driven else None,
             law=None,
             by_law=job.by_law[first:high],
             settings=settings,
-            stops=job.stops[job.stops > self.time] if driven else job.stops[:0],
+            stops=job.stops[job.stops > progress.time] if driven else job.stops[:0],
             times=times,
             samples=np.zeros((len(times), job.samples.shape[1], high - first + 1)),
             watched=watched,
-            progress=np.array([0.0, self.time, arrival, 0.0, 0.0, 0.0, self.rebound, 0.0, 0.0, 0.0, *extremes]),
-            table=table,
+            progress=progress,
+            table=job.table[:, first : high + 1].copy(),
             plastic=job.plastic[:, first : high + 1].copy(),
             curves=job.curves,
             window=high - first,
         )
         part.losses[:] = 0.0
         chain, scales = part.chain, part.scales
-        if own.flow is not None:
-            part.plastic[:, [0] * (low > 0) + [-2] * (not whole)] = own.flow.elastic[:, None]
+        if self.chain.flow is not None:
+            part.plastic[:, [0] * (low > 0) + [-2] * (not whole)] = self.chain.flow.elastic[:, None]
         if not whole:
             chain[1:7, -1] = 0.0, -FAR, 0.0, 0.0, -f[high - 1], 0.0
             scales[:, -1] = LARGEST

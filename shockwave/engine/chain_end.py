@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.chain_arrays import EXTREMES
 from shockwave.engine.chain_forces import Contacts, End
 from shockwave.engine.chain_peaks import MOST_TURNS, NEAR
 from shockwave.engine.cubic_interpolation import around_tops, top_between
@@ -20,7 +19,7 @@ class EndExtremes:
     """Greatest magnitudes and their times, which are those of a `Job`."""
 
     def __init__(self, contacts: Contacts) -> None:
-        self.contacts, self.best = contacts, contacts.job.progress[EXTREMES].reshape(2, 3)
+        self.contacts, self.best = contacts, contacts.job.progress.extremes
         self.first = max(contacts.bodies - len(contacts.job.method.nodes) - 3, 0)
 
     def read(self, end: End, size: float) -> FloatArray:

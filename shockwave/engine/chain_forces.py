@@ -164,21 +164,22 @@ class Contacts:
 
     def __init__(self, job: Job) -> None:
         self.job = job
-        self.tolerance, self.until, self.duration, _, self.strength = job.settings[:5].tolist()
-        self.first, self.longest, contacts, self.end_stiffness, self.end_damping = job.settings[5:10].tolist()
-        self.most_work, damped, self.weight, guided = job.settings[10:].tolist()
+        settings = self.settings = job.settings
+        self.tolerance, self.until, self.duration = settings.tolerance, settings.until, settings.duration
+        self.first, self.longest, self.weight = settings.first, settings.longest, settings.weight
+        self.end_stiffness, self.end_damping = settings.end_stiffness, settings.end_damping
         self.inverse, self.k, self.gap, self.base, self.root, self.static, self.c = job.chain[:7]
         self.reach = job.chain[7:]
         self.p, self.q = job.exponents
         self.hertz = bool((self.p == HERTZ).all())
-        self.bodies, self.contacts = len(self.inverse), int(contacts)
+        self.bodies, self.contacts = len(self.inverse), settings.contacts
         self.mobile = np.append(self.inverse, 0.0)
-        self.guided = guided != 0
+        self.guided = settings.guided
         self.mobile[0] *= not self.guided  # contacts do not move a body whose path is given
         # a flat without mass, whose displacement is in the place of its velocity, and the force over Z is its rate
         self.flat = self.bodies - 1 if job.bar else -1
         self.both = job.switches[0]
-        self.damped = damped != 0
+        self.damped = settings.damped
         self.viscous = (self.c != 0) | job.by_law
         self.loaded = bool(self.base.any())
         self.by_law = job.by_law

@@ -11,17 +11,7 @@ from attrs import evolve, frozen
 
 from shockwave.base.errors import InvalidValueError, NumericalError
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.chain_arrays import (
-    EXTREMES,
-    GUIDED,
-    KINK_TOLERANCE,
-    NO_END,
-    ROWS,
-    UNTIL,
-    Forecast,
-    Job,
-    Status,
-)
+from shockwave.engine.chain_arrays import KINK_TOLERANCE, ROWS, Forecast, Job, Progress, Settings, Status
 from shockwave.engine.chain_assembly import Assembly
 from shockwave.engine.chain_domains import run
 from shockwave.engine.chain_forces import VISCOUS
@@ -198,10 +188,10 @@ def integrate(
 
 def _applied(assembly: Assembly, job: Job) -> tuple[float, float]:
     """Impulse of the applied force or the weight after a run, and the work of the force."""
-    end, work = job.progress[[1, 3]].tolist()
+    end, work = job.progress.time, job.progress.work
     if assembly.guided:
         first, mass = float(job.v[0]), 1 / float(assembly.inverse_masses[0])
-        impulse = mass * (first - assembly.velocity) + float(job.progress[8])
+        impulse = mass * (first - assembly.velocity) + job.progress.impulses[0]
         return impulse, work + 0.5 * mass * (first**2 - assembly.velocity**2)
     return assembly.weight * end if assembly.force is None else assembly.force.free(end)[1], work
 
@@ -221,11 +211,11 @@ def _motion_of(
         forces=assembly.static_forces + peaks,
         force_times=job.peaks[1, :contacts],
         dynamic_forces=peaks,
-        end=float(progress[1]),
-        arrival=None if progress[2] < 0 else float(progress[2]),
+        end=progress.time,
+        arrival=None if progress.arrival < 0 else progress.arrival,
         x=x,
         v=v,
-        last_impulse=float(progress[9]),
+        last_impulse=progress.impulses[1],
         applied_impulse=applied[0],
         work=applied[1] + assembly.weight * float(x[0]),
         dissipated=math.fsum(job.losses.tolist()),
@@ -235,11 +225,11 @@ def _motion_of(
         residual_overlaps=residual,
         greatest_overlaps=greatest,
         end_energy=0.5 * assembly.end_stiffness * float(x[-1]) ** 2,
-        extremes=progress[EXTREMES].reshape(2, 3),
+        extremes=progress.extremes,
         initial_energy=0.5 * float(masses[0]) * assembly.velocity**2,
-        rebound=-float(progress[6]) if progress[6] < 0 else None,
-        steps=int(progress[4]),
-        evaluations=int(progress[5]),
+        rebound=-progress.rebound if progress.rebound < 0 else None,
+        steps=int(progress.steps),
+        evaluations=int(progress.evaluations),
         integrator=integrator,
         samples_x=samples[:, 0, :-1],
         samples_v=samples[:, 1, :-1],
@@ -269,58 +259,79 @@ def _job(
 ) -> Job:
     """Arrays of a run."""
     bodies, problem, plastic = len(assembly.inverse_masses), assembly.force, assembly.plastic
-    chain, scales, first = assembly.beginning
-    first = _first_step(assembly, first, tolerance * float(scales[0, 0]))
-    pulse = (0.0, 1.0, 0.0) if problem is None else (problem.duration, problem.rise_time, problem.peak_force)
-    longest, cause = pulse[0] / _LEAST_STEPS, assembly.cause_of_work
-    if not method.adaptive:
-        first = longest = tolerance
-        step, tolerance, cause = tolerance, KINK_TOLERANCE, lambda: f"the fixed step of {step:g}"
-    work = math.inf if is_limited() else _WORK + _WORK_PER_BODY * bodies
-    end, last = math.inf if until is None else until, len(assembly.overlaps) - 1
+    settings, last = _settings(assembly, tolerance, until, method), len(assembly.overlaps) - 1
     if assembly.guided:
-        end = min(end, pulse[0])
-        times = times[times <= end]
-    settings = [tolerance, end, *pulse]
-    settings += [first, longest, len(assembly.overlaps), assembly.end_stiffness, assembly.end_damping]
-    settings += [work, assembly.is_viscous, assembly.weight, assembly.guided]
-    extremes = np.zeros(6) if assembly.movable_end else NO_END
+        times = times[times <= settings.until]
+    cause = assembly.cause_of_work if method.adaptive else lambda: f"the fixed step of {tolerance:g}"
     job = Job(
         method=method,
         problem=problem,
         law=assembly.law,
         by_law=np.zeros(bodies, dtype=bool),
-        settings=np.array(settings, dtype=float),
+        settings=settings,
         stops=np.array([] if problem is None else problem.stops),
         times=times,
         samples=np.zeros((len(times), 3 if plastic is None else 4, bodies + 1)),
         watched=(0 if assembly.guided else last, last),
-        progress=np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, first, 0.0, 0.0, *extremes]),
+        progress=Progress(size=settings.first),
         table=np.zeros((ROWS, bodies + 1)),
         plastic=np.empty((0, 0)) if plastic is None else plastic.table(assembly.overlaps, bodies),
         curves=np.empty(0) if plastic is None else plastic.curves[0],
         forecast=Forecast.of(settings, assembly.static_forces, cause),
         bar=assembly.impedance > 0,
     )
-    job.chain[:], job.scales[:] = chain, scales
+    if assembly.movable_end:
+        job.progress.extremes[:] = 0.0
+    _fill_table(assembly, job)
+    return job
+
+
+def _settings(assembly: Assembly, tolerance: float, until: float | None, method: Tableau) -> Settings:
+    """Settings of a run with a tolerance or, by a method with fixed steps, with this step."""
+    problem, (_chain, scales, first) = assembly.force, assembly.beginning
+    first, end = _first_step(assembly, first, tolerance * float(scales[0, 0])), math.inf if until is None else until
+    duration, rise_time, peak_force = 0.0, 1.0, 0.0
+    if problem is not None:
+        duration, rise_time, peak_force = problem.duration, problem.rise_time, problem.peak_force
+    return Settings(
+        tolerance=tolerance if method.adaptive else KINK_TOLERANCE,
+        until=min(end, duration) if assembly.guided else end,
+        duration=duration,
+        rise_time=rise_time,
+        peak_force=peak_force,
+        first=first if method.adaptive else tolerance,
+        longest=duration / _LEAST_STEPS if method.adaptive else tolerance,
+        contacts=len(assembly.overlaps),
+        end_stiffness=assembly.end_stiffness,
+        end_damping=assembly.end_damping,
+        most_work=math.inf if is_limited() else _WORK + _WORK_PER_BODY * len(assembly.inverse_masses),
+        damped=assembly.is_viscous,
+        weight=assembly.weight,
+        guided=assembly.guided,
+    )
+
+
+def _fill_table(assembly: Assembly, job: Job) -> None:
+    """Fill the rows of a job that describe the chain, its state at the beginning, and the scales of errors."""
+    job.chain[:], job.scales[:], _first = assembly.beginning
     job.exponents[:] = assembly.powers_of_contacts
     if assembly.law_contacts is not None:
         job.by_law[: len(assembly.overlaps)] = assembly.law_contacts
-    inverse = chain[0] * np.append(not assembly.guided, np.ones(bodies - 1))
-    job.switches[:] = inverse + np.append(inverse[1:], 0.0), np.ones(bodies)
+    inverse = job.chain[0].copy()
+    inverse[0] *= not assembly.guided
+    job.switches[:] = inverse + np.append(inverse[1:], 0.0), np.ones(job.bodies)
     if assembly.guided:
         job.chain[0, 0] = 1.0
     if assembly.impedance:
         job.switches[0, -2] = inverse[-2]
     job.v[0] = assembly.velocity
-    return job
 
 
 def _release(assembly: Assembly, job: Job, until: float | None, times: FloatArray) -> Job:
     """The job that follows, from the end of the given path of body 0, which then moves freely."""
-    settings, progress, (time, arrival) = job.settings.copy(), job.progress.copy(), job.progress[1:3].tolist()
-    settings[GUIDED], progress[0] = 0.0, 0.0
-    settings[UNTIL] = until or (max(time + 3 * arrival, time) if arrival >= 0 else math.inf)
+    time, arrival = job.progress.time, job.progress.arrival
+    end = until or (max(time + 3 * arrival, time) if arrival >= 0 else math.inf)
+    settings = evolve(job.settings, guided=False, until=end)
     job.chain[0, 0] = assembly.inverse_masses[0]
     job.switches[0, 0] += job.chain[0, 0]
     later = times[times > time]
@@ -331,9 +342,8 @@ def _release(assembly: Assembly, job: Job, until: float | None, times: FloatArra
         stops=job.stops[:0],
         times=later,
         samples=np.zeros((len(later), *job.samples.shape[1:])),
-        progress=progress,
         window=len(job.v) - 1,
-        forecast=Forecast.of(settings.tolist(), assembly.static_forces, job.forecast.cause),
+        forecast=Forecast.of(settings, assembly.static_forces, job.forecast.cause),
     )
 
 
@@ -358,11 +368,11 @@ def _first_step(assembly: Assembly, first: float, tolerance: float) -> float:
 
 def _check(job: Job) -> None:
     """Raise the error of a failed run."""
-    status, at = Status(int(job.progress[0])), f"at {job.progress[1]:.4g} characteristic times"
+    status, at = Status(int(job.progress.status)), f"at {job.progress.time:.4g} characteristic times"
     if status is Status.DONE:
         return
     reasons = {
-        Status.TOO_LONG: f"the chain takes too many steps because of {job.forecast.cause()}: {job.progress[4]:.0f}"
+        Status.TOO_LONG: f"the chain takes too many steps because of {job.forecast.cause()}: {job.progress.steps:.0f}"
         f" {at} (set a timeout to continue, simulate a shorter time, use a shorter chain, or loosen the tolerance)",
         Status.FAILED: f"the step size vanishes {at} (the ratios of masses or stiffnesses are too large, or the damping"
         " is too strong)"

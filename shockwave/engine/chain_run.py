@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.chain_arrays import EXTREMES, Job, Status
+from shockwave.engine.chain_arrays import Job, Status
 from shockwave.engine.chain_end import EndExtremes
 from shockwave.engine.chain_forces import (
     KINK_SHARE,
@@ -79,9 +79,8 @@ class March(Stages):
     def __init__(self, job: Job) -> None:
         super().__init__(job)
         self.stops = [*job.stops[job.stops > self.time].tolist(), math.inf]
-        _, _, self.arrival, self.work, self.steps, _, self.rebound, self.size, *self.impulses = job.progress[
-            :10
-        ].tolist()
+        self.progress, self.size = job.progress, job.progress.size
+        self.impulses = list(job.progress.impulses)
         self.max_factor, self.min_first = limits(job.method.adaptive)
         self.extremes = EndExtremes(self)
         self.held = self.effort = 0.0
@@ -118,12 +117,13 @@ class March(Stages):
                     status = Status.DONE
             elif share == 1 and self.size < max(MIN_STEP * self.time, self.min_first * self.first):
                 status = Status.FAILED
-            if status is Status.RUNNING and self.effort > self.most_work:
+            if status is Status.RUNNING and self.effort > self.settings.most_work:
                 status = Status.TOO_LONG
-            job.forecast.check(self.time, self.effort, self.steps)
+            job.forecast.check(self.time, self.effort, self.progress.steps)
         job.x[:], job.v[:] = start.x, start.v
-        counts = self.steps, self.evaluations, self.rebound, self.size
-        job.progress[: EXTREMES.start] = status, self.time, self.arrival, self.work, *counts, *self.impulses
+        progress = self.progress
+        progress.status, progress.time, progress.size = status, self.time, self.size
+        progress.evaluations, progress.impulses = self.evaluations, self.impulses
 
     def span(self, start: End, finish: End, end: float) -> Span:
         """The present step."""
@@ -276,10 +276,10 @@ class March(Stages):
             self.find_peaks(start, finish, size, n)
         self.extremes.update(start, finish, (self.time, size), self.attempt)
         self.sample(start, end)
-        if self.weight > 0 and self.rebound == 0:
-            self.rebound = self.first_rebound(start, finish, size)
+        if self.weight > 0 and self.progress.rebound == 0:
+            self.progress.rebound = self.first_rebound(start, finish, size)
         self.time = end
-        self.steps += 1
+        self.progress.steps += 1
         if end == self.stops[0]:
             del self.stops[0]
         if self.driven:
@@ -318,18 +318,19 @@ class March(Stages):
             summed += weight * each
         area = self.shift(size, end)[0] / inverse
         if self.guided:
-            self.work += float(start.v[0]) * size * mean
+            work = float(start.v[0]) * size * mean
         else:
-            self.work += impulse * (float(finish.v[0]) - inverse * impulse) + 0.5 * inverse * impulse * impulse
-        self.work += inverse * (size * product + mean * (area - size * summed))
+            work = impulse * (float(finish.v[0]) - inverse * impulse) + 0.5 * inverse * impulse * impulse
+        self.progress.work += work
+        self.progress.work += inverse * (size * product + mean * (area - size * summed))
 
     def look_for_arrival(self, start: End) -> None:
         """Set the time at which the wave arrives at the last contact, and the end of the run if that depends on it."""
-        last = self.contacts - 1
-        if self.arrival < 0 and self.n > last and has_arrived(start, self.job.peaks[0], last, self.static[last]):
-            self.arrival = float(self.job.peaks[1, last])
+        last, progress = self.contacts - 1, self.progress
+        if progress.arrival < 0 and self.n > last and has_arrived(start, self.job.peaks[0], last, self.static[last]):
+            progress.arrival = float(self.job.peaks[1, last])
             if self.until == math.inf:
-                self.until = max(self.duration + 3 * self.arrival, self.time)
+                self.until = max(self.duration + 3 * progress.arrival, self.time)
 
     def find_peaks(self, start: End, finish: End, size: float, n: int) -> None:
         """Compute the maxima of the contact forces within the step that may be the greatest so far."""

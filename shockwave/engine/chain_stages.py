@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.chain_arrays import SIZE, Job
+from shockwave.engine.chain_arrays import Job
 from shockwave.engine.chain_forces import Contacts, End
 from shockwave.engine.nystroem_tableaux import scaled_error
 
@@ -34,9 +34,9 @@ class Stages(Contacts):
         if job.integrator is not None:
             from shockwave.engine.integrator_steps import IntegratorSteps
 
-            self.course = IntegratorSteps(self, job.integrator, float(job.progress[SIZE]))
+            self.course = IntegratorSteps(self, job.integrator, job.progress.size)
             self.weighted = np.zeros((4, self.n))
-        self.time, self.evaluations = float(job.progress[1]), float(job.progress[5])
+        self.time, self.evaluations = job.progress.time, job.progress.evaluations
         self.driven = job.problem is not None and self.time < self.duration
         self.free = (0.0, 0.0) if job.problem is None or self.time == 0 else job.problem.free(self.time)
 

@@ -6,10 +6,11 @@ import math
 from importlib import import_module
 
 import numpy as np
+from attrs import evolve
 
 from shockwave.base.errors import NumericalError
 from shockwave.base.progress import report_progress
-from shockwave.engine.chain_arrays import KINK_TOLERANCE, LARGEST, NO_END, ROWS, SIZE, UNTIL, Job, Status
+from shockwave.engine.chain_arrays import KINK_TOLERANCE, LARGEST, ROWS, Job, Progress, Settings, Status
 from shockwave.engine.chain_backend import run
 from shockwave.engine.chain_forces import FAR
 from shockwave.engine.chain_record import Record
@@ -47,7 +48,7 @@ class Course:
         window = min(_FIRST_WINDOW, problem.granules or _FIRST_WINDOW)
         self._record = Record(self.log, problem.granules is not None, window, kept)
         first = integrator.first_size(problem.stops[0], None) if integrator.adaptive else integrator.size
-        self._progress = np.array([0, 0, -1, 0, 0, 0, 0, first, 0, 0, *NO_END], dtype=float)
+        self._progress = Progress(size=first)
         self._job: Job | None = None
 
     def advance(self, until: float, since: float = 0.0) -> Stretch:
@@ -63,9 +64,8 @@ class Course:
         if job is None or (record.continues and record.bodies + room > job.bodies):
             job = self._job = self._make_job(record.bodies + 3 * room // 2, job)
         record.since = since
-        job.settings[UNTIL] = until
-        run(job, self._compiled)
-        status, self.now, _arrival, _work, steps, evaluations = self._progress[:6].tolist()
+        run(evolve(job, settings=evolve(job.settings, until=until)), self._compiled)
+        status, self.now = self._progress.status, self._progress.time
         if status == Status.RUNNING:
             raise NumericalError(
                 f"the time limit was reached at {self.now:.4g} characteristic times of the wave (allow more, loosen the"
@@ -74,7 +74,7 @@ class Course:
         if status == Status.FAILED:
             remedy = "loosen the tolerance" if self.integrator.adaptive else "use a smaller step"
             raise NumericalError(f"{self.integrator.name} cannot step beyond t = {self.now:g} T0 ({remedy})")
-        self.steps, self.integrator.evaluations = int(steps), int(evaluations)
+        self.steps, self.integrator.evaluations = int(self._progress.steps), int(self._progress.evaluations)
         if record.stretch is not None:
             return record.stretch
         x, v = job.x[: record.bodies], job.v[: record.bodies]
@@ -108,15 +108,23 @@ class Course:
         method = integrator.coefficients()
         longest = LONGEST_STEP if problem.granules is None else min(LONGEST_STEP, problem.duration)
         longest = longest if integrator.adaptive else integrator.size
-        pulse = problem.duration, problem.rise_time, problem.peak_force
-        settings = self.log.tolerance, 0, *pulse, self._progress[SIZE], longest, last, 0, 0, math.inf, 0, 0, 0
+        settings = Settings(
+            tolerance=self.log.tolerance,
+            until=0.0,
+            duration=problem.duration,
+            rise_time=problem.rise_time,
+            peak_force=problem.peak_force,
+            first=self._progress.size,
+            longest=longest,
+            contacts=last,
+        )
         job = Job(
             method=method or Rkn86.tableau,
             integrator=integrator if method is None else None,
             problem=problem,
             law=None,
             by_law=np.zeros(bodies, dtype=bool),
-            settings=np.array(settings, dtype=float),
+            settings=settings,
             stops=np.array(problem.stops),
             times=np.empty(0),
             samples=np.empty((0, 3, bodies + 1)),

@@ -8,6 +8,10 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
+from attrs import fields
+
+from shockwave.engine import chain_arrays, chain_backend, chain_forces, chain_peaks, chain_run
+from shockwave.engine.chain_arrays import Progress, Settings
 
 ENGINE = Path(__file__).parents[2] / "shockwave" / "engine"
 #: Modules with the algorithms of a header.
@@ -43,3 +47,25 @@ def test_constants_in_c_are_those_of_the_numpy_code(file: str, name: str, value:
 
 def test_every_constant_that_only_c_has_exists() -> None:
     assert {name for _, name, _ in constants()} > ONLY_C
+
+
+#: Names in C of numbers of a run with another name in NumPy, or with several elements.
+OF_A_RUN = {"watched": ["left", "right"], "impulses": ["impulse_left", "impulse_right"]}
+OF_A_RUN["extremes"] = ["extremes", "extreme_times"]
+OTHER_CONSTANTS = {"quickest": "fastest", "step_work": "compiled_step"}
+
+
+def test_numbers_of_a_run_have_the_same_order_in_both_codes() -> None:
+    struct = re.search(r"typedef struct {([^}]*)} Run;", (ENGINE / "_march.h").read_text())
+    assert struct is not None
+    names = [each for each in re.findall(r"[a-z]\w*", re.sub(r"\[3\]", "", struct[1])) if each != "double"]
+    before, after = ([each.name for each in fields(kind)] for kind in (Settings, Progress))
+    before, after = [*before, "window"], [each for name in ["watched", *after] for each in OF_A_RUN.get(name, [name])]
+    assert names[: len(before)] == before
+    assert names[-len(after) :] == after
+    constants, values = names[len(before) : -len(after)], chain_backend._constants(True)
+    assert len(constants) == len(values)
+    modules = [vars(each) for each in (chain_backend, chain_arrays, chain_forces, chain_peaks, chain_run)]
+    for name, value in zip(constants, values, strict=True):
+        wanted = OTHER_CONSTANTS.get(name, name).upper()
+        assert value in [module.get(each) for module in modules for each in (wanted, f"_{wanted}")], name
