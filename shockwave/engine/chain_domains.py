@@ -20,7 +20,7 @@ from attrs import evolve
 
 from shockwave.base.numerics import FloatArray
 from shockwave.engine import chain_backend
-from shockwave.engine.chain_arrays import LARGEST, Job, Progress, Status
+from shockwave.engine.chain_arrays import LARGEST, Job, Progress, Settings, Status
 from shockwave.engine.chain_forces import FAR, Contacts
 from shockwave.engine.time_limit import expired
 
@@ -255,31 +255,20 @@ class _Parts:
         The impulses are those at the contacts before and at the end of the bodies that count.
         """
         first, low, high = rows
-        job, contacts, whole = self.job, self.chain.contacts, high == self.bodies
-        watched = max(body[0] - 1 - first, 0), min(body[1], contacts) - 1 - first
-        driven = first == 0 and self.driven
+        job, whole, driven = self.job, high == self.bodies, first == 0 and self.driven
         progress = Progress(time=job.progress.time, arrival=0.0, rebound=job.progress.rebound)
         if whole:
             progress.arrival, progress.extremes = job.progress.arrival, job.progress.extremes
-        settings = evolve(
-            job.settings,
-            until=end,
-            contacts=contacts - first if whole else high - first,
-            end_stiffness=job.settings.end_stiffness * whole,
-            end_damping=job.settings.end_damping * whole,
-            weight=job.settings.weight * (first == 0),
-            guided=job.settings.guided and first == 0,
-        )
         part = Job(
             method=job.method,
             problem=job.problem if driven else None,
             law=None,
             by_law=job.by_law[first:high],
-            settings=settings,
+            settings=self.settings_of(first, high, end),
             stops=job.stops[job.stops > progress.time] if driven else job.stops[:0],
             times=times,
             samples=np.zeros((len(times), job.samples.shape[1], high - first + 1)),
-            watched=watched,
+            watched=(max(body[0] - 1 - first, 0), min(body[1], self.chain.contacts) - 1 - first),
             progress=progress,
             table=job.table[:, first : high + 1].copy(),
             plastic=job.plastic[:, first : high + 1].copy(),
@@ -298,6 +287,19 @@ class _Parts:
             chain[7:, 1] = 0.0
             scales[:, 0] = LARGEST
         return part
+
+    def settings_of(self, first: int, high: int, end: float) -> Settings:
+        """Settings of the part with these rows; only the first has what acts on body 0, the last what is at the end."""
+        settings, whole = self.job.settings, high == self.bodies
+        return evolve(
+            settings,
+            until=end,
+            contacts=self.chain.contacts - first if whole else high - first,
+            end_stiffness=settings.end_stiffness * whole,
+            end_damping=settings.end_damping * whole,
+            weight=settings.weight * (first == 0),
+            guided=settings.guided and first == 0,
+        )
 
 
 def _strongest(rates: FloatArray) -> float:

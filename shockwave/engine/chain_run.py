@@ -255,25 +255,14 @@ class March(Stages):
 
     def accept(self, start: End, finish: End, size: float, end: float, impulses: list[float]) -> End:
         """Process an accepted step; the beginning of the next one."""
-        job, n = self.job, self.n
-        weights, stages = self.method.weights[1][:, None], slice(len(self.method.nodes))
-        for i, contact in enumerate(job.watched):
-            self.impulses[i] += size * sum((weights[:, 0] * self.stages[stages, contact + 1]).tolist())
-        if self.flow:
-            self.flow.add_losses(start, finish, (self.time, size), self.stages)
-        if self.damped:
-            lost = size * np.add.reduce(weights * self.powers[stages, :n], axis=0)
-            # a contact that is cut off loses its energy, whatever the length of the step
-            idle = [((end.raw < 0) | (end.d < 0)) & (self.k[:n] > 0) for end in (start, finish)]
-            p = self.p[:n] + 1
-            kept = [self.k[:n] / p * np.maximum(end.d, 0.0) ** p for end in (start, finish)]
-            job.losses[:n] += np.where(idle[0] & idle[1], kept[0] - kept[1], lost)
+        job = self.job
+        self.add_impulses_and_losses(start, finish, size)
         if self.driven:
             self.add_work(start, finish, size, end, impulses)
         if self.record:
             self.record.spans.append(self.span(start, finish, end))
         else:
-            self.find_peaks(start, finish, size, n)
+            self.find_peaks(start, finish, size, self.n)
         self.extremes.update(start, finish, (self.time, size), self.attempt)
         self.sample(start, end)
         if self.weight > 0 and self.progress.rebound == 0:
@@ -286,14 +275,7 @@ class March(Stages):
             assert job.problem is not None
             self.free = job.problem.free(end)
             self.driven = end < self.duration
-        last = max(n - MARGIN, 0)
-        if n < self.bodies and max(abs(finish.x[last]), abs(finish.v[last])) > AT_REST:
-            self.n = min(n + GROWTH, self.bodies)
-            self.mobile[n : self.n] = self.inverse[n : self.n]
-        if self.record is None:
-            self.raise_scales(finish, self.n)
-        else:
-            self.record.bodies = self.n if self.course is None else _front(finish)
+        self.widen(finish)
         if job.law is not None:
             here = self.by_law[: self.contacts]
             d, w = (np.where(here, values[: self.contacts], 0.0) for values in (finish.d, finish.w))
@@ -301,6 +283,32 @@ class March(Stages):
         following = self.begin(finish.x, finish.v, finish)
         self.look_for_arrival(following)
         return following
+
+    def add_impulses_and_losses(self, start: End, finish: End, size: float) -> None:
+        """Add the impulses at the watched contacts, and the energies that contacts dissipate within the step."""
+        n, weights, stages = self.n, self.method.weights[1][:, None], slice(len(self.method.nodes))
+        for i, contact in enumerate(self.job.watched):
+            self.impulses[i] += size * sum((weights[:, 0] * self.stages[stages, contact + 1]).tolist())
+        if self.flow:
+            self.flow.add_losses(start, finish, (self.time, size), self.stages)
+        if self.damped:
+            lost = size * np.add.reduce(weights * self.powers[stages, :n], axis=0)
+            # a contact that is cut off loses its energy, whatever the length of the step
+            idle = [((end.raw < 0) | (end.d < 0)) & (self.k[:n] > 0) for end in (start, finish)]
+            p = self.p[:n] + 1
+            kept = [self.k[:n] / p * np.maximum(end.d, 0.0) ** p for end in (start, finish)]
+            self.job.losses[:n] += np.where(idle[0] & idle[1], kept[0] - kept[1], lost)
+
+    def widen(self, finish: End) -> None:
+        """Widen the window if the waves are near its end, and raise the scales of the errors or state the front."""
+        n, last = self.n, max(self.n - MARGIN, 0)
+        if n < self.bodies and max(abs(finish.x[last]), abs(finish.v[last])) > AT_REST:
+            self.n = min(n + GROWTH, self.bodies)
+            self.mobile[n : self.n] = self.inverse[n : self.n]
+        if self.record is None:
+            self.raise_scales(finish, self.n)
+        else:
+            self.record.bodies = self.n if self.course is None else _front(finish)
 
     def add_work(self, start: End, finish: End, size: float, end: float, impulses: list[float]) -> None:
         """Add the work of the force, integrated by parts: J w + J^2/2m minus the integral of J w'.

@@ -49,7 +49,7 @@ class Stages(Contacts):
         """
         if self.course is not None:
             return self.read(self.course, start, size, end)
-        method, h, square = self.method, size, size * size
+        method, h = self.method, size
         part = slice(low, high)
         x, v, inverse = start.x[part], start.v[part], self.mobile[part]
         whole_y, whole_z = start.x.copy(), start.v.copy()
@@ -63,15 +63,10 @@ class Stages(Contacts):
         sums = first * self.stage_rates[0, part]
         terms, row = np.empty_like(sums), 0
         for i, (c, column) in enumerate(zip(method.nodes[1:].tolist(), later, strict=True), start=1):
-            np.add(coasting[i], square * sums[row], out=y)
-            if method.damped:
-                np.add(v, h * sums[row + 1], out=z)
-            if self.flat > 0 and high == self.bodies:
-                y[-1] = z[-1]
+            self.move((y, z), (coasting[i], v), sums[row : row + 1 + method.damped], h, high)
             row += 1 + method.damped
             if c == 0:
-                slope = np.append(0.0, start.slope)
-                self.stage_rates[1, part] = h * (inverse * (slope[low:high] - slope[low + 1 : high + 1]))
+                self.stage_rates[1, part] = h * self.jerks(start)[part]
                 sums[row:] += np.multiply(column, self.stage_rates[1, part], out=terms[row:])
                 impulses.append(0.0)
                 continue
@@ -86,14 +81,34 @@ class Stages(Contacts):
             left += np.multiply(column, self.stage_rates[i, part], out=terms[row:])
         # rows: those of position and velocity, then those of their errors
         self.weighted = sums[row:]
-        np.add(coasting[-1], square * self.weighted[0], out=y)
-        np.add(v, h * self.weighted[1], out=z)
-        if self.flat > 0 and high == self.bodies:
-            y[-1] = z[-1]
+        self.move((y, z), (coasting[-1], v), self.weighted[:2], h, high)
         self.evaluations += method.evaluations
         if self.driven and low == 0:
             self.push(whole_y, whole_z, impulses, h, end)
         return whole_y, whole_z, impulses
+
+    def move(
+        self,
+        to: tuple[FloatArray, FloatArray],
+        free: tuple[FloatArray, FloatArray],
+        sums: FloatArray,
+        h: float,
+        high: int,
+    ) -> None:
+        """Set positions and, with two sums of accelerations, velocities: those of free flight plus h^2 and h of these.
+
+        The flat of a bar, without mass, has its displacement in the place of its velocity.
+        """
+        np.add(free[0], h * h * sums[0], out=to[0])
+        if len(sums) > 1:
+            np.add(free[1], h * sums[1], out=to[1])
+        if self.flat > 0 and high == self.bodies:
+            to[0][-1] = to[1][-1]
+
+    def jerks(self, start: End) -> FloatArray:
+        """Time derivatives of the accelerations at the beginning of a step, of the bodies in the window."""
+        slope = np.append(0.0, start.slope)
+        return np.asarray(self.mobile[: self.n] * (slope[:-1] - slope[1:]))
 
     def read(
         self, course: IntegratorSteps, start: End, size: float, end: float
