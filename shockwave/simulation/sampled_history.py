@@ -27,6 +27,9 @@ _CLUSTER = np.arange(17)
 _ROUNDS = 6
 # Relative error that is resolved, over rtol.
 _RESOLVED = 0.3
+# Error of the time of an extreme, in intervals, over the ratio of the sixth to the second differences, which is small
+# unless the slope jumps there: then both polynomials have a similar error.
+_KINK = 0.04
 #: Share of the error of a time, in characteristic times, that counts as a relative error.
 TIME_SHARE = 0.1
 _BISECTIONS = 30
@@ -113,7 +116,9 @@ class History:
         (at, other), (value, check) = np.split(at, 2), np.split(value, 2)
         gap, scale = self.spacing * np.abs(at - other), np.maximum(np.abs(y).max(axis=1), 1e-300)
         share = np.where(value > self.d[rows, np.maximum(places - 1, 0)], TIME_SHARE, np.maximum(value, 0.0) / scale)
-        errors = np.where(turns, np.abs(value - check) / scale + share * gap, gap)
+        sixth, second = (np.abs(np.diff(y, order)).max(axis=1) for order in (6, 2))
+        kink = self.spacing * np.minimum(_KINK * sixth / np.maximum(second, 1e-300), 1.0)
+        errors = np.where(turns, np.abs(value - check) / scale + share * np.maximum(gap, kink), gap)
         opens = turns & (self.d[rows, places] == 0)
         at, value, errors = np.where(opens, shift, at), np.where(opens, 0.0, value), np.where(opens, 0.0, errors)
         times = self.begins[rows] + self.spacing * (begins + 3 + at)

@@ -223,3 +223,17 @@ def test_a_fixed_step_reads_first_pulses_to_its_estimate(integrator: str) -> Non
     (pulse,) = sw.simulate(triangle(1.0), CHAIN, integrator=integrator, sensors=[{"contact": 10}]).sensors
     (expected,) = sw.simulate(triangle(1.0), CHAIN, sensors=[{"contact": 10}]).sensors
     assert 0 < abs(pulse.peak / expected.peak - 1) < pulse.error_estimate < 1e-3
+
+
+def test_pulses_that_miss_the_tolerance_are_computed_again_with_a_smaller_one() -> None:
+    chain = evolve(BEADS, material="stainless-steel-302", contact=sw.ElasticPlastic())
+    result = sw.simulate(STRIKER, chain, contacts=[*range(11)])
+    estimates = [peak.first.error_estimate for peak in result.contacts if peak.first]
+    assert len(estimates) == 11
+    assert max(estimates) <= 1e-6
+    tight = sw.simulate(STRIKER, chain, contacts=[*range(11)], rtol=1e-9)
+    for first, reference in (
+        (one.first, other.first) for one, other in zip(result.contacts, tight.contacts, strict=True)
+    ):
+        assert first.peak == pytest.approx(reference.peak, rel=first.error_estimate)
+        assert first.width == pytest.approx(reference.width, rel=first.error_estimate)
