@@ -16,7 +16,7 @@ from shockwave.base.progress import track
 from shockwave.base.result import VERSION
 from shockwave.base.text import alarm, limits, si, strong, table
 from shockwave.benchmark.extreme_cases import CHECKS, Case, Finding, find
-from shockwave.engine.backend import Backend, chosen, lack
+from shockwave.engine.backend import Backend, compiled_code, lack
 from shockwave.sweep.fork_server import start_server
 
 # Modules that are loaded once, before the processes of the cases are forked.
@@ -148,7 +148,7 @@ def stress(names: Iterable[str] = (), backend: str | None = None) -> Stress:
 def _backends(backend: str | None) -> tuple[Backend, ...]:
     if backend is None:
         return ("numpy",) if lack() else ("compiled", "numpy")
-    return ("numpy",) if chosen(backend) is None else ("compiled",)
+    return ("numpy",) if compiled_code(backend) is None else ("compiled",)
 
 
 def _in_process(name: str, backend: Backend) -> tuple[Finding, float]:

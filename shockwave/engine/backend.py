@@ -30,7 +30,7 @@ def lack() -> str:
     return "not built: needs a C compiler; not available on Windows or free-threaded Python"
 
 
-def chosen(backend: str) -> ModuleType | None:
+def compiled_code(backend: str) -> ModuleType | None:
     """The compiled module for ``compiled`` and, if it was built, for ``auto``; None for NumPy.
 
     Raises

@@ -223,7 +223,7 @@ class _Parts:
         shown[:, 1] = v
         shown[:, 2, :-1] = f + chain.static
         if chain.flow is not None:
-            shown[:, 3, :-1] = chain.flow.released(chain.overlaps(job.x, 0, self.bodies)[1], f + chain.static)
+            shown[:, 3, :-1] = chain.flow.released_energies(chain.overlaps(job.x, 0, self.bodies)[1], f + chain.static)
         return job.x + span * v, v
 
     def join(self, part: Job, rows: tuple[int, int, int], body: tuple[int, int], shown: FloatArray) -> None:

@@ -106,7 +106,7 @@ class Flow(Protocol):
         """Replace the time derivatives of the forces of contacts that flow."""
         ...
 
-    def released(self, d: FloatArray, forces: FloatArray) -> FloatArray:
+    def released_energies(self, d: FloatArray, forces: FloatArray) -> FloatArray:
         """Energies that all contacts release from their overlaps, less residual ones, and forces on."""
         ...
 
@@ -197,7 +197,7 @@ class Contacts:
         a = self.mobile[: n + 1] * (whole[: n + 1] - whole[1 : n + 2])
         if 0 < self.flat <= n:
             w[self.flat - 1] -= a[self.flat]
-        slope = np.where(raw > 0, self.rates(d, w, self.closing(a, time)), 0.0)
+        slope = np.where(raw > 0, self.rates(d, w, self.closing_accelerations(a, time)), 0.0)
         return End(x, v, u, d, w, whole, raw, powers, slope, a)
 
     def overlaps(self, x: FloatArray, low: int, high: int) -> tuple[FloatArray, FloatArray]:
@@ -283,11 +283,11 @@ class Contacts:
         forces[: self.contacts] = self.job.law.force(overlaps, velocities, self.state)
         return np.where(d > MIN_OVERLAP, forces[low:high], 0.0)
 
-    def closing(self, a: FloatArray, time: float, low: int = 0) -> FloatArray:
+    def closing_accelerations(self, a: FloatArray, time: float, low: int = 0) -> FloatArray:
         """Closing accelerations of contacts from ``low`` on, from those of the bodies due to the contacts."""
         if low == 0:
             a = a.copy()
-            a[0] += self.inverse[0] * self.applied(time)
+            a[0] += self.inverse[0] * self.applied_force(time)
         if 0 < self.flat - low < len(a):  # it has a velocity in this place
             a = np.where(np.arange(len(a)) == self.flat - low, 0.0, a)
         return np.asarray(a[:-1] - a[1:])
@@ -323,12 +323,12 @@ class Contacts:
         at = j - near
         a = self.mobile[j : j + 2] * (whole[at : at + 2] - whole[at + 1 : at + 3])
         w = self.closing_velocities(v, j, j + 1) - (a[1] if j + 1 == self.flat else 0.0)
-        rate = self.rates(self.overlaps(x, j, j + 1)[1], w, self.closing(a, time, j), j)
+        rate = self.rates(self.overlaps(x, j, j + 1)[1], w, self.closing_accelerations(a, time, j), j)
         return float(whole[at + 1]), float(rate[0]) if raw[at] > 0 else 0.0
 
     def first_size(self, j: int, w: float) -> float:
         """Longest step after contact j has closed with the velocity w."""
-        p, q, allowed = float(self.p[j]) + 1, float(self.q[j]) + 1, float(self.allowed(j + 1)[j])
+        p, q, allowed = float(self.p[j]) + 1, float(self.q[j]) + 1, float(self.allowed_impulses(j + 1)[j])
         most = math.pow(allowed / (ELASTIC * self.k[j] * math.pow(w, p - 1)), 1 / p)
         if q == 1:
             return most
@@ -361,11 +361,11 @@ class Contacts:
         following = scales[:, 1:n]
         np.maximum(following, self.reach[:, 1:n] * scales[:, : n - 1], out=following)
 
-    def allowed(self, n: int) -> FloatArray:
+    def allowed_impulses(self, n: int) -> FloatArray:
         """Impulses that change the closing velocities of the first n contacts by the tolerance."""
         return np.asarray(self.tolerance * self.job.scales[0, :n] / self.both[:n])
 
-    def applied(self, time: float) -> float:
+    def applied_force(self, time: float) -> float:
         """Applied force, from the difference of its impulse."""
         problem = self.job.problem
         if problem is None or time >= self.duration:
@@ -389,9 +389,9 @@ def _powers(d: FloatArray, powers: FloatArray) -> FloatArray:
 def _libm(function: Callable[[float, float], float], values: FloatArray, powers: FloatArray) -> FloatArray:
     """A function of the C library, as in the compiled code: the steps amplify a difference in the last digit."""
 
-    def bounded(value: float, power: float) -> float:
+    def or_infinity(value: float, power: float) -> float:
         with suppress(OverflowError):
             return function(value, power)
         return math.inf
 
-    return np.fromiter(map(bounded, values.tolist(), powers.tolist()), float, len(values))
+    return np.fromiter(map(or_infinity, values.tolist(), powers.tolist()), float, len(values))

@@ -125,7 +125,7 @@ class Plasticity:
             overlap = Overlap.between(self.chain, start, finish, *span, j)
             forces = (stages[: len(method.nodes), j + 1] + self.chain.static[j]).tolist()
             for node, weight, force in zip(method.nodes.tolist(), method.weights[1].tolist(), forces, strict=True):
-                self.job.losses[j] += weight * force * overlap.closing(node)
+                self.job.losses[j] += weight * force * overlap.closing_velocity(node)
 
     def rates(self, slope: FloatArray, motion: Sequence[FloatArray], low: int) -> None:
         """Replace the time derivatives of the forces of contacts that flow; ``motion``: overlaps, w and w'."""
@@ -133,7 +133,7 @@ class Plasticity:
             j, (d, w, a) = low + i, (float(values[i]) for values in motion)
             slope[i] = self.load(j, int(self.mode[j]), (d, w, a), self.faster(j, w))[1]
 
-    def stored(self, j: int, d: float) -> float:
+    def stored_energy(self, j: int, d: float) -> float:
         """Energy that a contact releases, or has taken up since zero overlap; zero where that is integrated."""
         mode = int(self.mode[j])
         if mode <= Mode.ELASTIC:
@@ -147,7 +147,7 @@ class Plasticity:
             return 0.5 * d * d * float(self.a[j] + self.b[j] * (math.log(d) - 0.5))
         return d * float(self.level[j] + 0.5 * self.slope[j] * d)
 
-    def released(self, d: FloatArray, forces: FloatArray) -> FloatArray:
+    def released_energies(self, d: FloatArray, forces: FloatArray) -> FloatArray:
         """Energies that all contacts release from their overlaps, less residual ones, and forces on."""
         depths = np.maximum(d, 0.0)
         flows = (self.mode > Mode.ELASTIC) | ((self.mode == Mode.CAPPED) & (d > self.first))
@@ -214,7 +214,7 @@ class Plasticity:
         contacts, changed = self.chain.contacts, False
         n = min(len(start.d), contacts)
         for j in np.flatnonzero(start.u[:n] > self.limit[:n]).tolist():
-            a = float(self.chain.closing(start.a[j : j + 2], time, j)[0])
+            a = float(self.chain.closing_accelerations(start.a[j : j + 2], time, j)[0])
             force, slope = float(start.f[j + 1] + self.chain.static[j]), float(start.slope[j])
             following, _margin = self.next_mode(j, (float(start.d[j]), float(start.w[j]), a), (force, slope))
             if following != self.mode[j]:
@@ -246,7 +246,7 @@ class Plasticity:
         """Change the mode of a contact, from its motion, its force, and that where the mode has ended."""
         mode, (d, w, a), chain = int(self.mode[j]), motion, self.chain
         d += float(self.left[j]) if mode == Mode.ELASTIC else 0.0
-        self.job.losses[j] += self.stored(j, d)
+        self.job.losses[j] += self.stored_energy(j, d)
         if following == Mode.ELASTIC:
             # the contact has turned just before
             self.reached[j] = reached = d + (min(0.5 * w * w / -a, NUDGE * d) if a < 0 else 0.0)
@@ -265,7 +265,7 @@ class Plasticity:
             chain.k[j] = self.virgin[j] if following == Mode.CAPPED else 0.0
         self.mode[j] = following
         self.set_constants(j)
-        self.job.losses[j] -= self.stored(j, d)
+        self.job.losses[j] -= self.stored_energy(j, d)
 
     def depth(self, forces: FloatArray) -> FloatArray:
         """Overlaps above the residual ones where unloading from these forces begins."""
@@ -314,7 +314,7 @@ class Plasticity:
         """Least size of a step that ends after a contact turns, of those whose flow does not depend on the rate."""
         size, slope = math.inf, np.concatenate(([0.0], start.slope, [0.0]))
         for j in np.flatnonzero((self.mode > Mode.ELASTIC) & (self.curved <= 1)).tolist():
-            w, a = float(start.w[j]), float(self.chain.closing(start.a[j : j + 2], time, j)[0])
+            w, a = float(start.w[j]), float(self.chain.closing_accelerations(start.a[j : j + 2], time, j)[0])
             jerks = self.chain.mobile[j : j + 2] * (slope[j : j + 2] - slope[j + 1 : j + 3])
             last = math.sqrt(max(a * a - 2 * float(jerks[0] - jerks[1]) * w, 0.0))
             if w > 0 > a and last > 0:
@@ -325,7 +325,7 @@ class Plasticity:
         """Time after the end of a mode in which the impulse that a step misses is small; force less the static one."""
         force, least = force + float(self.chain.static[j]), float(self.yields[j])
         stiffness = 1.5 * math.sqrt((2 * max(force, least) + least) / float(self.softness[j]))
-        most = KINK_SHARE * float(self.chain.allowed(j + 1)[j])
+        most = KINK_SHARE * float(self.chain.allowed_impulses(j + 1)[j])
         late = math.sqrt(most / (stiffness * abs(w))) if w else math.inf
         late = min(late, math.cbrt(most / (stiffness * abs(a)))) if a else late
         return late * (SHARP if self.rate[j] else 1.0)
@@ -341,7 +341,7 @@ class Plasticity:
         end = float(self.limit[j] if mode == Mode.ELASTIC else end)
         if mode != Mode.ELASTIC:
             slopes = [after - before for before, after in pairwise(b)]
-            at = first_negative(slopes, overlap.closing, 0.0, 1.0)
+            at = first_negative(slopes, overlap.closing_velocity, 0.0, 1.0)
             if mode == Mode.CAPPED and at <= 1 and not overlap.change(at) > self.limit[j]:
                 at = 2.0
         if mode == Mode.ELASTIC or (not rate and mode != Mode.FULL):
@@ -351,9 +351,9 @@ class Plasticity:
         if mode == Mode.ELASTIC:
             if passes > 1:
                 return 2.0
-            turns = overlap.closing(1.0) <= 0
+            turns = overlap.closing_velocity(1.0) <= 0
             return self.mode_ends(
-                overlap, passes, vanish(overlap.closing, passes, 1.0, 0.5 * (passes + 1))[0] if turns else 1.0
+                overlap, passes, vanish(overlap.closing_velocity, passes, 1.0, 0.5 * (passes + 1))[0] if turns else 1.0
             )
         if mode == Mode.CAPPED and max(b) <= end:
             return at

@@ -37,7 +37,7 @@ class Overlap:
     def between(cls, contacts: Contacts, start: End, finish: End, time: float, size: float, j: int) -> Overlap:
         """The polynomial of a step that begins at ``time``."""
         ends = (start, time), (finish, time + size)
-        a0, a1 = (size * size * float(contacts.closing(end.a[j : j + 2], at, j)[0]) for end, at in ends)
+        a0, a1 = (size * size * float(contacts.closing_accelerations(end.a[j : j + 2], at, j)[0]) for end, at in ends)
         w0 = size * float(start.w[j])
         u = float(finish.u[j]) - float(start.u[j]) - w0 - a0 / 2
         w, a = size * float(finish.w[j]) - w0 - a0, a1 - a0
@@ -53,9 +53,9 @@ class Overlap:
         """Overlap, closing velocity and acceleration at a fraction ``s`` of the step."""
         c, size = self.coefficients, self.size
         a = 2 * c[2] + s * (6 * c[3] + s * (12 * c[4] + s * 20 * c[5]))
-        return self.change(s) + float(self.contacts.base[self.j]), self.closing(s) / size, a / (size * size)
+        return self.change(s) + float(self.contacts.base[self.j]), self.closing_velocity(s) / size, a / (size * size)
 
-    def closing(self, s: float) -> float:
+    def closing_velocity(self, s: float) -> float:
         """Closing velocity at a fraction ``s`` of the step, in units of it."""
         c = self.coefficients
         return c[1] + s * (2 * c[2] + s * (3 * c[3] + s * (4 * c[4] + s * 5 * c[5])))

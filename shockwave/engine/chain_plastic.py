@@ -104,5 +104,5 @@ def settle(job: Job) -> Rest:
         force = 0.0 if flow.curved[j] > 1 else flow.load(j, int(flow.mode[j]), (float(d[j]), 0.0, 0.0), 0.0)[0]
         flow.change_mode(j, Mode.ELASTIC, (float(d[j]), 0.0, 0.0), force)
     d = chain.overlaps(job.x, 0, chain.bodies)[1][:count]
-    energies = [flow.stored(j, each) for j, each in enumerate((d + flow.left[:count]).tolist())]
+    energies = [flow.stored_energy(j, each) for j, each in enumerate((d + flow.left[:count]).tolist())]
     return Rest(flow.left[:count], flow.reached[:count], np.array(energies))

@@ -176,7 +176,7 @@ def integrate(
     compiled = None if assembly.law is not None or assembly.impedance or job.integrator else compiled
     run(job, compiled)
     _check(job)
-    impulse, work = _applied(assembly, job)
+    impulse, work = _impulse_and_work(assembly, job)
     samples = job.samples
     if assembly.force is not None and assembly.guided and (until is None or until > assembly.force.duration):
         job = _release(assembly, job, until, np.asarray(times, dtype=float))
@@ -186,7 +186,7 @@ def integrate(
     return _motion_of(assembly, job, name, (impulse, work), samples)
 
 
-def _applied(assembly: Assembly, job: Job) -> tuple[float, float]:
+def _impulse_and_work(assembly: Assembly, job: Job) -> tuple[float, float]:
     """Impulse of the applied force or the weight after a run, and the work of the force."""
     end, work = job.progress.time, job.progress.work
     if assembly.guided:

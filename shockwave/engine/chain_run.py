@@ -153,8 +153,8 @@ class March(Stages):
             self.rejected, self.held = True, 0.0
             return False
         # a step that was shortened to end here does not shorten the next one
-        grown = size * min(factor, 1.0 if self.rejected else self.max_factor)
-        self.size = max(grown, self.held, self.size if at_stop or size < self.size else 0.0)
+        longest = size * min(factor, 1.0 if self.rejected else self.max_factor)
+        self.size = max(longest, self.held, self.size if at_stop or size < self.size else 0.0)
         self.rejected, self.held, self.cuts = False, 0.0, 0
         return True
 
@@ -195,7 +195,7 @@ class March(Stages):
             d, w = start.d[near], start.w[near]
             at = -d / w / h
             soon = at > SOON
-            opens = kink_error(h, start.raw[near], 1 - at) > KINK_SHARE * self.allowed(self.n)[near]
+            opens = kink_error(h, start.raw[near], 1 - at) > KINK_SHARE * self.allowed_impulses(self.n)[near]
             soon &= (d < 0) | (opens & ~self.viscous[near])
             size = min(size, float((at[soon] * h).min(initial=math.inf)))
             # a contact has just closed: its force is a power of the time
@@ -229,7 +229,7 @@ class March(Stages):
         The ``flags`` are those of contacts that act at the beginning, and of those that change.
         """
         acts, changes = flags
-        late, allowed = self.closing_tolerance(finish.x, finish.w, self.time), self.allowed(self.n)
+        late, allowed = self.closing_tolerance(finish.x, finish.w, self.time), self.allowed_impulses(self.n)
         for j in np.flatnonzero(changes).tolist():
             d0, d1, raw0, raw1 = (float(a[j]) for a in (start.d, finish.d, start.raw, finish.raw))
             at = 0.5
@@ -387,5 +387,5 @@ class March(Stages):
             row = job.samples[self.next_sample]
             row[0], row[1], row[2, :-1] = x, v, self.forces(x, v, 0, self.bodies)[0] + self.static
             if self.flow:
-                row[3, :-1] = self.flow.released(self.overlaps(x, 0, self.bodies)[1], row[2, :-1])
+                row[3, :-1] = self.flow.released_energies(self.overlaps(x, 0, self.bodies)[1], row[2, :-1])
             self.next_sample += 1

@@ -113,7 +113,7 @@ class Tableau:
         head = [len(self.nodes), self.error_order, self.last_is_first]
         return np.concatenate([head, self.nodes, self.positions.ravel(), self.weights[:4].ravel()])
 
-    def packed_for(self, exponent: float) -> FloatArray:
+    def pack_for(self, exponent: float) -> FloatArray:
         """One-dimensional array for the compiled code of equal chains, with the exponent of the contact force unless
         that is Hertz's.
         """

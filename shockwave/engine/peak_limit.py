@@ -71,7 +71,9 @@ def _rest(p: Sequence[float], bends: bool) -> float:
     return total
 
 
-def crossing(v0: FloatArray, v1: FloatArray, slope0: FloatArray, slope1: FloatArray) -> tuple[FloatArray, FloatArray]:
+def find_crossing(
+    v0: FloatArray, v1: FloatArray, slope0: FloatArray, slope1: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Fraction of a step at which each contact stops closing, and its closure up to then, over the size of the step.
 
     The velocity is interpolated by the cubic through values and slopes at both ends.
@@ -87,7 +89,7 @@ def crossing(v0: FloatArray, v1: FloatArray, slope0: FloatArray, slope1: FloatAr
     return share, share * (v0 + share * (slope0 / 2 + share * (c / 3 + share * d / 4)))
 
 
-def grown(late: FloatArray, since: FloatArray, now: float, growing: float) -> FloatArray:
+def growth_since(late: FloatArray, since: FloatArray, now: float, growing: float) -> FloatArray:
     """Largest peak forces that waves may reach, from forces and times of the last peak at each contact.
 
     They follow from the change over the last contacts; a decrease feeds another wave. ``growing`` is the number of such

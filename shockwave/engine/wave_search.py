@@ -44,11 +44,11 @@ def find_primaries(requests: Sequence[Request], method: type[Nystroem], compiled
     groups: dict[float, list[tuple[float, int]]] = {}
     for index, request in enumerate(requests):
         groups.setdefault(request.problem.exponent, []).append((request.problem.duration, index))
-    found: dict[int, Primary] = {}
+    primaries: dict[int, Primary] = {}
     for group in groups.values():
         order = [index for _, index in sorted(group, reverse=True)]
-        found |= zip(order, _search_compiled(compiled, method, [requests[index] for index in order]), strict=True)
-    return [found[index] for index in range(len(requests))]
+        primaries |= zip(order, _search_compiled(compiled, method, [requests[index] for index in order]), strict=True)
+    return [primaries[index] for index in range(len(requests))]
 
 
 def find_short(
@@ -78,13 +78,13 @@ def find_short(
     jobs[:, -5] = list(map(len, rows))
     for column, parts in ((-6, rows), (-4, coefficients), (-3, stops)):
         jobs[1:, column] = np.cumsum(list(map(len, parts)))[:-1]
-    found = np.zeros((count, _NUMBERS))
+    table = np.zeros((count, _NUMBERS))
     all_stops = array("d", chain.from_iterable(stops))
-    tables = jobs, np.concatenate(rows), np.concatenate(coefficients), all_stops, _NONE, found
+    tables = jobs, np.concatenate(rows), np.concatenate(coefficients), all_stops, _NONE, table
     lanes = 1 if count < _WIDTH else _WIDTH
-    compiled.primary(method.tableau.packed_for(exponent), *tables, lanes, expired)
-    results, errors = np.empty_like(found), np.empty(count)
-    results[order], errors[order] = found, [path.error for path in paths]
+    compiled.primary(method.tableau.pack_for(exponent), *tables, lanes, expired)
+    results, errors = np.empty_like(table), np.empty(count)
+    results[order], errors[order] = table, [path.error for path in paths]
     return results, errors
 
 
@@ -110,16 +110,18 @@ def _search_compiled(compiled: ModuleType, method: type[Nystroem], requests: Seq
     if len(paths) > 1:
         rows = np.concatenate([path.rows for path in paths])
         coefficients = np.concatenate([path.coefficients for path in paths])
-    found = array("d", bytes(8 * _NUMBERS * len(requests)))
+    numbers = array("d", bytes(8 * _NUMBERS * len(requests)))
     lanes = 1 if len(requests) < _WIDTH else _WIDTH
     passages = array("d", wanted)
-    tables = array("d", jobs), rows, coefficients, array("d", stops), passages, found
-    packed = method.tableau.packed_for(requests[0].problem.exponent)
+    tables = array("d", jobs), rows, coefficients, array("d", stops), passages, numbers
+    packed = method.tableau.pack_for(requests[0].problem.exponent)
     compiled.primary(packed, *tables, lanes, expired)
     triples = zip(*[iter(passages)] * 3, strict=True)
     answers = []
-    for numbers, request in zip(zip(*[iter(found)] * _NUMBERS, strict=True), requests, strict=True):
-        own = islice(triples, len(request.contacts)) if request.contacts else ()
-        reached = [Passage(int(contact), time, force) for contact, time, force in own if not math.isnan(time)]
-        answers.append(Primary._make((*numbers, tuple(reached))))
+    for row, request in zip(zip(*[iter(numbers)] * _NUMBERS, strict=True), requests, strict=True):
+        times_and_forces = islice(triples, len(request.contacts)) if request.contacts else ()
+        reached = [
+            Passage(int(contact), time, force) for contact, time, force in times_and_forces if not math.isnan(time)
+        ]
+        answers.append(Primary._make((*row, tuple(reached))))
     return answers

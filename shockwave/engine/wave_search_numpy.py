@@ -13,7 +13,7 @@ from shockwave.base.progress import report_progress
 from shockwave.engine.force_law import contact_force, power_force
 from shockwave.engine.nystroem_integrators import Nystroem, kink
 from shockwave.engine.one_step import Attempt
-from shockwave.engine.peak_limit import KEPT, NOISE, STRIDE, crossing, grown, limit, window_energy
+from shockwave.engine.peak_limit import KEPT, NOISE, STRIDE, find_crossing, growth_since, limit, window_energy
 from shockwave.engine.scaled_problem import (
     FORMING,
     Passage,
@@ -244,7 +244,7 @@ class _Window:
             return
         at = at[strong]
         rates = before[at], after[at], *(size * (a[at] - a[at + 1]) for a in (self.a, tried.a))
-        shares, moved = crossing(*rates)
+        shares, moved = find_crossing(*rates)
         forces = power_force(np.maximum(opened[strong] + size * moved, 0.0), self.exponent)
         front = int(at.searchsorted(self.head - self.base, "right"))
         behind = (forces[:front] >= _FLOOR).nonzero()[0]
@@ -328,7 +328,7 @@ class _Window:
         front = self.head - self.base - 2
         if front <= 0 or not self.peaks:
             return 0.0
-        recent = grown(self.late[:front], self.since[:front], self.time, self.request.limits.growing)
+        recent = growth_since(self.late[:front], self.since[:front], self.time, self.request.limits.growing)
         forces = contact_forces(self.x[: front + 1], self.exponent)
         return float(max(recent.max(), forces.max())) / self.peaks[-1].force
 

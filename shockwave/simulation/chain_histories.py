@@ -194,7 +194,7 @@ class Signal:
         places = self.contacts if self.body is None else np.array([self.body])
         return np.asarray(-momenta[:, places].mean(axis=1) * scales.contact_force * scales.time)
 
-    def applied(self, time: float) -> float:
+    def applied_impulse(self, time: float) -> float:
         """Impulse of the excitation to a scaled time [N s]."""
         scales, assembly = self.case.scales, self.case.assembly
         impulse = assembly.weight * time if assembly.force is None else assembly.force.free(time)[1]

@@ -14,7 +14,7 @@ from attrs import asdict, evolve
 from shockwave.base.errors import NumericalError
 from shockwave.base.numerics import FloatArray
 from shockwave.base.text import round_bound, si
-from shockwave.engine.backend import chosen
+from shockwave.engine.backend import compiled_code
 from shockwave.engine.chain_problem import Motion
 from shockwave.registry.registry import load
 from shockwave.scene.force_limit import AGAIN, COLLISION, STILL_ACTS, WAVE, LeavingForce, name_force
@@ -120,7 +120,7 @@ def simulate_chain(
         measured=_train(case, velocities, apart),
         restitution=_restitution(case, motion, velocities, apart),
         **_balance(case, motion),
-        dissipated=_dissipated(case, motion),
+        dissipated=_dissipated_energies(case, motion),
         segments=tuple(_segments(case, motion, reached)),
         end_energy=(float(motion.kinetic[-1]) + motion.end_energy) * scales.energy if movable else None,
         first_yield=yielding,
@@ -163,7 +163,7 @@ def forces_of(result: Simulation) -> ContactForces:
         If the integration would take too long, fails, or reaches the time limit.
     """
     granules, options = cast(int, result.chain.granules), chain_options(result)
-    is_slow = chosen(options.backend) is None or load("integrators", result.integrator).coefficients() is None
+    is_slow = compiled_code(options.backend) is None or load("integrators", result.integrator).coefficients() is None
     code = "numpy" if is_slow else "compiled"
     if options.timeout is None and options.until is None:
         duration = max(scale_scene(result.scene)[0].duration, _SINGLE)
@@ -243,7 +243,7 @@ def _segments(case: ChainSetup, motion: Motion, granules: int) -> Iterator[Segme
         yield SegmentEnergy(first=begin, last=min(end, granules) - 1, energy=energy, dissipated=dissipated)
 
 
-def _dissipated(case: ChainSetup, motion: Motion) -> Dissipated:
+def _dissipated_energies(case: ChainSetup, motion: Motion) -> Dissipated:
     """Energies dissipated by plastic flow, damping and a dashpot at the end."""
     losses, plastic = case.scales.energy * motion.losses, case.layout.plastic
     contacts, flows = len(motion.forces), False if plastic is None else np.isfinite(plastic.strengths)

@@ -13,7 +13,7 @@ from attrs import evolve, frozen
 
 from shockwave.base.errors import Fault, InvalidValueError, refuse
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.backend import chosen
+from shockwave.engine.backend import compiled_code
 from shockwave.engine.chain_assembly import Assembly
 from shockwave.engine.chain_problem import integrate
 from shockwave.engine.integrator import Integrator
@@ -113,7 +113,7 @@ class ChainSetup:
             numpy_part = f"the integrator {method.name}"
         if numpy_part and options.backend == "compiled":
             raise InvalidValueError.of("backend", f"must be auto or numpy for {numpy_part} (got 'compiled')")
-        numpy_alone = bool(numpy_part) or chosen(options.backend) is None
+        numpy_alone = bool(numpy_part) or compiled_code(options.backend) is None
         compiled = None if numpy_alone else import_module("shockwave.engine._chains")
         fixed = method is not None and not method.adaptive
         step, rtol = (options.step or STEP, None) if fixed else (None, options.rtol or RTOL)

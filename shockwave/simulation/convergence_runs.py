@@ -146,7 +146,7 @@ def runs_of(case: ChainSetup) -> Runs:
         least, ratio = (0.0, _STEPS_RATIO) if fixed else (tolerance, tolerance / looser)
         errors, missed = _errors(case, coarse, fine, least, ratio)
         end_errors = _end_errors(case, coarse, fine, least, ratio)
-        missed = missed or bool(end_errors.max(initial=0.0) > _allowed(case))
+        missed = missed or bool(end_errors.max(initial=0.0) > _allowed_error(case))
         if best is not None:  # two runs can agree by chance
             errors = np.maximum(errors, tolerance / looser * best.errors)
             end_errors = np.maximum(end_errors, tolerance / looser * best.end_errors)
@@ -179,7 +179,7 @@ def warn_missed(runs: Runs) -> list[str]:
     return [f"The tolerance was not met: {missed} (rtol {runs.case.rtol:.1e})."]
 
 
-def _allowed(case: ChainSetup) -> float:
+def _allowed_error(case: ChainSetup) -> float:
     """Relative error that is allowed, or not warned of with a fixed step."""
     return case.rtol if case.options.step is None else UNSETTLED
 
@@ -210,7 +210,7 @@ def _errors(case: ChainSetup, coarse: Motion, fine: Motion, tolerance: float, ra
 
     ``tolerance`` is that of the step of the fine run, ``ratio`` its ratio to that of the coarse one.
     """
-    forces, dynamic, rtol = fine.forces, fine.dynamic_forces, _allowed(case)
+    forces, dynamic, rtol = fine.forces, fine.dynamic_forces, _allowed_error(case)
     least = max(_NEGLIGIBLE * float(dynamic.max()), _TINY)
     base = np.maximum(np.maximum(dynamic, least), _LEAST_OF_TOTAL / rtol * forces)
     changes, judged = np.abs(dynamic - coarse.dynamic_forces), case.judged_contacts(forces)
@@ -226,8 +226,8 @@ def _errors(case: ChainSetup, coarse: Motion, fine: Motion, tolerance: float, ra
     # where collisions amplify errors this much, these are not proportional to the tolerances
     relative[judged] = decisive * np.where(factor * decisive > most, max(factor, _FACTOR), factor)
     caution = _DAMPED if case.assembly.damping.any() else 1.0
-    own = caution * tolerance + (0.0 if case.assembly.force is None else case.assembly.force.path.error)
-    errors = caution * relative + own + _ROUNDING * forces / base
+    floor = caution * tolerance + (0.0 if case.assembly.force is None else case.assembly.force.path.error)
+    errors = caution * relative + floor + _ROUNDING * forces / base
     errors[forces <= 0] = 0.0
     late = np.abs(fine.force_times - coarse.force_times)[judged]
     late = late[late < _OTHER_PEAK].max(initial=0.0)

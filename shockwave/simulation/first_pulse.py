@@ -57,8 +57,8 @@ class FirstPulse:
     @property
     def units(self) -> dict[str, str]:
         """Units of the figures."""
-        times, own = dict.fromkeys(("time", "arrival", "width"), "s"), {"greatest": self.unit, "impulse": "N s"}
-        return {"peak": self.unit, **times, **own, "speed": "m/s", "position": "m"}
+        times, others = dict.fromkeys(("time", "arrival", "width"), "s"), {"greatest": self.unit, "impulse": "N s"}
+        return {"peak": self.unit, **times, **others, "speed": "m/s", "position": "m"}
 
     def speed_from(self, other: FirstPulse) -> float | None:
         """Mean speed of the wave from another sensor to this one, by arrivals [m/s].

@@ -153,8 +153,8 @@ def _figures_of(history: History, levels: FloatArray) -> FloatArray:
         for name, segment, level in pulse.crossings()
     ]
     columns = [np.array([each[i] for each in crossings]) for i in range(3)]
-    found = history.solve(columns[0].astype(int), columns[1].astype(int), columns[2].astype(float))
-    for (row, *_, name), time, integral in zip(crossings, found.times, found.integrals, strict=True):
+    crossed = history.solve(columns[0].astype(int), columns[1].astype(int), columns[2].astype(float))
+    for (row, *_, name), time, integral in zip(crossings, crossed.times, crossed.integrals, strict=True):
         pulses[row].instants[name] = float(time), float(integral)
     ended = [bool(span[-1] < history.d.shape[1] - 1) for span in spans]
     return np.array([_figures(*each) for each in zip(pulses, history.signals, ended, strict=True)])
@@ -234,7 +234,7 @@ def _figures(pulse: _Pulse, signal: Signal, ended: bool) -> list[float]:
             stop = float(times[pulse.end]), float(integrals[pulse.end])
         if stop is not None:
             begin = pulse.instants.get("begin", first)
-            impulse = stop[1] - begin[1] + signal.applied(stop[0]) - signal.applied(begin[0])
+            impulse = stop[1] - begin[1] + signal.applied_impulse(stop[0]) - signal.applied_impulse(begin[0])
     peak, time = float(values[pulse.peak]), float(times[pulse.peak])
     return [time * unit, arrival * unit, peak, width * unit, float(pulse.merged), impulse]
 

@@ -62,7 +62,7 @@ def later_force(case: ChainSetup, motion: Motion) -> float:
         frame = _mean(v[first:], masses[first:])
         last -= _first(~(np.append(True, apart) & (v >= frame))[first:][::-1])
         frame = min(frame, _mean(v[first:last], masses[first:last]))
-    energy = math.fsum(0.5 * masses[first:last] * (v[first:last] - frame) ** 2) + _stored(case, motion)
+    energy = math.fsum(0.5 * masses[first:last] * (v[first:last] - frame) ** 2) + _stored_energy(case, motion)
     k, static = float(stiffnesses(case, motion)[-1]), float(static_forces[-1])
     at_rest = (static / k) ** (1 / p)
 
@@ -92,7 +92,7 @@ def later_spring_force(case: ChainSetup, motion: Motion) -> float:
         return math.inf
     away = are_apart(x, v, offsets(case, motion)) & (v[:-1] <= 0) & (not assembly.static_forces.any())
     first = int(np.argmin(np.append(away, False)))
-    energy = math.fsum(motion.kinetic[first:]) + _stored(case, motion)
+    energy = math.fsum(motion.kinetic[first:]) + _stored_energy(case, motion)
     stiffness = assembly.end_stiffness + assembly.end_damping**2 * float(assembly.inverse_masses[-1])
     return float(case.scales.force * (math.sqrt(2 * energy * stiffness) + assembly.weight))
 
@@ -143,7 +143,7 @@ def _gives_way(case: ChainSetup) -> bool:
     return bool(assembly.weight) and not (assembly.fixed_wall or assembly.end_stiffness)
 
 
-def _stored(case: ChainSetup, motion: Motion) -> float:
+def _stored_energy(case: ChainSetup, motion: Motion) -> float:
     """Elastic energy of contacts and end above that of the chain at rest under its static forces.
 
     Contacts that flow later only take from it. A spring at the end carries the weight of a striker.

@@ -146,8 +146,8 @@ class History:
     def greatest(self) -> FloatArray:
         """Greatest values."""
         places = self.d.argmax(axis=1)
-        found = self.fit(np.arange(len(places)), places, np.full(len(places), np.nan)).values
-        return np.where((places > 0) & (places < self.d.shape[1] - 1), found, self.d.max(axis=1))
+        tops = self.fit(np.arange(len(places)), places, np.full(len(places), np.nan)).values
+        return np.where((places > 0) & (places < self.d.shape[1] - 1), tops, self.d.max(axis=1))
 
 
 def _motions(case: ChainSetup, tolerance: float, times: FloatArray) -> Iterator[tuple[Motion, FloatArray]]:

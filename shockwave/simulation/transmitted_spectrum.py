@@ -43,7 +43,7 @@ def spectrum_of(
     """Compute `Simulation.spectrum` of a result."""
     base, kilograms = _base(result, mass)
     ratio, first, last = DAMPING.check("damping", damping), FREQUENCY.check("low", low), FREQUENCY.check("high", high)
-    times, accelerations = _transmitted(result, 0, kilograms)
+    times, accelerations = _transmitted_history(result, 0, kilograms)
     sizes, longer = np.abs(accelerations), longer_time(float(times[-1]), result.chain.end)
     if not sizes.any():
         raise NumericalError(f"nothing reaches the structure by the end of the simulated time ({longer})")
@@ -96,14 +96,14 @@ def _agreeing_spectra(
     coarse = errors = np.zeros(0)
     for halvings in range(_HALVINGS + 1):
         try:
-            histories = [_transmitted(result, halvings, mass)]
+            histories = [_transmitted_history(result, halvings, mass)]
         except ShockwaveError:  # too many samples, or no time left
             if halvings < 2:
                 raise
             break
         if result.shock is not None:
             interval = _interval(result, halvings)
-            applied = _applied(result.shock, interval, _FEWEST * 2**halvings, mass)
+            applied = _applied_history(result.shock, interval, _FEWEST * 2**halvings, mass)
             histories.append(applied if result.structure is None else _on_mounts(applied, result, interval))
         fine = np.array([greatest_responses(*history, frequencies, damping) for history in histories])
         if halvings:
@@ -118,7 +118,7 @@ def _interval(result: Any, halvings: int) -> float:
     return float(_INTERVAL * result.characteristic_time / 2**halvings)
 
 
-def _transmitted(result: Any, halvings: int, mass: float) -> tuple[FloatArray, FloatArray]:
+def _transmitted_history(result: Any, halvings: int, mass: float) -> tuple[FloatArray, FloatArray]:
     """Times [s], and acceleration of a movable end, or the force less its static part over the mass [m/s^2]."""
     sensor: Any = {"contact": result.chain.count - 2 + (result.scene.impact is not None)}
     if result.chain.end is not None:
@@ -136,7 +136,7 @@ def _transmitted(result: Any, halvings: int, mass: float) -> tuple[FloatArray, F
     return recording.times, (forces - forces[0]) / mass
 
 
-def _applied(shock: Shock, interval: float, fewest: int, mass: float) -> tuple[FloatArray, FloatArray]:
+def _applied_history(shock: Shock, interval: float, fewest: int, mass: float) -> tuple[FloatArray, FloatArray]:
     """Times [s], and the force of the shock over the mass [m/s^2]."""
     even = np.linspace(0, shock.profile.duration_ratio, max(fewest, int(shock.duration / interval)) + 1)
     knots = np.union1d(even, shock.profile.breakpoints)

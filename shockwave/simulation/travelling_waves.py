@@ -82,7 +82,7 @@ class Outlook:
         self._length: dict[int, int] = {}
         self._bounds: dict[int, float] = {}
 
-    def passed_trail(self, wave: int) -> Trail:
+    def settled_trail(self, wave: int) -> Trail:
         """The peaks of a wave from the foremost contact through which all of it has passed, if there is one."""
         if wave not in self._trails:
             trail = self._log.trail(self.heads[wave], 2 * _STRIDE + _STEP + int(PASSING * self._log.wave.spread))
@@ -93,7 +93,7 @@ class Outlook:
         return self._trails[wave]
 
     def bound(self, wave: int) -> float:
-        """Bound on the relative deviation of a wave from its limit, at the first peak of `passed_trail`.
+        """Bound on the relative deviation of a wave from its limit, at the first peak of `settled_trail`.
 
         It is infinite for a wave that will collide with another one, or is followed by one that may still become
         stronger.
@@ -110,14 +110,14 @@ class Outlook:
             other, most = self.heads[behind].force, _TALLER * force
             if (
                 2 * other > most
-                and other * (1 + min(_doubt(self.passed_trail(behind).forces, self._noise), 1.0)) > most
+                and other * (1 + min(_doubt(self.settled_trail(behind).forces, self._noise), 1.0)) > most
             ):
                 return math.inf
-        return _doubt(self.passed_trail(wave).forces, self._noise)
+        return _doubt(self.settled_trail(wave).forces, self._noise)
 
     def wait(self, wave: int, allowed: float) -> float:
         """Least time until the bound of a wave decreases to ``allowed``; 0 if it is not known."""
-        trail = self.passed_trail(wave)
+        trail = self.settled_trail(wave)
         contacts = 2 * _STRIDE + _STEP + 1 - float(len(trail.rows))
         if not trail.rows:  # all of the wave passes a contact later
             contacts += passage_time(self._log.wave, 1.0) * self._log.wave.speed - self._length.get(wave, 0)
@@ -135,7 +135,7 @@ class Outlook:
         if any(self.least <= self.heads[wave].force * (1 + self.bound(wave)) for wave in weak):
             return False
         rearmost = self.heads[-1].contact if self.heads else self._log.removed[0]
-        return _nothing_to_come(x, v, rearmost, self.least, self._log.wave)
+        return _is_complete(x, v, rearmost, self.least, self._log.wave)
 
 
 def _doubt(forces: list[float], noise: float) -> float:
@@ -191,7 +191,7 @@ def _ratio(later: float, earlier: float) -> float:
     return later / earlier if earlier > 0 else math.inf
 
 
-def _nothing_to_come(x: FloatArray, v: FloatArray, rearmost: int, least_force: float, wave: WaveLaw) -> bool:
+def _is_complete(x: FloatArray, v: FloatArray, rearmost: int, least_force: float, wave: WaveLaw) -> bool:
     """Whether the energy behind the rearmost wave is too small to form a wave of ``least_force``."""
     first, last = free_granules(x, v), max(rearmost - int(_BACK * wave.spread), 0)
     if first >= last:

@@ -114,15 +114,15 @@ def _samples(transit: Transit, problem: ChainProblem) -> tuple[FloatArray, ...]:
     size = np.diff(times)[:, None]
     jets_between = hermite_data(jets[:, :-1], jets[:, 1:], size[:, 0])
     nodes = times[:-1, None] + size * _NODES
-    positions = _between(_VALUES_BETWEEN, jets_between)
+    positions = _interpolate(_VALUES_BETWEEN, jets_between)
     if driven:
         positions[..., 0] += _free(problem, nodes.T.ravel())[0].reshape(len(_NODES), -1)
     force = np.maximum(positions[..., 0] - positions[..., 1], 0.0).T
-    velocity = _between(_SLOPES_BETWEEN, jets_between[..., 1]).T / size
+    velocity = _interpolate(_SLOPES_BETWEEN, jets_between[..., 1]).T / size
     return nodes, power_force(force, problem.exponent), velocity, size * _WEIGHTS, jets_between[..., 1].T
 
 
-def _between(weights: FloatArray, known: FloatArray) -> FloatArray:
+def _interpolate(weights: FloatArray, known: FloatArray) -> FloatArray:
     """Weighted sums of the rows of ``known``, with less memory than `product`, in the same order."""
     sums = np.zeros(known.shape)
     for column, row in zip(weights.T, known, strict=True):
@@ -189,8 +189,8 @@ def _find_crossing(time: FloatArray, force: FloatArray, level: float) -> float:
     ordinates, abscissae = force[near].tolist(), (time[near] - time[last]).tolist()
     # Lagrange polynomial of the time as a function of the force.
     values = [
-        abscissa * math.prod([(level - other) / (own - other) for other in ordinates if other != own])
-        for own, abscissa in zip(ordinates, abscissae, strict=True)
+        abscissa * math.prod([(level - other) / (ordinate - other) for other in ordinates if other != ordinate])
+        for ordinate, abscissa in zip(ordinates, abscissae, strict=True)
     ]
     return float(time[last] + math.fsum(values))
 

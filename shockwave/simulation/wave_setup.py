@@ -9,7 +9,7 @@ import numpy as np
 from attrs import evolve, frozen
 
 from shockwave.base.errors import NumericalError
-from shockwave.engine.backend import chosen
+from shockwave.engine.backend import compiled_code
 from shockwave.engine.integrator import Integrator
 from shockwave.engine.nystroem_integrators import Nystroem
 from shockwave.engine.scaled_problem import ChainProblem, Request
@@ -161,7 +161,7 @@ def setup_of(options: SimulateOptions) -> Setup:
     # a plugin may have changed the steps of the built-in method from which it is derived
     has_tableau = issubclass(method, Nystroem) and "backend" in find("integrators", name).takes
     search = method if issubclass(method, Nystroem) and has_tableau and method.adaptive else None
-    compiled = chosen(options.backend) if has_tableau else None
+    compiled = compiled_code(options.backend) if has_tableau else None
     filled = evolve(
         options,
         integrator=name,

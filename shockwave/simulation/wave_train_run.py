@@ -235,10 +235,10 @@ class ChainRun:
     @property
     def _expected(self) -> float:
         """Time at which the leading wave of an endless chain is expected to have settled; 0 if it is not known."""
-        found = self.leading
-        if found is None or self.problem.granules is not None or found.contact > self._budget:
+        leading = self.leading
+        if leading is None or self.problem.granules is not None or leading.contact > self._budget:
             return 0.0
-        return _LATER * found.time + passage_time(self.problem.wave, found.peak)
+        return _LATER * leading.time + passage_time(self.problem.wave, leading.peak)
 
     @property
     def _kept(self) -> float:
@@ -296,7 +296,7 @@ class ChainRun:
                 most, allowed = budget, self.later_doubt * math.sqrt(outlook.strongest / force)
             if place in self._ready or front > most:
                 continue
-            if not outlook.passed_trail(wave).rows or outlook.bound(wave) > allowed:
+            if not outlook.settled_trail(wave).rows or outlook.bound(wave) > allowed:
                 self._wait = outlook.wait(wave, allowed)
                 self._shorten(outlook, strong[: place - self._removed], stretch)
                 return False
@@ -337,7 +337,7 @@ class ChainRun:
     def _measure(self, outlook: Outlook, waves: list[int]) -> None:
         """Keep what is needed to measure these waves."""
         for place, wave in enumerate(waves, start=self._removed):
-            if outlook.passed_trail(wave).rows:
+            if outlook.settled_trail(wave).rows:
                 transit = self._transit(outlook, place, wave)
                 if self._transits and place not in self._ready:  # it may gain what the wave ahead loses, as they meet
                     ahead = self._transits[-1]
@@ -349,7 +349,7 @@ class ChainRun:
 
     def _read_wave(self, outlook: Outlook, place: int, wave: int) -> tuple[Peak, float]:
         """The peak at which a wave is read, and a bound on its distance from the limit."""
-        peak, doubt = self.log.peak(outlook.passed_trail(wave).rows[0]), outlook.bound(wave)
+        peak, doubt = self.log.peak(outlook.settled_trail(wave).rows[0]), outlook.bound(wave)
         # The first wave meets no other, so that its deviation decreases geometrically. Without a bound a wave may still
         # collide with others.
         if (wave or self._removed) and math.isfinite(doubt):

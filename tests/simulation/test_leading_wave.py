@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import shockwave as sw
-from shockwave.engine.peak_limit import grown
+from shockwave.engine.peak_limit import growth_since
 from shockwave.engine.scaled_problem import Primary, Request, Status, short_limits
 from shockwave.scene.simulate_options import Backend
 from shockwave.scene.solitary_wave import SPEED
@@ -205,7 +205,7 @@ def test_a_wave_that_grows_may_become_the_strongest(growth: float, stronger: boo
     # it has 0.6 of the force of the front, at contact 9, and each contact has peaked 1.5 later than the one before
     forces, times = 0.6 + growth * np.arange(-9, 1), 1.5 * np.arange(10)
     growing = short_limits(1.0, 1.0).growing
-    assert (grown(forces, times, 15.0, growing).max() > 1.0) == stronger
+    assert (growth_since(forces, times, 15.0, growing).max() > 1.0) == stronger
 
 
 def test_a_shock_that_is_too_long_is_refused_at_once_with_its_cost() -> None:

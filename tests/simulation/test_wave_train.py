@@ -17,7 +17,7 @@ from shockwave.engine.scaled_problem import ChainProblem
 from shockwave.scene.solitary_wave import HERTZ_WAVE
 from shockwave.simulation import wave_train as train
 from shockwave.simulation.rebounding_granules import find_rebounding
-from shockwave.simulation.travelling_waves import Outlook, _nothing_to_come, distance_from_limit
+from shockwave.simulation.travelling_waves import Outlook, _is_complete, distance_from_limit
 from shockwave.simulation.wave_train_run import ChainRun
 from support.scenes import CHAIN, FORCE, POWER, UNITS, record, triangle
 
@@ -88,7 +88,7 @@ def test_a_wave_may_come_while_the_energy_behind_the_others_suffices(share: floa
     least, wave = 0.1, HERTZ_WAVE
     v = np.zeros(100)
     v[20] = np.sqrt(2 * share * wave.energy * least**wave.of_energy)
-    assert _nothing_to_come(np.zeros(100), v, 90, least, wave) == complete
+    assert _is_complete(np.zeros(100), v, 90, least, wave) == complete
 
 
 def test_waves_are_not_followed_to_a_far_end() -> None:
@@ -165,12 +165,12 @@ def test_the_estimate_of_the_greatest_force_contains_the_difference_of_two_runs(
 
 
 def test_a_wave_that_cannot_be_measured_is_counted_in_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
-    passed = Outlook.passed_trail
+    passed = Outlook.settled_trail
 
     def passed_by_strong_waves(outlook: Outlook, wave: int) -> Trail:
         return passed(outlook, wave) if outlook.heads[wave].force > 0.5 else Trail([], [], [])
 
-    monkeypatch.setattr(Outlook, "passed_trail", passed_by_strong_waves)
+    monkeypatch.setattr(Outlook, "settled_trail", passed_by_strong_waves)
     found = sw.simulate(triangle(4), CHAIN).train
     assert len(found.waves) == 1
     assert "Waves that could not be measured and are left out: 1." in found.warnings
