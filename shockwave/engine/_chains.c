@@ -78,7 +78,7 @@ static int read_method(Method *method, const double *from, Py_ssize_t count)
     if (count != 5 + s * (2 * s + 7)) return 0;
     positions = from + 5 + s;
     velocities = positions + s * (s + 1);
-    *method = (Method){.stages = s, .order = (int)from[1], .moves = from[2] != 0, .last_is_next = from[3] != 0, .jerk = from[5] == 0,
+    *method = (Method){.stages = s, .order = (int)from[1], .damped = from[2] != 0, .last_is_first = from[3] != 0, .jerk = from[5] == 0,
                        .nodes = from + 4, .weights = velocities + s * s};
     for (i = 0; i <= s; i++) {
         method->positions[i] = terms_of(positions + i * s, s);
@@ -169,7 +169,7 @@ static int curves_fit(const Run *r, const double *plastic, Py_ssize_t count, Py_
     Py_ssize_t j;
     if (count != PLASTIC_ROWS * width) return 0;
     for (j = 0; j < width; j++)
-        if (rate[j] != 0 && !(rate[j] > 0 && first[j] >= 0 && first[j] + rate[j] * r->quickest < (double)pieces)) return 0;
+        if (rate[j] != 0 && !(rate[j] > 0 && first[j] >= 0 && first[j] + rate[j] * r->fastest < (double)pieces)) return 0;
     return 1;
 }
 

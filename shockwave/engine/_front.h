@@ -57,7 +57,7 @@ static int read_peak(const Method *m, Window *w, Window *part, Lane *lane, int l
                 shift[i * BLOCK] = g;
             }
         attempt(m, part, n, step, shift, worst);
-        lane->evaluations += m->stages - m->last_is_next;
+        lane->evaluations += m->stages - m->last_is_first;
         part->x1[0] += g;
         part->v1[0] += impulse;
         d = part->x1[at] - part->x1[at + 1];

@@ -14,7 +14,7 @@ typedef struct {
         most_work, damped, weight, guided;
     double window, far, largest, min_overlap, growth, margin, at_rest, safety, min_factor, max_factor, min_step, min_first, step_work, interval,
         soon, kink, kink_share, most_cuts, located, rounding, elastic, viscous, nearly, hopeless, most_turns, near, at_end, nudge,
-        passed, wave, noise, instant, parts, sharp, finer, quickest, left, right;
+        passed, wave, noise, instant, parts, sharp, finer, fastest, left, right;
     double status, time, arrival, work, steps, evaluations, rebound, size, impulse_left, impulse_right, extremes[3], extreme_times[3];
 } Run;
 
@@ -35,7 +35,7 @@ typedef struct { int count, at[MAX_STAGES]; double a[MAX_STAGES]; } Terms;
 
 /* A method; the terms after those of the stages are those of the end of the step. */
 typedef struct {
-    int stages, order, moves, last_is_next, jerk, estimates; /* moves: whether stages have velocities; jerk: see nystroem_tableaux.py */
+    int stages, order, damped, last_is_first, jerk, estimates; /* damped: whether stages have velocities; jerk: see nystroem_tableaux.py */
     const double *nodes, *weights;
     Terms positions[MAX_STAGES + 1], velocities[MAX_STAGES + 1], errors[4];
 } Method;

@@ -24,7 +24,7 @@ static void overlap_jet(const March *m, const End *end, long j, double jet[4])
 }
 
 /* Fraction of a step of size h at which the overlap is largest, and that overlap, from the polynomial. */
-static double summit(const double *begin, const double *end, double h, double *overlap)
+static double top(const double *begin, const double *end, double h, double *overlap)
 {
     double p[8], share = begin[1] / (begin[1] - end[1]), value, slope, bend;
     int i, j;
@@ -44,7 +44,7 @@ static double summit(const double *begin, const double *end, double h, double *o
 }
 
 /* Time at which the overlap is largest, near `time`, and that overlap, by repeated steps: Newton's method with bisections. */
-static double locate_summit(March *m, long j, double h, double time, double *overlap)
+static double locate_top(March *m, long j, double h, double time, double *overlap)
 {
     double low = m->r->time, high = low + h, w = 0, slowing = 0, next = time;
     int turn;
@@ -89,11 +89,11 @@ static void log_maximum(March *m, double h, long j)
     force = force_at(m, j, larger(begin[0], end[0]));
     m->record->strongest = larger(force, m->record->strongest);
     if (!(force > FLOOR * m->record->strongest)) return;
-    time = m->r->time + summit(begin, end, h, &overlap) * h;
+    time = m->r->time + top(begin, end, h, &overlap) * h;
     force = force_at(m, j, overlap);
     /* the shock acts on a body of the first contact, which the polynomial does not include */
     if (j == 0 || LOSS * force * pow(h / pow(larger(force, 1e-30), slowing), 8) > NEGLIGIBLE * m->r->tolerance)
-        time = locate_summit(m, j, h, time, &overlap);
+        time = locate_top(m, j, h, time, &overlap);
     log_peak(m, j, time, force_at(m, j, overlap));
 }
 

@@ -12,7 +12,7 @@ enum { CAPPED, ELASTIC, MIDDLE, FULL, PLATEAU };
 static inline double faster_by(const March *m, long j, double w)
 {
     const double times = w * m->plastic.slowness[j];
-    return m->plastic.rate[j] != 0 && times > 1 ? m->plastic.rate[j] * smaller(log(times), m->r->quickest) : 0;
+    return m->plastic.rate[j] != 0 && times > 1 ? m->plastic.rate[j] * smaller(log(times), m->r->fastest) : 0;
 }
 
 /* Force of loading in a mode, and its time derivative from overlap, closing velocity and acceleration. */

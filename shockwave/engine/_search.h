@@ -78,7 +78,7 @@ static int control(const Method *m, const double *job, Lane *lane, double h, dou
     const double error = worst / lane->tolerance, jolt = kink / lane->tolerance;
     double factor = SAFETY * pow(error > 1e-12 ? error : 1e-12, -1.0 / (m->error_order + 1));
     lane->effort += (double)lane->count * m->stages;
-    lane->evaluations += m->stages - m->last_is_next;
+    lane->evaluations += m->stages - m->last_is_first;
     if (error <= 1 && jolt > 1) {
         lane->h = h * (jolt < 300 ? pow(jolt, -1 / (m->exponent + 1)) : 0.1); /* both velocity and length of the step make the change */
         lane->rejected = 1;
@@ -198,7 +198,7 @@ static int try_steps(const Method *m, Window *w, Lane *lanes, double (*path)[4],
     trial->n = ((rows + 1) * width + BLOCK - 1) / BLOCK * BLOCK;
     if (trial->n > w->used) w->used = trial->n;
     drive(m, w, lanes, path, trial);
-    if (!m->last_is_next) stage(trial->n, 0, 0, m->a, trial->h, trial->shift, w);
+    if (!m->last_is_first) stage(trial->n, 0, 0, m->a, trial->h, trial->shift, w);
     attempt(m, w, trial->n, trial->h, trial->shift, trial->worst);
     for (l = width; l < BLOCK; l++) if (!(trial->worst[l] <= trial->worst[0])) trial->worst[0] = trial->worst[l];
     find_kinks(w, lanes, path, trial);

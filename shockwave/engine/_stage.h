@@ -153,23 +153,23 @@ TARGET static void NAME(attempt)(March *m, double h, double end, long low, long 
         NAME(store)(m->room[1] + e, h * (NAME(load)(m->mobile + e) * (NAME(load)(s->slope + e - 1) - NAME(load)(s->slope + e))));
     m->stage[1] = m->room[1];
     for (i = 1 + method->jerk; i <= stages; i++) {
-        const int ends = i == stages, last = ends || (method->last_is_next && i == stages - 1);
+        const int ends = i == stages, last = ends || (method->last_is_first && i == stages - 1);
         const double t = method->nodes[i] * h;
         double *const y = last ? to->x : m->y, *const z = ends ? to->v : m->z;
-        if (!ends || !method->last_is_next) NAME(displace)(m, method->positions + i, s->x, t, s->v, h * h, low, high, y);
+        if (!ends || !method->last_is_first) NAME(displace)(m, method->positions + i, s->x, t, s->v, h * h, low, high, y);
         if (ends) NAME(displace)(m, method->velocities + i, s->v, 0, s->v, h, low, high, z);
-        else if (method->moves && first < after) NAME(displace)(m, method->velocities + i, s->v, 0, s->v, h, first, after, z);
+        else if (method->damped && first < after) NAME(displace)(m, method->velocities + i, s->v, 0, s->v, h, first, after, z);
         if (driven) {
             const double way = shift(m, t, method->nodes[i] == 1 ? end : m->r->time + t, m->impulses + i);
-            if (!ends || !method->last_is_next) y[0] += way;
+            if (!ends || !method->last_is_first) y[0] += way;
             z[0] += m->inverse[0] * m->impulses[i];
         }
         m->scratch.a = m->room[i < stages ? i : 0];
         if (i < stages) m->stage[i] = last ? to->a : m->scratch.a;
-        if (last && !(ends && method->last_is_next)) NAME(forces)(m, 1, y, z, low, high, ends ? -1 : i, to);
+        if (last && !(ends && method->last_is_first)) NAME(forces)(m, 1, y, z, low, high, ends ? -1 : i, to);
         else if (!last) NAME(forces)(m, 0, y, z, low, high, i, &m->scratch);
     }
-    m->r->evaluations += stages - method->last_is_next - method->jerk;
+    m->r->evaluations += stages - method->last_is_first - method->jerk;
 }
 
 /* Largest change between neighbours of factor (sum over the stages), over the scale. */

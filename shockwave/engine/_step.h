@@ -107,11 +107,11 @@ WITH_VECTORS static void NAME(combine)(long n, const Method *m, const double *h,
                 bp[i] += kj * m->bp[j];
                 dp[i] += kj * m->ep[j];
                 if (j < end) d[i] += kj * m->e[j];
-                if (j < end && !m->last_is_next) b[i] += kj * m->b[j];
+                if (j < end && !m->last_is_first) b[i] += kj * m->b[j];
             }
         for (i = 0; i < PARTS; i++) {
             const Values step = PART(h, i), square = step * step;
-            if (!m->last_is_next) PART(w->x1 + e, i) = PART(w->x + e, i) + step * PART(w->v + e, i) + square * b[i];
+            if (!m->last_is_first) PART(w->x1 + e, i) = PART(w->x + e, i) + step * PART(w->v + e, i) + square * b[i];
             PART(w->v1 + e, i) = PART(w->v + e, i) + step * bp[i];
             d[i] = (Values)((Bits)(square * d[i]) & magnitude);
             dp[i] = (Values)((Bits)(step * dp[i]) & magnitude);
@@ -129,7 +129,7 @@ WITH_VECTORS static void NAME(attempt)(const Method *m, Window *w, long n, const
     /* the positions of the last stage are those at the end if it is the first stage of the next step */
     for (i = 1; i < m->stages; i++)
         NAME(stage)(i, n, m->c[i], m->a + i * m->stages, h, shift + i * BLOCK,
-                    m->last_is_next && i + 1 == m->stages ? w->x1 : NULL, w);
+                    m->last_is_first && i + 1 == m->stages ? w->x1 : NULL, w);
     NAME(combine)(n, m, h, w, worst);
 }
 

@@ -29,7 +29,7 @@ typedef long long Choice __attribute__((vector_size(HALF * sizeof(double))));
 /* ---------------------------------------------------------------- the method */
 
 typedef struct {
-    int stages, error_order, last_is_next;
+    int stages, error_order, last_is_first;
     double exponent;
     const double *c, *a, *b, *bp, *e, *ep; /* a: stages x stages, row by row */
 } Method;
@@ -44,7 +44,7 @@ static int method_of(const double *data, Py_ssize_t size, Method *method)
     if (!(method->exponent > 1 && method->exponent < 100)) return 0;
     method->stages = s;
     method->error_order = (int)data[1];
-    method->last_is_next = data[2] != 0;
+    method->last_is_first = data[2] != 0;
     method->c = data + 3;
     method->a = method->c + s;
     method->b = method->a + s * s;

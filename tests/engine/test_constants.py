@@ -52,7 +52,7 @@ def test_every_constant_that_only_c_has_exists() -> None:
 #: Names in C of numbers of a run with another name in NumPy, or with several elements.
 OF_A_RUN = {"watched": ["left", "right"], "impulses": ["impulse_left", "impulse_right"]}
 OF_A_RUN["extremes"] = ["extremes", "extreme_times"]
-OTHER_CONSTANTS = {"quickest": "fastest", "step_work": "compiled_step"}
+OTHER_CONSTANTS = {"step_work": "compiled_step"}
 
 
 def test_numbers_of_a_run_have_the_same_order_in_both_codes() -> None:
