@@ -87,7 +87,7 @@ class March(Stages):
         self.rejected, self.cuts = False, 0
         self.next_sample = 0
         self.record = job.record
-        self.kinks = self.course is None and (job.record is None or job.record.kinks)
+        self.kinks = self.integrator_steps is None and (job.record is None or job.record.kinks)
         if job.plastic.size:
             from shockwave.engine.chain_modes import Plasticity
 
@@ -110,7 +110,7 @@ class March(Stages):
             self.effort += len(self.method.nodes) * (self.n + _STEP)
             ends = self.kinks and error < HOPELESS and self.cuts < MOST_CUTS
             share = self.kink(start, finish, size) if ends else 1.0
-            if self.course is not None or self.resize(size, error, share, at_stop):
+            if self.integrator_steps is not None or self.resize(size, error, share, at_stop):
                 start = self.accept(start, finish, size, end, impulses)
                 over = self.until == math.inf and self.time >= self.duration and is_over(start, self.contacts)
                 if self.time >= self.until or over:
@@ -128,7 +128,7 @@ class March(Stages):
     def span(self, start: End, finish: End, end: float) -> Span:
         """The present step."""
         n, march = self.n, copy(self)
-        march.course = copy(self.course)
+        march.integrator_steps = copy(self.integrator_steps)
 
         def state(time: float) -> tuple[FloatArray, FloatArray]:
             x, v, _impulses = march.attempt(start, time - march.time, time, 0, n)
@@ -184,9 +184,9 @@ class March(Stages):
     def next_size(self, start: End) -> tuple[float, float]:
         """Size and end of the next step."""
         stop = min(self.stops[0], self.until)
-        if self.course is not None:
-            size, end = self.course.advance(start, self.time, stop, self.driven)
-            self.size = self.course.size
+        if self.integrator_steps is not None:
+            size, end = self.integrator_steps.advance(start, self.time, stop, self.driven)
+            self.size = self.integrator_steps.size
             return size, end
         left, h = stop - self.time, self.size
         size = self.longest if self.driven or not self.kinks else math.inf
@@ -308,7 +308,7 @@ class March(Stages):
         if self.record is None:
             self.raise_scales(finish, self.n)
         else:
-            self.record.bodies = self.n if self.course is None else _front(finish)
+            self.record.bodies = self.n if self.integrator_steps is None else _front(finish)
 
     def add_work(self, start: End, finish: End, size: float, end: float, impulses: list[float]) -> None:
         """Add the work of the force, integrated by parts: J w + J^2/2m minus the integral of J w'.

@@ -30,11 +30,11 @@ class Stages(Contacts):
         self.powers = np.zeros((stages, self.bodies))
         self.stages[:, 0] = self.weight
         self.weighted = np.empty(0)
-        self.course = None
+        self.integrator_steps = None
         if job.integrator is not None:
             from shockwave.engine.integrator_steps import IntegratorSteps
 
-            self.course = IntegratorSteps(self, job.integrator, job.progress.size)
+            self.integrator_steps = IntegratorSteps(self, job.integrator, job.progress.size)
             self.weighted = np.zeros((4, self.n))
         self.time, self.evaluations = job.progress.time, job.progress.evaluations
         self.driven = job.problem is not None and self.time < self.duration
@@ -47,8 +47,8 @@ class Stages(Contacts):
 
         Also returns the impulses of the applied force at the stages, since the beginning of the step.
         """
-        if self.course is not None:
-            return self.read(self.course, start, size, end)
+        if self.integrator_steps is not None:
+            return self.read(self.integrator_steps, start, size, end)
         method, h = self.method, size
         part = slice(low, high)
         x, v, inverse = start.x[part], start.v[part], self.mobile[part]
@@ -111,12 +111,12 @@ class Stages(Contacts):
         return np.asarray(self.mobile[: self.n] * (slope[:-1] - slope[1:]))
 
     def read(
-        self, course: IntegratorSteps, start: End, size: float, end: float
+        self, steps: IntegratorSteps, start: End, size: float, end: float
     ) -> tuple[FloatArray, FloatArray, list[float]]:
         """`attempt` within the last step of an `Integrator`, and for the whole the forces at nodes with a weight."""
-        (x, v), watched = course.state(end), list(self.job.watched)
-        self.evaluations = float(course.integrator.evaluations)
-        if self.job.record or (course.step is not None and end < course.step.end):
+        (x, v), watched = steps.state(end), list(self.job.watched)
+        self.evaluations = float(steps.integrator.evaluations)
+        if self.job.record or (steps.step is not None and end < steps.step.end):
             return x, v, [0.0, 0.0]  # there are no integrals
         at_end = self.forces(x, v, 0, self.bodies)[0]
         self.stages[1:, 1:-1], self.stages[0] = 0.0, start.f
@@ -125,7 +125,7 @@ class Stages(Contacts):
         for i, c in enumerate(self.method.nodes[1:].tolist(), start=1):
             time = end if c == 1.0 else self.time + c * size
             if acts and self.method.weights[1, i]:
-                self.stages[i, 1:-1] = self.forces(*course.state(time), 0, self.bodies)[0]
+                self.stages[i, 1:-1] = self.forces(*steps.state(time), 0, self.bodies)[0]
             impulses.append(self.shift(size, time)[1] if self.driven else 0.0)
         return x, v, [*impulses, impulses[-1]]
 

@@ -13,11 +13,11 @@ from shockwave.engine.scaled_problem import ChainProblem
 from shockwave.engine.time_limit import expired
 from shockwave.engine.wave_search import find_primaries
 from shockwave.scene.solitary_wave import wave_law
-from shockwave.simulation.integration_stretches import Course
 from shockwave.simulation.recording import check_contact
 from shockwave.simulation.result_parts import Passage
 from shockwave.simulation.simulation_result import Simulation
 from shockwave.simulation.wave_setup import Setup, scale_scene, setup_of
+from shockwave.simulation.whole_chain import WholeChain
 
 # Slowest decrease, from contact to contact, of the deviation of a peak from its limit.
 _DECREASE = 0.98**0.25
@@ -106,9 +106,9 @@ def _peaks(
         (primary,) = find_primaries([request], search, setup.compiled)
         return {peak.contact: (peak.time, peak.force) for peak in primary.passages}, request.tolerance
     integrator = setup.integrator(10.0 ** (1 - decades))
-    course = Course(problem, integrator, kept=False)
-    while course.log.front <= numbers[-1] + _REACH and any(not [*course.log.at(each)] for each in numbers):
-        course.advance_to(course.now + 1.0, "passage", numbers[-1])
-    peaks = [peak for contact in numbers for peak in [*course.log.at(contact)][-1:]]
+    whole = WholeChain(problem, integrator, kept=False)
+    while whole.log.front <= numbers[-1] + _REACH and any(not [*whole.log.at(each)] for each in numbers):
+        whole.advance_to(whole.now + 1.0, "passage", numbers[-1])
+    peaks = [peak for contact in numbers for peak in [*whole.log.at(contact)][-1:]]
     tolerance = integrator.tolerance if setup.method.adaptive else 0.0
     return {peak.contact: (peak.time, peak.force) for peak in peaks}, tolerance

@@ -13,12 +13,12 @@ from shockwave.engine.integrator import LONGEST_STEP
 from shockwave.engine.peak_log import Peak, PeakLog
 from shockwave.engine.scaled_problem import ChainProblem, Primary, Status
 from shockwave.scene.chain import Scales
-from shockwave.simulation.integration_stretches import Course
 from shockwave.simulation.rebounding_granules import EJECTED, find_rebounding
 from shockwave.simulation.result_parts import ContactPeak, Cost, MeasuredWave, Train
 from shockwave.simulation.simulation_result import Simulation
 from shockwave.simulation.wave_setup import Setup, immeasurable, scale_scene, setup_of
 from shockwave.simulation.wave_train_run import ChainRun
+from shockwave.simulation.whole_chain import WholeChain
 
 # Tolerance of the second run over that of the first.
 _COARSE = 10.0
@@ -129,7 +129,7 @@ def _train(
     slowest = EJECTED * max(wave.granule_velocity for wave in fine.waves)
     compared, then = fine.compared
     traced = fine.log.trace([(wave.contact, wave.arrival_time) for wave in fine.waves], compared)
-    coarse = Course(problem, setup.integrator(_COARSE), kept=False)
+    coarse = WholeChain(problem, setup.integrator(_COARSE), kept=False)
     # granules of a finite chain may collide until the end
     end = fine.end if problem.granules else max(compared, *(peak.time + LONGEST_STEP for peak in traced))
     difference = 0.0

@@ -14,11 +14,11 @@ from shockwave.engine.peak_log import Peak, PeakLog
 from shockwave.engine.scaled_problem import ChainProblem, Primary, chain_energy
 from shockwave.engine.stretch import Stretch, free_granules
 from shockwave.scene.chain import HERTZ
-from shockwave.simulation.integration_stretches import Course
 from shockwave.simulation.rebounding_granules import EJECTED, count_departed, find_rebounding
 from shockwave.simulation.result_parts import MeasuredWave
 from shockwave.simulation.travelling_waves import PASSING, Outlook, distance_from_limit, passage_time
 from shockwave.simulation.wave_properties import Probe, Transit, measure_wave
+from shockwave.simulation.whole_chain import WholeChain
 
 # Interval at which the waves are examined, in characteristic times.
 _INTERVAL = 12.0
@@ -129,7 +129,7 @@ class ChainRun:
     shortened: tuple[tuple[float, int], ...] = ()
     measured: float = 0.0
     end: float = 0.0
-    _course: Course = field(init=False)
+    _whole: WholeChain = field(init=False)
     _driven_steps: int = 0
     _free_end: Probe | None = None
     _recent: list[tuple[Stretch, float]] = field(factory=list)
@@ -143,18 +143,18 @@ class ChainRun:
     _velocities: list[tuple[float, FloatArray]] = field(factory=list)
 
     def __attrs_post_init__(self) -> None:
-        self._course = Course(self.problem, self.integrator)
+        self._whole = WholeChain(self.problem, self.integrator)
         if self.problem.granules is not None:
             last = self.problem.granules - 2
             self._free_end = Probe(max(last - _REACH, last // 2))
 
     @property
     def log(self) -> PeakLog:
-        return self._course.log
+        return self._whole.log
 
     @property
     def steps(self) -> int:
-        return self._course.steps
+        return self._whole.steps
 
     def finish(self) -> ChainRun:
         """Integrate until all waves are known and, in a finite chain, until they have left the chain.
@@ -196,7 +196,7 @@ class ChainRun:
         granules = self.problem.granules
         if granules is not None and granules - self.log.front <= _FARTHEST:
             while not self._is_spent(stretch):
-                stretch = self._course.advance(stretch.end + _INTERVAL)
+                stretch = self._whole.advance(stretch.end + _INTERVAL)
             x, v = stretch.x[-1], stretch.v[-1]
             # granules that hardly move relative to one another depart, though some will exchange their velocities
             leaving = v[::-1] if self.unfollowed_force == 0 else v[::-1][: count_departed(x, v)]
@@ -248,7 +248,7 @@ class ChainRun:
     def _advance(self, until: float) -> Stretch:
         """Integrate to ``until``; the last stretch."""
         while True:
-            stretch = self._course.advance(until, 0.0 if self._free_end else max(until - self._kept, 0.0))
+            stretch = self._whole.advance(until, 0.0 if self._free_end else max(until - self._kept, 0.0))
             report_progress(self.label, int(stretch.end), None)
             while self._recent and self._recent[0][0].end <= stretch.end - self._kept:
                 del self._recent[0]
@@ -331,7 +331,7 @@ class ChainRun:
         self.energy += chain_energy(x, v, exponent) - chain_energy(x[:granules], v[:granules], exponent)
         self.log.removed = (granules - 1, stretch.end, outlook.strongest)
         self.shortened += ((stretch.end, granules),)
-        origin = self._course.shorten(granules)
+        origin = self._whole.shorten(granules)
         self._recent = [(each, before + origin) for each, before in self._recent]
 
     def _measure(self, outlook: Outlook, waves: list[int]) -> None:

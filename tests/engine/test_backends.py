@@ -18,8 +18,8 @@ from shockwave.engine.scaled_problem import ChainProblem, Status
 from shockwave.engine.scaled_problem import Request as SearchRequest
 from shockwave.engine.stretch import free_granules
 from shockwave.engine.wave_search import find_primaries
-from shockwave.simulation.integration_stretches import Course
 from shockwave.simulation.wave_setup import setup_of
+from shockwave.simulation.whole_chain import WholeChain
 from support.scenes import (
     CASE_A,
     CHAIN,
@@ -176,11 +176,11 @@ PROBLEM = ChainProblem(POWER, 2.0, 1.0)
 @pytest.mark.parametrize("compiled", [None, pytest.param(backend.compiled, marks=compiled_alone)])
 def test_a_chain_of_granules_in_free_flight_can_be_shortened(compiled: Any) -> None:
     problem = ChainProblem(POWER, 0.1, 10.0)
-    course = Course(problem, Rkn86(compiled=compiled))
-    stretch = course.advance_to(60.0, "", 60.0)
+    whole = WholeChain(problem, Rkn86(compiled=compiled))
+    stretch = whole.advance_to(60.0, "", 60.0)
     flying = free_granules(stretch.x[-1], stretch.v[-1])
     assert flying > 10
-    course.shorten(flying)
-    after = course.advance_to(70.0, "", 70.0)
+    whole.shorten(flying)
+    after = whole.advance_to(70.0, "", 70.0)
     # rounding of positions of order 10
     assert after.v[-1][:flying] == pytest.approx(stretch.v[-1][:flying], abs=1e-12)

@@ -23,7 +23,7 @@ from shockwave.engine.nystroem_integrators import Rkn86
 from shockwave.engine.scaled_problem import ChainProblem, Request
 from shockwave.engine.wave_search import find_primaries
 from shockwave.profiles.free_path import FreePath, tabulate_powers
-from shockwave.simulation.integration_stretches import Course
+from shockwave.simulation.whole_chain import WholeChain
 from support.assemblies import uniform
 from support.scenes import POWER
 
@@ -72,7 +72,7 @@ def valid(name: str) -> tuple[Any, ...]:
     elif name == "run with a record":
         # nothing has been computed
         with patch.dict(sys.modules, {"shockwave.engine._chains": compiled}), pytest.raises(NumericalError):
-            Course(PROBLEM, Rkn86(compiled=compiled)).advance(1.0)
+            WholeChain(PROBLEM, Rkn86(compiled=compiled)).advance(1.0)
     elif name == "run":
         with pytest.raises(NumericalError):
             integrate(uniform(12, damping=np.full(12, 0.1)), 1e-6, until=20.0, times=(5.0, 10.0), compiled=compiled)

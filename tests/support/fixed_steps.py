@@ -10,7 +10,7 @@ from shockwave.base.numerics import FloatArray
 from shockwave.engine.chain_assembly import Assembly
 
 
-class Course(NamedTuple):
+class FixedStepRun(NamedTuple):
     """Greatest forces at the ends of the steps, and the state at the end."""
 
     forces: FloatArray
@@ -47,7 +47,7 @@ def unloading(chain: Assembly, d: FloatArray, reached: FloatArray, force: FloatA
     return np.where(force > first, stiffness * np.maximum(d - left, 0.0) ** 1.5, law.stiffnesses * d**1.5)
 
 
-def runge_kutta(chain: Assembly, until: float, size: float) -> Course:
+def runge_kutta(chain: Assembly, until: float, size: float) -> FixedStepRun:
     """The motion of a chain to the time ``until`` with steps of at most ``size``."""
     steps = int(np.ceil(until / size))
     h, bodies, contacts = until / steps, len(chain.inverse_masses), len(chain.overlaps)
@@ -91,4 +91,4 @@ def runge_kutta(chain: Assembly, until: float, size: float) -> Course:
         f, d, flows = forces(y)
         reached, held = np.where(flows, d, reached), np.where(flows, f, held)
         greatest = np.maximum(greatest, f)
-    return Course(greatest, *y)
+    return FixedStepRun(greatest, *y)

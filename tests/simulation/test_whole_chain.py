@@ -13,7 +13,7 @@ from shockwave.engine.integrator import Integrator
 from shockwave.engine.nystroem_integrators import Rkn86
 from shockwave.engine.scaled_problem import ChainProblem, chain_energy
 from shockwave.registry.registry import load
-from shockwave.simulation.integration_stretches import Course
+from shockwave.simulation.whole_chain import WholeChain
 from support.scenes import POWER
 
 pytestmark = pytest.mark.compiled
@@ -51,9 +51,9 @@ def test_peak_along_the_chain_is_as_accurate_as_the_method(
 ) -> None:
     if exact:
         monkeypatch.setattr("shockwave.engine.peak_log._NEGLIGIBLE", 0.0)
-    course = Course(CASE, method(name, **settings))
-    course.advance_to(14.0, "", 14.0)
-    top = max(course.log.at(9), key=lambda peak: peak.force)
+    whole = WholeChain(CASE, method(name, **settings))
+    whole.advance_to(14.0, "", 14.0)
+    top = max(whole.log.at(9), key=lambda peak: peak.force)
     assert top.force == pytest.approx(FORCE, rel=force)
     assert top.time == pytest.approx(TIME, rel=time)
 
@@ -63,10 +63,10 @@ def test_peak_along_the_chain_is_as_accurate_as_the_method(
     [("rkn86", {"tolerance": 1e-8}), ("radau", {"tolerance": 1e-8}), ("verlet", {"size": 0.002})],
 )
 def test_the_peak_under_the_shock_is_where_its_granules_have_equal_velocities(name: str, settings: Any) -> None:
-    course = Course(CASE, method(name, **settings))
-    course.advance_to(6.0, "", 6.0)
-    (peak,) = course.log.at(0)
-    stretch = Course(CASE, method(name, **settings)).advance_to(peak.time, "", 6.0)
+    whole = WholeChain(CASE, method(name, **settings))
+    whole.advance_to(6.0, "", 6.0)
+    (peak,) = whole.log.at(0)
+    stretch = WholeChain(CASE, method(name, **settings)).advance_to(peak.time, "", 6.0)
     x, v = stretch.x[-1], stretch.v[-1]
     # errors of the methods, rounded up; a polynomial without the applied force misses the time by 1e-3
     assert v[0] == pytest.approx(v[1], abs=2e-6)
@@ -75,7 +75,7 @@ def test_the_peak_under_the_shock_is_where_its_granules_have_equal_velocities(na
 
 @pytest.mark.parametrize("end", [1.0, 7.5])
 def test_steps_end_on_kinks_and_on_the_end(end: float) -> None:
-    times = Course(CASE, Rkn86()).advance(end).times
+    times = WholeChain(CASE, Rkn86()).advance(end).times
     assert times[0] == 0
     assert (np.diff(times) > 0).all()
     assert times[-1] == end
@@ -83,7 +83,7 @@ def test_steps_end_on_kinks_and_on_the_end(end: float) -> None:
 
 
 def test_momentum_equals_the_impulse_and_the_chain_ahead_is_at_rest() -> None:
-    stretch = Course(CASE, Rkn86(tolerance=1e-6)).advance(20.0)
+    stretch = WholeChain(CASE, Rkn86(tolerance=1e-6)).advance(20.0)
     for time, x, v in zip(stretch.times.tolist(), stretch.x, stretch.v, strict=True):
         # rounding
         assert np.sum(v) == pytest.approx(CASE.free(time)[1], rel=1e-13)
@@ -93,8 +93,8 @@ def test_momentum_equals_the_impulse_and_the_chain_ahead_is_at_rest() -> None:
 def test_granules_that_are_hit_again_keep_their_energy() -> None:
     # The second force drives the first granule after those that rebounded from the first one.
     record = sw.Tabulated(times=[0, 0.5, 1, 60, 60.5, 61], forces=[0, 1, 0, 0, 1, 0])
-    course = Course(ChainProblem(record, 0.5, 1.0), Rkn86(tolerance=1e-10))
-    before, after = (course.advance_to(time, "", time) for time in (61.0, 300.0))
+    whole = WholeChain(ChainProblem(record, 0.5, 1.0), Rkn86(tolerance=1e-10))
+    before, after = (whole.advance_to(time, "", time) for time in (61.0, 300.0))
     energies = [chain_energy(stretch.x[-1], stretch.v[-1]) for stretch in (before, after)]
     # Errors add up over about a thousand steps.
     assert energies[1] == pytest.approx(energies[0], rel=1e-7)
@@ -106,9 +106,9 @@ class Derived(Rkn86):
 
 
 def test_steps_during_the_shock_are_interpolated_with_its_force_after_it_has_ended() -> None:
-    courses = [Course(CASE, kind(tolerance=1e-10)) for kind in (Rkn86, Derived)]
+    chains = [WholeChain(CASE, kind(tolerance=1e-10)) for kind in (Rkn86, Derived)]
     peaks = []
-    for course in courses:
-        course.advance_to(14.0, "", 14.0)
-        peaks.append([max(course.log.at(contact), key=lambda peak: peak.force).force for contact in range(3)])
+    for whole in chains:
+        whole.advance_to(14.0, "", 14.0)
+        peaks.append([max(whole.log.at(contact), key=lambda peak: peak.force).force for contact in range(3)])
     assert peaks[1] == pytest.approx(peaks[0], rel=1e-8)

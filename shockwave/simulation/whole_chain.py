@@ -1,4 +1,4 @@
-"""Integration of the whole chain in stretches, with a log of the force maxima."""
+"""A whole chain of equal granules: its integration in stretches, with a log of the force maxima."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _ROOM_TIME = 200.0
 _SCALE = 2.0
 
 
-class Course:
+class WholeChain:
     """A chain of equal granules from rest onwards.
 
     ``now`` is the present time, ``steps`` the number of steps so far, ``log`` has the peaks. Unless ``kept``, stretches
