@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Iterator
 
 from attrs import evolve
 
@@ -126,40 +127,15 @@ def _train(
             f"no wave formed within {most} contacts: the shock is too slow for its peak force"
             " (shorten the shock, or increase its peak force)"
         )
-    slowest = EJECTED * max(wave.granule_velocity for wave in fine.waves)
-    compared, then = fine.compared
-    traced = fine.log.trace([(wave.contact, wave.arrival_time) for wave in fine.waves], compared)
+    traced = fine.log.trace([(wave.contact, wave.arrival_time) for wave in fine.waves], fine.compared[0])
     coarse = WholeChain(problem, setup.integrator(_COARSE), kept=False)
-    # granules of a finite chain may collide until the end
-    end = fine.end if problem.granules else max(compared, *(peak.time + LONGEST_STEP for peak in traced))
-    difference = 0.0
-    for until, granules in sorted([(compared, 0), *fine.shortened, (end, 0)]):
-        if until > end:
-            break
-        stretch = coarse.advance_to(until, "wave train, run 2 of 2", end)
-        if granules:
-            coarse.shorten(granules)
-        elif until == compared:
-            difference = sum(find_rebounding(then, slowest)[0]) - sum(find_rebounding(stretch.v[-1], slowest)[0])
+    difference = _repeat(fine, coarse, traced)
     waves = _waves(fine, traced, coarse.log, scales)
     ejected = EJECTED * waves[0].granule_velocity
     recoil = sum(fine.recoils)
-    error = (
-        abs(difference) * fine.measured / compared + fine.unfinished_recoil + fine.integrator.tolerance * fine.momentum
-    )
+    error = abs(difference) * fine.measured / fine.compared[0]
+    error += fine.unfinished_recoil + fine.integrator.tolerance * fine.momentum
     velocities = [velocity * scales.velocity for velocity in fine.recoils]
-    warnings: tuple[str, ...] = ()
-    settled = fine.settled and all(wave.error_estimate is not None for wave in waves)
-    if not (fine.reached_end or settled):
-        warnings = (
-            "The granules behind the last wave were still moving when it was measured, so waves near the threshold may"
-            " be missing or inaccurate. A higher wave_threshold excludes them.",
-        )
-    if fine.unfollowed_force > setup.options.wave_threshold * fine.log.top().force:
-        bound = si(fine.unfollowed_force * scales.contact_force, "N")
-        warnings = (*warnings, f"Granules may collide after the end of the run, with forces below {bound}.")
-    if fine.unread:
-        warnings = (*warnings, f"Waves that could not be measured and are left out: {fine.unread}.")
     train = Train(
         waves=waves,
         recoil_momentum=recoil * scales.momentum,
@@ -172,9 +148,43 @@ def _train(
             force_evaluations=fine.integrator.evaluations + coarse.integrator.evaluations,
             seconds=time.perf_counter() - begin,
         ),
-        warnings=warnings,
+        warnings=tuple(_warn_incomplete(fine, waves, setup.options.wave_threshold, scales)),
     )
     return train, fine
+
+
+def _repeat(fine: ChainRun, coarse: WholeChain, traced: list[Peak]) -> float:
+    """Repeat a run with larger steps, as far as its waves are compared; the difference of the recoils."""
+    slowest = EJECTED * max(wave.granule_velocity for wave in fine.waves)
+    (compared, then), difference = fine.compared, 0.0
+    # granules of a finite chain may collide until the end
+    end = fine.end if fine.problem.granules else max(compared, *(peak.time + LONGEST_STEP for peak in traced))
+    for until, granules in sorted([(compared, 0), *fine.shortened, (end, 0)]):
+        if until > end:
+            break
+        stretch = coarse.advance_to(until, "wave train, run 2 of 2", end)
+        if granules:
+            coarse.shorten(granules)
+        elif until == compared:
+            difference = sum(find_rebounding(then, slowest)[0]) - sum(find_rebounding(stretch.v[-1], slowest)[0])
+    return difference
+
+
+def _warn_incomplete(
+    fine: ChainRun, waves: tuple[MeasuredWave, ...], threshold: float, scales: Scales
+) -> Iterator[str]:
+    """Warnings of waves that may be missing, and of forces after the end of the run."""
+    settled = fine.settled and all(wave.error_estimate is not None for wave in waves)
+    if not (fine.reached_end or settled):
+        yield (
+            "The granules behind the last wave were still moving when it was measured, so waves near the threshold may"
+            " be missing or inaccurate. A higher wave_threshold excludes them."
+        )
+    if fine.unfollowed_force > threshold * fine.log.top().force:
+        bound = si(fine.unfollowed_force * scales.contact_force, "N")
+        yield f"Granules may collide after the end of the run, with forces below {bound}."
+    if fine.unread:
+        yield f"Waves that could not be measured and are left out: {fine.unread}."
 
 
 def _greatest(fine: ChainRun, coarse: PeakLog, scales: Scales) -> ContactPeak | None:
