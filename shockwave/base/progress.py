@@ -37,7 +37,7 @@ def track(work: str, items: Sequence[_Item]) -> Iterator[_Item]:
 
 
 @contextmanager
-def progress_shown(show: Show | None) -> Iterator[None]:
+def show_progress(show: Show | None) -> Iterator[None]:
     """Meanwhile, call ``show`` at every report; None shows nothing."""
     token = _show.set(show)
     try:

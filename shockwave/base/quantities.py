@@ -282,7 +282,7 @@ def sensor_errors(sensors: Sequence[Any]) -> tuple[Quantity, ...]:
     return tuple(Quantity(name, "", meaning, column) for name, column in names)
 
 
-def quantity_named(name: str, known: Mapping[str, Quantity]) -> Quantity | None:
+def find_quantity(name: str, known: Mapping[str, Quantity]) -> Quantity | None:
     """The quantity of this name or column, or a ratio of two, ``sensors[1].peak / sensors[0].peak``; else None."""
     known = {**{each.column: each for each in known.values()}, **known}
     above, slash, below = (part.strip() for part in name.partition("/"))

@@ -11,7 +11,7 @@ import attrs
 from shockwave.base.errors import InvalidValueError, UnknownNameError, UsageError, shorten, text_of
 from shockwave.base.quantities import unit_of, value_at
 from shockwave.base.quantity_fields import join
-from shockwave.base.text import Detail, function_at, html_of, on_screen, si
+from shockwave.base.text import Detail, function_at, html_of, render_on_screen, si
 
 if TYPE_CHECKING:  # a result that is only printed needs no arrays
     from matplotlib.axes import Axes
@@ -92,11 +92,11 @@ class Result:
         names = [each.name.lower() for each in Detail]
         if detail not in names:
             raise InvalidValueError.of("detail", f"must be {join(names)} (got {text_of(detail)})")
-        return on_screen(self, detail=Detail[detail.upper()])
+        return render_on_screen(self, detail=Detail[detail.upper()])
 
     def _repr_html_(self) -> str:
         """HTML for notebooks: answer, warnings, main table, and the full text to unfold."""
-        answer = on_screen(self, columns=10_000, wide=True).partition("\n")[0]
+        answer = render_on_screen(self, columns=10_000, wide=True).partition("\n")[0]
         table, rows = self._main_table(), None
         if table is not None:
             from shockwave.base.result_tables import cells

@@ -230,11 +230,11 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]], spare: Sequence[
         text_lines += _cells(line, widths)
     omitted = [name for place, name in enumerate(header) if place not in shown]
     if omitted:
-        text_lines += _line_of_omitted(omitted, room)
+        text_lines += _list_omitted(omitted, room)
     return "\n".join(" " * margin + line for line in text_lines)
 
 
-def _line_of_omitted(names: Sequence[str], room: int) -> list[str]:
+def _list_omitted(names: Sequence[str], room: int) -> list[str]:
     """A line with the first of the ``names`` and the number of the others; several lines if a single name is longer."""
     for count in range(len(names), 0, -1):
         more = f" and {len(names) - count} more" if count < len(names) else ""
@@ -315,7 +315,7 @@ def function_at(address: str) -> Any:
     return getattr(importlib.import_module(module), name)
 
 
-def on_screen(result: object, **changes: Any) -> str:
+def render_on_screen(result: object, **changes: Any) -> str:
     """The text of a result on the present screen with these changes of its fields."""
     token = _screen.set(evolve(_screen.get(), **changes))
     try:

@@ -81,7 +81,7 @@ def to_si(value: Any, unit: str = "") -> float:
         When it is not such a quantity, or not finite. The message begins with ``must be``.
     """
     try:
-        plain = _of_pint(value, unit) if hasattr(value, "to_base_units") else value
+        plain = _from_pint(value, unit) if hasattr(value, "to_base_units") else value
         if isinstance(plain, bool) or not isinstance(plain, int | float | str):
             raise ValueError
         number = _from_text(plain, unit) if isinstance(plain, str) else float(plain)
@@ -123,7 +123,7 @@ def _scale_hint(sensitivity: float, unit: str, base: str, measured: str) -> str:
     return f"; as a scale, 1/sensitivity, write {' or '.join(texts)}"
 
 
-def _of_pint(value: Any, unit: str) -> float:
+def _from_pint(value: Any, unit: str) -> float:
     """Number in a quantity of pint; raises ValueError for another dimension."""
     try:
         converted = float(value.to(unit or "dimensionless").magnitude)
@@ -165,13 +165,13 @@ def in_other_case(name: str, unit: str | None) -> list[str]:
 def _usual(unit: str | None) -> list[str]:
     with localcontext(_CONTEXT):
         dimension = None if unit is None else _measure(unit)[1]
-        return [name for name in (*_BASES, *_UNITS) if dimension in (None, _of_name(name)[1])]
+        return [name for name in (*_BASES, *_UNITS) if dimension in (None, _measure_name(name)[1])]
 
 
 def _measure(text: str) -> _Measure:
     """Measure of a product of units; raises ValueError, with advice, for other text."""
     if text.isalpha():
-        return _of_name(text)
+        return _measure_name(text)
     text = text.translate(_SIGNS).replace("**", "^").removeprefix("1")
     product = re.sub(" ?([*/^]) ?| ", lambda match: match[1] or "*", text)
     product = re.sub(
@@ -182,7 +182,7 @@ def _measure(text: str) -> _Measure:
         raise ValueError
     value, exponents = Decimal(1), dict[str, Decimal]()
     for sign, name, power, digit in re.findall(_FACTOR, product):
-        factor, dimension = _of_name(name)
+        factor, dimension = _measure_name(name)
         exponent = Decimal(power or digit or 1) * (1 if sign == "*" else -1)
         value *= factor**exponent
         exponents |= {each: exponents.get(each, 0) + number * exponent for each, number in dimension.items()}
@@ -190,7 +190,7 @@ def _measure(text: str) -> _Measure:
 
 
 @cache
-def _of_name(name: str) -> _Measure:
+def _measure_name(name: str) -> _Measure:
     """Measure of a single unit, as `_measure`."""
     if name in _BASES:
         return Decimal(1), {_BASES[name]: Decimal(1)}

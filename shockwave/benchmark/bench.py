@@ -73,7 +73,7 @@ def run(
     rows: list[Any] = []
     experiments: list[Callable[[], Experiment]] = []
     for family in sorted(families or FAMILIES, key=FAMILIES.index):
-        experiments += [partial(_of_scenario, family, each) for each in scenarios] or named_problems(family, quick)
+        experiments += [partial(_scenario_problem, family, each) for each in scenarios] or list_problems(family, quick)
     for experiment in track("bench", experiments):
         problem, methods = experiment()
         problems.append(problem)
@@ -82,7 +82,7 @@ def run(
     return WorkPrecision(provenance=_provenance(quick, limits), problems=tuple(problems), rows=tuple(rows))
 
 
-def named_problems(family: str, quick: bool) -> Iterator[Callable[[], Experiment]]:
+def list_problems(family: str, quick: bool) -> Iterator[Callable[[], Experiment]]:
     """The named problems of a family; each is set up, with its reference, when it is called."""
     if family == "quadratures":
         for text, profile in PROFILES.items():
@@ -99,7 +99,7 @@ def named_problems(family: str, quick: bool) -> Iterator[Callable[[], Experiment
             yield partial(integrators, CASES[name])
 
 
-def _of_scenario(family: str, scenario: Scenario) -> Experiment:
+def _scenario_problem(family: str, scenario: Scenario) -> Experiment:
     with scenario.scene.locate_errors():
         scenario.scene.covered_chain("bench", laws=True)
     if family == "quadratures":

@@ -12,7 +12,7 @@ from shockwave.base.text import limits, si, strong
 from shockwave.cli.output import PICTURES, check_output, json_text, write_output, write_result
 from shockwave.cli.scenario_files import load_scenarios
 from shockwave.scene.chain import Scales
-from shockwave.scene.yielding import warn_beyond, yielding_of
+from shockwave.scene.yielding import find_yielding, warn_beyond
 from shockwave.studies.amplification_curve import UniversalCurve
 
 
@@ -37,7 +37,7 @@ def curve(options: Namespace) -> int:
         amplification = si(float(universal.amplification(ratio)), "", error=error)
         answer = f"amplification {amplification}, error {error:.0e}, at t0/T0 = {ratio:.6g}"
         force = float(universal.amplification(ratio)) * shock.peak_force
-        beyond = warn_beyond(yielding_of(chain, force), evolve(chain, granules=None))
+        beyond = warn_beyond(find_yielding(chain, force), evolve(chain, granules=None))
     endless = [f"the chain of {chain.count} granules is treated as endless"] * (chain.count is not None)
     print(strong(answer), *limits([*endless, *beyond]), "", universal, sep="\n")
     return 0

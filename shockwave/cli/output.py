@@ -13,7 +13,7 @@ from typing import Any, TextIO
 
 from shockwave.base.errors import FileAccessError, InvalidValueError, ShockwaveError, UsageError, message_of
 from shockwave.base.files import write_file
-from shockwave.base.progress import progress_shown
+from shockwave.base.progress import show_progress
 from shockwave.base.quantity_fields import join
 
 #: Environment variable that makes internal errors raise, with a traceback.
@@ -106,7 +106,7 @@ _BAR_SHOWN = ProgressBar()
 @contextmanager
 def progress_on_stderr() -> Iterator[None]:
     """Show progress meanwhile, if stderr is a terminal."""
-    with progress_shown(_BAR_SHOWN if sys.stderr.isatty() else None):
+    with show_progress(_BAR_SHOWN if sys.stderr.isatty() else None):
         try:
             yield
         finally:

@@ -56,7 +56,7 @@ class PlasticContacts:
     def at_rest(self, overlaps: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Forces after slow first loading to these overlaps; stiffnesses and residual overlaps of unloading."""
         forces = self.loading.force(overlaps)
-        return forces, self.loading.unloading(forces), self.loading.residual(overlaps, forces)
+        return forces, self.loading.unloading_stiffness(forces), self.loading.residual(overlaps, forces)
 
     def table(self, overlaps: FloatArray, bodies: int) -> FloatArray:
         """The rows of a `Job` for contacts at rest at these overlaps, shape (26, bodies + 1)."""

@@ -22,7 +22,7 @@ from shockwave.scene.scene import Scene
 from shockwave.scene.scene_result import SceneResult
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
-from shockwave.scene.yielding import BEYOND, Yielding, warn_beyond, yielding_of
+from shockwave.scene.yielding import BEYOND, Yielding, find_yielding, warn_beyond
 
 if TYPE_CHECKING:  # a result that is only printed does not need them
     from shockwave.simulation.result_parts import ContactPeak, Structure, Transmitted
@@ -187,7 +187,7 @@ class Outcome(SceneResult):
     def yielding(self) -> Yielding | None:
         """First yield of the contacts; None without a yield strength."""
         if self.simulation is None:
-            return yielding_of(self.chain, max(wave.peak_force for wave in self.waves))
+            return find_yielding(self.chain, max(wave.peak_force for wave in self.waves))
         first_yield: Yielding | None = self._read("yielding")
         return first_yield
 

@@ -293,10 +293,10 @@ class PendingSimulation:
         result = None if results is None else results[self._index]
         if isinstance(result, ShockwaveError):
             result = None  # it is found again
-        return _restored, (self._engine.options, job.scene, result)
+        return _restore, (self._engine.options, job.scene, result)
 
 
-def _restored(options: SimulateOptions, scene: Scene, result: Any) -> PendingSimulation:
+def _restore(options: SimulateOptions, scene: Scene, result: Any) -> PendingSimulation:
     engine = _Engine([], options)
     simulation = engine.add(scene)
     engine.results = None if result is None else [result]

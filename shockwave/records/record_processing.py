@@ -134,10 +134,10 @@ def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None, steps: 
     samples = slice(max(int(inside[0]) - 1, 0), int(inside[-1]) + 2)
     if samples.start > 0 or samples.stop < process.forces.size:  # without them the force is the same
         process.step("Samples of zero force before and after the pulse were removed", process.forces, samples)
-    return _scaled_pulse(process, ratio, share)
+    return _scale_pulse(process, ratio, share)
 
 
-def _scaled_pulse(process: _Process, ratio: float | None, negative: float) -> Pulse:
+def _scale_pulse(process: _Process, ratio: float | None, negative: float) -> Pulse:
     """The pulse in units of its peak force and rise time."""
     notes, peak_force, peak = process.notes, float(process.forces.max()), int(np.argmax(process.forces))
     if peak in (0, process.forces.size - 1):

@@ -69,14 +69,14 @@ def _side(forces: FloatArray) -> tuple[int, npt.NDArray[np.intp]]:
     if quiet.size < _FEWEST or min(up, down) < _BALANCED * (up + down):
         tail = forces[2 * last + 1 :]
         is_slow = tail.size >= _NEAR and tail.sum() > _TAIL * forces.sum()
-        return (int(_crossing(forces, last, 1.2 * tail.max())) if is_slow else forces.size - 1), quiet[:0]
+        return (int(_find_crossing(forces, last, 1.2 * tail.max())) if is_slow else forces.size - 1), quiet[:0]
     level, noise = forces[quiet].mean(), forces[quiet].std() + _ROUNDING * deviations[0]
-    near, far = (_crossing(forces, last, level + height * noise) for height in (2, 8))
+    near, far = (_find_crossing(forces, last, level + height * noise) for height in (2, 8))
     # a force that begins as t^2 is four times as large at twice the time
     return min(max(int(2 * near - far + _ROUNDING), last), forces.size - 1), quiet
 
 
-def _crossing(forces: FloatArray, begin: int, force: float) -> float:
+def _find_crossing(forces: FloatArray, begin: int, force: float) -> float:
     """Number of samples, with a fraction, after which ``forces`` first fall to ``force`` after ``begin``."""
     at = max(begin + int(np.argmax(forces[begin:] <= force)), 1)
     before, behind = forces[at - 1], forces[at]

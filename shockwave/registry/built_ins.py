@@ -45,7 +45,7 @@ def _rkn(name: str, title: str) -> Entry:
     return Entry(name, f"{_NYSTROEM}:{name.capitalize()}", f"Runge-Kutta-Nystroem {title}", takes="rtol backend")
 
 
-def _fixed(name: str, title: str) -> Entry:
+def _fixed_step(name: str, title: str) -> Entry:
     """A method with a fixed step."""
     return Entry(name, f"{_NYSTROEM}:{name.capitalize()}", title, takes="step backend")
 
@@ -84,9 +84,9 @@ ENTRIES = {
         _rkn("rkn86", "8(6) of Dormand, El-Mikkawy & Prince, adaptive (default)"),
         _rkn("rkn1210", "12(10) of Dormand, El-Mikkawy & Prince, adaptive (default below rtol 1e-7)"),
         _rkn("rkn64", "6(4) of Dormand & Prince, adaptive"),
-        _fixed("verlet", "velocity Verlet, order 2, fixed step, symplectic"),
-        _fixed("pefrl", "extended Forest-Ruth, order 4, fixed step, symplectic"),
-        _fixed("rk4", "classical Runge-Kutta, order 4, fixed step"),
+        _fixed_step("verlet", "velocity Verlet, order 2, fixed step, symplectic"),
+        _fixed_step("pefrl", "extended Forest-Ruth, order 4, fixed step, symplectic"),
+        _fixed_step("rk4", "classical Runge-Kutta, order 4, fixed step"),
         Entry("dop853", f"{_SCIPY}:Dop853", "Dormand-Prince 8(5,3), adaptive, from SciPy", takes="rtol"),
         Entry("radau", f"{_SCIPY}:Radau", "Radau IIA, order 5, implicit, adaptive, from SciPy", takes="rtol"),
     ],

@@ -89,7 +89,7 @@ def find(kind: str, name: str) -> Entry:
     owners = [entry for entry in _plugin_entries(kind) if entry.name == name]
     owners = owners or [entry for entry in _plugin_entries(kind) if entry.name.lower() == str(name).lower()]
     if not owners:
-        raise _unknown(kind, name)
+        raise _unknown_name(kind, name)
     if len(owners) > 1:
         homes = " and ".join(entry.distribution for entry in owners)
         problem = f"{KINDS[kind]} {name!r} is registered twice, by {homes}"
@@ -97,7 +97,7 @@ def find(kind: str, name: str) -> Entry:
     return owners[0]
 
 
-def _unknown(kind: str, name: str) -> ShockwaveError:
+def _unknown_name(kind: str, name: str) -> ShockwaveError:
     names = [entry.name for entry in entries(kind)]
     likely = "-".join(built_ins.SYNONYMS.get(word, word) for word in str(name).lower().split("-"))
     faulty = [f"plugin {plugin.distribution} is faulty: {plugin.problem}" for plugin in plugins() if plugin.problem]

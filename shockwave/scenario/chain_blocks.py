@@ -226,33 +226,33 @@ def keys_below(data: Mapping[str, Any]) -> Iterator[tuple[str, Key]]:
         if "cell" in block_content:
             yield f"{place}.repeat", CELL[0]
             for inner, segment in enumerate(block_content["cell"] if isinstance(block_content["cell"], list) else ()):
-                yield from _of_block(f"{place}.cell[{inner}]", SEGMENT, _mapping(segment))
+                yield from _keys_of_block(f"{place}.cell[{inner}]", SEGMENT, _mapping(segment))
         else:
-            yield from _of_block(place, SEGMENT, block_content)
+            yield from _keys_of_block(place, SEGMENT, block_content)
     if isinstance(chain.get("end"), dict):
-        yield from _of_block("chain.end", END, chain["end"])
+        yield from _keys_of_block("chain.end", END, chain["end"])
         if "bar" in chain["end"]:
-            yield from _of_block("chain.end.bar", BAR, _mapping(chain["end"]["bar"]))
+            yield from _keys_of_block("chain.end.bar", BAR, _mapping(chain["end"]["bar"]))
     for block in LAWS:
-        yield from _of_law("chain", block, chain)
+        yield from _keys_of_law("chain", block, chain)
     for block, keys in (("impact", IMPACT), ("motion", MOTION[:2])):
         if block in data:
-            yield from _of_block(block, keys, _mapping(data[block]))
+            yield from _keys_of_block(block, keys, _mapping(data[block]))
 
 
 def _mapping(given: Any) -> dict[str, Any]:
     return given if isinstance(given, dict) else {}
 
 
-def _of_law(place: str, block: str, content: Mapping[str, Any]) -> Iterator[tuple[str, Key]]:
+def _keys_of_law(place: str, block: str, content: Mapping[str, Any]) -> Iterator[tuple[str, Key]]:
     values = _mapping(content.get(block))
     with suppress(ShockwaveError):  # reported at the place of the name
         name = values.get("model", "power-law" if block == "contact" and values else None)
         if isinstance(name, str):
-            yield from _of_block(f"{place}.{block}", keys_of(load("contacts", name)), values)
+            yield from _keys_of_block(f"{place}.{block}", keys_of(load("contacts", name)), values)
 
 
-def _of_block(place: str, keys: Sequence[Key], content: Mapping[str, Any]) -> Iterator[tuple[str, Key]]:
+def _keys_of_block(place: str, keys: Sequence[Key], content: Mapping[str, Any]) -> Iterator[tuple[str, Key]]:
     for key in keys:
         name = f"{place}.{key.name}"
         if key.kind == "materials":
@@ -263,6 +263,6 @@ def _of_block(place: str, keys: Sequence[Key], content: Mapping[str, Any]) -> It
             name = f"{place}.{tapers[0]}"
             yield from ((f"{name}.{end.name}", end) for end in TAPER[:2])
         elif key.name in LAWS:
-            yield from _of_law(place, key.name, content)
+            yield from _keys_of_law(place, key.name, content)
         else:
             yield name, key

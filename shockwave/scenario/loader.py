@@ -137,11 +137,11 @@ def _parts(document: Document, spreads: Any, path: Path | None) -> tuple[dict[st
         parts["uncertainty"] = read_spreads(spreads, document.data)
     if "chain" in values:
         faults += limit_faults(parts["limit"], parts["chain"].end)
-        faults += _of_combination(parts, document.data)
+        faults += _combination_faults(parts, document.data)
     return parts, faults
 
 
-def _of_combination(parts: Mapping[str, Any], data: Mapping[str, Any]) -> list[Fault]:
+def _combination_faults(parts: Mapping[str, Any], data: Mapping[str, Any]) -> list[Fault]:
     """Errors of a chain under its excitation, and of options; ``data`` is the content of the document."""
     chain, impact, options = parts["chain"], parts["impact"], parts["simulate"]
     other = impact or parts["motion"]
@@ -176,7 +176,7 @@ def _requires(content: Any) -> list[str]:
     """Names of installed distributions."""
     from importlib.metadata import PackageNotFoundError, version
 
-    def installed(name: str) -> str:
+    def check_installed(name: str) -> str:
         try:
             version(name)
         except (PackageNotFoundError, ValueError):
@@ -184,7 +184,7 @@ def _requires(content: Any) -> list[str]:
             raise InvalidValueError(problem) from None
         return name
 
-    return items(convert(_KEYS["requires"], content) or (), installed)
+    return items(convert(_KEYS["requires"], content) or (), check_installed)
 
 
 def _chain(content: Any) -> Chain:

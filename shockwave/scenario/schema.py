@@ -56,7 +56,7 @@ def schema() -> Form:
     forms["impact"] |= _mapping(IMPACT)
     forms["motion"] |= _mapping(MOTION)
     forms["shock"] |= _mapping(SHOCK)
-    forms["shock"]["allOf"] = [_where("profile", name, _of_profile(name)) for name in _names("profiles")]
+    forms["shock"]["allOf"] = [_where("profile", name, _shock_form(name)) for name in _names("profiles")]
     optional = {block: BLOCKS[block] for block in ("predict", "simulate")}
     optional |= {"limit": keys_of(Limit), "published": keys_of(Published), "sweep": SWEEP}
     for block, keys in optional.items():
@@ -144,7 +144,7 @@ def _where(key: str, name: str, form: Form) -> Form:
     return {"if": condition, "then": form}
 
 
-def _of_profile(name: str) -> Form:
+def _shock_form(name: str) -> Form:
     """Values that the ``shock`` block admits for a profile."""
     try:
         cls = registry.load("profiles", name)
@@ -179,7 +179,7 @@ def _value(key: Key) -> Form:
     elif key.kind:
         form = {"anyOf": _in_any_case(_names(key.kind))}
     else:
-        form = _of_kind(key.annotation)
+        form = _kind_form(key.annotation)
     if key.may_be_none:
         form = _or_null(form)
     if key.purpose:
@@ -210,7 +210,7 @@ _KINDS: Final[dict[Any, Form]] = {
 }
 
 
-def _of_kind(annotation: Any) -> Form:
+def _kind_form(annotation: Any) -> Form:
     """Values that the loader accepts for an annotated type; any value if it leaves the check to the constructor."""
     origin = typing.get_origin(annotation) or annotation
     members = typing.get_args(annotation)
@@ -218,9 +218,9 @@ def _of_kind(annotation: Any) -> Form:
         names = [member for member in members if isinstance(member, str)]
         return {"anyOf": _in_any_case(names)} if names else {"enum": list(members)}
     if origin in (list, tuple, Sequence):
-        return {"type": "array", "items": _of_kind(members[0]) if members else {}}
+        return {"type": "array", "items": _kind_form(members[0]) if members else {}}
     if origin in (typing.Union, types.UnionType):
-        forms = [_of_kind(member) for member in members]
+        forms = [_kind_form(member) for member in members]
         return {"anyOf": forms} if all(forms) else {}
     return dict(_KINDS.get(origin, {}))
 

@@ -47,7 +47,7 @@ def values_of(
         return {}, [Fault((), f"must be a mapping of {names} (got {text_of(content)})")]
     converters = {key.name: partial(convert, key) for key in keys} | dict(parsers or {})
     values, faults = _each(content.items(), converters)
-    return values, [*faults, *_of_keys(content, keys)]
+    return values, [*faults, *_key_faults(content, keys)]
 
 
 def material(given: Any) -> Material:
@@ -63,7 +63,7 @@ def structure(data: Any, keys: Sequence[Key], parsers: Mapping[str, Parser] | No
     return values
 
 
-def _of_keys(content: Mapping[str, Any], keys: Sequence[Key]) -> Iterator[Fault]:
+def _key_faults(content: Mapping[str, Any], keys: Sequence[Key]) -> Iterator[Fault]:
     """Errors of missing keys, and of values given twice under different keys."""
     substitutes = [(name, key.name) for key in keys for name in key.instead_of]
     for name, other in substitutes:
@@ -92,7 +92,7 @@ def _each(pairs: Iterable[tuple[Any, Any]], converters: Mapping[Any, Parser]) ->
     faults: list[Fault] = []
     for step, value in pairs:
         if step not in converters:
-            faults.append(_unknown(step, list(converters), len(faults) < _MOST_HINTS))
+            faults.append(_unknown_key(step, list(converters), len(faults) < _MOST_HINTS))
             continue
         try:
             values[step] = converters[step](value)
@@ -122,7 +122,7 @@ def items(values: Sequence[Any], convert: Parser) -> list[Any]:
     return list(found.values())
 
 
-def _unknown(name: str, known: Sequence[str], helpful: bool) -> Fault:
+def _unknown_key(name: str, known: Sequence[str], helpful: bool) -> Fault:
     hint = "no keys are allowed here" if not known else hint_of(name, known) if helpful else "see the first errors"
     if known and (advice := hint_instead_of(name)):
         hint = advice
@@ -143,7 +143,7 @@ def convert(key: Key, value: Any) -> Any:
     if spec is None:
         if key.kind and isinstance(value, str):
             value = value.lower() if value.lower() in key.also else find(key.kind, value).name
-        return _of_kind(value, key.annotation, key.plain or bool(key.kind) or names_files.get())
+        return _convert_to_kind(value, key.annotation, key.plain or bool(key.kind) or names_files.get())
     if not spec.samples:
         return _quantity(value, spec)
     try:
@@ -165,7 +165,7 @@ def _quantity(value: Any, spec: Quantity) -> int | float:
     return int(si) if spec.whole else si
 
 
-def _of_kind(value: Any, annotation: Any, text: bool) -> Any:
+def _convert_to_kind(value: Any, annotation: Any, text: bool) -> Any:
     """``value`` as an annotated type; unchanged if the type is unknown here, because the constructor then checks it.
 
     Unless ``text`` is true, the only text that is allowed is a fixed choice of the type.
@@ -175,9 +175,9 @@ def _of_kind(value: Any, annotation: Any, text: bool) -> Any:
     if origin in _NUMBERS:
         return _quantity(value, _NUMBERS[origin])
     if origin in (typing.Union, types.UnionType):
-        return _any_of(value, members, text)
+        return _convert_to_any(value, members, text)
     if origin in (list, tuple, Sequence):
-        found = _list(value, lambda item: _of_kind(item, members[0] if members else Any, text))
+        found = _list(value, lambda item: _convert_to_kind(item, members[0] if members else Any, text))
         return tuple(found) if origin is tuple else found
     if origin is Literal:
         same = [one for one in members if one == value or str(one).lower() == str(value).lower()]
@@ -197,7 +197,7 @@ def _of_kind(value: Any, annotation: Any, text: bool) -> Any:
     if isinstance(value, str | dict):
         hint = "load the scenario from a file of your own"
         raise InvalidValueError(f"must not be text here, because it could name a file (got {text_of(value)}; {hint})")
-    return _list(value, lambda item: _of_kind(item, Any, text)) if isinstance(value, list) else value
+    return _list(value, lambda item: _convert_to_kind(item, Any, text)) if isinstance(value, list) else value
 
 
 def _list(value: Any, convert: Parser) -> list[Any]:
@@ -206,7 +206,7 @@ def _list(value: Any, convert: Parser) -> list[Any]:
     return items(value, convert)
 
 
-def _any_of(value: Any, members: Sequence[Any], text: bool) -> Any:
+def _convert_to_any(value: Any, members: Sequence[Any], text: bool) -> Any:
     """Value of a union; text counts as text only if it is not a number."""
     if value is None and type(None) in members:
         return None
@@ -214,8 +214,8 @@ def _any_of(value: Any, members: Sequence[Any], text: bool) -> Any:
     *first, last = sorted(rest, key=lambda member: member is str)
     for member in first:
         with suppress(InvalidValueError):
-            return _of_kind(value, member, text)
-    return _of_kind(value, last, text)
+            return _convert_to_kind(value, member, text)
+    return _convert_to_kind(value, last, text)
 
 
 def _text_or_nothing(value: Any) -> str:

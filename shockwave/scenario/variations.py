@@ -94,7 +94,7 @@ class Family:
     def _load(self, values: Mapping[str, Any]) -> Scenario:
         """The scenario of the document with other values, some of them below the blocks of the chain."""
         if self.base.document is None:
-            raise _of_file(values)
+            raise _no_file_error(values)
         return scenario_of(vary_document(self.base.document, values), self.base.path)
 
     def _with_profile(self, values: Mapping[str, Any]) -> Shock:
@@ -105,7 +105,7 @@ class Family:
                 self._known.clear()
             document = self.base.document
             if document is None:
-                self._known[key] = _of_profile(self.base.shock, values)
+                self._known[key] = _change_profile(self.base.shock, values)
             else:
                 changed = document.with_values({steps_of(name): value for name, value in values.items()})
                 self._known[key] = scenario_of(changed, self.base.path).shock
@@ -147,14 +147,14 @@ def _change(part: Any, values: Mapping[str, Any], *block: str) -> Any:
         return evolve(part, **values)
 
 
-def _of_file(names: Iterable[str]) -> InvalidValueError:
+def _no_file_error(names: Iterable[str]) -> InvalidValueError:
     got = "got a shock and a chain made in Python; load a scenario from a file"
     return InvalidValueError(*(Fault(name, f"must be values of a scenario file ({got})") for name in names))
 
 
-def _of_profile(shock: Shock, values: Mapping[str, Any]) -> Shock:
+def _change_profile(shock: Shock, values: Mapping[str, Any]) -> Shock:
     """The shock with other parameters of its profile, for a scene without a document."""
     if "shock.profile" in values or not attrs.has(type(shock.profile)):
-        raise _of_file(values)
+        raise _no_file_error(values)
     own = {name.rpartition(".")[2]: value for name, value in values.items()}
     return evolve(shock, profile=_change(shock.profile, own, "shock", "parameters"))

@@ -178,7 +178,7 @@ class Loading:
         plastic = forces * np.sqrt(self.softness / np.maximum(2 * forces + first, _LEAST))
         return np.asarray(np.where(yielded, plastic, (forces / self.stiffnesses) ** (2 / 3)))
 
-    def unloading(self, forces: FloatArray) -> FloatArray:
+    def unloading_stiffness(self, forces: FloatArray) -> FloatArray:
         """K of unloading K (d - d_r)^(3/2) from these forces on."""
         yielded = forces > self.first_forces
         return np.where(yielded, forces / np.where(yielded, self.depth(forces), 1.0) ** 1.5, self.stiffnesses)

@@ -50,7 +50,7 @@ def check_features(granules: Granules, elastic_only: bool, **features: Any) -> N
             types, rule = _TYPES[name]
             if not isinstance(value, types | None):
                 faults.append(Fault(("granules", *place, name), f"must be {rule} (got {text_of(value)})"))
-    refuse(faults or [*_of_length(granules, features), *_of_pairs(granules, features, elastic_only)])
+    refuse(faults or [*_length_faults(granules, features), *_pair_faults(granules, features, elastic_only)])
 
 
 def is_damped(chain: Any) -> bool:
@@ -70,7 +70,7 @@ def is_plastic(granules: Granules, contact: object) -> bool:
     return any(isinstance(each, ElasticPlastic) for each in contacts)
 
 
-def _of_length(granules: Granules, features: Mapping[str, Any]) -> Iterator[Fault]:
+def _length_faults(granules: Granules, features: Mapping[str, Any]) -> Iterator[Fault]:
     """Errors of features that need a finite chain, or one that is not too long."""
     contact = features.get("contact")
     if granules is None:
@@ -88,7 +88,7 @@ def _of_length(granules: Granules, features: Mapping[str, Any]) -> Iterator[Faul
         yield Fault("granules", f"must be <= {MOST_GRANULES} for a chain with {names} (got {granules})")
 
 
-def _of_pairs(granules: Granules, features: Mapping[str, Any], elastic_only: bool) -> Iterator[Fault]:
+def _pair_faults(granules: Granules, features: Mapping[str, Any], elastic_only: bool) -> Iterator[Fault]:
     """Errors of features that exclude each other."""
     static = [name for name in ("precompression", "gravity") if name in features]
     if "gravity" in features and "end" not in features:
@@ -99,10 +99,10 @@ def _of_pairs(granules: Granules, features: Mapping[str, Any], elastic_only: boo
     for place, segment in segments:
         if static and segment.gap:
             yield Fault(("granules", *place, "gap"), f"must be 0 under {' and '.join(static)} (got {segment.gap:g} m)")
-    yield from _of_laws(features.get("contact"), features.get("damping"), segments, static, elastic_only)
+    yield from _law_faults(features.get("contact"), features.get("damping"), segments, static, elastic_only)
 
 
-def _of_laws(
+def _law_faults(
     contact: Any, damping: Any, segments: list[tuple[Steps, Segment]], static: list[str], elastic_only: bool
 ) -> Iterator[Fault]:
     """Errors of the laws of the contacts: those of the chain, and those of segments with their own."""

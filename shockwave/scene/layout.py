@@ -168,10 +168,10 @@ def _granules(chain: Chain) -> Iterator[_Row]:
         yield from [(0, chain.material, chain.radius, 0.0, chain.contact, chain.damping)] * chain.granules
     for index, part in enumerate(chain.granules if isinstance(chain.granules, tuple) else ()):
         for segment in part.cell * part.repeat if isinstance(part, Cell) else (part,):
-            yield from _of_segment(chain, index, segment)
+            yield from _segment_rows(chain, index, segment)
 
 
-def _of_segment(chain: Chain, index: int, segment: Segment) -> Iterator[_Row]:
+def _segment_rows(chain: Chain, index: int, segment: Segment) -> Iterator[_Row]:
     material, radius = segment.material or chain.material, segment.radius or chain.radius
     laws = segment.contact or chain.contact, segment.damping or chain.damping
     for size in radius.sizes(segment.count) if isinstance(radius, Taper) else [radius] * segment.count:
@@ -264,12 +264,12 @@ def mass_and_length(chain: Chain, hint: str = "") -> tuple[float, float]:
 def change_laws(chain: Chain, change: Callable[[Any], AnyContact | None]) -> Chain:
     """The chain with other contact laws: ``change`` returns that of the chain, or of a segment."""
 
-    def changed(part: Any) -> Any:
+    def change_part(part: Any) -> Any:
         if isinstance(part, Cell):
-            return evolve(part, cell=[*map(changed, part.cell)])
+            return evolve(part, cell=[*map(change_part, part.cell)])
         return evolve(part, contact=change(part))
 
-    granules = [*map(changed, chain.granules)] if isinstance(chain.granules, tuple) else chain.granules
+    granules = [*map(change_part, chain.granules)] if isinstance(chain.granules, tuple) else chain.granules
     return evolve(chain, granules=granules, contact=change(chain))
 
 

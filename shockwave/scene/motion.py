@@ -78,9 +78,9 @@ class Motion(Value):
         given, missing = (constant, pairs[0]) if constant else (record, pairs[1])
         faults = [Fault(name, f"must be given with {given[0]} (got nothing)") for name in missing if name not in given]
         faults += [Fault(name, "must be left out for a constant velocity") for name in record if constant]
-        refuse(faults or ([] if constant else self._of_record()))
+        refuse(faults or ([] if constant else self._sample_faults()))
 
-    def _of_record(self) -> list[Fault]:
+    def _sample_faults(self) -> list[Fault]:
         """Errors of the samples."""
         times, values, least = np.array(self.times), np.array(self.values), _FEWEST[str(self.quantity)]
         if times.ndim != 1 or times.shape != values.shape or times.size < least:

@@ -39,7 +39,7 @@ class SceneSummary:
 def summary_of(excitation: object, chain: Chain, uniform: bool) -> SceneSummary:
     """Summary of a scene; ``uniform`` states whether it is a shock on equal granules with free ends."""
     if isinstance(excitation, Shock) and uniform:
-        return _of_equal_granules(excitation, chain)
+        return _summarise_equal_granules(excitation, chain)
     from shockwave.scene.description import lines, plain, text  # for other scenes only
 
     name = type(excitation).__name__.lower()
@@ -51,7 +51,7 @@ def summary_of(excitation: object, chain: Chain, uniform: bool) -> SceneSummary:
     return SceneSummary(numbers, ((name, line), *lines(chain)))
 
 
-def _of_equal_granules(shock: Shock, chain: Chain) -> SceneSummary:
+def _summarise_equal_granules(shock: Shock, chain: Chain) -> SceneSummary:
     contact = None
     if chain.contact is not None:
         from shockwave.scene.description import plain  # for such chains only

@@ -80,7 +80,7 @@ def strength_of(material: Any) -> float:
     return math.nan if strength is None else float(strength)
 
 
-def yielding_of(chain: Chain, peak_force: float) -> Yielding | None:
+def find_yielding(chain: Chain, peak_force: float) -> Yielding | None:
     """First yield in a chain of equal granules with a peak force [N].
 
     None if the yield strength is not known, or for another law than Hertz's.

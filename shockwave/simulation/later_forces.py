@@ -29,7 +29,7 @@ def offsets(case: ChainSetup, motion: Motion) -> FloatArray:
 def stiffnesses(case: ChainSetup, motion: Motion) -> FloatArray:
     """Stiffnesses with which the contacts unload at the end, scaled."""
     plastic = case.assembly.plastic
-    return case.assembly.stiffnesses if plastic is None else plastic.loading.unloading(motion.forces)
+    return case.assembly.stiffnesses if plastic is None else plastic.loading.unloading_stiffness(motion.forces)
 
 
 def are_apart(x: FloatArray, v: FloatArray, overlaps: FloatArray) -> Flags:

@@ -18,7 +18,7 @@ from shockwave.scene.scene_result import SceneResult
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.solitary_wave import SolitaryWave
-from shockwave.scene.yielding import Yielding, warn_beyond, yielding_of
+from shockwave.scene.yielding import Yielding, find_yielding, warn_beyond
 from shockwave.simulation.recording import Recording
 from shockwave.simulation.result_parts import (
     ContactForces,
@@ -280,7 +280,7 @@ class Simulation(SceneResult):
         if self.wave is None or self.chain.material.yield_strength is None:
             return self.first_yield
         top = self.greatest_force if self.options.waves == "train" else None
-        return yielding_of(self.chain, max(self.wave.peak_force, 0.0 if top is None else top.peak_force))
+        return find_yielding(self.chain, max(self.wave.peak_force, 0.0 if top is None else top.peak_force))
 
     @property
     def recording(self) -> Recording | Any:
@@ -307,7 +307,7 @@ class Simulation(SceneResult):
     @property
     def first_warnings(self) -> tuple[str, ...]:
         """Warnings of unusual values, the accuracy of the first numbers, and their first yield."""
-        beyond = self.first_yield if self.wave is None else yielding_of(self.chain, self.wave.peak_force)
+        beyond = self.first_yield if self.wave is None else find_yielding(self.chain, self.wave.peak_force)
         return (*self._run_warnings, *warn_beyond(beyond, self.chain))
 
     @property

@@ -18,7 +18,7 @@ from shockwave.studies import varied_scenes
 from shockwave.studies.design_one_parameter import compare_values, search_interval
 from shockwave.studies.design_options import DesignScenes
 from shockwave.studies.design_result import Design, VariedParameter
-from shockwave.studies.quantities import Requirement, parts_of, reported_by, target_named
+from shockwave.studies.quantities import Requirement, find_target, list_reported, parts_of
 
 _POINTS = Number("", "number of rows", at_least=2, at_most=1000, whole=True)
 
@@ -105,13 +105,13 @@ def design(
     points, rtol = _POINTS.check("points", points), varied_scenes.RTOL.check("rtol", rtol)
     seed = varied_scenes.SEED.check("seed", seed)
     scenario = varied_scenes.scenario_of(scene, chain)
-    reported = reported_by(scenario)
+    reported = list_reported(scenario)
     requirements = (*_requirements(target, "target", reported), *_requirements(budget, "budget", reported))
     if not requirements:
         raise InvalidValueError.of("target", "must be given, such as 'transmitted.peak_force <= 60 N' (got nothing)")
     parameters = tuple(_parameters(scenario, vary, between, among))
     single = len(parameters) == len(requirements) == 1 and least is None
-    mass = target_named("chain.mass" if least is None else least, reported, "least")
+    mass = find_target("chain.mass" if least is None else least, reported, "least")
     # along one parameter, the mass of a finite chain is shown beside the quantity
     quantities = [each.quantity for each in requirements] + [mass] * (not single or scenario.chain.count is not None)
     scenes = DesignScenes(

@@ -46,14 +46,14 @@ _EQUAL = 1e-3
 _ROUNDING = 1e-12
 
 
-def reported_by(scenario: Scenario) -> tuple[Quantity, ...]:
+def list_reported(scenario: Scenario) -> tuple[Quantity, ...]:
     """Quantities of the contacts and the sensors that a simulation of the scenario reports."""
     count, options = scenario.scene.contact_count, scenario.simulate
     contacts = options.contacts if count is None else select_contacts(options, count)
     return (*contact_forces(contacts), *table.sensor_figures(options.sensors))
 
 
-def target_named(name: object, reported: Sequence[Quantity], kind: str) -> Quantity:
+def find_target(name: object, reported: Sequence[Quantity], kind: str) -> Quantity:
     """The quantity of this name, or a ratio of two, for a scenario that reports these besides those of all scenarios.
 
     ``kind`` names it in messages.
@@ -65,7 +65,7 @@ def target_named(name: object, reported: Sequence[Quantity], kind: str) -> Quant
     """
     targets = targets_of(reported)
     name = next((each.name for each in targets.values() if each.label == name), name)  # a printed name
-    if (quantity := table.quantity_named(str(name), targets)) is not None:
+    if (quantity := table.find_quantity(str(name), targets)) is not None:
         return quantity
     for part in map(str.strip, str(name).split("/")):
         if part not in targets and (listed := _LISTED.fullmatch(part)):
@@ -195,7 +195,7 @@ class Requirement:
         InvalidValueError
             If the quantity is unknown, or the value is not above 0.
         """
-        quantity = target_named(name, reported, kind)
+        quantity = find_target(name, reported, kind)
         with locate(lambda fault: Fault((kind,), f"{quantity.name} {fault.problem}")):
             number = float(convert(Key(name, spec=Number(quantity.unit.replace(" ", "*"), "", above=0)), value))
         return cls(quantity, sign, number, kind)

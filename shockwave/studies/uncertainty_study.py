@@ -25,7 +25,7 @@ from shockwave.scene.force_limit import LeavingForce, Limit, limit_of, verdict
 from shockwave.scene.yielding import law_notes
 from shockwave.studies import quasi_monte_carlo as sampling
 from shockwave.studies import varied_scenes
-from shockwave.studies.quantities import figures_of, quantities_of, reported_by, target_named
+from shockwave.studies.quantities import figures_of, find_target, list_reported, quantities_of
 from shockwave.studies.quasi_monte_carlo import WORK, Distribution
 from shockwave.studies.uncertainty_result import Estimate, Parameter, QuantityStatistics, Sensitivity, Uncertainty
 from shockwave.studies.warning_groups import WarningGroups
@@ -115,7 +115,7 @@ def uncertainty(
     distributions = [Distribution.of(spread, scenario) for spread in _spreads(scenario, spreads)]
     report_progress(WORK, 0, draws * (len(distributions) + 2))
     logger.info("uncertainty of %s: %d scenes", scenario.name or "the scene", draws * (len(distributions) + 2))
-    named = [target_named(name, reported_by(scenario), "quantities") for name in quantities]
+    named = [find_target(name, list_reported(scenario), "quantities") for name in quantities]
     return _result(UncertainScenes.of(scenario, distributions, rtol, named), draws, seed, rtol)
 
 

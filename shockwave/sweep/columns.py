@@ -99,7 +99,7 @@ def chain_columns(scenario: Scenario, run: Run, section4: bool) -> tuple[Quantit
     return (*forces, *contacts, *equal, *quantities.NOTES)
 
 
-def requested_columns(scenario: Scenario, columns: tuple[Quantity, ...]) -> tuple[Quantity, ...]:
+def find_requested_columns(scenario: Scenario, columns: tuple[Quantity, ...]) -> tuple[Quantity, ...]:
     """Return the columns of sensors, and those that the sweep names: energies of segments, times, or ratios.
 
     Those of ``columns`` are left out; a prediction has only these, and their ratios.
@@ -117,7 +117,7 @@ def requested_columns(scenario: Scenario, columns: tuple[Quantity, ...]) -> tupl
     others = () if scenario.sweep.run == "predict" else (*sensors, *quantities.TIMES, *energies)
     known = {each.name: each for each in (*columns, *others)}
     for index, name in enumerate(scenario.sweep.quantities):
-        quantity = quantities.quantity_named(name, known)
+        quantity = quantities.find_quantity(name, known)
         if quantity is None:
             got = f"got {text_of(name)}; {hint_of(name, list(known), len(known))}"
             raise InvalidValueError.of(("sweep", "quantities", index), f"must be a quantity or a ratio of two ({got})")

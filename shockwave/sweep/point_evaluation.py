@@ -31,7 +31,7 @@ from shockwave.scene.chain import Scales
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.simulate import simulate_scenes
 from shockwave.simulation.simulation_result import Simulation
-from shockwave.sweep.columns import Answer, chain_columns, column_of, columns_of, requested_columns, row
+from shockwave.sweep.columns import Answer, chain_columns, column_of, columns_of, find_requested_columns, row
 from shockwave.sweep.definition import SweepDefinition
 from shockwave.sweep.journal import line_of
 
@@ -72,7 +72,7 @@ class Points:
         self.chains = _has_features(scenario, finite) or any(_is_feature(name, finite) for name in names)
         *columns, remarks = self._chain_columns() or columns_of(self.sweep.run, self.train, finite)
         with scenario.scene.locate_errors():
-            columns += requested_columns(scenario, tuple(columns))
+            columns += find_requested_columns(scenario, tuple(columns))
         self._columns = (*columns, *(() if scenario.limit is None else VERDICT), remarks)
         self._family = Family(scenario)
         self.definition = SweepDefinition(

@@ -147,7 +147,7 @@ class IntegratorContract(Contract):
     @pytest.mark.parametrize(("since", "value"), [(0.0, math.nan), (1.0, math.nan), (1.0, math.inf)])
     def test_clause_8_not_finite_is_an_error(self, integrator: type[Integrator], since: float, value: float) -> None:
         with pytest.raises(NumericalError):
-            motion.all_steps(integrator(), motion.broken(since, value))
+            motion.all_steps(integrator(), motion.broken_acceleration(since, value))
 
     def test_clause_9_it_may_be_left_and_started_again(self, integrator: type[Integrator]) -> None:
         used = integrator()
@@ -170,7 +170,7 @@ class IntegratorContract(Contract):
         error = distance(tried.a, smooth_force(0.4, tried.x))
         assert error <= _ROUNDING, "the returned acceleration is not that at the end of the step"
         with np.errstate(all="ignore"):  # the caller checks for such numbers
-            method.attempt(motion.broken(0.0, math.nan), 0.3, 0.1, *start)
+            method.attempt(motion.broken_acceleration(0.0, math.nan), 0.3, 0.1, *start)
 
     def test_one_step_clause_2_a_batch_is_its_chains_side_by_side(self, integrator: type[Integrator]) -> None:
         method = _one_step(integrator)()

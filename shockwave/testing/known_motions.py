@@ -53,7 +53,7 @@ def smooth_motion(time: Any) -> tuple[FloatArray, FloatArray]:
     return np.asarray(np.cos(angle) + 0.3 * np.sin(2 * angle)), np.asarray(0.6 * np.cos(2 * angle) - np.sin(angle))
 
 
-def _between_neighbours(x: FloatArray) -> FloatArray:
+def _neighbour_accelerations(x: FloatArray) -> FloatArray:
     """Accelerations by a smooth force between neighbours."""
     return np.asarray(-np.diff(np.sin(x[:-1] - x[1:]), axis=0, prepend=0.0, append=0.0))
 
@@ -62,7 +62,7 @@ def smooth_force(time: Any, x: FloatArray) -> FloatArray:
     """Acceleration of a driven chain, of which the smooth motion is the solution."""
     angle = time + _PHASES.reshape(-1, *[1] * (x.ndim - 1))
     driven = np.cos(angle) + 1.2 * np.sin(2 * angle)
-    return np.asarray(_between_neighbours(x) - _between_neighbours(smooth_motion(time)[0]) - driven)
+    return np.asarray(_neighbour_accelerations(x) - _neighbour_accelerations(smooth_motion(time)[0]) - driven)
 
 
 def hertz(_: Any, x: FloatArray) -> FloatArray:
@@ -71,7 +71,7 @@ def hertz(_: Any, x: FloatArray) -> FloatArray:
     return np.asarray(-np.diff(force, prepend=0.0, append=0.0))
 
 
-def broken(since: float, value: float) -> Acceleration:
+def broken_acceleration(since: float, value: float) -> Acceleration:
     """An acceleration that equals ``value`` after the time ``since``."""
     return lambda time, x: smooth_force(time, x) if time < since else np.full_like(x, value)
 
@@ -173,7 +173,7 @@ def _error_of_attempts(method: OneStep, size: float) -> float:
 # ---------------------------------------------------------------- chains
 
 
-def _mixed(granules: int, loaded: bool) -> Assembly:
+def _mixed_chain(granules: int, loaded: bool) -> Assembly:
     """Different granules before a wall: with gaps under a shock, or struck and so loaded that no contact opens."""
     share, ones = np.array([0.618 * index % 1 for index in range(granules)]), np.ones(granules)
     stiffnesses = np.array(2 - share)
@@ -193,22 +193,22 @@ def _mixed(granules: int, loaded: bool) -> Assembly:
 @cache
 def mixed_forces(integrator: type[Integrator], granules: int, accuracy: float) -> FloatArray:
     """Greatest contact forces of a mixed chain with gaps under a shock, with a tolerance or a step."""
-    return integrate(_mixed(granules, loaded=False), accuracy, until=_MIXED_UNTIL, integrator=integrator).forces
+    return integrate(_mixed_chain(granules, loaded=False), accuracy, until=_MIXED_UNTIL, integrator=integrator).forces
 
 
 @cache
-def _loaded_motion(integrator: type[Integrator], accuracy: float) -> tuple[FloatArray, int]:
+def _integrate_loaded_chain(integrator: type[Integrator], accuracy: float) -> tuple[FloatArray, int]:
     """Positions and velocities of a mixed chain under a static load, and the number of steps."""
     until = float(_MIXED_TIMES[-1])
-    motion = integrate(_mixed(5, loaded=True), accuracy, until=until, times=_MIXED_TIMES, integrator=integrator)
+    motion = integrate(_mixed_chain(5, loaded=True), accuracy, until=until, times=_MIXED_TIMES, integrator=integrator)
     return np.array((motion.samples_x, motion.samples_v)), motion.steps
 
 
 def mixed_slope(integrator: type[Integrator]) -> float:
     """Exponent of the step size with which the error of a mixed chain under a static load scales."""
-    exact, _ = _loaded_motion(Rkn1210, 1e-14)
+    exact, _ = _integrate_loaded_chain(Rkn1210, 1e-14)
     accuracies = _MIXED_TOLERANCES if integrator.adaptive else _MIXED_STEPS
-    (coarse, few), (fine, many) = (_loaded_motion(integrator, accuracy) for accuracy in accuracies)
+    (coarse, few), (fine, many) = (_integrate_loaded_chain(integrator, accuracy) for accuracy in accuracies)
     ratio = float(np.linalg.norm(coarse - exact) / np.linalg.norm(fine - exact))
     return math.log(ratio) / math.log(max(many / few, 1.001))
 

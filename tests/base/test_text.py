@@ -6,7 +6,7 @@ import re
 import pytest
 
 from shockwave.base.result_tables import evenly
-from shockwave.base.text import on_screen, paragraph, percent, round_bound, round_digits, si, table
+from shockwave.base.text import paragraph, percent, render_on_screen, round_bound, round_digits, si, table
 from shockwave.pictures.picture_elements import si_label
 
 
@@ -77,7 +77,7 @@ class _Wide:
 
 
 def test_the_columns_without_room_are_named_in_one_line() -> None:
-    *_, row, last = on_screen(_Wide(), columns=80).splitlines()
+    *_, row, last = render_on_screen(_Wide(), columns=80).splitlines()
     assert "1 N" in row
     assert re.fullmatch(r"  \(not shown: quantity \d, .* and \d+ more; --wide shows all columns\)", last)
     assert len(last) <= 80

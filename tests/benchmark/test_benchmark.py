@@ -148,7 +148,7 @@ def test_front_of_a_finite_chain_is_measured_before_the_end() -> None:
 
 
 def test_gauss_legendre_reaches_rounding_on_all_areas() -> None:
-    for experiment in bench.named_problems("quadratures", quick=False):
+    for experiment in bench.list_problems("quadratures", quick=False):
         problem, methods = experiment()
         (gauss,) = (method for method in methods if method.name == "gauss-legendre")
         tightest = list(measure(problem, gauss, ONCE))[-1]

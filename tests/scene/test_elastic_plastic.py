@@ -51,10 +51,10 @@ def test_unloading_begins_at_first_yield_and_becomes_stiffer() -> None:
     law = loading()
     yields = law.first_forces[:5]
     at = np.append(yields, 1.0)
-    np.testing.assert_allclose(law.unloading(at * (1 + 1e-9)), law.stiffnesses, rtol=1e-8)
+    np.testing.assert_allclose(law.unloading_stiffness(at * (1 + 1e-9)), law.stiffnesses, rtol=1e-8)
     d = law.overlap(np.append(20 * yields, 1.0))
     forces = law.force(d)
-    stiffer, residual = law.unloading(forces), law.residual(d, forces)
+    stiffer, residual = law.unloading_stiffness(forces), law.residual(d, forces)
     assert (stiffer[:5] > law.stiffnesses[:5]).all()
     assert stiffer[5] == law.stiffnesses[5]
     assert (residual[:5] > 0).all()
@@ -67,7 +67,7 @@ def test_what_unloading_releases_is_less_than_the_work_of_loading() -> None:
     d = law.radii * np.geomspace(1e-6, 0.3, 4000)[:, None]
     forces = law.force(d)
     work = np.add.accumulate(0.5 * (forces[1:] + forces[:-1]) * np.diff(d, axis=0)) + 0.4 * forces[0] * d[0]
-    stiffnesses = np.array([law.unloading(each) for each in forces[1:]])
+    stiffnesses = np.array([law.unloading_stiffness(each) for each in forces[1:]])
     released = 0.4 * stiffnesses * (forces[1:] / stiffnesses) ** (5 / 3)
     assert (released <= work * (1 + 1e-5)).all()
     np.testing.assert_allclose(released[:, 5], work[:, 5], rtol=1e-5)

@@ -12,7 +12,7 @@ import pytest
 import shockwave as sw
 from shockwave.base.errors import InvalidValueError
 from shockwave.registry.registry import load
-from shockwave.scene.yielding import Yielding, warn_beyond, yielding_of
+from shockwave.scene.yielding import Yielding, find_yielding, warn_beyond
 from support.command_line import scenario, shockwave
 
 #: The beads of the two published figures.
@@ -27,7 +27,7 @@ def shock(peak_force: float, rise_time: float = 2e-5) -> sw.Shock:
 
 @pytest.mark.parametrize(("material", "first"), [(STEEL, 2.3), (BEARING, 76.8)], ids=["302", "52100"])
 def test_first_yield_of_two_beads_is_the_published_force(material: sw.Material, first: float) -> None:
-    found = yielding_of(sw.Chain(material=material, diameter=9.5e-3), 100.0)
+    found = find_yielding(sw.Chain(material=material, diameter=9.5e-3), 100.0)
     assert found.first_yield_force == pytest.approx(first, abs=0.05)  # the digits of the figures
     assert found.peak_ratio == pytest.approx(100.0 / found.first_yield_force, rel=1e-15)
 

@@ -8,7 +8,7 @@ import attrs
 import pytest
 
 import shockwave as sw
-from shockwave.base.progress import progress_shown
+from shockwave.base.progress import show_progress
 from support.scenes import CHAIN, power, random_pulses
 
 pytestmark = pytest.mark.compiled
@@ -87,7 +87,7 @@ def test_a_single_shock_is_refused() -> None:
 @pytest.mark.parametrize("backend", ["auto", "numpy"])
 def test_progress_of_many_is_reported_with_the_total(backend: str) -> None:
     reports = []
-    with progress_shown(lambda *report: reports.append(report)):
+    with show_progress(lambda *report: reports.append(report)):
         sw.simulate_many(PULSES, CHAIN, rtol=1e-3, backend=backend, waves="primary")  # type: ignore[arg-type]
     counts = [done for work, done, total in reports if work == "simulations" and total == len(PULSES)]
     assert counts == sorted(counts)
@@ -96,7 +96,7 @@ def test_progress_of_many_is_reported_with_the_total(backend: str) -> None:
 
 def test_progress_of_a_wave_train_is_reported_with_the_total_in_the_second_run() -> None:
     reports = []
-    with progress_shown(lambda *report: reports.append(report)):
+    with show_progress(lambda *report: reports.append(report)):
         _ = sw.simulate(FEW[0], CHAIN).train
     works, done, totals = zip(*reports, strict=True)
     assert list(dict.fromkeys(works)) == ["wave train, run 1 of 2", "wave train, run 2 of 2"]

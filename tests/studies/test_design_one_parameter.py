@@ -14,7 +14,7 @@ import pytest
 
 import shockwave as sw
 from shockwave import cli, pictures
-from shockwave.base.progress import progress_shown
+from shockwave.base.progress import show_progress
 from shockwave.base.quantities import Quantity
 from shockwave.pictures.studies import ranking_size
 from shockwave.scenario.variations import Family
@@ -285,7 +285,7 @@ def test_a_mapping_is_an_equality_and_a_mapping_of_one_parameter_its_interval() 
 
 def test_progress_is_reported() -> None:
     reports: list[tuple[str, int, int | None]] = []
-    with progress_shown(lambda *report: reports.append(report)):
+    with show_progress(lambda *report: reports.append(report)):
         design({"peak_force": 60})
     assert reports[-1][0] == "simulations"
 

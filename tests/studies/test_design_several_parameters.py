@@ -16,7 +16,7 @@ from shockwave.scene.layout import mass_and_length
 from shockwave.studies import design_several_parameters as design_best
 from shockwave.studies.design_options import DesignScenes
 from shockwave.studies.design_result import Design, Option
-from shockwave.studies.quantities import Requirement, parts_of, target_named
+from shockwave.studies.quantities import Requirement, find_target, parts_of
 from support.command_line import unwrapped
 
 # Small beads in front of large ones: the wall force depends on both sizes.
@@ -140,7 +140,7 @@ def test_the_front_trades_the_mass_for_what_is_required(sign: Any, masses: list[
         for mass, force in pairs
     )
     nothing: dict[str, Any] = dict.fromkeys(("parameters", "quantities", "solutions", "table", "warnings"), ())
-    requirement = Requirement(target_named(FORCE, (), "target"), sign, 6.0)
+    requirement = Requirement(find_target(FORCE, (), "target"), sign, 6.0)
     result = Design(
         scenario="", requirements=(requirement,), least="chain.mass", nearest=None, tried=options, **nothing
     )
@@ -188,7 +188,7 @@ def test_a_search_without_a_simulation_states_the_first_reason(file: Path) -> No
     ],
 )
 def test_a_requirement_holds_with_the_error_of_its_quantity(sign: Any, value: float, error: float, holds: bool) -> None:
-    requirement = Requirement(target_named(FORCE, (), "target"), sign, 60.0)
+    requirement = Requirement(find_target(FORCE, (), "target"), sign, 60.0)
     assert (requirement.violation(value, error) <= 0) is holds
 
 

@@ -11,7 +11,7 @@ import shockwave as sw
 from shockwave import cli
 from shockwave.base.quantities import contact_forces
 from shockwave.scenario.variations import Family
-from shockwave.studies.quantities import figures_of, target_named
+from shockwave.studies.quantities import figures_of, find_target
 
 SCENE = """\
 name: a short chain
@@ -55,7 +55,7 @@ def test_draws_are_simulations_of_their_scenes(file: Path) -> None:
     names = [WALL_FORCE, "transmitted.impulse", GREATEST, "dissipated.energy", "contacts[1].peak_force"]
     errors = {one.name: one.model_error for one in found.quantities}
     for name in names:
-        reached = figures_of(target_named(name, contact_forces([0, 4]), "target"), known)
+        reached = figures_of(find_target(name, contact_forces([0, 4]), "target"), known)
         assert reached is not None
         # the stated error is that of the forces; other quantities are about as accurate
         assert found.outputs[name][7] == pytest.approx(reached[0], rel=10 * errors[name])

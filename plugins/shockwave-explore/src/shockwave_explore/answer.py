@@ -13,7 +13,7 @@ import shockwave as sw
 from attrs import frozen
 from markupsafe import Markup
 from shockwave import report
-from shockwave.base.text import html_of, on_screen
+from shockwave.base.text import html_of, render_on_screen
 from shockwave.pictures.picture_elements import BLACK, COLOURS, METHODS, si_label
 from shockwave.prediction.outcome_text import feature_text, features_text, lead_text
 from shockwave.report.number_text import formula, percent, quantity, typeset
@@ -80,7 +80,7 @@ def predict_text(text: str) -> tuple[sw.Scenario, sw.Outcome]:
 def parts_of(text: str) -> dict[str, str]:
     """The parts of the page for the scenario in ``text``, as HTML: controls, headline, results, figures, decision."""
     scenario, outcome = predict_text(text)
-    _, *lines = on_screen(outcome, columns=sys.maxsize).split("\n")
+    _, *lines = render_on_screen(outcome, columns=sys.maxsize).split("\n")
     if outcome.simulated is not None:
         lines += [f"! {warning}" for warning in outcome.simulated.warnings if warning.startswith("No histories")]
     faults = outcome.section4_faults
