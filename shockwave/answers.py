@@ -155,10 +155,10 @@ def simulate(
     """
     from shockwave.simulation.simulate import simulate_scene
 
-    given = {**options} if rtol is None else {**options, "rtol": rtol}
+    settings = {**options} if rtol is None else {**options, "rtol": rtol}
     case, scenario = _case(scene, chain, limit)
     with case.locate_errors():
-        return simulate_scene(case, options_of(given) if scenario is None else _options(scenario, given))
+        return simulate_scene(case, options_of(settings) if scenario is None else _options(scenario, settings))
 
 
 def compare(
@@ -212,23 +212,23 @@ def _case(scene: object, chain: object, limit: Limit | Number | None) -> tuple[S
     return (scenario.scene if limit is None else evolve(scenario.scene, limit=limit)), scenario
 
 
-def settings_of(scenario: Scenario | None, given: dict[str, Any]) -> tuple[Predictor, SimulateOptions]:
-    """Predictor and options with the ``given`` values in the place of those of the scenario."""
+def settings_of(scenario: Scenario | None, arguments: dict[str, Any]) -> tuple[Predictor, SimulateOptions]:
+    """Predictor and options with the ``arguments`` in the place of those of the scenario."""
     from shockwave.prediction.predictor import Predictor
 
     of_predictor, of_options = (set(attrs.fields_dict(cls)) for cls in (Predictor, SimulateOptions))
-    refuse(unknown_arguments(given, sorted({"limit"} | of_predictor | of_options)))
-    settings = {name: value for name, value in given.items() if name in of_predictor}
-    options = {name: value for name, value in given.items() if name in of_options}
+    refuse(unknown_arguments(arguments, sorted({"limit"} | of_predictor | of_options)))
+    settings = {name: value for name, value in arguments.items() if name in of_predictor}
+    options = {name: value for name, value in arguments.items() if name in of_options}
     if scenario is None:
         return Predictor(**settings), options_of(options)
     return evolve(scenario.predictor, **settings), _options(scenario, options)
 
 
-def _options(scenario: Scenario, given: dict[str, Any]) -> SimulateOptions:
-    """The scenario's options with those ``given`` in their place."""
-    refuse(unknown_arguments(given, ["limit", *attrs.fields_dict(SimulateOptions)]))
+def _options(scenario: Scenario, changes: dict[str, Any]) -> SimulateOptions:
+    """The scenario's options with these ``changes``."""
+    refuse(unknown_arguments(changes, ["limit", *attrs.fields_dict(SimulateOptions)]))
     # a method named here has a use for its own settings, not for those of the one that it replaces
-    if "integrator" in given:
-        given = {"rtol": None, "step": None} | given
-    return evolve(scenario.simulate, **given)
+    if "integrator" in changes:
+        changes = {"rtol": None, "step": None} | changes
+    return evolve(scenario.simulate, **changes)

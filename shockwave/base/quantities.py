@@ -89,7 +89,7 @@ class Quantity:
 
 def value_at(value: Any, path: str) -> Any:
     """Value at a dotted path, such as ``simulated.waves.1.peak_force``; None if there is none."""
-    for step in _steps(path):
+    for step in _split_path(path):
         if isinstance(step, str):
             value = getattr(value, step, None)
         else:
@@ -98,11 +98,11 @@ def value_at(value: Any, path: str) -> Any:
 
 
 @lru_cache(maxsize=256)  # a sweep reads the same paths at every point
-def _steps(path: str) -> tuple[str | int, ...]:
+def _split_path(path: str) -> tuple[str | int, ...]:
     return tuple(int(step) if step.isdigit() else step for step in path.split("."))
 
 
-def _from(source: str, *quantities: Quantity) -> tuple[Quantity, ...]:
+def _group(source: str, *quantities: Quantity) -> tuple[Quantity, ...]:
     return tuple(evolve(quantity, source=source) for quantity in quantities)
 
 
@@ -120,7 +120,7 @@ LEADING_WAVE = (
     Quantity("waves[0].foot", "", "residual force beside the leading wave, over its peak force", "foot"),
 )
 #: Later waves and rebounding granules, where the train was integrated.
-TRAIN = _from(
+TRAIN = _group(
     "train",
     Quantity("waves", "", "number of waves above the threshold", kind="whole"),
     Quantity("waves[1].peak_force", "N", "of the second strongest wave", "second_peak_force"),
@@ -168,7 +168,7 @@ PLASTIC = (
     Quantity("yield.yielded_contacts", "", "number of contacts beyond first yield", "yielded_contacts", kind="whole"),
 )
 #: Section 4 beside a prediction or a simulation.
-SECTION4 = _from(
+SECTION4 = _group(
     "predicted",
     Quantity("section4.regime", "", "by section 4: ejection, single or train", kind="text"),
     Quantity("section4.relation", "", f"by section 4: {_RELATION}", kind="text"),
@@ -181,7 +181,7 @@ COMPARED = (
     *SECTION4,
     Quantity("error", "", "relative error of section4_peak_force, accurate to error_estimate", source=""),
 )
-PREDICTED = _from(
+PREDICTED = _group(
     "predicted",
     Quantity("relation", "", _RELATION, kind="text"),
     Quantity("peak_force", "N", "of the leading wave, between low and high", errors=_PEAK_ERRORS),
@@ -194,15 +194,17 @@ PREDICTED = _from(
     Quantity("section4.virtual_rise_time", "s", "by section 4, in the regime ejection", "virtual_rise_time"),
     Quantity("section4.added_momentum", "N s", "by section 4, in the regime ejection", "added_momentum"),
 )
-SCALED = _from(
+SCALED = _group(
     "",
     Quantity("rise_time", "", "t0/T0, rise time divided by the characteristic time of the chain", "scaled_rise_time"),
     Quantity("duration", "", "n t0/T0, duration divided by the characteristic time of the chain", "scaled_duration"),
 )
-VERDICT = _from("", Quantity("verdict.decision", "", "below, above or undecided, on the limit", "verdict", kind="text"))
-NOTES = _from("", Quantity("notes", "", "warnings, and notes on a record", kind="text"))
+VERDICT = _group(
+    "", Quantity("verdict.decision", "", "below, above or undecided, on the limit", "verdict", kind="text")
+)
+NOTES = _group("", Quantity("notes", "", "warnings, and notes on a record", kind="text"))
 #: Steady wave of the peak force of the leading wave, and its neighbours.
-STEADY_WAVE = _from(
+STEADY_WAVE = _group(
     "steady",
     Quantity("momentum", "N s", "integral of the contact force"),
     Quantity("energy", "J", "integral of the contact force times the velocity of the granule"),
@@ -214,7 +216,7 @@ YIELD = (
     Quantity("yield.peak_ratio", "", "largest ratio of a peak force to first yield", label="ratio to first yield"),
 )
 #: Granules, without a simulation.
-GRANULES = _from(
+GRANULES = _group(
     "granules",
     Quantity("chain.mass", "kg", "mass of the granules"),
     Quantity("chain.length", "m", "length of the chain"),
@@ -282,11 +284,11 @@ def sensor_errors(sensors: Sequence[Any]) -> tuple[Quantity, ...]:
     return tuple(Quantity(name, "", meaning, column) for name, column in names)
 
 
-def find_quantity(name: str, known: Mapping[str, Quantity]) -> Quantity | None:
+def find_quantity(name: str, quantities: Mapping[str, Quantity]) -> Quantity | None:
     """The quantity of this name or column, or a ratio of two, ``sensors[1].peak / sensors[0].peak``; else None."""
-    known = {**{each.column: each for each in known.values()}, **known}
+    quantities = {**{each.column: each for each in quantities.values()}, **quantities}
     above, slash, below = (part.strip() for part in name.partition("/"))
-    quantity, over = known.get(above), known.get(below)
+    quantity, over = quantities.get(above), quantities.get(below)
     if not slash or quantity is None or over is None:
         return None if slash else quantity
     unit = "" if quantity.unit == over.unit else f"{quantity.unit or 1}/({over.unit})" if over.unit else quantity.unit

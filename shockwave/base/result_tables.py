@@ -63,12 +63,12 @@ def table_of(objects: Sequence[Any], row: str) -> Table:
     NaN stands for None in a column of numbers. Objects may state their own ``units``.
     """
     columns = {}
-    for name in (one.name for one in attrs.fields(type(objects[0]))):
-        values = [getattr(one, name) for one in objects]
+    for name in (field.name for field in attrs.fields(type(objects[0]))):
+        values = [getattr(each, name) for each in objects]
         if all(isinstance(value, _SCALARS) for value in values) and any(value is not None for value in values):
             blank: Any = "" if any(isinstance(value, str) for value in values) else np.nan
             columns[name] = [blank if value is None else value for value in values]
-    stated = [getattr(one, "units", {}) for one in objects]
+    stated = [getattr(each, "units", {}) for each in objects]
     table = along(row, columns.pop(row, range(len(objects))), columns, stated[0])
     mixed = [name for name, unit in stated[0].items() if any(each[name] != unit for each in stated)]
     return table | {name: table[name]._replace(unit=None) for name in mixed}

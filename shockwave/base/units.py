@@ -152,17 +152,17 @@ def _factor(of_unit: str, unit: str) -> Decimal:
 
 def _advice(name: str, unit: str | None) -> str:
     same = " or ".join(map(repr, in_other_case(name, unit)))
-    advice = f"did you mean {same}?" if same else nearest(name, _usual(unit)).strip()
+    advice = f"did you mean {same}?" if same else nearest(name, _usual_units(unit)).strip()
     return f"; {advice}" if advice else ""
 
 
 def in_other_case(name: str, unit: str | None) -> list[str]:
     """The usual units of the dimension of ``unit``, or of any, that differ from ``name`` in case alone."""
-    return [each for each in _usual(unit) if each.lower() == name.lower()]
+    return [each for each in _usual_units(unit) if each.lower() == name.lower()]
 
 
 @cache
-def _usual(unit: str | None) -> list[str]:
+def _usual_units(unit: str | None) -> list[str]:
     with localcontext(_CONTEXT):
         dimension = None if unit is None else _measure(unit)[1]
         return [name for name in (*_BASES, *_UNITS) if dimension in (None, _measure_name(name)[1])]

@@ -162,12 +162,12 @@ def areas_of(profile: ShockProfile) -> Areas:
     tanh_sinh, _ = _integrate(pieces, "tanh-sinh", _TIGHTEST_AREA)
     closed = profile.closed_areas()
     if closed is None:
-        error = max(_greatest(tanh_sinh, gauss), _ROUNDING)
+        error = max(_greatest_error(tanh_sinh, gauss), _ROUNDING)
         source = f"gauss-legendre at a tolerance of {_TIGHTEST_AREA:g}, checked by tanh-sinh"
         return Areas(pieces, gauss, source, error)
     values = np.array(closed, dtype=float)
     # tanh-sinh is more accurate at an infinite slope, Gauss-Legendre at a kink.
-    error = min(_greatest(gauss, values), _greatest(tanh_sinh, values))
+    error = min(_greatest_error(gauss, values), _greatest_error(tanh_sinh, values))
     source = "closed form of the profile, checked by quadrature"
     return Areas(pieces, values, source, max(error, _ROUNDING))
 
@@ -180,7 +180,7 @@ def _integrate(pieces: _Pieces, quadrature: str, tolerance: float) -> tuple[Floa
     return values, int(sum(integral.evaluations for integral in found))
 
 
-def _greatest(found: FloatArray, values: FloatArray) -> float:
+def _greatest_error(found: FloatArray, values: FloatArray) -> float:
     """Largest relative error; NaN if any error is NaN."""
     return float(np.max(np.abs(found / values - 1)))
 
@@ -191,7 +191,7 @@ def quadratures(name: str, description: str, areas: Areas) -> Experiment:
     def run(quadrature: str, tolerance: float, _: Clock) -> Answer:
         found, evaluations = _integrate(areas.pieces, quadrature, tolerance)
         impulse = float(abs(found.sum() / areas.values.sum() - 1))
-        return Answer({"areas": _greatest(found, areas.values), "impulse": impulse}, evaluations)
+        return Answer({"areas": _greatest_error(found, areas.values), "impulse": impulse}, evaluations)
 
     problem = Problem("quadratures", name, description, ("areas", "impulse"), areas.source, areas.error)
     methods = entries("quadratures")

@@ -22,7 +22,7 @@ _SINGLE = 0.3
 
 def text(result: WorkPrecision) -> str:
     """The fastest accurate run of each problem, then the table of each problem."""
-    fastest, missing = _fastest(result)
+    fastest, missing = _find_fastest(result)
     lines = [strong(f"Fastest runs with relative errors of at most {_TARGET:.0e}"), *limits(missing)]
     if fastest:
         lines += ["", table(("problem", "method", "setting", "error", "time"), fastest)]
@@ -39,7 +39,7 @@ def text(result: WorkPrecision) -> str:
     return "\n".join(lines)
 
 
-def _fastest(result: WorkPrecision) -> tuple[list[list[str]], list[str]]:
+def _find_fastest(result: WorkPrecision) -> tuple[list[list[str]], list[str]]:
     """Cells of the fastest run on each problem that meets the target, and a sentence where there is none."""
     fastest, missing = [], []
     for problem in result.problems:

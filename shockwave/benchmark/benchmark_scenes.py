@@ -37,7 +37,7 @@ def make_scene(scene: dict[str, Any]) -> tuple[Any, Chain]:
     return scene_of(**given) if isinstance(given, dict) else scene_of(*given)
 
 
-def power(rise: float, decay: float, ratio: float, rise_time: float, granules: int | None = None) -> Scene:
+def power_law(rise: float, decay: float, ratio: float, rise_time: float, granules: int | None = None) -> Scene:
     """Power law with these exponents; ``rise_time`` in characteristic times."""
     profile = PowerLaw(rise_exponent=rise, decay_exponent=decay, duration_ratio=ratio)
     return _shock(profile, rise_time), evolve(BEADS, granules=granules)
@@ -58,13 +58,13 @@ def record(times: ArrayLike, shares: ArrayLike, granules: int | None = None) -> 
     return Shock(profile=profile), evolve(BEADS, granules=granules)
 
 
-def resampled(count: int, times: Sequence[float], shares: Sequence[float]) -> Scene:
+def interpolated_record(count: int, times: Sequence[float], shares: Sequence[float]) -> Scene:
     """Record that is interpolated at ``count`` equidistant times."""
     finer = np.linspace(times[0], times[-1], count)
     return record(finer, np.interp(finer, times, shares))
 
 
-def noisy(count: int) -> Scene:
+def noisy_pulse(count: int) -> Scene:
     """Pulse of 6 characteristic times with noise of 2 % of its peak."""
     share = np.linspace(0.0, 1.0, count)
     forces = np.sin(np.pi * share) ** 2 + np.random.default_rng(3).normal(0.0, 0.02, count)
@@ -72,14 +72,14 @@ def noisy(count: int) -> Scene:
     return record(6.0 * share, np.maximum(forces, 0.0))
 
 
-def sampled(count: int, noise: float = 0.0) -> Scene:
+def sampled_pulse(count: int, noise: float = 0.0) -> Scene:
     """Pulse of 20 characteristic times with a steeper rise; ``noise`` in units of the peak."""
     share = np.linspace(0.0, 1.0, count)
     forces = np.sin(np.pi * share**0.7) ** 2 + np.random.default_rng(20).normal(0.0, noise, count)
     return record(20.0 * share, np.maximum(forces, 0.0))
 
 
-def sized(
+def scaled_shock(
     force: float = FORCE,
     radius: float = BEADS.radius,
     modulus: float = BEADS.material.youngs_modulus,
@@ -92,7 +92,7 @@ def sized(
     return Shock(profile=profile, peak_force=force, rise_time=rise_time * Scales.of(chain, force).time), chain
 
 
-def described(chain: dict[str, Any], impact: dict[str, Any] | None = None) -> tuple[Shock | Impact, Chain]:
+def chain_with_keys(chain: dict[str, Any], impact: dict[str, Any] | None = None) -> tuple[Shock | Impact, Chain]:
     """Chain with the keys of a scenario, and a triangle of 3 characteristic times or an impact."""
     shock = {"profile": "triangular", "peak_force": FORCE, "rise_time": UNITS.time, "duration_ratio": 3}
     excitation = {"shock": shock} if impact is None else {"impact": impact}
@@ -102,5 +102,5 @@ def described(chain: dict[str, Any], impact: dict[str, Any] | None = None) -> tu
     return scenario.scene.impact or scenario.shock, scenario.chain
 
 
-_OF_EQUAL_GRANULES = (power, exponential, record, resampled, noisy, sampled, sized)
-_SCENES = {scene.__name__: scene for scene in (*_OF_EQUAL_GRANULES, described)}
+_OF_EQUAL_GRANULES = (power_law, exponential, record, interpolated_record, noisy_pulse, sampled_pulse, scaled_shock)
+_SCENES = {scene.__name__: scene for scene in (*_OF_EQUAL_GRANULES, chain_with_keys)}

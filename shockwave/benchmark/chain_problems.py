@@ -8,7 +8,7 @@ from typing import NamedTuple
 from attrs import evolve, frozen
 
 from shockwave.base.errors import NumericalError
-from shockwave.benchmark.benchmark_scenes import described, power
+from shockwave.benchmark.benchmark_scenes import chain_with_keys, power_law
 from shockwave.benchmark.work_precision import Clock
 from shockwave.engine.chain_problem import Motion, integrate
 from shockwave.engine.integrator import Integrator
@@ -125,7 +125,7 @@ _POWER_LAWS = {
 def _paper_case(name: str) -> Case:
     """A power law with the peak force of the paper, on the chain of the paper."""
     rise, decay, ratio, rise_time, contact, remark = _POWER_LAWS[name]
-    shock, chain = power(rise, decay, ratio, rise_time)
+    shock, chain = power_law(rise, decay, ratio, rise_time)
     description = f"power law, t0 = {rise_time:g} T0, n = {ratio:g}, eta {rise:g} and {decay:g} ({remark})"
     scene = Scene(excitation=shock, chain=chain)
     return Case(name, description, scene, contact, _KNOWN.get(name))
@@ -134,7 +134,7 @@ def _paper_case(name: str) -> Case:
 def _wall_case() -> Case:
     """A triangle on a mixed chain before a wall."""
     segments = [{"count": 12}, {"count": 8, "material": "ptfe", "diameter": "8 mm"}, {"count": 5}]
-    shock, chain = described({"granules": segments, "end": {"wall": "same"}})
+    shock, chain = chain_with_keys({"granules": segments, "end": {"wall": "same"}})
     description = "triangle, t0 = 1 T0, n = 3, on 12 steel, 8 softer and 5 steel granules before a wall"
     return Case("wall", description, Scene(excitation=shock, chain=chain))
 

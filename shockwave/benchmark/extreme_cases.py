@@ -92,7 +92,7 @@ def _read() -> tuple[Case, ...]:
 CASES = _read()
 
 
-def find(names: Iterable[str]) -> tuple[Case, ...]:
+def find_cases(names: Iterable[str]) -> tuple[Case, ...]:
     """The cases with these names or themes in the order of the catalogue; all cases if there are no names.
 
     Raises
@@ -137,7 +137,7 @@ class Finding:
     momentum_defect: float | None = field(default=None, converter=_finite)
 
 
-def _unsound(result: Simulation) -> list[str]:
+def _general_faults(result: Simulation) -> list[str]:
     """Faults of any result: values that are not finite, lost momentum, missed tolerance."""
     faults = [warning for warning in result.warnings if "tolerance was not met" in warning]
     try:
@@ -154,7 +154,7 @@ def _judge(
 ) -> Finding:
     """The finding on a result with a value that must equal the reference; ``more`` are other faults."""
     error = abs(value / reference - 1)
-    faults = _unsound(result)
+    faults = _general_faults(result)
     if not error <= case.bound:
         faults.append(f"the error is {error:.1e}: {value:.10g} should be {reference:.10g}")
     return Finding(outcome, (*faults, *more), error, case.bound, result.momentum_defect)
@@ -180,7 +180,7 @@ def _predict(scene: dict[str, Any]) -> float:
     return float(outcome.amplification)
 
 
-def law(case: Case, backend: Backend) -> Finding:
+def impulse_limit(case: Case, backend: Backend) -> Finding:
     """Impulse limit, F = 1.1681817 F0 S^(6/5), with S the impulse over that of a solitary wave of F0."""
     result = _simulate(case, backend)
     impulse = result.shock.profile.areas("tanh-sinh").total * result.shock.rise_time / UNITS.time
@@ -188,34 +188,34 @@ def law(case: Case, backend: Backend) -> Finding:
     return _compare(case, result, reference, f"; predicted {_predict(case.scene):.4g} F0")
 
 
-def method(case: Case, backend: Backend) -> Finding:
+def dop853(case: Case, backend: Backend) -> Finding:
     """DOP853 from SciPy on the whole chain, with waves that are measured by other code."""
     result, other = _simulate(case, backend), simulate(*make_scene(case.scene), integrator="dop853", waves="primary")
-    faults = [f"{fault} (dop853)" for fault in _unsound(other)]
+    faults = [f"{fault} (dop853)" for fault in _general_faults(other)]
     return _compare(case, result, other.amplification, f"; predicted {_predict(case.scene):.4g} F0", faults)
 
 
-def like(case: Case, backend: Backend) -> Finding:
+def equal_scene(case: Case, backend: Backend) -> Finding:
     """Another scene with the same simulated and predicted amplification."""
     first, second = _predict(case.scene), _predict(case.other)
     fault = f"the predictions are {first:.10g} F0, and {second:.10g} F0 for the other case"
     faults = [] if abs(first / second - 1) <= case.bound else [fault]
-    return like_simulated(case, backend, f"; predicted {first:.4g} F0", faults)
+    return equal_simulation(case, backend, f"; predicted {first:.4g} F0", faults)
 
 
-def like_simulated(case: Case, backend: Backend, note: str = "", more: Iterable[str] = ()) -> Finding:
+def equal_simulation(case: Case, backend: Backend, note: str = "", more: Iterable[str] = ()) -> Finding:
     """Another scene with the same simulated amplification."""
     other = _simulate(evolve(case, scene=case.other), backend)
     return _compare(case, _simulate(case, backend), other.amplification, note, more)
 
 
-def number(case: Case, backend: Backend) -> Finding:
+def reference_value(case: Case, backend: Backend) -> Finding:
     """Amplification that was computed at tighter tolerances."""
     result = _simulate(case, backend)
     return _compare(case, result, case.reference, f"; estimated error {result.error_estimate:.0e}")
 
 
-def refused(case: Case, backend: Backend) -> Finding:
+def raised_error(case: Case, backend: Backend) -> Finding:
     """Error of the required class and message, raised by the simulation or by a requested passage."""
     try:
         result = _simulate(case, backend, waves="primary")
@@ -257,7 +257,7 @@ def rebound(case: Case, backend: Backend) -> Finding:
     return _judge(case, result, outcome, worst, 1.0)
 
 
-def flying_apart(case: Case, backend: Backend) -> Finding:
+def separation(case: Case, backend: Backend) -> Finding:
     """The granules that leave both ends carry the entire impulse."""
     result = _simulate(case, backend)
     spalls = result.spall_velocities or ()
@@ -267,7 +267,7 @@ def flying_apart(case: Case, backend: Backend) -> Finding:
     return _judge(case, result, outcome, carried, result.applied_momentum)
 
 
-def tighter(case: Case, backend: Backend) -> Finding:
+def tight_tolerance(case: Case, backend: Backend) -> Finding:
     """The same chain at rtol 1e-9, by the compiled code if it was built: the greatest force at every contact."""
     result: Any = _simulate(case, backend)
     exact: Any = simulate(*make_scene(case.scene), **{**case.options, "backend": "auto", "rtol": 1e-9})
@@ -280,7 +280,7 @@ def tighter(case: Case, backend: Backend) -> Finding:
     return _judge(case, result, outcome, found.peak_force, reference.peak_force)
 
 
-_GENERIC = (law, method, like, like_simulated, number, refused, tighter)
-_SINGLE = (late_meeting, far_passage, rebound, flying_apart)
+_GENERIC = (impulse_limit, dop853, equal_scene, equal_simulation, reference_value, raised_error, tight_tolerance)
+_SINGLE = (late_meeting, far_passage, rebound, separation)
 #: Checks by name.
-CHECKS = {check.__name__: check for check in (*_GENERIC, *_SINGLE)} | {"scaled_beads": like}
+CHECKS = {check.__name__: check for check in (*_GENERIC, *_SINGLE)} | {"scaled_beads": equal_scene}

@@ -15,7 +15,7 @@ from pebble import ProcessExpired, ProcessPool
 from shockwave.base.progress import track
 from shockwave.base.result import VERSION
 from shockwave.base.text import alarm, limits, si, strong, table
-from shockwave.benchmark.extreme_cases import CHECKS, Case, Finding, find
+from shockwave.benchmark.extreme_cases import CHECKS, Case, Finding, find_cases
 from shockwave.engine.backend import Backend, compiled_code, lack
 from shockwave.sweep.fork_server import start_server
 
@@ -133,10 +133,10 @@ def stress(names: Iterable[str] = (), backend: str | None = None) -> Stress:
         If the backend is unknown or was not built.
     """
     backends = _backends(backend)
-    jobs = [(case, each) for case in find(names) for each in (backends if case.each_backend else backends[-1:])]
+    jobs = [(case, each) for case in find_cases(names) for each in (backends if case.each_backend else backends[-1:])]
     begin = time.perf_counter()
     with ProcessPool(os.cpu_count() or 1, context=start_server(_MODULES)) as pool:
-        futures = [pool.schedule(_in_process, (case.name, each), timeout=case.limit) for case, each in jobs]
+        futures = [pool.schedule(_check_by_name, (case.name, each), timeout=case.limit) for case, each in jobs]
         try:
             rows = [_row(*job, future) for job, future in zip(track("stress", jobs), futures, strict=True)]
         except KeyboardInterrupt:
@@ -151,8 +151,8 @@ def _backends(backend: str | None) -> tuple[Backend, ...]:
     return ("numpy",) if compiled_code(backend) is None else ("compiled",)
 
 
-def _in_process(name: str, backend: Backend) -> tuple[Finding, float]:
-    (case,) = find([name])
+def _check_by_name(name: str, backend: Backend) -> tuple[Finding, float]:
+    (case,) = find_cases([name])
     begin = time.perf_counter()
     return check(case, backend), time.perf_counter() - begin
 

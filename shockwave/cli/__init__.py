@@ -63,7 +63,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(arguments: list[str]) -> int:
     try:
         options = parse(arguments)
-        registry = _without_plugins() if options.no_plugins else nullcontext()
+        registry = _disable_plugins() if options.no_plugins else nullcontext()
         with on_stdout(getattr(options, "wide", False), detail_of(options)), progress_on_stderr(), registry:
             module, _, name = options.command.partition(":")
             if module in _LASTING and gc.get_threshold()[0] == _GARBAGE:
@@ -81,7 +81,7 @@ def detail_of(options: Namespace) -> Detail:
 
 
 @contextmanager
-def _without_plugins() -> Iterator[None]:
+def _disable_plugins() -> Iterator[None]:
     """Disable all plugins meanwhile, here and in child processes."""
     from shockwave.registry.registry import DISABLE, EVERY, forget
 

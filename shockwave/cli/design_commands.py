@@ -11,7 +11,7 @@ from attrs import evolve
 from shockwave.base.errors import InvalidValueError, ScenarioError, UnknownNameError, UsageError
 from shockwave.base.quantity_fields import join
 from shockwave.base.text import paragraph
-from shockwave.cli.output import PICTURES, check_output, of_arguments, print_result, write_result
+from shockwave.cli.output import PICTURES, check_output, print_result, report_as_usage, write_result
 from shockwave.cli.scenario_files import load_scenarios, name_of
 from shockwave.scenario.block_keys import MATERIALS
 
@@ -27,7 +27,7 @@ def design(options: argparse.Namespace) -> int:
     vary = _parse_parameters(options)
     (scenario,) = load_scenarios(options, _SWEPT, options.output)
     try:
-        with of_arguments(options), scenario.scene.locate_errors():
+        with report_as_usage(options), scenario.scene.locate_errors():
             result = run(
                 scenario,
                 vary=vary,
@@ -75,7 +75,7 @@ def uncertainty(options: argparse.Namespace) -> int:
     check_output(options.output, *PICTURES)
     (scenario,) = load_scenarios(options, _SWEPT, options.output)
     try:
-        with of_arguments(options), scenario.scene.locate_errors():
+        with report_as_usage(options), scenario.scene.locate_errors():
             result = run(
                 scenario, draws=options.draws, seed=options.seed, rtol=options.rtol, quantities=options.quantities
             )

@@ -39,7 +39,7 @@ def failure(error: Exception) -> tuple[str, int]:
 
 
 @contextmanager
-def of_arguments(options: argparse.Namespace) -> Iterator[None]:
+def report_as_usage(options: argparse.Namespace) -> Iterator[None]:
     """Report an invalid argument as an error of usage, not of a scenario."""
     try:
         yield

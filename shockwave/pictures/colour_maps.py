@@ -60,17 +60,17 @@ def colour_cells(ax: Axes, edges: Edges, values: FloatArray, **colours: Any) -> 
     return drawn
 
 
-def colours_of(known: FloatArray) -> dict[str, Any]:
+def colours_of(values: FloatArray) -> dict[str, Any]:
     """Return colour map and norm for these values, which are finite."""
     from matplotlib.colors import AsinhNorm, LogNorm, Normalize, TwoSlopeNorm
 
-    least, most = (known.min(), known.max()) if known.size else (0.0, 1.0)
+    least, most = (values.min(), values.max()) if values.size else (0.0, 1.0)
     if least < 0 < most:
         limit = max(-least, most)
-        usual = np.median(np.abs(known)) / 10
+        usual = np.median(np.abs(values)) / 10
         return {"norm": AsinhNorm(usual or limit, vmin=-limit, vmax=limit), "cmap": SIGNED}
     norm: Any = (LogNorm if 0 < _WIDE * least < most else Normalize)(least, most)
-    few, many = np.quantile(known, _TAILS).tolist() if known.size else (least, most)
+    few, many = np.quantile(values, _TAILS).tolist() if values.size else (least, most)
     # where most values are in one half of the range, they have half of the colours
     crowd = few if 2 * few > least + most else many if 2 * many < least + most else least
     if type(norm) is Normalize and least < crowd < most:

@@ -64,7 +64,7 @@ def peak_forces(result: Simulation, *, ax: Axes | None = None) -> Axes:
     with canvas(ax, result, x="contact", y="greatest force", from_zero=True) as ax:
         ax.plot(contacts, forces, marker + ("-" if joined else ""), markersize=2.5, label="greatest force", **look)
         if result.chain.is_plastic:
-            elastic = {peak.contact: peak.peak_force for peak in _elastic(result).contacts}
+            elastic = {peak.contact: peak.peak_force for peak in _simulate_elastic(result).contacts}
             values = [elastic[contact] for contact in contacts.tolist()]
             ax.plot(contacts, values, "--" if joined else "_", color=METHODS["elastic"], linewidth=1.1, label="elastic")
         if static.any():
@@ -181,7 +181,7 @@ def wall_force(result: Simulation, *, ax: Axes | None = None) -> Axes:
         return ax
 
 
-def _elastic(result: Simulation) -> Simulation:
+def _simulate_elastic(result: Simulation) -> Simulation:
     """Result of the same scene with elastic contacts."""
     from shockwave.scene.layout import elastic_chain
 

@@ -121,14 +121,14 @@ class Outcome(SceneResult):
     @property
     def low(self) -> float | Any:
         """Peak force less its error estimate [N]; None where the error is not known."""
-        return self._end(-1)
+        return self._range_end(-1)
 
     @property
     def high(self) -> float | Any:
         """Peak force plus its error estimate [N]; None where the error is not known."""
-        return self._end(1)
+        return self._range_end(1)
 
-    def _end(self, sign: int) -> float | Any:
+    def _range_end(self, sign: int) -> float | Any:
         peak, error = self._read("peak_force"), self._read("error_estimate")
         return None if peak is None or not error < 1 else float(peak * (1 + sign * error))
 

@@ -164,7 +164,7 @@ class Predictor(Value, kw_only=False):
             raise InvalidValueError.of("options", f"must be SimulateOptions (got {text_of(options)})")
         engine = _Engine([], options, threads)
         outcomes = [self._attempt(engine, scene) for scene in scenes]
-        return [self._elastic(outcome) for outcome in outcomes]
+        return [self._check_elastic(outcome) for outcome in outcomes]
 
     @explain_arguments
     def section4(self, shock: Shock, chain: Chain) -> Section4Outcome:
@@ -224,7 +224,7 @@ class Predictor(Value, kw_only=False):
         except ShockwaveError as error:
             return detach(error)
 
-    def _elastic(self, outcome: Outcome | ShockwaveError) -> Outcome | ShockwaveError:
+    def _check_elastic(self, outcome: Outcome | ShockwaveError) -> Outcome | ShockwaveError:
         """The outcome, or the error of one with forces beyond first yield in a chain that must be elastic."""
         if isinstance(outcome, ShockwaveError) or not outcome.chain.elastic_only:
             return outcome

@@ -101,10 +101,10 @@ def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None, steps: 
         If the samples are not a pulse.
     """
     _check_samples(times, forces)
-    pulse = slice(None) if steps["crop"] is None else _within(times, "crop", steps["crop"], 3)
+    pulse = slice(None) if steps["crop"] is None else _samples_within(times, "crop", steps["crop"], 3)
     process = _Process(times, forces, 0.0 if steps["negative"] == "zero" else -np.inf)
     if steps["baseline"] is not None:
-        level = float(forces[_within(times, "baseline", steps["baseline"], 1)].mean())
+        level = float(forces[_samples_within(times, "baseline", steps["baseline"], 1)].mean())
         lowered = np.where(np.abs(forces - level) > _ROUNDING * abs(level), forces - level, 0.0)
         window = "{:g} to {:g} s".format(*steps["baseline"])
         process.step(f"A baseline of {level:.4g} N, the mean from {window}, was subtracted", lowered, pulse=pulse)
@@ -184,7 +184,7 @@ def _check(name: str, values: FloatArray, right: npt.NDArray[np.bool_], rule: st
 # ---------------------------------------------------------------- steps
 
 
-def _within(times: FloatArray, name: str, window: tuple[float, float], fewest: int) -> slice:
+def _samples_within(times: FloatArray, name: str, window: tuple[float, float], fewest: int) -> slice:
     """Samples in a time window [s]."""
     margin = _AT_END * (times[-1] - times[0]) / times.size
     start, stop = np.searchsorted(times, (window[0] - margin, window[1] + margin)).tolist()
@@ -214,7 +214,7 @@ def _filter_forces(times: FloatArray, forces: FloatArray, low_pass: float) -> Fl
 
 def pulse_warnings(times: FloatArray, forces: FloatArray, ratio: float | None, steps: Steps, pulse: Pulse) -> list[str]:
     """Warnings that a record may not be a pulse alone, or not the whole pulse, with the keys that would change it."""
-    samples = slice(None) if steps["crop"] is None else _within(times, "crop", steps["crop"], 3)
+    samples = slice(None) if steps["crop"] is None else _samples_within(times, "crop", steps["crop"], 3)
     if wrong := glitches(forces[samples]):
         value = f"{forces[samples][wrong[0]]:.4g} N at {si(times[samples][wrong[0]], 's')}"
         return [f"A sample, {value}, is far from those beside it: correct or delete it."]
@@ -247,7 +247,7 @@ def _advice(times: FloatArray, forces: FloatArray, ratio: float | None, steps: S
         before, after = (pulse_of(times, forces, ratio, each) for each in (present, present | windows))
         keys = [f"{key}: {_window(*window)}" for key, window in windows.items()]
         if "baseline" in windows:
-            keys[0] += f" (subtracts {forces[_within(times, 'baseline', windows['baseline'], 1)].mean():.4g} N)"
+            keys[0] += f" (subtracts {forces[_samples_within(times, 'baseline', windows['baseline'], 1)].mean():.4g} N)"
         if steps["negative"] is None and after.negative > 0:
             keys.append("negative: zero")
         if effect := changes(before.figures, after.figures, _NOTICEABLE):

@@ -124,7 +124,7 @@ def load(kind: str, name: str) -> Any:
     """
     entry = find(kind, name)
     if entry.distribution == OWN_DISTRIBUTION:
-        return _at(entry.address)
+        return _import_object(entry.address)
     try:
         return load_entry(kind, entry)
     except PLUGIN_FAULTS as error:
@@ -246,7 +246,7 @@ def describe(error: BaseException, kind: str = "", entry: Entry | None = None) -
 # ---------------------------------------------------------------- objects at addresses
 
 
-def _at(address: str) -> Any:
+def _import_object(address: str) -> Any:
     module, _, attribute = address.partition(":")
     return getattr(importlib.import_module(module), attribute)
 
@@ -260,7 +260,7 @@ def load_entry(kind: str, entry: Entry) -> Any:
         When it breaks a rule. Other exceptions come from the module itself.
     """
     with redirect_stdout(sys.stderr):
-        noun = _at(entry.address)
+        noun = _import_object(entry.address)
     if rule := _broken_rule(kind, entry, noun):
         raise TypeError(f"{rule} (got {noun!r:.80})")
     return noun
@@ -268,10 +268,10 @@ def load_entry(kind: str, entry: Entry) -> Any:
 
 def _broken_rule(kind: str, entry: Entry, noun: Any) -> str:
     if kind == "materials":
-        return "" if isinstance(noun, _at("shockwave.scene.material:Material")) else "must be a Material"
+        return "" if isinstance(noun, _import_object("shockwave.scene.material:Material")) else "must be a Material"
     if kind == "commands":
         return "" if callable(noun) else "must be a function of a list of arguments"
-    base = _at(_BASES[kind])
+    base = _import_object(_BASES[kind])
     if not (isinstance(noun, type) and issubclass(noun, base)):
         return f"must be a subclass of {base.__name__}"
     if missing := sorted(getattr(noun, "__abstractmethods__", ())):

@@ -311,11 +311,11 @@ def _profile(cls: Any, folder: Path, block: Mapping[str, Any], shock: Mapping[st
     built: list[Fault] = []
     with collect_faults(built), blame("profiles", cls):
         profile = make(**values)
-    refuse([*faults, *map(_within_shock, built)])
+    refuse([*faults, *map(_place_in_shock, built)])
     return profile
 
 
-def _within_shock(fault: Fault) -> Fault:
+def _place_in_shock(fault: Fault) -> Fault:
     """A fault of a profile with its path in the block of the shock."""
     if fault.steps[:1] == ("duration_ratio",):
         return fault

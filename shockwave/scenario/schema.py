@@ -56,17 +56,17 @@ def schema() -> Form:
     forms["impact"] |= _mapping(IMPACT)
     forms["motion"] |= _mapping(MOTION)
     forms["shock"] |= _mapping(SHOCK)
-    forms["shock"]["allOf"] = [_where("profile", name, _shock_form(name)) for name in _names("profiles")]
+    forms["shock"]["allOf"] = [_form_where("profile", name, _shock_form(name)) for name in _names("profiles")]
     optional = {block: BLOCKS[block] for block in ("predict", "simulate")}
     optional |= {"limit": keys_of(Limit), "published": keys_of(Published), "sweep": SWEEP}
     for block, keys in optional.items():
-        forms[block] |= _or_null(_mapping(keys))
-    sensor = {"anyOf": [*_in_any_case(["wall", "structure"]), {"type": "object", "properties": _SENSOR}]}
+        forms[block] |= _allow_null(_mapping(keys))
+    sensor = {"anyOf": [*_names_in_any_case(["wall", "structure"]), {"type": "object", "properties": _SENSOR}]}
     forms["simulate"]["properties"]["sensors"]["items"] = sensor
     for part in ("grid", "zip"):
         forms["sweep"]["properties"][part] |= _dotted()
     forms["sweep"]["properties"]["points"] |= {"type": "array", "minItems": 1, "items": _dotted()}
-    forms["uncertainty"] |= _or_null(_dotted())
+    forms["uncertainty"] |= _allow_null(_dotted())
     return {
         "$schema": _DRAFT,
         "$comment": f"Written by shockwave {__version__}. Write it again after the installation of a plugin.",
@@ -91,7 +91,7 @@ def _chain() -> Form:
     granules = properties["granules"]
     description = {"description": f"{granules.pop('description')}; or a list of segments, struck end first"}
     properties["granules"] = description | {"anyOf": [granules, parts]}
-    properties["end"] |= {"anyOf": [*_in_any_case(["free"]), _KINDS[type(None)], _mapping(END), _bar()]}
+    properties["end"] |= {"anyOf": [*_names_in_any_case(["free"]), _KINDS[type(None)], _mapping(END), _bar()]}
     for block in LAWS:
         properties[block] |= _laws(block)
     return form
@@ -107,8 +107,8 @@ def _bar() -> Form:
 
 def _laws(block: str) -> Form:
     """Contact laws or dampings."""
-    laws = [_where("model", name, _mapping(_law(name))) for name in models(block)]
-    named = {"properties": {"model": {"anyOf": _in_any_case(models(block))}}}
+    laws = [_form_where("model", name, _mapping(_law(name))) for name in models(block)]
+    named = {"properties": {"model": {"anyOf": _names_in_any_case(models(block))}}}
     return {"type": ["object", "null"], "allOf": [named, *laws]}
 
 
@@ -138,9 +138,9 @@ def _mapping(keys: Sequence[Key]) -> Form:
     return {"type": "object", "properties": {key.name: _value(key) for key in keys}, "additionalProperties": False}
 
 
-def _where(key: str, name: str, form: Form) -> Form:
+def _form_where(key: str, name: str, form: Form) -> Form:
     """``form`` for mappings in which ``key`` has this name."""
-    condition = {"type": "object", "properties": {key: _in_any_case([name])[1]}, "required": [key]}
+    condition = {"type": "object", "properties": {key: _names_in_any_case([name])[1]}, "required": [key]}
     return {"if": condition, "then": form}
 
 
@@ -149,7 +149,7 @@ def _shock_form(name: str) -> Form:
     try:
         cls = registry.load("profiles", name)
         ratios = [key for key in keys_of(cls) if key.name == "duration_ratio"]
-        parameters = _or_null(_mapping(parameters_of(name, cls)))
+        parameters = _allow_null(_mapping(parameters_of(name, cls)))
         return {
             "properties": {"duration_ratio": _value(ratios[0]) if ratios else {"not": {}}, "parameters": parameters}
         }
@@ -175,20 +175,20 @@ def _value(key: Key) -> Form:
     if spec is not None:
         form: Form = {"type": "array", "items": _quantity(spec)} if spec.samples else _quantity(spec)
     elif key.kind == "materials":
-        form = {"anyOf": [*_in_any_case([*key.also, *_names(key.kind)]), _mapping(keys_of(Material))]}
+        form = {"anyOf": [*_names_in_any_case([*key.also, *_names(key.kind)]), _mapping(keys_of(Material))]}
     elif key.kind:
-        form = {"anyOf": _in_any_case(_names(key.kind))}
+        form = {"anyOf": _names_in_any_case(_names(key.kind))}
     else:
         form = _kind_form(key.annotation)
     if key.may_be_none:
-        form = _or_null(form)
+        form = _allow_null(form)
     if key.purpose:
         form = {"description": key.purpose} | form
     stated = isinstance(key.default, str | int | float) and key.default not in (math.inf, -math.inf)
     return form | {"default": key.default} if stated else form
 
 
-def _in_any_case(names: list[str]) -> list[Form]:
+def _names_in_any_case(names: list[str]) -> list[Form]:
     """These names, which an editor proposes, or the same in another case."""
     spelt = ("".join(f"[{c.lower()}{c.upper()}]" if c.isalpha() else re.escape(c) for c in name) for name in names)
     return [{"enum": names}, {"type": "string", "pattern": f"^({'|'.join(spelt)})$"}]
@@ -216,7 +216,7 @@ def _kind_form(annotation: Any) -> Form:
     members = typing.get_args(annotation)
     if origin is Literal:
         names = [member for member in members if isinstance(member, str)]
-        return {"anyOf": _in_any_case(names)} if names else {"enum": list(members)}
+        return {"anyOf": _names_in_any_case(names)} if names else {"enum": list(members)}
     if origin in (list, tuple, Sequence):
         return {"type": "array", "items": _kind_form(members[0]) if members else {}}
     if origin in (typing.Union, types.UnionType):
@@ -225,7 +225,7 @@ def _kind_form(annotation: Any) -> Form:
     return dict(_KINDS.get(origin, {}))
 
 
-def _or_null(form: Form) -> Form:
+def _allow_null(form: Form) -> Form:
     """``form``, or nothing."""
     kinds = form.get("type")
     if kinds is None:

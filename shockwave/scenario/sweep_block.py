@@ -301,7 +301,7 @@ def vary_document(document: Document, values: Mapping[Any, Any], place: Any = No
 
 def _constants(document: Document, steps: Steps) -> dict[Steps, Any]:
     """Constants of the material at a path of a document; by default that of the chain."""
-    constants = _at(document.data, steps) or _at(document.data, ("chain", "material"))
+    constants = _value_at(document.data, steps) or _value_at(document.data, ("chain", "material"))
     if isinstance(constants, str):
         with suppress(PluginError, UnknownNameError):  # reported where the material is built
             material = load("materials", constants)
@@ -309,7 +309,7 @@ def _constants(document: Document, steps: Steps) -> dict[Steps, Any]:
     return {steps: constants} if isinstance(constants, dict) else {}
 
 
-def _at(block: Any, steps: Steps) -> Any:
+def _value_at(block: Any, steps: Steps) -> Any:
     """Value at a path below ``block``; None if there is none."""
     with suppress(KeyError, IndexError, TypeError):
         return reduce(getitem, steps, block)

@@ -108,24 +108,24 @@ class Document:
         """
         data = self.data
         for path, value in values.items():
-            data = _with(data, path, value)
+            data = _replace_value(data, path, value)
         placed = dict.fromkeys(values, place) if place is not None else {}
         kept = {path: own for path, own in self.values.items() if path not in values}
         return evolve(self, data=data, values=kept | placed, keys=self.keys | placed)
 
 
-def _with(block: Any, path: Steps, value: Any) -> Any:
+def _replace_value(block: Any, path: Steps, value: Any) -> Any:
     """A copy of ``block``, which other documents share, with ``value`` at ``path``; None if nothing is in it."""
     step, inner_path = path[0], path[1:]
     copy: Any
     if isinstance(block, list) and isinstance(step, int) and step < len(block):
         copy = [*block]
-        copy[step] = _with(block[step], inner_path, value) if inner_path else value
+        copy[step] = _replace_value(block[step], inner_path, value) if inner_path else value
         return copy
     if not isinstance(block, dict | None) or not isinstance(step, str):
         return block
     copy = dict(block or {})
-    inner = _with(copy.get(step), inner_path, value) if inner_path else value
+    inner = _replace_value(copy.get(step), inner_path, value) if inner_path else value
     if inner is not None:
         copy[step] = inner
     else:

@@ -46,7 +46,7 @@ def reduce_chain(chain: Chain) -> Chain | None:
     if chain.is_uniform or chain.packing is not None:
         return chain
     # a single granule is not a chain
-    if chain.count == 1 or next(_further(chain), None) is not None:
+    if chain.count == 1 or next(_features(chain), None) is not None:
         return None
     if chain.count is None:
         return chain
@@ -73,7 +73,7 @@ def check_coverage(chain: Chain, excitation: object, method: str, laws: bool, pa
     if equal is not None and not refused and not others and not pulls:
         return equal
     line = evolve(chain, packing=None) if packings else chain
-    features = [] if line.is_uniform else [(("chain", *steps), reason) for steps, reason in _further(line, laws)]
+    features = [] if line.is_uniform else [(("chain", *steps), reason) for steps, reason in _features(line, laws)]
     features += others
     if not features and not pulls:
         features.append((("chain", "granules"), "1 granule"))
@@ -85,7 +85,7 @@ def check_coverage(chain: Chain, excitation: object, method: str, laws: bool, pa
     raise NotCoveredError(*faults)
 
 
-def _further(chain: Chain, laws: bool = True) -> Iterator[tuple[Steps, str]]:
+def _features(chain: Chain, laws: bool = True) -> Iterator[tuple[Steps, str]]:
     """Path below ``chain`` and description of every feature beyond equal granules with free ends.
 
     ``laws`` states whether endless chains may have other contact laws than Hertz's.

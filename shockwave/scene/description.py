@@ -41,7 +41,7 @@ def plain(part: Any, names: bool = True) -> Any:
 
 def lines(chain: Chain) -> list[tuple[str, str]]:
     """Label and text of the granules and of every further feature."""
-    stated = {name: text(value, unit) for name, value, unit in _with_diameters(chain) if not isinstance(value, int)}
+    stated = {name: text(value, unit) for name, value, unit in _list_diameters(chain) if not isinstance(value, int)}
     count = "1 granule" if chain.count == 1 else "endless" if chain.count is None else f"{chain.count} granules"
     head = f"{count}, diameter {stated.pop('diameter')}, {stated.pop('material')}"
     return [("chain", head), *stated.items()]
@@ -55,7 +55,7 @@ def _list_stated(part: Any) -> Iterator[tuple[str, Any, str]]:
             yield field.name, value, spec.unit if spec is not None else ""
 
 
-def _with_diameters(part: Any) -> Iterator[tuple[str, Any, str]]:
+def _list_diameters(part: Any) -> Iterator[tuple[str, Any, str]]:
     """As `_list_stated`, with diameters in place of radii."""
     for name, value, unit in _list_stated(part):
         if name == "radius" and isinstance(value, Taper):
@@ -76,9 +76,8 @@ def text(value: Any, unit: str = "") -> str:
     if isinstance(value, Taper):
         return f"{si(value.first, 'm')} to {si(value.last, 'm')}, {value.spacing}"
     if attrs.has(type(value)):
-        own = [
-            f"{_KEYS.get(type(value), {}).get(name, name)} {text(one, of)}" for name, one, of in _with_diameters(value)
-        ]
+        keys = _KEYS.get(type(value), {})
+        fields = [f"{keys.get(name, name)} {text(each, of)}" for name, each, of in _list_diameters(value)]
         entry = entry_of("contacts", type(value))
         defaults = (
             "bar"
@@ -87,5 +86,5 @@ def text(value: Any, unit: str = "") -> str:
             if isinstance(value, Wall) and value.material == "same"
             else ""
         )
-        return ", ".join(filter(None, (entry.name if entry else defaults, *own))) or "count 1"
+        return ", ".join(filter(None, (entry.name if entry else defaults, *fields))) or "count 1"
     return si(value, unit) if isinstance(value, float) else str(value)

@@ -105,7 +105,7 @@ class Layout:
         if wall is not None and wall.material == "same":
             wall = evolve(wall, material=materials[-1])
         pairs = _pairs(chain, materials, sizes, masses, wall)
-        laws = _places(contacts[: len(pairs.stiffnesses)])
+        laws = _group_laws(contacts[: len(pairs.stiffnesses)])
         for law, at in laws:
             if isinstance(law, PowerContact):
                 pairs.stiffnesses[at], pairs.exponents[at] = law.stiffness, law.exponent
@@ -116,7 +116,7 @@ class Layout:
             problem = f"must give static overlaps that floating-point numbers can hold (got {chain.precompression:g} N)"
             raise InvalidValueError.of("chain.precompression", problem)
         coefficients, powers = np.zeros((2, *static.shape))
-        for damping, at in _places(dampings[: len(static)]):
+        for damping, at in _group_laws(dampings[: len(static)]):
             if damping is not None:
                 coefficients[at], powers[at] = damping.coefficients(pairs)[at], damping.powers(pairs)[at]
         return cls(
@@ -178,7 +178,7 @@ def _segment_rows(chain: Chain, index: int, segment: Segment) -> Iterator[_Row]:
         yield index, material, size, segment.gap, *laws
 
 
-def _places(laws: Sequence[_Law]) -> list[tuple[_Law, npt.NDArray[np.bool_]]]:
+def _group_laws(laws: Sequence[_Law]) -> list[tuple[_Law, npt.NDArray[np.bool_]]]:
     """Each of the laws of the contacts, and where it holds."""
     numbers = np.array([id(law) for law in laws])
     return [(law, numbers == number) for number, law in {id(law): law for law in laws}.items()]

@@ -124,7 +124,7 @@ def _profile(make: Any, duration_ratio: Number | None, parameters: Mapping[str, 
     if not isinstance(parameters, Mapping):
         raise InvalidValueError.of("parameters", f"must be a mapping of names to values (got {text_of(parameters)})")
     values = dict(parameters)
-    with blame("profiles", make), locate(_within):
+    with blame("profiles", make), locate(_place_in_block):
         if "file" in values and hasattr(make, "from_file"):  # a record
             make = partial(make.from_file, values.pop("file"))
         if duration_ratio is not None:
@@ -132,7 +132,7 @@ def _profile(make: Any, duration_ratio: Number | None, parameters: Mapping[str, 
         return explain_arguments(make)(**values)
 
 
-def _within(fault: Fault) -> Fault:
+def _place_in_block(fault: Fault) -> Fault:
     if fault.path != "duration_ratio":
         return fault.below("parameters")
     return evolve(fault, problem=fault.problem.replace("(got nothing)", "(got nothing; or give duration)"))

@@ -308,15 +308,15 @@ def refine(
         noise = estimates + np.maximum(errors[index], errors[index + 1])
         missed = np.zeros(len(is_open), dtype=bool)
         missed[index] = differences[index] > np.maximum(_ACCEPTED * rtol, noise)
-        divided = _with_neighbours(missed) & (np.diff(x) > narrowest)
+        divided = _spread_maxima(missed) & (np.diff(x) > narrowest)
         halves = np.where(is_open, 2, 1)
         differences, is_open = np.repeat(differences, halves), np.repeat(divided, halves)
         x, y, errors = np.insert([x, y, errors], index + 1, [middle, heights, estimates], axis=1)
-    between = _SAFETY * _with_neighbours(differences) + np.maximum(errors[:-1], errors[1:])
+    between = _SAFETY * _spread_maxima(differences) + np.maximum(errors[:-1], errors[1:])
     return x, y, np.append(between, errors[-1])
 
 
-def _with_neighbours(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+def _spread_maxima(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """The greatest of each value and its neighbours; for booleans, whether one of them is true."""
     around = np.pad(values, 1)
     return np.asarray(np.maximum(np.maximum(around[:-2], around[2:]), values))

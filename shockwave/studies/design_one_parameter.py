@@ -69,14 +69,14 @@ def compare_values(scenes: DesignScenes, rtol: float) -> dict[str, Any]:
         elif isinstance(option, InvalidValueError) and option.faults[0].path == "chain.elastic_only":
             beyond[value] = option
         else:
-            raise _within(option) if parameter.between else option
+            raise _interval_error(option) if parameter.between else option
     if not options:
         raise next(iter(beyond.values()))
     ranked = sorted(options, key=lambda option: _distance(option.reached, target.value))
     # whole numbers ascend; materials have no other order
     rows = sorted(ranked, key=lambda option: 0.0 if isinstance(option.value, str) else option.value)
     equality = target.sign == "="
-    solutions = tuple(each for each in rows if (_equals(target, each, rtol) if equality else each.violation <= 0))
+    solutions = tuple(each for each in rows if (_meets_target(target, each, rtol) if equality else each.violation <= 0))
     left_out = (_BEYOND + ", ".join(map(str, beyond)),) if beyond else ()
     return {
         "solutions": solutions,
@@ -94,10 +94,10 @@ def search_interval(scenes: DesignScenes, points: int, rtol: float) -> dict[str,
     try:
         return _Line(scenes, rtol).answer(points)
     except InvalidValueError as error:
-        raise _within(error) from None
+        raise _interval_error(error) from None
 
 
-def _within(error: ShockwaveError) -> ShockwaveError:
+def _interval_error(error: ShockwaveError) -> ShockwaveError:
     """The error of an interval that contains the scene of an ``error``."""
     if not isinstance(error, InvalidValueError) or error.faults[0].path in ("target", "chain.granules"):
         return error
@@ -109,7 +109,7 @@ def _distance(reached: float, value: float) -> float:
     return abs(math.log(reached / value)) if reached > 0 else math.inf
 
 
-def _equals(target: Requirement, option: Option, rtol: float) -> bool:
+def _meets_target(target: Requirement, option: Option, rtol: float) -> bool:
     """Whether an option has the value of the target within the tolerance and the error of its simulation."""
     return abs(option.reached / target.value - 1) <= rtol + option.reached_error
 
@@ -150,7 +150,7 @@ class _Line:
         if not unresolved:
             self.refine()
         limits = self.limits()
-        solutions = [option for option in map(self.solution, limits) if _equals(self.target, option, self.rtol)]
+        solutions = [option for option in map(self.solution, limits) if _meets_target(self.target, option, self.rtol)]
         intervals = self.intervals(limits) if self.target.sign != "=" else ()
         shown = solutions or [self.verify(min(self.options, key=lambda share: abs(self.height(share))))]
         ends = {end for both in intervals for end in both} - {option.value for option in shown}

@@ -75,12 +75,12 @@ def find_target(name: object, reported: Sequence[Quantity], kind: str) -> Quanti
             rule = f"must count from 0 in the list of {_LISTS[listed[1]]}"
             raise InvalidValueError.of(kind, f"{rule} (got {text_of(name)}; the list has {count})")
     # columns of sweeps and printed names, too, lead to a name; of a list, the first with a figure is named
-    known = targets_of([*{each.name.rpartition(".")[2]: each for each in reversed(reported)}.values()])
-    others = {other: each for each, quantity in known.items() for other in (each, quantity.column, quantity.label)}
+    distinct = targets_of([*{each.name.rpartition(".")[2]: each for each in reversed(reported)}.values()])
+    others = {other: each for each, quantity in distinct.items() for other in (each, quantity.column, quantity.label)}
     likely = next(
         (others[other] for other in get_close_matches(str(name).replace("_", " "), others, 1, _LIKE)), str(name)
     )
-    hint = hint_of(likely, list(known))
+    hint = hint_of(likely, list(distinct))
     raise InvalidValueError.of(kind, f"must be a property of the result (got {text_of(name)}; {hint})")
 
 

@@ -168,13 +168,13 @@ class Uncertainty(Result):
             return along("draw", range(self.draws), {**self.outputs, **self.values}, units)
         if name == "sensitivities":
             shares = {
-                f"{each.name} {kind}{suffix}": [getattr(getattr(one, kind), part) for one in each.sensitivities]
+                f"{each.name} {kind}{suffix}": [getattr(getattr(share, kind), part) for share in each.sensitivities]
                 for each in self.quantities
                 for kind in ("first", "total")
                 for suffix, part in (("", "value"), (" error", "error"))
             }
             return along("parameter", [each.name for each in self.parameters], shares, dict.fromkeys(shares, ""))
-        columns = {each.name: [one.value for one in each.quantiles.values()] for each in self.quantities}
+        columns = {each.name: [quantile.value for quantile in each.quantiles.values()] for each in self.quantities}
         return along("probability", [*self.quantities[0].quantiles], columns, units) if columns else None
 
     def to_dict(self) -> dict[str, Any]:

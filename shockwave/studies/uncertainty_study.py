@@ -173,7 +173,7 @@ class UncertainScenes:
             readers.append(partial(figures_of, _LIMITED[limit.at]))
         figures = [[read(result) or (math.nan, 0.0) for result in results] for read in readers]
         if limit is not None:
-            figures.append([(_later(limit.force_of(result.leaving)), 0.0) for result in results])
+            figures.append([(_bound_later_force(limit.force_of(result.leaving)), 0.0) for result in results])
         read_values, errors = np.moveaxis(np.array(figures), -1, 0)
         return read_values, errors.max(axis=1)
 
@@ -276,7 +276,7 @@ def _statistics(
     )
 
 
-def _later(force: LeavingForce) -> float:
+def _bound_later_force(force: LeavingForce) -> float:
     """Bound of a transmitted force after the simulated time [N], infinite where none is known."""
     return math.inf if force.high is None else force.later
 

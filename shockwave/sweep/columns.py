@@ -115,11 +115,11 @@ def find_requested_columns(scenario: Scenario, columns: tuple[Quantity, ...]) ->
     parts = len(scenario.chain.granules) if isinstance(scenario.chain.granules, tuple) else 1
     energies = quantities.segment_energies(parts + (scenario.impact is not None))
     others = () if scenario.sweep.run == "predict" else (*sensors, *quantities.TIMES, *energies)
-    known = {each.name: each for each in (*columns, *others)}
+    available = {each.name: each for each in (*columns, *others)}
     for index, name in enumerate(scenario.sweep.quantities):
-        quantity = quantities.find_quantity(name, known)
+        quantity = quantities.find_quantity(name, available)
         if quantity is None:
-            got = f"got {text_of(name)}; {hint_of(name, list(known), len(known))}"
+            got = f"got {text_of(name)}; {hint_of(name, list(available), len(available))}"
             raise InvalidValueError.of(("sweep", "quantities", index), f"must be a quantity or a ratio of two ({got})")
         requested.append(quantity)
     further = (*sensors, *quantities.sensor_errors(measured), *requested)

@@ -115,7 +115,7 @@ class Points:
     ) -> str:
         """Line of a point; ``simulated`` and ``predicted`` are its results, if any, or their errors."""
         try:
-            simulation, outcome = _valid(simulated), _valid(predicted)
+            simulation, outcome = _raise_if_error(simulated), _raise_if_error(predicted)
             assert scene is not None
             return line_of(index, "done", values=row(self._columns, _answer(scene, outcome, simulation)))
         except _POINT_ERRORS as error:
@@ -164,7 +164,7 @@ def _groups(scenes: _Scenes, part: Callable[[Scenario], Any]) -> dict[Any, list[
     return groups
 
 
-def _valid(result: _T | BaseException) -> _T:
+def _raise_if_error(result: _T | BaseException) -> _T:
     if isinstance(result, BaseException):
         raise result
     return result

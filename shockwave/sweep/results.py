@@ -61,7 +61,7 @@ class Failure:
     problem: str
 
 
-def _same(arrays: Mapping[str, npt.NDArray[Any]], others: Mapping[str, npt.NDArray[Any]]) -> bool:
+def _are_equal(arrays: Mapping[str, npt.NDArray[Any]], others: Mapping[str, npt.NDArray[Any]]) -> bool:
     return arrays.keys() == others.keys() and all(
         np.array_equal(values, others[name], equal_nan=values.dtype.kind == "f") for name, values in arrays.items()
     )
@@ -84,7 +84,7 @@ class SweepResults(Result, SweepDefinition):
     failed: tuple[Failure, ...]
     warnings: tuple[str, ...]
     folder: Path = attrs.field(eq=False)
-    _arrays: dict[str, npt.NDArray[Any]] = attrs.field(eq=attrs.cmp_using(eq=_same), repr=False)
+    _arrays: dict[str, npt.NDArray[Any]] = attrs.field(eq=attrs.cmp_using(eq=_are_equal), repr=False)
 
     _brief = ("name", "run", "points", "complete")
     _picture = "shockwave.sweep.sweep_picture:draw_sweep"

@@ -211,7 +211,7 @@ class _Dispatch:
                 batch = self._batch(ahead)
                 self.pending[self.workers.submit(self.content, batch)] = batch
         except (OSError, EOFError, RuntimeError) as error:  # the executor was shut down or has broken down
-            raise _lost(error) from error
+            raise _lost_executor(error) from error
         return bool(self.pending)
 
     def _batch(self, ahead: int) -> list[int]:
@@ -232,7 +232,7 @@ class _Dispatch:
         except self.workers.deaths as error:
             self._blame(batch, isinstance(error, TimeoutError))
         except Exception as error:
-            raise _lost(error) from error
+            raise _lost_executor(error) from error
         else:
             self._record(batch, lines)
             self.queue.extendleft(reversed(batch[lines.count("\n") :]))
@@ -267,7 +267,7 @@ class _Dispatch:
         self.journal.add("")  # an error if others have changed the journal
 
 
-def _lost(error: BaseException) -> LostError:
+def _lost_executor(error: BaseException) -> LostError:
     got = f"got {message_of(error)}; finished points are kept: run the sweep again"
     return LostError(f"the executor must keep running ({got})")
 

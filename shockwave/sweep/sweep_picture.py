@@ -171,7 +171,7 @@ class PlottedAxes:
         for name, value in at.items():
             place = self.results.place(name)
             here = self.positions[place]
-            self.positions[place] = here[self._equal(name, value)]
+            self.positions[place] = here[self._find_value(name, value)]
         free = [place for place, here in enumerate(self.positions) if len(here) > 1]
         if not 1 <= len(free) <= 2:
             got = "got one point; see results.csv, or omit an --at"
@@ -206,7 +206,7 @@ class PlottedAxes:
         texts = list(dict.fromkeys(self._texts(name, self.positions[self.results.place(name)])))
         return ", ".join(texts[:most] + ["..."] * (len(texts) > most))
 
-    def _equal(self, name: str, value: Any) -> npt.NDArray[np.bool_]:
+    def _find_value(self, name: str, value: Any) -> npt.NDArray[np.bool_]:
         """Whether the variable has this value, for each drawn position."""
         unit = self.results.units[name]
         if unit is None or value == "none":

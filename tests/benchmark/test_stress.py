@@ -13,8 +13,8 @@ import pytest
 
 import shockwave as sw
 from shockwave.benchmark import extreme_cases, stress
-from shockwave.benchmark.benchmark_scenes import noisy, sampled
-from shockwave.benchmark.extreme_cases import CASES, CHECKS, Case, Finding, find
+from shockwave.benchmark.benchmark_scenes import noisy_pulse, sampled_pulse
+from shockwave.benchmark.extreme_cases import CASES, CHECKS, Case, Finding, find_cases
 from shockwave.benchmark.stress import Row, Stress, check
 from shockwave.engine.backend import compiled
 from support.pages import table
@@ -28,7 +28,7 @@ WITH_NUMPY = ("rates-1e-12", "small-weak-stiff", "rise-time-1e-12", "two-granule
 
 def case(check: str, scene: tuple[float, ...] = (0.5, 1, 3, 0.5), **fields: object) -> Case:
     """A case outside the catalogue, with a shock that is not short."""
-    fields = {"scene": {"power": scene}, "options": {"waves": "primary"}, **fields}
+    fields = {"scene": {"power_law": scene}, "options": {"waves": "primary"}, **fields}
     return Case(name="trial", theme="trials", description="a shock", check=check, **fields)  # type: ignore[arg-type]
 
 
@@ -39,7 +39,7 @@ def test_quick_cases_pass(one: Case) -> None:
 
 @pytest.mark.parametrize("name", WITH_NUMPY)
 def test_cases_of_every_kind_pass_in_numpy(name: str) -> None:
-    (one,) = find([name])
+    (one,) = find_cases([name])
     assert check(one, "numpy").faults == ()
 
 
@@ -53,12 +53,12 @@ def test_names_are_unique_checks_exist_and_the_page_lists_every_case() -> None:
 @pytest.mark.parametrize(
     ("one", "count"),
     [
-        pytest.param(case("number", reference=0.51), 1, id="another number"),
-        pytest.param(case("law"), 1, id="a shock that is not short"),
+        pytest.param(case("reference_value", reference=0.51), 1, id="another number"),
+        pytest.param(case("impulse_limit"), 1, id="a shock that is not short"),
         # simulation and prediction both
-        pytest.param(case("like", other={"power": [0.5, 1, 3, 0.5001]}), 2, id="another scene"),
-        pytest.param(case("refused", message="must be > 0"), 1, id="no error"),
-        pytest.param(case("refused", (1, 1, 1, 1), message="must be > 0"), 1, id="an error with another message"),
+        pytest.param(case("equal_scene", other={"power_law": [0.5, 1, 3, 0.5001]}), 2, id="another scene"),
+        pytest.param(case("raised_error", message="must be > 0"), 1, id="no error"),
+        pytest.param(case("raised_error", (1, 1, 1, 1), message="must be > 0"), 1, id="an error with another message"),
     ],
 )
 def test_wrong_result_is_a_fault(one: Case, count: int) -> None:
@@ -83,7 +83,7 @@ def test_unsound_result_is_a_fault(
     wave = attrs.evolve(result.wave, scaled=scaled)
     broken = attrs.evolve(result, wave=wave, momentum_defect=scaled.momentum_defect)
     monkeypatch.setattr(extreme_cases, "simulate", lambda *_, **__: broken)
-    (found,) = check(case("number", reference=result.amplification), "numpy").faults
+    (found,) = check(case("reference_value", reference=result.amplification), "numpy").faults
     assert found.startswith(fault)
 
 
@@ -103,13 +103,13 @@ def crashed(name: str, backend: str) -> None:
 def test_case_that_hangs_or_crashes_has_a_row_that_states_it(
     work: object, limit: float, outcome: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(stress, "_in_process", work)
-    monkeypatch.setattr(stress, "find", lambda _: [attrs.evolve(find(["one-granule"])[0], limit=limit)])
+    monkeypatch.setattr(stress, "_check_by_name", work)
+    monkeypatch.setattr(stress, "find_cases", lambda _: [attrs.evolve(find_cases(["one-granule"])[0], limit=limit)])
     (row,) = stress.stress(backend="numpy").rows
     assert (row.finding.outcome, row.passed) == (outcome, False)
 
 
-WRONG = Row(case("law", must="law"), "numpy", Finding("1 F0", ("it is wrong",), math.inf, 1e-6), 0.5)
+WRONG = Row(case("impulse_limit", must="law"), "numpy", Finding("1 F0", ("it is wrong",), math.inf, 1e-6), 0.5)
 FAILED = Stress((attrs.evolve(WRONG, finding=Finding("2 F0")), WRONG), 1.0)
 
 
@@ -136,7 +136,7 @@ def test_rows_are_in_the_order_of_the_catalogue_and_the_document_contains_no_nan
 
 def test_an_unknown_name_is_refused_with_the_nearest() -> None:
     with pytest.raises(sw.UnknownNameError, match="did you mean 'steep-decay'"):
-        find(["steep-decya"])
+        find_cases(["steep-decya"])
 
 
 @pytest.mark.slow
@@ -171,7 +171,7 @@ def test_error_of_steep_pulses_is_within_the_estimate_at_any_tolerance(name: str
 
 @each_backend
 def test_noise_does_not_increase_the_energy_defect(backend: Any) -> None:
-    found = sw.simulate(noisy(1000)[0], CHAIN, backend=backend, waves="primary")
+    found = sw.simulate(noisy_pulse(1000)[0], CHAIN, backend=backend, waves="primary")
     assert found.error_estimate < 1e-6
     # with the integral of the impulse from the stages it would be 3e-7 to 1e-6
     assert found.energy_defect < 1.5e-7
@@ -179,7 +179,7 @@ def test_noise_does_not_increase_the_energy_defect(backend: Any) -> None:
 
 @each_backend
 def test_finer_samples_of_a_smooth_pulse_take_no_more_steps(backend: Any) -> None:
-    shocks = [sampled(count)[0] for count in (10_001, 100_001)]
+    shocks = [sampled_pulse(count)[0] for count in (10_001, 100_001)]
     coarse, fine = (sw.simulate(shock, CHAIN, backend=backend, waves="primary") for shock in shocks)
     assert fine.cost.steps < 1.5 * coarse.cost.steps
     # the two pulses differ by 1e-8, a hundredth of the permitted error of a step

@@ -16,7 +16,7 @@ import shockwave as sw
 from shockwave.answers import settings_of
 from shockwave.base.errors import Fault
 from shockwave.cli import scenario_commands
-from shockwave.cli.output import of_arguments
+from shockwave.cli.output import report_as_usage
 from shockwave.engine.backend import lack
 from shockwave.simulation import simulate
 from support.command_line import shockwave, unwrapped
@@ -272,9 +272,9 @@ def test_invalid_files_stop_the_others_and_end_with_the_greatest_of_their_status
 def test_an_error_of_an_argument_is_one_of_usage_and_an_error_of_the_scene_is_not() -> None:
     options = argparse.Namespace(rtol=1.0)
     wrong = [Fault("rtol", "must be smaller"), Fault("chain.radius", "must be larger")]
-    with pytest.raises(sw.UsageError, match=r"^--rtol: must be smaller$"), of_arguments(options):
+    with pytest.raises(sw.UsageError, match=r"^--rtol: must be smaller$"), report_as_usage(options):
         raise sw.InvalidValueError(*wrong[:1])
-    with pytest.raises(sw.InvalidValueError), of_arguments(options):
+    with pytest.raises(sw.InvalidValueError), report_as_usage(options):
         raise sw.InvalidValueError(*wrong)
 
 

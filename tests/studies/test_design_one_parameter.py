@@ -18,7 +18,7 @@ from shockwave.base.progress import show_progress
 from shockwave.base.quantities import Quantity
 from shockwave.pictures.studies import ranking_size
 from shockwave.scenario.variations import Family
-from shockwave.studies.design_one_parameter import _equals, search_interval
+from shockwave.studies.design_one_parameter import _meets_target, search_interval
 from shockwave.studies.design_options import DesignScenes
 from shockwave.studies.design_result import Option, VariedParameter
 from shockwave.studies.quantities import Requirement, parts_of
@@ -453,7 +453,7 @@ def test_a_value_equals_the_target_within_the_tolerance_and_its_error(miss: floa
     target = Requirement(Quantity("peak_force", "N"), "=", 60.0)
     quantities, errors = {"peak_force": 60.0 * (1 + miss)}, {"peak_force": error}
     option = Option(values=(1.0,), quantities=quantities, errors=errors, violation=miss)
-    assert _equals(target, option, 1e-4) is equal
+    assert _meets_target(target, option, 1e-4) is equal
 
 
 @pytest.mark.parametrize("layer", ["ptfe", "bearing-steel-52100"], ids=["later collision", "no later collision"])
