@@ -48,7 +48,7 @@ _SIGNS = {">": operator.gt, ">=": operator.ge, "<": operator.lt, "<=": operator.
 
 
 @frozen
-class Quantity(Explained):
+class Declaration(Explained):
     """Declaration of a number: SI ``unit`` ("" if it is dimensionless), ``meaning``, range.
 
     ``above`` and ``below`` exclude their bound, ``at_least`` and ``at_most`` include it. ``whole`` requires an integer,
@@ -136,7 +136,7 @@ def quantity(
     within : mapping, optional
         Bounds that several fields share, such as `SIZES`.
     **declared
-        Attributes of `Quantity`: above, at_least, below, at_most, whole, optional, example.
+        Attributes of `Declaration`: above, at_least, below, at_most, whole, optional, example.
 
     Raises
     ------
@@ -154,11 +154,11 @@ def quantity(
     >>> Foam(thickness="5 mm").thickness
     0.005
     """
-    spec = Quantity(unit, meaning, **{"optional": default is None, **(within or {}), **declared})
+    spec = Declaration(unit, meaning, **{"optional": default is None, **(within or {}), **declared})
     return attrs.field(default=default, converter=_CONVERTER, metadata={_KEY: spec})
 
 
-def declaration(spec: Quantity) -> dict[str, Quantity]:
+def metadata_of(spec: Declaration) -> dict[str, Declaration]:
     """Metadata of an attrs field with a converter of its own, whose numbers have the declaration ``spec``."""
     return {_KEY: spec}
 
@@ -210,10 +210,10 @@ def one_of(*choices: object) -> Any:
 MAGNITUDES: dict[str, Any] = {"at_least": 1e-30, "at_most": 1e30}
 
 
-def quantity_of(attribute: attrs.Attribute[Any]) -> Quantity | None:
+def declaration_of(attribute: attrs.Attribute[Any]) -> Declaration | None:
     """Declaration of an attrs attribute, if it has one."""
     spec = attribute.metadata.get(_KEY)
-    return spec if isinstance(spec, Quantity) else None
+    return spec if isinstance(spec, Declaration) else None
 
 
 def join(names: Iterable[object], conjunction: str = "or") -> str:

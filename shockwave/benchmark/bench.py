@@ -15,7 +15,7 @@ from attrs import evolve
 
 from shockwave.base.numerics import FloatArray
 from shockwave.base.progress import track
-from shockwave.benchmark.chain_problems import CASES, Case, case_of, reference
+from shockwave.benchmark.chain_problems import CASES, ChainCase, case_of, reference
 from shockwave.benchmark.work_precision import (
     Answer,
     Clock,
@@ -89,7 +89,7 @@ def list_problems(family: str, quick: bool) -> Iterator[Callable[[], Experiment]
             name, _, description = text.partition(": ")
             yield partial(quadratures, name, description, areas_of(profile))
         triangle = Triangular(duration_ratio=3)
-        areas = Areas([(triangle.force, (0.0, 3.0))], np.array([1.5]), "closed form", _ROUNDING)
+        areas = ReferenceAreas([(triangle.force, (0.0, 3.0))], np.array([1.5]), "closed form", _ROUNDING)
         yield partial(quadratures, "kink not given", "triangle, n = 3, integrated across its kink", areas)
     elif family == "predictors":
         for name in ("short", "A", "B") if quick else ("short", "A", "B", "slow"):
@@ -131,7 +131,7 @@ _FORCES = (0.0, 0.3, 0.2, 0.7, 0.65, 1.0, 0.6, 0.7, 0.35, 0.3, 0.1, 0.0)
 _Pieces: TypeAlias = Sequence[tuple[Integrand, Sequence[float]]]
 
 
-class Areas(NamedTuple):
+class ReferenceAreas(NamedTuple):
     """Integrals, their reference values, and source and relative error of these; the impulse is the sum."""
 
     pieces: _Pieces
@@ -153,7 +153,7 @@ PROFILES = {
 }
 
 
-def areas_of(profile: ShockProfile) -> Areas:
+def areas_of(profile: ShockProfile) -> ReferenceAreas:
     """Areas of the rise and the decay of a profile; closed forms, also of plugins, are checked by quadrature."""
     rising = [point for point in profile.breakpoints if point <= 1]
     decaying = [point for point in profile.breakpoints if point >= 1]
@@ -164,12 +164,12 @@ def areas_of(profile: ShockProfile) -> Areas:
     if closed is None:
         error = max(_greatest_error(tanh_sinh, gauss), _ROUNDING)
         source = f"gauss-legendre at a tolerance of {_TIGHTEST_AREA:g}, checked by tanh-sinh"
-        return Areas(pieces, gauss, source, error)
+        return ReferenceAreas(pieces, gauss, source, error)
     values = np.array(closed, dtype=float)
     # tanh-sinh is more accurate at an infinite slope, Gauss-Legendre at a kink.
     error = min(_greatest_error(gauss, values), _greatest_error(tanh_sinh, values))
     source = "closed form of the profile, checked by quadrature"
-    return Areas(pieces, values, source, max(error, _ROUNDING))
+    return ReferenceAreas(pieces, values, source, max(error, _ROUNDING))
 
 
 def _integrate(pieces: _Pieces, quadrature: str, tolerance: float) -> tuple[FloatArray, int]:
@@ -185,7 +185,7 @@ def _greatest_error(found: FloatArray, values: FloatArray) -> float:
     return float(np.max(np.abs(found / values - 1)))
 
 
-def quadratures(name: str, description: str, areas: Areas) -> Experiment:
+def quadratures(name: str, description: str, areas: ReferenceAreas) -> Experiment:
     """Every registered quadrature, applied to these areas."""
 
     def run(quadrature: str, tolerance: float, _: Clock) -> Answer:
@@ -201,7 +201,7 @@ def quadratures(name: str, description: str, areas: Areas) -> Experiment:
 # ---------------------------------------------------------------- predictors: the peak force far along the chain
 
 
-def predictors(case: Case) -> Experiment:
+def predictors(case: ChainCase) -> Experiment:
     """Section 4 and simulation, by their errors in the peak force of the leading wave far along the chain."""
     best = simulate_scene(case.scene, SimulateOptions(rtol=1e-12, integrator="rkn1210", waves="primary"))
     other = simulate_scene(case.scene, SimulateOptions(rtol=1e-11, integrator="rkn86", waves="primary"))
@@ -229,7 +229,7 @@ def predictors(case: Case) -> Experiment:
 # ---------------------------------------------------------------- integrators: the front at one contact
 
 
-def integrators(case: Case) -> Experiment:
+def integrators(case: ChainCase) -> Experiment:
     """The function simulate, and every registered integrator, on the chain as far as the contact."""
     best, scales = reference(case), case.setup.scales
 

@@ -47,7 +47,7 @@ class Reference(NamedTuple):
 
 
 @frozen(eq=False, slots=False)
-class Case:
+class ChainCase:
     """A shock on a chain, and the contact at which the front is measured, counted from 0; None for the wall.
 
     ``known`` are peak force and time there in characteristic units, if they are known to 20 digits.
@@ -122,28 +122,28 @@ _POWER_LAWS = {
 }
 
 
-def _paper_case(name: str) -> Case:
+def _paper_case(name: str) -> ChainCase:
     """A power law with the peak force of the paper, on the chain of the paper."""
     rise, decay, ratio, rise_time, contact, remark = _POWER_LAWS[name]
     shock, chain = power_law(rise, decay, ratio, rise_time)
     description = f"power law, t0 = {rise_time:g} T0, n = {ratio:g}, eta {rise:g} and {decay:g} ({remark})"
     scene = Scene(excitation=shock, chain=chain)
-    return Case(name, description, scene, contact, _KNOWN.get(name))
+    return ChainCase(name, description, scene, contact, _KNOWN.get(name))
 
 
-def _wall_case() -> Case:
+def _wall_case() -> ChainCase:
     """A triangle on a mixed chain before a wall."""
     segments = [{"count": 12}, {"count": 8, "material": "ptfe", "diameter": "8 mm"}, {"count": 5}]
     shock, chain = chain_with_keys({"granules": segments, "end": {"wall": "same"}})
     description = "triangle, t0 = 1 T0, n = 3, on 12 steel, 8 softer and 5 steel granules before a wall"
-    return Case("wall", description, Scene(excitation=shock, chain=chain))
+    return ChainCase("wall", description, Scene(excitation=shock, chain=chain))
 
 
 #: The named problems.
 CASES = {name: _paper_case(name) for name in _POWER_LAWS} | {"wall": _wall_case()}
 
 
-def case_of(scenario: Scenario) -> Case:
+def case_of(scenario: Scenario) -> ChainCase:
     """The problem of a scenario, at the contact where its leading wave is found, at most 200.
 
     Raises
@@ -155,10 +155,10 @@ def case_of(scenario: Scenario) -> Case:
     contact = min(int(simulate_scene(scene, SimulateOptions(waves="primary")).wave.scaled.contact), _FARTHEST)
     if count is not None:
         contact = max(min(contact, count - 2 - _BEFORE_END), 0)
-    return Case(scenario.name, type(scenario.shock.profile).__name__, scene, contact)
+    return ChainCase(scenario.name, type(scenario.shock.profile).__name__, scene, contact)
 
 
-def reference(case: Case) -> Reference:
+def reference(case: ChainCase) -> Reference:
     """The known digits, or a run at a tight tolerance that is checked by another method.
 
     Raises

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from shockwave.base.numerics import FloatArray
-from shockwave.base.quantity_fields import Quantity, text_of
+from shockwave.base.quantity_fields import Declaration, text_of
 from shockwave.profiles.quadrature import Integral
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.registry.plugin_check import ROUNDING, ViolationError, array_of, enforce, guard, is_built_in, memoize
@@ -19,8 +19,8 @@ from shockwave.registry.plugin_check import ROUNDING, ViolationError, array_of, 
 # Largest relative difference between a closed form and the quadrature; a larger one is an error in the formula.
 _MISPRINT = 1e-6
 _QUADRATURE = "gauss-legendre"
-_RATIO = Quantity("", "n", above=1)
-_RECORDED = Quantity("", "newtons or seconds", above=0, optional=True)
+_RATIO = Declaration("", "n", above=1)
+_RECORDED = Declaration("", "newtons or seconds", above=0, optional=True)
 
 
 @memoize

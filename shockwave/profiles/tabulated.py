@@ -15,12 +15,21 @@ from attrs import frozen
 from shockwave.base.arguments import unknown_arguments
 from shockwave.base.errors import Fault, InvalidValueError, collect_faults, first_of, locate, refuse
 from shockwave.base.numerics import FloatArray
-from shockwave.base.quantity_fields import SI, Quantity, Value, declaration, one_of, quantity, quantity_of, text_of
+from shockwave.base.quantity_fields import (
+    SI,
+    Declaration,
+    Value,
+    declaration_of,
+    metadata_of,
+    one_of,
+    quantity,
+    text_of,
+)
 from shockwave.base.units import to_si
 from shockwave.profiles.piecewise_linear import PiecewiseLinear
 from shockwave.records.record_file import Record, read_record
 from shockwave.records.record_format import RecordFormat
-from shockwave.records.record_processing import CHANGE_SIGNS, Pulse, Steps, pulse_of, pulse_warnings
+from shockwave.records.record_processing import CHANGE_SIGNS, Processing, Pulse, pulse_of, pulse_warnings
 
 if TYPE_CHECKING:
     from typing import Unpack
@@ -30,7 +39,7 @@ if TYPE_CHECKING:
 
 def _convert_samples(value: Any, attribute: attrs.Attribute[Any]) -> FloatArray:
     """A read-only copy as floats in SI units."""
-    spec = quantity_of(attribute)
+    spec = declaration_of(attribute)
     assert spec is not None
     try:
         # numpy would strip the unit of a quantity of pint
@@ -62,7 +71,7 @@ def _declare_samples(unit: str, meaning: str) -> Any:
         converter=attrs.Converter(_convert_samples, takes_field=True),
         eq=attrs.cmp_using(eq=np.array_equal),
         repr=partial(np.array2string, separator=", ", threshold=8, precision=4, max_line_width=200),
-        metadata=declaration(Quantity(unit, meaning, samples=True)),
+        metadata=metadata_of(Declaration(unit, meaning, samples=True)),
     )
 
 
@@ -70,7 +79,7 @@ def _convert_window(value: Any, attribute: attrs.Attribute[Any]) -> tuple[float,
     """Two times in ascending order, or None."""
     if value is None:
         return None
-    spec = Quantity("s", "")
+    spec = Declaration("s", "")
     times = [spec.check(attribute.name, time) for time in value] if isinstance(value, list | tuple) else []
     if len(times) != 2 or not times[0] < times[1]:
         raise InvalidValueError.of(attribute.name, f"must be two times, the earlier one first (got {text_of(value)})")
@@ -79,7 +88,7 @@ def _convert_window(value: Any, attribute: attrs.Attribute[Any]) -> tuple[float,
 
 def _declare_window(meaning: str, example: str) -> Any:
     """An attrs field that holds a time window of the record."""
-    declared = declaration(Quantity("s", meaning, samples=True, optional=True, example=example))
+    declared = metadata_of(Declaration("s", meaning, samples=True, optional=True, example=example))
     return attrs.field(default=None, converter=attrs.Converter(_convert_window, takes_field=True), metadata=declared)
 
 
@@ -203,7 +212,7 @@ class Tabulated(PiecewiseLinear, Value, kw_only=False):
         return tuple(pulse_warnings(self.times, self.forces, self._stretch, self._steps, self._pulse))
 
     @property
-    def _steps(self) -> Steps:
+    def _steps(self) -> Processing:
         return {name: getattr(self, name) for name in ("baseline", "low_pass", "crop", "negative")}
 
     @cached_property

@@ -42,7 +42,7 @@ _DISTORTED = 0.2
 _LARGEST = 1e150
 
 #: Steps of the processing by their keys, as of `Tabulated`, with None for those that are not asked for.
-Steps = Mapping[str, Any]
+Processing = Mapping[str, Any]
 
 
 @frozen(eq=False)
@@ -83,7 +83,7 @@ class _Process:
         return _figures(self.times[pulse], self.forces[pulse].clip(self.least))
 
 
-def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None, steps: Steps) -> Pulse:
+def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None, steps: Processing) -> Pulse:
     """Extract the pulse of a record; apart from ``steps``, only samples of zero force at its ends are removed.
 
     Parameters
@@ -212,7 +212,9 @@ def _filter_forces(times: FloatArray, forces: FloatArray, low_pass: float) -> Fl
 # ---------------------------------------------------------------- warnings
 
 
-def pulse_warnings(times: FloatArray, forces: FloatArray, ratio: float | None, steps: Steps, pulse: Pulse) -> list[str]:
+def pulse_warnings(
+    times: FloatArray, forces: FloatArray, ratio: float | None, steps: Processing, pulse: Pulse
+) -> list[str]:
     """Warnings that a record may not be a pulse alone, or not the whole pulse, with the keys that would change it."""
     samples = slice(None) if steps["crop"] is None else _samples_within(times, "crop", steps["crop"], 3)
     if wrong := glitches(forces[samples]):
@@ -239,7 +241,7 @@ def pulse_warnings(times: FloatArray, forces: FloatArray, ratio: float | None, s
     return sentences
 
 
-def _advice(times: FloatArray, forces: FloatArray, ratio: float | None, steps: Steps) -> str:
+def _advice(times: FloatArray, forces: FloatArray, ratio: float | None, steps: Processing) -> str:
     """Keys that reduce the record to its pulse, and their effect; empty if the effect is small."""
     windows = propose(times, forces, steps["baseline"] is None, steps["crop"] is None)
     present = {**steps, "negative": steps["negative"] or "zero"}

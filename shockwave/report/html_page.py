@@ -14,7 +14,7 @@ import numpy as np
 from shockwave import __version__, pictures
 from shockwave.base.errors import ShockwaveError
 from shockwave.base.progress import track
-from shockwave.base.quantity_fields import quantity_of
+from shockwave.base.quantity_fields import declaration_of
 from shockwave.base.text import html_of
 from shockwave.pictures.figure_files import UNMARKED, add_description
 from shockwave.pictures.finite_chains import find_borders
@@ -104,7 +104,7 @@ def _parameters(profile: ShockProfile) -> Iterator[tuple[str, str]]:
     for name, value in parameters(profile).items():
         if name == "duration_ratio" or value is None:
             continue
-        spec = quantity_of(declared[name]) if name in declared else None
+        spec = declaration_of(declared[name]) if name in declared else None
         if isinstance(value, np.ndarray | list | tuple):
             text = f"{len(value)} samples"
         elif isinstance(value, bool):

@@ -16,7 +16,7 @@ from typing import Any, Literal
 import attrs
 from attrs import evolve, frozen
 
-from shockwave.base.quantity_fields import Converted, Quantity, is_plain_text, quantity_of
+from shockwave.base.quantity_fields import Converted, Declaration, declaration_of, is_plain_text
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.scene.chain import Chain, Packing
@@ -27,7 +27,7 @@ from shockwave.scene.simulate_options import SimulateOptions
 
 #: The profile whose samples may come from a file.
 RECORD = "tabulated"
-_RATIO = Quantity("", "n, total duration over rise time", above=1, example="4")
+_RATIO = Declaration("", "n, total duration over rise time", above=1, example="4")
 
 
 @frozen
@@ -41,7 +41,7 @@ class Key:
 
     name: str
     required: bool = False
-    spec: Quantity | None = None
+    spec: Declaration | None = None
     annotation: Any = Any
     default: Any = inspect.Parameter.empty
     meaning: str = ""
@@ -71,7 +71,7 @@ class Key:
 def keys_of(cls: type) -> tuple[Key, ...]:
     """Parameters of the constructor of ``cls``; for an attrs class, its fields."""
     fields = attrs.fields(cls) if attrs.has(cls) else ()
-    specs = {field.alias: quantity_of(field) for field in fields}
+    specs = {field.alias: declaration_of(field) for field in fields}
     plain = {field.alias for field in fields if is_plain_text(field)}
     hints, meanings, keys = _hints(cls), _meanings(cls), []
     for name, parameter in inspect.signature(cls).parameters.items():
@@ -100,7 +100,7 @@ def _meanings(cls: type) -> dict[str, str]:
 
 def _key_of_field(name: str, example: str) -> Key:
     """Key of a field of `Shock` that may come from the profile; in a file it is a number."""
-    spec = quantity_of(attrs.fields_dict(Shock)[name])
+    spec = declaration_of(attrs.fields_dict(Shock)[name])
     assert spec is not None
     return Key(name, spec=evolve(spec, optional=False, example=example))
 

@@ -12,7 +12,7 @@ from typing import Any
 from attrs import evolve
 
 from shockwave.base.errors import Fault, InvalidValueError, ShockwaveError, UnknownNameError, below, nearest, refuse
-from shockwave.base.quantity_fields import Quantity, join, text_of
+from shockwave.base.quantity_fields import Declaration, join, text_of
 from shockwave.records.record_format import RecordFormat
 from shockwave.registry.registry import blame, entries, load
 from shockwave.scenario.block_keys import BLOCKS, GRANULES, WALLS, Key, keys_of
@@ -30,7 +30,7 @@ def _keys(cls: type) -> dict[str, Key]:
 
 
 _MATERIAL = Key("material", kind="materials", meaning="a name or a mapping; by default that of the chain")
-_DIAMETER = Quantity("m", "diameter of the granules", **SIZES)
+_DIAMETER = Declaration("m", "diameter of the granules", **SIZES)
 _RADIUS = evolve(_keys(Segment)["radius"], instead_of=("diameter",))
 #: Keys of a taper, which replaces a single size.
 TAPER = (
@@ -76,8 +76,8 @@ _RECORD = tuple(key for key in keys_of(RecordFormat) if key.name not in ("area",
 MOTION = (
     *(_keys(Motion)[name] for name in ("velocity", "until", "quantity")),
     Key("file", annotation=str, meaning="a record with a time column and one of the quantity", plain=False),
-    Key("times", spec=Quantity("s", "sample times", samples=True)),
-    Key("values", spec=Quantity("", "values in SI units", samples=True)),
+    Key("times", spec=Declaration("s", "sample times", samples=True)),
+    Key("values", spec=Declaration("", "values in SI units", samples=True)),
     *_RECORD,
 )
 #: Key of a block that names a contact law or a damping.

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from typing import Any, Final, Literal
 
 from shockwave import __version__
-from shockwave.base.quantity_fields import Quantity
+from shockwave.base.quantity_fields import Declaration
 from shockwave.registry import registry
 from shockwave.scenario.block_keys import BLOCKS, CHAIN, SCENARIO, SHOCK, Key, keys_of, parameters_of
 from shockwave.scenario.chain_blocks import BAR, CELL, END, IMPACT, LAWS, MODEL, MOTION, SEGMENT, TAPER, models
@@ -194,7 +194,7 @@ def _names_in_any_case(names: list[str]) -> list[Form]:
     return [{"enum": names}, {"type": "string", "pattern": f"^({'|'.join(spelt)})$"}]
 
 
-def _quantity(spec: Quantity) -> Form:
+def _quantity(spec: Declaration) -> Form:
     """A number in the range of ``spec``, or text that begins with a number; bounds apply to numbers only."""
     bounds = {name: getattr(spec, bound) for name, bound in _BOUNDS.items()}
     form: Form = {name: bound for name, bound in bounds.items() if bound is not None}
@@ -203,8 +203,8 @@ def _quantity(spec: Quantity) -> Form:
 
 _KINDS: Final[dict[Any, Form]] = {
     bool: {"type": "boolean"},
-    float: _quantity(Quantity("", "")),
-    int: _quantity(Quantity("", "", whole=True)),
+    float: _quantity(Declaration("", "")),
+    int: _quantity(Declaration("", "", whole=True)),
     str: {"type": "string"},
     type(None): {"type": "null"},
 }

@@ -13,7 +13,7 @@ import numpy as np
 from attrs import evolve, field, frozen
 
 from shockwave.base.errors import Fault, InvalidValueError, PluginError, Steps, UnknownNameError, steps_of
-from shockwave.base.quantity_fields import Quantity, text_of, tuple_repr
+from shockwave.base.quantity_fields import Declaration, text_of, tuple_repr
 from shockwave.registry.registry import load
 from shockwave.scenario.block_keys import BLOCKS, MATERIALS, Key, keys_of
 from shockwave.scenario.dotted_names import Variable, variables
@@ -27,7 +27,7 @@ _MOST_POINTS = 10**7
 _MOST_VALUES = 10**6
 # Number of points that are tried until one gives a valid scene.
 _MOST_TRIES = 100
-_LENGTH = Key("number", spec=Quantity("", "number of values", at_least=1, at_most=_MOST_VALUES, whole=True))
+_LENGTH = Key("number", spec=Declaration("", "number of values", at_least=1, at_most=_MOST_VALUES, whole=True))
 _SPACINGS: dict[str, Callable[[float, float, int], np.ndarray]] = {"linspace": np.linspace, "logspace": np.geomspace}
 _VALUES = "must be a list of values or, for numbers, {linspace: [first, last, number]} or {logspace: ...}"
 

@@ -15,7 +15,7 @@ from importlib import resources
 from typing import Any, Literal
 
 from shockwave import OWN_DISTRIBUTION
-from shockwave.base.quantity_fields import Quantity
+from shockwave.base.quantity_fields import Declaration
 from shockwave.base.text import wrap
 from shockwave.registry.registry import find, load
 from shockwave.scenario.block_keys import RECORD, Key, keys_of, parameters_of, shock_keys
@@ -133,7 +133,7 @@ def _example(key: Key) -> str:
     return _text(typing.get_args(kind)[0] if origin is Literal else _BY_KIND.get(origin, 1))
 
 
-def _example_number(spec: Quantity) -> float:
+def _example_number(spec: Declaration) -> float:
     """A number in the range of ``spec``."""
     middle = sum(bound for _, bound in spec.bounds) / max(len(spec.bounds), 1)
     return next(number for number in (1.0, 10.0, middle, middle + 1, middle - 1) if spec.problem(number) is None)

@@ -9,17 +9,17 @@ from typing import Any, Final, Literal
 from attrs import frozen
 
 from shockwave.base.errors import Fault, InvalidValueError
-from shockwave.base.quantity_fields import Quantity, text_of
+from shockwave.base.quantity_fields import Declaration, text_of
 from shockwave.base.text import si
 from shockwave.scenario.block_keys import Key
 from shockwave.scenario.dotted_names import Variable, variables
 from shockwave.scenario.value_conversion import convert, gather, items
 
-Kind = Literal["relative", "sd", "factor", "between"]
+SpreadKind = Literal["relative", "sd", "factor", "between"]
 
-_RELATIVE = Key("relative", spec=Quantity("", "relative standard deviation", above=0, at_most=1))
+_RELATIVE = Key("relative", spec=Declaration("", "relative standard deviation", above=0, at_most=1))
 # Factor of the nominal value within which two thirds of the values lie.
-_FACTOR = Key("factor", spec=Quantity("", "factor", above=1, at_most=100))
+_FACTOR = Key("factor", spec=Declaration("", "factor", above=1, at_most=100))
 _RULE = "must be a percentage such as 5 %, or a mapping {sd: ...}, {between: [..., ...]} or {factor: ...}"
 #: Pairs of names for one value.
 TWINS: Final = (("chain.diameter", "chain.radius"), ("shock.duration", "shock.rise_time"))
@@ -40,7 +40,7 @@ class Spread:
     """
 
     variable: Variable
-    kind: Kind
+    kind: SpreadKind
     numbers: tuple[float, ...]
 
     @property
@@ -93,7 +93,7 @@ def _spread(of: Variable, content: Any) -> Spread:
     if isinstance(content, str) and content.strip().endswith("%"):
         return Spread(of, "relative", (convert(_RELATIVE, content),))
     forms: dict[str, Callable[[Any], Any]] = {
-        "sd": partial(convert, Key("sd", spec=Quantity(of.unit or "", "standard deviation", above=0))),
+        "sd": partial(convert, Key("sd", spec=Declaration(of.unit or "", "standard deviation", above=0))),
         "factor": partial(convert, _FACTOR),
         "between": partial(ends_of, of),
     }

@@ -12,7 +12,7 @@ from functools import partial
 from typing import Any, Literal
 
 from shockwave.base.errors import Fault, InvalidValueError, ShockwaveError, first_of, hint_of, nearest, refuse
-from shockwave.base.quantity_fields import Quantity, join, text_of
+from shockwave.base.quantity_fields import Declaration, join, text_of
 from shockwave.base.units import COMMA, to_si
 from shockwave.registry.registry import find, load
 from shockwave.scenario.block_keys import Key, hint_instead_of, keys_of, paths_of
@@ -24,7 +24,7 @@ Parser = Callable[[Any], Any]
 names_files: ContextVar[bool] = ContextVar("names_files", default=True)
 # Unknown keys of a block for which similar keys are sought, which takes a millisecond each.
 _MOST_HINTS = 100
-_NUMBERS = {int: Quantity("", "", whole=True), float: Quantity("", "")}
+_NUMBERS = {int: Declaration("", "", whole=True), float: Declaration("", "")}
 
 
 def values_of(
@@ -152,7 +152,7 @@ def convert(key: Key, value: Any) -> Any:
         raise first_of(error.faults) from None
 
 
-def _quantity(value: Any, spec: Quantity) -> int | float:
+def _quantity(value: Any, spec: Declaration) -> int | float:
     try:
         # a float would round a large whole number
         si = value if spec.whole and type(value) is int else to_si(value, spec.unit)

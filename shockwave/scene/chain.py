@@ -14,10 +14,10 @@ from shockwave.base.errors import InvalidValueError
 from shockwave.base.quantity_fields import (
     SI,
     Converted,
+    Declaration,
     Number,
-    Quantity,
     Value,
-    declaration,
+    metadata_of,
     one_of,
     quantity,
     tuple_repr,
@@ -44,7 +44,7 @@ _FORCES = (1e-30, 1e30)
 _PACKINGS = {"hexagonal": (2, math.sqrt(3) / 2), "fcc-111": (3, math.sqrt(2 / 3))}
 Packing = Literal["hexagonal", "fcc-111"]
 
-GRANULES = Quantity("", "number of granules", at_least=1, at_most=1e9, whole=True, optional=True)
+GRANULES = Declaration("", "number of granules", at_least=1, at_most=1e9, whole=True, optional=True)
 
 
 def _granules(value: Any) -> Any:
@@ -121,7 +121,7 @@ class Chain(Value):
     radius: Converted[float, Number | None] = quantity("m", "radius R of the granules", above=0, default=None)
     _diameter: Diameter = field(default=None, alias="diameter", converter=halve, eq=False, repr=False)
     granules: Converted[int | tuple[Segment | Cell, ...] | None, int | str | Sequence[Segment | Cell] | None] = field(
-        default=None, converter=_granules, repr=tuple_repr, metadata=declaration(GRANULES)
+        default=None, converter=_granules, repr=tuple_repr, metadata=metadata_of(GRANULES)
     )
     end: Wall | Bar | None = None
     precompression: SI[float] = quantity("N", "static contact force", at_least=0, default=0.0)

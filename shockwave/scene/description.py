@@ -7,7 +7,7 @@ from typing import Any
 
 import attrs
 
-from shockwave.base.quantity_fields import quantity_of
+from shockwave.base.quantity_fields import declaration_of
 from shockwave.base.text import si
 from shockwave.registry.registry import entry_of
 from shockwave.scene.chain import Chain
@@ -50,7 +50,7 @@ def lines(chain: Chain) -> list[tuple[str, str]]:
 def _list_stated(part: Any) -> Iterator[tuple[str, Any, str]]:
     """Name, value and unit of the fields that differ from their defaults."""
     for field in attrs.fields(type(part)):
-        value, spec = getattr(part, field.name), quantity_of(field)
+        value, spec = getattr(part, field.name), declaration_of(field)
         if value != field.default:
             yield field.name, value, spec.unit if spec is not None else ""
 

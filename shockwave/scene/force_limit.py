@@ -10,7 +10,7 @@ import attrs
 from attrs import evolve, field, frozen
 
 from shockwave.base.errors import Fault, InvalidValueError
-from shockwave.base.quantity_fields import SI, Number, Value, one_of, quantity, quantity_of, text_of
+from shockwave.base.quantity_fields import SI, Number, Value, declaration_of, one_of, quantity, text_of
 from shockwave.base.text import alarm, percent, round_bound, si, significant_digits
 
 Decision = Literal["below", "above", "undecided"]
@@ -94,7 +94,7 @@ def limit_of(limit: Limit | Number | None) -> Limit | None:
     """
     if limit is None or isinstance(limit, Limit):
         return limit
-    spec = quantity_of(attrs.fields(Limit).force)
+    spec = declaration_of(attrs.fields(Limit).force)
     assert spec is not None
     return Limit(force=spec.check("limit", limit))
 

@@ -12,12 +12,12 @@ from shockwave.base.quantity_fields import (
     MAGNITUDES,
     SI,
     Converted,
+    Declaration,
     Number,
-    Quantity,
     Value,
+    declaration_of,
     plain_text,
     quantity,
-    quantity_of,
     text_of,
 )
 from shockwave.registry.registry import load
@@ -121,7 +121,7 @@ def check_material(_: object, attribute: Any, value: Any) -> None:
 #: Range of sizes in chains of different granules [m], so that their masses and stiffnesses are floats.
 SIZES: dict[str, Any] = {"at_least": 1e-12, "at_most": 1e6}
 #: Diameter of granules, which can be given instead of the radius.
-DIAMETER = Quantity("m", "diameter 2 R of the granules", above=0)
+DIAMETER = Declaration("m", "diameter 2 R of the granules", above=0)
 #: Type of a field ``_diameter``, the argument in place of ``radius``; see `set_radius`.
 Diameter: TypeAlias = Converted[None, Number | Any | None]
 
@@ -146,6 +146,6 @@ def set_radius(part: Any) -> None:
         return
     if part.radius is not None:
         raise InvalidValueError.of("diameter", "must be left out if radius is given (got both; delete one)")
-    spec = quantity_of(attrs.fields(type(part)).radius)
+    spec = declaration_of(attrs.fields(type(part)).radius)
     object.__setattr__(part, "radius", spec.check("radius", radius) if spec and isinstance(radius, float) else radius)
     object.__setattr__(part, "_diameter", None)

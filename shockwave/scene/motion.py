@@ -16,7 +16,7 @@ from shockwave.base.quantity_fields import SI, Converted, Value, one_of, quantit
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
 
-Quantity = Literal["displacement", "velocity", "acceleration"]
+MotionQuantity = Literal["displacement", "velocity", "acceleration"]
 # Fewest samples of a record; those of a spline.
 _FEWEST = {"displacement": 4, "velocity": 2, "acceleration": 2}
 
@@ -66,7 +66,7 @@ class Motion(Value):
     until: SI[float | None] = quantity("s", "end of the constant velocity", above=0, default=None)
     times: Converted[tuple[float, ...] | Any, Any] = field(default=None, converter=_convert_samples)
     values: Converted[tuple[float, ...] | Any, Any] = field(default=None, converter=_convert_samples)
-    quantity: Quantity | None = field(default=None, validator=one_of(None, *get_args(Quantity)))
+    quantity: MotionQuantity | None = field(default=None, validator=one_of(None, *get_args(MotionQuantity)))
 
     def __attrs_post_init__(self) -> None:
         pairs = ("velocity", "until"), ("times", "values", "quantity")
@@ -92,7 +92,7 @@ class Motion(Value):
         return [] if values.any() else [Fault("values", "must not all be 0")]
 
     @classmethod
-    def from_file(cls, path: str | os.PathLike[str], quantity: Quantity, **settings: Any) -> Self:
+    def from_file(cls, path: str | os.PathLike[str], quantity: MotionQuantity, **settings: Any) -> Self:
         """Read the motion from a text file with a time column and one of the ``quantity``; see `read_record`.
 
         Parameters

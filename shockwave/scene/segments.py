@@ -11,9 +11,9 @@ from shockwave.base.errors import InvalidValueError, Steps
 from shockwave.base.quantity_fields import (
     SI,
     Converted,
-    Quantity,
+    Declaration,
     Value,
-    declaration,
+    metadata_of,
     one_of,
     quantity,
     text_of,
@@ -71,7 +71,7 @@ class Taper(Value):
         return [self.first, *between, self.last]
 
 
-RADIUS = Quantity("m", "radius of the granules", **SIZES, optional=True)
+RADIUS = Declaration("m", "radius of the granules", **SIZES, optional=True)
 
 
 def _radius(value: Any) -> Any:
@@ -112,7 +112,7 @@ class Segment(Value):
 
     count: SI[int] = quantity("", "number of granules", at_least=1, at_most=MOST_GRANULES, whole=True, default=1)
     material: OptionalMaterial = field(default=None, converter=material_of, validator=check_material)
-    radius: SI[float | Taper | None] = field(default=None, converter=_radius, metadata=declaration(RADIUS))
+    radius: SI[float | Taper | None] = field(default=None, converter=_radius, metadata=metadata_of(RADIUS))
     _diameter: Diameter = field(default=None, alias="diameter", converter=halve, eq=False, repr=False)
     gap: SI[float] = quantity(
         "m", "initial distance between each granule and the next one", at_least=0, at_most=1e6, default=0.0

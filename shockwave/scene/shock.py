@@ -11,14 +11,14 @@ from attrs import evolve, field, frozen
 
 from shockwave.base.arguments import explain_arguments
 from shockwave.base.errors import Fault, InvalidValueError, locate
-from shockwave.base.quantity_fields import Number, Quantity, Value, quantity, text_of
+from shockwave.base.quantity_fields import Declaration, Number, Value, quantity, text_of
 from shockwave.profiles.profile_contract import examine
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.registry.registry import blame, load
 
 #: The total duration, which can be given instead of the rise time or the duration ratio.
-DURATION = Quantity("s", "total duration n t0, instead of t0 or n", above=0)
-_RISE_TIME = Quantity("s", "rise time t0", above=0)
+DURATION = Declaration("s", "total duration n t0, instead of t0 or n", above=0)
+_RISE_TIME = Declaration("s", "rise time t0", above=0)
 
 
 @frozen(kw_only=True, init=False)

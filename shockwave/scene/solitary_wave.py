@@ -13,7 +13,7 @@ from functools import cached_property, lru_cache
 from attrs import asdict, frozen
 
 from shockwave.base.errors import InvalidValueError
-from shockwave.base.quantity_fields import Number, Quantity
+from shockwave.base.quantity_fields import Declaration, Number
 from shockwave.scene.chain import HERTZ, Chain, Scales
 
 #: Speed in granules per unit of time; it scales as F^(1/6).
@@ -34,8 +34,8 @@ EXACT_COEFFICIENT = 4.344507853978653
 IMPULSE_LIMIT = 1.1681817
 #: Numerical coefficient of A by name.
 MOMENTUM_COEFFICIENTS = {"exact": EXACT_COEFFICIENT, "paper": PAPER_COEFFICIENT}
-_PEAK_FORCE = Quantity("N", "peak contact force", above=0)
-MOMENTUM_COEFFICIENT = Quantity("", "numerical coefficient of A", at_least=0.01, at_most=1000)
+_PEAK_FORCE = Declaration("N", "peak contact force", above=0)
+MOMENTUM_COEFFICIENT = Declaration("", "numerical coefficient of A", at_least=0.01, at_most=1000)
 
 
 def coefficient_of(choice: str | float) -> float:

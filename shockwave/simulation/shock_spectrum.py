@@ -12,15 +12,15 @@ from scipy.linalg import solve_banded
 
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.numerics import FloatArray, floats
-from shockwave.base.quantity_fields import Number, Quantity, text_of
+from shockwave.base.quantity_fields import Declaration, Number, text_of
 from shockwave.base.result import VERSION, Result, fields_of
 from shockwave.base.result_tables import Table, along, cells
 from shockwave.base.text import Detail, brief, detail, facts, is_wide, percent, si, strong, table
 
 #: Damping ratio of the oscillators.
-DAMPING = Quantity("", "damping ratio of the oscillators", at_least=0, below=1)
+DAMPING = Declaration("", "damping ratio of the oscillators", at_least=0, below=1)
 #: An end of the range of natural frequencies.
-FREQUENCY = Quantity("Hz", "natural frequency", above=0, optional=True)
+FREQUENCY = Declaration("Hz", "natural frequency", above=0, optional=True)
 # Samples of a response per period. Between them it deviates from its chord by at most a thirteenth of its oscillation.
 _PER_PERIOD = 8
 # Finer samples in an interval that may contain the greatest response, and steps of Newton's method from the best one.

@@ -12,7 +12,7 @@ from scipy.linalg import expm
 
 from shockwave.base.errors import InvalidValueError, NumericalError, ShockwaveError
 from shockwave.base.numerics import FloatArray
-from shockwave.base.quantity_fields import Number, Quantity
+from shockwave.base.quantity_fields import Declaration, Number
 from shockwave.base.text import percent
 from shockwave.scene.force_limit import name_force
 from shockwave.scene.shock import Shock
@@ -20,7 +20,7 @@ from shockwave.simulation.later_forces import longer_time
 from shockwave.simulation.shock_spectrum import DAMPING, FREQUENCY, ShockSpectrum, greatest_responses, octave_fractions
 from shockwave.simulation.wave_setup import RTOL
 
-_MASS = Quantity("kg", "mass on which the force acts", above=0)
+_MASS = Declaration("kg", "mass on which the force acts", above=0)
 # First sampling interval in characteristic times, and least number of samples of the shock.
 _INTERVAL = 0.05
 _FEWEST = 200

@@ -15,7 +15,7 @@ from scipy.interpolate import CubicSpline
 from shockwave.base.arguments import explain_arguments
 from shockwave.base.errors import InvalidValueError, NumericalError, ShockwaveError
 from shockwave.base.numerics import FloatArray
-from shockwave.base.quantity_fields import Number, Quantity, text_of
+from shockwave.base.quantity_fields import Declaration, Number, text_of
 from shockwave.base.result import VERSION, Result, cached_property
 from shockwave.base.result_tables import Table, along, evenly
 from shockwave.base.text import facts, limits, notes, si, strong, table
@@ -28,7 +28,7 @@ from shockwave.simulation.simulate import simulate_many
 from shockwave.studies.varied_scenes import RTOL
 from shockwave.studies.warning_groups import WarningGroups
 
-_LONGEST = Quantity("", "longest duration n t0/T0", at_least=1e-3, at_most=1e3)
+_LONGEST = Declaration("", "longest duration n t0/T0", at_least=1e-3, at_most=1e3)
 # A chain whose scales cancel in the amplification.
 _CHAIN = Chain(material=Material(youngs_modulus=1e9, poisson_ratio=0.3, density=1e3), radius=1e-3)
 # Exponent of t0/T0 in the amplification of an impulse.

@@ -8,8 +8,7 @@ from typing import Any
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.progress import logger
 from shockwave.base.quantities import Quantity
-from shockwave.base.quantity_fields import Quantity as Number
-from shockwave.base.quantity_fields import text_of
+from shockwave.base.quantity_fields import Declaration, text_of
 from shockwave.scenario.block_keys import MATERIALS
 from shockwave.scenario.scenario import Scenario, SceneArgument
 from shockwave.scenario.variations import Family
@@ -20,7 +19,7 @@ from shockwave.studies.design_options import DesignScenes
 from shockwave.studies.design_result import Design, VariedParameter
 from shockwave.studies.quantities import Requirement, find_target, list_reported, parts_of
 
-_POINTS = Number("", "number of rows", at_least=2, at_most=1000, whole=True)
+_POINTS = Declaration("", "number of rows", at_least=2, at_most=1000, whole=True)
 
 
 def design(

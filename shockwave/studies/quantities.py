@@ -12,8 +12,7 @@ from attrs import frozen
 from shockwave.base import quantities as table
 from shockwave.base.errors import Fault, InvalidValueError, hint_of, locate
 from shockwave.base.quantities import Quantity, contact_forces
-from shockwave.base.quantity_fields import Quantity as Number
-from shockwave.base.quantity_fields import text_of
+from shockwave.base.quantity_fields import Declaration, text_of
 from shockwave.base.text import si
 from shockwave.scenario.block_keys import Key
 from shockwave.scenario.scenario import Scenario
@@ -197,7 +196,7 @@ class Requirement:
         """
         quantity = find_target(name, reported, kind)
         with locate(lambda fault: Fault((kind,), f"{quantity.name} {fault.problem}")):
-            number = float(convert(Key(name, spec=Number(quantity.unit.replace(" ", "*"), "", above=0)), value))
+            number = float(convert(Key(name, spec=Declaration(quantity.unit.replace(" ", "*"), "", above=0)), value))
         return cls(quantity, sign, number, kind)
 
     def violation(self, value: float, error: float, margin: float = 0.0) -> float:

@@ -14,8 +14,7 @@ from shockwave.base.errors import InvalidValueError, ShockwaveError, below
 from shockwave.base.numerics import FloatArray
 from shockwave.base.progress import logger, report_progress
 from shockwave.base.quantities import STRUCTURE, YIELD, Quantity
-from shockwave.base.quantity_fields import Quantity as Number
-from shockwave.base.quantity_fields import join
+from shockwave.base.quantity_fields import Declaration, join
 from shockwave.base.text import si
 from shockwave.scenario.scenario import Scenario, SceneArgument
 from shockwave.scenario.uncertainty_block import Spread, read
@@ -30,7 +29,7 @@ from shockwave.studies.quasi_monte_carlo import WORK, Distribution
 from shockwave.studies.uncertainty_result import Estimate, Parameter, QuantityStatistics, Sensitivity, Uncertainty
 from shockwave.studies.warning_groups import WarningGroups
 
-_DRAWS = Number("", "number of draws", at_least=256, at_most=2**18, whole=True)
+_DRAWS = Declaration("", "number of draws", at_least=256, at_most=2**18, whole=True)
 # Default number of draws for equal granules, where a simulation takes less than a millisecond, and for other chains.
 _EQUAL_DRAWS = 1024
 _CHAIN_DRAWS = 512

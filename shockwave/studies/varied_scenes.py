@@ -8,7 +8,7 @@ from typing import Any
 from attrs import evolve
 
 from shockwave.base.errors import Fault, InvalidValueError, NumericalError, ShockwaveError, below, locate, steps_of
-from shockwave.base.quantity_fields import Quantity, text_of
+from shockwave.base.quantity_fields import Declaration, text_of
 from shockwave.prediction.predictor import Predictor
 from shockwave.registry.registry import entries, entry_of, find
 from shockwave.scenario.block_keys import WALLS
@@ -34,9 +34,9 @@ _OF_SHOCK = "shock.parameters."
 _ATTRIBUTES = {"diameter": "radius", "wall": "material", "from": "first", "to": "last"}
 
 #: Seed of random numbers.
-SEED = Quantity("", "seed", at_least=0, at_most=2**63 - 1, whole=True)
+SEED = Declaration("", "seed", at_least=0, at_most=2**63 - 1, whole=True)
 #: Relative error.
-RTOL = Quantity("", "relative error allowed", at_least=1e-7, at_most=1e-2)
+RTOL = Declaration("", "relative error allowed", at_least=1e-7, at_most=1e-2)
 
 
 def scenario_of(scene: SceneArgument, chain: Chain | None) -> Scenario:

@@ -18,7 +18,7 @@ from attrs import define, evolve, field
 from shockwave.base.errors import InvalidValueError, UsageError, message_of
 from shockwave.base.files import replace_file
 from shockwave.base.progress import logger
-from shockwave.base.quantity_fields import Quantity
+from shockwave.base.quantity_fields import Declaration
 from shockwave.base.text import facts, limits, strong
 from shockwave.scenario.scenario import Scenario, load_scenario
 from shockwave.sweep.definition import DEFINITION, SweepDefinition, folder_path
@@ -36,7 +36,7 @@ _AHEAD = 2
 _CHECK_INTERVAL = 5
 # Time that the current batches have to end when the sweep is stopped [s].
 _LAST = 1.5
-_TIMEOUT = Quantity("s", "time limit of a point", above=0, optional=True)
+_TIMEOUT = Declaration("s", "time limit of a point", above=0, optional=True)
 _CRASH = "its process terminated (a crash, or out of memory)"
 
 

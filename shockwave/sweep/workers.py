@@ -16,7 +16,7 @@ from typing import Any
 from pebble import ProcessExpired, ProcessPool
 
 from shockwave.base.errors import ShockwaveError, UsageError, message_of
-from shockwave.base.quantity_fields import Quantity
+from shockwave.base.quantity_fields import Declaration
 from shockwave.sweep.fork_server import FORK_SERVER, SPAWN, start_server
 from shockwave.sweep.point_evaluation import GROWTH, SLICE, run_batch
 
@@ -59,7 +59,7 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-_COUNT = Quantity("", "number of workers", at_least=1, whole=True, optional=True)
+_COUNT = Declaration("", "number of workers", at_least=1, whole=True, optional=True)
 
 
 def check_workers(executor: object, count: object, timeout: float | None) -> None:

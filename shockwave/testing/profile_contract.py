@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from shockwave.base.numerics import FloatArray
-from shockwave.base.quantity_fields import quantity_of
+from shockwave.base.quantity_fields import declaration_of
 from shockwave.base.units import to_si
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.profile_contract import CLAUSES, check_closed_integrals
@@ -87,7 +87,7 @@ class ProfileContract(Contract):
         self._check(profile, clause)
 
     def test_clause_1_fields_are_parameters_with_unit_and_meaning(self, profile: ShockProfile) -> None:
-        specs = [quantity_of(field) for field in getattr(profile, "__attrs_attrs__", ()) if field.init]
+        specs = [declaration_of(field) for field in getattr(profile, "__attrs_attrs__", ()) if field.init]
         for spec in filter(None, specs):
             assert spec.meaning, f"a field has no description: write  quantity({spec.unit!r}, 'description', ...)"
             known = not spec.unit or to_si(f"1 {spec.unit}", spec.unit) == 1

@@ -18,7 +18,7 @@ import attrs
 import pytest
 
 import shockwave as sw
-from shockwave.base.quantity_fields import quantity_of
+from shockwave.base.quantity_fields import declaration_of
 from shockwave.profiles.tabulated import Tabulated
 from shockwave.records.record_format import RecordFormat
 from shockwave.scene.simulate_options import SimulateOptions
@@ -143,7 +143,7 @@ def test_help_of_simulate_states_type_unit_range_and_default_of_each_option(opti
     assert "default" in text.lower()
     for choice in typing.get_args(typing.get_type_hints(SimulateOptions)[option.name]):
         assert not isinstance(choice, str) or f'"{choice}"' in text
-    if (spec := quantity_of(option)) is not None:
+    if (spec := declaration_of(option)) is not None:
         numbers = {float(number) for number in re.findall(r"\d+(?:\.\d+)?(?:e-?\d+)?", text)}
         stated = [bound for _, bound in spec.bounds] + [value for value in [option.default] if isinstance(value, float)]
         assert numbers >= {*stated}

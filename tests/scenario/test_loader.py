@@ -10,7 +10,7 @@ import pytest
 
 import shockwave as sw
 from shockwave.base.errors import FileAccessError, ScenarioError
-from shockwave.base.quantity_fields import Quantity
+from shockwave.base.quantity_fields import Declaration
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.tabulated import Tabulated
@@ -168,5 +168,5 @@ def test_any_two_times_describe_a_shock(tmp_path: Path, profile: str, times: str
 
 
 def test_a_large_whole_number_keeps_all_its_digits() -> None:
-    key = keys.Key("seed", spec=Quantity("", "a seed", whole=True))
+    key = keys.Key("seed", spec=Declaration("", "a seed", whole=True))
     assert convert(key, 2**53 + 1) == 2**53 + 1

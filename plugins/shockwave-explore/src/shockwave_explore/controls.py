@@ -11,7 +11,7 @@ from typing import Any
 from attrs import evolve, frozen
 from shockwave import Outcome, Scenario
 from shockwave.base.errors import dotted_name, steps_of
-from shockwave.base.quantity_fields import Quantity
+from shockwave.base.quantity_fields import Declaration
 from shockwave.base.text import si
 from shockwave.base.units import to_si
 from shockwave.registry.registry import entries
@@ -117,7 +117,7 @@ def _controls_of(variable: Variable, value: Any, data: Any) -> Iterator[Control]
             yield _make_list("chain.contact", "contacts", contacts, ELASTIC, PLASTIC)
 
 
-def _bound(spec: Quantity, name: str, data: Any) -> Quantity:
+def _bound(spec: Declaration, name: str, data: Any) -> Declaration:
     """``spec`` with the bound that another time of the shock sets, if that stays when this one changes."""
     shock = value_at(data, "shock") or {}
     if len(shock.keys() & TIMES) > 1 and name == "shock.duration" and "rise_time" in shock:
@@ -152,7 +152,7 @@ def _make_list(name: str, label: str, value: str, *choices: str) -> Control:
     return Control(name, label, value, tuple(dict.fromkeys((value, *choices))))
 
 
-def _make_number(name: str, label: str, number: Any, spec: Quantity) -> Control:
+def _make_number(name: str, label: str, number: Any, spec: Declaration) -> Control:
     """Control of a number: text with a unit, and a slider around its value, where it has room on both sides."""
     text = number.strip() if isinstance(number, str) else si(number, spec.unit)
     unit = _NUMBER.sub("", text, count=1)
