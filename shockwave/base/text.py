@@ -162,9 +162,9 @@ def si(value: float, unit: str, digits: int = 5, error: float | None = None) -> 
     return f"{scaled:.{decimals}f} {_PREFIXES[exponent]}{unit}"
 
 
-def round_digits(value: float, digits: int = 2, sign: str = "") -> str:
-    """``value`` to ``digits`` digits, without a power of ten unless it is tiny or huge; ``sign`` is "" or "+"."""
-    return f"{float(f'{value:.{digits}g}'):{sign}.15g}"
+def round_digits(value: float, digits: int = 2) -> str:
+    """``value`` to ``digits`` digits, without a power of ten unless it is tiny or huge."""
+    return f"{float(f'{value:.{digits}g}'):.15g}"
 
 
 def round_bound(value: float, up: bool, digits: int = 3) -> float:

@@ -14,7 +14,7 @@ from shockwave.profiles.exponential import Exponential
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.profiles.tabulated import Tabulated
-from shockwave.scenario.scenario import scenario_of
+from shockwave.scenario.scenario import parse_scenario
 from shockwave.scenario.yaml_document import parse_document
 from shockwave.scene.chain import Chain, Scales
 from shockwave.scene.impact import Impact
@@ -98,7 +98,7 @@ def chain_with_keys(chain: dict[str, Any], impact: dict[str, Any] | None = None)
     excitation = {"shock": shock} if impact is None else {"impact": impact}
     beads = {"material": "paper-steel", "diameter": 2 * BEADS.radius}
     document = parse_document(json.dumps({"chain": {**beads, **chain}, **excitation}), "case")
-    scenario = scenario_of(document, None)
+    scenario = parse_scenario(document, None)
     return scenario.scene.impact or scenario.shock, scenario.chain
 
 

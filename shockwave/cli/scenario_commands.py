@@ -16,7 +16,7 @@ from shockwave.base.quantities import FORCES, LEADING_WAVE, WALL, Quantity
 from shockwave.base.result import VERSION
 from shockwave.base.text import alarm, error_text, limits, notes, paragraph, percent, si, table
 from shockwave.cli.output import PICTURES, TABLES, announce_file, check_output, failure, json_text, write_output
-from shockwave.cli.scenario_files import label_file, load_scenario, load_scenarios, name_of, stem_of
+from shockwave.cli.scenario_files import label_file, load_scenarios, load_with_changes, name_of, stem_of
 from shockwave.prediction.outcome_text import SHOWN_ERROR
 from shockwave.scenario.scenario import Scenario
 from shockwave.scene.plausibility import unusual
@@ -135,7 +135,7 @@ def validate(options: Namespace) -> int:
         faults: Sequence[Fault] = ()
         warnings: list[str] = []
         try:
-            scenario = load_scenario(file, options, len(options.files) > 1)
+            scenario = load_with_changes(file, options, len(options.files) > 1)
             if scenario.sweep is not None:
                 from shockwave.sweep.point_evaluation import Points  # most scenarios have no sweep
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from shockwave.base.errors import ShockwaveError, UsageError
 from shockwave.base.files import refuse_inputs
 from shockwave.scenario.changes import Change, apply_changes
-from shockwave.scenario.scenario import Scenario, scenario_of
+from shockwave.scenario.scenario import Scenario, parse_scenario
 from shockwave.scenario.yaml_document import STDIN, read_document, read_standard_input
 
 # Argument that stands for standard input.
@@ -31,13 +31,13 @@ def stem_of(file: str) -> str:
     return "stdin" if file == _DASH else Path(file).stem
 
 
-def load_scenario(file: str, options: Namespace, several: bool = False) -> Scenario:
+def load_with_changes(file: str, options: Namespace, several: bool = False) -> Scenario:
     """Load the scenario in a file, with the changes of the options, whose errors name one of ``several`` files."""
     where = f" for {label_file(file)}" if several else ""
     changes = [Change.of(f"{option}{where}", path, text) for option, path, text in options.changes]
     if file == _DASH:
-        return scenario_of(apply_changes(read_standard_input(), changes), None)
-    return scenario_of(apply_changes(read_document(file), changes), Path(file))
+        return parse_scenario(apply_changes(read_standard_input(), changes), None)
+    return parse_scenario(apply_changes(read_document(file), changes), Path(file))
 
 
 def load_scenarios(options: Namespace, remedy: str = "", output: str | None = None) -> list[Scenario]:
@@ -53,7 +53,7 @@ def load_scenarios(options: Namespace, remedy: str = "", output: str | None = No
     errors: list[ShockwaveError] = []
     for file in files:
         try:
-            scenario = load_scenario(file, options, len(files) > 1)
+            scenario = load_with_changes(file, options, len(files) > 1)
         except ShockwaveError as error:
             errors.append(error)
             continue

@@ -55,7 +55,7 @@ def _sweep(options: argparse.Namespace) -> int:
     if not options.dry_run:
         start_server()
     # imported while the server loads its own modules
-    from shockwave.cli.scenario_files import load_scenario, stem_of
+    from shockwave.cli.scenario_files import load_with_changes, stem_of
     from shockwave.sweep.definition import DEFINITION
     from shockwave.sweep.runner import dry_run, run_sweep
     from shockwave.sweep.workers import check_workers
@@ -66,13 +66,13 @@ def _sweep(options: argparse.Namespace) -> int:
         check_workers(None, options.workers, options.timeout)
         if options.json:
             raise UsageError("--json: must be omitted with --dry-run (got both; the dry run prints text)")
-        print(dry_run(load_scenario(options.file, options), folder, **settings))
+        print(dry_run(load_with_changes(options.file, options), folder, **settings))
         return 0
     if options.resume and not os.path.exists(Path(folder) / DEFINITION):
         raise UsageError(f"{folder}: must hold a sweep to resume (got none; omit --resume to begin one)")
     settings |= {"timeout": options.timeout, "fail_fast": options.fail_fast, "progress": _show}
     with progress_on_stderr():  # ends before an interrupt is reported
-        report = run_sweep(load_scenario(options.file, options), folder, **settings)
+        report = run_sweep(load_with_changes(options.file, options), folder, **settings)
     print_result(report, options.json)
     return report.exit_code
 

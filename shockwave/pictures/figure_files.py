@@ -51,7 +51,7 @@ def is_dark(colours: Sequence[Any]) -> bool:
 
 
 @contextmanager
-def settings_of(figure: Any, changes: Any = (), dark: bool = False) -> Iterator[None]:
+def use_settings(figure: Any, changes: Any = (), dark: bool = False) -> Iterator[None]:
     """Use, within the context, the settings of ``figure``, or of a new one if it is None, with ``changes``."""
     from matplotlib import rc_context, rcdefaults, rcParams
 
@@ -84,7 +84,7 @@ def canvas(
     if ax is None:
         from matplotlib import pyplot, rcParams
 
-        with settings_of(None, dark=is_dark([rcParams["figure.facecolor"]])):
+        with use_settings(None, dark=is_dark([rcParams["figure.facecolor"]])):
             sheet, ax = pyplot.subplots(figsize=size, layout="constrained")
         _FIGURES.add(sheet)
     if not isinstance(ax, Axes):
@@ -93,7 +93,7 @@ def canvas(
     figure = ax.get_figure()
     back = [ax.get_facecolor(), *([figure.get_facecolor()] if figure else [])]
     colours = {"text.color": "white" if is_dark(back) else BLACK, "axes.facecolor": ax.get_facecolor()}
-    with settings_of(figure, _PLAIN | colours):
+    with use_settings(figure, _PLAIN | colours):
         yield ax
         if from_zero:
             ax.set_ylim(0, 1.12 * max(ax.dataLim.y1, 0.0) or 1.0)  # with room for a mark
@@ -141,7 +141,7 @@ def figure(
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
 
-    with settings_of(None, dark=dark):
+    with use_settings(None, dark=dark):
         drawn = Figure(figsize=size, layout="constrained")
         FigureCanvasSVG(drawn)  # text is measured as it is written
         places: Any = drawn.subplots(rows, columns, squeeze=False)
@@ -172,7 +172,7 @@ def svg(figure: Figure | Axes, name: str = "picture", description: str = "") -> 
     sheet = _sheet_of(figure)
     unsigned = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     # without a salt, the names of shared shapes differ from run to run
-    with settings_of(sheet, {"svg.hashsalt": "shockwave", "svg.fonttype": "path"}):
+    with use_settings(sheet, {"svg.hashsalt": "shockwave", "svg.fonttype": "path"}):
         sheet.savefig(written, format="svg", dpi=_DOTS, metadata=unsigned)
     text = re.sub(r"\s*<!--.*?-->", "", written.getvalue().partition("<svg ")[2], flags=re.DOTALL)
     text = re.sub(r'( id="|href="#|url\(#)', rf"\1{name}-", text)
@@ -213,6 +213,6 @@ def save(figure: Figure | Axes, file: str | Path) -> None:
         return
     drawn = io.BytesIO()
     sheet = _sheet_of(figure)
-    with settings_of(sheet):
+    with use_settings(sheet):
         sheet.savefig(drawn, format=kind, metadata={"CreationDate" if kind == "pdf" else "Software": None}, dpi=_DOTS)
     write_file(file, drawn.getvalue())

@@ -20,7 +20,7 @@ from shockwave.base.errors import InvalidValueError
 from shockwave.base.files import read_text
 from shockwave.base.numerics import FloatArray
 from shockwave.base.quantity_fields import join, text_of
-from shockwave.records.record_format import Label, RecordFormat, factors, kind_of, labels_of
+from shockwave.records.record_format import Label, RecordFormat, factors, kind_of_unit, labels_of
 
 #: Largest file [bytes]: a larger one is not a force record, and reading it would exhaust the memory.
 MOST_BYTES = 128 * 2**20
@@ -192,7 +192,7 @@ def _picks(table: _Table, labels: Sequence[Label], quantity: str) -> list[int]:
     With a sampling interval, the column of the force stands for both.
     """
     every, fewest = range(1, len(labels) + 1), 1 if table.form.interval else 2
-    kinds = [kind_of(label.unit, quantity) for label in labels]
+    kinds = [kind_of_unit(label.unit, quantity) for label in labels]
     times = [at for at in every if kinds[at - 1] == "time"]
     # numbers without a unit may be forces, but for those before columns with units: they count samples or are dates
     plain = {at for at in _numeric(table.body[0][1], table.separator) if not labels[at - 1].unit}

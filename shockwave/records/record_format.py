@@ -119,7 +119,7 @@ def labels_of(cells: Sequence[str], width: int, quantity: str = "force") -> list
     if any(len(cell) > _LONGEST_LABEL or _VALUE.fullmatch(cell) for cell in cells):
         return []
     units = [cell.strip("()[] ") for cell in cells]
-    if not all(kind_of(unit, quantity) for unit in units):
+    if not all(kind_of_unit(unit, quantity) for unit in units):
         units = [_unit(cell) for cell in cells]
     return [Label(unit, cell) for unit, cell in zip(units, cells, strict=True)]
 
@@ -127,12 +127,12 @@ def labels_of(cells: Sequence[str], width: int, quantity: str = "force") -> list
 def _unit(cell: str) -> str:
     """The unit in a label: of several brackets that in which values are measured, if there is one."""
     inside = ["".join(groups).strip() for groups in _BRACKETS.findall(cell) or _SUFFIX.findall(cell)]
-    units = [each for each in inside if kind_of(each)] or inside[:1]
+    units = [each for each in inside if kind_of_unit(each)] or inside[:1]
     return units[0] if len(set(units)) == 1 else ""
 
 
 @cache
-def kind_of(unit: str | None, quantity: str = "force") -> str | None:
+def kind_of_unit(unit: str | None, quantity: str = "force") -> str | None:
     """The kind of a unit: time, force, pressure, acceleration, voltage or the ``quantity`` of a record; else None."""
     units = _UNITS if quantity in _UNITS else {quantity: _OF_MOTION[quantity], **_UNITS}
     return next((kind for kind, base in units.items() if not math.isnan(_factor(unit or "", base))), None)
@@ -189,14 +189,13 @@ def factors(
     kind = "pressure" if form.area is not None else "acceleration" if form.mass is not None else quantity
     base, unit = (_UNITS | _OF_MOTION)[kind], form.unit or force.unit
     per_time, per_force = _factor(form.time_unit or time.unit, "s"), _factor(unit, base)
-    if form.interval is None and (math.isnan(per_time) or kind_of(time.unit) not in (None, "time")):
+    if form.interval is None and (math.isnan(per_time) or kind_of_unit(time.unit) not in (None, "time")):
         faults.append(_fault("time_unit", "time", (time.text, form.time_unit), _time_hint(numbers[:, 0]), place))
     # a load in kg and lbs, or in g, which is else an acceleration, is one in kgf, lbf and gf
     is_weight = form.unit in (f"{force.unit}f", f"{force.unit[:-1]}f")
-    stated = "force" if is_weight else kind_of(force.unit, quantity)
-    other = next(
-        (each for each in (stated, kind_of(form.unit, quantity)) if each in (*_KEYS, "force") and each != kind), None
-    )
+    stated = "force" if is_weight else kind_of_unit(force.unit, quantity)
+    kinds = (stated, kind_of_unit(form.unit, quantity))
+    other = next((each for each in kinds if each in (*_KEYS, "force") and each != kind), None)
     likely = next(iter(in_other_case(unit, base)), base)
     hint = f"unit: {likely} makes the greatest value {np.abs(numbers[:, 1]).max():.4g} {likely}; a voltage needs scale"
     if other is not None:

@@ -10,7 +10,7 @@ from attrs import evolve, frozen
 
 from shockwave.base.errors import Fault, Steps, UsageError, dotted_name, hint_of, steps_of
 from shockwave.base.quantity_fields import text_of
-from shockwave.scenario.sweep_block import names, vary_document
+from shockwave.scenario.sweep_block import varied_paths, vary_document
 from shockwave.scenario.yaml_document import Document, parse_value
 
 #: The option that changes a value by its path.
@@ -44,7 +44,7 @@ def apply_changes(document: Document, changes: Iterable[Change]) -> Document:
     # a sweep that is replaced or deleted varies nothing more
     for change in sorted(changes, key=lambda change: change.steps != ("sweep",)):
         steps, option, before = change.steps, change.option, {*document.keys}
-        swept = steps in names(document.data.get("sweep"))
+        swept = steps in varied_paths(document.data.get("sweep"))
         document = vary_document(document, {steps: change.value}, option)
         if problem := _SWEPT if swept else _problem(document.data, change, before):
             document.faults.append(Fault(steps, problem, option, exit_code=UsageError.exit_code))

@@ -40,10 +40,18 @@ from shockwave.scenario.block_keys import (
     shock_keys,
 )
 from shockwave.scenario.published import Published
-from shockwave.scenario.sweep_block import beginnings, first, names
+from shockwave.scenario.sweep_block import document_at, points_to_try, varied_paths
 from shockwave.scenario.sweep_block import read as read_sweep
 from shockwave.scenario.uncertainty_block import read as read_spreads
-from shockwave.scenario.value_conversion import Parser, convert, items, material, names_files, structure, values_of
+from shockwave.scenario.value_conversion import (
+    Parser,
+    convert,
+    convert_material,
+    items,
+    names_files,
+    structure,
+    values_of,
+)
 from shockwave.scenario.yaml_document import Document
 from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import Limit, limit_faults
@@ -57,20 +65,20 @@ _MOST_TRIED = 3000  # errors after which no further point of a sweep is tried: s
 _SIZES = ("peak_force", "rise_time", "duration")
 
 
-def parts_of(document: Document, path: Path | None, tries: slice = slice(None)) -> dict[str, Any]:
+def parts_of(document: Document, path: Path | None) -> dict[str, Any]:
     """Parts of the scenario that ``document`` describes; see `load_scenario` for the errors.
 
-    For a sweep it is the first valid scene among ``tries`` of `beginnings`; if there is none, the reported errors are
-    those of the first of them.
+    For a sweep it is the first valid scene of `points_to_try`; if there is none, the reported errors are those of the
+    first of them.
     """
     token = names_files.set(document.names_files)
     try:
-        return _parts_of(document, path, tries)
+        return _parts_of(document, path)
     finally:
         names_files.reset(token)
 
 
-def _parts_of(document: Document, path: Path | None, tries: slice) -> dict[str, Any]:
+def _parts_of(document: Document, path: Path | None) -> dict[str, Any]:
     sweep = None
     varied: set[Steps] = set()
     errors = [*document.faults]
@@ -78,10 +86,10 @@ def _parts_of(document: Document, path: Path | None, tries: slice) -> dict[str, 
         with collect_faults(errors, "sweep"):
             sweep = read_sweep(document.data)
         # not reported as missing
-        varied = set() if sweep is not None else names(document.data["sweep"])
+        varied = set() if sweep is not None else varied_paths(document.data["sweep"])
     first_faults: list[Fault] = []
-    for number, index in enumerate(beginnings(sweep)[tries], 1):
-        point = first(document, sweep, index)
+    for number, index in enumerate(points_to_try(sweep), 1):
+        point = document_at(document, sweep, index)
         parts, faults = _parts(point, document.data.get("uncertainty"), path)
         placed = [_place(point, fault) for fault in (*errors, *faults)]
         faults = [fault for fault in placed if fault.steps not in varied]
@@ -188,7 +196,7 @@ def _requires(content: Any) -> list[str]:
 
 
 def _chain(content: Any) -> Chain:
-    parsers: dict[str, Parser] = {"material": material}
+    parsers: dict[str, Parser] = {"material": convert_material}
     if has_chain_blocks({"chain": content}):
         from shockwave.scenario import chain_blocks  # not needed for equal granules
 

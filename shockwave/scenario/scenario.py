@@ -18,7 +18,7 @@ from shockwave.scenario.loader import parts_of
 from shockwave.scenario.published import Published
 from shockwave.scenario.sweep_block import Sweep
 from shockwave.scenario.uncertainty_block import Spread
-from shockwave.scenario.yaml_document import Document, document_of, parse_document, read_document
+from shockwave.scenario.yaml_document import Document, make_document, parse_document, read_document
 from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import Limit
 from shockwave.scene.scene import Excitation, Scene
@@ -107,7 +107,7 @@ class Scenario:
         """
         if not isinstance(text, str):
             raise InvalidValueError.of("text", f"must be text in YAML (got {text_of(text)})")
-        return scenario_of(parse_document(text, "text", folder=folder), None)
+        return parse_scenario(parse_document(text, "text", folder=folder), None)
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any], folder: str | os.PathLike[str] = "") -> Scenario:
@@ -115,7 +115,7 @@ class Scenario:
 
         Errors state the path of the value, such as ``chain.material.density``.
         """
-        return scenario_of(document_of(data, folder), None)
+        return parse_scenario(make_document(data, folder), None)
 
     @property
     def excitation(self) -> Excitation:
@@ -179,12 +179,12 @@ def load_scenario(path: str | os.PathLike[str]) -> Scenario:
     >>> scenario.name
     'table 2 row 1'
     """
-    return scenario_of(read_document(path), Path(path))
+    return parse_scenario(read_document(path), Path(path))
 
 
-def scenario_of(document: Document, path: Path | None, tries: slice = slice(None)) -> Scenario:
-    """Scenario that ``document`` describes; see `load_scenario`, and `parts_of` for ``tries``."""
-    return Scenario(**parts_of(document, path, tries))
+def parse_scenario(document: Document, path: Path | None) -> Scenario:
+    """Scenario that ``document`` describes; see `load_scenario`."""
+    return Scenario(**parts_of(document, path))
 
 
 # ---------------------------------------------------------------- scenarios as arguments

@@ -192,7 +192,7 @@ def _check_repeated(varied: list[tuple[str, str, list[Any]]]) -> Iterator[Fault]
             yield Fault((part, name), f"must be varied once (got it in {first} and {part}; delete one)", at_key=True)
 
 
-def names(block: Any) -> set[Steps]:
+def varied_paths(block: Any) -> set[Steps]:
     """Paths of the values that a block varies, whether valid or not."""
     return {steps_of(name) for _, name, _ in _list_varied(block)}
 
@@ -273,13 +273,13 @@ def _space(of: Variable, kind: str, parts: list[Any]) -> list[Any]:
 # ---------------------------------------------------------------- the first scene
 
 
-def beginnings(sweep: Sweep | None) -> range:
+def points_to_try(sweep: Sweep | None) -> range:
     """Points that are tried in turn until one gives a valid scene."""
     count = len(sweep) if sweep is not None else 1
     return range(0, count, -(-count // _MOST_TRIES))
 
 
-def first(document: Document, sweep: Sweep | None, index: int = 0) -> Document:
+def document_at(document: Document, sweep: Sweep | None, index: int = 0) -> Document:
     """Document of the single scene at the point ``index`` of the sweep."""
     rest = {name: value for name, value in document.data.items() if name not in ("sweep", "uncertainty")}
     document = evolve(document, data=rest)

@@ -13,7 +13,7 @@ from attrs import define, evolve, field
 from shockwave.base.errors import Fault, InvalidValueError, below, steps_of
 from shockwave.registry.registry import load
 from shockwave.scenario.block_keys import BLOCKS
-from shockwave.scenario.scenario import Scenario, scenario_of
+from shockwave.scenario.scenario import Scenario, parse_scenario
 from shockwave.scenario.sweep_block import vary_document
 from shockwave.scene.chain import Chain
 from shockwave.scene.material import Material
@@ -95,7 +95,7 @@ class Family:
         """The scenario of the document with other values, some of them below the blocks of the chain."""
         if self.base.document is None:
             raise _no_file_error(values)
-        return scenario_of(vary_document(self.base.document, values), self.base.path)
+        return parse_scenario(vary_document(self.base.document, values), self.base.path)
 
     def _with_profile(self, values: Mapping[str, Any]) -> Shock:
         """The shock with another profile; kept, because a grid uses it repeatedly."""
@@ -108,7 +108,7 @@ class Family:
                 self._known[key] = _change_profile(self.base.shock, values)
             else:
                 changed = document.with_values({steps_of(name): value for name, value in values.items()})
-                self._known[key] = scenario_of(changed, self.base.path).shock
+                self._known[key] = parse_scenario(changed, self.base.path).shock
         return self._known[key]
 
 

@@ -210,7 +210,7 @@ def _data(document: Document, text: str) -> Any:
     return None if node is None else _value(document, node, ())
 
 
-def document_of(data: Mapping[str, Any], folder: str | os.PathLike[str] = "") -> Document:
+def make_document(data: Mapping[str, Any], folder: str | os.PathLike[str] = "") -> Document:
     """Document with the content of a mapping, without places; ``folder`` is as in `Document`.
 
     Raises

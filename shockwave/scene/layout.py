@@ -149,7 +149,7 @@ class Layout:
         labels = ["the striker" if each == STRIKER else f"granule {index}" for index, each in enumerate(self.segments)]
         end = f"the {self.wall.word}" if self.wall else ""
         pair = zip([*labels, end][contact:], self.bodies[contact : contact + 2], strict=False)
-        names = [f"{label} ({name_of(body)})" for label, body in pair]
+        names = [f"{label} ({material_name(body)})" for label, body in pair]
         return f"at contact {contact}, between {' and '.join(names)}"
 
 
@@ -288,6 +288,6 @@ def plastic_chain(chain: Chain) -> Chain:
     return change_laws(chain, change)
 
 
-def name_of(body: Material | str) -> str:
+def material_name(body: Material | str) -> str:
     """Name of a material; without one, its modulus."""
     return body if isinstance(body, str) else body.name or f"E {body.youngs_modulus / 1e9:g} GPa"

@@ -13,7 +13,7 @@ from shockwave.scene.chain import Chain
 from shockwave.scene.chain_end import Bar
 from shockwave.scene.elastic_plastic import RANGE
 from shockwave.scene.feature_rules import HERTZ_TEXT
-from shockwave.scene.layout import STRIKER, Layout, name_of
+from shockwave.scene.layout import STRIKER, Layout, material_name
 from shockwave.scene.material import Material
 from shockwave.scene.segments import Cell
 
@@ -57,12 +57,12 @@ def range_warnings(chain: Chain, excitation: object) -> list[Fault]:
             faults.append(Fault(steps, f"is less accurate {where}: {got}, outside {_FITTED[0]:g} to {_FITTED[1]:g}."))
     path = ("chain", "contact") if chain.contact else ("chain", "granules")
     bodies = {body for pair in _plastic_pairs(layout).values() for body in pair}
-    for body in sorted((each for each in bodies if isinstance(each, Material)), key=name_of):
+    for body in sorted((each for each in bodies if isinstance(each, Material)), key=material_name):
         if body.yield_strength is None:
-            faults.append(Fault(path, f"treats {name_of(body)} as elastic: its yield strength is not known."))
+            faults.append(Fault(path, f"treats {material_name(body)} as elastic: its yield strength is not known."))
         for verb, parts in _OTHERS.items():
             if any(part in body.name for part in parts):
-                faults.append(Fault(path, f"does not describe {name_of(body)}: such materials {verb}."))
+                faults.append(Fault(path, f"does not describe {material_name(body)}: such materials {verb}."))
     return faults
 
 
@@ -86,7 +86,7 @@ def _contacts(chain: Chain, layout: Layout) -> Iterator[tuple[Steps, str, float,
         if (steps, *pair) in seen:
             continue
         seen.add((steps, *pair))
-        unknown = [name_of(body) for body in pair if isinstance(body, Material) and body.yield_strength is None]
+        unknown = [material_name(body) for body in pair if isinstance(body, Material) and body.yield_strength is None]
         before = "" if layout.segments[contact] == STRIKER else f"granule {contact}"
         yield steps, layout.describe_contact(contact), float(ratios[contact]), before, unknown
 

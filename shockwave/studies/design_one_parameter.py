@@ -17,7 +17,7 @@ from shockwave.profiles.quadrature.gauss_legendre import interpolate
 from shockwave.studies.design_options import VERIFIED_RTOL, DesignScenes
 from shockwave.studies.design_result import Option
 from shockwave.studies.quantities import Requirement
-from shockwave.studies.warning_groups import kind_of
+from shockwave.studies.warning_groups import kind_of_warning
 
 # Most whole numbers that are tried one by one.
 _MOST_WHOLE = 200
@@ -116,7 +116,7 @@ def _meets_target(target: Requirement, option: Option, rtol: float) -> bool:
 
 def _warnings(options: Sequence[Option]) -> list[str]:
     """The warnings of the options, one of those that differ in numbers alone."""
-    return list({kind_of(warning): warning for option in options for warning in option.warnings}.values())
+    return list({kind_of_warning(warning): warning for option in options for warning in option.warnings}.values())
 
 
 def _departures(x: FloatArray, y: FloatArray) -> FloatArray:

@@ -17,7 +17,7 @@ from shockwave.studies import varied_scenes
 from shockwave.studies.design_one_parameter import compare_values, search_interval
 from shockwave.studies.design_options import DesignScenes
 from shockwave.studies.design_result import Design, VariedParameter
-from shockwave.studies.quantities import Requirement, find_target, list_reported, parts_of
+from shockwave.studies.quantities import Requirement, find_target, list_reported, split_requirement
 
 _POINTS = Declaration("", "number of rows", at_least=2, at_most=1000, whole=True)
 
@@ -149,7 +149,7 @@ def _requirements(argument: Any, kind: str, reported: Sequence[Quantity]) -> lis
     if argument is None:
         return []
     texts = [argument] if isinstance(argument, str) or not isinstance(argument, Iterable) else argument
-    parts = [parts_of(text, kind) for text in texts]
+    parts = [split_requirement(text, kind) for text in texts]
     return [Requirement.of(name, sign, value, reported, kind) for name, sign, value in parts]
 
 

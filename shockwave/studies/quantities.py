@@ -149,7 +149,7 @@ def quantities_of(scenario: Scenario, result: Any) -> list[Quantity]:
 # ---------------------------------------------------------------- requirements
 
 
-def parts_of(text: object, kind: str) -> tuple[str, Sign, str]:
+def split_requirement(text: object, kind: str) -> tuple[str, Sign, str]:
     """Name, sign and value of text such as ``transmitted.peak_force <= 60 N``; ``kind`` names it in messages.
 
     Raises

@@ -44,7 +44,7 @@ class WarningGroups:
 
     def add(self, warnings: Iterable[str]) -> None:
         """Add the warnings of the next scene."""
-        for kind, warning in {kind_of(warning): warning for warning in warnings}.items():
+        for kind, warning in {kind_of_warning(warning): warning for warning in warnings}.items():
             values = _values_of(warning)
             group = self.groups.setdefault(kind, _Group(warning, values, self.count))
             group.places.append(self.count)
@@ -67,7 +67,7 @@ class WarningGroups:
         numbered : bool
             Whether the first numbers of the scenes are stated; warnings of the same scenes are then joined.
         """
-        others = set(map(kind_of, besides))
+        others = set(map(kind_of_warning, besides))
         entries: list[tuple[list[str], _Group]] = []
         latest: dict[object, tuple[list[str], _Group]] = {}
         for kind, group in self.groups.items():
@@ -93,7 +93,7 @@ class WarningGroups:
         return tuple(sentences)
 
 
-def kind_of(warning: str) -> str:
+def kind_of_warning(warning: str) -> str:
     """A warning without its numbers and the place of first yield, in which those of several scenes differ."""
     return _NUMBER.sub("", _PLACE.sub("", warning))
 

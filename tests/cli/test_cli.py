@@ -385,7 +385,7 @@ def raised(error: BaseException) -> None:
 
 
 def test_an_interrupt_of_any_command_ends_with_130(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(scenario_commands, "load_scenario", lambda *_: raised(KeyboardInterrupt()))
+    monkeypatch.setattr(scenario_commands, "load_with_changes", lambda *_: raised(KeyboardInterrupt()))
     answer = shockwave("validate", SCENE)
     assert (answer.status, answer.err) == (130, "interrupted\n")
 
@@ -447,7 +447,7 @@ def test_workers_start_without_standard_streams(tmp_path: Path) -> None:
 
 def test_an_error_of_the_system_names_the_file(monkeypatch: pytest.MonkeyPatch) -> None:
     error = PermissionError(13, "Permission denied", "library.so")
-    monkeypatch.setattr(scenario_commands, "load_scenario", lambda *_: raised(error))
+    monkeypatch.setattr(scenario_commands, "load_with_changes", lambda *_: raised(error))
     answer = shockwave("validate", SCENE)
     assert answer.status == 5
     assert answer.err.startswith("library.so: error of the operating system: Permission denied (")

@@ -12,7 +12,7 @@ import pytest
 import shockwave as sw
 from shockwave.cli.command_table import COMMANDS, OFFERED, Command
 from shockwave.cli.parser import parse
-from shockwave.cli.scenario_files import load_scenario
+from shockwave.cli.scenario_files import load_with_changes
 from support.command_line import scenario, shockwave, unwrapped
 
 PROGRAM = [sys.executable, "-m", "shockwave"]
@@ -101,7 +101,7 @@ def test_a_value_that_is_set_is_as_good_as_one_in_the_file(name: str, tmp_path: 
     for old, new in replaced.items():
         text = text.replace(old, new)
     file = str(scenario(tmp_path, SCENE))
-    changed, original = (load_scenario(file, parse(["predict", file, *more])) for more in (["--set", change], []))
+    changed, original = (load_with_changes(file, parse(["predict", file, *more])) for more in (["--set", change], []))
     assert attrs.evolve(changed, path=None) == sw.Scenario.from_yaml(text) != attrs.evolve(original, path=None)
 
 

@@ -15,7 +15,7 @@ from test_loader import CHAIN_LINE, CONTRACT, RECORD
 
 from shockwave.base.errors import ShockwaveError
 from shockwave.scenario import block_keys as keys
-from shockwave.scenario.scenario import scenario_of
+from shockwave.scenario.scenario import parse_scenario
 from shockwave.scenario.scene_hash import scene_hash
 from shockwave.scenario.schema import schema
 from shockwave.scenario.template import template
@@ -118,7 +118,7 @@ def test_what_the_loader_takes_is_admitted(tmp_path: Path, text: str, changes: l
         if isinstance(block, dict) and text != EVERY_FEATURE:
             block.pop(left_out, None)
     try:
-        scenario_of(Document("scenario.yaml", data), tmp_path / "scenario.yaml")
+        parse_scenario(Document("scenario.yaml", data), tmp_path / "scenario.yaml")
     except ShockwaveError:
         return
     assert schema_faults(data) == []

@@ -29,10 +29,10 @@ from typing import Literal
 import attrs
 from attrs import frozen
 from shockwave import InvalidValueError, quantity
-from shockwave.base.quantity_fields import Quantity
+from shockwave.base.quantity_fields import Declaration
 from shockwave.profiles.triangular import Triangular
 
-KNOTS = Quantity("s", "knots", above=0, samples=True, optional=True)
+KNOTS = Declaration("s", "knots", above=0, samples=True, optional=True)
 
 @frozen(kw_only=True)
 class Declared(Triangular):

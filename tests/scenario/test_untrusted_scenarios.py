@@ -14,7 +14,7 @@ from shockwave.registry import registry
 from shockwave.scenario.block_keys import BLOCKS, CHAIN, SCENARIO, SHOCK, Key, keys_of, parameters_of
 from shockwave.scenario.chain_blocks import CELL, END, IMPACT, MODEL, SEGMENT, TAPER
 from shockwave.scenario.published import Published
-from shockwave.scenario.scenario import Scenario, scenario_of
+from shockwave.scenario.scenario import Scenario, parse_scenario
 from shockwave.scenario.sweep_block import SWEEP
 from shockwave.scenario.value_conversion import convert
 from shockwave.scenario.variations import Family
@@ -100,7 +100,7 @@ def plugin(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 
 def untrusted(text: str) -> Scenario:
-    return scenario_of(parse_document(text, "link", names_files=False), None)
+    return parse_scenario(parse_document(text, "link", names_files=False), None)
 
 
 def free(keys: tuple[Key, ...]) -> list[str]:
@@ -174,7 +174,7 @@ def test_values_from_a_program_do_not_make_it_read_a_file_either() -> None:
 
 def test_the_plugin_opens_a_file_for_a_scenario_of_the_user() -> None:
     with pytest.raises(Exception, match="hunter2"):
-        scenario_of(parse_document(parameters(f"text: {SECRET}"), "own"), None)
+        parse_scenario(parse_document(parameters(f"text: {SECRET}"), "own"), None)
     assert opened.pop() == "open"
 
 

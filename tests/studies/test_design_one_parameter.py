@@ -21,7 +21,7 @@ from shockwave.scenario.variations import Family
 from shockwave.studies.design_one_parameter import _meets_target, search_interval
 from shockwave.studies.design_options import DesignScenes
 from shockwave.studies.design_result import Option, VariedParameter
-from shockwave.studies.quantities import Requirement, parts_of
+from shockwave.studies.quantities import Requirement, split_requirement
 from support.command_line import unwrapped
 from support.pages import ROOT
 from support.scenes import CASE_A, CHAIN, POWER, UNITS
@@ -470,6 +470,6 @@ def test_the_answer_concerns_the_simulated_time_where_a_force_may_be_greater_lat
 
 def test_a_printed_name_is_a_target_and_a_wrong_unit_names_the_argument() -> None:
     names = "wall force <= 50 N", "transmitted.peak_force <= 50 N"
-    assert len({Requirement.of(*parts_of(name, "target"), (), "target") for name in names}) == 1
+    assert len({Requirement.of(*split_requirement(name, "target"), (), "target") for name in names}) == 1
     with pytest.raises(sw.InvalidValueError, match=r"^target: transmitted\.peak_force must be a force"):
-        Requirement.of(*parts_of("transmitted.peak_force <= 50 s", "target"), (), "target")
+        Requirement.of(*split_requirement("transmitted.peak_force <= 50 s", "target"), (), "target")

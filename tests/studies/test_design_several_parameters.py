@@ -16,7 +16,7 @@ from shockwave.scene.layout import mass_and_length
 from shockwave.studies import design_several_parameters as design_best
 from shockwave.studies.design_options import DesignScenes
 from shockwave.studies.design_result import Design, Option
-from shockwave.studies.quantities import Requirement, find_target, parts_of
+from shockwave.studies.quantities import Requirement, find_target, split_requirement
 from support.command_line import unwrapped
 
 # Small beads in front of large ones: the wall force depends on both sizes.
@@ -198,7 +198,7 @@ def test_a_requirement_holds_with_the_error_of_its_quantity(sign: Any, value: fl
 )
 def test_a_requirement_of_another_form_is_refused(text: str) -> None:
     with pytest.raises(sw.InvalidValueError, match=r"^target: must be a quantity, <=, >= or =, and a value"):
-        parts_of(text, "target")
+        split_requirement(text, "target")
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from attrs import evolve
 from shockwave import InvalidValueError, Scenario, ScenarioError, ShockwaveError, load_scenario
 from shockwave.base.errors import Fault, steps_of, text_of
 from shockwave.base.text import si
-from shockwave.scenario.scenario import scenario_of
+from shockwave.scenario.scenario import parse_scenario
 from shockwave.scenario.template import template
 from shockwave.scenario.yaml_document import Document, parse_document
 
@@ -83,7 +83,7 @@ def load_text(text: str) -> Scenario:
     if document.data.get("sweep") is not None:
         problem = "must be left out here, because the page shows a single case"
         raise ScenarioError(document.place(Fault("sweep", problem)))
-    scenario = scenario_of(document, None)
+    scenario = parse_scenario(document, None)
     count = scenario.chain.count
     if count is not None and count > _MOST_GRANULES and not scenario.chain.is_uniform:
         problem = f"must be at most {_MOST_GRANULES} here (got {count}; `shockwave simulate` takes more)"
@@ -142,7 +142,7 @@ def _list_changes(document: Document, name: str, value: Any) -> Iterator[tuple[t
         old = _mapping_of(data.get("shock"))
         if old and len(fresh.keys() & TIMES) > 1:
             with suppress(ShockwaveError):  # a shock that is not valid has no rise time to keep
-                shock = scenario_of(document, None).shock
+                shock = parse_scenario(document, None).shock
                 old = {"rise_time": si(shock.rise_time, "s"), "duration": si(shock.duration, "s")} | old
                 if "duration_ratio" in old and "rise_time" in data["shock"]:
                     del old["duration"]

@@ -19,7 +19,7 @@ from shockwave.base.errors import message_of
 from shockwave.base.files import parse_json
 from shockwave.base.text import html_of
 from shockwave.cli.parser import parse_command
-from shockwave.cli.scenario_files import load_scenario
+from shockwave.cli.scenario_files import load_with_changes
 from shockwave.report import page as report
 from werkzeug.exceptions import HTTPException
 from werkzeug.serving import make_server
@@ -46,7 +46,7 @@ def explore(arguments: list[str]) -> int:
         If the scenario is not valid, or the port is in use.
     """
     options = parse_command("explore", ["explore", *arguments])
-    first = scenario_text(load_scenario(options.file or str(PRESETS[_FIRST]), options))
+    first = scenario_text(load_with_changes(options.file or str(PRESETS[_FIRST]), options))
     load_text(first)  # a file that the page cannot show ends here
     serve(first, options.port, not options.no_browser)
     return 0
