@@ -80,6 +80,11 @@ class Declaration(Explained):
         kind = "a whole number" if self.whole else "" if parts else finite
         return " ".join(filter(None, (kind, " and ".join(parts), self.unit)))
 
+    @property
+    def metadata(self) -> dict[str, Declaration]:
+        """Metadata of an attrs field with a converter of its own, whose numbers have this declaration."""
+        return {_KEY: self}
+
     def problem(self, value: object) -> str | None:
         """The error of ``value``, or None."""
         if value is None:
@@ -156,11 +161,6 @@ def quantity(
     """
     spec = Declaration(unit, meaning, **{"optional": default is None, **(within or {}), **declared})
     return attrs.field(default=default, converter=_CONVERTER, metadata={_KEY: spec})
-
-
-def metadata_of(spec: Declaration) -> dict[str, Declaration]:
-    """Metadata of an attrs field with a converter of its own, whose numbers have the declaration ``spec``."""
-    return {_KEY: spec}
 
 
 def tuple_repr(values: Any) -> str:

@@ -15,16 +15,7 @@ from attrs import frozen
 from shockwave.base.arguments import unknown_arguments
 from shockwave.base.errors import Fault, InvalidValueError, collect_faults, first_of, locate, refuse
 from shockwave.base.numerics import FloatArray
-from shockwave.base.quantity_fields import (
-    SI,
-    Declaration,
-    Value,
-    declaration_of,
-    metadata_of,
-    one_of,
-    quantity,
-    text_of,
-)
+from shockwave.base.quantity_fields import SI, Declaration, Value, declaration_of, one_of, quantity, text_of
 from shockwave.base.units import to_si
 from shockwave.profiles.piecewise_linear import PiecewiseLinear
 from shockwave.records.record_file import Record, read_record
@@ -71,7 +62,7 @@ def _declare_samples(unit: str, meaning: str) -> Any:
         converter=attrs.Converter(_convert_samples, takes_field=True),
         eq=attrs.cmp_using(eq=np.array_equal),
         repr=partial(np.array2string, separator=", ", threshold=8, precision=4, max_line_width=200),
-        metadata=metadata_of(Declaration(unit, meaning, samples=True)),
+        metadata=Declaration(unit, meaning, samples=True).metadata,
     )
 
 
@@ -88,8 +79,8 @@ def _convert_window(value: Any, attribute: attrs.Attribute[Any]) -> tuple[float,
 
 def _declare_window(meaning: str, example: str) -> Any:
     """An attrs field that holds a time window of the record."""
-    declared = metadata_of(Declaration("s", meaning, samples=True, optional=True, example=example))
-    return attrs.field(default=None, converter=attrs.Converter(_convert_window, takes_field=True), metadata=declared)
+    metadata = Declaration("s", meaning, samples=True, optional=True, example=example).metadata
+    return attrs.field(default=None, converter=attrs.Converter(_convert_window, takes_field=True), metadata=metadata)
 
 
 @frozen(slots=False)

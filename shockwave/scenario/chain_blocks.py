@@ -16,7 +16,7 @@ from shockwave.base.quantity_fields import Declaration, join, text_of
 from shockwave.records.record_format import RecordFormat
 from shockwave.registry.registry import blame, entries, load
 from shockwave.scenario.block_keys import BLOCKS, GRANULES, WALLS, Key, keys_of
-from shockwave.scenario.value_conversion import Parser, convert, convert_material, items, structure
+from shockwave.scenario.value_conversion import Parser, convert, items, structure, to_material
 from shockwave.scene.chain_end import Bar, Wall
 from shockwave.scene.contact_law import PowerContact
 from shockwave.scene.impact import Impact
@@ -114,7 +114,7 @@ def _segment(content: Any) -> Segment:
         raise InvalidValueError(f"must be a mapping of {', '.join(key.name for key in SEGMENT)} (got nothing)")
     sizes = {key.name: partial(_size, key) for key in SEGMENT if key.name in _SIZES}
     laws = {block: partial(law, block) for block in LAWS}
-    return Segment(**structure(content, SEGMENT, {"material": convert_material, **sizes, **laws}))
+    return Segment(**structure(content, SEGMENT, {"material": to_material, **sizes, **laws}))
 
 
 def _size(key: Key, given: Any) -> Any:
@@ -135,14 +135,14 @@ def end(content: Any) -> Wall | Bar | None:
         )
     if content.keys() == {"bar"}:
         with below("bar"):
-            return Bar(**structure(content["bar"], BAR, {"material": convert_material}))
+            return Bar(**structure(content["bar"], BAR, {"material": to_material}))
     values = structure(content, END, {"wall": _wall})
     return Wall(material=values.pop("wall"), **values)
 
 
 def _wall(given: Any) -> Any:
     name = given.lower() if isinstance(given, str) else given
-    return name if name in WALLS else convert_material(given)
+    return name if name in WALLS else to_material(given)
 
 
 def law(block: str, content: Any) -> Any:
@@ -190,7 +190,7 @@ def models(block: str) -> list[str]:
 
 def impact(given: Any) -> Impact:
     """The impact."""
-    return Impact(**structure(given, IMPACT, {"material": convert_material}))
+    return Impact(**structure(given, IMPACT, {"material": to_material}))
 
 
 def motion(find: Callable[[str, str], Path], given: Any) -> Motion:

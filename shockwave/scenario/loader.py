@@ -43,15 +43,7 @@ from shockwave.scenario.published import Published
 from shockwave.scenario.sweep_block import document_at, points_to_try, varied_paths
 from shockwave.scenario.sweep_block import read as read_sweep
 from shockwave.scenario.uncertainty_block import read as read_spreads
-from shockwave.scenario.value_conversion import (
-    Parser,
-    convert,
-    convert_material,
-    items,
-    names_files,
-    structure,
-    values_of,
-)
+from shockwave.scenario.value_conversion import Parser, convert, items, names_files, structure, to_material, values_of
 from shockwave.scenario.yaml_document import Document
 from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import Limit, limit_faults
@@ -196,7 +188,7 @@ def _requires(content: Any) -> list[str]:
 
 
 def _chain(content: Any) -> Chain:
-    parsers: dict[str, Parser] = {"material": convert_material}
+    parsers: dict[str, Parser] = {"material": to_material}
     if has_chain_blocks({"chain": content}):
         from shockwave.scenario import chain_blocks  # not needed for equal granules
 

@@ -50,7 +50,7 @@ def values_of(
     return values, [*faults, *_key_faults(content, keys)]
 
 
-def convert_material(given: Any) -> Material:
+def to_material(given: Any) -> Material:
     """Material of the library, or that of a mapping; a number, such as 52100, is the name of a grade."""
     is_name = isinstance(given, str | int)
     return load("materials", str(given)) if is_name else Material(**structure(given, keys_of(Material)))

@@ -11,17 +11,7 @@ from attrs import field, frozen
 from attrs.validators import optional
 
 from shockwave.base.errors import InvalidValueError
-from shockwave.base.quantity_fields import (
-    SI,
-    Converted,
-    Declaration,
-    Number,
-    Value,
-    metadata_of,
-    one_of,
-    quantity,
-    tuple_repr,
-)
+from shockwave.base.quantity_fields import SI, Converted, Declaration, Number, Value, one_of, quantity, tuple_repr
 from shockwave.scene.material import Diameter, MaterialField, check_material, halve, material_of, set_radius
 
 if TYPE_CHECKING:  # a chain of equal spheres does not need them
@@ -121,7 +111,7 @@ class Chain(Value):
     radius: Converted[float, Number | None] = quantity("m", "radius R of the granules", above=0, default=None)
     _diameter: Diameter = field(default=None, alias="diameter", converter=halve, eq=False, repr=False)
     granules: Converted[int | tuple[Segment | Cell, ...] | None, int | str | Sequence[Segment | Cell] | None] = field(
-        default=None, converter=_granules, repr=tuple_repr, metadata=metadata_of(GRANULES)
+        default=None, converter=_granules, repr=tuple_repr, metadata=GRANULES.metadata
     )
     end: Wall | Bar | None = None
     precompression: SI[float] = quantity("N", "static contact force", at_least=0, default=0.0)

@@ -8,17 +8,7 @@ from typing import Any, Literal
 from attrs import field, frozen
 
 from shockwave.base.errors import InvalidValueError, Steps
-from shockwave.base.quantity_fields import (
-    SI,
-    Converted,
-    Declaration,
-    Value,
-    metadata_of,
-    one_of,
-    quantity,
-    text_of,
-    tuple_repr,
-)
+from shockwave.base.quantity_fields import SI, Converted, Declaration, Value, one_of, quantity, text_of, tuple_repr
 from shockwave.scene.contact_law import AnyContact
 from shockwave.scene.damping import Damping
 from shockwave.scene.material import SIZES, Diameter, OptionalMaterial, check_material, halve, material_of, set_radius
@@ -112,7 +102,7 @@ class Segment(Value):
 
     count: SI[int] = quantity("", "number of granules", at_least=1, at_most=MOST_GRANULES, whole=True, default=1)
     material: OptionalMaterial = field(default=None, converter=material_of, validator=check_material)
-    radius: SI[float | Taper | None] = field(default=None, converter=_radius, metadata=metadata_of(RADIUS))
+    radius: SI[float | Taper | None] = field(default=None, converter=_radius, metadata=RADIUS.metadata)
     _diameter: Diameter = field(default=None, alias="diameter", converter=halve, eq=False, repr=False)
     gap: SI[float] = quantity(
         "m", "initial distance between each granule and the next one", at_least=0, at_most=1e6, default=0.0
