@@ -191,7 +191,7 @@ def test_random_chains_agree_with_short_steps(number: int, rate: float) -> None:
         overlaps=-draw.uniform(0.0, 0.2, granules) * (draw.random(granules) < 0.4),
     )
     motion, course = integrate(chain, 1e-8, until=10.0, compiled=compiled), runge_kutta(chain, 10.0, 2e-3)
-    # with rate, a force has its maximum at a corner, which the ends of the steps miss
+    # where flow is rate-dependent, a force has its maximum at a corner, which the ends of the steps miss
     closed = motion.forces > 1e-6
     np.testing.assert_allclose(motion.forces[closed], course.forces[closed], rtol=3e-3 if rate else 5e-5)
 
@@ -221,7 +221,7 @@ def test_rate_costs_few_steps_and_no_more_stages() -> None:
     assert costs[1][1] < 1.2 * costs[0][1]
 
 
-def test_the_energy_of_a_chain_with_rate_is_balanced_to_less_than_the_tolerance() -> None:
+def test_the_energy_of_a_rate_dependent_chain_is_balanced_to_less_than_the_tolerance() -> None:
     case = steel(0.025, 12, 3e-4)
     motion = integrate(case.assembly, 1e-6, until=case.until, compiled=compiled)
     assert abs(motion.energy_balance) < 2e-8 * motion.work
