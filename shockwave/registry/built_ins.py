@@ -51,7 +51,7 @@ def _fixed_step(name: str, title: str) -> Entry:
 
 
 # read here, because the module beside the file would import the chain
-_LIBRARY = Path(__file__).parent.parent / "scene" / "library.json"
+_LIBRARY = Path(__file__).parent.parent / "scene" / "material_library.json"
 
 #: Other words for those in names of materials.
 SYNONYMS = {

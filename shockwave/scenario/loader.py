@@ -39,7 +39,7 @@ from shockwave.scenario.block_keys import (
     parameters_of,
     shock_keys,
 )
-from shockwave.scenario.published import Published
+from shockwave.scenario.published_results import Published
 from shockwave.scenario.sweep_block import document_at, points_to_try, varied_paths
 from shockwave.scenario.sweep_block import read as read_sweep
 from shockwave.scenario.uncertainty_block import read as read_spreads

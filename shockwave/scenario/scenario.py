@@ -15,7 +15,7 @@ from shockwave.base.result import cached_property
 from shockwave.prediction.predictor import Predictor
 from shockwave.scenario.block_keys import RECORD
 from shockwave.scenario.loader import parts_of
-from shockwave.scenario.published import Published
+from shockwave.scenario.published_results import Published
 from shockwave.scenario.sweep_block import Sweep
 from shockwave.scenario.uncertainty_block import Spread
 from shockwave.scenario.yaml_document import Document, make_document, parse_document, read_document

@@ -19,7 +19,7 @@ from shockwave.base.quantity_fields import Declaration
 from shockwave.registry import registry
 from shockwave.scenario.block_keys import BLOCKS, CHAIN, SCENARIO, SHOCK, Key, keys_of, parameters_of
 from shockwave.scenario.chain_blocks import BAR, CELL, END, IMPACT, LAWS, MODEL, MOTION, SEGMENT, TAPER, models
-from shockwave.scenario.published import Published
+from shockwave.scenario.published_results import Published
 from shockwave.scenario.sweep_block import SWEEP
 from shockwave.scene.force_limit import Limit
 from shockwave.scene.material import Material

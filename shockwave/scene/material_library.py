@@ -1,4 +1,4 @@
-"""Library of materials used in granular chains and in protection engineering, from ``library.json``.
+"""Library of materials used in granular chains and in protection engineering, from ``material_library.json``.
 
 Each material is a constant of this module, such as ``PAPER_STEEL`` for ``paper-steel``.
 
@@ -17,7 +17,7 @@ from pathlib import Path
 
 from shockwave.scene.material import Material
 
-_ROWS = json.loads((Path(__file__).parent / "library.json").read_text(encoding="utf-8"))
+_ROWS = json.loads((Path(__file__).parent / "material_library.json").read_text(encoding="utf-8"))
 _MATERIALS = {row["name"].upper().replace("-", "_"): Material(**row) for row in _ROWS}
 
 

@@ -12,7 +12,7 @@ from attrs import evolve, field, frozen
 from shockwave.base.arguments import explain_arguments
 from shockwave.base.errors import Fault, InvalidValueError, locate
 from shockwave.base.quantity_fields import Declaration, Number, Value, quantity, text_of
-from shockwave.profiles.profile_contract import examine
+from shockwave.profiles.contract_check import examine
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.registry.registry import blame, load
 

@@ -17,7 +17,7 @@ from shockwave.prediction.predictor import Predictor
 from shockwave.prediction.scaled_shock import Regime, Relation
 from shockwave.prediction.section4 import relation_of
 from shockwave.prediction.section4_outcome import EjectionOutcome, Exponents, Section4Outcome
-from shockwave.scenario.published import Published
+from shockwave.scenario.published_results import Published
 from shockwave.scene.force_limit import Limit, Verdict
 from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions

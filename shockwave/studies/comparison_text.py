@@ -8,7 +8,7 @@ from typing import Any
 from shockwave.base.text import Detail, brief, detail, error_text, facts, notes, paragraph, percent, si, strong, table
 from shockwave.prediction.outcome_text import SHOWN_ERROR, decision_lines, exponents_text, features_text, wave_table
 from shockwave.prediction.section4_outcome import EjectionOutcome, Section4Outcome
-from shockwave.scenario.published import Published
+from shockwave.scenario.published_results import Published
 from shockwave.scene.force_limit import verdict_facts
 from shockwave.simulation import simulation_text
 from shockwave.studies.comparison import Comparison

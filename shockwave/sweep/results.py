@@ -22,7 +22,7 @@ from shockwave.base.result import VERSION, Result
 from shockwave.base.result_tables import Table, TableColumn, along, dataset, library
 from shockwave.base.text import facts, limits, si, significant_digits, strong, table
 from shockwave.studies.warning_groups import WarningGroups
-from shockwave.sweep.column_errors import accuracy_of, main_quantity
+from shockwave.sweep.column_accuracy import accuracy_of, main_quantity
 from shockwave.sweep.definition import NOTES, SweepDefinition, as_text, folder_path, warnings_in
 from shockwave.sweep.journal import NOT_RUN, Journal
 

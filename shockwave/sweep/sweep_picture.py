@@ -17,7 +17,7 @@ from shockwave.pictures.figure_files import canvas
 from shockwave.pictures.picture_elements import COLOURS, Axes, literal, mark, si_label
 from shockwave.pictures.sweep import DrawnAxis, sweep_lines, sweep_map
 from shockwave.scenario.dotted_names import name_in_words
-from shockwave.sweep.column_errors import accuracy_of, main_quantity
+from shockwave.sweep.column_accuracy import accuracy_of, main_quantity
 from shockwave.sweep.definition import NOTES, warnings_in
 from shockwave.sweep.journal import NOT_RUN
 from shockwave.sweep.results import SweepResults

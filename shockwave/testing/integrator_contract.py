@@ -15,7 +15,7 @@ from shockwave.base.errors import NumericalError
 from shockwave.engine.integrator import Integrator
 from shockwave.engine.nystroem_integrators import Rkn1210
 from shockwave.engine.one_step import Attempt, OneStep
-from shockwave.testing.contract_clauses import Contract, check_registered
+from shockwave.testing.contract import Contract, check_registered
 from shockwave.testing.known_motions import Watched, distance, hertz, smooth_force, smooth_motion
 
 # Largest difference between the slope of the error and the order.

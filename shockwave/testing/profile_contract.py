@@ -15,7 +15,7 @@ from shockwave.base.numerics import FloatArray
 from shockwave.base.quantity_fields import declaration_of
 from shockwave.base.units import to_si
 from shockwave.prediction.predictor import Predictor
-from shockwave.profiles.profile_contract import CLAUSES, check_closed_integrals
+from shockwave.profiles.contract_check import CLAUSES, check_closed_integrals
 from shockwave.profiles.quadrature import Integrand
 from shockwave.profiles.quadrature.gauss_legendre import GaussLegendre
 from shockwave.profiles.shock_profile import ShockProfile
@@ -24,7 +24,7 @@ from shockwave.scene.chain import Chain, Scales
 from shockwave.scene.material import Material
 from shockwave.scene.shock import Shock
 from shockwave.simulation.simulate import simulate
-from shockwave.testing.contract_clauses import Contract
+from shockwave.testing.contract import Contract
 
 # Largest relative error of a closed form, near the accuracy of a quadrature.
 _CLOSED = 1e-11

@@ -12,7 +12,7 @@ from attrs import define, field, frozen
 
 from shockwave.base.numerics import FloatArray
 from shockwave.profiles.quadrature import Integral, Integrand, Quadrature
-from shockwave.testing.contract_clauses import Contract, check_registered
+from shockwave.testing.contract import Contract, check_registered
 
 # Largest error for smooth integrands, in units of the interval.
 _SMOOTH = 1e-12

@@ -25,7 +25,7 @@ from shockwave.cli.command_table import COMMANDS, Command
 from shockwave.registry import built_ins, hook_specifications, registry
 from shockwave.scenario import block_keys as keys
 from shockwave.scenario import chain_blocks
-from shockwave.scenario.published import Published
+from shockwave.scenario.published_results import Published
 from shockwave.scenario.schema import schema
 from shockwave.scene.force_limit import Limit
 from shockwave.scene.sensors import Sensor

@@ -17,9 +17,9 @@ import pytest
 import shockwave
 from shockwave.engine.integrator import Integrator
 from shockwave.engine.one_step import OneStep
+from shockwave.profiles.contract_check import CLAUSES
 from shockwave.profiles.exponential import Exponential
 from shockwave.profiles.power_law import PowerLaw
-from shockwave.profiles.profile_contract import CLAUSES
 from shockwave.profiles.quadrature import Integral, Quadrature
 from shockwave.profiles.quadrature.gauss_legendre import GaussLegendre
 from shockwave.profiles.quadrature.quadpack import Quadpack

@@ -148,7 +148,7 @@ INTEGRATORS: dict[str, tuple[type[Any], str, str]] = {
 @pytest.fixture
 def register(monkeypatch: pytest.MonkeyPatch) -> Callable[[type[Any]], None]:
     """Registers a class like the hook of a plugin."""
-    return lambda cls: monkeypatch.setattr("shockwave.testing.contract_clauses.load", lambda kind, name: cls)
+    return lambda cls: monkeypatch.setattr("shockwave.testing.contract.load", lambda kind, name: cls)
 
 
 def failures(method: type[Any], name: str) -> list[str]:

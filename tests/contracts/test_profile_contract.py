@@ -13,8 +13,8 @@ import pytest
 from shockwave.base.errors import PluginError
 from shockwave.base.numerics import FloatArray
 from shockwave.base.quantity_fields import quantity
+from shockwave.profiles.contract_check import CLAUSES
 from shockwave.profiles.free_path import FreePath, tabulate_powers
-from shockwave.profiles.profile_contract import CLAUSES
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.scene.shock import Shock
 from shockwave.testing import ProfileContract

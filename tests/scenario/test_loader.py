@@ -15,7 +15,7 @@ from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.tabulated import Tabulated
 from shockwave.scenario import block_keys as keys
-from shockwave.scenario.published import Published
+from shockwave.scenario.published_results import Published
 from shockwave.scenario.scenario import Scenario, load_scenario
 from shockwave.scenario.value_conversion import convert
 from shockwave.scene.chain import Chain

@@ -11,7 +11,7 @@ from shockwave.registry import built_ins
 from shockwave.registry.registry import load as registered
 from shockwave.scenario import block_keys as keys
 from shockwave.scenario.chain_blocks import CELL, END, IMPACT, MOTION, SEGMENT, TAPER
-from shockwave.scenario.published import Published
+from shockwave.scenario.published_results import Published
 from shockwave.scenario.sweep_block import SWEEP
 from shockwave.scenario.template import template
 from shockwave.scene.impact import Impact

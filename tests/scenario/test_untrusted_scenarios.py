@@ -13,7 +13,7 @@ from shockwave.base.errors import ScenarioError
 from shockwave.registry import registry
 from shockwave.scenario.block_keys import BLOCKS, CHAIN, SCENARIO, SHOCK, Key, keys_of, parameters_of
 from shockwave.scenario.chain_blocks import CELL, END, IMPACT, MODEL, SEGMENT, TAPER
-from shockwave.scenario.published import Published
+from shockwave.scenario.published_results import Published
 from shockwave.scenario.scenario import Scenario, parse_scenario
 from shockwave.scenario.sweep_block import SWEEP
 from shockwave.scenario.value_conversion import convert
