@@ -82,7 +82,7 @@ napoleon_google_docstring = False
 napoleon_use_ivar = False
 napoleon_custom_sections = [
     "Contract for implementers",
-    "Contract for implementers, beside that of `Integrator`",
+    "Contract for implementers, in addition to that of `Integrator`",
 ]
 
 autodoc_member_order = "bysource"

@@ -23,8 +23,8 @@ if not (INSTALLED := importlib.util.find_spec("shockwave")):
 elif not Path(str(INSTALLED.origin)).is_relative_to(ROOT / "shockwave"):
     os.environ["PYTHONSAFEPATH"] = "1"
 
-from support.distributions import PLUGINS, describe, forgetting, on_path  # noqa: E402 (after the path is set)
-from support.distributions import install as install_project  # noqa: E402
+from support.fake_distributions import PLUGINS, describe, forgetting, on_path  # noqa: E402 (after the path is set)
+from support.fake_distributions import install as install_project  # noqa: E402
 from support.pages import workplace  # noqa: E402
 
 #: A hooks module that registers one profile and imports nothing heavy.

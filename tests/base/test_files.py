@@ -15,7 +15,7 @@ import shockwave as sw
 from shockwave.base.errors import FileAccessError, InvalidValueError
 from shockwave.base.files import open_regular, parse_json, read_bytes, read_text, replace_file, write_file
 from support.command_line import shockwave
-from support.texts import CHAIN, SHOCK, TABULATED
+from support.scenario_texts import CHAIN, SHOCK, TABULATED
 
 SCENE = CHAIN + SHOCK.replace("1 us", "10 us")
 RECORD = TABULATED % "file: pulse.json"

@@ -19,7 +19,7 @@ from shockwave.benchmark.stress import Row, Stress, check
 from shockwave.engine.backend import compiled
 from support.pages import table
 from support.scenes import CHAIN, lasting, power
-from support.selection import thinned
+from support.slow_cases import thinned
 
 QUICK = [case for case in CASES if case.limit <= 60]
 #: One case for each kind of check, for the NumPy backend.

@@ -33,11 +33,11 @@ from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.studies.quantities import targets_of
 from support import acquisition_files, pages
 from support.beyond_yield import BEYOND_YIELD, notes_of_sweeps, warnings_of, warns_beyond_yield
-from support.distributions import install
+from support.fake_distributions import install
 from support.pages import DOCS, PAGES, ROOT, Block, blocks_of, code_in, table
 from support.programs import commands
-from support.selection import keeping
-from support.texts import schema_faults
+from support.scenario_texts import schema_faults
+from support.slow_cases import keeping
 
 #: Pages of which commands and code take seconds.
 LONG = [DOCS / f"{name}.md" for name in ("report", "pictures", "stress", "benchmarks")]

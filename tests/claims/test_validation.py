@@ -10,7 +10,7 @@ from attrs import evolve
 import shockwave as sw
 from support import published_chains
 from support.pages import table
-from support.selection import keeping
+from support.slow_cases import keeping
 
 ROOT = Path(__file__).parents[2]
 

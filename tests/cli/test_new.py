@@ -13,7 +13,7 @@ from jsonschema import Draft7Validator
 import shockwave as sw
 from shockwave.registry import built_ins
 from support.command_line import shockwave
-from support.texts import schema_faults
+from support.scenario_texts import schema_faults
 
 PROFILES = [entry.name for entry in built_ins.ENTRIES["profiles"]]
 EXAMPLES = ("wall", "striker", "record", "plastic")

@@ -16,7 +16,7 @@ from shockwave.engine.integrator import Counted, Integrator, Step
 from shockwave.engine.nystroem_integrators import Rkn64, Verlet
 from shockwave.engine.one_step import Attempt
 from shockwave.testing import IntegratorContract
-from support.selection import thinned
+from support.slow_cases import thinned
 
 
 class Plain(Integrator):

@@ -31,7 +31,7 @@ from support.scenes import (
     record,
     triangle,
 )
-from support.selection import keeping
+from support.slow_cases import keeping
 
 pytestmark = pytest.mark.compiled
 

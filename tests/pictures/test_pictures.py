@@ -23,7 +23,7 @@ from shockwave.pictures.picture_elements import COLOURS, label_axis
 from shockwave.studies.amplification_curve import UniversalCurve
 from support.figures import inside, key_of
 from support.scenes import CHAIN, FORCE, UNITS, power, triangle
-from support.selection import keeping
+from support.slow_cases import keeping
 
 ROOT = Path(__file__).parents[2]
 HAMMER = sw.load_scenario(ROOT / "profiles" / "examples" / "hammer.yaml").shock.profile

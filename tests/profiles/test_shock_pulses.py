@@ -11,8 +11,8 @@ import pytest
 
 import shockwave as sw
 from shockwave.testing import ProfileContract
+from support.scenario_texts import load, schema_faults
 from support.scenes import CHAIN, FORCE, lasting
-from support.texts import load, schema_faults
 
 R, F = 0.25, 0.125
 #: Pulses of straight lines, with their corners: times over the total duration, and the forces there.

@@ -24,9 +24,9 @@ from shockwave.report.number_text import formula, percent, quantity, typeset
 from shockwave.scenario.scene_hash import scene_hash
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.result_parts import Train
+from support.scenario_texts import scenario_in_python as scenario
 from support.scenes import CHAIN, power, triangle
-from support.selection import keeping
-from support.texts import scenario_in_python as scenario
+from support.slow_cases import keeping
 
 ROOT = Path(__file__).parents[2]
 ROW1 = ROOT / "profiles" / "paper" / "table2-row1.yaml"

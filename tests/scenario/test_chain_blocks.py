@@ -15,7 +15,7 @@ from shockwave.scenario.dotted_names import variables
 from shockwave.scenario.scene_hash import scene_hash
 from shockwave.scenario.variations import Family
 from shockwave.scene.description import plain
-from support.texts import EVERY_FEATURE, IMPACT, SHOCK, finite, load, schema_faults
+from support.scenario_texts import EVERY_FEATURE, IMPACT, SHOCK, finite, load, schema_faults
 
 STEEL, PTFE, BRASS = (sw.material(name) for name in ("stainless-steel-302", "ptfe", "brass-260"))
 

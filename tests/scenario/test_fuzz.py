@@ -28,7 +28,7 @@ from pebble import ProcessPool
 
 from shockwave.scenario.template import template
 from support.command_line import shockwave
-from support.texts import EVERY_FEATURE
+from support.scenario_texts import EVERY_FEATURE
 
 ROOT = Path(__file__).parents[2]
 #: Processor time that a case may take [s].

@@ -24,7 +24,7 @@ from shockwave.scene.material_library import PAPER_STEEL
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
 from support.pages import ROOT
-from support.texts import SHOCK, load, schema_faults
+from support.scenario_texts import SHOCK, load, schema_faults
 
 CONTRACT = """\
 name: table 1, first row

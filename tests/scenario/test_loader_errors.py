@@ -7,7 +7,7 @@ import pytest
 from shockwave import __version__
 from shockwave.base.errors import FileAccessError, ScenarioError
 from shockwave.scenario.scenario import load_scenario
-from support.texts import CHAIN, IMPACT, SHOCK, TABULATED, finite, schema_faults
+from support.scenario_texts import CHAIN, IMPACT, SHOCK, TABULATED, finite, schema_faults
 
 
 def _chain(content: str) -> str:

@@ -9,8 +9,8 @@ from attrs import evolve
 import shockwave as sw
 from shockwave.scenario.scene_hash import normalise, scene_hash
 from shockwave.scene.simulate_options import SimulateOptions
+from support.scenario_texts import load, scenario_in_python
 from support.scenes import CHAIN, power
-from support.texts import load, scenario_in_python
 
 # A granule of the paper, and a shock of 100 N.
 TEXT = """\

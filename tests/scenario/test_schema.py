@@ -21,7 +21,7 @@ from shockwave.scenario.schema import schema
 from shockwave.scenario.template import template
 from shockwave.scenario.yaml_document import Document, parse_document
 from support.pages import ROOT
-from support.texts import CHAIN, EVERY_FEATURE, SHOCK, load, schema_faults
+from support.scenario_texts import CHAIN, EVERY_FEATURE, SHOCK, load, schema_faults
 
 
 def test_schema_is_one_of_draft_07_and_the_same_in_every_process() -> None:

@@ -11,9 +11,9 @@ from jsonschema import Draft7Validator
 from shockwave.base.errors import PluginError, ScenarioError
 from shockwave.scenario.schema import schema
 from shockwave.scenario.template import template
-from support.distributions import install
+from support.fake_distributions import install
 from support.pages import workplace
-from support.texts import CHAIN, load, schema_faults
+from support.scenario_texts import CHAIN, load, schema_faults
 
 HOOKS = """
 from shockwave.hooks import Entry, hookimpl

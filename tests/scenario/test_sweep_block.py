@@ -14,7 +14,7 @@ from shockwave.base.errors import ScenarioError
 from shockwave.scenario.sweep_block import SWEEP, Sweep
 from shockwave.scenario.variations import Family
 from support.pages import table
-from support.texts import load, schema_faults
+from support.scenario_texts import load, schema_faults
 
 HEAD = """\
 chain: {material: copper, radius: 1 mm}

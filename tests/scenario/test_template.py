@@ -18,7 +18,7 @@ from shockwave.scene.impact import Impact
 from shockwave.scene.material import Material
 from shockwave.scene.material_library import BEARING_STEEL_52100
 from shockwave.scene.simulate_options import SimulateOptions
-from support.texts import load, schema_faults
+from support.scenario_texts import load, schema_faults
 
 
 @pytest.mark.parametrize("profile", [entry.name for entry in built_ins.ENTRIES["profiles"]])

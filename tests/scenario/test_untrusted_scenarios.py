@@ -21,10 +21,10 @@ from shockwave.scenario.variations import Family
 from shockwave.scenario.yaml_document import parse_document
 from shockwave.scene.force_limit import Limit
 from shockwave.scene.material import Material
-from support.distributions import describe, on_path
+from support.fake_distributions import describe, on_path
 from support.pages import ROOT, workplace
-from support.texts import CHAIN as COPPER
-from support.texts import SHOCK as TRIANGULAR
+from support.scenario_texts import CHAIN as COPPER
+from support.scenario_texts import SHOCK as TRIANGULAR
 
 SECRET = "secret.txt"
 # A profile and a contact law that open what their parameters name, however these are declared.

@@ -11,7 +11,7 @@ import shockwave as sw
 from shockwave.base.errors import InvalidValueError, ScenarioError
 from shockwave.scenario.dotted_names import variable
 from shockwave.scenario.variations import Family
-from support.texts import load
+from support.scenario_texts import load
 
 CHANGES: dict[str, dict[str, Any]] = {
     "rise-time": {"shock.rise_time": 7e-6},

@@ -11,7 +11,7 @@ import pytest
 import shockwave as sw
 from shockwave.registry.registry import entries, load
 from shockwave.scene.simulate_options import SimulateOptions
-from support import texts
+from support import scenario_texts
 from support.command_line import scenario, shockwave
 from support.scenes import CASE_A, CHAIN, FORCE, power
 
@@ -33,14 +33,14 @@ def test_setting_without_use_is_refused(name: str, tmp_path: Path) -> None:
         with pytest.raises(sw.InvalidValueError, match=f"^{setting}: must be.*{re.escape(part)}"):
             run(CASE_A, CHAIN, **settings)  # type: ignore[operator]
     arguments = [word for key, value in settings.items() for word in (f"--{key}", value)]
-    answer = shockwave("simulate", *arguments, scenario(tmp_path, texts.CHAIN + texts.SHOCK))
+    answer = shockwave("simulate", *arguments, scenario(tmp_path, scenario_texts.CHAIN + scenario_texts.SHOCK))
     assert answer.status == 2
     assert part in answer.err
 
 
 def test_a_method_of_the_command_line_replaces_the_settings_of_another(tmp_path: Path) -> None:
-    chain = texts.CHAIN.replace("1 mm", "1 mm, granules: 10")
-    file = scenario(tmp_path, chain + texts.SHOCK, "simulate: {rtol: 1e-5, waves: primary}")
+    chain = scenario_texts.CHAIN.replace("1 mm", "1 mm, granules: 10")
+    file = scenario(tmp_path, chain + scenario_texts.SHOCK, "simulate: {rtol: 1e-5, waves: primary}")
     answer = shockwave("simulate", "--verbose", "--integrator", "verlet", "--step", "0.1", file)
     assert answer.status == 0
     assert "verlet" in answer.out

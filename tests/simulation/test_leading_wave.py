@@ -17,7 +17,7 @@ from shockwave.scene.simulate_options import Backend
 from shockwave.scene.solitary_wave import SPEED
 from shockwave.simulation import leading_wave
 from support.scenes import CASE_A, CASE_B, CHAIN, FORCE, UNITS, lasting, power, record
-from support.selection import keeping
+from support.slow_cases import keeping
 
 pytestmark = pytest.mark.compiled
 

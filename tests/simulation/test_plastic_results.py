@@ -14,7 +14,7 @@ import shockwave as sw
 from shockwave.base.text import si
 from shockwave.scene.layout import Layout, elastic_chain
 from support.command_line import scenario, shockwave
-from support.texts import scenario_in_python
+from support.scenario_texts import scenario_in_python
 
 STEEL = sw.Material(youngs_modulus=200e9, poisson_ratio=0.3, density=7650, yield_strength=1.9e9)
 PLASTIC, IMPACT = sw.ElasticPlastic(), sw.Impact(velocity=5.0)

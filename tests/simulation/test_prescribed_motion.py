@@ -16,7 +16,7 @@ from shockwave.engine.chain_problem import integrate
 from shockwave.scene.layout import Layout
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.contact_setup import ChainSetup
-from support.texts import load
+from support.scenario_texts import load
 
 Array = NDArray[np.float64]
 LASTS = 2e-4

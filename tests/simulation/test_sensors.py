@@ -20,8 +20,8 @@ from shockwave.simulation.contact_setup import ChainSetup
 from support.chain_reference import Reference
 from support.figures import inside
 from support.programs import SCENE
+from support.scenario_texts import load
 from support.scenes import CHAIN, STEEL, triangle
-from support.texts import load
 
 pytestmark = pytest.mark.compiled
 

@@ -23,7 +23,7 @@ from support.scenes import (
     simulated,
     triangle,
 )
-from support.selection import thinned
+from support.slow_cases import thinned
 
 
 @cache

@@ -24,7 +24,7 @@ from shockwave.studies.amplification_curve import UniversalCurve, refine
 from support.pages import ROOT
 from support.pulse_families import Composed
 from support.scenes import CHAIN, FORCE, UNITS
-from support.selection import thinned
+from support.slow_cases import thinned
 
 TRIANGLE = sw.Triangular(duration_ratio=3)
 SHAPES: dict[str, sw.ShockProfile] = {

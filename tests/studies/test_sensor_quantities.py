@@ -11,7 +11,7 @@ from matplotlib import pyplot
 import shockwave as sw
 from shockwave.cli import main
 from shockwave.sweep.sweep_picture import plot
-from support.texts import load
+from support.scenario_texts import load
 
 pytestmark = pytest.mark.compiled
 

@@ -37,7 +37,7 @@ from attrs import frozen
 
 from shockwave import cli
 from support.command_line import standard_input
-from support.distributions import forgetting, install, on_path
+from support.fake_distributions import forgetting, install, on_path
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
