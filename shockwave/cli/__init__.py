@@ -25,7 +25,7 @@ from shockwave.cli.parser import parse
 _GARBAGE = 200_000
 # The threshold of the interpreter, and the modules of commands that may stay running and therefore need it.
 _USUAL = gc.get_threshold()
-_LASTING = ("plugin_commands", "sweep")
+_LASTING = ("plugin_commands", "sweep_command")
 # Numbers of threads of the libraries of linear algebra, read when NumPy is loaded: matrices are small, and further
 # threads would spend several times the computing time on waiting for one another.
 _THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")

@@ -11,7 +11,6 @@ import pytest
 
 import shockwave as sw
 from shockwave import cli
-from shockwave.cli import plugin_commands
 from support.pages import ROOT
 from support.scenes import CASE_B, CHAIN, STEEL
 
@@ -64,12 +63,19 @@ def test_a_result_is_freed_without_the_garbage_collector(kind: str, garbage: lis
     assert [each for each in garbage if isinstance(each, np.ndarray)] == []
 
 
-def test_a_command_that_may_stay_running_collects_garbage_as_usual(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("address", "arguments"),
+    [("plugin_commands.run", ["explore"]), ("sweep_command.sweep", ["sweep", "map.yaml"])],
+    ids=["explore", "sweep"],
+)
+def test_a_command_that_may_stay_running_collects_garbage_as_usual(
+    address: str, arguments: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     usual = gc.get_threshold()
     thresholds = []
-    monkeypatch.setattr(plugin_commands, "run", lambda _: thresholds.append(gc.get_threshold()) or 0)
+    monkeypatch.setattr(f"shockwave.cli.{address}", lambda _: thresholds.append(gc.get_threshold()) or 0)
     monkeypatch.setattr("atexit.register", lambda _: None)
-    monkeypatch.setattr("sys.argv", ["shockwave", "explore"])
+    monkeypatch.setattr("sys.argv", ["shockwave", *arguments])
     try:
         assert cli.command() == 0
     finally:
