@@ -129,5 +129,5 @@ def elementwise(function: Callable[[float], float], values: npt.ArrayLike) -> np
 
     The last digits of NumPy's exponentials and powers depend on the vector instructions of the processor.
     """
-    given = np.asarray(values)
-    return np.fromiter(map(function, given.ravel().tolist()), float, given.size).reshape(given.shape)
+    array = np.asarray(values)
+    return np.fromiter(map(function, array.ravel().tolist()), float, array.size).reshape(array.shape)

@@ -32,9 +32,9 @@ UNITS = Scales.of(BEADS, FORCE)
 
 def make_scene(scene: dict[str, Any]) -> tuple[Any, Chain]:
     """Build a scene by the name of one of the functions below and its arguments."""
-    ((name, given),) = scene.items()
+    ((name, arguments),) = scene.items()
     scene_of = _SCENES[name]
-    return scene_of(**given) if isinstance(given, dict) else scene_of(*given)
+    return scene_of(**arguments) if isinstance(arguments, dict) else scene_of(*arguments)
 
 
 def power_law(rise: float, decay: float, ratio: float, rise_time: float, granules: int | None = None) -> Scene:

@@ -113,11 +113,11 @@ def _settings(cls: type) -> tuple[Key, ...]:
 def has_chain_blocks(data: Mapping[str, Any]) -> bool:
     """Whether a document has blocks for chains beyond equal spheres."""
     chain = data.get("chain")
-    given = chain if isinstance(chain, dict) else {}
+    block = chain if isinstance(chain, dict) else {}
     return (
         not data.keys().isdisjoint(("impact", "motion"))
-        or isinstance(given.get("granules"), list)
-        or not given.keys().isdisjoint(CHAIN_BLOCKS)
+        or isinstance(block.get("granules"), list)
+        or not block.keys().isdisjoint(CHAIN_BLOCKS)
     )
 
 

@@ -97,16 +97,16 @@ def granules(content: Any) -> Any:
     return tuple(items(content, _part))
 
 
-def _part(given: Any) -> Segment | Cell:
-    if isinstance(given, dict) and not {"repeat", "cell"}.isdisjoint(given):
-        return Cell(**structure(given, CELL, {"cell": _cell}))
-    return _segment(given)
+def _part(content: Any) -> Segment | Cell:
+    if isinstance(content, dict) and not {"repeat", "cell"}.isdisjoint(content):
+        return Cell(**structure(content, CELL, {"cell": _cell}))
+    return _segment(content)
 
 
-def _cell(given: Any) -> list[Segment]:
-    if not isinstance(given, list) or not given:
-        raise InvalidValueError(f"must be a list of one or more segments (got {text_of(given)})")
-    return items(given, _segment)
+def _cell(content: Any) -> list[Segment]:
+    if not isinstance(content, list) or not content:
+        raise InvalidValueError(f"must be a list of one or more segments (got {text_of(content)})")
+    return items(content, _segment)
 
 
 def _segment(content: Any) -> Segment:
@@ -117,10 +117,10 @@ def _segment(content: Any) -> Segment:
     return Segment(**structure(content, SEGMENT, {"material": to_material, **sizes, **laws}))
 
 
-def _size(key: Key, given: Any) -> Any:
-    if not isinstance(given, dict):
-        return convert(key, given)
-    values = structure(given, TAPER)
+def _size(key: Key, content: Any) -> Any:
+    if not isinstance(content, dict):
+        return convert(key, content)
+    values = structure(content, TAPER)
     return Taper(first=values.pop("from"), last=values.pop("to"), **values)
 
 
@@ -140,9 +140,9 @@ def end(content: Any) -> Wall | Bar | None:
     return Wall(material=values.pop("wall"), **values)
 
 
-def _wall(given: Any) -> Any:
-    name = given.lower() if isinstance(given, str) else given
-    return name if name in WALLS else to_material(given)
+def _wall(content: Any) -> Any:
+    name = content.lower() if isinstance(content, str) else content
+    return name if name in WALLS else to_material(content)
 
 
 def law(block: str, content: Any) -> Any:
@@ -173,10 +173,10 @@ def _model(names: Sequence[str], value: Any) -> Any:
     raise InvalidValueError(f"must be {join(names)} (got {text_of(name)}; {nearest(name, names)}".rstrip("; ") + ")")
 
 
-def _stiffness(given: Any) -> Any:
-    if isinstance(given, str) and not re.fullmatch(r"[-+.\deE]+", given.strip()):
-        raise InvalidValueError(f"must be a bare number, in N/m^p (got {text_of(given)})")
-    return convert(_keys(PowerContact)["stiffness"], given)
+def _stiffness(content: Any) -> Any:
+    if isinstance(content, str) and not re.fullmatch(r"[-+.\deE]+", content.strip()):
+        raise InvalidValueError(f"must be a bare number, in N/m^p (got {text_of(content)})")
+    return convert(_keys(PowerContact)["stiffness"], content)
 
 
 # Conversions of the parameters of a law, where they differ from those of their declarations.
@@ -188,14 +188,14 @@ def models(block: str) -> list[str]:
     return [entry.name for entry in entries("contacts") if entry.takes == LAWS[block]]
 
 
-def impact(given: Any) -> Impact:
+def impact(content: Any) -> Impact:
     """The impact."""
-    return Impact(**structure(given, IMPACT, {"material": to_material}))
+    return Impact(**structure(content, IMPACT, {"material": to_material}))
 
 
-def motion(find: Callable[[str, str], Path], given: Any) -> Motion:
+def motion(find: Callable[[str, str], Path], content: Any) -> Motion:
     """The motion; ``find`` returns the place of a file, and names its key in messages."""
-    values = structure(given, MOTION)
+    values = structure(content, MOTION)
     if "file" not in values:
         rule = "must be left out without file"
         refuse([Fault(key.name, rule, at_key=True) for key in _RECORD if key.name in values])
@@ -240,8 +240,8 @@ def keys_below(data: Mapping[str, Any]) -> Iterator[tuple[str, Key]]:
             yield from _keys_of_block(block, keys, _mapping(data[block]))
 
 
-def _mapping(given: Any) -> dict[str, Any]:
-    return given if isinstance(given, dict) else {}
+def _mapping(content: Any) -> dict[str, Any]:
+    return content if isinstance(content, dict) else {}
 
 
 def _keys_of_law(place: str, block: str, content: Mapping[str, Any]) -> Iterator[tuple[str, Key]]:

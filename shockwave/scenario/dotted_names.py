@@ -53,9 +53,9 @@ class Variable:
         """Whether it is a whole number."""
         return self.key.annotation is int if self.key.spec is None else self.key.spec.whole
 
-    def convert(self, given: Any) -> Any:
-        """``given``, as written in a scenario, converted: a float in SI units if it has a unit."""
-        return convert(self.key, given)
+    def convert(self, content: Any) -> Any:
+        """``content``, as written in a scenario, converted: a float in SI units if it has a unit."""
+        return convert(self.key, content)
 
 
 def name_in_words(name: str) -> str:

@@ -196,15 +196,15 @@ def _chain(content: Any) -> Chain:
     return Chain(**structure(content, CHAIN, parsers))
 
 
-def _impact(given: Any) -> Any:
+def _impact(content: Any) -> Any:
     from shockwave.scenario.chain_blocks import impact  # not needed for a shock
 
-    return impact(given)
+    return impact(content)
 
 
-def _optional(cls: Any, given: Any) -> Any:
+def _optional(cls: Any, content: Any) -> Any:
     """Instance of ``cls`` from a block, or None without one."""
-    return None if given is None else cls(**structure(given, keys_of(cls)))
+    return None if content is None else cls(**structure(content, keys_of(cls)))
 
 
 def _predict(content: Any) -> Predictor:
@@ -217,9 +217,9 @@ def _predict(content: Any) -> Predictor:
     return predictor
 
 
-def _settings(cls: Any, block: str, given: Any, others: Sequence[Fault] = ()) -> Any:
+def _settings(cls: Any, block: str, content: Any, others: Sequence[Fault] = ()) -> Any:
     """Instance of ``cls`` from a block; errors that the constructor finds in valid values are reported as well."""
-    values, faults = values_of(given, BLOCKS[block])
+    values, faults = values_of(content, BLOCKS[block])
     faults += others
     with collect_faults(faults):
         settings = cls(**values)

@@ -205,14 +205,14 @@ def _columns(by_name: Mapping[str, Variable], content: Any) -> list[tuple[Variab
     return [(by_name[name], values) for name, values in columns.items()]
 
 
-def _grid(known: Mapping[str, Variable], given: Any) -> list[SweepAxis]:
+def _grid(available: Mapping[str, Variable], content: Any) -> list[SweepAxis]:
     """An axis for each name."""
-    return [SweepAxis.of((of,), zip(values)) for of, values in _columns(known, given)]
+    return [SweepAxis.of((of,), zip(values)) for of, values in _columns(available, content)]
 
 
-def _zip(known: Mapping[str, Variable], given: Any) -> list[SweepAxis]:
+def _zip(available: Mapping[str, Variable], content: Any) -> list[SweepAxis]:
     """One axis for all names."""
-    variables, columns = zip(*_columns(known, given), strict=True)
+    variables, columns = zip(*_columns(available, content), strict=True)
     if len({len(values) for values in columns}) > 1:
         counts = ", ".join(f"{len(values)} of {of.name}" for of, values in zip(variables, columns, strict=True))
         raise InvalidValueError(f"must have the same number of values for each name (got {counts})")

@@ -50,10 +50,10 @@ def values_of(
     return values, [*faults, *_key_faults(content, keys)]
 
 
-def to_material(given: Any) -> Material:
+def to_material(content: Any) -> Material:
     """Material of the library, or that of a mapping; a number, such as 52100, is the name of a grade."""
-    is_name = isinstance(given, str | int)
-    return load("materials", str(given)) if is_name else Material(**structure(given, keys_of(Material)))
+    is_name = isinstance(content, str | int)
+    return load("materials", str(content)) if is_name else Material(**structure(content, keys_of(Material)))
 
 
 def structure(data: Any, keys: Sequence[Key], parsers: Mapping[str, Parser] | None = None) -> dict[str, Any]:

@@ -80,9 +80,9 @@ class Family:
 
     def _place(self, name: str) -> tuple[str, str]:
         """Block of a variable and its key there; `_SHAPE` and its name if it changes the profile; "" for no block."""
-        given = self.base.document.data.get("shock") if self.base.document is not None else None
+        shock = self.base.document.data.get("shock") if self.base.document is not None else None
         # with both times in the document, each of them changes the duration ratio
-        both = isinstance(given, Mapping) and {"rise_time", "duration"} <= given.keys()
+        both = isinstance(shock, Mapping) and {"rise_time", "duration"} <= shock.keys()
         reshaping = (*_RESHAPING, "shock.rise_time", "shock.duration") if both else _RESHAPING
         block, _, last = name.rpartition(".")
         if block == _SHAPE or name in reshaping:

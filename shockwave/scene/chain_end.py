@@ -22,8 +22,8 @@ from shockwave.scene.material import (
 )
 
 
-def _convert_material(given: Material | str) -> Any:
-    return given.lower() if isinstance(given, str) and given.lower() in WALLS else material_of(given)
+def _convert_material(value: Material | str) -> Any:
+    return value.lower() if isinstance(value, str) and value.lower() in WALLS else material_of(value)
 
 
 def _wall(_: object, attribute: Any, value: object) -> None:

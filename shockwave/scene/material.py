@@ -102,10 +102,10 @@ def material(name: str) -> Material:
     return found
 
 
-def material_of(given: Material | str | None) -> Any:
-    """Return the material named ``given``; return any other value unchanged."""
+def material_of(value: Material | str | None) -> Any:
+    """Return the material named ``value``; return any other value unchanged."""
     try:
-        return material(given) if isinstance(given, str) else given
+        return material(value) if isinstance(value, str) else value
     except UnknownNameError as error:
         raise UnknownNameError(*(fault.below("material") for fault in error.faults)) from None
 
