@@ -40,7 +40,7 @@ class Family:
     """
 
     base: Scenario
-    _known: dict[str, Shock] = field(factory=dict, init=False)
+    _shocks: dict[str, Shock] = field(factory=dict, init=False)
     _places: dict[str, tuple[str, str]] = field(factory=dict, init=False)
 
     def scenario(self, values: Mapping[str, Any]) -> Scenario:
@@ -100,16 +100,16 @@ class Family:
     def _with_profile(self, values: Mapping[str, Any]) -> Shock:
         """The shock with another profile; kept, because a grid uses it repeatedly."""
         key = repr(values)
-        if key not in self._known:
-            if len(self._known) >= _MOST_KNOWN:
-                self._known.clear()
+        if key not in self._shocks:
+            if len(self._shocks) >= _MOST_KNOWN:
+                self._shocks.clear()
             document = self.base.document
             if document is None:
-                self._known[key] = _change_profile(self.base.shock, values)
+                self._shocks[key] = _change_profile(self.base.shock, values)
             else:
                 changed = document.with_values({steps_of(name): value for name, value in values.items()})
-                self._known[key] = parse_scenario(changed, self.base.path).shock
-        return self._known[key]
+                self._shocks[key] = parse_scenario(changed, self.base.path).shock
+        return self._shocks[key]
 
 
 def _shock(shock: Shock, values: dict[str, Any]) -> Shock:
