@@ -10,7 +10,7 @@ from attrs import evolve, frozen
 from shockwave.base.errors import NumericalError
 from shockwave.benchmark.benchmark_scenes import chain_with_keys, power_law
 from shockwave.benchmark.work_precision import Clock
-from shockwave.engine.chain_problem import Motion, integrate
+from shockwave.engine.chain_motion import ChainMotion, integrate
 from shockwave.engine.integrator import Integrator
 from shockwave.engine.nystroem_integrators import Rkn86, Rkn1210
 from shockwave.engine.time_limit import time_limit
@@ -86,7 +86,7 @@ class ChainCase:
         passage = result.passage(self.contact)
         return passage.peak_force, passage.arrival_time, result.energy_defect, result.cost
 
-    def run(self, method: type[Integrator], accuracy: float, clock: Clock | None = None) -> Motion:
+    def run(self, method: type[Integrator], accuracy: float, clock: Clock | None = None) -> ChainMotion:
         """The motion by an integrator with a tolerance or a step.
 
         Raises
@@ -105,7 +105,7 @@ class ChainCase:
                     clock.check()
                 raise
 
-    def front(self, motion: Motion) -> tuple[float, float]:
+    def front(self, motion: ChainMotion) -> tuple[float, float]:
         """Greatest force at the contact and its time, in scaled units."""
         at = -1 if self.contact is None else self.contact
         return float(motion.forces[at]), float(motion.force_times[at])

@@ -16,7 +16,7 @@ from shockwave.base.numerics import FloatArray
 from shockwave.engine.chain_record import Record
 from shockwave.engine.integrator import Integrator
 from shockwave.engine.nystroem_tableaux import Tableau
-from shockwave.engine.scaled_problem import ChainProblem
+from shockwave.engine.scaled_problem import ScaledProblem
 
 if TYPE_CHECKING:  # chains without laws of plugins do not need it
     from shockwave.scene.contact_law import BoundLaw
@@ -192,7 +192,7 @@ class Job:
     Attributes
     ----------
     method : Tableau
-    problem : ChainProblem or None
+    problem : ScaledProblem or None
         The applied force.
     law : BoundLaw or None
         Contact law of a plugin.
@@ -224,7 +224,7 @@ class Job:
     """
 
     method: Tableau
-    problem: ChainProblem | None
+    problem: ScaledProblem | None
     law: BoundLaw | None
     by_law: npt.NDArray[np.bool_]
     settings: Settings

@@ -13,7 +13,7 @@ from attrs import frozen
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.chain_arrays import LARGEST
 from shockwave.engine.chain_forces import FAR
-from shockwave.engine.scaled_problem import ChainProblem
+from shockwave.engine.scaled_problem import ScaledProblem
 from shockwave.scene.contact_law import BoundLaw
 
 if TYPE_CHECKING:  # chains without such contacts do not need it
@@ -58,7 +58,7 @@ class Assembly:
         q.
     end_stiffness, end_damping : float
         Spring and dashpot between the last body and the ground.
-    force : ChainProblem or None
+    force : ScaledProblem or None
         The applied force on body 0; its ``granules`` are not used.
     velocity, weight : float
         Initial velocity of body 0, and a constant force on it: the weight of a striker.
@@ -87,7 +87,7 @@ class Assembly:
     damping_powers: FloatArray
     end_stiffness: float = 0.0
     end_damping: float = 0.0
-    force: ChainProblem | None = None
+    force: ScaledProblem | None = None
     velocity: float = 0.0
     weight: float = 0.0
     law: BoundLaw | None = None

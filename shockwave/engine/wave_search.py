@@ -15,7 +15,8 @@ import numpy as np
 
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.nystroem_integrators import Nystroem
-from shockwave.engine.scaled_problem import ChainProblem, Passage, Primary, Request, short_limits
+from shockwave.engine.scaled_problem import ScaledProblem
+from shockwave.engine.search_request import Passage, Primary, SearchRequest, short_limits
 from shockwave.engine.time_limit import expired
 from shockwave.scene.solitary_wave import wave_law
 
@@ -29,7 +30,9 @@ _COLUMNS = 27
 _NONE = np.empty(0)
 
 
-def find_primaries(requests: Sequence[Request], method: type[Nystroem], compiled: ModuleType | None) -> list[Primary]:
+def find_primaries(
+    requests: Sequence[SearchRequest], method: type[Nystroem], compiled: ModuleType | None
+) -> list[Primary]:
     """The leading wave for each request, in order; ``compiled`` is the compiled module, or None for NumPy.
 
     A search that reaches the time limit has the status RUNNING.
@@ -52,7 +55,7 @@ def find_primaries(requests: Sequence[Request], method: type[Nystroem], compiled
 
 
 def find_short(
-    problems: Sequence[ChainProblem],
+    problems: Sequence[ScaledProblem],
     tolerances: FloatArray,
     uncertainties: FloatArray,
     method: type[Nystroem],
@@ -60,7 +63,7 @@ def find_short(
 ) -> tuple[FloatArray, FloatArray]:
     """Find the leading waves of short shocks on chains with the same contact law; the table of jobs is made in arrays.
 
-    ``tolerances`` and ``uncertainties`` are ``tolerance`` and ``doubt`` of each `Request`. Returns a row for each
+    ``tolerances`` and ``uncertainties`` are ``tolerance`` and ``doubt`` of each `SearchRequest`. Returns a row for each
     shock, with the numbers of `Primary`, and the errors of the free-particle displacements.
     """
     count, exponent = len(problems), problems[0].exponent
@@ -88,7 +91,7 @@ def find_short(
     return results, errors
 
 
-def _search_compiled(compiled: ModuleType, method: type[Nystroem], requests: Sequence[Request]) -> list[Primary]:
+def _search_compiled(compiled: ModuleType, method: type[Nystroem], requests: Sequence[SearchRequest]) -> list[Primary]:
     """The leading waves by the compiled code, from tables with the columns that `_lane.h` defines."""
     jobs: list[float] = []
     stops: list[float] = []

@@ -14,15 +14,8 @@ from shockwave.engine.force_law import contact_force, power_force
 from shockwave.engine.nystroem_integrators import Nystroem, kink
 from shockwave.engine.one_step import Attempt
 from shockwave.engine.peak_limit import KEPT, NOISE, STRIDE, find_crossing, growth_since, limit, window_energy
-from shockwave.engine.scaled_problem import (
-    FORMING,
-    Passage,
-    Primary,
-    Request,
-    Status,
-    WindowAcceleration,
-    contact_forces,
-)
+from shockwave.engine.scaled_problem import WindowAcceleration, contact_forces
+from shockwave.engine.search_request import FORMING, Passage, Primary, SearchRequest, SearchStatus
 from shockwave.engine.time_limit import expired
 
 # First number of granules in the window, and by how many it grows.
@@ -52,11 +45,11 @@ _RIVAL = 2.0
 _FAR = 1e30
 
 
-def search(request: Request, method: Nystroem) -> Primary:
+def search(request: SearchRequest, method: Nystroem) -> Primary:
     """Find the leading wave of one shock."""
     window = _Window(request, method)
     with np.errstate(over="ignore", invalid="ignore"):
-        while window.status is Status.RUNNING and not expired():
+        while window.status is SearchStatus.RUNNING and not expired():
             window.step()
             if not window.steps % 64:  # rarely enough to cost nothing
                 report_progress("leading wave", window.steps)
@@ -72,7 +65,7 @@ class _Window:
     acts, ``free`` are displacement and impulse of a free granule, which are added to those of the first granule.
     """
 
-    def __init__(self, request: Request, method: Nystroem) -> None:
+    def __init__(self, request: SearchRequest, method: Nystroem) -> None:
         self.request = request
         self.problem = request.problem
         self.method = method
@@ -83,7 +76,7 @@ class _Window:
         self.head = self.tried = -1
         self._set(np.zeros((5, 1)))
         self._extend(_ROWS)
-        self.status = Status.RUNNING
+        self.status = SearchStatus.RUNNING
         self.driven = True
         self.rejected = False
         self.time = 0.0
@@ -150,9 +143,9 @@ class _Window:
             self.size = size * (factor if _MIN_FACTOR < factor < 1 else _MIN_FACTOR)
             self.rejected = True
             if self.effort > self.request.limits.max_work:
-                self.status = Status.TOO_LONG
+                self.status = SearchStatus.TOO_LONG
             if self.size < 1e-14 * (1 + self.time):
-                self.status = Status.FAILED
+                self.status = SearchStatus.FAILED
             return False
         factor = min(factor, 1.0 if self.rejected else _MAX_FACTOR)
         self.rejected = False
@@ -187,12 +180,12 @@ class _Window:
             self._extend(_ROWS)
         if not self.driven:
             self._cut()
-        if self.status != Status.RUNNING:
+        if self.status != SearchStatus.RUNNING:
             return
         if self.head >= (self.problem.granules or math.inf) - 1 - _REACH:
-            self.status = Status.AT_END
+            self.status = SearchStatus.AT_END
         elif self.head > self.request.limits.max_contacts or self.effort > self.request.limits.max_work:
-            self.status = Status.TOO_LONG
+            self.status = SearchStatus.TOO_LONG
 
     def _release(self) -> None:
         """Integrate the true position of the first granule from now on: the force has ended."""
@@ -319,8 +312,8 @@ class _Window:
         if end:
             doubt = doubt / NOISE + _RIVAL * max(self._strongest_behind() - _TALLER, 0.0) * peak
         elif doubt <= allowed and self._strongest_behind() <= _TALLER:
-            self.status = Status.KNOWN
-        if doubt < allowed if end else self.status is Status.KNOWN:
+            self.status = SearchStatus.KNOWN
+        if doubt < allowed if end else self.status is SearchStatus.KNOWN:
             self.limit = value, doubt / peak
 
     def _strongest_behind(self) -> float:
@@ -341,7 +334,7 @@ class _Window:
             foot -= 1
         none = Passage(0, 0.0, 0.0)
         previous, last = [none, none, *self.peaks][-2:]
-        if self.status != Status.KNOWN:
+        if self.status != SearchStatus.KNOWN:
             self.limit = last.force, 1.0
             self._judge(end=True)
         return Primary(

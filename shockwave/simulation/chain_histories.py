@@ -9,7 +9,7 @@ import numpy.typing as npt
 from attrs import evolve, frozen
 
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.chain_problem import Motion
+from shockwave.engine.chain_motion import ChainMotion
 from shockwave.scene.sensors import STRUCTURE, WALL, Sensor
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.contact_setup import ChainSetup
@@ -160,7 +160,7 @@ class Signal:
             return float(packed * ends[self.contacts].mean())
         return float(packed * ((begins + ends) / 2)[body] if body < len(ends) else ends[-1])
 
-    def read(self, motion: Motion) -> FloatArray:
+    def read(self, motion: ChainMotion) -> FloatArray:
         """Values at the times of the samples, with the static part."""
         scales, assembly = self.case.scales, self.case.assembly
         if self.body is None:
@@ -174,11 +174,11 @@ class Signal:
         excess = motion.samples_forces[:, -1] - assembly.static_forces[-1] - spring
         return np.asarray(scales.force / scales.mass * assembly.inverse_masses[-1] * excess)
 
-    def dynamic(self, motion: Motion) -> FloatArray:
+    def dynamic(self, motion: ChainMotion) -> FloatArray:
         """Values less the static part."""
         return self.read(motion) - self.static
 
-    def greatest(self, motion: Motion) -> float:
+    def greatest(self, motion: ChainMotion) -> float:
         """Greatest dynamic value of the force at a single contact; NaN for others."""
         single = len(self.contacts) == 1
         return float(motion.dynamic_forces[self.contacts[0]] * self.case.scales.contact_force) if single else np.nan
@@ -201,7 +201,7 @@ class Signal:
         return impulse * scales.contact_force * scales.time
 
 
-def histories_of(case: ChainSetup, motion: Motion) -> tuple[SensorHistory, ...]:
+def histories_of(case: ChainSetup, motion: ChainMotion) -> tuple[SensorHistory, ...]:
     """Histories of all sensors of the options.
 
     A movable end has four, from its static equilibrium; one that spring or dashpot hold still, only the spring force.

@@ -15,7 +15,7 @@ from shockwave.base.errors import NumericalError
 from shockwave.base.numerics import FloatArray
 from shockwave.base.text import round_bound, si
 from shockwave.engine.backend import compiled_code
-from shockwave.engine.chain_problem import Motion
+from shockwave.engine.chain_motion import ChainMotion
 from shockwave.registry.registry import load
 from shockwave.scene.force_limit import AGAIN, COLLISION, STILL_ACTS, WAVE, LeavingForce, name_force
 from shockwave.scene.scene import Scene
@@ -139,7 +139,7 @@ def simulate_chain(
     )
 
 
-def _balance(case: ChainSetup, motion: Motion) -> dict[str, Any]:
+def _balance(case: ChainSetup, motion: ChainMotion) -> dict[str, Any]:
     """Applied momentum and energy, and how far the sums of the final ones are from them."""
     masses, scales = 1 / case.assembly.inverse_masses, case.scales
     momentum = motion.applied_impulse + case.assembly.velocity * float(masses[0])
@@ -195,7 +195,7 @@ def _leaving_force(runs: Runs, later: float, end: MovableEnd | None = None) -> L
     return evolve(force, **remedies, spring=spring and evolve(spring, **remedies))
 
 
-def _warn_unfinished(case: ChainSetup, motion: Motion, velocities: FloatArray, apart: Flags) -> Iterator[str]:
+def _warn_unfinished(case: ChainSetup, motion: ChainMotion, velocities: FloatArray, apart: Flags) -> Iterator[str]:
     """Warnings of results that may change after the end of the simulated time."""
     if motion.arrival is None and case.scene.chain.count is not None:
         last, rest = case.scene.chain.end_word or "last contact", f"({later_end(case, motion)})"
@@ -214,7 +214,7 @@ def _warn_unfinished(case: ChainSetup, motion: Motion, velocities: FloatArray, a
             yield "The striker may be struck again after the simulated time: its restitution is provisional."
 
 
-def _later_warning(case: ChainSetup, motion: Motion, later: float) -> Iterator[str]:
+def _later_warning(case: ChainSetup, motion: ChainMotion, later: float) -> Iterator[str]:
     """Warning of a greater force on the wall after the end of the simulated time."""
     end = case.layout.wall
     if end is not None and motion.arrival is not None and later > case.scales.force * motion.forces[-1]:
@@ -227,7 +227,7 @@ def _later_warning(case: ChainSetup, motion: Motion, later: float) -> Iterator[s
             yield f"{AGAIN}, with a greater {name_force(end)} (its bound is not known)."
 
 
-def _segments(case: ChainSetup, motion: Motion, granules: int) -> Iterator[SegmentEnergy]:
+def _segments(case: ChainSetup, motion: ChainMotion, granules: int) -> Iterator[SegmentEnergy]:
     """Energy of each segment, of so many granules in all."""
     count, contacts = case.granules, len(motion.forces)
     values = case.scales.energy * np.array([motion.kinetic[:count], np.zeros(count)])
@@ -243,7 +243,7 @@ def _segments(case: ChainSetup, motion: Motion, granules: int) -> Iterator[Segme
         yield SegmentEnergy(first=begin, last=min(end, granules) - 1, energy=energy, dissipated=dissipated)
 
 
-def _dissipated_energies(case: ChainSetup, motion: Motion) -> Dissipated:
+def _dissipated_energies(case: ChainSetup, motion: ChainMotion) -> Dissipated:
     """Energies dissipated by plastic flow, damping and a dashpot at the end."""
     losses, plastic = case.scales.energy * motion.losses, case.layout.plastic
     contacts, flows = len(motion.forces), False if plastic is None else np.isfinite(plastic.strengths)
@@ -271,7 +271,7 @@ def _leaving_velocities(outwards: FloatArray, apart: Flags) -> FloatArray:
     return outwards[: int(np.argmax(slow)) if slow.any() else free]
 
 
-def _restitution(case: ChainSetup, motion: Motion, velocities: FloatArray, apart: Flags) -> float | None:
+def _restitution(case: ChainSetup, motion: ChainMotion, velocities: FloatArray, apart: Flags) -> float | None:
     if case.layout.weight:  # it falls back
         return motion.rebound and motion.rebound / case.assembly.velocity
     if not (case.scene.impact is not None and apart[0]):

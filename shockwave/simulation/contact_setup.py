@@ -15,9 +15,9 @@ from shockwave.base.errors import Fault, InvalidValueError, refuse
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.backend import compiled_code
 from shockwave.engine.chain_assembly import Assembly
-from shockwave.engine.chain_problem import integrate
+from shockwave.engine.chain_motion import integrate
 from shockwave.engine.integrator import Integrator
-from shockwave.engine.scaled_problem import ChainProblem
+from shockwave.engine.scaled_problem import ScaledProblem
 from shockwave.profiles.free_path import FreePath
 from shockwave.registry.registry import load
 from shockwave.scene.chain import Chain, Scales
@@ -290,7 +290,7 @@ def _assembly(layout: Layout, scales: Scales, excitation: Excitation, rtol: floa
     force = None
     if isinstance(excitation, Shock):
         rise_time = scales.rise_time(excitation.rise_time)
-        force = ChainProblem(excitation.profile, rise_time, excitation.peak_force / scales.force)
+        force = ScaledProblem(excitation.profile, rise_time, excitation.peak_force / scales.force)
     elif isinstance(excitation, Motion):
         force = _problem_of(excitation, scales)
     wall, law = layout.wall or Wall(), layout.law
@@ -331,7 +331,7 @@ _DEGREE = 4
 
 @frozen(eq=False)
 class _Shape:
-    """What a `ChainProblem` reads of a profile: knots in units of half the duration, and their path."""
+    """What a `ScaledProblem` reads of a profile: knots in units of half the duration, and their path."""
 
     duration_ratio: float
     breakpoints: tuple[float, ...]
@@ -341,7 +341,7 @@ class _Shape:
         return self.path
 
 
-def _problem_of(motion: Motion, scales: Scales) -> ChainProblem:
+def _problem_of(motion: Motion, scales: Scales) -> ScaledProblem:
     """The acceleration of a motion, beyond its first velocity, as a force on a granule of unit mass."""
     course, speed, half = motion.course, motion.top_speed, motion.duration / 2
     first, edges = float(course(0.0, 1)), course.x / half
@@ -353,4 +353,4 @@ def _problem_of(motion: Motion, scales: Scales) -> ChainProblem:
     )
     shape: Any = _Shape(2.0, tuple(edges.tolist()), path)
     time = half / scales.time
-    return ChainProblem(shape, time, speed / scales.velocity / time)
+    return ScaledProblem(shape, time, speed / scales.velocity / time)

@@ -8,7 +8,7 @@ import numpy as np
 
 from shockwave.base.numerics import FloatArray
 from shockwave.base.text import round_digits
-from shockwave.engine.chain_problem import Motion
+from shockwave.engine.chain_motion import ChainMotion
 from shockwave.scene.yielding import OTHER_LAWS, UNJUDGED, Yielding, first_yield_force, strength_of
 from shockwave.simulation.contact_setup import ChainSetup
 
@@ -33,7 +33,7 @@ def warn_unjudged(case: ChainSetup, yielding: Yielding | None) -> Iterator[str]:
         yield OTHER_LAWS
 
 
-def first_yield(case: ChainSetup, motion: Motion) -> Yielding | None:
+def first_yield(case: ChainSetup, motion: ChainMotion) -> Yielding | None:
     """First yield in the weaker material of each contact by Hertz's law, where both yield strengths are known."""
     layout, softer = case.layout, _strengths(case)
     at = np.flatnonzero(np.isfinite(softer) & layout.hertz_contacts)
@@ -54,7 +54,7 @@ def first_yield(case: ChainSetup, motion: Motion) -> Yielding | None:
     )
 
 
-def warn_overlaps(case: ChainSetup, motion: Motion) -> Iterator[str]:
+def warn_overlaps(case: ChainSetup, motion: ChainMotion) -> Iterator[str]:
     """Warning of overlaps for which Hertz's law, and that of elastic-plastic contacts, do not hold."""
     pairs = case.layout.pairs
     overlaps = (motion.forces * case.scales.force / pairs.stiffnesses) ** (2 / 3)

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from shockwave.base.errors import NumericalError
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.chain_problem import Motion, integrate
+from shockwave.engine.chain_motion import ChainMotion, integrate
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.result_parts import ContactPeak
 from shockwave.simulation.wave_setup import UNSETTLED, warn_step
@@ -69,7 +69,7 @@ class Runs(NamedTuple):
     ----------
     case : ChainSetup
         The chain.
-    motion : Motion
+    motion : ChainMotion
         The best run.
     errors : array, shape (contacts,)
         Error estimates of its greatest forces, relative to their dynamic parts.
@@ -84,7 +84,7 @@ class Runs(NamedTuple):
     """
 
     case: ChainSetup
-    motion: Motion
+    motion: ChainMotion
     errors: FloatArray
     end_errors: FloatArray
     impulse_error: float
@@ -200,12 +200,14 @@ def tolerances_for(rtol: float) -> tuple[float, float]:
     return min(max(_FINE * rtol, _LEAST_FINE), _TIGHTER * coarse), coarse
 
 
-def run(case: ChainSetup, accuracy: float, until: float | None, times: FloatArray | tuple[()] = ()) -> Motion:
+def run(case: ChainSetup, accuracy: float, until: float | None, times: FloatArray | tuple[()] = ()) -> ChainMotion:
     """One run with a tolerance, or a fixed step, to ``until``, with the states at ``times``."""
     return integrate(case.assembly, accuracy, until=until, times=times, compiled=case.compiled, integrator=case.method)
 
 
-def _errors(case: ChainSetup, coarse: Motion, fine: Motion, tolerance: float, ratio: float) -> tuple[FloatArray, bool]:
+def _errors(
+    case: ChainSetup, coarse: ChainMotion, fine: ChainMotion, tolerance: float, ratio: float
+) -> tuple[FloatArray, bool]:
     """Relative error estimates of the forces at all contacts, and whether one that counts exceeds its tolerance.
 
     ``tolerance`` is that of the step of the fine run, ``ratio`` its ratio to that of the coarse one.
@@ -234,7 +236,7 @@ def _errors(case: ChainSetup, coarse: Motion, fine: Motion, tolerance: float, ra
     return errors, bool(errors[judged].max() > rtol or factor * late > _TIME_SHARE * rtol)
 
 
-def _end_errors(case: ChainSetup, coarse: Motion, fine: Motion, tolerance: float, ratio: float) -> FloatArray:
+def _end_errors(case: ChainSetup, coarse: ChainMotion, fine: ChainMotion, tolerance: float, ratio: float) -> FloatArray:
     """Relative error estimates of the motion of a movable end, shape (3,), as of a contact that decides; else empty."""
     if not case.assembly.movable_end:
         return np.empty(0)

@@ -14,7 +14,7 @@ from attrs import Factory, evolve, frozen
 
 from shockwave.base.errors import NumericalError
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.chain_problem import Motion
+from shockwave.engine.chain_motion import ChainMotion
 from shockwave.scene.sensors import Sensor
 from shockwave.simulation.chain_histories import Signal, setup_of_result
 from shockwave.simulation.contact_setup import ChainSetup
@@ -125,7 +125,7 @@ def _pulses_of(
         yield evolve(pulse, merged=None if pulse.merged is None else pulse.merged > 0)
 
 
-def _spacing(case: ChainSetup, motion: Motion, signals: list[Signal], end: float) -> float:
+def _spacing(case: ChainSetup, motion: ChainMotion, signals: list[Signal], end: float) -> float:
     """Interval of the samples, from the fastest oscillation of the contacts near the signals under their forces."""
     at = np.unique(np.concatenate([signal.nearby for signal in signals]))
     inverse = np.append(case.assembly.inverse_masses, 0.0)

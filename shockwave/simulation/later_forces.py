@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from shockwave.base.numerics import FloatArray, bracketed_root
 from shockwave.base.text import round_bound, si
-from shockwave.engine.chain_problem import Motion
+from shockwave.engine.chain_motion import ChainMotion
 from shockwave.scene.force_limit import FALLING, UNBOUNDED, UNDAMPED
 from shockwave.simulation.contact_setup import ChainSetup
 
@@ -20,13 +20,13 @@ _PASSED = 3.0
 Flags: TypeAlias = npt.NDArray[np.bool_]
 
 
-def offsets(case: ChainSetup, motion: Motion) -> FloatArray:
+def offsets(case: ChainSetup, motion: ChainMotion) -> FloatArray:
     """Overlaps of the contacts in the initial state, less those at which they carry no force at the end, scaled."""
     residual = motion.residual_overlaps
     return case.assembly.overlaps if residual is None else case.assembly.overlaps - residual
 
 
-def stiffnesses(case: ChainSetup, motion: Motion) -> FloatArray:
+def stiffnesses(case: ChainSetup, motion: ChainMotion) -> FloatArray:
     """Stiffnesses with which the contacts unload at the end, scaled."""
     plastic = case.assembly.plastic
     return case.assembly.stiffnesses if plastic is None else plastic.loading.unloading_stiffness(motion.forces)
@@ -38,7 +38,7 @@ def are_apart(x: FloatArray, v: FloatArray, overlaps: FloatArray) -> Flags:
     return np.asarray((gaps >= 0) & (v[:-1] <= v[1:]))
 
 
-def later_force(case: ChainSetup, motion: Motion) -> float:
+def later_force(case: ChainSetup, motion: ChainMotion) -> float:
     """Bound of the force at the last contact after the end of the simulated time [N]; infinite where none is known.
 
     The energy above that of the chain at rest, loaded by the weight of a striker, may all be stored in this contact,
@@ -79,7 +79,7 @@ def later_force(case: ChainSetup, motion: Motion) -> float:
     return float(case.scales.force * (k * overlap**p + damping))
 
 
-def later_spring_force(case: ChainSetup, motion: Motion) -> float:
+def later_spring_force(case: ChainSetup, motion: ChainMotion) -> float:
     """Bound of the spring force after the end of the simulated time [N]; infinite where none is known.
 
     The greatest k x + c v for an energy E = k x^2/2 + M v^2/2 is sqrt(2 E (k + c^2/M)), beside the weight of a striker.
@@ -97,7 +97,7 @@ def later_spring_force(case: ChainSetup, motion: Motion) -> float:
     return float(case.scales.force * (math.sqrt(2 * energy * stiffness) + assembly.weight))
 
 
-def later_remedy(case: ChainSetup, motion: Motion, later: float) -> str:
+def later_remedy(case: ChainSetup, motion: ChainMotion, later: float) -> str:
     """What lowers the bound of the ``later`` force."""
     if _gives_way(case) and not case.assembly.impedance:
         return FALLING
@@ -113,7 +113,7 @@ def longer_time(end: float, wall: Any, least: float = 0.0) -> str:
     return f"set simulate.until: {si(round_bound(end + max(end, half, least), up=True, digits=1), 's')}"
 
 
-def later_end(case: ChainSetup, motion: Motion, again: bool = False) -> str:
+def later_end(case: ChainSetup, motion: ChainMotion, again: bool = False) -> str:
     """The setting of a later end of a simulation; a shock ends before it.
 
     With ``again``, it is late enough for granules that fall back under gravity to strike the chain again.
@@ -123,12 +123,12 @@ def later_end(case: ChainSetup, motion: Motion, again: bool = False) -> str:
     return longer_time(end * case.scales.time, case.layout.wall, least)
 
 
-def advice(case: ChainSetup, motion: Motion, again: bool = False) -> str:
+def advice(case: ChainSetup, motion: ChainMotion, again: bool = False) -> str:
     """Hint in a warning of waves after the end of the simulated time; see `later_end`."""
     return "(without damping, waves never cease)" if case.is_undamped else f"({later_end(case, motion, again)})"
 
 
-def _time_of_fall(case: ChainSetup, motion: Motion) -> float:
+def _time_of_fall(case: ChainSetup, motion: ChainMotion) -> float:
     """Time after which the last granule above its initial place is back there under gravity [s]."""
     g, length = case.scene.chain.gravity, case.scales.energy / case.scales.force
     if not g:
@@ -143,7 +143,7 @@ def _gives_way(case: ChainSetup) -> bool:
     return bool(assembly.weight) and not (assembly.fixed_wall or assembly.end_stiffness)
 
 
-def _stored_energy(case: ChainSetup, motion: Motion) -> float:
+def _stored_energy(case: ChainSetup, motion: ChainMotion) -> float:
     """Elastic energy of contacts and end above that of the chain at rest under its static forces.
 
     Contacts that flow later only take from it. A spring at the end carries the weight of a striker.

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from shockwave.engine.scaled_problem import ChainProblem, Primary, Status
+from shockwave.engine.scaled_problem import ScaledProblem
+from shockwave.engine.search_request import Primary, SearchStatus
 from shockwave.engine.time_limit import expired
 from shockwave.engine.wave_search import find_primaries, find_short
 from shockwave.simulation.result_parts import Train
@@ -50,7 +51,7 @@ class Answer(NamedTuple):
     warnings: tuple[str, ...] = ()
 
 
-def search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, Answer]:
+def search(problems: dict[int, ScaledProblem], setup: Setup) -> dict[int, Answer]:
     """Find the leading waves, with the keys of their problems; of several results, keep the most accurate."""
     if setup.search is None:
         return {}
@@ -71,7 +72,7 @@ def search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, Answer]
         requested, left, tried = left, {}, {}
         for key, decades in requested.items():
             problem, primary = problems[key], primaries[key]
-            if primary.status in (Status.KNOWN, Status.TOO_LONG) and primary.doubt < 1:
+            if primary.status in (SearchStatus.KNOWN, SearchStatus.TOO_LONG) and primary.doubt < 1:
                 error = _error(primary, problem.path.error, shares[key] * setup.accuracy(problem, decades)[0])
                 if key not in answers or error < answers[key].error_estimate:
                     answers[key] = Answer(primary, error)
@@ -79,7 +80,7 @@ def search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, Answer]
                     if answers[key].error_estimate > setup.rtol and 0 <= decades < _REPEATS:
                         left[key] = decades + 1
                     continue
-            elif primary.status not in (Status.TOO_LONG, Status.FAILED):
+            elif primary.status not in (SearchStatus.TOO_LONG, SearchStatus.FAILED):
                 continue
             unknown[key] = primary
             if setup.rtol_of(problem) * 10.0 ** (repeats - decades) <= _LOOSEST or not repeats:
@@ -93,7 +94,7 @@ def search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, Answer]
 
 
 def _search_short(
-    problems: dict[int, ChainProblem], setup: Setup, method: type[Nystroem], compiled: ModuleType
+    problems: dict[int, ScaledProblem], setup: Setup, method: type[Nystroem], compiled: ModuleType
 ) -> tuple[dict[int, Answer], dict[int, Primary]]:
     """Search once for the leading waves of short shocks, with `find_short`.
 
@@ -115,7 +116,7 @@ def _search_short(
         columns = Primary(*rows.T)
         with np.errstate(divide="ignore", invalid="ignore"):  # of searches without a result
             errors = _error(columns, errors_of_paths, shares * tolerances)
-        meets = (columns.status == Status.KNOWN) & (columns.doubt < _OUTGROWN) & (errors <= setup.rtol)
+        meets = (columns.status == SearchStatus.KNOWN) & (columns.doubt < _OUTGROWN) & (errors <= setup.rtol)
         for key, row, error, known in zip(keys, rows.tolist(), errors.tolist(), meets.tolist(), strict=True):
             primary = Primary(*row)
             if known:
@@ -136,6 +137,6 @@ def _error(primary: Primary, path_error: Any, step_error: Any) -> Any:
     return primary.doubt + step_error + path_error + rounding
 
 
-def _tolerance_share(problem: ChainProblem) -> float:
+def _tolerance_share(problem: ScaledProblem) -> float:
     """Contribution to the error estimate per unit of the step tolerance."""
     return _TOLERANCE_SHARE if len(problem.breakpoints) <= _SMOOTH else _RECORD_SHARE

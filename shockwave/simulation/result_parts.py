@@ -9,7 +9,7 @@ from attrs import evolve, field, frozen
 
 from shockwave.base.text import round_digits, si
 from shockwave.base.units import STANDARD_GRAVITY
-from shockwave.engine.scaled_problem import Primary
+from shockwave.engine.search_request import Primary
 from shockwave.scene.chain import Scales
 from shockwave.scene.force_limit import SPRING, LeavingForce
 

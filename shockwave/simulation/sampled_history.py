@@ -14,7 +14,7 @@ import numpy.typing as npt
 from attrs import frozen
 
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.chain_problem import Motion
+from shockwave.engine.chain_motion import ChainMotion
 from shockwave.simulation.chain_histories import Signal
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.convergence_runs import run
@@ -150,7 +150,7 @@ class History:
         return np.where((places > 0) & (places < self.d.shape[1] - 1), tops, self.d.max(axis=1))
 
 
-def _motions(case: ChainSetup, tolerance: float, times: FloatArray) -> Iterator[tuple[Motion, FloatArray]]:
+def _motions(case: ChainSetup, tolerance: float, times: FloatArray) -> Iterator[tuple[ChainMotion, FloatArray]]:
     """Motions with samples at these times in ascending order, in blocks that limit the memory, and their momenta."""
     size = max(MOST_NUMBERS // (3 * len(case.assembly.inverse_masses) + 3), 1)
     for first in range(0, len(times), size):

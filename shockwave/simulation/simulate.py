@@ -15,7 +15,7 @@ from attrs import frozen
 from shockwave.base.errors import NumericalError, ShockwaveError, detach, refuse
 from shockwave.base.progress import report_progress
 from shockwave.base.text import function_at
-from shockwave.engine.scaled_problem import ChainProblem
+from shockwave.engine.scaled_problem import ScaledProblem
 from shockwave.engine.time_limit import expired, time_limit
 from shockwave.profiles.power_law import Powers
 from shockwave.scene.chain import Chain, Scales
@@ -150,7 +150,7 @@ class Job(NamedTuple):
     ----------
     scene : Scene
         Shock or impact, and chain.
-    problem, scales : ChainProblem, Scales or None
+    problem, scales : ScaledProblem, Scales or None
         The scaled problem of a shock on equal granules.
     case : ChainSetup or None
         The setup of another finite chain.
@@ -159,7 +159,7 @@ class Job(NamedTuple):
     """
 
     scene: Scene
-    problem: ChainProblem | None = None
+    problem: ScaledProblem | None = None
     scales: Scales | None = None
     case: ChainSetup | None = None
     refusal: NumericalError | None = None
@@ -325,7 +325,7 @@ def _warn_missed(options: SimulateOptions, answer: Answer) -> tuple[str, ...]:
     return (f"The tolerance was not met: {reached}. {advice}",)
 
 
-def _measure(problem: ChainProblem, scales: Scales, setup: Setup) -> Answer:
+def _measure(problem: ScaledProblem, scales: Scales, setup: Setup) -> Answer:
     """The leading wave that the search has not found, measured on the whole chain."""
     from shockwave.simulation.wave_train import measure_primary
 

@@ -9,7 +9,7 @@ from attrs import evolve
 
 from shockwave.base.errors import NumericalError
 from shockwave.engine.nystroem_integrators import Nystroem
-from shockwave.engine.scaled_problem import ChainProblem
+from shockwave.engine.scaled_problem import ScaledProblem
 from shockwave.engine.time_limit import expired
 from shockwave.engine.wave_search import find_primaries
 from shockwave.scene.solitary_wave import wave_law
@@ -91,7 +91,7 @@ def _integrate(
 
 
 def _peaks(
-    problem: ChainProblem, setup: Setup, contacts: list[int], search: type[Nystroem] | None, decades: int
+    problem: ScaledProblem, setup: Setup, contacts: list[int], search: type[Nystroem] | None, decades: int
 ) -> tuple[dict[int, tuple[float, float]], float]:
     """Time and force of the first peak at contacts and their neighbours, by a run with a tolerance smaller by decades.
 

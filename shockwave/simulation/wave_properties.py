@@ -13,7 +13,7 @@ from attrs import define, field, frozen
 from shockwave.base.numerics import FloatArray, product
 from shockwave.engine.force_law import power_force
 from shockwave.engine.peak_log import POWERS, Peak, PeakLog, force_rates, hermite_data
-from shockwave.engine.scaled_problem import ChainProblem
+from shockwave.engine.scaled_problem import ScaledProblem
 from shockwave.engine.stretch import Stretch
 from shockwave.simulation.result_parts import MeasuredWave
 from shockwave.simulation.travelling_waves import passage_time
@@ -90,7 +90,7 @@ class Probe:
         return Transit(peak, begin, end, times[used], states[:, used], speed, doubt)
 
 
-def measure_wave(transit: Transit, problem: ChainProblem, compiled: Any = None) -> MeasuredWave:
+def measure_wave(transit: Transit, problem: ScaledProblem, compiled: Any = None) -> MeasuredWave:
     """Measure a wave, in scaled units; ``compiled`` is the compiled module, or None for NumPy."""
     # the motion of the first contact is smooth only relative to the free-particle displacement
     if compiled is None or not transit.peak.contact:
@@ -100,7 +100,7 @@ def measure_wave(transit: Transit, problem: ChainProblem, compiled: Any = None) 
     return _wave(transit, *wave[4:])
 
 
-def _samples(transit: Transit, problem: ChainProblem) -> tuple[FloatArray, ...]:
+def _samples(transit: Transit, problem: ScaledProblem) -> tuple[FloatArray, ...]:
     """Motion at the Gauss nodes of the steps of a wave.
 
     Times, forces, velocities of the second granule of the contact, and weights of sums over the time, each of shape
@@ -130,7 +130,7 @@ def _interpolate(weights: FloatArray, known: FloatArray) -> FloatArray:
     return sums
 
 
-def _free(problem: ChainProblem, times: FloatArray) -> FloatArray:
+def _free(problem: ScaledProblem, times: FloatArray) -> FloatArray:
     """Displacement and velocity of a free granule under the shock, shape (2, times)."""
     return np.array([problem.free(time) for time in times.tolist()]).T
 

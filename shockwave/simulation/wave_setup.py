@@ -12,7 +12,8 @@ from shockwave.base.errors import NumericalError
 from shockwave.engine.backend import compiled_code
 from shockwave.engine.integrator import Integrator
 from shockwave.engine.nystroem_integrators import Nystroem
-from shockwave.engine.scaled_problem import ChainProblem, Request
+from shockwave.engine.scaled_problem import ScaledProblem
+from shockwave.engine.search_request import SearchRequest
 from shockwave.registry.registry import find, load
 from shockwave.scene.chain import HERTZ, Scales
 from shockwave.scene.scene import Scene
@@ -100,18 +101,18 @@ class Setup:
         error = _STEP_ERROR * (self.options.step or STEP) ** self.method.order
         return min(max(error, _FIXED_RTOL), _MOST_FIXED_RTOL)
 
-    def rtol_of(self, problem: ChainProblem) -> float:
+    def rtol_of(self, problem: ScaledProblem) -> float:
         """Relative error for the search of a problem; that of a long shock is small enough to separate its waves."""
         return min(self.rtol, _LONG_RTOL) if problem.is_long else self.rtol
 
     def request(
-        self, problem: ChainProblem, decades: int = 0, contacts: tuple[int, ...] = (), patient: bool = False
-    ) -> Request:
+        self, problem: ScaledProblem, decades: int = 0, contacts: tuple[int, ...] = (), patient: bool = False
+    ) -> SearchRequest:
         """Make the request to the search for the leading wave, with a tolerance smaller by this number of decades."""
-        return Request(problem, *self.accuracy(problem, decades), contacts, _PATIENCE if patient else 1.0)
+        return SearchRequest(problem, *self.accuracy(problem, decades), contacts, _PATIENCE if patient else 1.0)
 
-    def accuracy(self, problem: ChainProblem, decades: int = 0) -> tuple[float, float]:
-        """Step tolerance, smaller by this number of decades, and permitted uncertainty of the limit for a `Request`."""
+    def accuracy(self, problem: ScaledProblem, decades: int = 0) -> tuple[float, float]:
+        """Step tolerance, smaller by this number of decades, and permitted uncertainty of the limit for a search."""
         if problem.rises_again:
             # Such a leading wave is examined late, when its changes are as small as the step errors.
             decades += 1
@@ -178,7 +179,7 @@ def warn_step(options: SimulateOptions) -> str:
     return f"{step}. A smaller step reduces the error."
 
 
-def scale_scene(scene: Scene) -> tuple[ChainProblem, Scales]:
+def scale_scene(scene: Scene) -> tuple[ScaledProblem, Scales]:
     """Scale the problem of a shock on equal granules by F0, or by the smaller peak force of its wave.
 
     Raises
@@ -197,7 +198,7 @@ def scale_scene(scene: Scene) -> tuple[ChainProblem, Scales]:
     strength = ratio * shock.profile.total_area / wave.momentum
     force = min(1.0, strength ** (2 * exponent / (exponent + 1)))
     scales = shock_scales if force == 1.0 else Scales.of(chain, shock.peak_force * force)
-    problem = ChainProblem(shock.profile, ratio * force**wave.of_speed, 1 / force, chain.count, exponent)
+    problem = ScaledProblem(shock.profile, ratio * force**wave.of_speed, 1 / force, chain.count, exponent)
     cost = _COST * problem.duration**2
     if _MAX_COST / _NEAR_PEAK_FACTOR < cost <= _MAX_COST:
         cost *= 1 + (_NEAR_PEAK_FACTOR - 1) * float(np.mean(problem.course > _NEAR_PEAK))
@@ -210,7 +211,7 @@ def scale_scene(scene: Scene) -> tuple[ChainProblem, Scales]:
     return problem, scales
 
 
-def immeasurable(problem: ChainProblem) -> str:
+def immeasurable(problem: ScaledProblem) -> str:
     """Reason not to integrate the whole chain without a time limit; empty if there is none."""
     granules = problem.granules
     if granules is None and problem.duration * (1 + _NEAR_PEAK_FACTOR) <= _LONGEST_TRAIN:  # even if all of it is near

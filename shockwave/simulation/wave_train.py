@@ -12,7 +12,8 @@ from shockwave.base.errors import NumericalError
 from shockwave.base.text import si
 from shockwave.engine.integrator import LONGEST_STEP
 from shockwave.engine.peak_log import Peak, PeakLog
-from shockwave.engine.scaled_problem import ChainProblem, Primary, Status
+from shockwave.engine.scaled_problem import ScaledProblem
+from shockwave.engine.search_request import Primary, SearchStatus
 from shockwave.scene.chain import Scales
 from shockwave.simulation.rebounding_granules import EJECTED, find_rebounding
 from shockwave.simulation.result_parts import ContactPeak, Cost, MeasuredWave, Train
@@ -74,13 +75,13 @@ def _primary_alone(result: Simulation, reason: str) -> Train:
 
 
 def measure_primary(
-    problem: ChainProblem, scales: Scales, setup: Setup
+    problem: ScaledProblem, scales: Scales, setup: Setup
 ) -> tuple[Primary, float, Train, tuple[str, ...]]:
     """Leading wave that the search does not find, with its error estimate, the train and warnings."""
     train, fine = _train(problem, scales, setup, _PRIMARY_DOUBT)
     strongest = max(fine.waves, key=lambda wave: wave.peak_force)
     primary = Primary(
-        status=Status.KNOWN,
+        status=SearchStatus.KNOWN,
         peak=strongest.peak_force,
         last=strongest.peak_force,
         contact=strongest.contact,
@@ -109,7 +110,7 @@ def measure_primary(
 
 
 def _train(
-    problem: ChainProblem, scales: Scales, setup: Setup, share: float, primary: Primary | None = None
+    problem: ScaledProblem, scales: Scales, setup: Setup, share: float, primary: Primary | None = None
 ) -> tuple[Train, ChainRun]:
     """Measure the train; return it and the first run. A second, coarser run of half the time shows the step errors.
 

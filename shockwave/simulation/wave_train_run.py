@@ -11,7 +11,8 @@ from shockwave.base.numerics import FloatArray
 from shockwave.base.progress import report_progress
 from shockwave.engine.integrator import Integrator
 from shockwave.engine.peak_log import Peak, PeakLog
-from shockwave.engine.scaled_problem import ChainProblem, Primary, chain_energy
+from shockwave.engine.scaled_problem import ScaledProblem, chain_energy
+from shockwave.engine.search_request import Primary
 from shockwave.engine.stretch import Stretch, free_granules
 from shockwave.scene.chain import HERTZ
 from shockwave.simulation.rebounding_granules import EJECTED, count_departed, find_rebounding
@@ -108,7 +109,7 @@ class ChainRun:
         Times at which the waves and the rebounding granules were known, and at which the run ended.
     """
 
-    problem: ChainProblem
+    problem: ScaledProblem
     integrator: Integrator
     wave_threshold: float
     primary_doubt: float

@@ -17,7 +17,7 @@ from shockwave.engine.chain_record import Record
 from shockwave.engine.integrator import LONGEST_STEP, Integrator
 from shockwave.engine.nystroem_integrators import Rkn86
 from shockwave.engine.peak_log import PeakLog
-from shockwave.engine.scaled_problem import ChainProblem
+from shockwave.engine.scaled_problem import ScaledProblem
 from shockwave.engine.stretch import Stretch
 
 # First number of granules in the window.
@@ -38,7 +38,7 @@ class WholeChain:
     may omit all states but that at the end.
     """
 
-    def __init__(self, problem: ChainProblem, integrator: Integrator, kept: bool = True) -> None:
+    def __init__(self, problem: ScaledProblem, integrator: Integrator, kept: bool = True) -> None:
         self.problem, self.integrator = problem, integrator
         self.log = PeakLog(integrator.tolerance if integrator.adaptive else KINK_TOLERANCE, problem.wave)
         self.now, self.steps = 0.0, 0

@@ -13,11 +13,11 @@ from attrs import define, field
 
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.chain_assembly import Assembly
-from shockwave.engine.chain_problem import integrate
+from shockwave.engine.chain_motion import integrate
 from shockwave.engine.integrator import Acceleration, Integrator, Step
 from shockwave.engine.nystroem_integrators import Rkn1210
 from shockwave.engine.one_step import OneStep
-from shockwave.engine.scaled_problem import ChainProblem
+from shockwave.engine.scaled_problem import ScaledProblem
 from shockwave.profiles.triangular import Triangular
 from shockwave.simulation.wave_train_run import ChainRun
 
@@ -34,7 +34,7 @@ _MIN_COUNT = 8
 # Largest number of steps of a run.
 _MAX_STEPS = 200_000
 # A triangular shock of three characteristic times.
-_PULSE = ChainProblem(Triangular(duration_ratio=3), rise_time=1.0, peak_force=1.0)
+_PULSE = ScaledProblem(Triangular(duration_ratio=3), rise_time=1.0, peak_force=1.0)
 # Smallest error that is not dominated by rounding.
 _MIN_ERROR = 2e-13
 #: Positions and velocities of a chain at rest that the first granule strikes.

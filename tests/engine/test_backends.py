@@ -14,8 +14,8 @@ import shockwave as sw
 from shockwave.cli import main
 from shockwave.engine import backend
 from shockwave.engine.nystroem_integrators import Rkn86
-from shockwave.engine.scaled_problem import ChainProblem, Status
-from shockwave.engine.scaled_problem import Request as SearchRequest
+from shockwave.engine.scaled_problem import ScaledProblem
+from shockwave.engine.search_request import SearchRequest, SearchStatus
 from shockwave.engine.stretch import free_granules
 from shockwave.engine.wave_search import find_primaries
 from shockwave.simulation.wave_setup import setup_of
@@ -108,15 +108,17 @@ def test_backends_agree_on_the_train() -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize(("beyond", "status"), [(8, Status.AT_END), (9, Status.KNOWN)])
-def test_a_free_end_within_eight_granules_of_the_front_ends_a_search(name: str, beyond: int, status: Status) -> None:
+@pytest.mark.parametrize(("beyond", "status"), [(8, SearchStatus.AT_END), (9, SearchStatus.KNOWN)])
+def test_a_free_end_within_eight_granules_of_the_front_ends_a_search(
+    name: str, beyond: int, status: SearchStatus
+) -> None:
     compiled = backend.compiled if name == "compiled" else None
     (endless,) = find_primaries([SearchRequest(PROBLEM, 1e-8, 1e-6)], Rkn86, compiled)
     problem = attrs.evolve(PROBLEM, granules=int(endless.contact) + beyond)
     (finite,) = find_primaries([SearchRequest(problem, 1e-8, 1e-6)], Rkn86, compiled)
     assert finite.status == status
     # a free end has no effect on what was read before
-    assert (finite == endless) == (status is Status.KNOWN)
+    assert (finite == endless) == (status is SearchStatus.KNOWN)
 
 
 # ---------------------------------------------------------------- choice of the backend
@@ -170,12 +172,12 @@ def test_without_compiled_code_auto_selects_numpy_and_compiled_is_an_error(capsy
     assert found["numpy"] is None
 
 
-PROBLEM = ChainProblem(POWER, 2.0, 1.0)
+PROBLEM = ScaledProblem(POWER, 2.0, 1.0)
 
 
 @pytest.mark.parametrize("compiled", [None, pytest.param(backend.compiled, marks=compiled_alone)])
 def test_a_chain_of_granules_in_free_flight_can_be_shortened(compiled: Any) -> None:
-    problem = ChainProblem(POWER, 0.1, 10.0)
+    problem = ScaledProblem(POWER, 0.1, 10.0)
     whole = WholeChain(problem, Rkn86(compiled=compiled))
     stretch = whole.advance_to(60.0, "", 60.0)
     flying = free_granules(stretch.x[-1], stretch.v[-1])

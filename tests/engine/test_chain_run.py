@@ -15,10 +15,10 @@ import shockwave as sw
 from shockwave.base.errors import InvalidValueError, NumericalError, PluginError
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.chain_assembly import Assembly
-from shockwave.engine.chain_problem import Motion, integrate
+from shockwave.engine.chain_motion import ChainMotion, integrate
 from shockwave.engine.integrator import Step
 from shockwave.engine.nystroem_integrators import Pefrl, Rk4, Rkn64, Rkn86, Rkn1210, Verlet
-from shockwave.engine.scaled_problem import ChainProblem
+from shockwave.engine.scaled_problem import ScaledProblem
 from shockwave.engine.scipy_integrators import Dop853
 from shockwave.scene.contact_law import BoundLaw, ContactLaw, Pairs
 from shockwave.simulation.contact_setup import ChainSetup
@@ -48,7 +48,7 @@ def scaled(name: str) -> tuple[Assembly, float]:
     return case.assembly, case.until
 
 
-def momentum_defect(assembly: Assembly, motion: Motion) -> float:
+def momentum_defect(assembly: Assembly, motion: ChainMotion) -> float:
     masses = 1 / assembly.inverse_masses
     taken = motion.last_impulse if assembly.fixed_wall else 0.0
     given = motion.applied_impulse + assembly.velocity * masses[0]
@@ -192,7 +192,7 @@ def test_a_long_chain_in_parts_moves_like_a_short_one(changes: dict[str, Any]) -
 def test_a_wave_returns_from_the_end_of_a_long_chain(wall: str) -> None:
     # PHYSICS: an isolated wave exerts 2.2383756 times its force on a rigid wall of stiffness 2 sqrt 2
     stiff = np.append(np.ones(399), 2 * math.sqrt(2))
-    chain = uniform(400, stiffnesses=stiff, force=ChainProblem(PULSE.profile, 0.1, 1.0))
+    chain = uniform(400, stiffnesses=stiff, force=ScaledProblem(PULSE.profile, 0.1, 1.0))
     if wall == "movable":
         bodies = np.append(np.ones(400), 1e-12)
         chain = evolve(chain, inverse_masses=bodies, fixed_wall=False, end_stiffness=1.0)

@@ -18,9 +18,10 @@ import pytest
 import shockwave as sw
 from shockwave.base.errors import NumericalError, PluginError
 from shockwave.engine import backend
-from shockwave.engine.chain_problem import integrate
+from shockwave.engine.chain_motion import integrate
 from shockwave.engine.nystroem_integrators import Rkn86
-from shockwave.engine.scaled_problem import ChainProblem, Request
+from shockwave.engine.scaled_problem import ScaledProblem
+from shockwave.engine.search_request import SearchRequest
 from shockwave.engine.wave_search import find_primaries
 from shockwave.profiles.free_path import FreePath, tabulate_powers
 from shockwave.simulation.whole_chain import WholeChain
@@ -32,7 +33,7 @@ pytestmark = [
     pytest.mark.skipif(backend.compiled is None, reason=backend.lack()),
 ]
 
-PROBLEM = ChainProblem(POWER, 2.0, 1.0)
+PROBLEM = ScaledProblem(POWER, 2.0, 1.0)
 RUN = "method rows coefficients stops times SETTINGS TABLE SAMPLES PLASTIC curves RECORD STATES PEAKS LAST expired"
 #: Arguments by function. Buffers come first; those that are written to are in capitals.
 ARGUMENTS = {
@@ -68,7 +69,7 @@ def valid(name: str) -> tuple[Any, ...]:
     """Valid arguments: of `run` for a damped chain, of `read` for three states, of the others for case A."""
     compiled = Mock()
     if name == "primary":
-        find_primaries([Request(PROBLEM, 1e-6, 1e-6, (9,))], Rkn86, compiled)
+        find_primaries([SearchRequest(PROBLEM, 1e-6, 1e-6, (9,))], Rkn86, compiled)
     elif name == "run with a record":
         # nothing has been computed
         with patch.dict(sys.modules, {"shockwave.engine._chains": compiled}), pytest.raises(NumericalError):

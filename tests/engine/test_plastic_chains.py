@@ -14,7 +14,7 @@ from shockwave.base.errors import InvalidValueError
 from shockwave.engine import chain_domains
 from shockwave.engine.chain_assembly import Assembly
 from shockwave.engine.chain_forces import FINER
-from shockwave.engine.chain_problem import integrate
+from shockwave.engine.chain_motion import integrate
 from shockwave.engine.nystroem_integrators import Pefrl, Rkn64, Rkn86, Rkn1210
 from shockwave.engine.nystroem_tableaux import with_velocities
 from shockwave.engine.scipy_integrators import Dop853, Radau

@@ -14,8 +14,7 @@ import pytest
 from scipy.integrate import trapezoid
 
 import shockwave as sw
-from shockwave.engine import backend
-from shockwave.engine import chain_problem as assembly
+from shockwave.engine import backend, chain_motion
 from shockwave.engine.chain_arrays import Forecast
 from shockwave.scene.chain_end import Wall
 from shockwave.scene.contact_law import PowerContact
@@ -258,8 +257,8 @@ def test_the_work_of_a_run_is_estimated_from_its_second_half() -> None:
 @pytest.mark.skipif(backend.compiled is None, reason=backend.lack())
 def test_short_steps_of_a_collision_do_not_count_for_the_free_flight_after_it(monkeypatch: pytest.MonkeyPatch) -> None:
     # the collision takes about half of the work that is allowed here
-    monkeypatch.setattr(assembly, "_WORK", 2e8)
-    monkeypatch.setattr(assembly, "_WORK_PER_BODY", 0.0)
+    monkeypatch.setattr(chain_motion, "_WORK", 2e8)
+    monkeypatch.setattr(chain_motion, "_WORK_PER_BODY", 0.0)
     chain = attrs.evolve(CHAIN, radius=2e-4, granules=3, end=sw.Wall())
     result = sw.simulate(sw.Impact(velocity=0.1, radius=0.05), chain, until=10.0)
     # nothing is dissipated, and the beads are light

@@ -13,7 +13,7 @@ import pytest
 import shockwave as sw
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.peak_log import Peak
-from shockwave.engine.scaled_problem import Primary, Status
+from shockwave.engine.search_request import Primary, SearchStatus
 from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation import convergence_runs as repeated_runs
@@ -202,7 +202,7 @@ def test_errors_of_a_step_are_larger_relative_to_weak_waves() -> None:
 
 def primary(**values: float) -> Primary:
     nothing = dict.fromkeys(Primary._fields[:-1], 0.0)
-    return Primary(**{**nothing, "status": Status.KNOWN, "chain_energy": 1.0, "work": 1.0, **values})
+    return Primary(**{**nothing, "status": SearchStatus.KNOWN, "chain_energy": 1.0, "work": 1.0, **values})
 
 
 def test_the_estimate_of_the_leading_wave_contains_each_part_in_full() -> None:

@@ -12,7 +12,7 @@ import pytest
 
 import shockwave as sw
 from shockwave.engine.peak_limit import growth_since
-from shockwave.engine.scaled_problem import Primary, Request, Status, short_limits
+from shockwave.engine.search_request import Primary, SearchRequest, SearchStatus, short_limits
 from shockwave.scene.simulate_options import Backend
 from shockwave.scene.solitary_wave import SPEED
 from shockwave.simulation import leading_wave
@@ -175,7 +175,7 @@ def test_a_tighter_tolerance_keeps_the_answer(rtol: float) -> None:
 def test_a_search_without_enough_work_states_how_much_another_wave_is_stronger(
     backend: Backend, work: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("shockwave.engine.scaled_problem._MAX_WORK", work)
+    monkeypatch.setattr("shockwave.engine.search_request._MAX_WORK", work)
     found = sw.simulate(OVERTAKEN, CHAIN, rtol=1e-4, waves="primary", backend=backend)
     assert 1e-3 < found.error_estimate < 0.2
     assert abs(found.amplification / 1.588404327 - 1) <= found.error_estimate
@@ -189,10 +189,10 @@ def test_a_search_with_a_rival_is_repeated_although_its_estimate_meets_the_toler
 ) -> None:
     find, patience = leading_wave.find_primaries, []
 
-    def impatient(requests: Sequence[Request], *arguments: Any) -> list[Primary]:
+    def impatient(requests: Sequence[SearchRequest], *arguments: Any) -> list[Primary]:
         patience.append(requests[0].patience)
         (found,) = find(requests, *arguments)
-        return [found if len(patience) > 1 else found._replace(status=Status.TOO_LONG, doubt=5e-3)]
+        return [found if len(patience) > 1 else found._replace(status=SearchStatus.TOO_LONG, doubt=5e-3)]
 
     monkeypatch.setattr(leading_wave, "find_primaries", impatient)
     result = sw.simulate(CASE_A, CHAIN, rtol=1e-2, waves="primary")

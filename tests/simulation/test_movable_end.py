@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import shockwave as sw
-from shockwave.engine.chain_problem import integrate
+from shockwave.engine.chain_motion import integrate
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.contact_setup import ChainSetup
 

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp, trapezoid
 from scipy.interpolate import CubicHermiteSpline, CubicSpline, PchipInterpolator
 
 import shockwave as sw
-from shockwave.engine.chain_problem import integrate
+from shockwave.engine.chain_motion import integrate
 from shockwave.scene.layout import Layout
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.contact_setup import ChainSetup

@@ -13,7 +13,7 @@ import pytest
 import shockwave as sw
 from shockwave.engine.nystroem_integrators import Rkn86
 from shockwave.engine.peak_log import PeakLog, Trail
-from shockwave.engine.scaled_problem import ChainProblem
+from shockwave.engine.scaled_problem import ScaledProblem
 from shockwave.scene.solitary_wave import HERTZ_WAVE
 from shockwave.simulation import wave_train as train
 from shockwave.simulation.rebounding_granules import find_rebounding
@@ -22,7 +22,7 @@ from shockwave.simulation.wave_train_run import ChainRun
 from support.scenes import CHAIN, FORCE, POWER, UNITS, record, triangle
 
 # Case A of the references: power law, eta 1/2 and 1, n = 3, in scaled units.
-CASE = ChainProblem(POWER, 2.0, 1.0)
+CASE = ScaledProblem(POWER, 2.0, 1.0)
 
 
 def log_of(*peaks: tuple[int, float, float]) -> PeakLog:

@@ -11,7 +11,7 @@ from attrs import define
 import shockwave as sw
 from shockwave.engine.integrator import Integrator
 from shockwave.engine.nystroem_integrators import Rkn86
-from shockwave.engine.scaled_problem import ChainProblem, chain_energy
+from shockwave.engine.scaled_problem import ScaledProblem, chain_energy
 from shockwave.registry.registry import load
 from shockwave.simulation.whole_chain import WholeChain
 from support.scenes import POWER
@@ -19,7 +19,7 @@ from support.scenes import POWER
 pytestmark = pytest.mark.compiled
 
 # Case A of the references.
-CASE = ChainProblem(POWER, 2.0, 1.0)
+CASE = ScaledProblem(POWER, 2.0, 1.0)
 # Peak at contact 9 of case A from two methods in quadruple precision.
 FORCE = 1.490253931405875817
 TIME = 12.118161972131167
@@ -93,7 +93,7 @@ def test_momentum_equals_the_impulse_and_the_chain_ahead_is_at_rest() -> None:
 def test_granules_that_are_hit_again_keep_their_energy() -> None:
     # The second force drives the first granule after those that rebounded from the first one.
     record = sw.Tabulated(times=[0, 0.5, 1, 60, 60.5, 61], forces=[0, 1, 0, 0, 1, 0])
-    whole = WholeChain(ChainProblem(record, 0.5, 1.0), Rkn86(tolerance=1e-10))
+    whole = WholeChain(ScaledProblem(record, 0.5, 1.0), Rkn86(tolerance=1e-10))
     before, after = (whole.advance_to(time, "", time) for time in (61.0, 300.0))
     energies = [chain_energy(stretch.x[-1], stretch.v[-1]) for stretch in (before, after)]
     # Errors add up over about a thousand steps.

@@ -9,7 +9,7 @@ from attrs import evolve
 
 import shockwave as sw
 from shockwave.engine.chain_assembly import Assembly
-from shockwave.engine.scaled_problem import ChainProblem
+from shockwave.engine.scaled_problem import ScaledProblem
 
 try:
     from shockwave.engine import _chains as compiled
@@ -17,7 +17,7 @@ except ImportError:
     compiled = None
 
 #: A triangular pulse of unit force and rise time.
-PULSE = ChainProblem(sw.PowerLaw(rise_exponent=1, decay_exponent=1, duration_ratio=3), 1.0, 1.0)
+PULSE = ScaledProblem(sw.PowerLaw(rise_exponent=1, decay_exponent=1, duration_ratio=3), 1.0, 1.0)
 
 
 def uniform(granules: int, exponent: float = 1.5, damping_power: float = 0.0, **changes: Any) -> Assembly:

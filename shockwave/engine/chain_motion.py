@@ -29,7 +29,7 @@ _WORK_PER_BODY = 6e6
 
 
 @frozen(eq=False, slots=False)
-class Motion:
+class ChainMotion:
     """The motion of an `Assembly`, in scaled units.
 
     Attributes
@@ -143,7 +143,7 @@ def integrate(
     times: Sequence[float] | FloatArray = (),
     compiled: ModuleType | None = None,
     integrator: type[Integrator] | None = None,
-) -> Motion:
+) -> ChainMotion:
     """Integrate a chain of mixed granules.
 
     Parameters
@@ -198,7 +198,7 @@ def _impulse_and_work(assembly: Assembly, job: Job) -> tuple[float, float]:
 
 def _motion_of(
     assembly: Assembly, job: Job, integrator: str, applied: tuple[float, float], samples: FloatArray
-) -> Motion:
+) -> ChainMotion:
     """The motion after the last run; ``applied`` are impulse and work of the applied force."""
     contacts, masses, x, v = len(assembly.overlaps), 1 / assembly.inverse_masses, job.x[:-1], job.v[:-1]
     peaks, progress = job.peaks[0, :contacts], job.progress
@@ -207,7 +207,7 @@ def _motion_of(
         potential = assembly.potential(x)
     else:
         residual, greatest, potential = _deformations(assembly, job)
-    return Motion(
+    return ChainMotion(
         forces=assembly.static_forces + peaks,
         force_times=job.peaks[1, :contacts],
         dynamic_forces=peaks,
