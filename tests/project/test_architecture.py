@@ -111,7 +111,7 @@ FEATURES = (
     *("shockwave.scene.sensors", "shockwave.simulation.chain_histories"),
     *("shockwave.simulation.first_pulse", "shockwave.simulation.sampled_history"),
     "shockwave.engine.integrator_steps",
-    *(f"shockwave.engine.chain_{name}" for name in ("assembly", "domains", "plastic", "problem")),
+    *(f"shockwave.engine.chain_{name}" for name in ("assembly", "domains", "motion", "plastic")),
     "shockwave.scenario.chain_blocks",
 )
 #: Modules that integrate whole chains, and those of wave trains.
