@@ -6,15 +6,13 @@ import argparse
 import math
 import typing
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 from attrs import frozen
 
-from shockwave.base.errors import hint_of, text_of
+from shockwave.base.errors import UsageError, hint_of, text_of
 from shockwave.base.units import to_si
-
-# Options that must not be repeated: both files or columns are wanted, so a second value must not replace the first.
-_WANTED_ALL = {"--output", "--picture", "--column"}
 
 
 @frozen
@@ -35,11 +33,6 @@ class Option:
         if default not in (None, [], argparse.SUPPRESS):
             bracket, stated = " (default", f": {default:g})" if isinstance(default, float) else f": {default})"
         return meaning + getattr(self.settings.get("type"), "rule", "") + bracket + stated
-
-    @property
-    def is_single(self) -> bool:
-        """Whether a second value must not replace the first, since both files or columns are wanted."""
-        return not _WANTED_ALL.isdisjoint(self.names) and "action" not in self.settings
 
     @property
     def usage(self) -> list[str]:
@@ -68,6 +61,19 @@ def option(usage: str, meaning: str, **settings: Any) -> Option:
     if value.startswith("-"):
         return Option((*names, value), meaning, {"action": "store_true", **settings})
     return Option(tuple(names) or (value.lower(),), meaning, {"metavar": value, **settings})
+
+
+class _Once(argparse.Action):
+    """Store a value, and refuse a second one: both files or columns are wanted."""
+
+    def __call__(self, parser: Any, options: argparse.Namespace, value: Any, option: str | None = None) -> None:
+        if getattr(options, self.dest) is not None:
+            raise UsageError(f"{option}: must be given once (got it again; see `{parser.prog} --help`)")
+        setattr(options, self.dest, value)
+
+
+#: An option that is given at most once.
+single = partial(option, action=_Once)
 
 
 class Change(argparse.Action):

@@ -107,12 +107,10 @@ def parse_command(name: str, arguments: Sequence[str]) -> argparse.Namespace:
 
 
 def _check_options(name: str, words: Sequence[str]) -> None:
-    """Raise a `UsageError` for an unknown option, or one whose second value would replace the first."""
+    """Raise a `UsageError` for an unknown option."""
     options = [option for command in COMMANDS if command.name == name for option in command.all_options]
     flags = [flag for option in options or [NO_PLUGINS] for flag in option.names if flag.startswith("-")]
     names = ["--help", *flags, *([] if options else ["-V", "--version"])]
-    single = {flag: each.names for each in options for flag in each.names if each.is_single}
-    taken = set[tuple[str, ...]]()
     for word in words:
         if word == "--":
             return
@@ -125,7 +123,3 @@ def _check_options(name: str, words: Sequence[str]) -> None:
                 paths = paths_of(flag.strip("-").replace("-", "_"))
                 hint = f"use `--set {paths[0]}=VALUE`" if paths else hint
             raise UsageError(f"unknown option (got {text_of(flag)}; {hint})")
-        if flag in single:
-            if single[flag] in taken:
-                raise UsageError(f"{flag}: must be given once (got it again; see `shockwave {name} --help`)")
-            taken.add(single[flag])
