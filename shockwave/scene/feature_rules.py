@@ -58,10 +58,13 @@ def is_damped(chain: Any) -> bool:
     parts = [chain, *(segment for _, segment in each_segment(chain.granules))]
     if (chain.end is not None and chain.end.damping > 0) or any(part.damping for part in parts):
         return True
-    rate = is_plastic(chain.granules, chain.contact) and any(
-        part.material.rate_constant for part in parts if part.material
-    )
-    return rate or any(isinstance(part.contact, ContactLaw) for part in parts)
+    return depends_on_rate(chain) or any(isinstance(part.contact, ContactLaw) for part in parts)
+
+
+def depends_on_rate(chain: Any) -> bool:
+    """Whether the strength of elastic-plastic contacts depends on the strain rate."""
+    materials = [chain.material, *(segment.material for _, segment in each_segment(chain.granules))]
+    return chain.is_plastic and any(material.rate_constant for material in materials if material)
 
 
 def is_plastic(granules: Granules, contact: object) -> bool:

@@ -13,6 +13,7 @@ import pytest
 import shockwave as sw
 from shockwave.base.text import si
 from shockwave.scene.layout import Layout, elastic_chain
+from shockwave.scene.yielding import law_facts
 from support.command_line import scenario, shockwave
 from support.scenario_texts import scenario_in_python
 
@@ -128,6 +129,12 @@ def test_a_result_states_the_error_of_the_plastic_law_once(run: Any) -> None:
         result.text(level).count("-2 to +11 %") for result in (plastic, elastic) for level in ("short", "verbose")
     ] == [*(1, 1, 0, 0)]
     assert elastic.to_dict()["notes"] == []
+
+
+@pytest.mark.parametrize(("rate_constant", "error"), [(0.0, "-2 to +11 %"), (0.035, "-22 to +1.5 %")])
+def test_the_error_of_the_plastic_law_is_that_without_or_with_rate(rate_constant: float, error: str) -> None:
+    (text,) = dict(law_facts(attrs.evolve(BEADS, material=attrs.evolve(STEEL, rate_constant=rate_constant)))).values()
+    assert text.startswith(error)
 
 
 def test_a_design_states_the_error_of_the_plastic_law() -> None:
