@@ -31,8 +31,8 @@ _MOST_KEPT = 256
 # Exponents of the displacement for which a polynomial is faster than a power.
 _POLYNOMIALS = range(2, 7)
 
-# Number of samples whose pieces are computed at a time, so that their arrays fit in the cache.
-_AT_A_TIME = 4096
+# Chebyshev coefficients in z of 1, y, y^2 and y^3, y = (1 + z)/2.
+_POWERS = np.array([[32, 0, 0, 0], [16, 16, 0, 0], [12, 16, 4, 0], [10, 15, 6, 1]]) / 32
 # Degree of the fitted polynomials.
 _DEGREE = 32
 # Number of last coefficients that estimate the truncation error. A jump changes all of them; by symmetry some can
@@ -93,25 +93,14 @@ class FreePath:
     @classmethod
     def of_samples(cls, knots: FloatArray, forces: FloatArray, impulses: FloatArray, paths: FloatArray) -> FreePath:
         """Table of a force that is linear between its knots, from force, impulse and path there, each of shape (k,)."""
-        count = len(knots) - 1
-        rows, coefficients = np.empty((count, 8)), np.empty((count, 4, 2))
-        for first in range(0, count, _AT_A_TIME):
-            part, after = slice(first, min(first + _AT_A_TIME, count)), slice(first + 1, first + _AT_A_TIME + 1)
-            widths, left, rise = knots[after] - knots[part], forces[part], forces[after] - forces[part]
-            gain, square = 0.5 * widths * impulses[part], widths**2
-            # I + w (f y + r y^2/2) and its integral in Chebyshev polynomials of z, where y = (1 + z)/2.
-            path, impulse = coefficients[part, :, 0].T, coefficients[part, :, 1].T
-            path[0] = paths[part] + gain + square * (3 / 16 * left + 5 / 96 * rise)
-            path[1] = gain + square * (left / 4 + 5 / 64 * rise)
-            path[2] = square * (left / 16 + rise / 32)
-            path[3] = square * (rise / 192)
-            impulse[0] = impulses[part] + widths * (left / 2 + 3 / 16 * rise)
-            impulse[1] = widths * (left / 2 + rise / 4)
-            impulse[2] = widths * (rise / 16)
-            impulse[3] = 0.0
-            rows[part] = _make_rows(knots[part], knots[after], np.full(widths.size, 4))
-            rows[part, 2] += 4 * first
-        return cls(rows, coefficients.reshape(-1, 2), _ROUNDING)
+        widths, left, rise = np.diff(knots), forces[:-1], np.diff(forces)
+        square = widths**2
+        # coefficients of the powers of y = (s - begin)/width
+        path = paths[:-1], widths * impulses[:-1], square * left / 2, square * rise / 6
+        impulse = impulses[:-1], widths * left, widths * rise / 2, np.zeros_like(widths)
+        series = [sum(map(np.outer, powers, _POWERS)) for powers in (path, impulse)]
+        rows = _make_rows(knots[:-1], knots[1:], np.full(widths.size, 4))
+        return cls(rows, np.stack(series, axis=-1).reshape(-1, 2), _ROUNDING)
 
     @classmethod
     def of_polynomials(cls, edges: FloatArray, path: Function, impulse: Function, degree: int) -> FreePath:
