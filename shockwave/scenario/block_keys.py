@@ -9,7 +9,7 @@ from __future__ import annotations
 import inspect
 import re
 import typing
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any, Literal
 
@@ -36,7 +36,8 @@ class Key:
 
     ``annotation`` is the type of a key without a ``spec``; ``default`` is that of the constructor; ``kind`` is the
     registry whose names are its values, and ``also`` are further ones. The key may replace those in ``instead_of``, or
-    one of those in ``one_of``. If it is not ``plain``, like any parameter of a plugin, its text may name a file.
+    one of those in ``one_of``. If it is not ``plain``, like any parameter of a plugin, its text may name a file. In
+    place of another value it may be a mapping of ``keys``, the arguments of ``make``.
     """
 
     name: str
@@ -50,6 +51,8 @@ class Key:
     one_of: tuple[str, ...] = ()
     also: tuple[str, ...] = ()
     plain: bool = True
+    keys: tuple[Key, ...] = ()
+    make: Callable[..., Any] = dict
 
     @property
     def purpose(self) -> str:
@@ -110,6 +113,11 @@ def _settings(cls: type) -> tuple[Key, ...]:
     return tuple(evolve(key, kind=kinds.get(key.name, "")) for key in keys_of(cls))
 
 
+def name_of_material(key: Key) -> Key:
+    """The key of a material whose value is a name."""
+    return evolve(key, annotation=str, keys=())
+
+
 def has_chain_blocks(data: Mapping[str, Any]) -> bool:
     """Whether a document has blocks for chains beyond equal spheres."""
     chain = data.get("chain")
@@ -141,10 +149,12 @@ SCENARIO = (
     Key("sweep", default=None, meaning="a mapping of grid, zip or points, for many cases"),
     Key("uncertainty", default=None, meaning="a mapping of dotted names to probability distributions"),
 )
+#: Key of a material: a name, or a mapping of its constants.
+MATERIAL = Key("material", kind="materials", meaning="a name or a mapping", keys=keys_of(Material), make=Material)
 _CHAIN = {key.name: key for key in keys_of(Chain)}
 GRANULES = _CHAIN["granules"]
 CHAIN = (
-    Key("material", required=True, kind="materials", meaning="a name from `shockwave list materials`, or a mapping"),
+    evolve(MATERIAL, required=True, meaning="a name from `shockwave list materials`, or a mapping"),
     Key("diameter", required=True, spec=DIAMETER),
     evolve(_CHAIN["radius"], required=False, instead_of=("diameter",)),
     GRANULES,
@@ -171,7 +181,7 @@ SHOCK = (
 )
 #: Blocks whose values have dotted names, without the parameters of the profile.
 BLOCKS = {
-    "chain": (evolve(CHAIN[0], annotation=str), *(key for key in CHAIN[1:] if key.name not in CHAIN_BLOCKS)),
+    "chain": (name_of_material(CHAIN[0]), *(key for key in CHAIN[1:] if key.name not in CHAIN_BLOCKS)),
     "chain.material": tuple(key for key in keys_of(Material) if key.spec is not None),
     "shock": SHOCK,
     "predict": _settings(Predictor),

@@ -11,12 +11,12 @@ from typing import Any
 
 from attrs import evolve
 
-from shockwave.base.errors import Fault, InvalidValueError, ShockwaveError, UnknownNameError, below, nearest, refuse
+from shockwave.base.errors import Fault, InvalidValueError, ShockwaveError, UnknownNameError, nearest, refuse
 from shockwave.base.quantity_fields import Declaration, join, text_of
 from shockwave.records.record_format import RecordFormat
 from shockwave.registry.registry import blame, entries, load
-from shockwave.scenario.block_keys import BLOCKS, GRANULES, WALLS, Key, keys_of
-from shockwave.scenario.value_conversion import Parser, convert, items, structure, to_material
+from shockwave.scenario.block_keys import BLOCKS, GRANULES, MATERIAL, WALLS, Key, keys_of, name_of_material
+from shockwave.scenario.value_conversion import Parser, convert, items, structure
 from shockwave.scene.chain_end import Bar, Wall
 from shockwave.scene.contact_law import PowerContact
 from shockwave.scene.impact import Impact
@@ -29,40 +29,47 @@ def _keys(cls: type) -> dict[str, Key]:
     return {key.name: key for key in keys_of(cls)}
 
 
-_MATERIAL = Key("material", kind="materials", meaning="a name or a mapping; by default that of the chain")
+_MATERIAL = evolve(MATERIAL, meaning="a name or a mapping; by default that of the chain")
 _DIAMETER = Declaration("m", "diameter of the granules", **SIZES)
-_RADIUS = evolve(_keys(Segment)["radius"], instead_of=("diameter",))
 #: Keys of a taper, which replaces a single size.
 TAPER = (
     Key("from", required=True, spec=_keys(Taper)["first"].spec),
     Key("to", required=True, spec=_keys(Taper)["last"].spec),
     evolve(_keys(Taper)["spacing"], meaning="linear (equal differences, default) or geometric (equal ratios)"),
 )
+
+
+def _taper(**values: Any) -> Taper:
+    return Taper(first=values.pop("from"), last=values.pop("to"), **values)
+
+
+_TAPERED: dict[str, Any] = {"keys": TAPER, "make": _taper}
 #: Keys of a segment.
 SEGMENT = (
-    *(_keys(Segment)["count"], _MATERIAL, Key("diameter", spec=_DIAMETER), _RADIUS, _keys(Segment)["gap"]),
+    *(_keys(Segment)["count"], _MATERIAL, Key("diameter", spec=_DIAMETER, **_TAPERED)),
+    *(evolve(_keys(Segment)["radius"], instead_of=("diameter",), **_TAPERED), _keys(Segment)["gap"]),
     Key("contact", default=None, meaning="law of the contacts behind its granules, by default that of the chain"),
     Key("damping", default=None, meaning="damping at these contacts, by default that of the chain"),
 )
 # Keys of a motion that a record replaces.
 _CONSTANT = ("velocity", "until", "times", "values")
-# Keys of sizes, of which a segment has one.
-_SIZES = ("diameter", "radius")
 #: Keys of a repeated cell.
 CELL = (_keys(Cell)["repeat"], Key("cell", required=True, meaning="a list of the segments of a cell"))
 #: Keys of an end with a wall.
 END = (
-    Key(
-        "wall", required=True, kind="materials", also=WALLS, meaning="same (as the last granule), rigid, or a material"
+    evolve(
+        MATERIAL, name="wall", required=True, also=WALLS, meaning="same (as the last granule), rigid, or a material"
     ),
     *(_keys(Wall)[name] for name in ("mass", "stiffness", "damping")),
 )
 #: Keys of a bar in place of a wall.
 BAR = (
-    evolve(_MATERIAL, required=True, meaning="a name or a mapping"),
+    evolve(MATERIAL, required=True),
     Key("diameter", required=True, spec=evolve(_DIAMETER, meaning="diameter of the bar")),
     *(evolve(_keys(Bar)[name], instead_of=("diameter",)) for name in ("radius", "impedance")),
 )
+#: Key of an end with a bar.
+BAR_END = (Key("bar", required=True, meaning="a bar in place of a wall", keys=BAR, make=Bar),)
 #: Keys of the ``impact`` block.
 IMPACT = (
     evolve(_keys(Impact)["velocity"], required=True),
@@ -112,16 +119,7 @@ def _cell(content: Any) -> list[Segment]:
 def _segment(content: Any) -> Segment:
     if content is None:
         raise InvalidValueError(f"must be a mapping of {', '.join(key.name for key in SEGMENT)} (got nothing)")
-    sizes = {key.name: partial(_size, key) for key in SEGMENT if key.name in _SIZES}
-    laws = {block: partial(law, block) for block in LAWS}
-    return Segment(**structure(content, SEGMENT, {"material": to_material, **sizes, **laws}))
-
-
-def _size(key: Key, content: Any) -> Any:
-    if not isinstance(content, dict):
-        return convert(key, content)
-    values = structure(content, TAPER)
-    return Taper(first=values.pop("from"), last=values.pop("to"), **values)
+    return Segment(**structure(content, SEGMENT, _LAW_PARSERS))
 
 
 def end(content: Any) -> Wall | Bar | None:
@@ -134,15 +132,10 @@ def end(content: Any) -> Wall | Bar | None:
             f"must be free, or a mapping of {keys} (got {text_of(content)}; for a wall, {{wall: same}})"
         )
     if content.keys() == {"bar"}:
-        with below("bar"):
-            return Bar(**structure(content["bar"], BAR, {"material": to_material}))
-    values = structure(content, END, {"wall": _wall})
+        bar: Bar = structure(content, BAR_END)["bar"]
+        return bar
+    values = structure(content, END)
     return Wall(material=values.pop("wall"), **values)
-
-
-def _wall(content: Any) -> Any:
-    name = content.lower() if isinstance(content, str) else content
-    return name if name in WALLS else to_material(content)
 
 
 def law(block: str, content: Any) -> Any:
@@ -190,7 +183,7 @@ def models(block: str) -> list[str]:
 
 def impact(content: Any) -> Impact:
     """The impact."""
-    return Impact(**structure(content, IMPACT, {"material": to_material}))
+    return Impact(**structure(content, IMPACT))
 
 
 def motion(find: Callable[[str, str], Path], content: Any) -> Motion:
@@ -206,11 +199,12 @@ def motion(find: Callable[[str, str], Path], content: Any) -> Motion:
     return Motion.from_file(file, quantity, **values)
 
 
+_LAW_PARSERS: dict[str, Parser] = {block: partial(law, block) for block in LAWS}
 #: Key of the ``chain`` block -> its parser.
 PARSERS: Mapping[str, Parser] = {
     "granules": granules,
     "end": end,
-    **{block: partial(law, block) for block in LAWS},
+    **_LAW_PARSERS,
 }
 
 
@@ -256,12 +250,11 @@ def _keys_of_block(place: str, keys: Sequence[Key], content: Mapping[str, Any]) 
     for key in keys:
         name = f"{place}.{key.name}"
         if key.kind == "materials":
-            yield name, evolve(key, annotation=str)
+            yield name, name_of_material(key)
             if str(content.get(key.name)).lower() not in WALLS:
                 yield from ((f"{name}.{own.name}", own) for own in BLOCKS["chain.material"])
-        elif key.name in _SIZES and (tapers := [one for one in _SIZES if isinstance(content.get(one), dict)]):
-            name = f"{place}.{tapers[0]}"
-            yield from ((f"{name}.{end.name}", end) for end in TAPER[:2])
+        elif tapers := [each for each in ("diameter", "radius") if key.keys and isinstance(content.get(each), dict)]:
+            yield from ((f"{place}.{tapers[0]}.{end.name}", end) for end in TAPER[:2])
         elif key.name in LAWS:
             yield from _keys_of_law(place, key.name, content)
         else:

@@ -43,7 +43,7 @@ from shockwave.scenario.published_results import Published
 from shockwave.scenario.sweep_block import document_at, points_to_try, varied_paths
 from shockwave.scenario.sweep_block import read as read_sweep
 from shockwave.scenario.uncertainty_block import read as read_spreads
-from shockwave.scenario.value_conversion import Parser, convert, items, names_files, structure, to_material, values_of
+from shockwave.scenario.value_conversion import Parser, convert, items, names_files, structure, values_of
 from shockwave.scenario.yaml_document import Document
 from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import Limit, limit_faults
@@ -188,11 +188,11 @@ def _requires(content: Any) -> list[str]:
 
 
 def _chain(content: Any) -> Chain:
-    parsers: dict[str, Parser] = {"material": to_material}
+    parsers: Mapping[str, Parser] = {}
     if has_chain_blocks({"chain": content}):
         from shockwave.scenario import chain_blocks  # not needed for equal granules
 
-        parsers |= chain_blocks.PARSERS
+        parsers = chain_blocks.PARSERS
     return Chain(**structure(content, CHAIN, parsers))
 
 

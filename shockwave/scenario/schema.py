@@ -18,11 +18,10 @@ from shockwave import __version__
 from shockwave.base.quantity_fields import Declaration
 from shockwave.registry import registry
 from shockwave.scenario.block_keys import BLOCKS, CHAIN, SCENARIO, SHOCK, Key, keys_of, parameters_of
-from shockwave.scenario.chain_blocks import BAR, CELL, END, IMPACT, LAWS, MODEL, MOTION, SEGMENT, TAPER, models
+from shockwave.scenario.chain_blocks import BAR_END, CELL, END, IMPACT, LAWS, MODEL, MOTION, SEGMENT, models
 from shockwave.scenario.published_results import Published
 from shockwave.scenario.sweep_block import SWEEP
 from shockwave.scene.force_limit import Limit
-from shockwave.scene.material import Material
 
 _DRAFT = "http://json-schema.org/draft-07/schema#"
 _ABOUT = (
@@ -91,17 +90,9 @@ def _chain() -> Form:
     granules = properties["granules"]
     description = {"description": f"{granules.pop('description')}; or a list of segments, struck end first"}
     properties["granules"] = description | {"anyOf": [granules, parts]}
-    properties["end"] |= {"anyOf": [*_names_in_any_case(["free"]), _KINDS[type(None)], _mapping(END), _bar()]}
+    properties["end"] |= {"anyOf": [*_names_in_any_case(["free"]), _KINDS[type(None)], *map(_mapping, (END, BAR_END))]}
     for block in LAWS:
         properties[block] |= _laws(block)
-    return form
-
-
-def _bar() -> Form:
-    """An end with a bar."""
-    keys = (Key("bar", required=True, meaning="a bar in place of a wall"),)
-    form = _mapping(keys)
-    form["properties"]["bar"] |= _mapping(BAR)
     return form
 
 
@@ -116,9 +107,6 @@ def _segment() -> Form:
     form = _mapping(SEGMENT)
     for block in LAWS:
         form["properties"][block] |= _laws(block)
-    for name in ("diameter", "radius"):
-        size = form["properties"][name]
-        form["properties"][name] = {"description": size.pop("description"), "anyOf": [size, _mapping(TAPER)]}
     return form
 
 
@@ -174,14 +162,15 @@ def _value(key: Key) -> Form:
     spec = key.spec
     if spec is not None:
         form: Form = {"type": "array", "items": _quantity(spec)} if spec.samples else _quantity(spec)
-    elif key.kind == "materials":
-        form = {"anyOf": [*_names_in_any_case([*key.also, *_names(key.kind)]), _mapping(keys_of(Material))]}
     elif key.kind:
-        form = {"anyOf": _names_in_any_case(_names(key.kind))}
+        form = {"anyOf": _names_in_any_case([*key.also, *_names(key.kind)])}
     else:
         form = _kind_form(key.annotation)
     if key.may_be_none:
         form = _allow_null(form)
+    if key.keys:
+        mapping = _mapping(key.keys)
+        form = {"anyOf": [*form.get("anyOf", [form]), mapping]} if form else mapping
     if key.purpose:
         form = {"description": key.purpose} | form
     stated = isinstance(key.default, str | int | float) and key.default not in (math.inf, -math.inf)

@@ -15,8 +15,7 @@ from shockwave.base.errors import Fault, InvalidValueError, ShockwaveError, firs
 from shockwave.base.quantity_fields import Declaration, join, text_of
 from shockwave.base.units import COMMA, to_si
 from shockwave.registry.registry import find, load
-from shockwave.scenario.block_keys import Key, hint_instead_of, keys_of, paths_of
-from shockwave.scene.material import Material
+from shockwave.scenario.block_keys import Key, hint_instead_of, paths_of
 
 #: Conversion of a value of a document.
 Parser = Callable[[Any], Any]
@@ -48,12 +47,6 @@ def values_of(
     converters = {key.name: partial(convert, key) for key in keys} | dict(parsers or {})
     values, faults = _each(content.items(), converters)
     return values, [*faults, *_key_faults(content, keys)]
-
-
-def to_material(content: Any) -> Material:
-    """Material of the library, or that of a mapping; a number, such as 52100, is the name of a grade."""
-    is_name = isinstance(content, str | int)
-    return load("materials", str(content)) if is_name else Material(**structure(content, keys_of(Material)))
 
 
 def structure(data: Any, keys: Sequence[Key], parsers: Mapping[str, Parser] | None = None) -> dict[str, Any]:
@@ -140,9 +133,15 @@ def convert(key: Key, value: Any) -> Any:
     spec = key.spec
     if value is None and key.may_be_none:
         return None
+    if key.keys and (not isinstance(value, str | int) if key.kind else spec is None or isinstance(value, dict)):
+        return key.make(**structure(value, key.keys))
     if spec is None:
+        if key.kind and str(value).lower() in key.also:
+            return value.lower()
+        if key.keys:
+            return load(key.kind, str(value))  # a number, such as 52100, is the name of a grade of a material
         if key.kind and isinstance(value, str):
-            value = value.lower() if value.lower() in key.also else find(key.kind, value).name
+            value = find(key.kind, value).name
         return _convert_to_kind(value, key.annotation, key.plain or bool(key.kind) or names_files.get())
     if not spec.samples:
         return _quantity(value, spec)
