@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,6 @@ from shockwave.base.errors import (
     refuse,
 )
 from shockwave.base.quantity_fields import join, text_of
-from shockwave.base.text import si
 from shockwave.base.units import to_si
 from shockwave.prediction.predictor import Predictor
 from shockwave.registry.registry import blame, find, load
@@ -54,7 +53,6 @@ from shockwave.scene.simulate_options import SimulateOptions
 # Errors that are listed; the number of the others is stated.
 _MOST_FAULTS = 100
 _MOST_TRIED = 3000  # errors after which no further point of a sweep is tried: so many are not due to its values
-_SIZES = ("peak_force", "rise_time", "duration")
 
 
 def parts_of(document: Document, path: Path | None) -> dict[str, Any]:
@@ -245,81 +243,46 @@ _PARSERS: Mapping[str, Parser] = {
 
 
 def _shock(folder: Path, content: Any) -> Shock:
-    """The shock; its profile is built even if another key has an error, so that its errors are reported too."""
+    """The shock; it is made even if a key has an error, so that those of its profile and its times are reported too."""
     block = content if isinstance(content, dict) else {}
     cls: Any = None
-    profile = None
     faults: list[Fault] = []
+    parsers: dict[str, Parser] = {}
     with collect_faults(faults, "profile"):
         cls = load("profiles", block["profile"]) if isinstance(block.get("profile"), str) else None
-    values, others = values_of(content, shock_keys(cls))
-    faults += others
     if cls is not None:
-        with collect_faults(faults):
-            _join_times(cls, values)
-        with collect_faults(faults):
-            profile = _profile(cls, folder, block, values)
-    if profile is None or faults:
+        content = {**block, "parameters": block.get("parameters")}
+        parsers["parameters"] = partial(_parameters, folder, find("profiles", block["profile"]).name, cls, faults)
+    values, others = values_of(content, shock_keys(cls), parsers)
+    faults += others
+    if "parameters" not in values:
         raise InvalidValueError(*faults)
-    sizes: dict[str, Any] = {key: values[key] for key in _SIZES if key in values}
-    with collect_faults(faults), blame("profiles", cls):
-        return Shock(profile=profile, **sizes)
-    raise InvalidValueError(*(fault if fault.steps else fault.below("profile") for fault in faults))
-
-
-def _join_times(cls: Any, values: dict[str, Any]) -> None:
-    """Replace a duration beside a rise time by their ratio."""
-    if not {"rise_time", "duration"} <= values.keys() or "duration_ratio" in values:
-        return
-    specs = [key.spec for key in keys_of(cls) if key.name == "duration_ratio"]
-    duration, rise_time = values.pop("duration"), values["rise_time"]
-    ratio = duration / rise_time
-    if not specs:
-        rule = "must be left out if rise_time is given, because the profile has its own duration ratio"
-        raise InvalidValueError.of("duration", rule)
-    if ratio <= 1:
-        rule = f"must be shorter than the duration, {si(duration, 's')} (got {si(rise_time, 's')})"
-        raise InvalidValueError.of("rise_time", rule)
-    if specs[0] is not None and (problem := specs[0].problem(ratio)):
-        raise InvalidValueError.of("duration", f"over rise_time {problem}")
-    values["duration_ratio"] = ratio
-
-
-def _profile(cls: Any, folder: Path, block: Mapping[str, Any], shock: Mapping[str, Any]) -> Any:
-    """Profile of the ``block`` of a shock with the valid values ``shock``; None if its duration ratio is missing."""
-    name = find("profiles", block["profile"]).name
-    values, faults = values_of(block.get("parameters"), parameters_of(name, cls))
-    faults = [fault.below("parameters") for fault in faults]
-    duration_keys = [key for key in keys_of(cls) if key.name == "duration_ratio"]
-    if "duration_ratio" not in shock:
-        # a wrong or missing one is reported with the keys of the block
-        if not faults and ("duration_ratio" in block or any(key.required for key in duration_keys)):
-            return None
-    elif duration_keys:
-        values["duration_ratio"] = shock["duration_ratio"]
-    else:
-        problem = f"must be left out, because profile {name!r} has its own (got {shock['duration_ratio']:g})"
-        faults.append(Fault("duration_ratio", problem))
-    refuse(faults)
-    make: Callable[..., Any] = cls
-    if name == RECORD and "file" in values:
-        make = partial(cls.from_file, _file(folder, values.pop("file")))
-    elif name == RECORD:
-        for key in values.keys() - {key.name for key in keys_of(cls)}:
-            problem = f"must be left out without file (got {text_of(values.pop(key))})"
-            faults.append(Fault(("parameters", key), problem, at_key=True))
+    if {"rise_time", "duration_ratio"} <= values.keys():
+        values.pop("duration", None)  # reported with the keys
     built: list[Fault] = []
     with collect_faults(built), blame("profiles", cls):
-        profile = make(**values)
-    refuse([*faults, *map(_place_in_shock, built)])
-    return profile
+        shock = Shock(**values)
+        if not faults:
+            return shock
+    built = [fault if fault.steps else fault.below(*_place_of_profile(fault)) for fault in built]
+    # what is missing was reported with the keys
+    raise InvalidValueError(*faults, *(fault for fault in built if not faults or fault.steps[0] in values))
 
 
-def _place_in_shock(fault: Fault) -> Fault:
-    """A fault of a profile with its path in the block of the shock."""
-    if fault.steps[:1] == ("duration_ratio",):
-        return fault
-    return fault.below("parameters", *(["file"] if fault.exit_code == FileAccessError.exit_code else []))
+def _place_of_profile(fault: Fault) -> Steps:
+    return ("parameters", "file") if fault.exit_code == FileAccessError.exit_code else ("profile",)
+
+
+def _parameters(folder: Path, profile: str, cls: Any, others: list[Fault], content: Any) -> dict[str, Any]:
+    """Parameters of the profile; errors of valid values that it does not take are added to ``others``."""
+    values = structure(content, parameters_of(profile, cls))
+    if profile == RECORD and "file" in values:
+        values["file"] = _file(folder, values["file"], "file")
+    elif profile == RECORD:
+        for key in values.keys() - {key.name for key in keys_of(cls)}:
+            problem = f"must be left out without file (got {text_of(values.pop(key))})"
+            others.append(Fault(("parameters", key), problem, at_key=True))
+    return values
 
 
 def _motion(folder: Path, content: Any) -> Any:
@@ -328,7 +291,7 @@ def _motion(folder: Path, content: Any) -> Any:
     return motion(partial(_file, folder), content)
 
 
-def _file(folder: Path, name: str, key: str = "parameters.file") -> Path:
+def _file(folder: Path, name: str, key: str) -> Path:
     """File ``name`` in the scenario's folder or below it."""
     file = folder / name
     # an absolute name may lead elsewhere, too; Path.resolve raises an error for a link to itself

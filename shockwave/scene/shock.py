@@ -12,6 +12,8 @@ from attrs import evolve, field, frozen
 from shockwave.base.arguments import explain_arguments
 from shockwave.base.errors import Fault, InvalidValueError, locate
 from shockwave.base.quantity_fields import Declaration, Number, Value, quantity, text_of
+from shockwave.base.text import si
+from shockwave.base.units import to_si
 from shockwave.profiles.contract_check import examine
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.registry.registry import blame, load
@@ -19,6 +21,7 @@ from shockwave.registry.registry import blame, load
 #: The total duration, which can be given instead of the rise time or the duration ratio.
 DURATION = Declaration("s", "total duration n t0, instead of t0 or n", above=0)
 _RISE_TIME = Declaration("s", "rise time t0", above=0)
+_OWN_RATIO = "because the profile has its own duration ratio"
 
 
 @frozen(kw_only=True, init=False)
@@ -78,23 +81,23 @@ class Shock(Value):
         parameters: Mapping[str, Any] | None = None,
     ) -> None:
         if isinstance(profile, str):
-            ratio = duration_ratio
-            if duration is not None and rise_time is not None and ratio is None:
-                ratio = DURATION.check("duration", duration) / _RISE_TIME.check("rise_time", rise_time)
             make: Any = load("profiles", profile)
-            if ratio is not None:
-                if "duration_ratio" not in signature(make).parameters:
-                    why = "because the profile has its own duration ratio: give rise_time or duration alone"
-                    _refuse(why, duration_ratio=duration_ratio, duration=duration)
-                duration = duration if ratio is duration_ratio else None
-            profile = _profile(make, ratio, parameters or {})
+            takes_ratio = "duration_ratio" in signature(make).parameters
+            if duration is not None and rise_time is not None and duration_ratio is None:
+                if not takes_ratio:
+                    raise InvalidValueError.of("duration", f"must be left out if rise_time is given, {_OWN_RATIO}")
+                duration_ratio, duration = _ratio(duration, rise_time), None
+            elif duration_ratio is not None and not takes_ratio:
+                rule = f"must be left out, because profile {profile!r} has its own"
+                raise InvalidValueError.of("duration_ratio", f"{rule} (got {to_si(duration_ratio):g})")
+            profile = _profile(make, duration_ratio, parameters or {})
         else:
             _refuse("for a profile that is an object", duration_ratio=duration_ratio, parameters=parameters)
         if not isinstance(profile, ShockProfile):
             raise InvalidValueError.of("profile", f"must be a ShockProfile or the name of one (got {text_of(profile)})")
         examine(profile)
         if duration is not None:
-            _refuse("if duration is given, because the profile has its own duration ratio", rise_time=rise_time)
+            _refuse(f"if duration is given, {_OWN_RATIO}", rise_time=rise_time)
             rise_time = DURATION.check("duration", duration) / float(profile.duration_ratio)
         self.__attrs_init__(profile=profile, peak_force=peak_force, rise_time=rise_time)  # type: ignore[arg-type]
 
@@ -110,6 +113,16 @@ class Shock(Value):
     def duration(self) -> float:
         """Whole duration n t0 [s]."""
         return self.profile.duration_ratio * self.rise_time
+
+
+def _ratio(duration: Number, rise_time: Number) -> float:
+    """Duration ratio of a duration and a rise time."""
+    whole, rise = DURATION.check("duration", duration), _RISE_TIME.check("rise_time", rise_time)
+    if whole <= rise:
+        raise InvalidValueError.of(
+            "rise_time", f"must be shorter than the duration, {si(whole, 's')} (got {si(rise, 's')})"
+        )
+    return float(whole / rise)
 
 
 def _refuse(why: str, **values: object) -> None:
