@@ -63,13 +63,10 @@ def _chain(chain: Chain) -> dict[str, Any]:
         from shockwave.scene.description import plain  # not needed for equal granules
 
         return dict(plain(chain, names=False))
-    chain = equal
-    constants = ("youngs_modulus", "poisson_ratio", "density")
-    material = {name: getattr(chain.material, name) for name in constants}
-    if chain.material.yield_strength is not None:
-        material["yield_strength"] = chain.material.yield_strength
-    packing = {} if chain.packing is None else {"packing": chain.packing}
-    return {"material": material, "radius": chain.radius, "granules": chain.granules, **packing}
+    names = ("youngs_modulus", "poisson_ratio", "density", "yield_strength")
+    material = {name: value for name in names if (value := getattr(equal.material, name)) is not None}
+    packing = {} if equal.packing is None else {"packing": equal.packing}
+    return {"material": material, "radius": equal.radius, "granules": equal.granules, **packing}
 
 
 def _excitation(scenario: Scenario) -> dict[str, Any]:
