@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from shockwave.base.errors import Fault
+from shockwave.base.errors import Fault, dotted_name
 from shockwave.base.text import si
 
 
@@ -72,11 +72,11 @@ def _values(excitation: Any, chain: Any) -> Iterator[tuple[str, str, float]]:
         yield from _material(
             f"chain.end.{'wall' if hasattr(chain.end, 'stiffness_ratio') else 'bar.material'}", chain.end.material
         )
-    for index, part in enumerate(chain.granules if isinstance(chain.granules, tuple) else ()):
-        place = f"chain.granules[{index}]"
-        yield from _sphere(place, part) if hasattr(part, "count") else ()
-        for inner, segment in enumerate(getattr(part, "cell", ())):
-            yield from _sphere(f"{place}.cell[{inner}]", segment)
+    if isinstance(chain.granules, tuple):
+        from shockwave.scene.segments import each_segment  # equal granules do not need it
+
+        for steps, segment in each_segment(chain.granules):
+            yield from _sphere(dotted_name(("chain", "granules", *steps)), segment)
 
 
 def _sphere(place: str, part: Any) -> Iterator[tuple[str, str, float]]:
