@@ -292,7 +292,7 @@ class Outcome(SceneResult):
 
     def to_dict(self) -> dict[str, Any]:
         """Document printed by ``predict --json``: SI floats, no NaN."""
-        document = VERSION | self._document(*_KEYS) | {"scene": self.scene.summary().to_dict()}
+        document = VERSION | self._document(*_KEYS) | {"scene": self.scene.summary().numbers}
         if (wall := self.transmitted) is not None:
             document["transmitted"] |= {"low": wall.low, "high": wall.high}
             document["transmitted"] |= {} if wall.peak_force else {"high": None, "error_estimate": None}

@@ -193,7 +193,7 @@ def _details(outcome: Outcome) -> list[str]:
             pairs.append(("scales as", exponents_text(powers)))
     if outcome.yielding is not None:
         pairs += outcome.yielding.facts()
-    return [*lines, *facts([*pairs, *outcome.scene.summary().facts()])]
+    return [*lines, *facts([*pairs, *outcome.scene.summary().lines])]
 
 
 def exponents_text(powers: Any) -> str:

@@ -88,7 +88,7 @@ def _shock_facts(scenario: Scenario) -> dict[str, Any]:
         "profile": profile.name if profile else type(shock.profile).__name__,
         "parameters": _parameters(shock.profile),
         "areas": areas,
-        "contact": dict(scenario.scene.summary().facts()).get("contact"),
+        "contact": dict(scenario.scene.summary().lines).get("contact"),
         "characteristic_time": Scales.of(scenario.scene.line, shock.peak_force).time,
         "conditions": evaluate_conditions(areas, float(shock.profile.duration_ratio)),
     }

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import re
-from typing import Any
-
-from attrs import field, frozen
+from typing import Any, NamedTuple
 
 from shockwave.base.text import si
 from shockwave.scene.chain import Chain
 from shockwave.scene.shock import Shock
 
 
-@frozen
-class SceneSummary:
+class SceneSummary(NamedTuple):
     """Numbers of a scene, and their text.
 
     Attributes
@@ -21,19 +18,11 @@ class SceneSummary:
     numbers : dict
         Shock, impact and chain in SI units, as in a document of a result.
     lines : tuple of (str, str)
-        Label and text of every part.
+        Label and text of the shock or the impact, and of the parts of the chain.
     """
 
-    numbers: dict[str, Any] = field(hash=False)
+    numbers: dict[str, Any]
     lines: tuple[tuple[str, str], ...]
-
-    def to_dict(self) -> dict[str, Any]:
-        """The numbers."""
-        return dict(self.numbers)
-
-    def facts(self) -> list[tuple[str, str]]:
-        """Label and text of the shock or the impact, and of the parts of the chain."""
-        return [*self.lines]
 
 
 def summary_of(excitation: object, chain: Chain, uniform: bool) -> SceneSummary:

@@ -29,7 +29,7 @@ def document_of(result: Any) -> dict[str, Any]:
     document["contacts"] = [plain(peak) | {"first": plain(peak.first)} for peak in result.contacts]
     others = {
         "yield": plain(result.yielding),
-        "scene": result.scene.summary().to_dict(),
+        "scene": result.scene.summary().numbers,
         "verdict": plain(result.verdict),
     }
     others |= {"warnings": [*result.warnings, *result._forces.warnings], "notes": list(result.notes)}

@@ -79,7 +79,7 @@ def _lines_of_waves(result: Simulation) -> list[str]:
     if detail() >= Detail.EXPLAIN:
         parts += ["", wave_tables(result)]
     if detail() is Detail.VERBOSE:
-        parts += ["", *facts([*details(result), *result.scene.summary().facts()]), *notes(result.scene.notes)]
+        parts += ["", *facts([*details(result), *result.scene.summary().lines]), *notes(result.scene.notes)]
     elif detail() is Detail.SHORT and result.passages:
         parts += ["", *passage_table(result).split("\n")]
     return parts
@@ -91,7 +91,7 @@ def _lines_of_forces(result: Simulation) -> list[str]:
         contacts = _short_table(_CONTACTS, result.contacts, lambda peak: _row(peak, place_of(result, peak.contact)))
         parts += ["", *contacts.split("\n")]
     if detail() is Detail.VERBOSE:
-        parts += [*_energies(result), "", *facts([*details(result), *result.scene.summary().facts()])]
+        parts += [*_energies(result), "", *facts([*details(result), *result.scene.summary().lines])]
         parts += notes(result.scene.notes)
     return parts
 

@@ -40,7 +40,7 @@ def comparison_text(result: Comparison) -> str:
             simulation_text.wave_tables(result.simulated),
             "",
         ]
-        lines += facts([*simulation_text.details(result.simulated), *result.simulated.scene.summary().facts()])
+        lines += facts([*simulation_text.details(result.simulated), *result.simulated.scene.summary().lines])
         lines += notes(result.notes)
     lead = strong(f"{name}simulated {simulation_text.lead_text(result.simulated)}")
     return brief([lead, *facts(verdict_facts(result))], result.warnings, lines)

@@ -194,9 +194,9 @@ def test_segments_of_equal_granules_are_the_same_scene(tmp_path: Path) -> None:
 
 def test_the_summary_lists_every_feature(whole: sw.Scenario) -> None:
     summary = whole.scene.summary()
-    assert summary.to_dict()["chain"] == plain(whole.chain)
-    assert summary.to_dict()["granules"] == 20 + 10 + 5 + 9 + 3
-    facts = dict(summary.facts())
+    assert summary.numbers["chain"] == plain(whole.chain)
+    assert summary.numbers["granules"] == 20 + 10 + 5 + 9 + 3
+    facts = dict(summary.lines)
     assert facts["impact"] == "velocity 500 mm/s, diameter 16 mm, material stainless-steel-302"
     assert facts["end"] == "wall of the same material, mass 2 kg, stiffness 1 MN/m, damping 50 N*s/m"
     assert facts["damping"] == "kuwabara-kono, time 2 us"

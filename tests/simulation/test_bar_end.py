@@ -111,7 +111,7 @@ def test_a_bar_is_read_from_a_file_and_varied() -> None:
     assert scenario.chain.end == BAR
     other = sw.Scenario.from_yaml(FILE % "{material: copper, impedance: 1.1e4 N*s/m}").chain.end
     assert other == sw.Bar(material="copper", impedance=1.1e4)
-    assert sw.simulate(scenario, until=END).scene.summary().to_dict()["chain"]["end"] == {
+    assert sw.simulate(scenario, until=END).scene.summary().numbers["chain"]["end"] == {
         "bar": {"material": {"name": "steel-4340", **MATERIAL}, "radius": 0.0095}
     }
 
