@@ -112,7 +112,7 @@ def ends_of(of: Variable, interval: Any) -> tuple[float, ...]:
         When it is not a pair of values in ascending order.
     """
     interval = interval.tolist() if hasattr(interval, "tolist") else interval  # an array
-    if not isinstance(interval, list | tuple) or len(interval) != 2:
+    if not isinstance(interval, list | tuple) or len(interval) != 2 or None in interval:
         raise InvalidValueError(
             f"must be a list of two values, the lower and the upper limit (got {text_of(interval)})"
         )

@@ -256,6 +256,7 @@ FAULTS = {
     "order": ("{chain.radius: {between: [2 mm, 1 mm]}}", "15:39", "must ascend"),
     "range": ("{chain.material.poisson_ratio: {between: [0.1, 0.7]}}", "15:61", "must be > -1 and < 0.5"),
     "length": ("{chain.radius: {between: [1 mm]}}", "15:39", "must be a list of two values"),
+    "null": ("{chain.material.yield_strength: {between: [null, 1 GPa]}}", "15:56", "must be a list of two values"),
     "whole": ("{chain.granules: 5 %}", "15:15", "must be a continuous value"),
     "setting": ("{predict.equal_tolerance: 5 %}", "15:15", "must be a continuous value of the chain or the shock"),
     "twins": ("{chain.radius: 5 %, chain.diameter: 5 %}", "15:34", "must be left out if chain.radius is given"),
