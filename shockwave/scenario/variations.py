@@ -11,12 +11,11 @@ import attrs
 from attrs import define, evolve, field
 
 from shockwave.base.errors import Fault, InvalidValueError, below, steps_of
-from shockwave.registry.registry import load
 from shockwave.scenario.block_keys import BLOCKS
 from shockwave.scenario.scenario import Scenario, parse_scenario
 from shockwave.scenario.sweep_block import vary_document
 from shockwave.scene.chain import Chain
-from shockwave.scene.material import Material
+from shockwave.scene.material import Material, material_of
 from shockwave.scene.shock import Shock
 
 # Shocks that are kept: a bound on the memory of a long sweep.
@@ -72,7 +71,7 @@ class Family:
         return evolve(
             self.base,
             shock=_shock(shock, parts["shock"]),
-            impact=_impact(self.base.impact, parts[_IMPACT]),
+            impact=_change(self.base.impact, parts[_IMPACT], "impact"),
             chain=_chain(self.base.chain, chain, constants) if chain or constants else self.base.chain,
             predictor=_change(self.base.predictor, parts["predict"], "predict"),
             simulate=_change(self.base.simulate, parts["simulate"], "simulate"),
@@ -119,30 +118,22 @@ def _shock(shock: Shock, values: dict[str, Any]) -> Shock:
     return made
 
 
-def _impact(impact: Any, values: dict[str, Any]) -> Any:
-    if "diameter" in values:
-        values["radius"] = values.pop("diameter") / 2
-    return _change(impact, values, "impact")
-
-
 @lru_cache(maxsize=64)  # most points of a sweep share their chain
 def _chain(chain: Chain, sizes: tuple[tuple[str, Any], ...], constants: tuple[tuple[str, float], ...]) -> Chain:
     values = dict(sizes)
-    if isinstance(values.get("material"), str):
-        values["material"] = load("materials", values["material"])
-    if "diameter" in values:
-        values["radius"] = values.pop("diameter") / 2
     if constants:
         own = {"name": "", "source": "", **dict(constants)}
-        values["material"] = _change(values.get("material", chain.material), own, "chain", "material")
+        values["material"] = _change(material_of(values.get("material", chain.material)), own, "chain", "material")
     made: Chain = _change(chain, values, "chain")
     return made
 
 
-def _change(part: Any, values: Mapping[str, Any], *block: str) -> Any:
+def _change(part: Any, values: dict[str, Any], *block: str) -> Any:
     """``part``, which ``block`` describes, with other ``values``."""
     if not values:
         return part
+    if "diameter" in values:
+        values["radius"] = values.pop("diameter") / 2
     with below(*block):
         return evolve(part, **values)
 
