@@ -19,7 +19,9 @@ from attrs import evolve, frozen
 from shockwave.base.quantity_fields import Converted, Declaration, declaration_of, is_plain_text
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock_profile import ShockProfile
+from shockwave.scenario.published_results import Published
 from shockwave.scene.chain import Chain, Packing
+from shockwave.scene.force_limit import Limit
 from shockwave.scene.material import DIAMETER, Material
 from shockwave.scene.material import WALLS as WALLS
 from shockwave.scene.shock import DURATION, Shock
@@ -108,9 +110,11 @@ def _key_of_field(name: str, example: str) -> Key:
     return Key(name, spec=evolve(spec, optional=False, example=example))
 
 
-def _settings(cls: type) -> tuple[Key, ...]:
+def _optional(name: str, cls: type, meaning: str) -> Key:
+    """Key of an optional block, which describes an instance of ``cls``."""
     kinds = {"quadrature": "quadratures", "integrator": "integrators"}
-    return tuple(evolve(key, kind=kinds.get(key.name, "")) for key in keys_of(cls))
+    keys = tuple(evolve(key, kind=kinds.get(key.name, "")) for key in keys_of(cls))
+    return Key(name, default=None, meaning=meaning, keys=keys, make=cls)
 
 
 def name_of_material(key: Key) -> Key:
@@ -141,11 +145,11 @@ SCENARIO = (
     Key("shock", required=True, meaning="a mapping of profile, peak_force, rise_time, duration_ratio, parameters"),
     Key("impact", meaning="a striker: a mapping of velocity, diameter, material", instead_of=("shock",)),
     Key("motion", meaning="a prescribed motion of the first granule", instead_of=("shock", "impact")),
-    Key("predict", default=None, meaning="settings of the prediction"),
-    Key("simulate", default=None, meaning="settings of the simulation"),
-    Key("limit", default=None, meaning="a mapping of force: the limit on the transmitted force"),
+    _optional("predict", Predictor, "settings of the prediction"),
+    _optional("simulate", SimulateOptions, "settings of the simulation"),
+    _optional("limit", Limit, "a mapping of force: the limit on the transmitted force"),
     Key("requires", annotation=list[str], default=None, meaning="Python packages that must be installed"),
-    Key("published", default=None, meaning="results printed in a source, shown beside those of shockwave"),
+    _optional("published", Published, "results printed in a source, shown beside those of shockwave"),
     Key("sweep", default=None, meaning="a mapping of grid, zip or points, for many cases"),
     Key("uncertainty", default=None, meaning="a mapping of dotted names to probability distributions"),
 )
@@ -184,8 +188,7 @@ BLOCKS = {
     "chain": (name_of_material(CHAIN[0]), *(key for key in CHAIN[1:] if key.name not in CHAIN_BLOCKS)),
     "chain.material": tuple(key for key in keys_of(Material) if key.spec is not None),
     "shock": SHOCK,
-    "predict": _settings(Predictor),
-    "simulate": _settings(SimulateOptions),
+    **{key.name: key.keys for key in SCENARIO if key.name in ("predict", "simulate")},
 }
 
 

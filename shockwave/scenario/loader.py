@@ -38,14 +38,13 @@ from shockwave.scenario.block_keys import (
     parameters_of,
     shock_keys,
 )
-from shockwave.scenario.published_results import Published
 from shockwave.scenario.sweep_block import document_at, points_to_try, varied_paths
 from shockwave.scenario.sweep_block import read as read_sweep
 from shockwave.scenario.uncertainty_block import read as read_spreads
 from shockwave.scenario.value_conversion import Parser, convert, items, names_files, structure, values_of
 from shockwave.scenario.yaml_document import Document
 from shockwave.scene.chain import Chain
-from shockwave.scene.force_limit import Limit, limit_faults
+from shockwave.scene.force_limit import limit_faults
 from shockwave.scene.scene import faults_of, uniform_of
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
@@ -200,11 +199,6 @@ def _impact(content: Any) -> Any:
     return impact(content)
 
 
-def _optional(cls: Any, content: Any) -> Any:
-    """Instance of ``cls`` from a block, or None without one."""
-    return None if content is None else cls(**structure(content, keys_of(cls)))
-
-
 def _predict(content: Any) -> Predictor:
     others = []
     if isinstance(content, dict) and "rtol" in content:
@@ -234,8 +228,6 @@ _PARSERS: Mapping[str, Parser] = {
     "impact": _impact,
     "predict": _predict,
     "simulate": partial(_settings, SimulateOptions, "simulate"),
-    "limit": partial(_optional, Limit),
-    "published": partial(_optional, Published),
 }
 
 

@@ -19,9 +19,7 @@ from shockwave.base.quantity_fields import Declaration
 from shockwave.registry import registry
 from shockwave.scenario.block_keys import BLOCKS, CHAIN, SCENARIO, SHOCK, Key, keys_of, parameters_of
 from shockwave.scenario.chain_blocks import BAR_END, CELL, END, IMPACT, LAWS, MODEL, MOTION, SEGMENT, models
-from shockwave.scenario.published_results import Published
 from shockwave.scenario.sweep_block import SWEEP
-from shockwave.scene.force_limit import Limit
 
 _DRAFT = "http://json-schema.org/draft-07/schema#"
 _ABOUT = (
@@ -56,10 +54,7 @@ def schema() -> Form:
     forms["motion"] |= _mapping(MOTION)
     forms["shock"] |= _mapping(SHOCK)
     forms["shock"]["allOf"] = [_form_where("profile", name, _shock_form(name)) for name in _names("profiles")]
-    optional = {block: BLOCKS[block] for block in ("predict", "simulate")}
-    optional |= {"limit": keys_of(Limit), "published": keys_of(Published), "sweep": SWEEP}
-    for block, keys in optional.items():
-        forms[block] |= _allow_null(_mapping(keys))
+    forms["sweep"] |= _allow_null(_mapping(SWEEP))
     sensor = {"anyOf": [*_names_in_any_case(["wall", "structure"]), {"type": "object", "properties": _SENSOR}]}
     forms["simulate"]["properties"]["sensors"]["items"] = sensor
     for part in ("grid", "zip"):
@@ -166,11 +161,12 @@ def _value(key: Key) -> Form:
         form = {"anyOf": _names_in_any_case([*key.also, *_names(key.kind)])}
     else:
         form = _kind_form(key.annotation)
+    mappings = [_mapping(key.keys)] if key.keys else []
+    form = form or (mappings.pop() if mappings else {})
     if key.may_be_none:
         form = _allow_null(form)
-    if key.keys:
-        mapping = _mapping(key.keys)
-        form = {"anyOf": [*form.get("anyOf", [form]), mapping]} if form else mapping
+    if mappings:
+        form = {"anyOf": [*form.get("anyOf", [form]), *mappings]}
     if key.purpose:
         form = {"description": key.purpose} | form
     stated = isinstance(key.default, str | int | float) and key.default not in (math.inf, -math.inf)
