@@ -97,8 +97,9 @@ class Section4Outcome(Result):
 
     @property
     def ejection(self) -> dict[str, float] | None:
-        """Results for rebounding granules, of the regime ``ejection``."""
-        return None
+        """Results for rebounding granules, of the regime ``ejection``; None in others."""
+        names = ("virtual_rise_time", "added_momentum", "window_ratio")
+        return {name: getattr(self, name) for name in names} if self.regime == "ejection" else None
 
     _brief = ("regime", "peak_force", "amplification", "relation", "waves")
     _picture = "shockwave.pictures.waves:train"
@@ -129,11 +130,6 @@ class EjectionOutcome(Section4Outcome):
     virtual_rise_time: float
     added_momentum: float
     window_ratio: float
-
-    @property
-    def ejection(self) -> dict[str, float] | None:
-        names = ("virtual_rise_time", "added_momentum", "window_ratio")
-        return {name: getattr(self, name) for name in names}
 
 
 @frozen(kw_only=True, slots=False, repr=False)
