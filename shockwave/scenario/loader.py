@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -199,20 +199,9 @@ def _impact(content: Any) -> Any:
     return impact(content)
 
 
-def _predict(content: Any) -> Predictor:
-    others = []
-    if isinstance(content, dict) and "rtol" in content:
-        problem = f"must be left out (got {text_of(content['rtol'])}; simulate.rtol is the tolerance of all forces)"
-        others.append(Fault("rtol", problem, at_key=True))
-        content = {key: value for key, value in content.items() if key != "rtol"}
-    predictor: Predictor = _settings(Predictor, "predict", content, others)
-    return predictor
-
-
-def _settings(cls: Any, block: str, content: Any, others: Sequence[Fault] = ()) -> Any:
+def _settings(cls: Any, block: str, content: Any) -> Any:
     """Instance of ``cls`` from a block; errors that the constructor finds in valid values are reported as well."""
     values, faults = values_of(content, BLOCKS[block])
-    faults += others
     with collect_faults(faults):
         settings = cls(**values)
     refuse(faults)
@@ -226,7 +215,7 @@ _PARSERS: Mapping[str, Parser] = {
     "requires": _requires,
     "chain": _chain,
     "impact": _impact,
-    "predict": _predict,
+    "predict": partial(_settings, Predictor, "predict"),
     "simulate": partial(_settings, SimulateOptions, "simulate"),
 }
 

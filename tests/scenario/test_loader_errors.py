@@ -77,7 +77,7 @@ MARKED = {
     ),
     "rtol-of-a-prediction": (
         _with("predict: {|rtol: 1e-6}"), "predict.rtol",
-        "must be left out (got 1e-06; simulate.rtol is the tolerance of all forces)",
+        "unknown key (got 'rtol'; did you mean 'simulate.rtol'?)",
     ),
     "unknown-quadrature": (_with("predict: {quadrature: |tanh}"), "predict.quadrature", "did you mean 'tanh-sinh'?"),
     "not-installed": (_with("requires: [numpy, |no-such-distribution-1]"), "requires[1]", "must be an installed"),
