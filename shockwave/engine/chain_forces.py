@@ -242,7 +242,7 @@ class Contacts:
             raw = f + np.where(jumps | closed, viscous, 0.0)
             at, meets_flat = self.flat - 1 - low, low < self.flat <= high
             if meets_flat:
-                raw[at] = (raw[at] + static[at]) / self.slip(d, low) - static[at]
+                raw[at] /= self.slip(d, low)  # a constant force on the flat balances the static one
             total = np.maximum(np.where(np.where(jumps, self.on[part], closed), raw, f), -static)
             if meets_flat:
                 w[at] -= self.mobile[self.flat] * total[at]
