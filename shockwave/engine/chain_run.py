@@ -383,7 +383,10 @@ class March(Stages):
         job = self.job
         while self.next_sample < len(job.times) and job.times[self.next_sample] <= max(end, self.time):
             time = float(job.times[self.next_sample])
-            x, v, _ = self.attempt(start, time - self.time, time, 0, self.n)
+            if self.integrator_steps is not None and time == self.time:
+                x, v = start.x, start.v  # an `Integrator` has no step yet
+            else:
+                x, v, _ = self.attempt(start, time - self.time, time, 0, self.n)
             row = job.samples[self.next_sample]
             row[0], row[1], row[2, :-1] = x, v, self.forces(x, v, 0, self.bodies)[0] + self.static
             if self.flow:
