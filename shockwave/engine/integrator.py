@@ -101,7 +101,7 @@ class Integrator(abc.ABC):
         """Reason why the method does not step a chain with such contacts; empty if it does."""
         tableau, got = cls.coefficients(), f"(got {cls.name!r}, "
         if damped and not (tableau and tableau.damped):
-            kind = "with damping, rate-dependent plastic flow, or a contact law of a plugin"
+            kind = "with damping, a bar at its end, rate-dependent plastic flow, or a contact law of a plugin"
             return f"must be dop853 for a chain {kind} {got}which is only for forces that do not depend on velocities)"
         if plastic and not tableau:
             known = "rkn64, rkn86, rkn1210, verlet, pefrl, rk4 or dop853 for elastic-plastic contacts"

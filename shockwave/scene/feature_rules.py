@@ -56,7 +56,8 @@ def check_features(granules: Granules, elastic_only: bool, **features: Any) -> N
 def is_damped(chain: Any) -> bool:
     """Whether forces depend on velocities, on a contact law of a plugin, or on the rate of plastic flow."""
     parts = [chain, *(segment for _, segment in each_segment(chain.granules))]
-    if (chain.end is not None and chain.end.damping > 0) or any(part.damping for part in parts):
+    end_damped = isinstance(chain.end, Bar) or (chain.end is not None and chain.end.damping > 0)
+    if end_damped or any(part.damping for part in parts):
         return True
     return depends_on_rate(chain) or any(isinstance(part.contact, ContactLaw) for part in parts)
 

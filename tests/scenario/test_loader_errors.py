@@ -229,6 +229,10 @@ MARKED = {
         finite(", end: {wall: same, mass: 2 kg, damping: 50 N*s/m}") + STEP % "rkn86", "simulate.integrator",
         "must be dop853 for a chain with damping",
     ),
+    "integrator-without-the-motion-of-a-bar": (
+        finite(", end: {bar: {material: brass-260, diameter: 1 cm}}") + STEP % "rkn86", "simulate.integrator",
+        "must be dop853 for a chain with damping, a bar at its end,",
+    ),
     "interval-without-record": (
         finite() + "simulate: {interval: |1 us}\n", "simulate.interval",
         "must be left out without record or sensors (got 1e-06 s; list what to record)",
