@@ -68,6 +68,12 @@ def test_a_strength_that_depends_on_the_rate_is_refused_at_a_bar() -> None:
         assert faults_of(beads, IMPACT) == []
 
 
+def test_a_law_behind_the_last_granule_at_a_free_end_is_that_of_no_contact() -> None:
+    beads = chain(sw.Segment(count=3), sw.Segment(contact=PLASTIC), contact=None)
+    assert faults_of(beads, IMPACT) == unusual(IMPACT, beads) == []
+    assert sw.simulate(IMPACT, beads).dissipated.plastic == 0
+
+
 def test_a_refusal_of_damping_names_the_law_and_another_one() -> None:
     with pytest.raises(
         InvalidValueError, match=r"contact law elastic-plastic, .* \(or contact: {model: hertz} for this"
