@@ -198,7 +198,9 @@ def _endless(options: SimulateOptions, scene: Scene) -> ChainSetup:
     whole = ChainSetup.of(part.options, _of_length(scene, _granules_within(part, end)))
     names = ("contacts", "record", "sensors", "interval")
     filled = evolve(whole.options, **{name: getattr(options, name) for name in names})
-    return evolve(whole, scene=scene, options=filled, reported=np.array(options.contacts or _ENDLESS), end=end)
+    # with sensors, the simulated time is that of the last of them, in which waves do not reach contacts far beyond
+    reported = options.contacts or [contact for contact in _ENDLESS if contact < part.granules - 1]
+    return evolve(whole, scene=scene, options=filled, reported=np.array(reported), end=end)
 
 
 def _part(options: SimulateOptions, scene: Scene) -> ChainSetup:

@@ -90,6 +90,25 @@ def test_an_endless_chain_is_recorded_to_its_last_sensor(static: float) -> None:
         assert history.argmax() < len(history) / 2
 
 
+def test_an_endless_chain_reports_contacts_that_waves_reach_within_the_time_of_its_sensors() -> None:
+    chain = evolve(CHAIN, precompression=20.0)
+    whole, near = (sw.simulate(triangle(2.0), chain, sensors=sensors) for sensors in ([], [{"granule": 8}]))
+    assert [peak.contact for peak in near.contacts] == [0, 1, 2, 5]
+    expected = [peak.peak_force for peak in whole.contacts[:4]]
+    assert [peak.peak_force for peak in near.contacts] == pytest.approx(expected, rel=1e-6)  # the tolerance
+
+
+def test_an_integrator_with_steps_of_its_own_is_recorded_from_the_beginning() -> None:
+    chain = evolve(BRASS, granules=(sw.Segment(count=3), sw.Segment(count=2, radius="3 mm")))
+    sensors: list[Any] = [{"contact": 1}, {"granule": 0, "quantity": "velocity"}]
+    options: Any = {"until": 1e-4, "interval": 2e-6, "sensors": sensors, "record": ["energies"]}
+    usual, other = (sw.simulate(STRIKER, chain, integrator=name, rtol=1e-6, **options) for name in ("rkn86", "radau"))
+    assert values(other)["granule_0_velocity"][0] == 0.4
+    for name, history in values(usual).items():
+        assert values(other)[name] == pytest.approx(history, abs=1e-5 * np.abs(history).max()), name
+    assert len(other.to_dict()["sensors"]) == 2
+
+
 def test_the_tolerance_holds_for_the_contacts_of_sensors() -> None:
     scene = Scene(excitation=triangle(2.0), chain=BRASS)
     case = ChainSetup.of(SimulateOptions(sensors=[{"granule": 4}, {"contact": 1}]), scene)
