@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from shockwave.base.errors import UsageError
-from shockwave.cli.output import check_output, print_result, write_output
+from shockwave.cli.output import check_output, print_result, report_name_as_usage, write_output
 from shockwave.cli.scenario_files import load_scenarios
 
 
@@ -32,6 +32,7 @@ def stress(options: argparse.Namespace) -> int:
     """Run the catalogue of extreme cases."""
     from shockwave.benchmark.stress import stress as run
 
-    result = run(options.names, options.backend)
+    with report_name_as_usage("NAME"):
+        result = run(options.names, options.backend)
     print_result(result, options.json)
     return result.exit_code

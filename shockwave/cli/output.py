@@ -11,7 +11,14 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, TextIO
 
-from shockwave.base.errors import FileAccessError, InvalidValueError, ShockwaveError, UsageError, message_of
+from shockwave.base.errors import (
+    FileAccessError,
+    InvalidValueError,
+    ShockwaveError,
+    UnknownNameError,
+    UsageError,
+    message_of,
+)
 from shockwave.base.files import write_file
 from shockwave.base.progress import show_progress
 from shockwave.base.quantity_fields import join
@@ -21,8 +28,8 @@ _DEBUG = "SHOCKWAVE_DEBUG"
 #: Endings of files of pictures and of tables.
 PICTURES = (".svg", ".png", ".pdf")
 TABLES = (".csv", ".nc")
-# Arguments in Python that an option gives one by one.
-_SINGULAR = {"quantities": "quantity"}
+# Arguments in Python that options give one by one, and these options.
+_SINGULAR = {"quantities": "quantity", "frequencies": "from"}
 
 
 def failure(error: Exception) -> tuple[str, int]:
@@ -44,12 +51,21 @@ def report_as_usage(options: argparse.Namespace) -> Iterator[None]:
     try:
         yield
     except InvalidValueError as error:
-        if not all(fault.path.partition(".")[0] in options for fault in error.faults):
+        if not all(fault.path.partition(".")[0] in {*vars(options), *_SINGULAR} for fault in error.faults):
             raise
         named = (
             f"--{_SINGULAR.get(fault.path, fault.path.replace('_', '-'))}: {fault.problem}" for fault in error.faults
         )
         raise UsageError("\n".join(named)) from None
+
+
+@contextmanager
+def report_name_as_usage(option: str = "") -> Iterator[None]:
+    """Report an unknown name as an error of usage, of this ``option`` if the message does not say what it names."""
+    try:
+        yield
+    except UnknownNameError as error:
+        raise UsageError(f"{option}: {error}" if option else str(error)) from None
 
 
 def check_output(output: str | None, *endings: str, hint: str = "", option: str = "--output") -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from shockwave.base.errors import UsageError
 from shockwave.base.files import refuse_inputs, refuse_link
 from shockwave.base.text import limits, paragraph
-from shockwave.cli.output import PICTURES, announce_file, check_output
+from shockwave.cli.output import PICTURES, announce_file, check_output, report_name_as_usage
 from shockwave.pictures import figure, save
 from shockwave.sweep.results import load_sweep
 from shockwave.sweep.sweep_picture import plot as draw_results
@@ -31,7 +31,8 @@ def plot(options: argparse.Namespace) -> int:
         if name.strip() in fixed:
             raise UsageError(f"--at: must name a variable once (got {name.strip()} twice)")
         fixed[name.strip()] = value.strip()
-    picture = draw_results(load_sweep(options.folder), options.column, options.x, fixed, ax=ax)
+    with report_name_as_usage():
+        picture = draw_results(load_sweep(options.folder), options.column, options.x, fixed, ax=ax)
     file = Path(options.output or Path(options.folder) / _name(picture.column, options.x, fixed))
     if not options.output:  # the folder may come from elsewhere
         refuse_link(file)

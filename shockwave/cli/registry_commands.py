@@ -12,7 +12,7 @@ from shockwave.base.errors import PluginError, UsageError
 from shockwave.base.result import VERSION
 from shockwave.base.text import alarm, paragraph, strong, table
 from shockwave.cli.command_table import KINDS
-from shockwave.cli.output import json_text, write_output
+from shockwave.cli.output import json_text, report_name_as_usage, write_output
 from shockwave.engine.backend import BACKENDS, lack
 from shockwave.registry.registry import Plugin, check_plugin, entries, plugins
 
@@ -89,7 +89,8 @@ def new(options: argparse.Namespace) -> int:
     if options.example and (options.full or options.profile):
         raise UsageError("--example: must be the only option besides --output (delete --full or --profile)")
     files = example(options.example) if options.example else {}
-    text = files.pop(f"{options.example}.yaml", None) or template(options.profile, options.full)
+    with report_name_as_usage("--profile"):
+        text = files.pop(f"{options.example}.yaml", None) or template(options.profile, options.full)
     status = write_output(text, options.output, anew=True)
     if options.output not in (None, "-"):
         files["scenario.schema.json"] = _schema()

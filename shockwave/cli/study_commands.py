@@ -8,10 +8,17 @@ from typing import Any
 
 from attrs import evolve
 
-from shockwave.base.errors import InvalidValueError, ScenarioError, UnknownNameError, UsageError
+from shockwave.base.errors import InvalidValueError, ScenarioError, UsageError
 from shockwave.base.quantity_fields import join
 from shockwave.base.text import paragraph
-from shockwave.cli.output import PICTURES, check_output, print_result, report_as_usage, write_result
+from shockwave.cli.output import (
+    PICTURES,
+    check_output,
+    print_result,
+    report_as_usage,
+    report_name_as_usage,
+    write_result,
+)
 from shockwave.cli.scenario_files import load_scenarios, name_of
 from shockwave.scenario.block_keys import MATERIALS
 
@@ -26,20 +33,17 @@ def design(options: argparse.Namespace) -> int:
     check_output(options.output, *PICTURES)
     vary = _parse_parameters(options)
     (scenario,) = load_scenarios(options, _SWEPT, options.output)
-    try:
-        with report_as_usage(options), scenario.scene.locate_errors():
-            result = run(
-                scenario,
-                vary=vary,
-                target=options.target,
-                budget=options.budget,
-                least=options.least,
-                points=options.points,
-                rtol=options.rtol,
-                seed=options.seed,
-            )
-    except UnknownNameError as error:
-        raise UsageError(f"--among: {error}") from None
+    with report_name_as_usage("--among"), report_as_usage(options), scenario.scene.locate_errors():
+        result = run(
+            scenario,
+            vary=vary,
+            target=options.target,
+            budget=options.budget,
+            least=options.least,
+            points=options.points,
+            rtol=options.rtol,
+            seed=options.seed,
+        )
     print_result(result, options.json)
     if options.output:
         from shockwave.pictures.studies import ranking_size

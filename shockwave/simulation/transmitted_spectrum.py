@@ -44,7 +44,7 @@ def spectrum_of(
     base, kilograms = _base(result, mass)
     ratio, first, last = DAMPING.check("damping", damping), FREQUENCY.check("low", low), FREQUENCY.check("high", high)
     times, accelerations = _transmitted_history(result, 0, kilograms)
-    sizes, longer = np.abs(accelerations), longer_time(float(times[-1]), result.chain.end)
+    sizes, longer = np.abs(accelerations), longer_time(result.options.until or float(times[-1]), result.chain.end)
     if not sizes.any():
         raise NumericalError(f"nothing reaches the structure by the end of the simulated time ({longer})")
     last = last or _HIGHEST / result.characteristic_time

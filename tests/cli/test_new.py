@@ -70,6 +70,13 @@ def test_existing_files_are_kept(folder: Path) -> None:
     assert {(folder / name).read_text() for name in ("scenario.schema.json", "record.csv")} == {"kept"}
 
 
+@pytest.mark.parametrize("arguments", [["new", "--profile", "triangulr"], ["stress", "no-forc"]], ids=" ".join)
+def test_an_unknown_name_on_the_command_line_is_an_error_of_usage(arguments: list[str]) -> None:
+    answer = shockwave(*arguments)
+    assert (answer.status, answer.out) == (2, "")
+    assert "; did you mean " in answer.err
+
+
 @pytest.mark.parametrize("other", [["--full"], ["--profile", "trapezoid"]], ids=" ".join)
 def test_an_example_takes_no_other_option(other: list[str]) -> None:
     answer = shockwave("new", "--example", "wall", *other)

@@ -260,9 +260,9 @@ def test_three_axes_are_refused_unless_one_is_fixed(tmp_path: Path) -> None:
 
 
 WRONG: dict[str, tuple[list[str], int, str]] = {
-    "column": (["--column", "amplificatio"], 3, "did you mean 'amplification'"),
-    "text": (["--column", "section4_regime"], 3, "numeric column (got 'section4_regime'; known: amplification)"),
-    "variable": (["--x", "shock.rise_tim"], 3, "unknown variable of the sweep"),
+    "column": (["--column", "amplificatio"], 2, "did you mean 'amplification'"),
+    "text": (["--column", "section4_regime"], 2, "numeric column (got 'section4_regime'; known: amplification)"),
+    "variable": (["--x", "shock.rise_tim"], 2, "unknown variable of the sweep"),
     "held": (["--at", "shock.duration_ratio=3"], 2, "must be one of its values (got 3; they are 1.5, "),
     "held-unit": (["--at", "shock.duration_ratio=3 s"], 2, "shock.duration_ratio: must be a number"),
     "held-form": (["--at", "shock.duration_ratio"], 2, "--at: must be NAME=VALUE"),
