@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from shockwave.base.result import Result
 from shockwave.scene.chain import Chain
 from shockwave.scene.force_limit import LeavingForce, Limit, Verdict, verdict
 from shockwave.scene.scene import Excitation, Scene
+from shockwave.scene.shock import Shock
 from shockwave.scene.yielding import law_notes
 
 
@@ -39,6 +42,11 @@ class SceneResult(Result):
     def excitation(self) -> Excitation:
         """The shock, the striker or the prescribed motion."""
         return self.scene.excitation
+
+    @property
+    def shock(self) -> Shock | Any:
+        """The shock; None under an impact."""
+        return self.scene.shock
 
     @property
     def chain(self) -> Chain:

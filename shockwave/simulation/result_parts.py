@@ -132,6 +132,22 @@ class Transmitted(ContactPeak):
 
 
 @frozen(kw_only=True)
+class Striker:
+    """Striker after its impact.
+
+    Attributes
+    ----------
+    velocity : float
+        Velocity at the end of the simulated time [m/s], negative away from the chain.
+    restitution : float or None
+        Coefficient of restitution, as of the result.
+    """
+
+    velocity: float
+    restitution: float | Any
+
+
+@frozen(kw_only=True)
 class Structure:
     """Motion of a movable end: greatest magnitudes within the simulated time.
 

@@ -15,7 +15,6 @@ from shockwave.scene.force_limit import LAST, WAVE, LeavingForce
 from shockwave.scene.plausibility import unusual_warnings
 from shockwave.scene.scene import Scene
 from shockwave.scene.scene_result import SceneResult
-from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.solitary_wave import SolitaryWave
 from shockwave.scene.yielding import Yielding, find_yielding, warn_beyond
@@ -29,6 +28,7 @@ from shockwave.simulation.result_parts import (
     MeasuredWave,
     Passage,
     SegmentEnergy,
+    Striker,
     Structure,
     Train,
     Transmitted,
@@ -128,11 +128,6 @@ class Simulation(SceneResult):
     first_yield: Yielding | None = None
 
     @property
-    def shock(self) -> Shock | Any:
-        """The shock; None under an impact."""
-        return self.scene.shock
-
-    @property
     def rtol(self) -> float | None:
         """Requested relative error; None for a fixed-step method."""
         return self.options.rtol
@@ -199,6 +194,12 @@ class Simulation(SceneResult):
         return passage
 
     @property
+    def striker(self) -> Striker | Any:
+        """Striker at the end of the simulated time; None without one."""
+        struck = self.scene.impact is not None
+        return Striker(velocity=self.velocities[0], restitution=self.restitution) if struck else None
+
+    @property
     def passages(self) -> tuple[Passage, ...]:
         """Leading wave at the requested contacts, without those at which it has no peak."""
         return self._passages[0]
@@ -213,8 +214,7 @@ class Simulation(SceneResult):
         """Waves, strongest first; only the leading wave if the option ``waves`` is ``primary``."""
         if self.options.waves == "train":
             return self.train.waves
-        primary = self.primary
-        return () if primary is None else (primary,)
+        return () if self.primary is None else (self.primary,)
 
     @property
     def recoil_momentum(self) -> float | Any:

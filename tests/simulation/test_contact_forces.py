@@ -331,7 +331,12 @@ def test_a_collision_of_two_equal_spheres(law: PowerContact | None) -> None:
 def test_a_striker_rebounds_with_the_restitution_of_tsuji() -> None:
     chain = attrs.evolve(WALLED, granules=[Segment()], end=None, damping=Tsuji(restitution=0.6))
     # the tolerance
-    assert sw.simulate(Impact(velocity=0.3), chain).restitution == pytest.approx(0.6, rel=1e-6)
+    result = sw.simulate(Impact(velocity=0.3), chain)
+    assert result.restitution == pytest.approx(0.6, rel=1e-6)
+    # two equal spheres: the first goes on with half of the difference of the velocities
+    assert result.striker.velocity == result.velocities[0] == pytest.approx(0.3 * (1 - 0.6) / 2, rel=1e-6)
+    assert result.striker.restitution == result.restitution
+    assert sw.simulate(SHOCK, CHAIN).striker is None
 
 
 def test_a_movable_wall_keeps_its_share_of_the_energy() -> None:
