@@ -142,11 +142,10 @@ def _combination_faults(parts: Mapping[str, Any], data: Mapping[str, Any]) -> li
     """Errors of a chain under its excitation, and of options; ``data`` is the content of the document."""
     chain, impact, options = parts["chain"], parts["impact"], parts["simulate"]
     other = impact or parts["motion"]
-    if faults := faults_of(chain, other):
-        return faults
+    faults = faults_of(chain, other)
     if options.integrator is not None and (other is not None or uniform_of(chain) is None):
         reason = load("integrators", options.integrator).refusal(chain.is_damped, chain.is_plastic)
-        faults = [Fault("simulate.integrator", reason)] if reason else []
+        faults += [Fault("simulate.integrator", reason)] * bool(reason)
     if options.sensors:
         from shockwave.scene.sensors import sensor_faults  # most simulations have none
 

@@ -322,6 +322,15 @@ TOGETHER = {
         "chain.diameter chain.granules[0].count chain.granules[0].material chain.granules[1].cell[0].gap "
         "chain.end.wall chain.end.mass chain.precompression chain.damping.restitution impact.velocity impact.size",
     ),
+    "combinations": (
+        "chain: {material: copper, diameter: 5 mm, granules: 9, precompression: |2 N, damping: {model: dashpot,"
+        " coefficient: 1}}\n"
+        "motion: {velocity: 1 m/s, until: 1 us}\n"
+        "simulate: {contacts: [0, |99], sensors: [|wall, {contact: |99}], integrator: |rkn86}\n"
+        "limit: {force: 1 N, at: |spring}\n",
+        "chain.precompression simulate.contacts[1] simulate.sensors[0] simulate.sensors[1].contact simulate.integrator "
+        "limit.at",
+    ),
 }
 
 
