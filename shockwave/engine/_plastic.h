@@ -209,6 +209,7 @@ static int change_modes(March *m)
                 change_mode(m, j, next, a);
                 changed = 1;
             } else if (m->plastic.curved[j] > 1) m->plastic.force[j] = larger(m->plastic.force[j], m->start.f[j] + m->still[j]);
+            else if (next == ELASTIC && !(m->start.w[j] > 0)) m->plastic.limit[j] = m->start.u[j]; /* turned at the limit */
         }
     return changed;
 }

@@ -226,6 +226,8 @@ class Plasticity:
                     best[:] = peak, self.ended[j]
             elif self.curved[j] > 1:
                 self.force[j] = max(float(self.force[j]), force)
+            elif following == Mode.ELASTIC and not start.w[j] > 0:  # it has turned at the limit
+                self.limit[j] = start.u[j]
         return changed
 
     def plateau(self, j: int, motion: tuple[float, float, float], force: float, corner: float) -> float:

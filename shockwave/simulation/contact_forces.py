@@ -200,7 +200,7 @@ def _warn_unfinished(case: ChainSetup, motion: ChainMotion, velocities: FloatArr
     if motion.arrival is None and case.scene.chain.count is not None:
         last, rest = case.scene.chain.end_word or "last contact", f"({later_end(case, motion)})"
         yield f"The leading wave has not reached the {last} by the end of the simulated time {rest}."
-    if case.layout.wall and not case.layout.law_contacts[-1]:
+    if motion.arrival is not None and case.layout.wall and not case.layout.law_contacts[-1]:
         closing = motion.x[case.granules - 1] - (motion.x[case.granules] if len(motion.x) > case.granules else 0.0)
         stiffness, overlap = stiffnesses(case, motion)[-1], max(float(offsets(case, motion)[-1] + closing), 0.0)
         excess = float(stiffness * overlap ** case.assembly.exponents[-1] - case.assembly.static_forces[-1])

@@ -237,10 +237,15 @@ def _errors(
 
 
 def _end_errors(case: ChainSetup, coarse: ChainMotion, fine: ChainMotion, tolerance: float, ratio: float) -> FloatArray:
-    """Relative error estimates of the motion of a movable end, shape (3,), as of a contact that decides; else empty."""
+    """Relative error estimates of the motion of a movable end, shape (3,), as of a contact that decides; else empty.
+
+    Like that of a contact, they are relative to no smaller motion than a force that is not negligible causes.
+    """
     if not case.assembly.movable_end:
         return np.empty(0)
-    changes = np.abs(fine.extremes[0] - coarse.extremes[0]) / np.maximum(fine.extremes[0], _TINY)
+    force, least = float(fine.dynamic_forces[-1]), max(_NEGLIGIBLE * float(fine.dynamic_forces.max()), _TINY)
+    base = fine.extremes[0] * max(least / max(force, _TINY), 1.0)
+    changes = np.abs(fine.extremes[0] - coarse.extremes[0]) / np.maximum(base, _TINY)
     changes = np.maximum(changes, _NEIGHBOUR_SHARE * changes.max())
-    force = case.assembly.force
-    return np.asarray(_DAMPED * (_PROPORTIONAL * ratio * changes + tolerance) + (force.path.error if force else 0.0))
+    shock = case.assembly.force
+    return np.asarray(_DAMPED * (_PROPORTIONAL * ratio * changes + tolerance) + (shock.path.error if shock else 0.0))
