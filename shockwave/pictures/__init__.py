@@ -14,10 +14,6 @@ from shockwave.pictures.accuracy import work_precision as work_precision
 from shockwave.pictures.figure_files import figure as figure
 from shockwave.pictures.figure_files import save as save
 from shockwave.pictures.figure_files import svg as svg
-from shockwave.pictures.finite_chains import chain_map as chain_map
-from shockwave.pictures.finite_chains import force_overlap as force_overlap
-from shockwave.pictures.finite_chains import peak_forces as peak_forces
-from shockwave.pictures.finite_chains import wall_force as wall_force
 from shockwave.pictures.histories import record_keys as record_keys
 from shockwave.pictures.histories import sensors as sensors
 from shockwave.pictures.histories import shock_spectrum as shock_spectrum
@@ -31,8 +27,13 @@ from shockwave.pictures.studies import materials as materials
 from shockwave.pictures.studies import pareto as pareto
 from shockwave.pictures.studies import universal_curves as universal_curves
 from shockwave.pictures.waves import contact_forces as contact_forces
+from shockwave.pictures.waves import force_overlap as force_overlap
+from shockwave.pictures.waves import peak_forces as peak_forces
 from shockwave.pictures.waves import space_time as space_time
 from shockwave.pictures.waves import train as train
+from shockwave.pictures.waves import wall_force as wall_force
+
+chain_map = space_time
 
 for _name, _drawing in [*globals().items()]:
     if getattr(_drawing, "__module__", "").startswith("shockwave.pictures."):

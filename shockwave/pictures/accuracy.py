@@ -67,10 +67,10 @@ def approach(result: Simulation, *, ax: Axes | None = None) -> Axes:
     sizes = np.abs(list(distances.values()))
     bottom = max(sizes.min(initial=floor) / 5, floor * _LOWEST)
     with canvas(ax, result, x="contact", y="relative distance from the limit") as ax:
-        ax.plot(list(distances), sizes, "o", color=METHODS["simulation"], markersize=4, label="simulation")
+        ax.plot(list(distances), sizes, "o", color=METHODS["simulation"], label="simulation")
         ax.set(yscale="log", ylim=(bottom, 4 * sizes.max(initial=floor)), xlim=(-0.5, last + 1.5))
         ax.axhspan(bottom, floor, color=GREY, alpha=0.2, linewidth=0, label="error estimate of the limit")
-        ax.axvline(last, color=GREY, linewidth=1.0, linestyle=":", label="measurement of the limit")
+        ax.axvline(last, color=GREY, linestyle=":", label="measurement of the limit")
         return ax
 
 
@@ -104,8 +104,8 @@ def balance(result: Simulation, *, ax: Axes | None = None) -> Axes:
     with canvas(ax, result, x="time", y="energy", from_zero=True) as ax:
         area(ax, times, 0.0, kinetic, SKY, "", "kinetic energy")
         area(ax, times, kinetic, total, OCHRE, "////", "contact energy")
-        ax.plot(times, total, color=BLUE, linewidth=1.2, label="total")
-        ax.plot([begin, times[-1]], [work, work], color=ink(), linewidth=1.2, linestyle="--", label=name)
+        ax.plot(times, total, color=BLUE, label="total")
+        ax.plot([begin, times[-1]], [work, work], color=ink(), linestyle="--", label=name)
         ax.set_xlim(0, times[-1])
         if result.shock is not None:
             ax.axvline(result.shock.duration, color=GREY, linewidth=0.8, linestyle=":", label="end of the shock")
@@ -138,6 +138,6 @@ def work_precision(rows: Iterable[Any], name: str = "relative error", *, ax: Axe
             errors = [max(abs(row.error), _ROUNDING) for row in good]
             failed = len(attempts) - len(good)
             label = literal(method) + (f" ({failed} failed)" if failed else "")
-            ax.plot(seconds, errors, markersize=3.5, linewidth=1.0, label=label, **series(index, marked=True))
+            ax.plot(seconds, errors, label=label, **series(index, marked=True))
         ax.set(xscale="log", yscale="log")
         return ax

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from shockwave.pictures.finite_chains import peak_forces
 from shockwave.pictures.histories import sensors
 from shockwave.pictures.picture_elements import Axes
 from shockwave.pictures.studies import design, materials, pareto, universal_curves
-from shockwave.pictures.waves import contact_forces, sources, train
+from shockwave.pictures.waves import contact_forces, peak_forces, sources, train
 
 
 def draw_scene(result: Any, *, ax: Axes | None) -> Axes:

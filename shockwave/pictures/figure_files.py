@@ -34,8 +34,9 @@ _BEGIN = '<svg role="img"'
 DRAWING = threading.RLock()
 # Luminance of the background below which text is light: there, black and white have the same contrast.
 _DARK = 0.18
-# Settings that make no picture more legible.
+# Settings that make no picture more legible, and the sizes of lines and markers [pt].
 _PLAIN = {"text.usetex": False, "lines.linestyle": "-", "lines.marker": "None"}
+_PLAIN |= {"lines.linewidth": 1.1, "lines.markersize": 4}
 #: Figures made here: all of their parts have the settings of `style`, not those of the user's matplotlibrc.
 _FIGURES: WeakSet[Any] = WeakSet()
 #: Figures beside which the warnings stand, so that no mark refers to them.

@@ -71,7 +71,7 @@ def sensors(result: Simulation | Recording, unit: str | None = None, *, ax: Axes
                 label += f", {si_label(pulse.speed, 'm/s', pulse.digits_of('speed', 3))}" if pulse.speed else ""
                 half = float(each.values[0]) + pulse.peak / 2  # the history begins with the static force
                 ax.hlines(half, pulse.arrival, pulse.arrival + pulse.width, color=ink(), linewidth=0.8, zorder=3)
-            ax.plot(histories.times, each.values, linewidth=1.1, label=label, **series(index))
+            ax.plot(histories.times, each.values, label=label, **series(index))
         limit = result.limit if unit == "N" and isinstance(result, Simulation) else None
         drawn = any(each.name.endswith("spring_force") for each in histories.sensors)
         draw_limit(ax, limit if limit is None or limit.at != "spring" or drawn else None)
@@ -111,14 +111,14 @@ def record_keys(result: RecordKeys, *, ax: Axes | None = None) -> Axes:
             if window is not None:
                 ax.axvspan(*window, color=colour, alpha=0.25, linewidth=0, label=label)
         shown = thin(record.forces)
-        ax.plot(record.times[shown], record.forces[shown], color=GREY, linewidth=0.9, label="record")
+        ax.plot(record.times[shown], record.forces[shown], color=GREY, label="record")
         first, last = profile.crop or (-np.inf, np.inf)
         inside = np.where((record.times >= first) & (record.times <= last), record.forces, -np.inf)
         peak = float(record.times[inside.argmax()])
         knots, values = profile.corners
         times, forces = peak + (knots - 1) * profile.recorded_rise_time, values * profile.recorded_peak_force
-        ax.plot(times, forces, color=METHODS["simulation"], linewidth=1.3, label="pulse")
-        ax.plot([peak], [profile.recorded_peak_force], "o", color=METHODS["simulation"], markersize=4)
+        ax.plot(times, forces, color=METHODS["simulation"], label="pulse")
+        ax.plot([peak], [profile.recorded_peak_force], "o", color=METHODS["simulation"])
         return ax
 
 

@@ -272,7 +272,16 @@ def draw_limit(ax: Axes, limit: Any, label: str = "limit", upright: bool = False
     if limit is not None:
         draw = ax.axvline if upright else ax.axhline
         label = "limit of the spring" if getattr(limit, "at", "chain") == "spring" else label
-        draw(getattr(limit, "force", limit), color=ink(), linewidth=0.9, linestyle="-.", label=label)
+        draw(getattr(limit, "force", limit), color=ink(), linestyle="-.", label=label)
+
+
+def filled_and_open(ax: Axes, marker: str, x: Any, y: Any, is_filled: Any, *labels: str) -> None:
+    """Draw simulated points with filled markers and, with the second of the labels, the others with open ones."""
+    colour = METHODS["simulation"]
+    for which, face, label in zip((is_filled, ~is_filled), (colour, "none"), labels, strict=True):
+        if which.any():
+            look: dict[str, Any] = {"color": colour, "markerfacecolor": face, "clip_on": False, "zorder": 3}
+            ax.plot(x[which], y[which], marker, label=label, **look)
 
 
 def busy_end(times: FloatArray, curves: FloatArray) -> float:

@@ -40,7 +40,7 @@ def pulse(shock: Shock, *, ax: Axes | None = None) -> Axes:
             label = f"{name} = {value:.4g} F₀ t₀"
             area(ax, times[inside], 0.0, forces[inside], colour, hatch, label)
         chosen = thin(forces)
-        ax.plot(times[chosen], forces[chosen], color=ink(), linewidth=1.2)
+        ax.plot(times[chosen], forces[chosen], color=ink())
         ax.set_xlim(0, shock.duration)
         return ax
 
@@ -80,7 +80,7 @@ def correction_area(shock: Shock, outcome: Section4Outcome, *, ax: Axes | None =
             label = f"{name} = {si_label(time, 's')}"
             forces = force * profile.force(s)
             chosen = thin(forces)
-            ax.plot(time * s[chosen], forces[chosen], color=colour, linewidth=1.4, linestyle=line, label=label)
+            ax.plot(time * s[chosen], forces[chosen], color=colour, linestyle=line, label=label)
         ax.axvline(begin, color=ink(), linewidth=0.7, linestyle=":", label=f"n {_VIRTUAL} {MINUS} Δt₀")
         ax.set_xlim(0, n * virtual)
         return ax

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from shockwave.base.errors import UnknownNameError
 from shockwave.base.numerics import FloatArray
 from shockwave.base.text import percent
 from shockwave.pictures.figure_files import canvas
-from shockwave.pictures.picture_elements import GREY, METHODS, Axes, draw_limit, ink, literal, series
+from shockwave.pictures.picture_elements import GREY, METHODS, Axes, draw_limit, filled_and_open, ink, literal, series
 from shockwave.studies.quantities import LIMITED
 
 if TYPE_CHECKING:
@@ -69,12 +69,12 @@ def universal_curves(
             # rounding must not move the last point out of the range
             x = np.geomspace(at[0], at[-1], _CURVE_POINTS).clip(max=at[-1])
             look = series(index)
-            ax.plot(x, curve.amplification(x), linewidth=1.2, label=label, **look)
+            ax.plot(x, curve.amplification(x), label=label, **look)
             look |= {"linestyle": ":"} | ({"color": METHODS["section 4"]} if len(curves) == 1 else {})
-            ax.plot(at, section4, linewidth=0.9, label="" if index else "section 4", **look)
+            ax.plot(at, section4, label="" if index else "section 4", **look)
         ax.axhline(1.0, color=GREY, linewidth=0.8, linestyle=":")
         if mark is not None and ends[0] <= mark <= ends[1]:
-            ax.axvline(mark, color=ink(), linewidth=0.9, linestyle="-.", label="this shock")
+            ax.axvline(mark, color=ink(), linestyle="-.", label="this shock")
         ax.set(xscale="log", xlim=ends)
         return ax
 
@@ -93,7 +93,7 @@ def design(result: Design, *, ax: Axes | None = None) -> Axes:
     quantity = target.quantity
     values, reached = np.array(sorted((option.value, option.reached) for option in result.tried)).T
     with canvas(ax, result, x=(result.varied, parameter.unit), y=(quantity.label, quantity.unit)) as ax:
-        ax.plot(values, reached, color=METHODS["simulation"], linewidth=1.2, label="simulations")
+        ax.plot(values, reached, color=METHODS["simulation"], label="simulations")
         draw_limit(ax, target.value, "target value")
         if places := [option.value for option in result.solutions]:
             ax.plot(places, [target.value] * len(places), "*", color=ink(), markersize=7, label="solutions")
@@ -124,9 +124,7 @@ def materials(result: Design, *, ax: Axes | None = None) -> Axes:
     unit, size = target.quantity.unit, ranking_size(result)
     with canvas(ax, result, x=(target.quantity.label, unit), y=("", ""), size=size) as ax:
         draw_limit(ax, target.value, f"target {target.sign}", upright=True)
-        for which, face, label in ((met, METHODS["simulation"], "meets it"), (~met, "none", "does not")):
-            look: dict[str, Any] = {"color": METHODS["simulation"], "markerfacecolor": face, "markersize": 4}
-            ax.plot(reached[which], places[which], "o", label=label, **look)
+        filled_and_open(ax, "o", reached, places, met, "meets it", "does not")
         ax.set_yticks(places, [literal(str(option.value)) for option in result.table])
         ax.set_ylim(len(reached) - 0.5, -0.5)
         return ax
@@ -154,7 +152,7 @@ def pareto(result: Design, *, ax: Axes | None = None) -> Axes:
     )
     with canvas(ax, result, x=(least.label, least.unit), y=(quantity.label, quantity.unit)) as ax:
         ax.plot(*every.T, ".", color=GREY, markersize=2, alpha=0.5, label="options")
-        ax.plot(*front.T, color=METHODS["simulation"], linewidth=1.2, label="Pareto front", drawstyle="steps-post")
+        ax.plot(*front.T, color=METHODS["simulation"], label="Pareto front", drawstyle="steps-post")
         draw_limit(ax, required.value, f"required {required.sign}")
         if result.best is not None:
             place = result.best.quantities[least.name], result.best.quantities[quantity.name]
@@ -199,7 +197,7 @@ def distribution(result: Uncertainty, name: str | None = None, *, ax: Axes | Non
     with canvas(ax, result, x=(quantity.label, quantity.unit), y="scenes", from_zero=True) as ax:
         ax.hist(values, bins="auto", color=METHODS["simulation"], label=f"{result.draws} scenes")
         ax.axvspan(low, high, color=GREY, alpha=0.2, linewidth=0, zorder=0, label="90 % of them")
-        ax.axvline(quantity.nominal, color=ink(), linewidth=0.9, linestyle=":", label="nominal")
+        ax.axvline(quantity.nominal, color=ink(), linestyle=":", label="nominal")
         if name == limited and result.exceedance:
             reached = f"limit, reached with probability {percent(result.exceedance.probability)}"
             draw_limit(ax, result.exceedance.limit, reached, upright=True)

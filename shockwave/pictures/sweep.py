@@ -82,7 +82,7 @@ def sweep_lines(x: DrawnAxis, lines: Sequence[tuple[str, FloatArray]], quantity:
         for index, (label, values) in enumerate(lines):
             look = series(index, marked=not x.joined or len(x.places) <= _MARKERS)
             look["linestyle"] = look["linestyle"] if x.joined else ""
-            ax.plot(x.places, values, linewidth=1.2, markersize=3, label=literal(label) or None, **look)
+            ax.plot(x.places, values, label=literal(label) or None, **look)
         if not any(np.isfinite(values).any() for _, values in lines):
             ax.set_xlim(x.places[0], x.places[-1])
         ax.margins(y=0.12)

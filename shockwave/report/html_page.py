@@ -17,8 +17,8 @@ from shockwave.base.progress import track
 from shockwave.base.quantity_fields import declaration_of
 from shockwave.base.text import html_of
 from shockwave.pictures.figure_files import UNMARKED, add_description
-from shockwave.pictures.finite_chains import find_borders
 from shockwave.pictures.picture_elements import Axes
+from shockwave.pictures.waves import find_borders
 from shockwave.prediction.section4_outcome import EjectionOutcome
 from shockwave.profiles.area_conditions import evaluate_conditions
 from shockwave.profiles.shock_profile import ShockProfile
