@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 
 from shockwave.base.errors import UnknownNameError, UsageError
+from shockwave.base.numerics import FloatArray
 from shockwave.base.units import to_si
+from shockwave.pictures import picture_elements as elements
+from shockwave.pictures.colour_maps import colour_cells, colours_of, edges_of, regime_borders
 from shockwave.pictures.figure_files import canvas
-from shockwave.pictures.picture_elements import COLOURS, Axes, literal, mark, si_label
-from shockwave.pictures.sweep import DrawnAxis, sweep_lines, sweep_map
+from shockwave.pictures.picture_elements import COLOURS, Axes, literal, si_label
 from shockwave.scenario.dotted_names import name_in_words
 from shockwave.sweep.column_accuracy import accuracy_of, main_quantity
 from shockwave.sweep.definition import NOTES, warnings_in
@@ -98,7 +100,7 @@ def plot(
     warned = sum(map(bool, map(warnings_in, axes.pick(NOTES).flat))) if NOTES in results.units else 0
     if warned:
         with canvas(ax, legend=False):
-            mark(ax, f"! {warned} of {status.size} points with warnings")
+            elements.mark(ax, f"! {warned} of {status.size} points with warnings")
     accuracy = accuracy_of(name, results.units, axes.pick)
     sentence = accuracy.sentence or next(each.meaning for each in results.columns if each.name == name)
     return Plot(ax, name, (f"{name}: {sentence}", *missing, *results.warnings))
@@ -108,17 +110,60 @@ def _draw(axes: PlottedAxes, name: str, ax: Axes | None) -> Axes:
     """Draw lines or a map of the column ``name``."""
     results, values = axes.results, axes.pick(name)
     quantity = label_of(name), results.units[name] or ""
-    across, *up = [axis.drawn for axis in axes.axes]
+    across, *up = axes.axes
     if not up or len(up[0].places) <= min(len(COLOURS) - 1, len(across.places)):
-        lines = zip(axes.labels(), values.reshape(len(values), -1).T, strict=True)
-        return sweep_lines(across, list(lines), quantity, ax)
+        return _draw_lines(across, axes.labels(), values.reshape(len(values), -1).T, quantity, ax)
     for axis in axes.axes:
-        if (np.diff(axis.drawn.places) <= 0).any():
+        if (np.diff(axis.places) <= 0).any():
             remedy = "fix another variable of that axis with --at NAME=VALUE, or choose another with --x"
             got = f"got {axis.name}, which repeats a value; {remedy}"
             raise UsageError(f"points of a map must have different coordinates ({got})")
     regimes = axes.pick("section4_regime") if "section4_regime" in results.units else None
-    return sweep_map(across, up[0], values, quantity, regimes, ax)
+    return _draw_map(across, up[0], values, quantity, regimes, ax)
+
+
+def _draw_lines(
+    x: PlottedAxis, labels: Sequence[str], lines: FloatArray, quantity: tuple[str, str], ax: Axes | None
+) -> Axes:
+    """Draw a quantity over one axis, with a line for each of a few values of another axis, if there is one."""
+    with canvas(ax) as ax:
+        for index, (label, values) in enumerate(zip(labels, lines, strict=True)):
+            look = elements.series(index, marked=not x.joined or len(x.places) <= _MARKERS)
+            look["linestyle"] = look["linestyle"] if x.joined else ""
+            ax.plot(x.places, values, label=literal(label) or None, **look)
+        if not np.isfinite(lines).any():
+            ax.set_xlim(x.places[0], x.places[-1])
+        ax.margins(y=0.12)
+        if not (lines < 0).any():
+            ax.set_ylim(bottom=0)
+        x.scale(ax, "x")
+        elements.label_axis(ax, "y", quantity)
+        return ax
+
+
+def _draw_map(
+    x: PlottedAxis,
+    y: PlottedAxis,
+    values: FloatArray,
+    quantity: tuple[str, str],
+    regimes: npt.NDArray[np.str_] | None,
+    ax: Axes | None,
+) -> Axes:
+    """Draw a quantity over two axes as colours, with the borders of the regimes and a line at an amplification of 1."""
+    edges = edges_of(x.places, x.log), edges_of(y.places, y.log)
+    with canvas(ax, legend=False) as ax:
+        drawn = colour_cells(ax, edges, values, **colours_of(values[np.isfinite(values)]))
+        x.scale(ax, "x")
+        y.scale(ax, "y")
+        bar = elements.colour_scale(ax, drawn, quantity)
+        if quantity[0] == "amplification" and drawn.norm.vmin < 1 < drawn.norm.vmax:
+            look: dict[str, Any] = {"colors": [elements.ink()], "linestyles": "--", "linewidths": 0.9}
+            ones = ax.contour(x.places, y.places, values.T, [1.0], **look)
+            bar.add_lines(ones)
+            ones.set(path_effects=elements.halo())
+        if regimes is not None:
+            regime_borders(ax, edges, regimes)
+        return ax
 
 
 # ---------------------------------------------------------------- axes
@@ -130,6 +175,12 @@ _CLOSE = 1e-5
 _MOST_LISTED = 20
 # Characters in a line of the caption.
 _CAPTION_WIDTH = 90
+# Greatest value on a logarithmic axis, whose ticks may lie decades beyond its values.
+_MOST_DRAWN = 1e150
+# Most tick labels with names along an axis.
+_TICKS = 25
+# Most points of a line with markers.
+_MARKERS = 30
 
 
 @frozen(eq=False)
@@ -140,18 +191,45 @@ class PlottedAxis:
     ----------
     place : int
         Number of the axis of the sweep, counted from 0.
-    name : str
-        Variable that is drawn.
+    name, label, unit : str
+        Variable that is drawn, its label, and its SI unit, empty for a dimensionless number.
     positions : array of int
         Positions along the axis of the sweep, in the order in which they are drawn.
-    drawn : DrawnAxis
-        The drawn axis.
+    places : array, shape (p,)
+        Coordinates of the values, ascending.
+    texts : sequence of str
+        Names of the values, if they are not numbers.
+    joined : bool
+        Whether values are connected by a line.
     """
 
     place: int
     name: str
+    label: str
+    unit: str
     positions: npt.NDArray[np.intp]
-    drawn: DrawnAxis
+    places: FloatArray
+    texts: Sequence[str]
+    joined: bool
+
+    @property
+    def log(self) -> bool:
+        """Whether the values are spaced more evenly on a logarithmic axis."""
+        low, middle, high = self.places[[0, len(self.places) // 2, -1]].tolist()
+        if self.texts or not 0 < 3 * low < high < _MOST_DRAWN:
+            return False
+        return bool(abs(middle - (low * high) ** 0.5) < abs(middle - (low + high) / 2))
+
+    def scale(self, ax: Axes, axis: Literal["x", "y"]) -> None:
+        """Set scale, ticks and label of an axis."""
+        if self.texts:
+            every = -(-len(self.texts) // _TICKS)
+            slanted: dict[str, Any] = {"rotation": 30, "ha": "right"} if axis == "x" else {}
+            chosen = ax.xaxis if axis == "x" else ax.yaxis
+            chosen.set_ticks(self.places[::every], [literal(text) for text in self.texts[::every]], **slanted)
+        elif self.log:
+            (ax.set_xscale if axis == "x" else ax.set_yscale)("log")
+        elements.label_axis(ax, axis, (self.label, self.unit))
 
 
 class PlottedAxes:
@@ -225,14 +303,11 @@ class PlottedAxes:
         place = self.results.place(name)
         positions, values, unit = self.positions[place], self._values(name), self.results.units[name]
         if unit is None or np.isnan(values).any():
-            places = np.arange(len(positions), dtype=float)
-            drawn = DrawnAxis(self.label(name), "", places, self._texts(name, positions), joined=False)
-            return PlottedAxis(place, name, positions, drawn)
+            places, texts = np.arange(len(positions), dtype=float), self._texts(name, positions)
+            return PlottedAxis(place, name, self.label(name), "", positions, places, texts, joined=False)
         order = np.argsort(values, kind="stable")
         alone = all(self._count(other) == 1 for other in self.results.axes[place].names if other != name)
-        return PlottedAxis(
-            place, name, positions[order], DrawnAxis(self.label(name), unit, values[order], joined=alone)
-        )
+        return PlottedAxis(place, name, self.label(name), unit, positions[order], values[order], (), joined=alone)
 
     def pick(self, name: str) -> npt.NDArray[Any]:
         """Return a quantity at the drawn points, in the order of `axes`."""
