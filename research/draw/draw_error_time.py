@@ -41,7 +41,6 @@ import shockwave as sw
 from shockwave import pictures
 from shockwave.benchmark import bench
 from shockwave.benchmark.chain_problems import CASES
-from shockwave.benchmark.work_precision import Clock
 from shockwave.pictures.picture_elements import GREEN, PURPLE
 from shockwave.scene.chain import Scales
 from shockwave.scene.layout import Layout
@@ -215,11 +214,11 @@ def of_chain(scene: sw.Scenario) -> Iterator[Row]:
 def of_integrators() -> Iterator[Row]:
     """Runs of the simulation and of all integrators for the mixed chain; settings that take too long are left out."""
     methods = list(bench.integrators(CASES["wall"])[1])
-    common = partial(methods[0].run, 1e-6, Clock())
+    common = partial(methods[0].run, 1e-6)
     for method in methods:
         for value in method.values:
             begin = time.process_time()
-            run = partial(method.run, value, Clock())
+            run = partial(method.run, value)
             error = run().errors["peak force"]
             yield Row(WALL, "wall", method.name, method.text(value), error, ratio(run, common))
             if time.process_time() - begin > LONGEST:

@@ -18,7 +18,6 @@ from shockwave.base.progress import track
 from shockwave.benchmark.chain_problems import CASES, ChainCase, case_of, reference
 from shockwave.benchmark.work_precision import (
     Answer,
-    Clock,
     Experiment,
     Limits,
     Method,
@@ -188,7 +187,7 @@ def _greatest_error(found: FloatArray, values: FloatArray) -> float:
 def quadratures(name: str, description: str, areas: ReferenceAreas) -> Experiment:
     """Every registered quadrature, applied to these areas."""
 
-    def run(quadrature: str, tolerance: float, _: Clock) -> Answer:
+    def run(quadrature: str, tolerance: float) -> Answer:
         found, evaluations = _integrate(areas.pieces, quadrature, tolerance)
         impulse = float(abs(found.sum() / areas.values.sum() - 1))
         return Answer({"areas": _greatest_error(found, areas.values), "impulse": impulse}, evaluations)
@@ -208,11 +207,11 @@ def predictors(case: ChainCase) -> Experiment:
     source = "simulation by rkn1210 at rtol 1e-12, checked by rkn86 at 1e-11"
     error = max(best.error_estimate, abs(other.peak_force / best.peak_force - 1))
 
-    def predict(reading: dict[str, Any], _: None, __: Clock) -> Answer:
+    def predict(reading: dict[str, Any], _: None) -> Answer:
         outcome: Any = Predictor(model="section-4", **reading).predict_scene(case.scene)
         return Answer({"peak force": abs(outcome.peak_force / best.peak_force - 1)})
 
-    def simulate(rtol: float, _: Clock) -> Answer:
+    def simulate(rtol: float) -> Answer:
         result = simulate_scene(case.scene, SimulateOptions(rtol=rtol, waves="primary"))
         difference = abs(result.peak_force / best.peak_force - 1)
         return Answer({"peak force": difference}, result.cost.force_evaluations, result.cost.steps)
@@ -233,13 +232,13 @@ def integrators(case: ChainCase) -> Experiment:
     """The function simulate, and every registered integrator, on the chain as far as the contact."""
     best, scales = reference(case), case.setup.scales
 
-    def simulate(rtol: float, _: Clock) -> Answer:
+    def simulate(rtol: float) -> Answer:
         force, time, defect, cost = case.simulate(rtol)
         errors = best.errors(force / scales.force, time / scales.time) | {"energy": defect}
         return Answer(errors, cost.force_evaluations, cost.steps)
 
-    def integrate(name: str, setting: float, clock: Clock) -> Answer:
-        motion = case.run(load("integrators", name), setting, clock)
+    def integrate(name: str, setting: float) -> Answer:
+        motion = case.run(load("integrators", name), setting)
         energy = abs(motion.energy_balance) / (motion.work + motion.initial_energy)
         return Answer(best.errors(*case.front(motion)) | {"energy": energy}, motion.evaluations, motion.steps)
 

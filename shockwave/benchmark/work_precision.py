@@ -11,9 +11,10 @@ from typing import Any, NamedTuple, TypeAlias
 
 from attrs import asdict, evolve, field, frozen
 
-from shockwave.base.errors import NumericalError, PluginError, message_of
+from shockwave.base.errors import PluginError, message_of
 from shockwave.base.result import VERSION
 from shockwave.base.text import render
+from shockwave.engine.time_limit import time_limit
 
 # Estimated ratio of the run times of one setting and the next coarser one.
 _GROWTH = 2.0
@@ -103,10 +104,6 @@ class WorkPrecision:
 # ---------------------------------------------------------------- timed runs
 
 
-class TooSlowError(NumericalError):
-    """A run exceeded its time limit and was stopped."""
-
-
 @frozen
 class Limits:
     """Limits of a benchmark.
@@ -119,19 +116,6 @@ class Limits:
     repetitions: float
     repeats: int
     every: int = 1
-
-
-class Clock:
-    """Time limit of a run, ``seconds`` [s]; the run must call `check`."""
-
-    def __init__(self, seconds: float = math.inf) -> None:
-        self.seconds = seconds
-        self.end = time.perf_counter() + seconds
-
-    def check(self) -> None:
-        """Raise `TooSlowError` if the time limit is exceeded."""
-        if time.perf_counter() > self.end:
-            raise TooSlowError(f"stopped at the time limit of {self.seconds:g} s for a run")
 
 
 class Answer(NamedTuple):
@@ -151,7 +135,7 @@ class Method:
     name : str
         Name in rows.
     run : callable
-        Called with a value of the setting and a `Clock`; returns an `Answer`.
+        Called with a value of the setting; returns an `Answer`.
     setting : str
         Name of the setting that is varied; for a single run, its description.
     values : tuple of float
@@ -159,7 +143,7 @@ class Method:
     """
 
     name: str
-    run: Callable[[Any, Clock], Answer]
+    run: Callable[[Any], Answer]
     setting: str = "-"
     values: tuple[float | None, ...] = (None,)
 
@@ -193,7 +177,9 @@ def measure(problem: Problem, method: Method, limits: Limits) -> Iterator[Row]:
             yield evolve(row, problem=str(error))
             return
         except Exception as error:  # of a plugin, too
-            row = evolve(row, problem=message_of(error))
+            is_late = time.perf_counter() - begin > limits.run
+            reason = f"stopped at the time limit of {limits.run:g} s for a run" if is_late else message_of(error)
+            row = evolve(row, problem=reason)
         last = row.seconds or time.perf_counter() - begin
         yield row
 
@@ -201,8 +187,9 @@ def measure(problem: Problem, method: Method, limits: Limits) -> Iterator[Row]:
 def _time(row: Row, method: Method, limits: Limits) -> Row:
     """The row with errors, cost and times; garbage collection is off during the runs."""
     answers: list[Answer] = []
-    timer = Timer(lambda: answers.append(method.run(row.value, Clock(limits.run))))
-    warm_up = timer.timeit(number=1)
+    timer = Timer(lambda: answers.append(method.run(row.value)))
+    with time_limit(limits.run):
+        warm_up = timer.timeit(number=1)
     repeats = min(limits.repeats, int(limits.repetitions / max(warm_up, 1e-9)))
     # For a slow method the warm-up is the only run.
     seconds = timer.repeat(repeats, number=1) or [warm_up]

@@ -8,7 +8,7 @@ import math
 import re
 import time
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -22,16 +22,15 @@ from shockwave.benchmark import bench, bench_output
 from shockwave.benchmark.chain_problems import CASES, case_of, reference
 from shockwave.benchmark.work_precision import (
     Answer,
-    Clock,
     Limits,
     Method,
     Problem,
     Row,
-    TooSlowError,
     WorkPrecision,
     measure,
 )
 from shockwave.cli import main
+from shockwave.engine.time_limit import expired
 from shockwave.registry.registry import entries, load
 
 pytestmark = pytest.mark.usefixtures("frozen")
@@ -50,11 +49,11 @@ def scenario(name: str = "triangular") -> sw.Scenario:
 # ---------------------------------------------------------------- timed runs
 
 
-def run(function: Callable[[Any, Clock], Any], *values: float, limits: Limits = ONCE) -> list[Row]:
+def run(function: Callable[[Any], Any], *values: float, limits: Limits = ONCE) -> list[Row]:
     """The rows of a method that has no error."""
 
-    def answered(value: float, clock: Clock) -> Answer:
-        function(value, clock)
+    def answered(value: float) -> Answer:
+        function(value)
         return Answer({"state": 0.0})
 
     return list(measure(PROBLEM, Method("m", answered, "step", values or (1.0,)), limits))
@@ -72,16 +71,17 @@ def test_quick_run_skips_settings() -> None:
 
 
 def test_a_setting_that_would_take_too_long_is_left_out() -> None:
-    first, second = run(lambda *_: time.sleep(0.02), 1.0, 2.0, limits=Limits(run=0.03, repetitions=0.0, repeats=0))
+    first, second = run(lambda _: time.sleep(0.02), 1.0, 2.0, limits=Limits(run=0.03, repetitions=0.0, repeats=0))
     # the next finer setting takes about twice the time of the last one
     assert first.problem == ""
     assert "left out" in second.problem
 
 
 def test_run_stops_at_the_time_limit_and_finer_settings_are_left_out() -> None:
-    def endless(_: float, clock: Clock) -> None:
-        while True:
-            clock.check()
+    def endless(_: float) -> None:
+        while not expired():
+            pass
+        raise NumericalError("the time limit was reached")
 
     stopped, *others = run(endless, 1.0, 2.0, 3.0, limits=Limits(run=0.01, repetitions=0.0, repeats=0))
     assert stopped.problem == "stopped at the time limit of 0.01 s for a run"
@@ -94,7 +94,7 @@ def test_run_stops_at_the_time_limit_and_finer_settings_are_left_out() -> None:
     ids=["own", "of-a-plugin"],
 )
 def test_failed_run_states_the_reason_and_later_settings_are_run(error: Exception, reason: str) -> None:
-    def failing(value: float, _: Clock) -> None:
+    def failing(value: float) -> None:
         if value == 1.0:
             raise error
 
@@ -135,8 +135,9 @@ def test_front_is_measured_with_any_method(name: str, method: str, setting: floa
 
 
 def test_a_run_stops_at_the_time_limit() -> None:
-    with pytest.raises(TooSlowError, match="stopped at the time limit"):
-        CASES["wall"].run(load("integrators", "radau"), 1e-12, Clock(0.01))
+    radau = Method("radau", partial(CASES["wall"].run, load("integrators", "radau")), "tolerance", (1e-12,))
+    (row,) = measure(PROBLEM, radau, Limits(run=0.01, repetitions=0.0, repeats=0))
+    assert row.problem == "stopped at the time limit of 0.01 s for a run"
 
 
 def test_front_of_a_finite_chain_is_measured_before_the_end() -> None:
