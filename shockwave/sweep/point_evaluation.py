@@ -8,9 +8,9 @@ import pickle
 import platform
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from importlib import metadata
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from attrs import evolve
@@ -28,17 +28,12 @@ from shockwave.scenario.scene_hash import normalise
 from shockwave.scenario.sweep_block import Sweep
 from shockwave.scenario.variations import Family
 from shockwave.scene.chain import Scales
-from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.simulation.simulate import simulate_scenes
 from shockwave.simulation.simulation_result import Simulation
 from shockwave.sweep.columns import Answer, chain_columns, column_of, columns_of, find_requested_columns, row
 from shockwave.sweep.definition import SweepDefinition
 from shockwave.sweep.journal import line_of
 
-_T = TypeVar("_T")
-_Simulated = Simulation | BaseException
-_Predicted = Outcome | BaseException
-_Scenes = Mapping[int, Scenario]
 # Largest record that is hashed [bytes]; the reader of records has its own limit.
 _MOST_RECORD = 2**28
 # Exceptions of a plugin that let only its point fail.
@@ -96,78 +91,51 @@ class Points:
 
     def lines(self, indices: Sequence[int]) -> str:
         """Evaluate some points, and return their lines of the journal."""
-        scenes: dict[int, Scenario] = {}
-        simulated: dict[int, _Simulated] = {}
+        results: dict[int, Sequence[Any]] = {}
+        # scenes with the same options are evaluated in one call
+        groups: dict[Any, dict[int, Scenario]] = {}
         for index in indices:
             try:
-                scenes[index] = self._family.scenario(self.sweep.point(index))
+                scene = self._family.scenario(self.sweep.point(index))
+                groups.setdefault((scene.predictor, scene.simulate), {})[index] = scene
             except _POINT_ERRORS as error:
-                simulated[index] = error
-        if self.sweep.run != "predict":
-            simulated |= self._simulate(scenes)
-        predicted = {} if self.sweep.run == "simulate" else self._predict(scenes)
-        return "".join(
-            self._line(index, scenes.get(index), simulated.get(index), predicted.get(index)) for index in indices
-        )
+                results[index] = [error]
+        for scenes in groups.values():
+            results |= zip(scenes, self._evaluate([*scenes.values()]), strict=True)
+        return "".join(self._line(index, results[index]) for index in indices)
 
-    def _line(
-        self, index: int, scene: Scenario | None, simulated: _Simulated | None, predicted: _Predicted | None
-    ) -> str:
-        """Line of a point; ``simulated`` and ``predicted`` are its results, if any, or their errors."""
+    def _line(self, index: int, parts: Sequence[Any]) -> str:
+        """Line of a point with these results, of which the first error counts."""
         try:
-            simulation, outcome = _raise_if_error(simulated), _raise_if_error(predicted)
-            assert scene is not None
-            return line_of(index, "done", values=row(self._columns, _answer(scene, outcome, simulation)))
+            for part in parts:
+                if isinstance(part, BaseException):
+                    raise part
+            return line_of(index, "done", values=row(self._columns, _answer(*parts)))
         except _POINT_ERRORS as error:
             return line_of(index, "failed", error=message_of(error))
 
-    def _predict(self, scenes: _Scenes) -> dict[int, _Predicted]:
-        """Outcomes by point number; those of a comparison are of section 4, without scenes that it does not cover."""
-        compares = self.sweep.run == "compare"
-        outcomes: dict[int, _Predicted] = {}
-        for (predictor, options), indices in _groups(scenes, lambda scene: (scene.predictor, scene.simulate)).items():
-            cases = [scenes[index].scene for index in indices]
-            if compares:
+    def _evaluate(self, scenes: Sequence[Scenario]) -> list[Sequence[Any]]:
+        """Scenes with the same options, their simulations and predictions, or their errors."""
+        run, options, predictor = self.sweep.run, scenes[0].simulate, scenes[0].predictor
+        cases = [scene.scene for scene in scenes]
+        simulated: Any = [None] * len(scenes)
+        predicted: Any = simulated
+        try:
+            if run != "predict":
+                waves = options.waves if self.train or self.chains else "primary"
+                simulated = simulate_scenes(cases, evolve(options, waves=waves, record=(), interval=None), threads=1)
+            if run == "compare":
                 predictor = evolve(predictor, model="section-4")
                 # the simulation judges a chain that must be elastic
                 cases = [evolve(case, chain=evolve(case.chain, elastic_only=False)) for case in cases]
-            results = predictor.predict_scenes(cases, evolve(options, waves="primary"), threads=1)
-            outcomes |= zip(indices, results, strict=True)
-        uncovered = NotCoveredError if compares else ()
-        return {index: outcome for index, outcome in outcomes.items() if not isinstance(outcome, uncovered)}
-
-    def _simulate(self, scenes: _Scenes) -> dict[int, _Simulated]:
-        """Results by point number; scenes with the same options are simulated in one call."""
-        results: dict[int, _Simulated] = {}
-        for options, indices in _groups(scenes, lambda scene: scene.simulate).items():
-            results |= self._run_group(options, indices, scenes)
-        return results
-
-    def _run_group(self, options: SimulateOptions, indices: list[int], scenes: _Scenes) -> dict[int, _Simulated]:
-        try:
-            waves = options.waves if self.train or self.chains else "primary"
-            settings = evolve(options, waves=waves, record=(), interval=None)
-            results = simulate_scenes([scenes[index].scene for index in indices], settings, threads=1)
+            if run != "simulate":
+                predicted = predictor.predict_scenes(cases, evolve(options, waves="primary"), threads=1)
         except _POINT_ERRORS as error:
-            if len(indices) == 1:
-                return {indices[0]: error}
-            # run one by one, to find the point that raises the error
-            return {index: self._run_group(options, [index], scenes)[index] for index in indices}
-        return dict(zip(indices, results, strict=True))
-
-
-def _groups(scenes: _Scenes, part: Callable[[Scenario], Any]) -> dict[Any, list[int]]:
-    """Point numbers by a part of their scenes."""
-    groups: dict[Any, list[int]] = {}
-    for index, scene in scenes.items():
-        groups.setdefault(part(scene), []).append(index)
-    return groups
-
-
-def _raise_if_error(result: _T | BaseException) -> _T:
-    if isinstance(result, BaseException):
-        raise result
-    return result
+            # one by one, to find the point that raises the error
+            return [[error]] if len(scenes) == 1 else [self._evaluate([scene])[0] for scene in scenes]
+        if run == "compare":
+            predicted = [None if isinstance(outcome, NotCoveredError) else outcome for outcome in predicted]
+        return list(zip(scenes, simulated, predicted, strict=True))
 
 
 def _has_features(scenario: Scenario, finite: bool) -> bool:
@@ -197,7 +165,7 @@ def _refusals(scenario: Scenario, sweep: Sweep) -> list[Fault]:
     return []
 
 
-def _answer(scene: Scenario, predicted: Outcome | None, simulated: Simulation | None) -> Answer:
+def _answer(scene: Scenario, simulated: Simulation | None, predicted: Outcome | None) -> Answer:
     if simulated is None and predicted is not None:
         simulated = predicted.simulated
     if _has_features(scene, scene.chain.granules is not None):
