@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shockwave.base.numerics import FloatArray
-from shockwave.pictures.picture_elements import SIGNED, Axes, field_colours, ink, paper, place_name
+from shockwave.pictures.picture_elements import SIGNED, SMALL, Axes, field_colours, halo, ink, paper
 
 if TYPE_CHECKING:
     Edges: TypeAlias = tuple[FloatArray, FloatArray]
@@ -20,14 +20,10 @@ _NO_VALUE = "#BDBDBD"
 _RESOLVED = 1 / 40
 # Ratio of greatest and least value above which colours are logarithmic.
 _WIDE = 300.0
-# Shares of the values below and above which they are few.
-_TAILS = 0.1, 0.9
 
 
 def edges_of(centres: FloatArray, log: bool = False) -> FloatArray:
     """Return the edges of cells around ascending ``centres``: the midpoints on the drawn axis."""
-    if len(centres) == 1:
-        return np.array([centres[0] - 0.5, centres[0] + 0.5])
     at = np.log(centres) if log else centres
     middles = (at[1:] + at[:-1]) / 2
     edges = np.concatenate(([2 * at[0] - middles[0]], middles, [2 * at[-1] - middles[-1]]))
@@ -62,20 +58,14 @@ def colour_cells(ax: Axes, edges: Edges, values: FloatArray, **colours: Any) -> 
 
 def colours_of(values: FloatArray) -> dict[str, Any]:
     """Return colour map and norm for these values, which are finite."""
-    from matplotlib.colors import AsinhNorm, LogNorm, Normalize, TwoSlopeNorm
+    from matplotlib.colors import AsinhNorm, LogNorm, Normalize
 
     least, most = (values.min(), values.max()) if values.size else (0.0, 1.0)
     if least < 0 < most:
         limit = max(-least, most)
         usual = np.median(np.abs(values)) / 10
         return {"norm": AsinhNorm(usual or limit, vmin=-limit, vmax=limit), "cmap": SIGNED}
-    norm: Any = (LogNorm if 0 < _WIDE * least < most else Normalize)(least, most)
-    few, many = np.quantile(values, _TAILS).tolist() if values.size else (least, most)
-    # where most values are in one half of the range, they have half of the colours
-    crowd = few if 2 * few > least + most else many if 2 * many < least + most else least
-    if type(norm) is Normalize and least < crowd < most:
-        norm = TwoSlopeNorm(crowd, least, most)
-    return {"norm": norm, "cmap": field_colours()}
+    return {"norm": (LogNorm if 0 < _WIDE * least < most else Normalize)(least, most), "cmap": field_colours()}
 
 
 def regime_borders(ax: Axes, edges: Edges, regimes: npt.NDArray[np.str_]) -> None:
@@ -93,4 +83,5 @@ def regime_borders(ax: Axes, edges: Edges, regimes: npt.NDArray[np.str_]) -> Non
         cells = np.argwhere(regimes == name)
         off = cells - cells.mean(axis=0)
         i, j = cells[np.argmin((off**2).sum(axis=1))]
-        place_name(ax, (x[i] + x[i + 1]) / 2, (y[j] + y[j + 1]) / 2, name)
+        look: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": SMALL, "path_effects": halo(), "zorder": 5}
+        ax.text((x[i] + x[i + 1]) / 2, (y[j] + y[j + 1]) / 2, name, **look)

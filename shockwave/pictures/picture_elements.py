@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping
-from itertools import pairwise
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
@@ -143,11 +142,6 @@ def series(index: int, marked: bool = False) -> dict[str, Any]:
     return {"color": COLOURS[index % len(COLOURS)], "linestyle": LINES[index % len(LINES)], "marker": marker}
 
 
-def power_of_ten(exponent: int) -> str:
-    """Return 10 to this power with a raised exponent."""
-    return "10" + str(exponent).translate(_RAISED)
-
-
 def literal(text: str) -> str:
     """Return ``text`` as a label in which a dollar sign does not begin a formula."""
     return text.replace("$", r"\$")
@@ -172,7 +166,8 @@ def label_axis(ax: Axes, axis: Literal["x", "y"], label: Label) -> None:
         enough = np.count_nonzero((ticks >= low) & (ticks <= high)) >= _FEWEST_TICKS
         chosen.set_major_locator(locator if enough else MaxNLocator(_FEWEST_TICKS + 1, steps=[1, 2, 5, 10]))
     elif logarithmic:  # a formula for each tick would take longer than the rest of the axis
-        chosen.set_major_formatter(FuncFormatter(lambda value, _: power_of_ten(round(math.log10(value)))))
+        raised = FuncFormatter(lambda value, _: "10" + str(round(math.log10(value))).translate(_RAISED))
+        chosen.set_major_formatter(raised)
     if few or isinstance(chosen.get_major_formatter(), ScalarFormatter):
         largest = max(abs(low), abs(high))
         number, _, unit = si_label(largest, unit, 9).partition(" ")
@@ -218,28 +213,14 @@ def _keep_above(ax: Axes, artist: Any) -> None:
 
 def colour_scale(ax: Axes, drawn: Any, label: Label) -> Any:
     """Return a new labelled colour bar for ``drawn`` at the right of ``ax``."""
-    from matplotlib.colors import TwoSlopeNorm
-    from matplotlib.ticker import MaxNLocator
-
     figure = ax.get_figure()
     assert figure is not None
     # an inset, so that a layout engine keeps it next to its axes; without one, it takes room from them
     inset = ax.inset_axes((1.03, 0.0, 0.04, 1.0)) if figure.get_layout_engine() else None
     bar = figure.colorbar(drawn, cax=inset, ax=ax)
     label_axis(bar.ax, "y", label)
-    if isinstance(drawn.norm, TwoSlopeNorm):  # round numbers in both halves
-        locator, halves = (
-            MaxNLocator(_FEWEST_TICKS + 1),
-            pairwise([float(drawn.norm.inverse(at)) for at in (0, 0.5, 1)]),
-        )
-        bar.set_ticks([at for low, high in halves for at in locator.tick_values(low, high) if low <= at <= high])
     bar.ax.yaxis.label.set_fontsize(ax.yaxis.label.get_fontsize())
     return bar
-
-
-def place_name(ax: Axes, x: float, y: float, text: str) -> None:
-    """Write text with an outline on the axes."""
-    ax.text(x, y, text, ha="center", va="center", fontsize=SMALL, path_effects=halo(), zorder=5)
 
 
 def halo() -> list[Any]:
