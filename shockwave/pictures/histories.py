@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from shockwave.pictures.picture_elements import (
     si_label,
     thin,
 )
+from shockwave.pictures.waves import contact_forces, peak_forces, sources, train
 from shockwave.profiles.tabulated import Tabulated
 from shockwave.simulation.recording import Recording
 from shockwave.simulation.simulation_result import Simulation
@@ -82,6 +83,24 @@ def sensors(result: Simulation | Recording, unit: str | None = None, *, ax: Axes
 def units_of(histories: Recording | None) -> list[str]:
     """Return the units of the sensors."""
     return list(dict.fromkeys(each.unit for each in histories.sensors)) if histories else []
+
+
+# ---------------------------------------------------------------- the picture of a scene
+
+
+def draw_scene(result: Any, *, ax: Axes | None) -> Axes:
+    """Draw the histories of sensors or contacts, or the greatest forces along a chain, or those of the waves."""
+    simulated, _ = sources(result)
+    if simulated is not None and (simulated.options.sensors or "forces" in simulated.options.record):
+        return draw_histories(simulated, ax=ax)
+    if simulated is not None and simulated.contacts:
+        return peak_forces(simulated, ax=ax)
+    return train(result, ax=ax)
+
+
+def draw_histories(result: Any, *, ax: Axes | None) -> Axes:
+    """Draw the histories of sensors or, without them, contact forces."""
+    return (sensors if getattr(result, "options", result).sensors else contact_forces)(result, ax=ax)
 
 
 # ---------------------------------------------------------------- records

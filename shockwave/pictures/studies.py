@@ -161,6 +161,18 @@ def pareto(result: Design, *, ax: Axes | None = None) -> Axes:
         return ax
 
 
+def draw_curve(result: UniversalCurve, *, ax: Axes | None) -> Axes:
+    """Draw a universal curve."""
+    return universal_curves({"simulation": result}, ax=ax)
+
+
+def draw_design(result: Design, *, ax: Axes | None) -> Axes:
+    """Draw all options of a design that minimises a quantity, a ranking of materials, or the quantity."""
+    if result.least is not None:
+        return pareto(result, ax=ax)
+    return (materials if result.is_ranked else design)(result, ax=ax)
+
+
 # ---------------------------------------------------------------- uncertainty
 
 # Ends of the shaded interval.

@@ -26,7 +26,7 @@ class SceneResult(Result):
     __slots__ = ()
     scene: Scene
 
-    _picture = "shockwave.pictures.default_pictures:draw_scene"
+    _picture = "shockwave.pictures.histories:draw_scene"
 
     @property
     def leaving(self) -> LeavingForce:

@@ -76,7 +76,7 @@ class Recording(Result):
     applied_force: FloatArray | Any = None
     sensors: tuple[SensorHistory, ...] = ()
 
-    _picture = "shockwave.pictures.default_pictures:draw_histories"
+    _picture = "shockwave.pictures.histories:draw_histories"
     _tables = (("histories", "time"),)
 
     def __repr__(self) -> str:

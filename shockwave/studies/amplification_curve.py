@@ -131,7 +131,7 @@ class UniversalCurve(Result):
     warnings: tuple[str, ...]
 
     _brief = ("profile", "rtol", "longest")
-    _picture = "shockwave.pictures.default_pictures:draw_curve"
+    _picture = "shockwave.pictures.studies:draw_curve"
     _tables = (("points", "scaled_rise_time"),)
 
     @explain_arguments

@@ -89,7 +89,7 @@ class Comparison(Result):
         *("simulated.scenario", "simulated.peak_force", "greatest_force.peak_force"),
         *("predicted.peak_force", "relation"),
     )
-    _picture = "shockwave.pictures.default_pictures:draw_scene"
+    _picture = "shockwave.pictures.histories:draw_scene"
     _tables = (("waves", "wave"),)
 
     @property

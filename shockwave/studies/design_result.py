@@ -163,7 +163,7 @@ class Design(Result):
     warnings: tuple[str, ...]
 
     _brief = ("scenario", "varied", "required", "solutions", "tried")
-    _picture = "shockwave.pictures.default_pictures:draw_design"
+    _picture = "shockwave.pictures.studies:draw_design"
     _tables = (("table", "option"), ("tried", "option"))
 
     @property
