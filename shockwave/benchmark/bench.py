@@ -16,15 +16,7 @@ from attrs import evolve
 from shockwave.base.numerics import FloatArray
 from shockwave.base.progress import track
 from shockwave.benchmark.chain_problems import CASES, ChainCase, case_of, reference
-from shockwave.benchmark.work_precision import (
-    Answer,
-    Experiment,
-    Limits,
-    Method,
-    Problem,
-    WorkPrecision,
-    measure,
-)
+from shockwave.benchmark.work_precision import Answer, Experiment, Limits, Method, Problem, WorkPrecision, measure
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.exponential import Exponential
 from shockwave.profiles.power_law import PowerLaw

@@ -11,19 +11,7 @@ import numpy as np
 
 from shockwave.base.errors import NotCoveredError, NumericalError
 from shockwave.pictures.figure_files import canvas
-from shockwave.pictures.picture_elements import (
-    BLUE,
-    GREY,
-    METHODS,
-    MINUS,
-    OCHRE,
-    SKY,
-    Axes,
-    area,
-    ink,
-    literal,
-    series,
-)
+from shockwave.pictures.picture_elements import GREY, METHODS, MINUS, OCHRE, SKY, Axes, area, ink, literal, series
 from shockwave.pictures.waves import find_histories
 from shockwave.simulation.simulation_result import Simulation
 
@@ -104,7 +92,7 @@ def balance(result: Simulation, *, ax: Axes | None = None) -> Axes:
     with canvas(ax, result, x="time", y="energy", from_zero=True) as ax:
         area(ax, times, 0.0, kinetic, SKY, "", "kinetic energy")
         area(ax, times, kinetic, total, OCHRE, "////", "contact energy")
-        ax.plot(times, total, color=BLUE, label="total")
+        ax.plot(times, total, color=METHODS["simulation"], label="total")
         ax.plot([begin, times[-1]], [work, work], color=ink(), linestyle="--", label=name)
         ax.set_xlim(0, times[-1])
         if result.shock is not None:

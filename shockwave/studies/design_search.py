@@ -128,9 +128,8 @@ def design(
 def _search(scenes: DesignScenes, points: int, rtol: float, seed: int) -> dict[str, Any]:
     """Search for all solutions of one parameter, or the best option."""
     if scenes.least is not None:
-        from shockwave.studies.design_several_parameters import (
-            search_best,  # imports scipy.stats, which one parameter does not need
-        )
+        # imports scipy.stats, which one parameter does not need
+        from shockwave.studies.design_several_parameters import search_best
 
         return search_best(scenes, seed)
     if scenes.parameters[0].among or scenes.parameters[0].whole:
