@@ -9,7 +9,7 @@ from typing import Any
 from attrs import asdict, evolve, field, frozen
 
 from shockwave.base.errors import Fault, NotCoveredError, ShockwaveError
-from shockwave.base.result import VERSION, Result, cached_property
+from shockwave.base.result import VERSION, cached_property
 from shockwave.base.result_tables import Table, column, coordinate
 from shockwave.base.text import render
 from shockwave.prediction.outcome import Outcome
@@ -18,8 +18,9 @@ from shockwave.prediction.scaled_shock import Regime, Relation
 from shockwave.prediction.section4 import relation_of
 from shockwave.prediction.section4_outcome import EjectionOutcome, Exponents, Section4Outcome
 from shockwave.scenario.published_results import Published
-from shockwave.scene.force_limit import Limit, Verdict
+from shockwave.scene.force_limit import LeavingForce
 from shockwave.scene.scene import Scene
+from shockwave.scene.scene_result import SceneResult
 from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.solitary_wave import SolitaryWave
 from shockwave.simulation.result_parts import MeasuredWave
@@ -62,7 +63,7 @@ class Errors:
 
 
 @frozen(kw_only=True, slots=False, repr=False)
-class Comparison(Result):
+class Comparison(SceneResult):
     """Prediction of section 4 for a shock on a chain, and its simulation.
 
     Attributes
@@ -89,7 +90,6 @@ class Comparison(Result):
         *("simulated.scenario", "simulated.peak_force", "greatest_force.peak_force"),
         *("predicted.peak_force", "relation"),
     )
-    _picture = "shockwave.pictures.histories:draw_scene"
     _tables = (("waves", "wave"),)
 
     @property
@@ -103,19 +103,14 @@ class Comparison(Result):
         return "\n".join(map(str, self.faults)) or None
 
     @property
-    def scenario(self) -> str | None:
-        """Name of the scenario."""
-        return self.simulated.scenario
+    def scene(self) -> Scene:  # type: ignore[override]
+        """Shock or impact, and chain."""
+        return self.simulated.scene
 
     @property
-    def limit(self) -> Limit | None:
-        """Limit on the transmitted force."""
-        return self.simulated.limit
-
-    @property
-    def verdict(self) -> Verdict | None:
-        """Verdict of the simulation on the limit; None without a limit."""
-        return self.simulated.verdict
+    def leaving(self) -> LeavingForce:
+        """The simulated transmitted force."""
+        return self.simulated.leaving
 
     @property
     def relation(self) -> Relation | None:
@@ -213,11 +208,6 @@ class Comparison(Result):
     def warnings(self) -> tuple[str, ...]:
         """Warnings of the simulation, which are those of the comparison."""
         return self.simulated.warnings
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Changes that were made to a record."""
-        return self.simulated.notes
 
     def _table(self, name: str) -> Table | None:
         paper = self._paper

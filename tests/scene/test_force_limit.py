@@ -159,9 +159,9 @@ def test_the_last_contact_is_judged_whatever_contacts_are_reported() -> None:
 def test_the_verdict_of_a_comparison_is_that_of_its_simulation() -> None:
     both = sw.compare(SHOCK, chain(), limit=60.0)
     assert both.verdict == sw.simulate(SHOCK, chain(), limit=60.0).verdict is not None
-    for result in (both, 3):
-        with pytest.raises(sw.InvalidValueError, match=r"^result: must be the result of a prediction or a simulation"):
-            sw.Limit(force=60.0).verdict(result)
+    assert sw.Limit(force=60.0).verdict(both) == both.verdict
+    with pytest.raises(sw.InvalidValueError, match=r"^result: must be the result of a prediction or a simulation"):
+        sw.Limit(force=60.0).verdict(3)
 
 
 # ---------------------------------------------------------------- verdicts that remain open
