@@ -6,10 +6,10 @@ import json
 import math
 import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import attrs
 import numpy as np
@@ -17,15 +17,18 @@ import numpy.typing as npt
 from attrs import frozen
 
 from shockwave.base.errors import UnknownNameError, shorten
+from shockwave.base.numerics import FloatArray
 from shockwave.base.progress import report_progress
+from shockwave.base.quantities import errors_of, unit_of
 from shockwave.base.result import VERSION, Result
 from shockwave.base.result_tables import Table, TableColumn, along, dataset, library
 from shockwave.base.text import facts, limits, si, significant_digits, strong, table
 from shockwave.studies.warning_groups import WarningGroups
-from shockwave.sweep.column_accuracy import accuracy_of, main_quantity
 from shockwave.sweep.definition import NOTES, SweepDefinition, as_text, folder_path, warnings_in
 from shockwave.sweep.journal import NOT_RUN, Journal
 
+# Main quantity of a sweep: the first of these columns that it has; a simulated one, where there is one.
+_MAIN = ("amplification", "section4_amplification")
 # Significant digits of variables, and of quantities without a known error.
 _VARIABLE_DIGITS = 5
 _USUAL_DIGITS = 3
@@ -329,3 +332,38 @@ def _array(values: list[Any], text: bool) -> npt.NDArray[Any]:
     if text:
         return np.array([as_text(value) or "" for value in values])
     return np.array(values, dtype=float)
+
+
+# ---------------------------------------------------------------- accuracy of the columns
+
+
+def main_quantity(columns: Sequence[str]) -> str:
+    """Name of the main quantity of a sweep with these ``columns`` of numbers."""
+    return next((name for name in _MAIN if name in columns), columns[0])
+
+
+class Accuracy(NamedTuple):
+    """Absolute errors of the values, NaN where not known, and a sentence, empty if the column has no error."""
+
+    errors: FloatArray
+    sentence: str
+
+
+def accuracy_of(name: str, units: Mapping[str, str | None], values_of: Callable[[str], FloatArray]) -> Accuracy:
+    """Return the accuracy of the column ``name`` of a sweep, whose columns have these ``units`` and ``values_of``."""
+    values = values_of(name)
+    unknown = np.full(values.shape, np.nan)
+    if not np.isfinite(values).any():
+        return Accuracy(unknown, "no point has a value")
+    columns = [next((each for each in errors_of(part) if each in units), "") for part in name.split(" / ")]
+    column = columns[0]
+    if not all(columns):
+        return Accuracy(unknown, "")
+    errors = np.sum([values_of(each) for each in columns], axis=0)
+    if column == "low":
+        errors = (values_of("high") - errors) / 2 / values_of("peak_force")
+        if not np.isfinite(errors).any():
+            return Accuracy(unknown, "by section 4, error not known")
+    elif unit := unit_of(column):
+        return Accuracy(errors, f"error at most {si(np.nanmax(errors, initial=0.0), unit, 2)}")
+    return Accuracy(errors * np.abs(values), f"relative error at most {np.nanmax(errors, initial=0.0):.1e}")

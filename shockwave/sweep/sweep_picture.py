@@ -19,10 +19,9 @@ from shockwave.pictures.colour_maps import colour_cells, colours_of, edges_of, r
 from shockwave.pictures.figure_files import canvas
 from shockwave.pictures.picture_elements import COLOURS, Axes, literal, si_label
 from shockwave.scenario.dotted_names import name_in_words
-from shockwave.sweep.column_accuracy import accuracy_of, main_quantity
 from shockwave.sweep.definition import NOTES, warnings_in
 from shockwave.sweep.journal import NOT_RUN
-from shockwave.sweep.results import SweepResults
+from shockwave.sweep.results import SweepResults, accuracy_of, main_quantity
 
 
 @frozen(eq=False)
