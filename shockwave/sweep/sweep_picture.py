@@ -107,48 +107,38 @@ def plot(
 
 def _draw(axes: PlottedAxes, name: str, ax: Axes | None) -> Axes:
     """Draw lines or a map of the column ``name``."""
-    results, values = axes.results, axes.pick(name)
-    quantity = label_of(name), results.units[name] or ""
     across, *up = axes.axes
-    if not up or len(up[0].places) <= min(len(COLOURS) - 1, len(across.places)):
-        return _draw_lines(across, axes.labels(), values.reshape(len(values), -1).T, quantity, ax)
-    for axis in axes.axes:
-        if (np.diff(axis.places) <= 0).any():
-            remedy = "fix another variable of that axis with --at NAME=VALUE, or choose another with --x"
-            got = f"got {axis.name}, which repeats a value; {remedy}"
-            raise UsageError(f"points of a map must have different coordinates ({got})")
-    regimes = axes.pick("section4_regime") if "section4_regime" in results.units else None
-    return _draw_map(across, up[0], values, quantity, regimes, ax)
+    are_lines = not up or len(up[0].places) <= min(len(COLOURS) - 1, len(across.places))
+    quantity = label_of(name), axes.results.units[name] or ""
+    return (_draw_lines if are_lines else _draw_map)(axes, axes.pick(name), quantity, ax)
 
 
-def _draw_lines(
-    x: PlottedAxis, labels: Sequence[str], lines: FloatArray, quantity: tuple[str, str], ax: Axes | None
-) -> Axes:
+def _draw_lines(axes: PlottedAxes, values: FloatArray, quantity: tuple[str, str], ax: Axes | None) -> Axes:
     """Draw a quantity over one axis, with a line for each of a few values of another axis, if there is one."""
+    x = axes.axes[0]
     with canvas(ax) as ax:
-        for index, (label, values) in enumerate(zip(labels, lines, strict=True)):
+        for index, (label, line) in enumerate(zip(axes.labels(), values.reshape(len(values), -1).T, strict=True)):
             look = elements.series(index, marked=not x.joined or len(x.places) <= _MARKERS)
             look["linestyle"] = look["linestyle"] if x.joined else ""
-            ax.plot(x.places, values, label=literal(label) or None, **look)
-        if not np.isfinite(lines).any():
+            ax.plot(x.places, line, label=literal(label) or None, **look)
+        if not np.isfinite(values).any():
             ax.set_xlim(x.places[0], x.places[-1])
         ax.margins(y=0.12)
-        if not (lines < 0).any():
+        if not (values < 0).any():
             ax.set_ylim(bottom=0)
         x.scale(ax, "x")
         elements.label_axis(ax, "y", quantity)
         return ax
 
 
-def _draw_map(
-    x: PlottedAxis,
-    y: PlottedAxis,
-    values: FloatArray,
-    quantity: tuple[str, str],
-    regimes: npt.NDArray[np.str_] | None,
-    ax: Axes | None,
-) -> Axes:
+def _draw_map(axes: PlottedAxes, values: FloatArray, quantity: tuple[str, str], ax: Axes | None) -> Axes:
     """Draw a quantity over two axes as colours, with the borders of the regimes and a line at an amplification of 1."""
+    x, y = axes.axes
+    for axis in (x, y):
+        if (np.diff(axis.places) <= 0).any():
+            remedy = "fix another variable of that axis with --at NAME=VALUE, or choose another with --x"
+            got = f"got {axis.name}, which repeats a value; {remedy}"
+            raise UsageError(f"points of a map must have different coordinates ({got})")
     edges = edges_of(x.places, x.log), edges_of(y.places, y.log)
     with canvas(ax, legend=False) as ax:
         drawn = colour_cells(ax, edges, values, **colours_of(values[np.isfinite(values)]))
@@ -160,8 +150,8 @@ def _draw_map(
             ones = ax.contour(x.places, y.places, values.T, [1.0], **look)
             bar.add_lines(ones)
             ones.set(path_effects=elements.halo())
-        if regimes is not None:
-            regime_borders(ax, edges, regimes)
+        if "section4_regime" in axes.results.units:
+            regime_borders(ax, edges, axes.pick("section4_regime"))
         return ax
 
 
