@@ -226,17 +226,7 @@ def _result(scenes: UncertainScenes, draws: int, seed: int, rtol: float) -> Unce
         flags = (outputs[:, len(scenes.quantities), 0] > 1).astype(float)
         yields = Estimate(*sampling.estimates(np.mean, flags).tolist())
     outputs = outputs[:, : len(scenes.quantities)]
-    slopes, shares = scenes.slopes(), sampling.estimates(sampling.indices, outputs)
-    statistics, notes = [], []
-    gradients = zip(scenes.quantities, zip(*slopes, strict=True), strict=True)
-    for index, (quantity, gradient) in enumerate(gradients):
-        if not (np.isfinite(outputs[:, index]).all() and all(math.isfinite(slope.value) for slope in gradient)):
-            notes.append(f"the {quantity.label} is left out, because some scenes have none")
-            continue
-        each = _statistics(scenes, quantity, outputs[:, index, 0], float(errors[index]), gradient, shares[:, :, index])
-        statistics.append(each)
-        if each.sd.value <= _NOISE * each.model_error * abs(each.nominal):
-            notes.append(f"the spread of the {quantity.label} is within the error of the simulations")
+    statistics, notes = _statistics(scenes, outputs, errors)
     return Uncertainty(
         scenario=scenario.name,
         draws=draws,
@@ -254,25 +244,30 @@ def _result(scenes: UncertainScenes, draws: int, seed: int, rtol: float) -> Unce
 
 
 def _statistics(
-    scenes: UncertainScenes,
-    quantity: Quantity,
-    batches: FloatArray,
-    error: float,
-    slopes: Sequence[Estimate],
-    indices: FloatArray,
-) -> QuantityStatistics:
-    """Statistics of one quantity, from its draws and the slopes and indices of shape (2, parameters, 2)."""
-    value, _ = figures_of(quantity, scenes.nominal) or (0.0, 0.0)
-    pairs = zip(scenes.distributions, slopes, indices.swapaxes(0, 1), strict=True)
-    return QuantityStatistics(
-        name=quantity.name,
-        unit=quantity.unit.replace(" ", "*"),
-        label=quantity.label,
-        **sampling.statistics(batches),
-        nominal=value,
-        model_error=error,
-        sensitivities=tuple(_sensitivity(each, slope, value, shares) for each, slope, shares in pairs),
-    )
+    scenes: UncertainScenes, outputs: FloatArray, errors: FloatArray
+) -> tuple[list[QuantityStatistics], list[str]]:
+    """Statistics of the quantities that all drawn scenes have, and notes on them and on the others."""
+    slopes, shares = scenes.slopes(), sampling.estimates(sampling.indices, outputs)
+    statistics, notes = [], []
+    for index, (quantity, gradient) in enumerate(zip(scenes.quantities, zip(*slopes, strict=True), strict=True)):
+        if not (np.isfinite(outputs[:, index]).all() and all(math.isfinite(slope.value) for slope in gradient)):
+            notes.append(f"the {quantity.label} is left out, because some scenes have none")
+            continue
+        value, _ = figures_of(quantity, scenes.nominal) or (0.0, 0.0)
+        pairs = zip(scenes.distributions, gradient, shares[:, :, index].swapaxes(0, 1), strict=True)
+        each = QuantityStatistics(
+            name=quantity.name,
+            unit=quantity.unit.replace(" ", "*"),
+            label=quantity.label,
+            **sampling.statistics(outputs[:, index, 0]),
+            nominal=value,
+            model_error=float(errors[index]),
+            sensitivities=tuple(_sensitivity(parameter, slope, value, part) for parameter, slope, part in pairs),
+        )
+        statistics.append(each)
+        if each.sd.value <= _NOISE * each.model_error * abs(each.nominal):
+            notes.append(f"the spread of the {quantity.label} is within the error of the simulations")
+    return statistics, notes
 
 
 def _bound_later_force(force: LeavingForce) -> float:
