@@ -20,6 +20,8 @@ _NO_VALUE = "#BDBDBD"
 _RESOLVED = 1 / 40
 # Ratio of greatest and least value above which colours are logarithmic.
 _WIDE = 300.0
+# Shares of the values below and above which they are few.
+_TAILS = 0.1, 0.9
 
 
 def edges_of(centres: FloatArray, log: bool = False) -> FloatArray:
@@ -58,14 +60,20 @@ def colour_cells(ax: Axes, edges: Edges, values: FloatArray, **colours: Any) -> 
 
 def colours_of(values: FloatArray) -> dict[str, Any]:
     """Return colour map and norm for these values, which are finite."""
-    from matplotlib.colors import AsinhNorm, LogNorm, Normalize
+    from matplotlib.colors import AsinhNorm, LogNorm, Normalize, TwoSlopeNorm
 
     least, most = (values.min(), values.max()) if values.size else (0.0, 1.0)
     if least < 0 < most:
         limit = max(-least, most)
         usual = np.median(np.abs(values)) / 10
         return {"norm": AsinhNorm(usual or limit, vmin=-limit, vmax=limit), "cmap": SIGNED}
-    return {"norm": (LogNorm if 0 < _WIDE * least < most else Normalize)(least, most), "cmap": field_colours()}
+    norm: Any = (LogNorm if 0 < _WIDE * least < most else Normalize)(least, most)
+    few, many = np.quantile(values, _TAILS).tolist() if values.size else (least, most)
+    # where most values are in one half of the range, they have half of the colours
+    crowd = few if 2 * few > least + most else many if 2 * many < least + most else least
+    if type(norm) is Normalize and least < crowd < most:
+        norm = TwoSlopeNorm(crowd, least, most)
+    return {"norm": norm, "cmap": field_colours()}
 
 
 def regime_borders(ax: Axes, edges: Edges, regimes: npt.NDArray[np.str_]) -> None:

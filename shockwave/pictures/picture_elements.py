@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping
+from itertools import pairwise
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
@@ -213,12 +214,19 @@ def _keep_above(ax: Axes, artist: Any) -> None:
 
 def colour_scale(ax: Axes, drawn: Any, label: Label) -> Any:
     """Return a new labelled colour bar for ``drawn`` at the right of ``ax``."""
+    from matplotlib.colors import TwoSlopeNorm
+    from matplotlib.ticker import MaxNLocator
+
     figure = ax.get_figure()
     assert figure is not None
     # an inset, so that a layout engine keeps it next to its axes; without one, it takes room from them
     inset = ax.inset_axes((1.03, 0.0, 0.04, 1.0)) if figure.get_layout_engine() else None
     bar = figure.colorbar(drawn, cax=inset, ax=ax)
     label_axis(bar.ax, "y", label)
+    if isinstance(drawn.norm, TwoSlopeNorm):  # round numbers in both halves
+        locator, ends = MaxNLocator(_FEWEST_TICKS + 1), [float(drawn.norm.inverse(at)) for at in (0, 0.5, 1)]
+        halves = pairwise(ends)
+        bar.set_ticks([at for low, high in halves for at in locator.tick_values(low, high) if low <= at <= high])
     bar.ax.yaxis.label.set_fontsize(ax.yaxis.label.get_fontsize())
     return bar
 

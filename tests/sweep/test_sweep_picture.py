@@ -103,6 +103,17 @@ def test_a_map_of_amplifications_has_a_line_at_one(tmp_path: Path) -> None:
     np.testing.assert_allclose(line.get_paths()[0].vertices[:, 0], TIMES[7])
 
 
+def test_values_that_crowd_at_one_end_have_half_of_the_colours(tmp_path: Path) -> None:
+    axes = [([TIME], TIMES[:, None].tolist()), ([RATIO], RATIOS[:, None].tolist())]
+    crowded = np.linspace(0.97, 1.0, PLANE.size)
+    crowded[:5] = 0.0
+    mesh = plot(swept(tmp_path / "crowd", axes, {"amplification": crowded.tolist()})).ax.collections[0]
+    assert mesh.norm(0.99) - mesh.norm(0.98) > 0.1
+    assert mesh.norm(0.0) == 0
+    ticks = mesh.colorbar.ax.get_yticks()
+    assert min(np.count_nonzero(ticks > 0.98), np.count_nonzero(ticks < 0.98)) >= 2
+
+
 def test_points_without_a_value_are_masked_and_counted(tmp_path: Path) -> None:
     results = a_map(tmp_path, failed=(3, 77))
     found = plot(results)
