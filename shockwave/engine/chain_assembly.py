@@ -99,13 +99,13 @@ class Assembly:
     impedance: float = 0.0
 
     @cached_property
-    def is_damped(self) -> bool:
-        """Whether the forces depend on the velocities."""
-        return self.is_viscous or (self.plastic is not None and bool(self.plastic.rates.any()))
+    def depends_on_rate(self) -> bool:
+        """Whether forces depend on velocities while contacts flow."""
+        return self.plastic is not None and bool(self.plastic.rates.any())
 
     @cached_property
-    def is_viscous(self) -> bool:
-        """Whether they do at all times, and not only while contacts flow."""
+    def is_damped(self) -> bool:
+        """Whether they do at all times."""
         return self.law is not None or self.end_damping > 0 or self.impedance > 0 or bool(np.any(self.damping > 0))
 
     @cached_property

@@ -116,7 +116,7 @@ def method_for(assembly: Assembly, integrator: type[Integrator] | None) -> tuple
     """Name and coefficients of the method: those of ``integrator``, by default rkn86, with damping dop853.
 
     For an integrator without coefficients they are those of rkn86, whose weights give integrals over its steps. Where
-    forces depend on velocities only while contacts flow, the stages of rkn86 have velocities. The pair rkn1210 is not
+    forces depend on velocities only while contacts flow, the stages of these have velocities. The pair rkn1210 is not
     faster, even for the tightest tolerances: contacts that open limit its steps.
 
     Raises
@@ -124,15 +124,15 @@ def method_for(assembly: Assembly, integrator: type[Integrator] | None) -> tuple
     InvalidValueError
         If the integrator cannot step this chain.
     """
-    if integrator is None:
-        if assembly.is_viscous:
-            return "dop853", dop853()
-        if assembly.is_damped:
-            return "rkn86", with_velocities(Rkn86.tableau)
-        integrator = Rkn86
-    if reason := integrator.refusal(assembly.is_damped, assembly.plastic is not None):
+    if integrator is None and assembly.is_damped:
+        return "dop853", dop853()
+    integrator = integrator or Rkn86
+    if reason := integrator.refusal(assembly.is_damped, assembly.plastic is not None, assembly.depends_on_rate):
         raise InvalidValueError.of("integrator", reason)
-    return integrator.name, integrator.coefficients() or Rkn86.tableau
+    tableau = integrator.coefficients() or Rkn86.tableau
+    if assembly.depends_on_rate and not tableau.damped:
+        tableau = with_velocities(tableau)
+    return integrator.name, tableau
 
 
 def integrate(
@@ -305,7 +305,7 @@ def _settings(assembly: Assembly, tolerance: float, until: float | None, method:
         end_stiffness=assembly.end_stiffness,
         end_damping=assembly.end_damping,
         most_work=math.inf if is_limited() else _WORK + _WORK_PER_BODY * len(assembly.inverse_masses),
-        damped=assembly.is_viscous,
+        damped=assembly.is_damped,
         weight=assembly.weight,
         guided=assembly.guided,
     )

@@ -97,12 +97,18 @@ class Integrator(abc.ABC):
         return tableau
 
     @classmethod
-    def refusal(cls, damped: bool, plastic: bool) -> str:
-        """Reason why the method does not step a chain with such contacts; empty if it does."""
+    def refusal(cls, damped: bool, plastic: bool, rate: bool) -> str:
+        """Reason why the method does not step a chain with such contacts; empty if it does.
+
+        ``damped`` states whether forces depend on velocities at all times, ``rate`` whether they do in plastic flow.
+        """
         tableau, got = cls.coefficients(), f"(got {cls.name!r}, "
+        only = f"{got}which is only for forces that do not depend on velocities)"
         if damped and not (tableau and tableau.damped):
-            kind = "with damping, a bar at its end, rate-dependent plastic flow, or a contact law of a plugin"
-            return f"must be dop853 for a chain {kind} {got}which is only for forces that do not depend on velocities)"
+            kind = "with damping, a bar at its end, or a contact law of a plugin"
+            return f"must be dop853 for a chain {kind} {only}"
+        if rate and not (tableau and (tableau.damped or tableau.extends_to_velocities)):
+            return f"must be rkn64, rkn86 or dop853 for a chain with rate-dependent plastic flow {only}"
         if plastic and not tableau:
             known = "rkn64, rkn86, rkn1210, verlet, pefrl, rk4 or dop853 for elastic-plastic contacts"
             return f"must be {known} {got}whose steps do not end where plastic flow begins)"

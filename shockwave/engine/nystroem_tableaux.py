@@ -77,6 +77,11 @@ class Tableau:
         return self.error_order > 0
 
     @property
+    def extends_to_velocities(self) -> bool:
+        """Whether `with_velocities` gives a tableau that the engine can use."""
+        return self.adaptive and self.last_is_first
+
+    @property
     def evaluations(self) -> int:
         """Number of evaluations of the forces per step, excluding that at its beginning."""
         return len(self.nodes) - self.last_is_first - self.has_jerk

@@ -144,7 +144,9 @@ def _combination_faults(parts: Mapping[str, Any], data: Mapping[str, Any]) -> li
     other = impact or parts["motion"]
     faults = faults_of(chain, other)
     if options.integrator is not None and (other is not None or uniform_of(chain) is None):
-        reason = load("integrators", options.integrator).refusal(chain.is_damped, chain.is_plastic)
+        from shockwave.scene.feature_rules import integrator_refusal  # equal granules do not need it
+
+        reason = integrator_refusal(options.integrator, chain)
         faults += [Fault("simulate.integrator", reason)] * bool(reason)
     if options.sensors:
         from shockwave.scene.sensors import sensor_faults  # most simulations have none

@@ -7,6 +7,7 @@ from typing import Any
 
 from shockwave.base.errors import Fault, Steps, refuse
 from shockwave.base.quantity_fields import text_of
+from shockwave.registry.registry import load
 from shockwave.scene.chain_end import Bar, Wall
 from shockwave.scene.contact_law import AnyContact, ContactLaw, ElasticPlastic, PowerContact
 from shockwave.scene.damping import HERTZ, Damping, Dashpot, Tsuji
@@ -54,18 +55,24 @@ def check_features(granules: Granules, elastic_only: bool, **features: Any) -> N
 
 
 def is_damped(chain: Any) -> bool:
-    """Whether forces depend on velocities, on a contact law of a plugin, or on the rate of plastic flow."""
+    """Whether forces depend on velocities at all times, or on a contact law of a plugin."""
     parts = [chain, *(segment for _, segment in each_segment(chain.granules))]
     end_damped = isinstance(chain.end, Bar) or (chain.end is not None and chain.end.damping > 0)
     if end_damped or any(part.damping for part in parts):
         return True
-    return depends_on_rate(chain) or any(isinstance(part.contact, ContactLaw) for part in parts)
+    return any(isinstance(part.contact, ContactLaw) for part in parts)
 
 
 def depends_on_rate(chain: Any) -> bool:
     """Whether the strength of elastic-plastic contacts depends on the strain rate."""
     materials = [chain.material, *(segment.material for _, segment in each_segment(chain.granules))]
     return chain.is_plastic and any(material.rate_constant for material in materials if material)
+
+
+def integrator_refusal(name: str, chain: Any) -> str:
+    """Reason why a registered integrator does not step a chain; empty if it does."""
+    refusal: str = load("integrators", name).refusal(chain.is_damped, chain.is_plastic, depends_on_rate(chain))
+    return refusal
 
 
 def is_plastic(granules: Granules, contact: object) -> bool:

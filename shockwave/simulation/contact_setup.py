@@ -23,6 +23,7 @@ from shockwave.registry.registry import load
 from shockwave.scene.chain import Chain, Scales
 from shockwave.scene.chain_end import Bar, Wall
 from shockwave.scene.contact_law import BoundLaw
+from shockwave.scene.feature_rules import integrator_refusal
 from shockwave.scene.layout import Layout
 from shockwave.scene.motion import Motion
 from shockwave.scene.scene import Excitation, Scene, faults_of
@@ -171,7 +172,7 @@ def check_setup(options: SimulateOptions, scene: Scene) -> ChainSetup | None:
     """
     chain, faults = scene.chain, faults_of(scene.chain, scene.impact or scene.motion)
     if options.integrator is not None and not faults:
-        reason = load("integrators", options.integrator).refusal(chain.is_damped, chain.is_plastic)
+        reason = integrator_refusal(options.integrator, chain)
         faults = [Fault("integrator", reason)] if reason else []
     refuse(faults)
     if chain.count is None:

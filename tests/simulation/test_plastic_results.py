@@ -212,3 +212,18 @@ def test_contacts_that_turn_at_the_force_of_precompression_do_not_shorten_the_st
     assert result.run_cost.steps < 500
     assert "has not reached the wall" in " ".join(result.warnings)
     assert not [each for each in result.warnings if "tolerance was not met" in each or "A wave acts" in each]
+
+
+def test_integrators_step_rate_dependent_contacts_as_the_default_does_or_are_refused() -> None:
+    scene = IMPACT, attrs.evolve(BEADS, material=attrs.evolve(STEEL, rate_constant=0.035))
+    default = sw.simulate(*scene)
+    assert default == attrs.evolve(
+        sw.simulate(*scene, integrator=default.integrator), options=default.options, run_cost=default.run_cost
+    )
+    for name in ("rkn64", "dop853"):
+        other = sw.simulate(*scene, integrator=name)
+        for one, peak in zip(default.contacts, other.contacts, strict=True):
+            assert peak.peak_force == pytest.approx(one.peak_force, rel=one.error_estimate + peak.error_estimate)
+    for name in ("rkn1210", "verlet", "radau"):
+        with pytest.raises(sw.InvalidValueError, match="must be rkn64, rkn86 or dop853"):
+            sw.simulate(*scene, integrator=name)
