@@ -87,8 +87,8 @@ def read(content: Any, data: Mapping[str, Any]) -> tuple[Spread, ...]:
 
 
 def _spread(of: Variable, content: Any) -> Spread:
-    if of.unit is None or of.whole or not of.name.startswith(("chain.", "shock.", "impact.")):
-        problem = f"must be a continuous value of the chain or the shock (got {of.name})"
+    if of.unit is None or of.whole or not of.name.startswith(("chain.", "shock.", "impact.", "motion.")):
+        problem = f"must be a continuous value of the chain or its excitation (got {of.name})"
         raise InvalidValueError(Fault((), problem, at_key=True))
     if isinstance(content, str) and content.strip().endswith("%"):
         return Spread(of, "relative", (convert(_RELATIVE, content),))

@@ -10,6 +10,7 @@ from attrs import asdict, frozen
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.numerics import FloatArray
 from shockwave.base.result import Result, fields_of
+from shockwave.base.text import si
 from shockwave.scene.chain import Chain, Scales
 from shockwave.scene.shock import Shock
 from shockwave.scene.simulate_options import SimulateOptions
@@ -133,7 +134,8 @@ def check_end(options: SimulateOptions, excitation: object) -> None:
     if isinstance(excitation, Shock) and options.until is not None:
         least = _LEAST_TIME * excitation.rise_time
         if options.until < least:
-            problem = f"must be at least {least:g} s, a hundredth of the rise time (got {options.until:g} s)"
+            rule = f"must be at least {si(least, 's')}, a hundredth of the rise time"
+            problem = f"{rule} (got {si(options.until, 's', 9)})"
             raise InvalidValueError.of("until", problem)
 
 

@@ -258,7 +258,7 @@ FAULTS = {
     "length": ("{chain.radius: {between: [1 mm]}}", "15:39", "must be a list of two values"),
     "null": ("{chain.material.yield_strength: {between: [null, 1 GPa]}}", "15:56", "must be a list of two values"),
     "whole": ("{chain.granules: 5 %}", "15:15", "must be a continuous value"),
-    "setting": ("{predict.equal_tolerance: 5 %}", "15:15", "must be a continuous value of the chain or the shock"),
+    "setting": ("{predict.equal_tolerance: 5 %}", "15:15", "must be a continuous value of the chain or its excitation"),
     "twins": ("{chain.radius: 5 %, chain.diameter: 5 %}", "15:34", "must be left out if chain.radius is given"),
     "list": ("[chain.radius]", "15:14", "must be a mapping of dotted names"),
 }

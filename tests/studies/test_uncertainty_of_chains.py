@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import shockwave as sw
@@ -77,3 +78,12 @@ def test_the_command_prints_the_distributions_that_python_gives(
     assert (collision.peak_force, collision.amplification) == (None, None)
     # that of an elastic collision is 1 for all draws
     assert any("restitution is within the error of the simulations" in warning for warning in collision.warnings)
+
+
+def test_the_velocity_of_a_prescribed_motion_can_be_uncertain(tmp_path: Path) -> None:
+    text = STRIKER.replace("impact: {velocity: 0.5 m/s}", "motion: {velocity: 0.5 m/s, until: 50 us}")
+    result = sw.uncertainty(
+        scene(tmp_path / "motion.yaml", text.replace("impact.", "motion.").replace("granules: 1", "granules: 4"))
+    )
+    speeds, forces = result.values["motion.velocity"], result.outputs[GREATEST]
+    assert np.all(np.diff(forces[np.argsort(speeds)]) > 0)
