@@ -96,6 +96,16 @@ def to_si(value: Any, unit: str = "") -> float:
     return number
 
 
+def is_si(unit: str) -> bool:
+    """Whether ``unit`` is a unit of the SI without a factor, such as ``N*s/m``, or empty."""
+    try:
+        value, dimension = _measure(unit)
+    except ValueError:
+        return False
+    # measures are in grams
+    return value == Decimal(1000) ** dimension.get("[mass]", Decimal(0))
+
+
 def _from_text(text: str, unit: str) -> float:
     """Number in ``text``; raises ValueError, with a reason if there is one."""
     if len(text) > _LONGEST:  # the patterns must not process a long text

@@ -8,7 +8,8 @@ from typing import Any, ClassVar
 import pytest
 
 from shockwave.base.errors import UnknownNameError
-from shockwave.base.quantity_fields import text_of
+from shockwave.base.quantity_fields import declaration_of, text_of
+from shockwave.base.units import is_si
 from shockwave.registry.registry import KINDS, find, load
 
 
@@ -59,3 +60,17 @@ def check_registered(kind: str, cls: Any) -> None:
     except UnknownNameError:
         pytest.fail(f"no {KINDS[kind]} is registered as {name!r}: {remedy}", pytrace=False)
     assert noun is cls, f"{name!r} is registered for another class, {find(kind, name).address}: {remedy}"
+
+
+def check_parameters(member: Any) -> None:
+    """Fail if a declared quantity of an object has no description, or a unit that is not an SI unit."""
+    specs = [declaration_of(field) for field in getattr(member, "__attrs_attrs__", ()) if field.init]
+    for spec in filter(None, specs):
+        assert spec.meaning, f"a field has no description: write  quantity({spec.unit!r}, 'description', ...)"
+        assert is_si(spec.unit), f"the unit must be an SI unit (got {spec.unit!r})"
+
+
+def check_twin(member: Any, twin: Any) -> None:
+    """Fail if a copy of an object does not equal it."""
+    assert twin == member, "a copy is not equal: for arrays use eq=attrs.cmp_using(eq=numpy.array_equal)"
+    assert hash(twin) == hash(member), "a copy has a different hash: decorate the class with @attrs.frozen"

@@ -12,8 +12,6 @@ import numpy as np
 import pytest
 
 from shockwave.base.numerics import FloatArray
-from shockwave.base.quantity_fields import declaration_of
-from shockwave.base.units import to_si
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.contract_check import CLAUSES, check_closed_integrals
 from shockwave.profiles.quadrature import Integrand
@@ -24,7 +22,7 @@ from shockwave.scene.chain import Chain, Scales
 from shockwave.scene.material import Material
 from shockwave.scene.shock import Shock
 from shockwave.simulation.simulate import simulate
-from shockwave.testing.contract import Contract
+from shockwave.testing.contract import Contract, check_parameters, check_twin
 
 # Largest relative error of a closed form, near the accuracy of a quadrature.
 _CLOSED = 1e-11
@@ -87,11 +85,7 @@ class ProfileContract(Contract):
         self._check(profile, clause)
 
     def test_clause_1_fields_are_parameters_with_unit_and_meaning(self, profile: ShockProfile) -> None:
-        specs = [declaration_of(field) for field in getattr(profile, "__attrs_attrs__", ()) if field.init]
-        for spec in filter(None, specs):
-            assert spec.meaning, f"a field has no description: write  quantity({spec.unit!r}, 'description', ...)"
-            known = not spec.unit or to_si(f"1 {spec.unit}", spec.unit) == 1
-            assert known, f"the unit must be an SI unit (got {spec.unit!r})"
+        check_parameters(profile)
 
     def test_clause_4_every_jump_and_kink_is_a_breakpoint(self, profile: ShockProfile) -> None:
         self._check(profile)
@@ -104,9 +98,7 @@ class ProfileContract(Contract):
 
     def test_it_is_a_value(self, profile: ShockProfile) -> None:
         if type(profile).__eq__ is not object.__eq__:
-            twin = copy.deepcopy(profile)
-            assert twin == profile, "a copy is not equal: for arrays use eq=attrs.cmp_using(eq=numpy.array_equal)"
-            assert hash(twin) == hash(profile), "a copy has a different hash: decorate the class with @attrs.frozen"
+            check_twin(profile, copy.deepcopy(profile))
 
     def test_it_is_predicted(self, profile: ShockProfile) -> None:
         self._check(profile)

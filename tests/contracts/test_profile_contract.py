@@ -121,6 +121,11 @@ class UnknownUnit(Sound):
     size: float = quantity("smoots", "height of a man", default=1.0)
 
 
+@attrs.frozen
+class ScaledUnit(Sound):
+    size: float = quantity("mm", "a length", default=1.0)
+
+
 def lost_digits(_: Any, s: FloatArray) -> FloatArray:
     return np.where(s < 1, 1 - (1 - s**2 / 2), 1.5 - (3 - s) ** 2 / 4)
 
@@ -136,7 +141,8 @@ FIELDS = "test_clause_1_fields_are_parameters_with_unit_and_meaning"
 VALUE = "test_it_is_a_value"
 #: Violations found only by the test kit: profile, test, message.
 IN_TESTS: dict[str, tuple[Any, str, str]] = {
-    "no-unit": (UnknownUnit(), FIELDS, "must be a quantity in smoots"),
+    "no-unit": (UnknownUnit(), FIELDS, "the unit must be an SI unit (got 'smoots')"),
+    "scaled-unit": (ScaledUnit(), FIELDS, "the unit must be an SI unit (got 'mm')"),
     "corner": (broken(decay=lambda _, s: np.minimum(1.0, 3 - s)), KINKS, "has a jump or a kink at s = 2,"),
     "jump": (broken(decay=lambda _, s: np.where(s < 2.3, 1.0, 0.5)), KINKS, "has a jump or a kink at s = 2.3,"),
     "digits-of-area": (broken(closed_areas=lambda _: (0.5, 1.0 + 1e-9)), DIGITS, "must be 1, the value by quadrature"),
