@@ -22,6 +22,9 @@ from shockwave.testing.known_motions import Watched, distance, hertz, smooth_for
 _SLOPE = 0.75
 # The same for orders of at least 9, whose errors reach rounding before the asymptotic range.
 _HIGH_SLOPE = 1.25
+# Granules of mixed chains before a wall, and those of which the errors under a static load are in the asymptotic range.
+_GRANULES = (1, 2, 5, 40)
+_ASYMPTOTIC = 5
 _TOLERANCES = (1e-4, 1e-7, 1e-10)
 # Largest error of a run in units of the tolerance; the errors of about ten steps add up.
 _ADDED = 30.0
@@ -65,12 +68,16 @@ class IntegratorContract(Contract):
         assert isinstance(order, int), f"order must be a whole number (got {order!r})"
         assert isinstance(getattr(integrator, "adaptive", None), bool), "adaptive must be True or False"
 
-    @pytest.mark.parametrize("chain", ["smooth", "mixed"])
-    def test_clause_1_order_is_that_of_the_error(self, integrator: type[Integrator], chain: str) -> None:
-        slope = (motion.slope if chain == "smooth" else motion.mixed_slope)(integrator)
+    @pytest.mark.parametrize("granules", [0, *_GRANULES], ids=["smooth", *map(str, _GRANULES)])
+    def test_clause_1_order_is_that_of_the_error(self, integrator: type[Integrator], granules: int) -> None:
+        slope = motion.mixed_slope(integrator, granules) if granules else motion.slope(integrator)
         allowed = _SLOPE if integrator.order < 9 else _HIGH_SLOPE
         message = f"order is {integrator.order}, and the error scales as the step to the power {slope:.2f}"
-        assert abs(slope - integrator.order) <= allowed, message
+        assert slope >= integrator.order - allowed, message
+        # between the tolerances the errors of other loaded chains decrease faster than in the asymptotic range
+        assert slope <= integrator.order + allowed or (integrator.adaptive and granules not in (0, _ASYMPTOTIC)), (
+            message
+        )
 
     def test_clause_2_the_setting_of_its_kind_is_used(self, integrator: type[Integrator]) -> None:
         if integrator.adaptive:
@@ -104,7 +111,7 @@ class IntegratorContract(Contract):
         shapes = set(watched.shapes)
         assert shapes == {(5,)}, f"the acceleration is called with positions of shape {shapes} instead of (5,)"
 
-    @pytest.mark.parametrize("granules", [1, 2, 5, 40])
+    @pytest.mark.parametrize("granules", _GRANULES)
     def test_clause_4_contacts_may_open(self, integrator: type[Integrator], granules: int) -> None:
         forces = motion.mixed_forces(integrator, granules, 1e-6 if integrator.adaptive else _STEP)
         error = motion.distance(forces, motion.mixed_forces(Rkn1210, granules, 1e-12))

@@ -173,9 +173,14 @@ def _error_of_attempts(method: OneStep, size: float) -> float:
 # ---------------------------------------------------------------- chains
 
 
+def mixed_shares(granules: int) -> FloatArray:
+    """Numbers from 0 to 1 in irregular order, by which granules differ."""
+    return np.array([0.618 * index % 1 for index in range(granules)])
+
+
 def _mixed_chain(granules: int, loaded: bool) -> Assembly:
     """Different granules before a wall: with gaps under a shock, or struck and so loaded that no contact opens."""
-    share, ones = np.array([0.618 * index % 1 for index in range(granules)]), np.ones(granules)
+    share, ones = mixed_shares(granules), np.ones(granules)
     stiffnesses = np.array(2 - share)
     return Assembly(
         inverse_masses=1 / (0.5 + 1.5 * share),
@@ -197,18 +202,20 @@ def mixed_forces(integrator: type[Integrator], granules: int, accuracy: float) -
 
 
 @cache
-def _integrate_loaded_chain(integrator: type[Integrator], accuracy: float) -> tuple[FloatArray, int]:
+def _integrate_loaded_chain(integrator: type[Integrator], granules: int, accuracy: float) -> tuple[FloatArray, int]:
     """Positions and velocities of a mixed chain under a static load, and the number of steps."""
     until = float(_MIXED_TIMES[-1])
-    motion = integrate(_mixed_chain(5, loaded=True), accuracy, until=until, times=_MIXED_TIMES, integrator=integrator)
+    motion = integrate(
+        _mixed_chain(granules, loaded=True), accuracy, until=until, times=_MIXED_TIMES, integrator=integrator
+    )
     return np.array((motion.samples_x, motion.samples_v)), motion.steps
 
 
-def mixed_slope(integrator: type[Integrator]) -> float:
+def mixed_slope(integrator: type[Integrator], granules: int) -> float:
     """Exponent of the step size with which the error of a mixed chain under a static load scales."""
-    exact, _ = _integrate_loaded_chain(Rkn1210, 1e-14)
+    exact, _ = _integrate_loaded_chain(Rkn1210, granules, 1e-14)
     accuracies = _MIXED_TOLERANCES if integrator.adaptive else _MIXED_STEPS
-    (coarse, few), (fine, many) = (_integrate_loaded_chain(integrator, accuracy) for accuracy in accuracies)
+    (coarse, few), (fine, many) = (_integrate_loaded_chain(integrator, granules, accuracy) for accuracy in accuracies)
     ratio = float(np.linalg.norm(coarse - exact) / np.linalg.norm(fine - exact))
     return math.log(ratio) / math.log(max(many / few, 1.001))
 

@@ -124,6 +124,11 @@ def restless(self: Verlet, acceleration: Any, time: Any, size: Any, x: Any, v: A
 #: Method, clause and message.
 INTEGRATORS: dict[str, tuple[type[Any], str, str]] = {
     "order": (other(Plain, order=3), "clause_1", "order is 3, and the error scales as the step to the power 2.00"),
+    "single-granule": (
+        other(Plain, positions=lambda _, x: x * (1.01 if x.size == 1 else 1)),
+        "clause_1",
+        "order is 2, and the error scales as the step to the power 0.",
+    ),
     "no-name": (other(Plain, name=None), "clause_1", "name must be a string (got None)"),
     "longer-steps": (other(Plain, times=longer), "clause_2", "with size = 0.025 the longest step is 0.05"),
     "optimist": (Optimist, "clause_2", "with tolerance = 1e-07 the error at t = 3 is"),
