@@ -72,10 +72,11 @@ class ContactLaw(Explained, ABC):
 
     1. ``force(overlap, closing_velocity, state, pairs)`` returns the forces [N] at all contacts at once. ``overlap``
        [m] and ``closing_velocity`` [m/s], its derivative, have the shape (contacts,); ``pairs`` holds the properties of
-       the contacts. All quantities are in SI units.
+       the contacts. The force at a contact depends on its own values alone. All quantities are in SI units.
     2. The force is zero where the overlap is zero or negative. A negative force counts as zero: contacts never attract.
-    3. The force is a continuous function of the overlap and the closing velocity. It must not change ``state`` or
-       depend on earlier calls, because an integrator calls it many times in a step, and repeats steps.
+    3. The force is a continuous function of the overlap and the closing velocity, also where a contact closes. It must
+       not change ``state`` or depend on earlier calls, because an integrator calls it many times in a step, and repeats
+       steps.
     4. ``state`` has the shape (states, contacts), with the class attribute ``states``, and is zero at first. It
        describes the history of the contacts, such as their greatest overlap, up to the last accepted step. The force
        must also be valid for overlaps beyond this history, which occur within a step.
@@ -84,7 +85,7 @@ class ContactLaw(Explained, ABC):
        at this overlap and velocity adds or removes energy.
 
     A law includes its own velocity-dependent forces. It cannot be combined with ``damping``, ``precompression`` or
-    ``gravity``.
+    ``gravity``. `shockwave.testing.ContactLawContract` tests a law against these rules.
     """
 
     #: Number of values that describe the history of a contact.

@@ -27,7 +27,8 @@ from shockwave.profiles.quadrature.tanh_sinh import TanhSinh
 from shockwave.profiles.shock_profile import ShockProfile
 from shockwave.profiles.tabulated import Tabulated
 from shockwave.profiles.triangular import Triangular
-from shockwave.testing import IntegratorContract, ProfileContract, QuadratureContract
+from shockwave.scene.contact_law import ContactLaw
+from shockwave.testing import ContactLawContract, IntegratorContract, ProfileContract, QuadratureContract
 from shockwave.testing import quadrature_contract as kit
 from shockwave.testing.profile_contract import rough_place
 
@@ -68,8 +69,9 @@ class TestQuadratures(QuadratureContract):
         (IntegratorContract, "", Integrator, 9),
         (IntegratorContract, "one_step_", OneStep, 3),
         (QuadratureContract, "", Quadrature, 5),
+        (ContactLawContract, "", ContactLaw, 5),
     ],
-    ids=["profile", "integrator", "one-step", "quadrature"],
+    ids=["profile", "integrator", "one-step", "quadrature", "contact-law"],
 )
 def test_each_clause_of_the_docstring_has_a_test(contract: type, kind: str, signed: type, count: int) -> None:
     names = [re.match(rf"test_{kind}clause_(\d+)_", name) for name in dir(contract)]

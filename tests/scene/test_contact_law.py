@@ -64,7 +64,7 @@ def of_the_docs() -> sw.ContactLaw:
     names: dict[str, Any] = {"__name__": __name__}
     (block,) = (each for each in blocks_of(DOCS / "plugins.md") if "sw.ContactLaw" in each.text)
     execute(block, names)
-    law: sw.ContactLaw = names["Viscous"](coefficient=DASHPOT)
+    law: sw.ContactLaw = names["Viscous"](time=VISCOUS_TIME)
     return law
 
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 import shockwave as sw
-from shockwave.hooks import FloatArray, Pairs
+from shockwave.hooks import Pairs
+from shockwave.testing import ContactLawContract
 
 from shockwave_plasticity.thornton import Thornton
 
@@ -30,15 +30,6 @@ PAIRS = Pairs(
     stiffnesses=np.array([4 / 3 * MODULUS * math.sqrt(RADIUS)]),
     exponents=np.array([1.5]),
 )
-REST = np.zeros(1)
-
-
-def _force(overlap: float, state: FloatArray) -> FloatArray:
-    return LAW.force(np.array([overlap]), REST, state, PAIRS)
-
-
-def _after(overlap: float, state: FloatArray) -> FloatArray:
-    return LAW.update(np.array([overlap]), REST, state, PAIRS)
 
 
 def _yield_velocity() -> float:
@@ -62,41 +53,9 @@ def test_a_sphere_on_a_heavy_wall_has_the_published_yield_velocity() -> None:
     assert np.sqrt(4 / 5 * force * overlap / mass) == pytest.approx(published, rel=1e-12)
 
 
-def test_forces_are_continuous_and_unloading_is_elastic() -> None:
-    yields = float(LAW.first_yield(PAIRS)[0][0])
-    first = np.zeros((LAW.states, 1))
-    for greatest in (0.5 * yields, 3 * yields, 30 * yields):
-        state, at = _after(greatest, first), _force(greatest, first)
-        for side in (1 - 1e-9, 1 + 1e-9):
-            assert _force(side * greatest, state) == pytest.approx(at, rel=1e-7)
-        # unloading does not change the greatest overlap, and follows one curve
-        assert _after(greatest / 2, state) == pytest.approx(state)
-        assert _force(greatest / 2, state) <= _force(greatest / 2, first) * (1 + 1e-12)
-
-
-SHOCK = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=500.0, rise_time=10e-6)
-EXCITATIONS = {"shock": SHOCK, "striker": sw.Impact(velocity=0.5)}
-ENDS = {"free": None, "fixed": sw.Wall(), "movable": sw.Wall(mass=2 * MASS, stiffness=1e7, damping=20.0)}
-
-
-@pytest.mark.parametrize("excitation", EXCITATIONS)
-@pytest.mark.parametrize("end", ENDS)
-@pytest.mark.parametrize("granules", [1, 2, 5, 40])
-def test_momentum_and_energy_are_balanced_in_chains(granules: int, end: str, excitation: str) -> None:
-    if (granules, end, excitation) == (1, "free", "shock"):
-        pytest.skip("a single granule has no contact")
-    parts = [sw.Segment(count=granules)]
-    chain = sw.Chain(material=STEEL, radius=5e-3, granules=parts, end=ENDS[end], contact=LAW)
-    # the NumPy code is slow: the wave passes some contacts of a long chain
-    until = 150e-6 if granules == 40 else None
-    result: Any = sw.simulate(EXCITATIONS[excitation], chain, rtol=1e-3, until=until)
-    json.dumps(result.to_dict(), allow_nan=False)
-    # a wall of the same material yields at four times the force of two granules
-    assert result.greatest_force.peak_force > 8 * float(LAW.first_yield(PAIRS)[1][0])
-    # rounding errors of sums over a thousand steps
-    assert result.momentum_defect < 1e-13
-    # a step is accurate to a hundredth of rtol, and some hundred steps add up to a tenth of it at most
-    assert result.energy_defect < 1e-4
+class TestContract(ContactLawContract):
+    #: Far beyond first yield, just beyond it, and below.
+    laws: ClassVar = [Thornton(yield_pressure=pressure) for pressure in (1e9, 2.5e9, 1e12)]
 
 
 @pytest.mark.parametrize("end", ["", "end: {wall: same}, "], ids=["free", "wall"])
@@ -140,15 +99,6 @@ def test_restitution_is_the_published_curve(ratio: float) -> None:
     result = sw.simulate(impact, PAIR, rtol=1e-7)
     # rtol is that of the force; the velocities differ by up to 10 rtol, since the law has kinks within steps
     assert result.restitution == pytest.approx(_published(ratio), rel=5e-6)
-
-
-def test_a_scenario_names_the_law(tmp_path: Path) -> None:
-    file = tmp_path / "scene.yaml"
-    file.write_text(
-        "chain: {material: paper-steel, radius: 5 mm, granules: [{count: 1}],"
-        " contact: {model: thornton, yield_pressure: 1 GPa}}\nimpact: {velocity: 1 m/s}\n"
-    )
-    assert sw.load_scenario(file).chain.contact == LAW
 
 
 def test_slower_collisions_are_elastic() -> None:
