@@ -99,17 +99,16 @@ class _Parts:
             state = self.state()
             span = min(self.span(state), self.until - progress.time)
             live = self.live(state, span)
-            effort = progress.evaluations * self.bodies
             if self.until == math.inf and not (live.any() or state.f.any() or (state.w > 0).any()):
                 status = Status.DONE
             elif (reached := self.advance(state.f, live, span)) is not Status.DONE:
                 status = reached
             elif progress.time >= self.until:
                 status = Status.DONE
-            elif effort > job.settings.most_work:
+            elif progress.evaluations * self.bodies > job.settings.most_work:
                 status = Status.TOO_LONG
             else:
-                job.forecast.check(progress.time, effort, progress.steps)
+                job.forecast.check(progress.time, progress.evaluations * self.bodies, progress.steps)
         progress.status, progress.size, progress.impulses = status, 0.0, (self.first_impulse, self.impulse)
 
     def state(self) -> _State:
@@ -258,7 +257,7 @@ class _Parts:
         job, whole, driven = self.job, high == self.bodies, first == 0 and self.driven
         progress = Progress(time=job.progress.time, arrival=0.0, rebound=job.progress.rebound)
         if whole:
-            progress.arrival, progress.extremes = job.progress.arrival, job.progress.extremes
+            progress.arrival, progress.extremes = job.progress.arrival, job.progress.extremes.copy()
         part = Job(
             method=job.method,
             problem=job.problem if driven else None,

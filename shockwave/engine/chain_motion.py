@@ -342,6 +342,7 @@ def _release(assembly: Assembly, job: Job, until: float | None, times: FloatArra
         stops=job.stops[:0],
         times=later,
         samples=np.zeros((len(later), *job.samples.shape[1:])),
+        progress=evolve(job.progress, status=0.0),
         window=len(job.v) - 1,
         forecast=Forecast.of(settings, assembly.static_forces, job.forecast.cause),
     )

@@ -129,6 +129,8 @@ class LeavingForce:
         bound leaves open.
     spring : LeavingForce or None
         Force of the spring or dashpot of a movable end on the ground.
+    law_error : (float, float) or None
+        Least and greatest relative error of the contact law, where these are known.
     """
 
     name: str
@@ -139,6 +141,7 @@ class LeavingForce:
     later: float = 0.0
     later_remedy: str = LATER
     spring: LeavingForce | None = None
+    law_error: tuple[float, float] | None = None
 
     @classmethod
     def from_simulation(
@@ -219,11 +222,14 @@ class Verdict:
 
 
 def verdict(limit: Limit, force: LeavingForce) -> Verdict:
-    """The verdict on a ``force``, or on that of the spring behind it."""
-    judged = _judge(limit, limit.force_of(force))
+    """The verdict on a ``force``, or on that of the spring behind it.
+
+    It is undecided where the error of the contact law may change it.
+    """
+    judged = _allow_for_law(_judge(limit, limit.force_of(force)), force.law_error)
     if force.spring is None:
         return judged
-    other = _judge(limit, force if limit.at == "spring" else force.spring)
+    other = _allow_for_law(_judge(limit, force if limit.at == "spring" else force.spring), force.law_error)
     return evolve(judged, beside=f"{other.force} {other._figures()}, {other.decision}")
 
 
@@ -240,6 +246,17 @@ def _judge(limit: Limit, force: LeavingForce) -> Verdict:
     known: dict[str, Any] = {"value": force.value, "low": force.low, "high": force.high}
     remedy = force.remedy if decision == "undecided" else None
     return Verdict(limit=limit.force, **known, decision=decision, force=force.name, remedy=remedy, reached=reached)
+
+
+def _allow_for_law(judged: Verdict, law_error: tuple[float, float] | None) -> Verdict:
+    """A verdict that allows for the least and the greatest relative error of the contact law."""
+    if law_error is None or judged.low is None or judged.high is None or judged.decision == "undecided":
+        return judged
+    low, high = judged.low / (1 + law_error[1]), judged.high / (1 + law_error[0])
+    if not low < judged.limit <= high:
+        return judged
+    ends = f"{si(round_bound(low, up=False), 'N', 3)} to {si(round_bound(high, up=True), 'N', 3)}"
+    return evolve(judged, decision="undecided", remedy=f"allow for the law error, with which it may be {ends}")
 
 
 def may_grow(warnings: Iterable[str]) -> bool:

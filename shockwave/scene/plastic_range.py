@@ -19,6 +19,8 @@ from shockwave.scene.segments import Cell
 
 # Strength over E*, around that of the finite elements to which the law was fitted, 0.011 to 0.036.
 _FITTED = 0.005, 0.04
+# Most digits of a ratio that is near an end of a range.
+_MOST_DIGITS = 6
 # What makes the contact behind a granule elastic.
 _ELASTIC = f"a segment of its own with {HERTZ_TEXT}"
 # Parts of names of materials that the law does not describe, and what they do.
@@ -39,7 +41,7 @@ def range_faults(chain: Chain, excitation: object) -> list[Fault]:
             rule = f"must not be elastic-plastic {where}: the yield strength of the softer body divided by E* is"
             hints = [f"give {granule} {_ELASTIC}"] if granule and ratio > RANGE[1] else []
             hints += [f"state the yield_strength of {' and '.join(unknown)}"] if unknown else []
-            got = "; ".join([round_digits(ratio), *[", or ".join(hints)] * bool(hints)])
+            got = "; ".join([_digits(ratio, RANGE), *[", or ".join(hints)] * bool(hints)])
             faults.append(Fault(steps, f"{rule} outside {RANGE[0]:g} to {RANGE[1]:g} (got {got})"))
     if isinstance(chain.end, Bar) and layout.plastic.rate_constants[-1] and math.isfinite(layout.plastic.strengths[-1]):
         rule = "must be a wall where the strength of an elastic-plastic contact depends on the rate"
@@ -56,7 +58,7 @@ def range_warnings(chain: Chain, excitation: object) -> list[Fault]:
     faults = []
     for steps, where, ratio, *_ in _contacts(chain, layout):
         if math.isfinite(ratio) and not _FITTED[0] <= ratio <= _FITTED[1]:
-            got = f"the yield strength of the softer body divided by E* is {round_digits(ratio)}"
+            got = f"the yield strength of the softer body divided by E* is {_digits(ratio, _FITTED)}"
             faults.append(Fault(steps, f"is less accurate {where}: {got}, outside {_FITTED[0]:g} to {_FITTED[1]:g}."))
     path = ("chain", "contact") if chain.contact else ("chain", "granules")
     bodies = {body for pair in _plastic_pairs(layout).values() for body in pair}
@@ -67,6 +69,14 @@ def range_warnings(chain: Chain, excitation: object) -> list[Fault]:
             if any(part in body.name for part in parts):
                 faults.append(Fault(path, f"does not describe {material_name(body)}: such materials {verb}."))
     return faults
+
+
+def _digits(ratio: float, ends: tuple[float, float]) -> str:
+    """A ratio beyond a range, with enough digits to show it."""
+    digits = 2
+    while digits < _MOST_DIGITS and ends[0] <= float(round_digits(ratio, digits)) <= ends[1]:
+        digits += 1
+    return round_digits(ratio, digits)
 
 
 def _plastic_pairs(layout: Layout) -> dict[int, list[Material | str]]:

@@ -97,7 +97,8 @@ class Shock(Value):
             raise InvalidValueError.of("profile", f"must be a ShockProfile or the name of one (got {text_of(profile)})")
         examine(profile)
         if duration is not None:
-            _refuse(f"if duration is given, {_OWN_RATIO}", rise_time=rise_time)
+            why = _OWN_RATIO if duration_ratio is None else "because duration_ratio is given, too"
+            _refuse(f"if duration is given, {why}", rise_time=rise_time)
             rise_time = DURATION.check("duration", duration) / float(profile.duration_ratio)
         self.__attrs_init__(profile=profile, peak_force=peak_force, rise_time=rise_time)  # type: ignore[arg-type]
 

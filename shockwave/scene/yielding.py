@@ -22,8 +22,9 @@ PRESSURE = 1.6
 _CAP = 9.0
 _UNLOADS = "Up to about 9 times, contacts load elastically and lose energy in unloading only."
 _FLOWS = "Beyond about 9 times, contacts flow as they load, and forces are smaller."
-# Error of forces of elastic-plastic contacts in chains of ten beads (docs/validation.md), without and with rate.
-_LAW_ERRORS = "-2 to +11 % relative to finite elements", "-22 to +1.5 % relative to finite elements, with rate"
+# Errors of forces of elastic-plastic contacts in chains of ten beads, relative to finite elements (docs/validation.md),
+# without and with rate.
+_LAW_ERRORS = (-0.02, 0.11), (-0.22, 0.015)
 # Key of a scenario that includes plastic flow.
 _KEY = "chain.contact: {model: elastic-plastic}"
 #: Beginning of the warning of forces beyond first yield.
@@ -110,13 +111,21 @@ def warn_beyond(yielding: Yielding | None, chain: Chain) -> tuple[str, ...]:
     return (f"{ratio} {differs}{'' if chain.packing or chain.contact is not None else remedy}",)
 
 
-def law_facts(chain: Chain) -> list[tuple[str, str]]:
-    """Label and text of the error of the law of elastic-plastic contacts, if there are any."""
+def law_error(chain: Chain) -> tuple[float, float] | None:
+    """Least and greatest relative error of the law of elastic-plastic contacts, if there are any."""
     if not chain.is_plastic:
-        return []
+        return None
     from shockwave.scene.feature_rules import depends_on_rate  # elastic contacts do not need it
 
-    return [("law error", _LAW_ERRORS[depends_on_rate(chain)])]
+    return _LAW_ERRORS[depends_on_rate(chain)]
+
+
+def law_facts(chain: Chain) -> list[tuple[str, str]]:
+    """Label and text of this error."""
+    if (errors := law_error(chain)) is None:
+        return []
+    rate = ", with rate" if errors == _LAW_ERRORS[True] else ""
+    return [("law error", f"{100 * errors[0]:+.3g} to {100 * errors[1]:+.3g} % relative to finite elements{rate}")]
 
 
 def law_notes(chain: Chain) -> tuple[str, ...]:

@@ -20,11 +20,11 @@ from shockwave.registry.registry import load
 from shockwave.scene.force_limit import AGAIN, COLLISION, STILL_ACTS, WAVE, LeavingForce, name_force
 from shockwave.scene.scene import Scene
 from shockwave.scene.simulate_options import SimulateOptions
-from shockwave.scene.yielding import beyond_elastic
+from shockwave.scene.yielding import beyond_elastic, law_error
 from shockwave.simulation.chain_histories import chain_options, count_reached
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.contact_validity import first_yield, warn_overlaps, warn_unjudged
-from shockwave.simulation.convergence_runs import Runs, runs_of, warn_missed
+from shockwave.simulation.convergence_runs import NEGLIGIBLE, Runs, runs_of, warn_missed
 from shockwave.simulation.later_forces import (
     Flags,
     advice,
@@ -192,6 +192,7 @@ def _leaving_force(runs: Runs, later: float, end: MovableEnd | None = None) -> L
     remedies: dict[str, Any] = {"later_remedy": remedy}
     if not arrived:
         remedies["remedy"] = later_end(case, motion)
+    remedies["law_error"] = law_error(case.scene.chain)
     return evolve(force, **remedies, spring=spring and evolve(spring, **remedies))
 
 
@@ -199,13 +200,16 @@ def _warn_unfinished(case: ChainSetup, motion: ChainMotion, velocities: FloatArr
     """Warnings of results that may change after the end of the simulated time."""
     if motion.arrival is None and case.scene.chain.count is not None:
         last, rest = case.scene.chain.end_word or "last contact", f"({later_end(case, motion)})"
-        yield f"The leading wave has not reached the {last} by the end of the simulated time {rest}."
-    if motion.arrival is not None and case.layout.wall and not case.layout.law_contacts[-1]:
+        reached = motion.dynamic_forces[-1] > _STILL_ACTING * motion.dynamic_forces.max()
+        wave = "peak of the leading wave has not passed" if reached else "leading wave has not reached"
+        yield f"The {wave} the {last} by the end of the simulated time {rest}."
+    if case.layout.wall and not case.layout.law_contacts[-1]:
         closing = motion.x[case.granules - 1] - (motion.x[case.granules] if len(motion.x) > case.granules else 0.0)
         stiffness, overlap = stiffnesses(case, motion)[-1], max(float(offsets(case, motion)[-1] + closing), 0.0)
         excess = float(stiffness * overlap ** case.assembly.exponents[-1] - case.assembly.static_forces[-1])
-        # a striker may lie on the chain
-        if min(abs(excess), abs(excess - case.assembly.weight)) > _STILL_ACTING * motion.dynamic_forces[-1] > 0:
+        # a striker may lie on the chain; ahead of the wave there are rounding errors
+        least = max(_STILL_ACTING * motion.dynamic_forces[-1], NEGLIGIBLE * motion.dynamic_forces.max())
+        if min(abs(excess), abs(excess - case.assembly.weight)) > least > 0:
             rest = f"at the end of the simulated time: its impulse is incomplete {advice(case, motion)}"
             yield f"A wave acts on the {case.layout.wall.word} {rest}."
     if not case.layout.weight and _restitution(case, motion, velocities, apart) is not None:

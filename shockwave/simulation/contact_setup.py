@@ -199,8 +199,9 @@ def _endless(options: SimulateOptions, scene: Scene) -> ChainSetup:
     whole = ChainSetup.of(part.options, _of_length(scene, _granules_within(part, end)))
     names = ("contacts", "record", "sensors", "interval")
     filled = evolve(whole.options, **{name: getattr(options, name) for name in names})
-    # with sensors, the simulated time is that of the last of them, in which waves do not reach contacts far beyond
-    reported = options.contacts or [contact for contact in _ENDLESS if contact < part.granules - 1]
+    # with sensors, the time found is that of the last of them, in which waves do not reach contacts far beyond
+    reached = part if part.until is None else whole
+    reported = options.contacts or [contact for contact in _ENDLESS if contact < reached.granules - 1]
     return evolve(whole, scene=scene, options=filled, reported=np.array(reported), end=end)
 
 

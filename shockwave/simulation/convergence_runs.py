@@ -49,9 +49,9 @@ _IMPULSE_FACTOR = 10.0
 _ROUNDING = 1e-14
 # Tightest tolerance of a force, over its total; errors are relative to no smaller dynamic part than this one allows.
 _LEAST_OF_TOTAL = 1e-12
-# Dynamic part below which a force has no relative error of its own, over the largest dynamic part; above zero even if
+#: Dynamic part below which a force has no relative error of its own, over the largest dynamic part; above zero even if
 # no contact ever closes.
-_NEGLIGIBLE = 1e-9
+NEGLIGIBLE = 1e-9
 _TINY = 1e-300
 # Error of the time of a peak, in characteristic times, that is allowed over the tolerance of the force.
 _TIME_SHARE = 10.0
@@ -96,7 +96,13 @@ class Runs(NamedTuple):
     def reached(self) -> float:
         """Largest error for which the tolerance holds."""
         judged = self.case.judged_contacts(self.motion.forces)
-        return float(np.append(self.errors[judged], self.end_errors).max())
+        return float(np.append(self.errors[judged], self.judged_end_errors).max())
+
+    @property
+    def judged_end_errors(self) -> FloatArray:
+        """Errors of the motion of a movable end, unless the force on it is negligible."""
+        forces = self.motion.dynamic_forces
+        return self.end_errors if forces[-1] > NEGLIGIBLE * forces.max() else np.empty(0)
 
     @property
     def greatest(self) -> ContactPeak:
@@ -146,13 +152,14 @@ def runs_of(case: ChainSetup) -> Runs:
         least, ratio = (0.0, _STEPS_RATIO) if fixed else (tolerance, tolerance / looser)
         errors, missed = _errors(case, coarse, fine, least, ratio)
         end_errors = _end_errors(case, coarse, fine, least, ratio)
-        missed = missed or bool(end_errors.max(initial=0.0) > _allowed_error(case))
         if best is not None:  # two runs can agree by chance
             errors = np.maximum(errors, tolerance / looser * best.errors)
             end_errors = np.maximum(end_errors, tolerance / looser * best.end_errors)
         change = abs(fine.last_impulse - coarse.last_impulse)
         impulse_error = _IMPULSE_FACTOR * change / max(abs(fine.last_impulse), _TINY) + least
         latest = Runs(case, fine, errors, end_errors, impulse_error, missed, steps, evaluations)
+        missed = missed or bool(latest.judged_end_errors.max(initial=0.0) > _allowed_error(case))
+        latest = latest._replace(missed=missed)
         if best is None or latest.reached < best.reached:
             best = latest
         if fixed or not missed or tolerance <= _TIGHTEST or latest.reached * _TIGHTER**left > _HOPELESS * case.rtol:
@@ -170,7 +177,7 @@ def warn_missed(runs: Runs) -> list[str]:
         return [warn_step(runs.case.options)]
     judged = runs.case.judged_contacts(runs.motion.forces)
     worst = int(judged[np.argmax(runs.errors[judged])])
-    if runs.end_errors.max(initial=0.0) > max(runs.errors[worst], runs.case.rtol):
+    if runs.judged_end_errors.max(initial=0.0) > max(runs.errors[worst], runs.case.rtol):
         missed = f"the relative error of the motion of the wall is estimated as {runs.end_errors.max():.1e}"
         return [f"The tolerance was not met: {missed} (rtol {runs.case.rtol:.1e})."]
     missed = f"the relative error of the greatest force at contact {worst} is estimated as {runs.errors[worst]:.1e}"
@@ -213,7 +220,7 @@ def _errors(
     ``tolerance`` is that of the step of the fine run, ``ratio`` its ratio to that of the coarse one.
     """
     forces, dynamic, rtol = fine.forces, fine.dynamic_forces, _allowed_error(case)
-    least = max(_NEGLIGIBLE * float(dynamic.max()), _TINY)
+    least = max(NEGLIGIBLE * float(dynamic.max()), _TINY)
     base = np.maximum(np.maximum(dynamic, least), _LEAST_OF_TOTAL / rtol * forces)
     changes, judged = np.abs(dynamic - coarse.dynamic_forces), case.judged_contacts(forces)
     here, near = changes / base, np.zeros(len(base))
@@ -237,15 +244,10 @@ def _errors(
 
 
 def _end_errors(case: ChainSetup, coarse: ChainMotion, fine: ChainMotion, tolerance: float, ratio: float) -> FloatArray:
-    """Relative error estimates of the motion of a movable end, shape (3,), as of a contact that decides; else empty.
-
-    Like that of a contact, they are relative to no smaller motion than a force that is not negligible causes.
-    """
+    """Relative error estimates of the motion of a movable end, shape (3,), as of a contact that decides; else empty."""
     if not case.assembly.movable_end:
         return np.empty(0)
-    force, least = float(fine.dynamic_forces[-1]), max(_NEGLIGIBLE * float(fine.dynamic_forces.max()), _TINY)
-    base = fine.extremes[0] * max(least / max(force, _TINY), 1.0)
-    changes = np.abs(fine.extremes[0] - coarse.extremes[0]) / np.maximum(base, _TINY)
+    changes = np.abs(fine.extremes[0] - coarse.extremes[0]) / np.maximum(fine.extremes[0], _TINY)
     changes = np.maximum(changes, _NEIGHBOUR_SHARE * changes.max())
     shock = case.assembly.force
     return np.asarray(_DAMPED * (_PROPORTIONAL * ratio * changes + tolerance) + (shock.path.error if shock else 0.0))

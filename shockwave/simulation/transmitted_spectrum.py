@@ -44,8 +44,9 @@ def spectrum_of(
     base, kilograms = _base(result, mass)
     ratio, first, last = DAMPING.check("damping", damping), FREQUENCY.check("low", low), FREQUENCY.check("high", high)
     times, accelerations = _transmitted_history(result, 0, kilograms)
-    sizes, longer = np.abs(accelerations), longer_time(result.options.until or float(times[-1]), result.chain.end)
+    sizes, until = np.abs(accelerations), result.options.until or float(times[-1])
     if not sizes.any():
+        longer = longer_time(until, result.chain.end)
         raise NumericalError(f"nothing reaches the structure by the end of the simulated time ({longer})")
     last = last or _HIGHEST / result.characteristic_time
     frequencies = octave_fractions(first or min(1 / times[-1], last), last)
@@ -53,8 +54,10 @@ def spectrum_of(
     others = () if result.wave is None else result.run_warnings  # of the leading wave
     warnings = [warning for warning in result.first_warnings if warning not in others]
     if (share := sizes[-1] / sizes.max()) > _STILL_MOVING:
-        rest = f"the acceleration is {percent(share)} of the greatest one"
-        warnings.append(f"At the end of the simulated time {rest}, and later motion is left out ({longer}).")
+        rest = f"the acceleration is {percent(share)} of the greatest one, and later motion is left out"
+        longer = longer_time(max(until, 1 / frequencies[0]), result.chain.end)
+        lacks = f"the errors do not include it, above all at low frequencies ({longer})"
+        warnings.insert(0, f"At the end of the simulated time {rest}: {lacks}.")
     return ShockSpectrum(
         frequencies=frequencies,
         acceleration=spectra[0, 0],

@@ -62,22 +62,25 @@ def compare_values(scenes: DesignScenes, rtol: float) -> dict[str, Any]:
         problem = f"must have at most {_MOST_WHOLE} whole numbers (got {high - low + 1}; narrow the interval)"
         raise InvalidValueError.of("between", problem)
     values = [(each,) for each in (parameter.among or range(low, high + 1))]
-    options, beyond = [], {}
+    options, beyond, refused = [], {}, {}
     for (value,), option in zip(values, scenes.options(values, VERIFIED_RTOL), strict=True):
         if isinstance(option, Option):
             options.append(option)
         elif isinstance(option, InvalidValueError) and option.faults[0].path == "chain.elastic_only":
             beyond[value] = option
+        elif isinstance(option, InvalidValueError) and isinstance(value, str):
+            refused[value] = option
         else:
             raise _interval_error(option) if parameter.between else option
     if not options:
-        raise next(iter(beyond.values()))
+        raise next(iter((beyond | refused).values()))
     ranked = sorted(options, key=lambda option: _distance(option.reached, target.value))
     # whole numbers ascend; materials have no other order
     rows = sorted(ranked, key=lambda option: 0.0 if isinstance(option.value, str) else option.value)
     equality = target.sign == "="
     solutions = tuple(each for each in rows if (_meets_target(target, each, rtol) if equality else each.violation <= 0))
-    left_out = (_BEYOND + ", ".join(map(str, beyond)),) if beyond else ()
+    left_out = [_BEYOND + ", ".join(map(str, beyond))] if beyond else []
+    left_out += [f"{value} is left out: {error.faults[0]}" for value, error in refused.items()]
     return {
         "solutions": solutions,
         "nearest": None if solutions else ranked[0],

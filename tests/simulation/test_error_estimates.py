@@ -366,7 +366,7 @@ def test_a_missed_tolerance_is_that_of_the_time_or_of_the_force(error: float, pa
         missed=True,
         motion=SimpleNamespace(forces=np.ones(2)),
         errors=np.array([0.0, error]),
-        end_errors=np.empty(0),
+        judged_end_errors=np.empty(0),
     )
     (warning,) = repeated_runs.warn_missed(runs)
     assert part in warning

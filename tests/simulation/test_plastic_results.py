@@ -227,3 +227,19 @@ def test_integrators_step_rate_dependent_contacts_as_the_default_does_or_are_ref
     for name in ("rkn1210", "verlet", "radau"):
         with pytest.raises(sw.InvalidValueError, match="must be rkn64, rkn86 or dop853"):
             sw.simulate(*scene, integrator=name)
+
+
+@pytest.mark.parametrize(("rate", "least", "most"), [(0.0, -0.02, 0.11), (0.035, -0.22, 0.015)])
+def test_a_limit_within_the_error_of_the_law_is_undecided(rate: float, least: float, most: float) -> None:
+    result = sw.simulate(IMPACT, attrs.evolve(BEADS, material=attrs.evolve(STEEL, rate_constant=rate)))
+    force = result.transmitted.peak_force
+    for limit, decision in (
+        (0.99 * force / (1 + most), "above"),
+        (1.01 * force / (1 + most), "undecided"),
+        (0.99 * force / (1 + least), "undecided"),
+        (1.01 * force / (1 + least), "below"),
+    ):
+        verdict = sw.Limit(force=limit).verdict(result)
+        assert verdict == attrs.evolve(result, scene=attrs.evolve(result.scene, limit=sw.Limit(force=limit))).verdict
+        assert verdict.decision == decision
+        assert (verdict.remedy is not None) == (decision == "undecided")

@@ -96,7 +96,10 @@ def test_the_static_force_is_left_out() -> None:
 
 def test_motion_at_the_end_of_the_simulated_time_is_a_warning() -> None:
     warnings = simulate("movable", until="0.6 ms").spectrum().warnings
-    assert any("later motion is left out (set simulate.until: 3 ms)" in warning for warning in warnings)
+    assert "later motion is left out" in warnings[0]
+    assert warnings[0].endswith("(set simulate.until: 3 ms).")
+    slow = simulate("movable", until="0.6 ms").spectrum(low="50 Hz").warnings
+    assert slow[0].endswith("(set simulate.until: 50 ms).")
 
 
 @pytest.mark.parametrize(
