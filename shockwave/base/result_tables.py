@@ -63,7 +63,7 @@ def table_of(objects: Sequence[Any], row: str) -> Table:
     NaN stands for None in a column of numbers. Objects may state their own ``units``.
     """
     columns = {}
-    for name in (field.name for field in attrs.fields(type(objects[0]))):
+    for name in (field.name for field in attrs.fields(type(objects[0])) if field.repr):
         values = [getattr(each, name) for each in objects]
         if all(isinstance(value, _SCALARS) for value in values) and any(value is not None for value in values):
             blank: Any = "" if any(isinstance(value, str) for value in values) else np.nan

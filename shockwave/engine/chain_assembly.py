@@ -108,6 +108,14 @@ class Assembly:
         """Whether they do at all times."""
         return self.law is not None or self.end_damping > 0 or self.impedance > 0 or bool(np.any(self.damping > 0))
 
+    @property
+    def dissipates(self) -> npt.NDArray[np.bool_]:
+        """Whether each contact dissipates energy, shape (contacts,)."""
+        dissipates = self.damping > 0
+        if self.law_contacts is not None:
+            dissipates = dissipates | self.law_contacts
+        return dissipates if self.plastic is None else dissipates | np.isfinite(self.plastic.loading.strengths)
+
     @cached_property
     def static_forces(self) -> FloatArray:
         """Static contact forces, shape (contacts,)."""

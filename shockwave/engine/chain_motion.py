@@ -207,6 +207,8 @@ def _motion_of(
         potential = assembly.potential(x)
     else:
         residual, greatest, potential = _deformations(assembly, job)
+    losses = job.losses.copy()
+    losses[:contacts] *= assembly.dissipates  # at the others there are rounding errors
     return ChainMotion(
         forces=assembly.static_forces + peaks,
         force_times=job.peaks[1, :contacts],
@@ -218,10 +220,10 @@ def _motion_of(
         last_impulse=progress.impulses[1],
         applied_impulse=applied[0],
         work=applied[1] + assembly.weight * float(x[0]),
-        dissipated=math.fsum(job.losses.tolist()),
+        dissipated=math.fsum(losses.tolist()),
         kinetic=0.5 * masses * v * v * (np.arange(len(v)) < len(v) - (assembly.impedance > 0)),
         potential=potential,
-        losses=job.losses,
+        losses=losses,
         residual_overlaps=residual,
         greatest_overlaps=greatest,
         end_energy=0.5 * assembly.end_stiffness * float(x[-1]) ** 2,

@@ -266,10 +266,11 @@ class Outcome(SceneResult):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Sentences on what limits the first numbers, first yield and the forces beyond it first."""
+        """Sentences on what limits the first numbers, unusual values, first yield and the forces beyond it first."""
         if (result := self.simulated) is None:
             return self.first_warnings
-        first = (*warn_beyond(self.yielding, self.chain), *result.value_with_yield)
+        units = unusual_warnings(self.excitation, self.chain)
+        first = (*units, *warn_beyond(self.yielding, self.chain), *result.value_with_yield)
         return tuple(dict.fromkeys((*first, *self.first_warnings)))
 
     @property

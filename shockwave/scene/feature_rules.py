@@ -60,7 +60,14 @@ def is_damped(chain: Any) -> bool:
     end_damped = isinstance(chain.end, Bar) or (chain.end is not None and chain.end.damping > 0)
     if end_damped or any(part.damping for part in parts):
         return True
-    return any(isinstance(part.contact, ContactLaw) for part in parts)
+    return has_plugin_law(chain)
+
+
+def has_plugin_law(chain: Any) -> bool:
+    """Whether some contacts have the contact law of a plugin."""
+    return any(
+        isinstance(part.contact, ContactLaw) for part in (chain, *(each for _, each in each_segment(chain.granules)))
+    )
 
 
 def depends_on_rate(chain: Any) -> bool:

@@ -25,6 +25,8 @@ _FLOWS = "Beyond about 9 times, contacts flow as they load, and forces are small
 # Errors of forces of elastic-plastic contacts in chains of ten beads, relative to finite elements (docs/validation.md),
 # without and with rate.
 _LAW_ERRORS = (-0.02, 0.11), (-0.22, 0.015)
+# Note on the contact law of a plugin.
+_PLUGIN_LAW = "Energy that contacts with the law of a plugin have stored at the end counts as dissipated by damping."
 # Key of a scenario that includes plastic flow.
 _KEY = "chain.contact: {model: elastic-plastic}"
 #: Beginning of the warning of forces beyond first yield.
@@ -129,9 +131,14 @@ def law_facts(chain: Chain) -> list[tuple[str, str]]:
 
 
 def law_notes(chain: Chain) -> tuple[str, ...]:
-    """Sentence on this error."""
+    """Sentences on this error, and on energies with the law of a plugin."""
     sentence = "Error estimates do not include the model error of the elastic-plastic law"
-    return tuple(f"{sentence}: {text}." for _, text in law_facts(chain))
+    notes = tuple(f"{sentence}: {text}." for _, text in law_facts(chain))
+    if chain.is_uniform:
+        return notes
+    from shockwave.scene.feature_rules import has_plugin_law  # equal granules do not need it
+
+    return (*notes, _PLUGIN_LAW) if has_plugin_law(chain) else notes
 
 
 def beyond_elastic(chain: Chain, yielding: Callable[[], Yielding | None]) -> InvalidValueError | None:

@@ -192,7 +192,8 @@ def _leaving_force(runs: Runs, later: float, end: MovableEnd | None = None) -> L
     remedies: dict[str, Any] = {"later_remedy": remedy}
     if not arrived:
         remedies["remedy"] = later_end(case, motion)
-    remedies["law_error"] = law_error(case.scene.chain)
+    if motion.residual_overlaps is not None and motion.residual_overlaps.any():  # otherwise nothing has flowed
+        remedies["law_error"] = law_error(case.scene.chain)
     return evolve(force, **remedies, spring=spring and evolve(spring, **remedies))
 
 

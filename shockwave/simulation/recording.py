@@ -178,8 +178,9 @@ def sample_times(
     count = int(until / interval * (1 + 1e-12)) + 1
     contacts = len(options.contacts) or min(granules, MOST_REPORTED)
     if count * (contacts + 2 * granules) > MOST_NUMBERS:
+        most = MOST_NUMBERS // (contacts + 2 * granules)
         got = f"got {interval * scales.time:g} s for {until * scales.time:g} s; alternatively give an earlier until"
-        problem = f"must be longer, because the histories would have {count} samples ({got})"
+        problem = f"must be longer, because the histories would have {count} samples, more than {most} ({got})"
         raise InvalidValueError.of("interval", problem)
     # the last multiple of the interval can exceed the end by a rounding error
     return np.asarray(np.minimum(interval * np.arange(count), until))

@@ -46,11 +46,11 @@ class Simulation(SceneResult):
     """Result of a simulation of eq. (1).
 
     On a uniform chain the leading wave has a limit (``wave``), which is computed at once. The rest of the train is
-    integrated when one of its parts is first accessed (``train``, ``waves``, ``recoil_momentum``, ``print``,
-    ``to_dict``), and then kept; likewise the forces at the contacts and the histories (``recording``). On other chains
-    the forces at the contacts (``forces``) are the result, and ``wave`` is None. Whatever a chain does not have is
-    None or empty; it is typed ``| Any``, so that a program that knows its chain needs no check. Two results are equal
-    if scene, settings and computed values are equal.
+    integrated when one of its parts is first accessed (``train``, ``waves``, ``print``), and then kept; likewise the
+    forces at the contacts and the histories (``recording``). On other chains the forces at the contacts (``forces``)
+    are the result, and ``wave`` is None. Whatever a chain does not have is None or empty; it is typed ``| Any``, so
+    that a program that knows its chain needs no check. Two results are equal if scene, settings and computed values are
+    equal.
 
     Attributes
     ----------
@@ -318,10 +318,10 @@ class Simulation(SceneResult):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings of all numbers, first yield and the forces beyond it first, and of the parts of the options."""
-        first = (*warn_beyond(self.yielding, self.chain), *self.value_with_yield)
+        """Warnings of all numbers, unusual values, first yield and the forces beyond it first, and of the options."""
+        first = unusual_warnings(self.scene.excitation, self.chain) + warn_beyond(self.yielding, self.chain)
         later = (*self._passages[1], *self._sensors[1], *self._recording[1])
-        return tuple(dict.fromkeys((*first, *self.wave_warnings, *later)))
+        return tuple(dict.fromkeys((*first, *self.value_with_yield, *self.wave_warnings, *later)))
 
     @cached_property
     def value_with_yield(self) -> tuple[str, ...]:
