@@ -199,6 +199,7 @@ def viscous() -> type[ContactLaw]:
 Viscous = viscous()
 
 
+@pytest.mark.slow
 class TestDocs(ContactLawContract):
     laws: ClassVar = (Viscous(time=1e-6), Viscous(time=1e-4))
     leave_out: ClassVar = {"test_it_is_registered_and_loads_from_a_scenario": "the page shows no distribution"}
