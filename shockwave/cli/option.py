@@ -64,7 +64,7 @@ def option(usage: str, meaning: str, **settings: Any) -> Option:
 
 
 class _Once(argparse.Action):
-    """Store a value, and refuse a second one: both files or columns are wanted."""
+    """Store a value, and refuse a second one, which would silently replace the first."""
 
     def __call__(self, parser: Any, options: argparse.Namespace, value: Any, option: str | None = None) -> None:
         if getattr(options, self.dest) is not None:

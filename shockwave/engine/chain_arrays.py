@@ -109,7 +109,7 @@ class Progress:
     size : float
         Size of the next step.
     impulses : sequence of two floats
-        At the watched contacts, less those of the static forces.
+        Impulses at the watched contacts, less those of the static forces.
     extremes : array, shape (2, 3)
         Greatest magnitudes of displacement, acceleration and spring force of a movable end (infinite: there is none),
         and their times.
@@ -211,9 +211,9 @@ class Job:
     plastic : array, shape (26, bodies + 1) or (0, 0)
         Rows of elastic-plastic contacts; see `chain_modes`.
     curves : array, shape (pieces, 5, 4)
-        Pieces of the loading curves of those with rate.
+        Pieces of the loading curves of rate-dependent contacts.
     integrator : Integrator or None
-        Takes the steps instead; the ``method`` then integrates over them.
+        Takes the steps in place of ``method``, whose weights then integrate over them.
     window : int
         Number of bodies that move at first.
     forecast : Forecast

@@ -100,12 +100,12 @@ class Assembly:
 
     @cached_property
     def depends_on_rate(self) -> bool:
-        """Whether forces depend on velocities while contacts flow."""
+        """Whether forces depend on velocities during plastic flow."""
         return self.plastic is not None and bool(self.plastic.rates.any())
 
     @cached_property
     def is_damped(self) -> bool:
-        """Whether they do at all times."""
+        """Whether forces depend on velocities at all times."""
         return self.law is not None or self.end_damping > 0 or self.impedance > 0 or bool(np.any(self.damping > 0))
 
     @property

@@ -1,4 +1,4 @@
-"""Integration of long chains in parts, each with steps of its chain.
+"""Integration of long chains in parts, each with separate step sizes.
 
 A step of a whole chain is limited by every contact that opens or closes anywhere. A disturbance takes time to pass from
 granule to granule, so for a short span of time each part of the chain moves independently of what happens farther away:

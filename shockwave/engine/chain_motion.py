@@ -115,8 +115,9 @@ class ChainMotion:
 def method_for(assembly: Assembly, integrator: type[Integrator] | None) -> tuple[str, Tableau]:
     """Name and coefficients of the method: those of ``integrator``, by default rkn86, with damping dop853.
 
-    For an integrator without coefficients they are those of rkn86, whose weights give integrals over its steps. Where
-    forces depend on velocities only while contacts flow, the stages of these have velocities. The pair rkn1210 is not
+    An integrator without coefficients gets those of rkn86, whose weights give integrals over its steps. Where forces
+    depend on velocities only during plastic flow, the coefficients are extended by those for velocities at the stages.
+    The pair rkn1210 is not
     faster, even for the tightest tolerances: contacts that open limit its steps.
 
     Raises

@@ -95,7 +95,7 @@ class Stages(Contacts):
         h: float,
         high: int,
     ) -> None:
-        """Set positions and, with two sums of accelerations, velocities: those of free flight plus h^2 and h of these.
+        """Set positions to those of free flight plus h^2 times the first sum, and velocities with h and the second.
 
         The flat of a bar, without mass, has its displacement in the place of its velocity.
         """

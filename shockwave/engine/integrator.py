@@ -98,7 +98,7 @@ class Integrator(abc.ABC):
 
     @classmethod
     def refusal(cls, damped: bool, plastic: bool, rate: bool) -> str:
-        """Reason why the method does not step a chain with such contacts; empty if it does.
+        """Reason why the method cannot integrate a chain with these kinds of forces; empty if it can.
 
         ``damped`` states whether forces depend on velocities at all times, ``rate`` whether they do in plastic flow.
         """

@@ -18,7 +18,8 @@ _CONTACT_RATE = 400
 _WORK = 3e7
 _WORK_RATE = 3e4
 _MAX_WORK = 5e8
-# The same over the square of the duration, for very long shocks: somewhat more than triangles need.
+# Lower limit of the evaluations, over the square of the duration, for very long shocks: slightly more than triangular
+# shocks need.
 _LEAST_RATE = 100.0
 # Number of granules behind the front that are integrated after the force has ended. Fewer would change the peaks by
 # more than the tolerance.

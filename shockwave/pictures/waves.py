@@ -47,7 +47,7 @@ _MOST_LINES = 6
 _MOST_CELLS = 480
 # Upper limit of the force axis, relative to the greatest contact force.
 _HIGHEST = 3.0
-# Most borders of a picture; of a chain with more, such as a repeated cell, none is drawn.
+# Largest number of borders that are drawn; if a chain has more, as with a repeated cell, none is drawn.
 _MOST_BORDERS = 12
 # Points of a curve of Hertz's law, and tolerance of the forces with elastic contacts, finer than a line.
 _CURVE = 200
@@ -124,8 +124,8 @@ def space_time(result: Simulation, *, ax: Axes | None = None) -> Axes:
     """Draw a space-time diagram: contact force over contacts and time, with the fronts of the measured waves.
 
     A front is the straight line with the speed of the steady wave through the contact and the time of its measurement.
-    It begins where it is behind the fronts of stronger waves. Waves that had not separated have no front. Of a finite
-    chain the borders of materials are drawn. The colours scale as the square root of the force, so that weak waves are
+    It begins where it is behind the fronts of stronger waves. Waves that had not separated have no front. In a finite
+    chain, the borders of materials are drawn. The colours scale as the square root of the force, so that weak waves are
     visible.
 
     Parameters

@@ -266,7 +266,7 @@ class Outcome(SceneResult):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Sentences on what limits the first numbers, unusual values, first yield and the forces beyond it first."""
+        """Sentences on what limits the first numbers; those on unusual values and on first yield come first."""
         if (result := self.simulated) is None:
             return self.first_warnings
         units = unusual_warnings(self.excitation, self.chain)

@@ -178,7 +178,7 @@ class Chain(Value):
 
     @property
     def is_damped(self) -> bool:
-        """Whether forces depend on velocities at all times, or on a contact law of a plugin."""
+        """Whether forces may depend on velocities outside plastic flow: by damping, or by the law of a plugin."""
         if self.is_uniform:
             return False
         from shockwave.scene.feature_rules import is_damped  # equal granules do not need it

@@ -55,7 +55,7 @@ def check_features(granules: Granules, elastic_only: bool, **features: Any) -> N
 
 
 def is_damped(chain: Any) -> bool:
-    """Whether forces depend on velocities at all times, or on a contact law of a plugin."""
+    """Whether forces may depend on velocities outside plastic flow: by damping, or by the law of a plugin."""
     parts = [chain, *(segment for _, segment in each_segment(chain.granules))]
     end_damped = isinstance(chain.end, Bar) or (chain.end is not None and chain.end.damping > 0)
     if end_damped or any(part.damping for part in parts):
@@ -77,7 +77,7 @@ def depends_on_rate(chain: Any) -> bool:
 
 
 def integrator_refusal(name: str, chain: Any) -> str:
-    """Reason why a registered integrator does not step a chain; empty if it does."""
+    """Reason why a registered integrator cannot integrate a chain; empty if it can."""
     refusal: str = load("integrators", name).refusal(chain.is_damped, chain.is_plastic, depends_on_rate(chain))
     return refusal
 

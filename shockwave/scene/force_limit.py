@@ -168,7 +168,8 @@ class Verdict:
     value, low, high : float or None
         The transmitted force, and the ends of its range [N]; None where they are not known.
     decision : "below", "above" or "undecided"
-        Whether the whole range lies below the limit or above it. A force that equals the limit is not below it.
+        Whether the whole range, widened by the error of the contact law where this is known, lies below the limit or
+        above it. A force that equals the limit is not below it.
     force : str
         Description of the force.
     remedy : str or None
@@ -256,7 +257,11 @@ def _allow_for_law(judged: Verdict, law_error: tuple[float, float] | None) -> Ve
     if not low < judged.limit <= high:
         return judged
     ends = f"{si(round_bound(low, up=False), 'N', 3)} to {si(round_bound(high, up=True), 'N', 3)}"
-    return evolve(judged, decision="undecided", remedy=f"allow for the law error, with which it may be {ends}")
+    return evolve(
+        judged,
+        decision="undecided",
+        remedy=f"use a test or finite elements: with the error of the contact law the force may be {ends}",
+    )
 
 
 def may_grow(warnings: Iterable[str]) -> bool:

@@ -23,10 +23,10 @@ _CAP = 9.0
 _UNLOADS = "Up to about 9 times, contacts load elastically and lose energy in unloading only."
 _FLOWS = "Beyond about 9 times, contacts flow as they load, and forces are smaller."
 # Errors of forces of elastic-plastic contacts in chains of ten beads, relative to finite elements (docs/validation.md),
-# without and with rate.
+# without and with rate dependence.
 _LAW_ERRORS = (-0.02, 0.11), (-0.22, 0.015)
 # Note on the contact law of a plugin.
-_PLUGIN_LAW = "Energy that contacts with the law of a plugin have stored at the end counts as dissipated by damping."
+_PLUGIN_LAW = "Energy that contacts with the law of a plugin still store at the end counts as dissipated by damping."
 # Key of a scenario that includes plastic flow.
 _KEY = "chain.contact: {model: elastic-plastic}"
 #: Beginning of the warning of forces beyond first yield.
@@ -123,7 +123,7 @@ def law_error(chain: Chain) -> tuple[float, float] | None:
 
 
 def law_facts(chain: Chain) -> list[tuple[str, str]]:
-    """Label and text of this error."""
+    """Label and text of the error of the elastic-plastic law."""
     if (errors := law_error(chain)) is None:
         return []
     rate = ", with rate" if errors == _LAW_ERRORS[True] else ""
@@ -131,7 +131,7 @@ def law_facts(chain: Chain) -> list[tuple[str, str]]:
 
 
 def law_notes(chain: Chain) -> tuple[str, ...]:
-    """Sentences on this error, and on energies with the law of a plugin."""
+    """Sentences on the error of the elastic-plastic law, and on dissipated energy with the contact law of a plugin."""
     sentence = "Error estimates do not include the model error of the elastic-plastic law"
     notes = tuple(f"{sentence}: {text}." for _, text in law_facts(chain))
     if chain.is_uniform:

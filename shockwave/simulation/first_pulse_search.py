@@ -39,10 +39,10 @@ _FEWEST_SAMPLES = 20
 _PASSED = 1.25
 # Fraction of the greatest sample so far below which a pulse has ended.
 _ENDED = 0.49
-# Tolerances, over rtol, for which pulses that miss rtol are computed again.
+# Tolerances, over rtol, with which pulses that miss rtol are computed again.
 _TIGHTER = 0.02, 4e-4
-# Least error estimate of such a pulse, over that before.
-_LEAST_GAIN = 0.1
+# Smallest accepted ratio of the new error estimate of such a pulse to the previous one.
+_LEAST_RATIO = 0.1
 # Error estimate, over the difference from a run whose tolerance is ten to a hundred times larger. With fixed steps, the
 # estimate is the difference from a run with twice the step.
 _SHARE = 0.2
@@ -78,7 +78,7 @@ def _with_speeds(case: ChainSetup, end: float, sensors: Sequence[Sensor]) -> tup
 
 
 def _accurate_pulses(case: ChainSetup, signals: list[Signal], end: float) -> list[FirstPulse]:
-    """First pulses of signals; those that miss their tolerance once more by compiled code, with smaller tolerances."""
+    """First pulses of signals; compiled code repeats those that miss their tolerance up to twice, with smaller ones."""
     pulses = list(_pulses_of(case, signals, end, accuracies_of(case)))
     for share in _TIGHTER if case.options.step is None and case.compiled is not None else ():
         # an error of _SHARE or more is that of a figure which only one of two runs has
@@ -91,8 +91,8 @@ def _accurate_pulses(case: ChainSetup, signals: list[Signal], end: float) -> lis
             break
         for i, pulse in zip(missed, repeated, strict=True):
             before, after = pulses[i].error_estimate or 1.0, pulse.error_estimate or 1.0
-            if after < before:  # two runs can agree by chance
-                pulses[i] = evolve(pulse, error_estimate=max(after, _LEAST_GAIN * before))
+            if after < before:  # limited, because two runs can agree by chance
+                pulses[i] = evolve(pulse, error_estimate=max(after, _LEAST_RATIO * before))
     return pulses
 
 

@@ -318,7 +318,7 @@ class Simulation(SceneResult):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings of all numbers, unusual values, first yield and the forces beyond it first, and of the options."""
+        """Warnings on all numbers and the requested options; those on unusual values and first yield come first."""
         first = unusual_warnings(self.scene.excitation, self.chain) + warn_beyond(self.yielding, self.chain)
         later = (*self._passages[1], *self._sensors[1], *self._recording[1])
         return tuple(dict.fromkeys((*first, *self.value_with_yield, *self.wave_warnings, *later)))

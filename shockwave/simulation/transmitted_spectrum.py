@@ -56,8 +56,8 @@ def spectrum_of(
     if (share := sizes[-1] / sizes.max()) > _STILL_MOVING:
         rest = f"the acceleration is {percent(share)} of the greatest one, and later motion is left out"
         longer = longer_time(max(until, 1 / frequencies[0]), result.chain.end)
-        lacks = f"the errors do not include it, above all at low frequencies ({longer})"
-        warnings.insert(0, f"At the end of the simulated time {rest}: {lacks}.")
+        lacks = f"The error estimates do not include it, which matters most at low frequencies ({longer})"
+        warnings.insert(0, f"At the end of the simulated time {rest}. {lacks}.")
     return ShockSpectrum(
         frequencies=frequencies,
         acceleration=spectra[0, 0],

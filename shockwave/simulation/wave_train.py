@@ -155,7 +155,7 @@ def _train(
 
 
 def _repeat(fine: ChainRun, coarse: WholeChain, traced: list[Peak]) -> float:
-    """Repeat a run with larger steps, as far as its waves are compared; the difference of the recoils."""
+    """Repeat a run with larger steps, as far as its waves are compared; the difference of the rebounding velocities."""
     slowest = EJECTED * max(wave.granule_velocity for wave in fine.waves)
     (compared, then), difference = fine.compared, 0.0
     # granules of a finite chain may collide until the end

@@ -1,4 +1,4 @@
-"""A whole chain of equal granules: its integration in stretches, with a log of the force maxima."""
+"""Integration of a whole chain of equal granules in stretches of time, with a log of the force maxima."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _SCALE = 2.0
 
 
 class WholeChain:
-    """A chain of equal granules from rest onwards.
+    """Run of a chain of equal granules, which is at rest at first.
 
     ``now`` is the present time, ``steps`` the number of steps so far, ``log`` has the peaks. Unless ``kept``, stretches
     may omit all states but that at the end.

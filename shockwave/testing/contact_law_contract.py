@@ -90,7 +90,7 @@ class ContactLawContract(Contract):
         return Sample.of(chain, self.velocity, overlaps, velocities)
 
     @pytest.mark.parametrize("method", ["force", "update"])
-    def test_clause_1_each_contact_is_on_its_own(self, law: ContactLaw, method: str) -> None:
+    def test_clause_1_contacts_are_independent(self, law: ContactLaw, method: str) -> None:
         sample, name = self._sample(law), {"force": "forces", "update": "updates"}[method]
         values = getattr(sample, name)()
         allowed = _ROUNDING * np.abs(values).max(initial=0.0)
@@ -126,7 +126,7 @@ class ContactLawContract(Contract):
         at.check(jumps <= allowed, jumps, f"along the {along} the force jumps by {{}} {{}}: {remedy}")
 
     @pytest.mark.parametrize("clause", ["clause 3, force", "clause 5, update"])
-    def test_it_changes_and_remembers_nothing(self, law: ContactLaw, clause: str) -> None:
+    def test_it_has_no_side_effects(self, law: ContactLaw, clause: str) -> None:
         name, sample = clause.partition(", ")[2], self._sample(law)
         method = getattr(law, name)
         before, other = sample.take(slice(None)), sample.take(slice(None, None, -1))
@@ -136,7 +136,7 @@ class ContactLawContract(Contract):
         again = method(*sample.arguments)
         assert np.array_equal(first, again), f"{name} depends on earlier calls: store nothing but the state"
 
-    def test_clause_4_a_contact_closes_beyond_its_history(self, law: ContactLaw) -> None:
+    def test_clause_4_the_force_acts_beyond_the_history(self, law: ContactLaw) -> None:
         states = type(law).states
         assert type(states) is int, f"states must be a whole number, the values of a contact's history (got {states!r})"
         assert states >= 0, f"states must be >= 0 (got {states})"
@@ -185,7 +185,7 @@ class ContactLawContract(Contract):
         assert loaded == law, f"a scenario with contact: {json.dumps(contact)} has another law, {loaded!r}"
 
     @pytest.mark.parametrize("name", ["damping", "precompression", "gravity"])
-    def test_it_is_not_combined_with_other_loads(self, law: ContactLaw, name: str) -> None:
+    def test_it_excludes_damping_and_static_loads(self, law: ContactLaw, name: str) -> None:
         value: Any = {"damping": Dashpot(coefficient=1.0), "precompression": 10.0, "gravity": 9.81}[name]
         with pytest.raises(InvalidValueError, match=f"{name}: must be left out"):
             attrs.evolve(self.chain, granules=2, end=Wall(), contact=law, **{name: value})
@@ -203,7 +203,7 @@ class ContactLawContract(Contract):
             gained = max(recording.kinetic_energy[later].max() - applied, -result.dissipated.damping) / applied
             message = f"clause 5: the contacts add {gained:.1e} of the applied energy"
             assert gained <= _ENERGY, (
-                f"{message}: unload below the curve of loading, and let the velocity only dissipate"
+                f"{message}: unload below the curve of loading, and velocity-dependent terms must only dissipate energy"
             )
             assert result.energy_defect <= _ENERGY, f"the energy balance is violated by {result.energy_defect:.1e}"
         for loose, tight in zip(*(result.contacts for result in results), strict=True):

@@ -31,7 +31,7 @@ _RISE = 0.3
 _FORCE = 1.5
 # Largest gap, over the overlap of a collision.
 _GAP = 0.2
-#: Chains that are simulated: granules, end and excitation. In one of them the law acts in one segment only.
+#: Chains that are simulated: granules, end and excitation. In one of them only some contacts have the law.
 SCENES = (
     *("1-free-striker", "1-fixed-striker", "1-fixed-shock", "2-movable-striker", "2-fixed-shock", "5-fixed-striker"),
     *("5-movable-shock", "5-partly-striker", "40-free-striker", "40-fixed-shock"),
@@ -123,7 +123,7 @@ class Sample:
         return all(map(np.array_equal, _arrays(self), _arrays(other)))
 
     def check(self, holds: npt.NDArray[np.bool_], values: FloatArray, problem: str) -> None:
-        """Fail if something does not hold at a contact; ``problem`` has a place for the value and for the contact."""
+        """Fail if something does not hold at a contact; ``problem`` has placeholders for value and contact."""
         if holds.all():
             return
         worst = int(np.argmax(np.where(holds, -np.inf, np.abs(values))))

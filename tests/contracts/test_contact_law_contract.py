@@ -113,8 +113,8 @@ LAWS: dict[str, tuple[ContactLaw, str, str]] = {
         "along the closing velocity the force jumps by",
     ),
     "threshold": (force(lambda f, d, *_: f * (1 + 0.01 * (d > 3e-6))), "clause_3", "N at an overlap of 3e-06 m"),
-    "wiping": (force(wipe), "it_changes", "force must not change its arguments"),
-    "remembering": (force(counting([])), "it_changes", "force depends on earlier calls"),
+    "wiping": (force(wipe), "it_has_no_side", "force must not change its arguments"),
+    "remembering": (force(counting([])), "it_has_no_side", "force depends on earlier calls"),
     "no-number": (other(states="1"), "clause_4", "states must be a whole number"),
     "negative": (other(states=-1), "clause_4", "states must be >= 0"),
     "history-only": (
@@ -122,7 +122,7 @@ LAWS: dict[str, tuple[ContactLaw, str, str]] = {
         "clause_4",
         "the force is 0 N at an overlap of",
     ),
-    "storing": (update(store), "it_changes", "update must not change its arguments"),
+    "storing": (update(store), "it_has_no_side", "update must not change its arguments"),
     "narrow": (
         update(lambda d, w, s: s[0]),
         "clause_1",
@@ -140,7 +140,7 @@ LAWS: dict[str, tuple[ContactLaw, str, str]] = {
     "object": (plain(attrs.frozen(eq=False)), "it_is_a_value", "must be equal to another one with the same parameters"),
     "mutable": (plain(attrs.define(unsafe_hash=True)), "it_is_a_value", "DID NOT RAISE"),
     "unregistered": (Sound(), "it_is_registered", "no contact is registered for Sound: return an Entry"),
-    "nothing": (other(__len__=lambda _: 0), "it_is_not_combined", "DID NOT RAISE"),
+    "nothing": (other(__len__=lambda _: 0), "it_excludes", "DID NOT RAISE"),
     "propelling": (
         force(lambda f, d, w, *_: f * (1 - 0.2 * np.tanh(w))),
         "it_is_simulated",
