@@ -251,12 +251,13 @@ def _judge(limit: Limit, force: LeavingForce) -> Verdict:
 
 def _allow_for_law(judged: Verdict, law_error: tuple[float, float] | None) -> Verdict:
     """A verdict that allows for the least and the greatest relative error of the contact law."""
-    if law_error is None or judged.low is None or judged.high is None or judged.decision == "undecided":
+    if law_error is None or judged.low is None or judged.decision == "undecided":
         return judged
-    low, high = judged.low / (1 + law_error[1]), judged.high / (1 + law_error[0])
+    low, high = judged.low / (1 + law_error[1]), (judged.high or math.inf) / (1 + law_error[0])
     if not low < judged.limit <= high:
         return judged
-    ends = f"{si(round_bound(low, up=False), 'N', 3)} to {si(round_bound(high, up=True), 'N', 3)}"
+    end = f"to {si(round_bound(high, up=True), 'N', 3)}" if judged.high else "or more"
+    ends = f"{si(round_bound(low, up=False), 'N', 3)} {end}"
     return evolve(
         judged,
         decision="undecided",

@@ -158,8 +158,8 @@ def runs_of(case: ChainSetup) -> Runs:
         change = abs(fine.last_impulse - coarse.last_impulse)
         impulse_error = _IMPULSE_FACTOR * change / max(abs(fine.last_impulse), _TINY) + least
         latest = Runs(case, fine, errors, end_errors, impulse_error, missed, steps, evaluations)
-        missed = missed or bool(latest.judged_end_errors.max(initial=0.0) > _allowed_error(case))
-        latest = latest._replace(missed=missed)
+        if latest.judged_end_errors.max(initial=0.0) > _allowed_error(case):
+            missed, latest = True, latest._replace(missed=True)
         if best is None or latest.reached < best.reached:
             best = latest
         if fixed or not missed or tolerance <= _TIGHTEST or latest.reached * _TIGHTER**left > _HOPELESS * case.rtol:

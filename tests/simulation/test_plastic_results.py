@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import attrs
@@ -12,6 +13,7 @@ import pytest
 
 import shockwave as sw
 from shockwave.base.text import si
+from shockwave.scene.force_limit import LeavingForce
 from shockwave.scene.layout import Layout, elastic_chain
 from shockwave.scene.yielding import law_facts
 from support.command_line import scenario, shockwave
@@ -243,3 +245,10 @@ def test_a_limit_within_the_error_of_the_law_is_undecided(rate: float, least: fl
         assert verdict == attrs.evolve(result, scene=attrs.evolve(result.scene, limit=sw.Limit(force=limit))).verdict
         assert verdict.decision == decision
         assert (verdict.remedy is not None) == (decision == "undecided")
+
+
+def test_a_force_without_an_upper_end_is_above_a_limit_only_beyond_the_error_of_the_law() -> None:
+    force = LeavingForce(name="force on the wall", value=100.0, low=99.0, high=None, law_error=(-0.02, 0.11))
+    verdicts = [sw.Limit(force=limit).verdict(SimpleNamespace(leaving=force)) for limit in (89.0, 90.0, 99.0)]
+    assert [each.decision for each in verdicts] == ["above", "undecided", "undecided"]
+    assert "may be 89.1 N or more" in str(verdicts[1])
