@@ -3,7 +3,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#define MOST_BUFFERS 15
+#define MOST_BUFFERS 16
 
 typedef struct {
     Py_buffer view[MOST_BUFFERS];

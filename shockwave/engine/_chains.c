@@ -43,7 +43,7 @@
 
 /* ---------------------------------------------------------------- Python interface */
 
-enum { METHOD, ROWS, COEFFICIENTS, STOPS, TIMES, RUN, TABLE, SAMPLES, PLASTIC, CURVES, RECORD, STATES, PEAKS, LAST, VIEWS };
+enum { METHOD, ROWS, COEFFICIENTS, STOPS, TIMES, WATCHED, IMPULSES, RUN, TABLE, SAMPLES, PLASTIC, CURVES, RECORD, STATES, PEAKS, LAST, VIEWS };
 #define SHARED 20 /* rows of the table */
 
 #define KERNEL(width) \
@@ -94,11 +94,11 @@ static int make_rows(March *m, const double *table, const double *plastic)
 {
     double **const rows[] = {&m->inverse, &m->k, &m->gap, &m->base, &m->root, &m->still, &m->c, &m->far_w, &m->far_u,
         &m->scale_w, &m->scale_u, &m->best, &m->since, &m->lost, &m->start.x, &m->start.v, &m->both, &m->on, &m->exponents,
-        &m->powers, &m->mobile, &m->reach_w, &m->reach_u, &m->y, &m->z, &m->shares, &m->flowing, &m->scratch.f};
+        &m->powers, &m->mobile, &m->reach_w, &m->reach_u, &m->y, &m->z, &m->shares, &m->flowing, &m->gained, &m->scratch.f};
     End *const ends[] = {&m->start, &m->finish, &m->trial};
     enum { NAMED = sizeof rows / sizeof *rows, OTHERS = 11 };
     const size_t width = (size_t)(m->bodies + BLOCK) / BLOCK * BLOCK + 2 * BLOCK;
-    const size_t count = NAMED + 3 * OTHERS + (size_t)m->method.stages + (m->yields ? PLASTIC_ROWS + (size_t)m->method.stages : 0);
+    const size_t count = NAMED + 3 * OTHERS + 2 * (size_t)m->method.stages + (m->yields ? PLASTIC_ROWS + (size_t)m->method.stages : 0);
     double *row;
     int i, j;
     m->rows = calloc(count * width + BLOCK, sizeof *row);
@@ -116,6 +116,7 @@ static int make_rows(March *m, const double *table, const double *plastic)
         end->f[-1] = m->r->weight;
     }
     for (i = 0; i < m->method.stages; i++, row += width) m->room[i] = row;
+    for (i = 0; i < m->method.stages; i++, row += width) m->forces[i] = row;
     for (i = 0; m->yields && i < m->method.stages; i++, row += width) m->felt[i] = row;
     for (i = 0; m->yields && i < PLASTIC_ROWS; i++, row += width) {
         (&m->plastic.softness)[i] = row;
@@ -205,6 +206,18 @@ static int take_record(March *m, const Buffers *all)
     return 1;
 }
 
+/* Whether the watched contacts are in the chain, those of samples in ascending order, and have their impulses and samples. */
+static int watched_fit(const Buffers *all, Py_ssize_t width)
+{
+    const long long *const watched = all->view[WATCHED].buf;
+    const Py_ssize_t *count = all->size, sampled = count[WATCHED] - UNSAMPLED;
+    Py_ssize_t i;
+    if (sampled < 0 || count[IMPULSES] != count[WATCHED] || count[SAMPLES] != (count[PLASTIC] ? 5 : 4) * sampled * count[TIMES]) return 0;
+    for (i = 0; i < count[WATCHED]; i++)
+        if (watched[i] < 0 || watched[i] >= width - 1 || (i > UNSAMPLED && watched[i] <= watched[i - 1])) return 0;
+    return 1;
+}
+
 /* Sets up a run from the buffers; returns 0 if they do not fit one another. */
 static int set_up(March *m, const Buffers *all)
 {
@@ -213,12 +226,13 @@ static int set_up(March *m, const Buffers *all)
     const double *setting;
     Run *r = view[RUN].buf;
     if (view[RUN].len != sizeof(Run) || width < 2 || count[TABLE] % SHARED || !(r->contacts >= 1 && r->contacts <= (double)width - 1)
-        || !(r->window >= 1 && r->growth >= 1 && r->left < r->contacts && r->right < r->contacts) || count[SAMPLES] != (count[PLASTIC] ? 4 : 3) * width * count[TIMES]) return 0;
+        || !(r->window >= 1 && r->growth >= 1) || !watched_fit(all, width)) return 0;
     if (count[PLASTIC] && !curves_fit(r, view[PLASTIC].buf, count[PLASTIC], width, count[CURVES] / PIECE)) return 0;
     for (setting = &r->tolerance; setting < &r->status; setting++) if (!(*setting >= 0)) return 0;
     *m = (March){
         .r = r, .kernel = widest(), .stops = view[STOPS].buf, .stop_count = (long)count[STOPS], .times = view[TIMES].buf,
-        .sample_count = (long)count[TIMES], .samples = view[SAMPLES].buf, .damped = r->damped != 0, .yields = count[PLASTIC] > 0,
+        .sample_count = (long)count[TIMES], .samples = view[SAMPLES].buf, .watched = view[WATCHED].buf, .watched_impulses = view[IMPULSES].buf,
+        .watched_count = (long)count[WATCHED], .damped = r->damped != 0, .yields = count[PLASTIC] > 0,
         .plastic.pieces = view[CURVES].buf, .driven = count[ROWS] > 0 && r->time < r->duration, .bodies = (long)width - 1,
         .path = path_of(all, r->rise_time, r->peak_force)};
     if (!take_record(m, all)) return 0;
@@ -228,8 +242,8 @@ static int set_up(March *m, const Buffers *all)
     return 1;
 }
 
-PyDoc_STRVAR(run_doc, "run(method, rows, coefficients, stops, times, settings, table, samples, plastic, curves, record, states, peaks, last,\n"
-             "    expired)\n--\n\n"
+PyDoc_STRVAR(run_doc, "run(method, rows, coefficients, stops, times, watched, impulses, settings, table, samples, plastic, curves, record,\n"
+             "    states, peaks, last, expired)\n--\n\n"
              "Integrates a chain of mixed granules, in place. See chain_backend.py.");
 
 static PyObject *run(PyObject *self, PyObject *args)
@@ -237,7 +251,7 @@ static PyObject *run(PyObject *self, PyObject *args)
     Buffers all;
     March m;
     (void)self;
-    if (!take(&all, args, "run", "fffffFFFFfFFRI", 1)) return NULL;
+    if (!take(&all, args, "run", "fffffIFFFFFfFFRI", 1)) return NULL;
     if (!set_up(&m, &all)) return misfit(&all, "run");
     if (make_rows(&m, all.view[TABLE].buf, all.view[PLASTIC].buf)) {
         fill_rows(&m);

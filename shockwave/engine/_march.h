@@ -14,8 +14,8 @@ typedef struct {
         most_work, damped, weight, guided;
     double window, far, largest, min_overlap, growth, margin, at_rest, safety, min_factor, max_factor, min_step, min_first, step_work, interval,
         soon, kink, kink_share, most_cuts, located, rounding, elastic, viscous, nearly, hopeless, most_turns, near, at_end, nudge,
-        passed, wave, noise, instant, parts, sharp, finer, fastest, left, right;
-    double status, time, arrival, work, steps, evaluations, rebound, size, impulse_left, impulse_right, extremes[3], extreme_times[3];
+        passed, wave, noise, instant, parts, sharp, finer, fastest;
+    double status, time, arrival, work, steps, evaluations, rebound, size, extremes[3], extreme_times[3];
 } Run;
 
 /* A maximum of a contact force, a row of the log of peak_log.py. */
@@ -48,6 +48,7 @@ typedef struct {
     const double *pieces;
 } Plastic;
 #define PLASTIC_ROWS 26
+#define UNSAMPLED 2
 
 typedef struct March March;
 
@@ -72,7 +73,9 @@ struct March {
     double *exponents, *powers, power; /* p and q of the contacts, and q if all have the same, else -1 */
     double *mobile, *reach_w, *reach_u, *y, *z, *shares, *flowing, *stage[MAX_STAGES], *room[MAX_STAGES], *felt[MAX_STAGES], *samples, *rows;
     End start, finish, trial, scratch;
-    long bodies, n, padded, flows, first_flow, after_flow, stop, stop_count, sample, sample_count; /* padded: bodies of the window in whole blocks */
+    const long long *watched; /* contacts whose impulses are summed; after the first UNSAMPLED the rows of the samples, in ascending order */
+    double *watched_impulses, *gained, *forces[MAX_STAGES]; /* gained: in the last step; forces: of each stage, at the first contact and those watched */
+    long bodies, n, padded, flows, first_flow, after_flow, stop, stop_count, sample, sample_count, watched_count; /* padded: bodies of the window in whole blocks */
     Plastic plastic;
     Record *record; /* NULL unless the peaks are logged */
     Peak *peaks;
@@ -80,7 +83,7 @@ struct March {
     double *states;
     long most_peaks, most_states;
     int kinks, yields, hertz, damped, loaded, jumps, driven, rejected, cuts, over, at_stop;
-    double held, effort, asked, free[2], impulses[MAX_STAGES + 1], forces[3][MAX_STAGES]; /* forces: at the first contact, left and right */
+    double held, effort, asked, free[2], impulses[MAX_STAGES + 1];
     Path path;
     PyObject *expired;
     PyThreadState *thread;
@@ -110,9 +113,10 @@ static double shift(March *m, double passed, double time, double *impulse)
 /* Keeps the forces of a stage at the contacts of which the integral is asked. */
 static void watch(March *m, const double *f, int stage)
 {
-    m->forces[0][stage] = f[0];
-    m->forces[1][stage] = f[(long)m->r->left];
-    m->forces[2][stage] = f[(long)m->r->right];
+    double *const to = m->forces[stage];
+    long i;
+    to[0] = f[0];
+    for (i = 0; i < m->watched_count; i++) to[1 + i] = f[m->watched[i]];
 }
 
 /* Applied force, from the difference of its impulse. */

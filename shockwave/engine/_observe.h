@@ -31,11 +31,11 @@ static double top_in(const Interval *of)
     return of->low + span * top_of(span * of->r0, span * of->r1, of->f1 - of->f0);
 }
 
-/* Attempts a step to m->trial of as many bodies as affect contact j. */
-static void attempt_near(March *m, double h, double end, long j)
+/* Attempts a step to m->trial of as many bodies as affect contacts low to high. */
+static void attempt_near(March *m, double h, double end, long low, long high)
 {
-    const long reach = m->method.stages + 2, first = j > reach ? (j - reach) / BLOCK * BLOCK : 0;
-    const long last = (long)smaller((double)((j + reach + 1 + BLOCK) / BLOCK * BLOCK), (double)m->padded);
+    const long reach = m->method.stages + 2, first = low > reach ? (low - reach) / BLOCK * BLOCK : 0;
+    const long last = (long)smaller((double)((high + reach + 1 + BLOCK) / BLOCK * BLOCK), (double)m->padded);
     m->kernel.attempt(m, h, end, first, last, &m->trial);
     m->kernel.complete(m, &m->trial, first, last, end);
 }
@@ -56,7 +56,7 @@ static void find_peak(March *m, double h, long j)
     }
     for (turn = 0; turn < m->r->most_turns; turn++) {
         const double time = m->r->time + share * h;
-        attempt_near(m, share * h, time, j);
+        attempt_near(m, share * h, time, j, j);
         slope = h * m->trial.slope[j];
         left = bend < 0 ? -slope / bend : 0;
         left = larger(smaller(left, 1 - share), -share);
@@ -116,23 +116,45 @@ static void find_extremes(March *m, double h)
     }
 }
 
-/* Stores the states at the requested times up to the end of the step. */
+/* Impulse at a watched contact within the last attempt, of size h. */
+static double impulse_in(const March *m, double h, long watched)
+{
+    double sum = 0;
+    int i;
+    for (i = 0; i < m->method.stages; i++) sum += m->method.weights[i] * m->forces[i][1 + watched];
+    return h * sum;
+}
+
+/* Stores the state at a time of the sampled rows from one of them on that are near each other; returns the next row. */
+static long store_rows(March *m, double time, long i)
+{
+    const long long *const row = m->watched;
+    const long sampled = m->watched_count - UNSAMPLED, most = 2 * (m->method.stages + 2) + BLOCK;
+    double *const to = m->samples + (4 + m->yields) * sampled * m->sample - UNSAMPLED;
+    long after = i + 1;
+    while (after < m->watched_count && row[after] - row[after - 1] <= most) after++;
+    if (row[i] < m->padded) attempt_near(m, time - m->r->time, time, (long)row[i], (long)row[after - 1]);
+    for (; i < after; i++) {
+        const long j = (long)row[i];
+        const int inside = j < m->padded;
+        to[i] = inside ? m->trial.x[j] : 0;
+        to[sampled + i] = inside ? m->trial.v[j] : 0;
+        to[2 * sampled + i] = (inside ? m->trial.f[j] : 0) + m->still[j];
+        to[3 * sampled + i] = m->watched_impulses[i] + (inside ? impulse_in(m, time - m->r->time, i) : 0);
+        if (m->yields) to[4 * sampled + i] = inside ? released(m, j, m->trial.d[j], m->trial.f[j] + m->still[j]) : 0;
+    }
+    return after;
+}
+
+/* Stores the sampled rows at the requested times up to the end of the step, and adds its impulses. */
 static void store_samples(March *m, double end)
 {
-    const long row = m->bodies + 1;
+    long j;
     for (; m->sample < m->sample_count && m->times[m->sample] <= end; m->sample++) {
-        const double time = m->times[m->sample];
-        double *x = m->samples + (3 + m->yields) * row * m->sample;
-        long j;
-        m->kernel.attempt(m, time - m->r->time, time, 0, m->padded, &m->trial);
-        for (j = 0; j < m->bodies; j++) {
-            const int inside = j < m->padded;
-            x[j] = inside ? m->trial.x[j] : 0;
-            x[row + j] = inside ? m->trial.v[j] : 0;
-            x[2 * row + j] = (inside ? m->trial.f[j] : 0) + m->still[j];
-            if (m->yields) x[3 * row + j] = inside ? released(m, j, m->trial.d[j], m->trial.f[j] + m->still[j]) : 0;
-        }
+        long i = UNSAMPLED;
+        while (i < m->watched_count) i = store_rows(m, m->times[m->sample], i);
     }
+    for (j = 0; j < m->watched_count; j++) m->watched_impulses[j] += m->gained[j];
 }
 
 /* Adds the work of the force, integrated by parts; see chain_run.py. */
@@ -142,8 +164,8 @@ static void add_work(March *m, double h, double end)
     double mean = 0, summed = 0, product = 0, ignored, area = shift(m, h, end, &ignored) / inverse;
     int i;
     for (i = 0; i < m->method.stages; i++) {
-        product += weights[i] * m->impulses[i] * m->forces[0][i];
-        mean += weights[i] * m->forces[0][i];
+        product += weights[i] * m->impulses[i] * m->forces[i][0];
+        mean += weights[i] * m->forces[i][0];
         summed += weights[i] * m->impulses[i];
     }
     if (m->r->guided) m->r->work += m->start.v[0] * h * mean; /* the path of body 0 is given: the force on it is that of the contact */
@@ -151,19 +173,12 @@ static void add_work(March *m, double h, double end)
     m->r->work += inverse * (h * product + mean * (area - h * summed));
 }
 
-/* Adds the impulses at two contacts, and the energy that all dissipate. */
+/* Sets the impulses at the watched contacts, and adds the energy that all dissipate. */
 static void add_losses(March *m, double h)
 {
     const End *s = &m->start, *f = &m->finish;
-    double left = 0, right = 0;
     long j;
-    int i;
-    for (i = 0; i < m->method.stages; i++) {
-        left += m->method.weights[i] * m->forces[1][i];
-        right += m->method.weights[i] * m->forces[2][i];
-    }
-    m->r->impulse_left += h * left;
-    m->r->impulse_right += h * right;
+    for (j = 0; j < m->watched_count; j++) m->gained[j] = impulse_in(m, h, j);
     if (m->flows) add_flow(m, h);
     /* a contact that is cut off loses its energy, whatever the length of the step */
     for (j = 0; m->damped && j < m->n; j++) {

@@ -49,7 +49,7 @@ static double locate_top(March *m, long j, double h, double time, double *overla
     double low = m->r->time, high = low + h, w = 0, slowing = 0, next = time;
     int turn;
     for (turn = 0; turn < m->r->most_turns; turn++) {
-        attempt_near(m, time - m->r->time, time, j);
+        attempt_near(m, time - m->r->time, time, j, j);
         w = m->trial.v[j] - m->trial.v[j + 1];
         slowing = -closing(m, &m->trial, j, time);
         next = slowing > 0 ? time + w / slowing : INFINITY;

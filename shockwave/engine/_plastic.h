@@ -409,7 +409,7 @@ static double mode_end(March *m, double h, long j, double share)
 }
 
 /* Size of the next step that ends after contact j turns, whose flow does not depend on the rate. */
-static double turns_after(const March *m, long j)
+static double turns_after(March *m, long j)
 {
     const End *s = &m->start;
     const double w = s->w[j], a = closing(m, s, j, m->r->time), before = j ? s->slope[j - 1] : 0;

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from enum import IntEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -34,6 +34,8 @@ class Status(IntEnum):
 
 #: Number of rows that describe a chain and its motion.
 ROWS = 20
+#: Number of watched contacts before the sampled rows.
+UNSAMPLED = 2
 #: Tolerance with which fixed steps end on kinks.
 KINK_TOLERANCE = 1e-10
 #: Scale of an error that is to be ignored.
@@ -108,8 +110,6 @@ class Progress:
         Velocity of a striker with a weight when it first leaves the chain; 0: it has not.
     size : float
         Size of the next step.
-    impulses : sequence of two floats
-        Impulses at the watched contacts, less those of the static forces.
     extremes : array, shape (2, 3)
         Greatest magnitudes of displacement, acceleration and spring force of a movable end (infinite: there is none),
         and their times.
@@ -123,20 +123,19 @@ class Progress:
     evaluations: float = 0.0
     rebound: float = 0.0
     size: float = 0.0
-    impulses: Sequence[float] = (0.0, 0.0)
     extremes: FloatArray = Factory(_no_extremes)
 
     @property
     def numbers(self) -> list[float]:
         """All numbers in a row."""
         sums = [self.status, self.time, self.arrival, self.work, self.steps, self.evaluations, self.rebound, self.size]
-        return [*sums, *self.impulses, *self.extremes.ravel().tolist()]
+        return [*sums, *self.extremes.ravel().tolist()]
 
     def update(self, numbers: FloatArray) -> None:
         """Replace all numbers."""
         self.status, self.time, self.arrival, self.work, self.steps = numbers[:5].tolist()
         self.evaluations, self.rebound, self.size = numbers[5:8].tolist()
-        self.impulses, self.extremes = numbers[8:10].tolist(), numbers[10:].reshape(2, 3).copy()
+        self.extremes = numbers[8:].reshape(2, 3).copy()
 
 
 @define
@@ -201,10 +200,13 @@ class Job:
     settings : Settings
     stops, times : array
         Kinks of the applied force; times of samples.
-    samples : array, shape (times, 3 or 4, bodies + 1)
-        x, v and total forces; with elastic-plastic contacts, the energies that contacts release, for p = 3/2.
-    watched : tuple of int
-        Two contacts whose impulses are requested.
+    samples : array, shape (times, 4 or 5, rows)
+        x, v, total forces, and impulses of the forces less the static ones, of the sampled rows; with elastic-plastic
+        contacts, the energies that contacts release, for p = 3/2.
+    watched : array of int
+        Contacts whose impulses are summed: two, followed by the sampled rows in ascending order.
+    impulses : array
+        These sums, without those of the static forces.
     progress : Progress
     table : array, shape (20, bodies + 1)
         The arrays below.
@@ -231,7 +233,8 @@ class Job:
     stops: FloatArray
     times: FloatArray
     samples: FloatArray
-    watched: tuple[int, int]
+    watched: npt.NDArray[np.int64]
+    impulses: FloatArray
     progress: Progress
     table: FloatArray
     plastic: FloatArray = Factory(lambda: np.empty((0, 0)))
@@ -289,3 +292,27 @@ class Job:
     def exponents(self) -> FloatArray:
         """Exponents of the elastic forces, and powers of the damping, shape (2, bodies)."""
         return self.table[18:20, :-1]
+
+
+class Samples(NamedTuple):
+    """Samples of some bodies, and of the contacts behind them, at requested times.
+
+    Attributes
+    ----------
+    rows : array of int
+        Numbers of the bodies and contacts, in ascending order.
+    x, v : array, shape (times, rows)
+    forces : array, shape (times, rows)
+        Total forces of the contacts; behind the last body that of the spring and dashpot of a movable end.
+    impulses : array, shape (times, rows)
+        Integrals of these forces from the beginning, less those of the static forces.
+    energies : array, shape (times, rows), or None
+        Energies that elastic-plastic contacts release; None without such contacts.
+    """
+
+    rows: npt.NDArray[np.int64]
+    x: FloatArray
+    v: FloatArray
+    forces: FloatArray
+    impulses: FloatArray
+    energies: FloatArray | None = None

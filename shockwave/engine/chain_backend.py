@@ -33,7 +33,7 @@ def run(job: Job, compiled: ModuleType | None) -> None:
     path = None if job.problem is None else job.problem.path
     tables = (np.empty(0), np.empty(0)) if path is None else (path.rows, path.coefficients)
     settings, progress = astuple(job.settings), job.progress.numbers
-    numbers = np.array([*settings, job.window, *_constants(job.method.adaptive), *job.watched, *progress], dtype=float)
+    numbers = np.array([*settings, job.window, *_constants(job.method.adaptive), *progress], dtype=float)
     progress_so_far = numbers[-len(progress) :]
 
     def ends() -> bool:
@@ -42,7 +42,7 @@ def run(job: Job, compiled: ModuleType | None) -> None:
         job.forecast.check(job.progress.time, work, job.progress.steps)
         return expired()
 
-    buffers = job.stops, job.times, numbers, job.table, job.samples, job.plastic, job.curves
+    buffers = job.stops, job.times, job.watched, job.impulses, numbers, job.table, job.samples, job.plastic, job.curves
     record = NO_RECORD if job.record is None else job.record.buffers(job.bodies)
     compiled.run(job.method.packed, *tables, *buffers, *record, ends)
     job.progress.update(progress_so_far)

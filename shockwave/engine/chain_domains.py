@@ -20,7 +20,7 @@ from attrs import evolve
 
 from shockwave.base.numerics import FloatArray
 from shockwave.engine import chain_backend
-from shockwave.engine.chain_arrays import LARGEST, Job, Progress, Settings, Status
+from shockwave.engine.chain_arrays import LARGEST, UNSAMPLED, Job, Progress, Settings, Status
 from shockwave.engine.chain_forces import FAR, Contacts
 from shockwave.engine.time_limit import expired
 
@@ -80,7 +80,7 @@ class _Parts:
         self.sizes[0] = contacts.first
         self.most = np.zeros(self.bodies)
         self.until, self.next_sample = contacts.until, 0
-        self.first_impulse, self.impulse = self.job.progress.impulses
+        self.rows = self.job.watched[UNSAMPLED:]
         if self.job.plastic.size:
             from shockwave.engine.chain_modes import Plasticity
 
@@ -109,7 +109,7 @@ class _Parts:
                 status = Status.TOO_LONG
             else:
                 job.forecast.check(progress.time, progress.evaluations * self.bodies, progress.steps)
-        progress.status, progress.size, progress.impulses = status, 0.0, (self.first_impulse, self.impulse)
+        progress.status, progress.size = status, 0.0
 
     def state(self) -> _State:
         """The state of all contacts."""
@@ -198,16 +198,17 @@ class _Parts:
             if part.progress.status != Status.DONE:
                 return Status(int(part.progress.status))
             self.join(part, (first, low, high), (a, b), shown)
-            mine, here, (left, right) = slice(a, b), slice(a - first, b - first), part.progress.impulses
+            mine, here, (left, right) = slice(a, b), slice(a - first, b - first), part.impulses[:UNSAMPLED].tolist()
             x[mine], v[mine], sizes[mine] = part.x[here], part.v[here], part.progress.size
-            if a == 0:
-                self.first_impulse += left
             if low < a:  # the impulse at the contact with the part before is that of the latter
                 v[a] += chain.inverse[a] * (impulses[a - 1] - left)
+            if a == 0:
+                impulses[0] = left
+            impulses[part.watched[UNSAMPLED:] + first] = part.impulses[UNSAMPLED:]
             impulses[min(b, chain.contacts) - 1] = right
         x[-1] = v[-1] = 0.0
         job.x[:], job.v[:], self.sizes = x, v, sizes
-        self.impulse += float(impulses[chain.contacts - 1])
+        job.impulses[:] += impulses[job.watched]
         progress.time, self.next_sample = end, self.next_sample + len(times)
         if progress.arrival >= 0 and self.until == math.inf:
             self.until = max(chain.duration + 3 * progress.arrival, end)
@@ -218,11 +219,12 @@ class _Parts:
         chain, job = self.chain, self.job
         v = job.v.copy()
         v[:-1] += span * (chain.mobile[:-1] * (np.append(0.0, f[:-1]) - f))
-        shown[:, 0] = job.x + (times[:, None] - job.progress.time) * v
-        shown[:, 1] = v
-        shown[:, 2, :-1] = f + chain.static
+        rows, passed, forces = self.rows, times[:, None] - job.progress.time, f + chain.static
+        shown[:, 0] = job.x[rows] + passed * v[rows]
+        shown[:, 1], shown[:, 2] = v[rows], forces[rows]
+        shown[:, 3] = job.impulses[UNSAMPLED:] + passed * f[rows]
         if chain.flow is not None:
-            shown[:, 3, :-1] = chain.flow.released_energies(chain.overlaps(job.x, 0, self.bodies)[1], f + chain.static)
+            shown[:, 4] = chain.flow.released_energies(chain.overlaps(job.x, 0, self.bodies)[1], forces)[rows]
         return job.x + span * v, v
 
     def join(self, part: Job, rows: tuple[int, int, int], body: tuple[int, int], shown: FloatArray) -> None:
@@ -244,7 +246,13 @@ class _Parts:
         job.scales[:, kept] = part.scales[:, there]
         if self.chain.flow is not None:
             job.chain[1:5, kept], job.plastic[:, kept] = part.chain[1:5, there], part.plastic[:, there]
-        shown[:, :, mine] = part.samples[:, :, here]
+        columns = self.columns(a, b)
+        part.samples[:, 3] += job.impulses[UNSAMPLED:][columns]
+        shown[:, :, columns] = part.samples
+
+    def columns(self, low: int, high: int) -> slice:
+        """Columns of the samples of bodies low to high."""
+        return slice(*np.searchsorted(self.rows, (low, high)).tolist())
 
     def part(
         self, rows: tuple[int, int, int], body: tuple[int, int], f: FloatArray, end: float, times: FloatArray
@@ -258,6 +266,8 @@ class _Parts:
         progress = Progress(time=job.progress.time, arrival=0.0, rebound=job.progress.rebound)
         if whole:
             progress.arrival, progress.extremes = job.progress.arrival, job.progress.extremes.copy()
+        (a, b), contacts = body, self.chain.contacts
+        watched = np.append([max(a - 1, first), min(b, contacts) - 1], self.rows[self.columns(a, b)])
         part = Job(
             method=job.method,
             problem=job.problem if driven else None,
@@ -266,8 +276,9 @@ class _Parts:
             settings=self.settings_of(first, high, end),
             stops=job.stops[job.stops > progress.time] if driven else job.stops[:0],
             times=times,
-            samples=np.zeros((len(times), job.samples.shape[1], high - first + 1)),
-            watched=(max(body[0] - 1 - first, 0), min(body[1], self.chain.contacts) - 1 - first),
+            samples=np.zeros((len(times), job.samples.shape[1], len(watched) - UNSAMPLED)),
+            watched=watched - first,
+            impulses=np.zeros(len(watched)),
             progress=progress,
             table=job.table[:, first : high + 1].copy(),
             plastic=job.plastic[:, first : high + 1].copy(),

@@ -7,11 +7,22 @@ from collections.abc import Sequence
 from types import ModuleType
 
 import numpy as np
+import numpy.typing as npt
 from attrs import evolve, frozen
 
 from shockwave.base.errors import InvalidValueError, NumericalError
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.chain_arrays import KINK_TOLERANCE, ROWS, Forecast, Job, Progress, Settings, Status
+from shockwave.engine.chain_arrays import (
+    KINK_TOLERANCE,
+    ROWS,
+    UNSAMPLED,
+    Forecast,
+    Job,
+    Progress,
+    Samples,
+    Settings,
+    Status,
+)
 from shockwave.engine.chain_assembly import Assembly
 from shockwave.engine.chain_domains import run
 from shockwave.engine.chain_forces import VISCOUS
@@ -70,11 +81,7 @@ class ChainMotion:
     steps, evaluations : int
     integrator : str
         Name of the method.
-    samples_x, samples_v : array, shape (times, bodies)
-    samples_forces : array, shape (times, contacts)
-        States and total contact forces at the requested times.
-    samples_energies : array, shape (times, contacts), or None
-        Energies that elastic-plastic contacts release; None without such contacts.
+    samples : Samples
     """
 
     forces: FloatArray
@@ -100,10 +107,7 @@ class ChainMotion:
     steps: int
     evaluations: int
     integrator: str
-    samples_x: FloatArray
-    samples_v: FloatArray
-    samples_forces: FloatArray
-    samples_energies: FloatArray | None
+    samples: Samples
 
     @property
     def energy_balance(self) -> float:
@@ -142,6 +146,7 @@ def integrate(
     *,
     until: float | None = None,
     times: Sequence[float] | FloatArray = (),
+    rows: npt.NDArray[np.int64] | None = None,
     compiled: ModuleType | None = None,
     integrator: type[Integrator] | None = None,
 ) -> ChainMotion:
@@ -157,6 +162,8 @@ def integrate(
         End of the simulated time; by default the duration of the force plus three times the arrival time.
     times : sequence of float, optional
         Times in ascending order at which the state is returned.
+    rows : array of int, optional
+        Bodies whose state is returned, and contacts with their numbers, in ascending order. Default: all.
     compiled : module, optional
         `shockwave.engine._chains`; by default NumPy is used.
     integrator : type of Integrator, optional
@@ -169,7 +176,9 @@ def integrate(
         If the integration fails, takes too many steps or reaches the time limit.
     """
     name, method = method_for(assembly, integrator)
-    job = _job(assembly, tolerance, until, np.asarray(times, dtype=float), method)
+    if rows is None:
+        rows = np.arange(len(assembly.inverse_masses) * (len(times) > 0))
+    job = _job(assembly, tolerance, until, np.asarray(times, dtype=float), rows, method)
     if integrator is not None and integrator.coefficients() is None:
         with blame("integrators", integrator):
             stepper = integrator(tolerance=tolerance) if integrator.adaptive else integrator(size=tolerance)
@@ -192,7 +201,7 @@ def _impulse_and_work(assembly: Assembly, job: Job) -> tuple[float, float]:
     end, work = job.progress.time, job.progress.work
     if assembly.guided:
         first, mass = float(job.v[0]), 1 / float(assembly.inverse_masses[0])
-        impulse = mass * (first - assembly.velocity) + job.progress.impulses[0]
+        impulse = mass * (first - assembly.velocity) + float(job.impulses[0])
         return impulse, work + 0.5 * mass * (first**2 - assembly.velocity**2)
     return assembly.weight * end if assembly.force is None else assembly.force.free(end)[1], work
 
@@ -218,7 +227,7 @@ def _motion_of(
         arrival=None if progress.arrival < 0 else progress.arrival,
         x=x,
         v=v,
-        last_impulse=progress.impulses[1],
+        last_impulse=float(job.impulses[1]),
         applied_impulse=applied[0],
         work=applied[1] + assembly.weight * float(x[0]),
         dissipated=math.fsum(losses.tolist()),
@@ -234,10 +243,7 @@ def _motion_of(
         steps=int(progress.steps),
         evaluations=int(progress.evaluations),
         integrator=integrator,
-        samples_x=samples[:, 0, :-1],
-        samples_v=samples[:, 1, :-1],
-        samples_forces=samples[:, 2, :contacts],
-        samples_energies=None if assembly.plastic is None else samples[:, 3, :contacts],
+        samples=Samples(job.watched[UNSAMPLED:], *samples.swapaxes(0, 1)),
     )
 
 
@@ -258,6 +264,7 @@ def _job(
     tolerance: float,
     until: float | None,
     times: FloatArray,
+    rows: npt.NDArray[np.int64],
     method: Tableau,
 ) -> Job:
     """Arrays of a run."""
@@ -274,8 +281,9 @@ def _job(
         settings=settings,
         stops=np.array([] if problem is None else problem.stops),
         times=times,
-        samples=np.zeros((len(times), 3 if plastic is None else 4, bodies + 1)),
-        watched=(0 if assembly.guided else last, last),
+        samples=np.zeros((len(times), 4 if plastic is None else 5, len(rows))),
+        watched=np.append([0 if assembly.guided else last, last], rows).astype(np.int64),
+        impulses=np.zeros(UNSAMPLED + len(rows)),
         progress=Progress(size=settings.first),
         table=np.zeros((ROWS, bodies + 1)),
         plastic=np.empty((0, 0)) if plastic is None else plastic.table(assembly.overlaps, bodies),

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.chain_arrays import Job, Status
+from shockwave.engine.chain_arrays import UNSAMPLED, Job, Status
 from shockwave.engine.chain_end import EndExtremes
 from shockwave.engine.chain_forces import (
     KINK_SHARE,
@@ -80,7 +80,6 @@ class March(Stages):
         super().__init__(job)
         self.stops = [*job.stops[job.stops > self.time].tolist(), math.inf]
         self.progress, self.size = job.progress, job.progress.size
-        self.impulses = list(job.progress.impulses)
         self.max_factor, self.min_first = limits(job.method.adaptive)
         self.extremes = EndExtremes(self)
         self.held = self.effort = 0.0
@@ -123,7 +122,7 @@ class March(Stages):
         job.x[:], job.v[:] = start.x, start.v
         progress = self.progress
         progress.status, progress.time, progress.size = status, self.time, self.size
-        progress.evaluations, progress.impulses = self.evaluations, self.impulses
+        progress.evaluations = self.evaluations
 
     def span(self, start: End, finish: End, end: float) -> Span:
         """The present step."""
@@ -256,7 +255,8 @@ class March(Stages):
     def accept(self, start: End, finish: End, size: float, end: float, impulses: list[float]) -> End:
         """Process an accepted step; the beginning of the next one."""
         job = self.job
-        self.add_impulses_and_losses(start, finish, size)
+        gained = self.impulses_in(size)
+        self.add_losses(start, finish, size)
         if self.driven:
             self.add_work(start, finish, size, end, impulses)
         if self.record:
@@ -265,6 +265,7 @@ class March(Stages):
             self.find_peaks(start, finish, size, self.n)
         self.extremes.update(start, finish, (self.time, size), self.attempt)
         self.sample(start, end)
+        job.impulses[:] += gained
         if self.weight > 0 and self.progress.rebound == 0:
             self.progress.rebound = self.first_rebound(start, finish, size)
         self.time = end
@@ -284,11 +285,9 @@ class March(Stages):
         self.look_for_arrival(following)
         return following
 
-    def add_impulses_and_losses(self, start: End, finish: End, size: float) -> None:
-        """Add the impulses at the watched contacts, and the energies that contacts dissipate within the step."""
+    def add_losses(self, start: End, finish: End, size: float) -> None:
+        """Add the energies that contacts dissipate within the step."""
         n, weights, stages = self.n, self.method.weights[1][:, None], slice(len(self.method.nodes))
-        for i, contact in enumerate(self.job.watched):
-            self.impulses[i] += size * sum((weights[:, 0] * self.stages[stages, contact + 1]).tolist())
         if self.flow:
             self.flow.add_losses(start, finish, (self.time, size), self.stages)
         if self.damped:
@@ -298,6 +297,11 @@ class March(Stages):
             p = self.p[:n] + 1
             kept = [self.k[:n] / p * np.maximum(end.d, 0.0) ** p for end in (start, finish)]
             self.job.losses[:n] += np.where(idle[0] & idle[1], kept[0] - kept[1], lost)
+
+    def impulses_in(self, size: float) -> FloatArray:
+        """Impulses at the watched contacts within the last attempt."""
+        forces = self.stages[: len(self.method.nodes), self.job.watched + 1]
+        return np.asarray(size * np.add.reduce(self.method.weights[1][:, None] * forces, axis=0))
 
     def widen(self, finish: End) -> None:
         """Widen the window if the waves are near its end, and raise the scales of the errors or state the front."""
@@ -379,16 +383,17 @@ class March(Stages):
             best[:] = here + 0.5 * slope * left, self.time + (share + left) * size
 
     def sample(self, start: End, end: float) -> None:
-        """Store the states at the requested times up to the end of the step."""
+        """Store the sampled rows at the requested times up to the end of the step."""
         job = self.job
+        rows = job.watched[UNSAMPLED:]
         while self.next_sample < len(job.times) and job.times[self.next_sample] <= max(end, self.time):
             time = float(job.times[self.next_sample])
-            if self.integrator_steps is not None and time == self.time:
-                x, v = start.x, start.v  # an `Integrator` has no step yet
-            else:
+            x, v, impulses = start.x, start.v, job.impulses
+            if self.integrator_steps is None or time > self.time:  # an `Integrator` has no step at first
                 x, v, _ = self.attempt(start, time - self.time, time, 0, self.n)
-            row = job.samples[self.next_sample]
-            row[0], row[1], row[2, :-1] = x, v, self.forces(x, v, 0, self.bodies)[0] + self.static
+                impulses = impulses + self.impulses_in(time - self.time)
+            sample, forces = job.samples[self.next_sample], self.forces(x, v, 0, self.bodies)[0] + self.static
+            sample[:4] = x[rows], v[rows], forces[rows], impulses[UNSAMPLED:]
             if self.flow:
-                row[3, :-1] = self.flow.released_energies(self.overlaps(x, 0, self.bodies)[1], row[2, :-1])
+                sample[4] = self.flow.released_energies(self.overlaps(x, 0, self.bodies)[1], forces)[rows]
             self.next_sample += 1

@@ -114,9 +114,10 @@ class Stages(Contacts):
         self, steps: IntegratorSteps, start: End, size: float, end: float
     ) -> tuple[FloatArray, FloatArray, list[float]]:
         """`attempt` within the last step of an `Integrator`, and for the whole the forces at nodes with a weight."""
-        (x, v), watched = steps.state(end), list(self.job.watched)
+        (x, v), watched = steps.state(end), self.job.watched
         self.evaluations = float(steps.integrator.evaluations)
-        if self.job.record or (steps.step is not None and end < steps.step.end):
+        is_part = steps.step is not None and end < steps.step.end
+        if self.job.record or (is_part and not self.job.samples.size):
             return x, v, [0.0, 0.0]  # there are no integrals
         at_end = self.forces(x, v, 0, self.bodies)[0]
         self.stages[1:, 1:-1], self.stages[0] = 0.0, start.f

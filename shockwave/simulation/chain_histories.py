@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy.typing as npt
 from attrs import evolve, frozen
 
 from shockwave.base.numerics import FloatArray
+from shockwave.engine.chain_arrays import Samples
 from shockwave.engine.chain_motion import ChainMotion
 from shockwave.scene.sensors import STRUCTURE, WALL, Sensor
 from shockwave.scene.simulate_options import SimulateOptions
@@ -31,29 +33,32 @@ def record_chain(result: Simulation) -> Recording:
     case, end = setup_of_result(result)
     options, scales, count = result.options, case.scales, case.granules
     times = sample_times(options, scales, end, count, result.characteristic_time)
-    motion = run(case, accuracies_of(case)[0], end, times)
+    signals = [Signal.of(sensor, case) for sensor in options.sensors]
+    motion = run(case, accuracies_of(case)[0], end, times, None if options.record else rows_of(signals))
+    samples, contacts = motion.samples, len(motion.forces)
     if result.chain.count is None:
         count = count_reached(motion.v)
     recorded: dict[str, Any] = {}
     if options.sensors:
-        recorded["sensors"] = histories_of(case, motion)
+        recorded["sensors"] = histories_of(signals, samples)
     if "forces" in options.record:
-        forces = scales.contact_force * motion.samples_forces
+        forces = scales.contact_force * samples.forces[:, :contacts]
         recorded["forces"] = forces[:, case.reported]
         if case.has_wall:
             recorded["wall_force"] = forces[:, -1]
         if result.scene.motion is not None:
             recorded["applied_force"] = _applied_force(result.scene.motion, case, times * scales.time, forces[:, 0])
     if "field" in options.record:
-        recorded["displacements"] = scales.energy / scales.force * motion.samples_x[:, :count]
-        recorded["velocities"] = scales.velocity * motion.samples_v[:, :count]
+        recorded["displacements"] = scales.energy / scales.force * samples.x[:, :count]
+        recorded["velocities"] = scales.velocity * samples.v[:, :count]
     if "energies" in options.record:
-        squares = motion.samples_v**2 / case.assembly.inverse_masses
+        squares = samples.v**2 / case.assembly.inverse_masses
         recorded["kinetic_energy"] = scales.energy / 2 * np.add.reduce(squares, axis=1)
         if case.layout.law is None:
-            contacts = np.add.reduce(case.assembly.potentials(motion.samples_x, motion.samples_energies), axis=1)
-            spring = case.assembly.end_stiffness / 2 * motion.samples_x[:, -1] ** 2
-            recorded["contact_energy"] = scales.energy * (contacts + spring)
+            released = None if samples.energies is None else samples.energies[:, :contacts]
+            stored = np.add.reduce(case.assembly.potentials(samples.x, released), axis=1)
+            spring = case.assembly.end_stiffness / 2 * samples.x[:, -1] ** 2
+            recorded["contact_energy"] = scales.energy * (stored + spring)
     return Recording(times=times * scales.time, contacts=tuple(case.reported.tolist()), **recorded)
 
 
@@ -130,6 +135,11 @@ class Signal:
         return cls(case, sensor.name, sensor.unit, contacts, body)
 
     @property
+    def rows(self) -> npt.NDArray[np.intp]:
+        """Rows of the samples that it reads: its contacts, or its body and the one before."""
+        return self.contacts if self.body is None else np.arange(max(self.body - 1, 0), self.body + 1)
+
+    @property
     def nearby(self) -> npt.NDArray[np.intp]:
         """Contacts on which it depends."""
         last = len(self.case.assembly.overlaps) - 1
@@ -160,59 +170,54 @@ class Signal:
             return float(packed * ends[self.contacts].mean())
         return float(packed * ((begins + ends) / 2)[body] if body < len(ends) else ends[-1])
 
-    def read(self, motion: ChainMotion) -> FloatArray:
+    def read(self, samples: Samples) -> FloatArray:
         """Values at the times of the samples, with the static part."""
-        scales, assembly = self.case.scales, self.case.assembly
+        scales, assembly, columns = self.case.scales, self.case.assembly, np.searchsorted(samples.rows, self.rows)
         if self.body is None:
-            return np.asarray(motion.samples_forces[:, self.contacts].mean(axis=1) * scales.contact_force)
-        x, v = motion.samples_x[:, self.body], motion.samples_v[:, self.body]
+            return np.asarray(samples.forces[:, columns].mean(axis=1) * scales.contact_force)
+        x, v = samples.x[:, columns[-1]], samples.v[:, columns[-1]]
         if self.unit in ("m", "m/s"):
             return np.asarray(scales.energy / scales.force * x if self.unit == "m" else scales.velocity * v)
         spring = assembly.end_stiffness * x + assembly.end_damping * v
         if self.unit == "N":
             return np.asarray(scales.force * spring)
-        excess = motion.samples_forces[:, -1] - assembly.static_forces[-1] - spring
+        excess = samples.forces[:, columns[0]] - assembly.static_forces[-1] - spring
         return np.asarray(scales.force / scales.mass * assembly.inverse_masses[-1] * excess)
 
-    def dynamic(self, motion: ChainMotion) -> FloatArray:
+    def dynamic(self, samples: Samples) -> FloatArray:
         """Values less the static part."""
-        return self.read(motion) - self.static
+        return self.read(samples) - self.static
 
     def greatest(self, motion: ChainMotion) -> float:
         """Greatest dynamic value of the force at a single contact; NaN for others."""
         single = len(self.contacts) == 1
         return float(motion.dynamic_forces[self.contacts[0]] * self.case.scales.contact_force) if single else np.nan
 
-    def integral(self, momenta: FloatArray) -> FloatArray:
-        """Integral of a dynamic force without that of the excitation, from the scaled momenta up to each body.
-
-        NaN for the motion of a granule, and where the first granule is guided by an unknown force.
-        """
-        scales = self.case.scales
-        if self.unit != "N" or self.case.assembly.guided:
-            return np.full(len(momenta), np.nan)
-        places = self.contacts if self.body is None else np.array([self.body])
-        return np.asarray(-momenta[:, places].mean(axis=1) * scales.contact_force * scales.time)
-
-    def applied_impulse(self, time: float) -> float:
-        """Impulse of the excitation to a scaled time [N s]."""
-        scales, assembly = self.case.scales, self.case.assembly
-        impulse = assembly.weight * time if assembly.force is None else assembly.force.free(time)[1]
-        return impulse * scales.contact_force * scales.time
+    def integral(self, samples: Samples) -> FloatArray:
+        """Integral of a force less its static part [N s]; NaN for the motion of a granule."""
+        scales, rows = self.case.scales, self.contacts if self.body is None else np.array([self.body])
+        if self.unit != "N":
+            return np.full(len(samples.x), np.nan)
+        impulses = samples.impulses[:, np.searchsorted(samples.rows, rows)]
+        return np.asarray(impulses.mean(axis=1) * scales.contact_force * scales.time)
 
 
-def histories_of(case: ChainSetup, motion: ChainMotion) -> tuple[SensorHistory, ...]:
-    """Histories of all sensors of the options.
+def rows_of(signals: Sequence[Signal]) -> npt.NDArray[np.intp]:
+    """Rows of the samples that these signals read."""
+    return np.unique(np.concatenate([signal.rows for signal in signals]))
+
+
+def histories_of(signals: Sequence[Signal], samples: Samples) -> tuple[SensorHistory, ...]:
+    """Histories of sensors.
 
     A movable end has four, from its static equilibrium; one that spring or dashpot hold still, only the spring force.
     """
     histories = []
-    for sensor in case.options.sensors:
-        signal = Signal.of(sensor, case)
-        if sensor.place != STRUCTURE:
-            histories.append(SensorHistory(signal.name, signal.unit, signal.read(motion)))
+    for signal in signals:
+        if signal.name != STRUCTURE:
+            histories.append(SensorHistory(signal.name, signal.unit, signal.read(samples)))
             continue
-        for quantity, unit in (_OF_END if case.assembly.movable_end else {"spring_force": "N"}).items():
-            values = evolve(signal, unit=unit).dynamic(motion)
+        for quantity, unit in (_OF_END if signal.case.assembly.movable_end else {"spring_force": "N"}).items():
+            values = evolve(signal, unit=unit).dynamic(samples)
             histories.append(SensorHistory(f"{STRUCTURE}_{quantity}", unit, values))
     return tuple(histories)

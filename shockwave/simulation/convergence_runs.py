@@ -207,9 +207,16 @@ def tolerances_for(rtol: float) -> tuple[float, float]:
     return min(max(_FINE * rtol, _LEAST_FINE), _TIGHTER * coarse), coarse
 
 
-def run(case: ChainSetup, accuracy: float, until: float | None, times: FloatArray | tuple[()] = ()) -> ChainMotion:
-    """One run with a tolerance, or a fixed step, to ``until``, with the states at ``times``."""
-    return integrate(case.assembly, accuracy, until=until, times=times, compiled=case.compiled, integrator=case.method)
+def run(
+    case: ChainSetup,
+    accuracy: float,
+    until: float | None,
+    times: FloatArray | tuple[()] = (),
+    rows: npt.NDArray[np.int64] | None = None,
+) -> ChainMotion:
+    """One run with a tolerance, or a fixed step, to ``until``, with samples of ``rows``, or all, at ``times``."""
+    code, method = case.compiled, case.method
+    return integrate(case.assembly, accuracy, until=until, times=times, rows=rows, compiled=code, integrator=method)
 
 
 def _errors(

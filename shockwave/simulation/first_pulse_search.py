@@ -14,6 +14,7 @@ from attrs import Factory, evolve, frozen
 
 from shockwave.base.errors import NumericalError
 from shockwave.base.numerics import FloatArray
+from shockwave.engine.chain_arrays import Samples
 from shockwave.engine.chain_motion import ChainMotion
 from shockwave.scene.sensors import Sensor
 from shockwave.simulation.chain_histories import Signal, setup_of_result
@@ -67,7 +68,7 @@ def first_pulses(result: Simulation, contacts: Sequence[int] | None) -> tuple[tu
 def _with_speeds(case: ChainSetup, end: float, sensors: Sequence[Sensor]) -> tuple[FirstPulse, ...]:
     """First pulses of sensors in a chain, in blocks that limit the memory."""
     signals, pulses = [Signal.of(sensor, case) for sensor in sensors], list[FirstPulse]()
-    most = int(MOST_NUMBERS / min(end / _LONGEST, _MOST_SAMPLES)) + 1
+    most = int(MOST_NUMBERS / (len(Samples._fields) * min(end / _LONGEST, _MOST_SAMPLES))) + 1
     for first in range(0, len(signals), most):
         pulses += _accurate_pulses(case, signals[first : first + most], end)
     latest: dict[str, FirstPulse] = {}
@@ -244,8 +245,7 @@ def _figures(pulse: _Pulse, signal: Signal, ended: bool) -> list[float]:
         if stop is None and (ended or pulse.end < len(times) - 1):
             stop = float(times[pulse.end]), float(integrals[pulse.end])
         if stop is not None:
-            begin = pulse.instants.get("begin", first)
-            impulse = stop[1] - begin[1] + signal.applied_impulse(stop[0]) - signal.applied_impulse(begin[0])
+            impulse = stop[1] - pulse.instants.get("begin", first)[1]
     peak, time = float(values[pulse.peak]), float(times[pulse.peak])
     return [time * unit, arrival * unit, peak, width * unit, float(pulse.merged), impulse]
 

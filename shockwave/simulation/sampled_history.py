@@ -6,7 +6,6 @@ as at a kink, the chain is integrated again with denser samples.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -14,11 +13,9 @@ import numpy.typing as npt
 from attrs import frozen
 
 from shockwave.base.numerics import FloatArray
-from shockwave.engine.chain_motion import ChainMotion
-from shockwave.simulation.chain_histories import Signal
+from shockwave.simulation.chain_histories import Signal, rows_of
 from shockwave.simulation.contact_setup import ChainSetup
 from shockwave.simulation.convergence_runs import run
-from shockwave.simulation.recording import MOST_NUMBERS
 
 # Interval of all samples over that about an instant that is not resolved, these samples, and the largest number of
 # times that the interval is divided.
@@ -67,7 +64,7 @@ class History:
     spacing : float
         Scaled interval.
     d, integrals : array, shape (signals, times)
-        Values less their static parts, and their integrals without those of the excitation.
+        Values less their static parts, and their integrals.
     """
 
     case: ChainSetup
@@ -81,11 +78,9 @@ class History:
     @classmethod
     def of(cls, case: ChainSetup, tolerance: float, signals: list[Signal], times: FloatArray) -> History:
         """Integrate a chain and sample all signals."""
-        parts = [
-            np.array([(signal.dynamic(motion), signal.integral(momenta)) for signal in signals])
-            for motion, momenta in _motions(case, tolerance, times)
-        ]
-        d, integrals = np.concatenate(parts, axis=2).swapaxes(0, 1)
+        samples = run(case, tolerance, float(times[-1]), times, rows_of(signals)).samples
+        d = np.array([signal.dynamic(samples) for signal in signals])
+        integrals = np.array([signal.integral(samples) for signal in signals])
         return cls(case, tolerance, signals, np.zeros(len(signals)), float(times[1]), d, integrals)
 
     def about(self, rows: Places, centres: FloatArray, spacing: float) -> History:
@@ -95,15 +90,13 @@ class History:
         begins = np.clip(centres - span / 2, 0.0, last - span)
         times = (begins[:, None] + spacing * _CLUSTER).ravel()
         order, owners = np.argsort(times), np.repeat(rows, len(_CLUSTER))
-        samples, done = np.zeros((2, len(times))), 0
-        for motion, momenta in _motions(self.case, self.tolerance, times[order]):
-            part = order[done : done + len(motion.samples_x)]
-            done += len(part)
-            for row in np.unique(owners[part]).tolist():
-                mine, signal = owners[part] == row, self.signals[row]
-                samples[:, part[mine]] = signal.dynamic(motion)[mine], signal.integral(momenta)[mine]
-        d, integrals = samples.reshape(2, len(rows), -1)
-        return History(self.case, self.tolerance, [self.signals[row] for row in rows], begins, spacing, d, integrals)
+        signals, values = [self.signals[row] for row in rows], np.zeros((2, len(times)))
+        samples = run(self.case, self.tolerance, float(times.max()), times[order], rows_of(signals)).samples
+        for row in np.unique(rows).tolist():
+            mine, signal = owners[order] == row, self.signals[row]
+            values[:, order[mine]] = signal.dynamic(samples)[mine], signal.integral(samples)[mine]
+        d, integrals = values.reshape(2, len(rows), -1)
+        return History(self.case, self.tolerance, signals, begins, spacing, d, integrals)
 
     def fit(self, rows: Places, places: Places, levels: FloatArray) -> Instants:
         """Extremes next to the samples at ``places`` or, where a level is not NaN, its crossings behind them."""
@@ -148,15 +141,6 @@ class History:
         places = self.d.argmax(axis=1)
         tops = self.fit(np.arange(len(places)), places, np.full(len(places), np.nan)).values
         return np.where((places > 0) & (places < self.d.shape[1] - 1), tops, self.d.max(axis=1))
-
-
-def _motions(case: ChainSetup, tolerance: float, times: FloatArray) -> Iterator[tuple[ChainMotion, FloatArray]]:
-    """Motions with samples at these times in ascending order, in blocks that limit the memory, and their momenta."""
-    size = max(MOST_NUMBERS // (3 * len(case.assembly.inverse_masses) + 3), 1)
-    for first in range(0, len(times), size):
-        block = times[first : first + size]
-        motion = run(case, tolerance, float(block[-1]), block)
-        yield motion, np.cumsum(motion.samples_v / case.assembly.inverse_masses, axis=1)
 
 
 def _evaluate(coefficients: FloatArray, at: FloatArray) -> FloatArray:

@@ -208,7 +208,7 @@ def _integrate_loaded_chain(integrator: type[Integrator], granules: int, accurac
     motion = integrate(
         _mixed_chain(granules, loaded=True), accuracy, until=until, times=_MIXED_TIMES, integrator=integrator
     )
-    return np.array((motion.samples_x, motion.samples_v)), motion.steps
+    return np.array((motion.samples.x, motion.samples.v)), motion.steps
 
 
 def mixed_slope(integrator: type[Integrator], granules: int) -> float:

@@ -81,11 +81,30 @@ def test_both_codes_agree(name: str) -> None:
     assert (one.steps, one.evaluations) == (other.steps, other.evaluations)
     # rounding errors that a thousand steps amplify; powers that differ in the last digit gave 1e-10
     np.testing.assert_allclose(one.forces, other.forces, rtol=1e-12 if "power" in name else 1e-10, atol=1e-12)
-    for key in ("force_times", "x", "v", "last_impulse", "samples_x", "samples_v", "samples_forces", "extremes"):
+    for key in ("force_times", "x", "v", "last_impulse", "extremes"):
         np.testing.assert_allclose(getattr(one, key), getattr(other, key), rtol=1e-10, atol=1e-12, err_msg=key)
+    for key in ("rows", "x", "v", "forces", "impulses"):
+        here, there = (getattr(motion.samples, key) for motion in (one, other))
+        np.testing.assert_allclose(here, there, rtol=1e-10, atol=1e-12, err_msg=key)
     assert one.work == pytest.approx(other.work, rel=1e-12)
     if "striker" in name:
         assert one.rebound == pytest.approx(other.rebound, rel=1e-10)
+
+
+@pytest.mark.parametrize("code", [None, compiled])
+@pytest.mark.parametrize("name", MIXED)
+def test_samples_of_some_rows_are_those_of_all_and_their_impulses_balance_the_momenta(name: str, code: Any) -> None:
+    chain, times = MIXED[name], np.linspace(0.0, 40.0, 31)
+    bodies = len(chain.inverse_masses)
+    rows = np.unique([0, 1, bodies // 2, bodies - 1])
+    whole = integrate(chain, 1e-7, until=40.0, times=times, compiled=code).samples
+    some = integrate(chain, 1e-7, until=40.0, times=times, rows=rows, compiled=code).samples
+    for here, there in zip(some[1:5], whole[1:5], strict=True):
+        np.testing.assert_allclose(here, there[:, rows], rtol=1e-12, atol=1e-14)
+    momenta = np.cumsum(whole.v / chain.inverse_masses, axis=1)
+    applied = [chain.weight * time if chain.force is None else chain.force.free(time)[1] for time in times]
+    expected = np.array(applied)[:, None] - momenta + chain.velocity / chain.inverse_masses[0]
+    np.testing.assert_allclose(whole.impulses, expected, atol=1e-12)
 
 
 @pytest.mark.skipif(compiled is None, reason="not compiled")
@@ -182,7 +201,7 @@ def test_a_long_chain_in_parts_moves_like_a_short_one(changes: dict[str, Any]) -
     parts = integrate(chain, 1e-9, until=100.0, times=times, compiled=compiled)
     np.testing.assert_allclose(parts.forces[near], whole.forces[near], atol=1e-8)
     # errors of positions add up over a thousand steps
-    np.testing.assert_allclose(parts.samples_x[:, near], whole.samples_x[:, near], atol=1e-6)
+    np.testing.assert_allclose(parts.samples.x[:, near], whole.samples.x[:, near], atol=1e-6)
     assert parts.dissipated == pytest.approx(whole.dissipated, abs=1e-7)
     assert momentum_defect(chain, parts) < 1e-13
     assert abs(parts.energy_balance) < 1e-7

@@ -34,7 +34,8 @@ pytestmark = [
 ]
 
 PROBLEM = ScaledProblem(POWER, 2.0, 1.0)
-RUN = "method rows coefficients stops times SETTINGS TABLE SAMPLES PLASTIC curves RECORD STATES PEAKS LAST expired"
+RUN = "method rows coefficients stops times WATCHED IMPULSES SETTINGS TABLE SAMPLES PLASTIC curves"
+RUN += " RECORD STATES PEAKS LAST expired"
 #: Arguments by function. Buffers come first; those that are written to are in capitals.
 ARGUMENTS = {
     "primary": "method jobs rows coefficients stops WANTED FOUND lanes expired",
@@ -158,22 +159,26 @@ MISFITS = {
     "half-a-granule": ("primary", "a[1][3] = 0.5"),
     "lanes": ("primary", "a[7] = 3"),
     "no-lanes": ("primary", "a[7] = None"),
-    "record-of-few-numbers": ("run with a record", "a[10] = a[10][:-1].copy()"),
-    "record-of-many-peaks": ("run with a record", "a[10][4] = 1e9"),
-    "record-of-states-before-the-run": ("run with a record", "a[10][5] = 1"),
-    "record-of-half-a-state": ("run with a record", "a[11] = a[11][:, :-1].copy()"),
+    "record-of-few-numbers": ("run with a record", "a[12] = a[12][:-1].copy()"),
+    "record-of-many-peaks": ("run with a record", "a[12][4] = 1e9"),
+    "record-of-states-before-the-run": ("run with a record", "a[12][5] = 1"),
+    "record-of-half-a-state": ("run with a record", "a[13] = a[13][:, :-1].copy()"),
     "record-with-short-peaks": (
         "run with a record",
-        "a[12] = np.zeros(len(a[12]), [('contact', 'i8'), ('time', 'f8')])",
+        "a[14] = np.zeros(len(a[14]), [('contact', 'i8'), ('time', 'f8')])",
     ),
-    "record-of-few-contacts": ("run with a record", "a[13] = a[13][:4].copy()"),
-    "record-of-a-peak-beyond-the-log": ("run with a record", "a[13][-1] = 10**6"),
+    "record-of-few-contacts": ("run with a record", "a[15] = a[15][:4].copy()"),
+    "record-of-a-peak-beyond-the-log": ("run with a record", "a[15][-1] = 10**6"),
     "reading-of-one-state": ("read", "a[0], a[1] = a[0][:1].copy(), a[1][:, :1].copy()"),
     "reading-of-short-states": ("read", "a[1] = a[1][:, :-1].copy()"),
     "run-without-coefficients": ("run", "a[2] = a[2][:0]"),
-    "run-with-few-settings": ("run", "a[5] = a[5][:-1].copy()"),
-    "run-of-many-contacts": ("run", "a[5][7] = 1e6"),
-    "run-with-a-negative-margin": ("run", "a[5][18] = -1e6"),
+    "run-with-a-watched-contact-beyond-the-chain": ("run", "a[5][1] = 12"),
+    "run-with-rows-in-descending-order": ("run", "a[5][2:] = a[5][2:][::-1].copy()"),
+    "run-with-few-impulses": ("run", "a[6] = a[6][:-1].copy()"),
+    "run-with-few-samples": ("run", "a[9] = a[9][:-1].copy()"),
+    "run-with-few-settings": ("run", "a[7] = a[7][:-1].copy()"),
+    "run-of-many-contacts": ("run", "a[7][7] = 1e6"),
+    "run-with-a-negative-margin": ("run", "a[7][18] = -1e6"),
 }
 
 

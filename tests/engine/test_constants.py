@@ -17,7 +17,7 @@ ENGINE = Path(__file__).parents[2] / "shockwave" / "engine"
 #: Modules with the algorithms of a header.
 TWINS = {
     "_lane.h": ["engine.wave_search_numpy", "engine.peak_limit", "engine.nystroem_integrators"],
-    "_march.h": ["engine.chain_forces"],
+    "_march.h": ["engine.chain_arrays", "engine.chain_forces"],
     "_peak_log.h": ["engine.peak_log"],
     "_plastic.h": ["engine.chain_forces", "engine.chain_modes", "engine.chain_plastic"],
     "_wave.h": ["simulation.wave_properties"],
@@ -50,8 +50,7 @@ def test_every_constant_that_only_c_has_exists() -> None:
 
 
 #: Names in C of numbers of a run with another name in NumPy, or with several elements.
-OF_A_RUN = {"watched": ["left", "right"], "impulses": ["impulse_left", "impulse_right"]}
-OF_A_RUN["extremes"] = ["extremes", "extreme_times"]
+OF_A_RUN = {"extremes": ["extremes", "extreme_times"]}
 OTHER_CONSTANTS = {"step_work": "compiled_step"}
 
 
@@ -60,7 +59,7 @@ def test_numbers_of_a_run_have_the_same_order_in_both_codes() -> None:
     assert struct is not None
     names = [each for each in re.findall(r"[a-z]\w*", re.sub(r"\[3\]", "", struct[1])) if each != "double"]
     before, after = ([each.name for each in fields(kind)] for kind in (Settings, Progress))
-    before, after = [*before, "window"], [each for name in ["watched", *after] for each in OF_A_RUN.get(name, [name])]
+    before, after = [*before, "window"], [each for name in after for each in OF_A_RUN.get(name, [name])]
     assert names[: len(before)] == before
     assert names[-len(after) :] == after
     constants, values = names[len(before) : -len(after)], chain_backend._constants(True)
