@@ -98,8 +98,11 @@ class History:
         d, integrals = values.reshape(2, len(rows), -1)
         return History(self.case, self.tolerance, signals, begins, spacing, d, integrals)
 
-    def fit(self, rows: Places, places: Places, levels: FloatArray) -> Instants:
-        """Extremes next to the samples at ``places`` or, where a level is not NaN, its crossings behind them."""
+    def fit(self, rows: Places, places: Places, levels: FloatArray, scales: FloatArray) -> Instants:
+        """Extremes next to the samples at ``places`` or, where a level is not NaN, its crossings behind them.
+
+        Errors of values are relative to ``scales``.
+        """
         begins = np.clip(places - 3, 0, self.d.shape[1] - len(_NODES))
         window = rows[:, None], begins[:, None] + np.arange(len(_NODES))
         y, shift, turns = self.d[window], (places - 3 - begins).astype(float), np.isnan(levels)
@@ -107,11 +110,11 @@ class History:
         both = np.concatenate([y @ matrix.T for matrix in _FITS])
         at, value = _solve(both, *(np.tile(each, 2) for each in (levels, low, high)))
         (at, other), (value, check) = np.split(at, 2), np.split(value, 2)
-        gap, scale = self.spacing * np.abs(at - other), np.maximum(np.abs(y).max(axis=1), 1e-300)
-        share = np.where(value > self.d[rows, np.maximum(places - 1, 0)], TIME_SHARE, np.maximum(value, 0.0) / scale)
+        gap = self.spacing * np.abs(at - other)
+        share = np.where(value > self.d[rows, np.maximum(places - 1, 0)], TIME_SHARE, np.maximum(value, 0.0) / scales)
         sixth, second = (np.abs(np.diff(y, order)).max(axis=1) for order in (6, 2))
         kink = self.spacing * np.minimum(_KINK * sixth / np.maximum(second, 1e-300), 1.0)
-        errors = np.where(turns, np.abs(value - check) / scale + share * np.maximum(gap, kink), gap)
+        errors = np.where(turns, np.abs(value - check) / scales + share * np.maximum(gap, kink), gap)
         opens = turns & (self.d[rows, places] == 0)
         at, value, errors = np.where(opens, shift, at), np.where(opens, 0.0, value), np.where(opens, 0.0, errors)
         times = self.begins[rows] + self.spacing * (begins + 3 + at)
@@ -119,7 +122,9 @@ class History:
 
     def solve(self, rows: Places, places: Places, levels: FloatArray) -> Instants:
         """Instants as of `fit`, with more samples where they are not resolved."""
-        instants, spacing = self.fit(rows, places, levels), self.spacing
+        # of the greatest value so far
+        scales = np.maximum(np.maximum.accumulate(np.abs(self.d), axis=1)[rows, places], 1e-300)
+        instants, spacing = self.fit(rows, places, levels, scales), self.spacing
         falls = np.isnan(levels) & (self.d[rows, places] < self.d[rows, np.maximum(places - 1, 0)])
         for _ in range(_ROUNDS):
             poor = np.flatnonzero(instants.errors > _RESOLVED * self.case.rtol)
@@ -132,15 +137,17 @@ class History:
             near = np.where(crosses, np.abs(_CLUSTER[:-1] - len(_CLUSTER) // 2), len(_CLUSTER))
             inner = 1 + np.argmax(sign * closer.d[:, 1:-1], axis=1)
             at = np.where(np.isnan(levels[poor]), inner, np.argmin(near, axis=1))
-            for whole, part in zip(instants, closer.fit(np.arange(len(poor)), at, levels[poor]), strict=True):
+            for whole, part in zip(
+                instants, closer.fit(np.arange(len(poor)), at, levels[poor], scales[poor]), strict=True
+            ):
                 whole[poor] = part
         return instants
 
     def greatest(self) -> FloatArray:
         """Greatest values."""
-        places = self.d.argmax(axis=1)
-        tops = self.fit(np.arange(len(places)), places, np.full(len(places), np.nan)).values
-        return np.where((places > 0) & (places < self.d.shape[1] - 1), tops, self.d.max(axis=1))
+        places, most = self.d.argmax(axis=1), self.d.max(axis=1)
+        tops = self.fit(np.arange(len(places)), places, np.full(len(places), np.nan), np.ones(len(places))).values
+        return np.where((places > 0) & (places < self.d.shape[1] - 1), tops, most)
 
 
 def _evaluate(coefficients: FloatArray, at: FloatArray) -> FloatArray:
