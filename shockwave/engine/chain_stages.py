@@ -51,7 +51,7 @@ class Stages(Contacts):
             return self.read(self.integrator_steps, start, size, end)
         method, h = self.method, size
         part = slice(low, high)
-        x, v, inverse = start.x[part], start.v[part], self.mobile[part]
+        x, v = start.x[part], start.v[part]
         whole_y, whole_z = start.x.copy(), start.v.copy()
         y, z = whole_y[part], whole_z[part]
         nodes, first, *later = method.columns
@@ -72,11 +72,7 @@ class Stages(Contacts):
                 continue
             if self.driven and low == 0:
                 self.push(whole_y, whole_z, impulses, c * h, end if c == 1.0 else self.time + c * h)
-            self.stages[i, low + 1 : high + 1], powers, _ = self.forces(whole_y, whole_z, low, high)
-            if self.damped:
-                self.powers[i, part] = powers
-            f = self.stages[i, low : high + 1]
-            np.multiply(inverse, f[:-1] - f[1:], out=self.stage_rates[i, part])
+            self.evaluate(i, whole_y, whole_z, low, high)
             left = sums[row:]
             left += np.multiply(column, self.stage_rates[i, part], out=terms[row:])
         # rows: those of position and velocity, then those of their errors
@@ -86,6 +82,14 @@ class Stages(Contacts):
         if self.driven and low == 0:
             self.push(whole_y, whole_z, impulses, h, end)
         return whole_y, whole_z, impulses
+
+    def evaluate(self, stage: int, x: FloatArray, v: FloatArray, low: int, high: int) -> None:
+        """Set forces, accelerations and powers of the damping at a stage, of bodies low to high."""
+        self.stages[stage, low + 1 : high + 1], powers, _ = self.forces(x, v, low, high)
+        if self.damped:
+            self.powers[stage, low:high] = powers
+        f = self.stages[stage, low : high + 1]
+        np.multiply(self.mobile[low:high], f[:-1] - f[1:], out=self.stage_rates[stage, low:high])
 
     def move(
         self,
