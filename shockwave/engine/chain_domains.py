@@ -27,8 +27,8 @@ from shockwave.engine.time_limit import expired
 # Least number of bodies of a chain that is integrated in parts; shorter ones take longer in parts than as a whole.
 _LEAST_BODIES = 512
 # Number of bodies of a part, and of those on both sides that are integrated with it.
-_LENGTH = 96
-_MARGIN = 16
+_LENGTH = 192
+_MARGIN = 24
 # Effect on a part of a change of the force at the end of its margin, over the change and the tolerance.
 _LEAK = 1e-3
 # The greatest force may increase by this factor within a span: at a rigid wall by 2.24.
