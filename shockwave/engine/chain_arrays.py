@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from attrs import Factory, define, frozen
+from attrs import Factory, define
 
 from shockwave.base.errors import NumericalError
 from shockwave.base.numerics import FloatArray
@@ -47,8 +47,7 @@ _HOPELESS = 2.0
 _HOPELESS_LATER = 10.0
 
 
-@frozen
-class Settings:
+class Settings(NamedTuple):
     """Settings of a run, in the order of the compiled code.
 
     Attributes
@@ -133,9 +132,9 @@ class Progress:
 
     def update(self, numbers: FloatArray) -> None:
         """Replace all numbers."""
-        self.status, self.time, self.arrival, self.work, self.steps = numbers[:5].tolist()
-        self.evaluations, self.rebound, self.size = numbers[5:8].tolist()
-        self.extremes = numbers[8:].reshape(2, 3).copy()
+        self.status, self.time, self.arrival, self.work, self.steps, *others = numbers[:8].tolist()
+        self.evaluations, self.rebound, self.size = others
+        self.extremes = numbers[8:].reshape(2, 3)
 
 
 @define
@@ -181,7 +180,7 @@ class Forecast:
             raise NumericalError(f"{needed} because of {self.cause()} (set a timeout to integrate it all the same)")
 
 
-@frozen(eq=False)
+@define(eq=False)
 class Job:
     """Input and output of a run, as arrays that the compiled code shares.
 

@@ -6,7 +6,6 @@ from functools import cache
 from types import ModuleType
 
 import numpy as np
-from attrs import astuple
 
 from shockwave.engine import chain_forces as forces
 from shockwave.engine import chain_run as steps
@@ -32,14 +31,13 @@ def run(job: Job, compiled: ModuleType | None) -> None:
         return
     path = None if job.problem is None else job.problem.path
     tables = (np.empty(0), np.empty(0)) if path is None else (path.rows, path.coefficients)
-    settings, progress = astuple(job.settings), job.progress.numbers
-    numbers = np.array([*settings, job.window, *_constants(job.method.adaptive), *progress], dtype=float)
+    progress, constants = job.progress.numbers, _constants(job.method.adaptive)
+    numbers = np.array([*job.settings, job.window, *constants, *progress], dtype=float)
     progress_so_far = numbers[-len(progress) :]
 
     def ends() -> bool:
-        job.progress.update(progress_so_far)
-        work = job.progress.evaluations * (job.table.shape[1] + _COMPILED_STEP)
-        job.forecast.check(job.progress.time, work, job.progress.steps)
+        _status, time, *_, steps, evaluations = progress_so_far[:6].tolist()
+        job.forecast.check(time, evaluations * (job.table.shape[1] + _COMPILED_STEP), steps)
         return expired()
 
     buffers = job.stops, job.times, job.watched, job.impulses, numbers, job.table, job.samples, job.plastic, job.curves
@@ -47,7 +45,7 @@ def run(job: Job, compiled: ModuleType | None) -> None:
     compiled.run(job.method.packed, *tables, *buffers, *record, ends)
     job.progress.update(progress_so_far)
     if job.record:
-        job.record.read(*record[:2])
+        job.record.read(record[0])
 
 
 @cache

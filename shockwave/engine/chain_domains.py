@@ -16,7 +16,6 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from attrs import evolve
 
 from shockwave.base.numerics import FloatArray
 from shockwave.engine import chain_backend
@@ -301,8 +300,7 @@ class _Parts:
     def settings_of(self, first: int, high: int, end: float) -> Settings:
         """Settings of the part with these rows; only the first has what acts on body 0, the last what is at the end."""
         settings, whole = self.job.settings, high == self.bodies
-        return evolve(
-            settings,
+        return settings._replace(
             until=end,
             contacts=self.chain.contacts - first if whole else high - first,
             end_stiffness=settings.end_stiffness * whole,

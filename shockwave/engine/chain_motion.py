@@ -342,7 +342,7 @@ def _release(assembly: Assembly, job: Job, until: float | None, times: FloatArra
     """The job that follows, from the end of the given path of body 0, which then moves freely."""
     time, arrival = job.progress.time, job.progress.arrival
     end = until or (max(time + 3 * arrival, time) if arrival >= 0 else math.inf)
-    settings = evolve(job.settings, guided=False, until=end)
+    settings = job.settings._replace(guided=False, until=end)
     job.chain[0, 0] = assembly.inverse_masses[0]
     job.switches[0, 0] += job.chain[0, 0]
     later = times[times > time]

@@ -11,6 +11,8 @@ from shockwave.engine.stretch import Span, Stretch
 
 # Largest number of steps of a stretch.
 _MOST_STEPS = 256
+# Least room for states, in steps, with which the next run begins.
+_FEWEST_STEPS = 16
 _NOTHING = np.empty(0)
 #: Buffers of a run without a record.
 NO_RECORD = (_NOTHING, _NOTHING, np.empty(0, PEAK), np.empty(0, np.int64))
@@ -40,6 +42,8 @@ class Record:
         The steps, by NumPy.
     stretch : Stretch or None
         The states of the last run, if they are kept.
+    states : array
+        Room for the states of the next run, by compiled code.
     """
 
     log: PeakLog
@@ -50,6 +54,7 @@ class Record:
     since: float = 0.0
     spans: list[Span] = Factory(list)
     stretch: Stretch | None = None
+    states: FloatArray = _NOTHING
 
     def is_full(self, bodies: int) -> bool:
         """Whether there is no room for another step by NumPy, or none for the front in arrays of so many bodies."""
@@ -59,15 +64,17 @@ class Record:
         """Arrays for the compiled code: numbers, states with time, positions and velocities, and the log."""
         self.log.reserve(4 * bodies, bodies)
         numbers = self.continues, self.kinks, self.since, self.log.strongest, self.log.count, 0, self.bodies
-        states = np.empty(((_MOST_STEPS + 1) * self.kept, 2 * bodies + 1))
-        return np.array(numbers, dtype=float), states, self.log.table, self.log.last
+        if self.kept and (len(self.states) < _FEWEST_STEPS or self.states.shape[1] != 2 * bodies + 1):
+            self.states = np.empty((_MOST_STEPS + 1, 2 * bodies + 1))
+        return np.array(numbers, dtype=float), self.states, self.log.table, self.log.last
 
-    def read(self, numbers: FloatArray, states: FloatArray) -> None:
+    def read(self, numbers: FloatArray) -> None:
         """Take what the compiled code has recorded."""
         self.log.strongest, peaks, kept, bodies = numbers[3:].tolist()
         self.log.count, self.bodies, self.stretch = int(peaks), int(bodies), None
         if kept:
-            rows, last = states[: int(kept)], states.shape[1] // 2 + 1
+            rows, last = self.states[: int(kept)], self.states.shape[1] // 2 + 1
+            self.states = self.states[int(kept) :]
             self.stretch = Stretch((), rows[:, 0], rows[:, 1 : 1 + self.bodies], rows[:, last : last + self.bodies])
 
     def read_spans(self) -> None:

@@ -197,7 +197,7 @@ class ChainRun:
         granules = self.problem.granules
         if granules is not None and granules - self.log.front <= _FARTHEST:
             while not self._is_spent(stretch):
-                stretch = self._whole.advance(stretch.end + _INTERVAL)
+                stretch = self._advance(stretch.end + _INTERVAL)
             x, v = stretch.x[-1], stretch.v[-1]
             # granules that hardly move relative to one another depart, though some will exchange their velocities
             leaving = v[::-1] if self.unfollowed_force == 0 else v[::-1][: count_departed(x, v)]

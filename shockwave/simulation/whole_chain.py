@@ -6,7 +6,6 @@ import math
 from importlib import import_module
 
 import numpy as np
-from attrs import evolve
 
 from shockwave.base.errors import NumericalError
 from shockwave.base.progress import report_progress
@@ -24,9 +23,11 @@ from shockwave.engine.stretch import Stretch
 _FIRST_WINDOW = 12
 # Number of granules by which the window may grow in a stretch: a constant, and a number for each characteristic time,
 # of at most so many. The states at all steps have this number of granules, so more of them take time.
-_ROOM = 32
+_ROOM = 16
 _ROOM_RATE = 1.1
 _ROOM_TIME = 200.0
+# Least number of granules in the arrays of an endless chain: sufficient for most trains of one wave.
+_LEAST = 96
 # Scale of the errors: those of two neighbours, each within the tolerance, differ by up to twice as much.
 _SCALE = 2.0
 
@@ -62,9 +63,10 @@ class WholeChain:
         record, room = self._record, _ROOM + int(_ROOM_RATE * min(until - self.now, _ROOM_TIME))
         job = self._job
         if job is None or (record.continues and record.bodies + room > job.bodies):
-            job = self._job = self._make_job(record.bodies + 3 * room // 2, job)
+            job = self._job = self._make_job(max(record.bodies + 3 * room // 2, _LEAST), job)
         record.since = since
-        run(evolve(job, settings=evolve(job.settings, until=until)), self._compiled)
+        job.settings = job.settings._replace(until=until)
+        run(job, self._compiled)
         status, self.now = self._progress.status, self._progress.time
         if status == Status.RUNNING:
             raise NumericalError(

@@ -58,7 +58,7 @@ def test_numbers_of_a_run_have_the_same_order_in_both_codes() -> None:
     struct = re.search(r"typedef struct {([^}]*)} Run;", (ENGINE / "_march.h").read_text())
     assert struct is not None
     names = [each for each in re.findall(r"[a-z]\w*", re.sub(r"\[3\]", "", struct[1])) if each != "double"]
-    before, after = ([each.name for each in fields(kind)] for kind in (Settings, Progress))
+    before, after = Settings._fields, [each.name for each in fields(Progress)]
     before, after = [*before, "window"], [each for name in after for each in OF_A_RUN.get(name, [name])]
     assert names[: len(before)] == before
     assert names[-len(after) :] == after
