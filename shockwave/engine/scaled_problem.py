@@ -193,9 +193,10 @@ def contact_forces(x: FloatArray, exponent: float = HERTZ) -> FloatArray:
 
 def contact_energies(x: FloatArray, exponent: float = HERTZ) -> FloatArray:
     """Elastic energy of each contact, shape (granules - 1,)."""
-    return np.asarray(1 / (exponent + 1) * contact_forces(x, exponent) * np.maximum(overlaps(x), 0.0))
+    closed = np.maximum(overlaps(x), 0.0)
+    return np.asarray(1 / (exponent + 1) * power_force(closed, exponent) * closed)
 
 
 def chain_energy(x: FloatArray, v: FloatArray, exponent: float = HERTZ) -> float:
     """Total energy of granules and contacts."""
-    return float(0.5 * np.sum(v * v) + np.sum(contact_energies(x, exponent)))
+    return float(0.5 * (v * v).sum() + contact_energies(x, exponent).sum())

@@ -60,4 +60,5 @@ class Stretch:
 def free_granules(x: FloatArray, v: FloatArray) -> int:
     """Number of granules in free flight at the loaded end: out of contact, and not approaching one another."""
     apart = (overlaps(x) <= 0) & (v[:-1] <= v[1:])
-    return int(np.argmin(apart)) if not apart.all() else len(x)
+    first = int(apart.argmin())
+    return len(x) if apart[first] else first

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from shockwave.base.numerics import FloatArray
 from shockwave.engine.stretch import free_granules
 
@@ -16,10 +18,10 @@ def find_rebounding(v: FloatArray, ejected: float) -> tuple[tuple[float, ...], f
     a backward drift is caused by passing waves.
     """
     last = max((v < -ejected).nonzero()[0].tolist(), default=0)
-    forward = v[last:] >= 0
-    end = last + int(forward.argmax()) if forward.any() else len(v)
+    forward = last + int((v[last:] >= 0).argmax())
+    end = forward if v[forward] >= 0 else len(v)
     region, beyond = v[:end], v[end:]
-    loose = float(region[region > 0].sum() - beyond[beyond < 0].sum())
+    loose = float(np.maximum(region, 0.0).sum() - np.minimum(beyond, 0.0).sum())
     return tuple(region[region < 0].tolist()), loose
 
 

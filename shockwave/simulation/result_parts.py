@@ -362,7 +362,7 @@ class MeasuredWave:
 
     def in_si(self, scales: Scales, error_estimate: float | None) -> MeasuredWave:
         """Convert a wave in scaled units to SI units, with its error estimate."""
-        known = {name: getattr(self, name) for name in _UNITS if getattr(self, name) is not None}
+        known = {name: value for name in _UNITS if (value := getattr(self, name)) is not None}
         values = {name: value * getattr(scales, _UNITS[name]) for name, value in known.items()}
         return evolve(self, error_estimate=error_estimate, **values)
 

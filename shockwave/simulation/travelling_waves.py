@@ -196,6 +196,6 @@ def _is_complete(x: FloatArray, v: FloatArray, rearmost: int, least_force: float
     first, last = free_granules(x, v), max(rearmost - int(_BACK * wave.spread), 0)
     if first >= last:
         return True
-    energy = 0.5 * v[first:last] ** 2 + contact_energies(x, wave.exponent)[first:last]
+    energy = 0.5 * v[first:last] ** 2 + contact_energies(x[first : last + 1], wave.exponent)
     # The energy of all granules counts, because distant granules may still collide.
     return float(energy.sum()) < wave.energy * math.pow(least_force, wave.of_energy)

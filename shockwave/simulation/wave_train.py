@@ -136,13 +136,13 @@ def _train(
     recoil = sum(fine.recoils)
     error = abs(difference) * fine.measured / fine.compared[0]
     error += fine.unfinished_recoil + fine.integrator.tolerance * fine.momentum
-    velocities = [velocity * scales.velocity for velocity in fine.recoils]
+    unit = scales.velocity
     train = Train(
         waves=waves,
         recoil_momentum=recoil * scales.momentum,
         recoil_error=error * scales.momentum,
-        recoil_velocities=tuple(velocity for velocity in velocities if -velocity > ejected),
-        spall_velocities=None if fine.spalls is None else tuple(u * scales.velocity for u in fine.spalls),
+        recoil_velocities=tuple(u * unit for u in fine.recoils if -u * unit > ejected),
+        spall_velocities=None if fine.spalls is None else tuple(u * unit for u in fine.spalls),
         greatest_force=_greatest(fine, coarse.log, scales),
         cost=Cost(
             steps=fine.steps + coarse.steps,
