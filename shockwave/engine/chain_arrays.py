@@ -88,10 +88,6 @@ class Settings(NamedTuple):
     guided: bool = False
 
 
-def _no_extremes() -> FloatArray:
-    return np.array([[math.inf] * 3, [0.0] * 3])
-
-
 @define(eq=False)
 class Progress:
     """How far a run has come, and its sums, in the order of the compiled code; at first those at the beginning.
@@ -122,7 +118,7 @@ class Progress:
     evaluations: float = 0.0
     rebound: float = 0.0
     size: float = 0.0
-    extremes: FloatArray = Factory(_no_extremes)
+    extremes: FloatArray = Factory(lambda: np.array([[math.inf] * 3, [0.0] * 3]))
 
     @property
     def numbers(self) -> list[float]:

@@ -193,8 +193,7 @@ def contact_forces(x: FloatArray, exponent: float = HERTZ) -> FloatArray:
 
 def contact_energies(x: FloatArray, exponent: float = HERTZ) -> FloatArray:
     """Elastic energy of each contact, shape (granules - 1,)."""
-    closed = np.maximum(overlaps(x), 0.0)
-    return np.asarray(1 / (exponent + 1) * power_force(closed, exponent) * closed)
+    return np.asarray(1 / (exponent + 1) * contact_forces(x, exponent) * overlaps(x))
 
 
 def chain_energy(x: FloatArray, v: FloatArray, exponent: float = HERTZ) -> float:

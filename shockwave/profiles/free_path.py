@@ -98,9 +98,9 @@ class FreePath:
         # coefficients of the powers of y = (s - begin)/width
         path = paths[:-1], widths * impulses[:-1], square * left / 2, square * rise / 6
         impulse = impulses[:-1], widths * left, widths * rise / 2, np.zeros_like(widths)
-        series = [sum(map(np.multiply.outer, powers, _POWERS)) for powers in (path, impulse)]
+        terms = (np.array(pair).T[:, None] * row[:, None] for *pair, row in zip(path, impulse, _POWERS, strict=True))
         rows = _make_rows(knots[:-1], knots[1:], np.full(widths.size, 4))
-        return cls(rows, np.stack(series, axis=-1).reshape(-1, 2), _ROUNDING)
+        return cls(rows, np.asarray(sum(terms)).reshape(-1, 2), _ROUNDING)
 
     @classmethod
     def of_polynomials(cls, edges: FloatArray, path: Function, impulse: Function, degree: int) -> FreePath:

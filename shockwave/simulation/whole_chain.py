@@ -43,7 +43,6 @@ class WholeChain:
         self.problem, self.integrator = problem, integrator
         self.log = PeakLog(integrator.tolerance if integrator.adaptive else KINK_TOLERANCE, problem.wave)
         self.now, self.steps = 0.0, 0
-        self.stretch: Stretch
         compiled = getattr(integrator, "compiled", None)
         self._compiled = compiled and import_module("shockwave.engine._chains")
         window = min(_FIRST_WINDOW, problem.granules or _FIRST_WINDOW)
