@@ -118,7 +118,7 @@ class Progress:
     evaluations: float = 0.0
     rebound: float = 0.0
     size: float = 0.0
-    extremes: FloatArray = Factory(lambda: np.array([[math.inf] * 3, [0.0] * 3]))
+    extremes: FloatArray = Factory(np.array([[math.inf] * 3, [0.0] * 3]).copy)
 
     @property
     def numbers(self) -> list[float]:

@@ -189,7 +189,8 @@ class ChainRun:
         ejected = EJECTED * max((wave.granule_velocity for wave in self.waves), default=0.0)
         self.recoils, loose = find_rebounding(v, ejected)
         since = stretch.end - _LATE * (stretch.end - self.problem.duration)
-        late = [sum(find_rebounding(velocities, ejected)[0]) for time, velocities in self._velocities if time >= since]
+        earlier = [velocities for time, velocities in self._velocities if since <= time < stretch.end]
+        late = [sum(self.recoils), *(sum(find_rebounding(velocities, ejected)[0]) for velocities in earlier)]
         remaining = float(np.abs(v[free_granules(x, v) : self._rearmost]).sum())
         self.unfinished_recoil = (
             _CHANGE_SHARE * float(np.ptp(late)) + _BACKWARD_SHARE * loose + _REMAINING_SHARE * remaining

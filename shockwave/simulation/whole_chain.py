@@ -62,7 +62,7 @@ class WholeChain:
         record, room = self._record, _ROOM + int(_ROOM_RATE * min(until - self.now, _ROOM_TIME))
         job = self._job
         if job is None or (record.continues and record.bodies + room > job.bodies):
-            job = self._job = self._make_job(max(record.bodies + 3 * room // 2, _LEAST), job)
+            job = self._job = self._make_job(max(record.bodies + room, _LEAST), job)
         record.since = since
         job.settings = job.settings._replace(until=until)
         run(job, self._compiled)
@@ -136,7 +136,7 @@ class WholeChain:
             record=self._record,
         )
         job.chain[:2], job.scales[:], job.exponents[0] = 1.0, _SCALE, problem.exponent
-        job.switches[:] = [[2.0], [1.0]]
+        job.switches[0] = 2.0
         # beyond the last granule there is nothing, or a granule at rest
         job.chain[1:3, last], job.scales[:, last] = [0.0, -FAR], LARGEST
         if before:
