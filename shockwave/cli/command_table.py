@@ -9,7 +9,7 @@ from typing import Any
 
 from attrs import frozen
 
-from shockwave.cli.option import Change, Option, check_folder, key_option, number_between, one_of, option, single
+from shockwave.cli.option import Change, Option, check_folder, key_option, number_between, one_of, option
 
 #: Page of the documentation on all commands.
 PAGE = "https://granular-shockwave.readthedocs.io/en/latest/commands.html"
@@ -52,7 +52,7 @@ _CURVE = [
     *_SCENARIO,
     _FORCE_RTOL,
     option("--longest LONGEST", "longest shock in characteristic times", type=number_between(1e-3, 1e3), default=50.0),
-    single("-o --output FILE", "write points (.json) or a picture (.svg, .png, .pdf)"),
+    option("-o --output FILE", "write points (.json) or a picture (.svg, .png, .pdf)"),
 ]
 _SPECTRUM = [
     *_SCENARIO,
@@ -60,7 +60,7 @@ _SPECTRUM = [
     option("--damping RATIO", "damping ratio of the oscillators (default: 0.05)", default=0.05),
     option("--from FREQUENCY", "lowest natural frequency (default: one period in the simulated time)"),
     option("--to FREQUENCY", "highest natural frequency (default: several periods in a solitary wave)"),
-    single("-o --output FILE", "write a table (.csv, .nc) or a picture (.svg, .png, .pdf)"),
+    option("-o --output FILE", "write a table (.csv, .nc) or a picture (.svg, .png, .pdf)"),
     _JSON,
     _DETAIL[-1],
 ]
@@ -73,7 +73,7 @@ _EXPLORE = [
 _SWEEP = [
     option("FILE", f"{_FILE.meaning}, with a `sweep` block"),
     _SET,
-    single("-o --output FOLDER", "folder of the results (default: NAME-sweep for NAME.yaml)", type=check_folder),
+    option("-o --output FOLDER", "folder of the results (default: NAME-sweep for NAME.yaml)", type=check_folder),
     option("--dry-run", "report the number of points and the estimated time; run and write nothing"),
     option("--workers N", "number of workers (default: one for each core)", type=number_between(1, 10_000, int)),
     option(
@@ -89,10 +89,10 @@ _SWEEP = [
 ]
 _PLOT = [
     option("FOLDER", "folder written by `shockwave sweep`", type=check_folder),
-    single("--column NAME", "column or quantity to plot (default: the amplification)"),
+    option("--column NAME", "column or quantity to plot (default: the amplification)"),
     option("--x NAME", "dotted name of the horizontal variable (default: the one with the most values)"),
     option("--at NAME=VALUE", "hold a variable at one of its values; may be repeated", **_MANY),
-    single("-o --output FILE", "picture (.svg, .png, .pdf; default: in FOLDER, named after the options)"),
+    option("-o --output FILE", "picture (.svg, .png, .pdf; default: in FOLDER, named after the options)"),
 ]
 _DESIGN = [
     *_SCENARIO,
@@ -120,7 +120,7 @@ _DESIGN = [
     option("--points N", "number of rows of the table", type=int, default=9),
     _FORCE_RTOL,
     option("--seed N", "seed of the search for several values", type=int, default=0),
-    single("-o --output FILE", "write a picture (.svg, .png, .pdf)"),
+    option("-o --output FILE", "write a picture (.svg, .png, .pdf)"),
     _JSON,
 ]
 _UNCERTAINTY = [
@@ -135,7 +135,7 @@ _UNCERTAINTY = [
     option("--seed N", "seed of the samples; the same seed gives the same digits", type=int, default=0),
     option("--quantity NAME", "further quantity, or a ratio of two; may be repeated", dest="quantities", **_MANY),
     _FORCE_RTOL,
-    single("-o --output FILE", "write a picture (.svg, .png, .pdf)"),
+    option("-o --output FILE", "write a picture (.svg, .png, .pdf)"),
     _JSON,
 ]
 _BENCH = [
@@ -153,7 +153,7 @@ _BENCH = [
         "time limit of one run; the table marks longer ones",
         type=number_between(1e-6, 3600),
     ),
-    single("-o --output FILE", "write a page (.html)"),
+    option("-o --output FILE", "write a page (.html)"),
     _JSON,
 ]
 _STRESS = [
@@ -170,16 +170,16 @@ _NEW = [
     option("--profile PROFILE", "profile of the shock (default: half-sine; with --full: power-law)"),
     option("--full", "write every key with its meaning"),
     option("--example EXAMPLE", "write an example", **one_of("wall", "striker", "record", "plastic")),
-    single("-o --output FILE", "write to FILE, which must not exist (default: stdout)"),
+    option("-o --output FILE", "write to FILE, which must not exist (default: stdout)"),
 ]
 _KEYS = [
     option("FILE", "record: a text file with a time and a force column"),
-    single("-o --output FILE", "write a scenario with the keys (.yaml) to FILE, which must not exist"),
-    single("--picture FILE", "write a picture (.svg, .png, .pdf) of the record and the pulse"),
+    option("-o --output FILE", "write a scenario with the keys (.yaml) to FILE, which must not exist"),
+    option("--picture FILE", "write a picture (.svg, .png, .pdf) of the record and the pulse"),
     _JSON,
 ]
-_SCHEMA = [single("-o --output FILE", "write to FILE (default: stdout)")]
-_REPORT = [*_SCENARIO, _LIMIT, single("-o --output FILE", "write to FILE, or to stdout for - (default: NAME.html)")]
+_SCHEMA = [option("-o --output FILE", "write to FILE (default: stdout)")]
+_REPORT = [*_SCENARIO, _LIMIT, option("-o --output FILE", "write to FILE, or to stdout for - (default: NAME.html)")]
 
 
 # ---------------------------------------------------------------- commands

@@ -6,7 +6,6 @@ import argparse
 import math
 import typing
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import Any
 
 from attrs import frozen
@@ -60,27 +59,27 @@ def option(usage: str, meaning: str, **settings: Any) -> Option:
     *names, value = usage.split()
     if value.startswith("-"):
         return Option((*names, value), meaning, {"action": "store_true", **settings})
-    return Option(tuple(names) or (value.lower(),), meaning, {"metavar": value, **settings})
+    once = {"action": _Once} if names else {}
+    return Option(tuple(names) or (value.lower(),), meaning, {"metavar": value, **once, **settings})
 
 
 class _Once(argparse.Action):
     """Store a value, and refuse a second one, which would silently replace the first."""
 
+    _given = False
+
     def __call__(self, parser: Any, options: argparse.Namespace, value: Any, option: str | None = None) -> None:
-        if getattr(options, self.dest) is not None:
+        if self._given:
             raise UsageError(f"{option}: must be given once (got it again; see `{parser.prog} --help`)")
+        self._given = True
         setattr(options, self.dest, value)
-
-
-#: An option that is given at most once.
-single = partial(option, action=_Once)
 
 
 class Change(argparse.Action):
     """Add changes of the scenario to ``changes``, each an option, a path and the text of a value.
 
     The text is that of the option in ``form``; for an empty ``path`` it begins with a path. Values at the paths
-    ``without``, which belong to the old value, are deleted.
+    ``without``, which belong to the old value, are deleted. A second value for the same path is refused.
     """
 
     def __init__(
@@ -93,6 +92,9 @@ class Change(argparse.Action):
         path, equals, value = (self.path, "=", self.form.format(text)) if self.path else text.partition("=")
         if not equals:
             raise argparse.ArgumentError(self, f"must be PATH=VALUE (got {text_of(text)}; `{text}=` deletes it)")
+        for earlier, other, given in options.changes:
+            if other == path and given:
+                raise argparse.ArgumentError(self, f"must give {path} once (got {given!r} from {earlier} before)")
         deleted = ((option, other, "") for other in self.without)
         options.changes = (*deleted, *options.changes, (option, path, value))
 

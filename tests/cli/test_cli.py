@@ -283,6 +283,15 @@ WRONG = {
     "command": (["predct", SCENE], "unknown command (got 'predct'; did you mean 'predict'? known: predict, simulate"),
     "column-twice": (["plot", "x", "--column", "a", "--column=b"], "--column: must be given once (got it again; "),
     "output-twice": (["spectrum", SCENE, "-o", "a.png", "--output", "b.csv"], "--output: must be given once ("),
+    "default-twice": (["design", SCENE, "--points", "9", "--points", "7"], "--points: must be given once (got it "),
+    "limit-twice": (
+        ["predict", SCENE, "--limit", "60 N", "--limit=5 N"],
+        "--limit: must give limit.force once (got '60 N'",
+    ),
+    "set-twice": (
+        ["predict", SCENE, "--rtol=1e-4", "--set", "simulate.rtol=1e-5"],
+        "--set: must give simulate.rtol once",
+    ),
     "option": (["predict", "--jsn", SCENE], "unknown option (got '--jsn'; did you mean '--json'? known: "),
     "abbreviation": (["predict", "--verb", SCENE], "unknown option (got '--verb'; did you mean '--verbose'? "),
     "option-of-all": (["--vrsion"], "unknown option (got '--vrsion'; did you mean '--version'? "),
