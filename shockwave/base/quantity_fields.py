@@ -72,7 +72,7 @@ class Declaration(Explained):
         pairs = ((">", self.above), (">=", self.at_least), ("<", self.below), ("<=", self.at_most))
         return [(sign, bound) for sign, bound in pairs if bound is not None]
 
-    @property
+    @cached_property
     def rule(self) -> str:
         """The range in words, such as ``> 0 Pa`` or ``> -1 and < 0.5``."""
         parts = [f"{sign} {bound:g}" for sign, bound in self.bounds]

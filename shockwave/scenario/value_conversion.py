@@ -148,7 +148,7 @@ def convert(key: Key, value: Any) -> Any:
     try:
         return _list(value, lambda sample: _quantity(sample, spec))
     except InvalidValueError as error:
-        raise first_of(error.faults) from None
+        raise error if spec.whole else first_of(error.faults) from None
 
 
 def _quantity(value: Any, spec: Declaration) -> int | float:

@@ -7,8 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from typing import Any, NamedTuple
 
-from shockwave.base.errors import Fault, InvalidValueError
-from shockwave.base.quantity_fields import text_of
+from shockwave.base.errors import Fault
 from shockwave.scene.chain import Chain
 
 #: Quantities of a granule that a sensor measures, with their SI units.
@@ -16,7 +15,6 @@ UNITS = {"force": "N", "velocity": "m/s", "displacement": "m"}
 QUANTITIES = tuple(UNITS)
 #: Sensors at the end of a chain: the force on the wall, and the motion of a movable end.
 WALL, STRUCTURE = "wall", "structure"
-_FORMS = "wall, structure, {contact: N}, {granule: N} or {granule: N, quantity: velocity or displacement}"
 # Greatest number of a granule: far beyond any chain that can be simulated.
 _MOST = 10**12
 
@@ -57,24 +55,8 @@ class Sensor(NamedTuple):
         return (self.number,) if self.place == "contact" else (self.number - 1, self.number)
 
 
-def sensors_of(values: Iterable[Any]) -> tuple[Sensor, ...]:
-    """Sensors from text and mappings, as a scenario states them.
-
-    Raises
-    ------
-    InvalidValueError
-        If a sensor has another form.
-    """
-    sensors, listed = [], list(values) if isinstance(values, list | tuple) else [values]
-    for index, value in enumerate(listed):
-        sensor = _sensor(value)
-        if sensor is None:
-            raise InvalidValueError.of(("sensors", index), f"must be {_FORMS} (got {text_of(value)})")
-        sensors.append(sensor)
-    return tuple(sensors)
-
-
-def _sensor(value: Any) -> Sensor | None:
+def sensor_of(value: Any) -> Sensor | None:
+    """Sensor from text or a mapping, as a scenario states it; None if it has another form."""
     if isinstance(value, Sensor) or not isinstance(value, Mapping):
         return value if isinstance(value, Sensor) else Sensor(value) if value in (WALL, STRUCTURE) else None
     quantity = value.get("quantity", "force")

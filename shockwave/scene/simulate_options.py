@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import functools
-import operator
 import typing
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import attrs
 from attrs import field, frozen
 
 from shockwave.base.arguments import unknown_arguments
-from shockwave.base.errors import InvalidValueError, refuse
+from shockwave.base.errors import Fault, InvalidValueError, refuse
 from shockwave.base.quantity_fields import (
     MAGNITUDES,
     PLAIN,
     SI,
     Converted,
+    Declaration,
     Value,
+    join,
     one_of,
     quantity,
     text_of,
@@ -37,37 +38,44 @@ Recorded = Literal["forces", "field", "energies"]
 #: A sensor as a scenario states it, such as ``wall``, ``{granule: 10}`` or ``{granule: 3, quantity: velocity}``.
 SensorArgument: TypeAlias = Literal["wall", "structure"] | Mapping[str, int | str]
 
-# Greatest number of a contact: far beyond any chain that can be simulated.
-_MOST_CONTACT = 10**12
+# Numbers up to far beyond any chain that can be simulated.
+_CONTACT = Declaration("", "contacts, counted from 0", whole=True, at_least=0, at_most=10**12, samples=True)
+_SENSORS = "wall, structure, {contact: N}, {granule: N} or {granule: N, quantity: velocity or displacement}"
+
+
+def _convert_items(name: str, values: Any, rule: str, convert: Callable[[Any], Any]) -> list[Any]:
+    """Items of a list, converted; raises an `InvalidValueError` with all for which ``convert`` returns None."""
+    if isinstance(values, tuple) and not values:
+        return []  # without the cost of the checks
+    if isinstance(values, str | Mapping) or not isinstance(values, Iterable):
+        raise InvalidValueError.of(name, f"must be a list (got {text_of(values)})")
+    items = [(value, convert(value)) for value in values]
+    wrong = ((index, value) for index, (value, item) in enumerate(items) if item is None)
+    refuse(Fault((name, index), f"must be {rule} (got {text_of(value)})") for index, value in wrong)
+    return [item for _, item in items]
 
 
 def _contacts(values: Any) -> tuple[int, ...]:
     """Ascending numbers of contacts."""
-    try:
-        numbers = sorted({operator.index(value) for value in values})
-    except TypeError:
-        numbers = [-1]
-    if numbers and not 0 <= numbers[0] <= numbers[-1] <= _MOST_CONTACT:
-        got = text_of(list(values) if isinstance(values, tuple) else values)
-        problem = f"must be whole numbers from 0 to {_MOST_CONTACT:g} (got {got})"
-        raise InvalidValueError.of("contacts", problem)
-    return tuple(numbers)
+
+    def number(value: Any) -> int | None:
+        return None if isinstance(value, float) or _CONTACT.problem(value) else int(value)
+
+    return tuple(sorted(set(_convert_items("contacts", values, _CONTACT.rule, number))))
 
 
-def _check_record(values: Iterable[Any]) -> tuple[Any, ...]:
+def _record(values: Any) -> tuple[Any, ...]:
     known = typing.get_args(Recorded)
-    names = tuple(values)
-    if not set(names) <= set(known):
-        raise InvalidValueError.of("record", f"must be a list of {', '.join(known)} (got {text_of(values)})")
-    return names
+    return tuple(_convert_items("record", values, join(known), lambda name: name if name in known else None))
 
 
-def _sensors(values: Any) -> Any:
-    if not values:
-        return ()
-    from shockwave.scene.sensors import sensors_of
+def _sensors(values: Any) -> tuple[Any, ...]:
+    def sensor(value: Any) -> Any:
+        from shockwave.scene.sensors import sensor_of  # most simulations have none
 
-    return sensors_of(values)
+        return sensor_of(value)
+
+    return tuple(_convert_items("sensors", values, _SENSORS, sensor))
 
 
 @frozen(kw_only=True)
@@ -124,8 +132,10 @@ class SimulateOptions(Value):
     )
     waves: Waves = field(default="train", validator=one_of(*typing.get_args(Waves)))
     backend: Backend = field(default="auto", validator=one_of(*typing.get_args(Backend)))
-    contacts: Converted[tuple[int, ...], Iterable[int]] = field(default=(), converter=_contacts, repr=tuple_repr)
-    record: Converted[tuple[Recorded, ...], Iterable[Recorded]] = field(default=(), converter=_check_record)
+    contacts: Converted[tuple[int, ...], Iterable[int]] = field(
+        default=(), converter=_contacts, repr=tuple_repr, metadata=_CONTACT.metadata
+    )
+    record: Converted[tuple[Recorded, ...], Iterable[Recorded]] = field(default=(), converter=_record)
     sensors: Converted[tuple[Sensor, ...], Iterable[SensorArgument]] = field(
         default=(), converter=_sensors, metadata={PLAIN: True}
     )

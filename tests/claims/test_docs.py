@@ -195,7 +195,8 @@ def kind_and_rule(key: keys.Key) -> tuple[str, str]:
     members = typing.get_args(key.annotation)
     listed = typing.get_origin(key.annotation) in (list, tuple)
     if key.spec is not None:
-        kind = "list of numbers" if key.spec.samples else "whole number" if key.spec.whole else "number"
+        kind = "whole number" if key.spec.whole else "number"
+        kind = f"list of {kind}s" if key.spec.samples else kind
         return kind, key.spec.rule.removesuffix(f" {key.spec.unit}").removeprefix("a whole number ")
     choices = [one for one in (key.annotation, *members) if typing.get_origin(one) is typing.Literal]
     if choices:

@@ -308,8 +308,8 @@ WRONG = {
         "--rtol: simulate.rtol: must be >= 1e-13 and <= 0.01 (got 1e-20)",
     ),
     "contacts": (
-        ["simulate", "--contacts", "3,-1", SCENE],
-        "--contacts: simulate.contacts: must be whole numbers from 0",
+        ["simulate", "--contacts=-2,-1", SCENE],
+        "--contacts: simulate.contacts[1]: must be a whole number >= 0 and <= 1e+12 (got -1)",
     ),
     "sweep-into-a-stream": (["sweep", SCENE, "-o", "-"], "--output: must be a folder, not standard input or output"),
     "plot-of-a-stream": (["plot", "-"], "FOLDER: must be a folder, not standard input or output (got '-')"),

@@ -72,7 +72,7 @@ def test_parts_make_a_product_in_the_order_of_the_file(tmp_path: Path) -> None:
         ("shock.rise_time", "{linspace: [9 us, 9 us, 1]}", [9e-6]),
         ("chain.granules", "{linspace: [10, 30, 3]}", [10, 20, 30]),
         ("chain.material", "[lead, copper]", ["lead", "copper"]),
-        ("simulate.contacts", "[[1, 2], [3]]", [(1, 2), (3,)]),
+        ("simulate.contacts", "[[1, 2], [3]]", [[1, 2], [3]]),
     ],
     ids=["linear", "logarithmic", "downwards", "one", "whole", "names", "lists"],
 )
