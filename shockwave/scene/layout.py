@@ -22,6 +22,7 @@ from shockwave.scene.impact import Impact
 from shockwave.scene.material import Material
 from shockwave.scene.motion import Motion
 from shockwave.scene.segments import Cell, Segment, Taper
+from shockwave.scene.yielding import strength_of
 
 _Law = TypeVar("_Law")
 
@@ -143,6 +144,12 @@ class Layout:
     def bodies(self) -> list[Material | str]:
         """Materials of the granules and of the wall."""
         return [*self.materials, *([] if self.wall is None else [self.wall.material])]
+
+    @property
+    def strengths(self) -> FloatArray:
+        """Smaller yield strength at each contact [Pa], shape (n_contacts,); NaN where one is not known."""
+        strengths = np.array([strength_of(each) for each in self.bodies])
+        return np.asarray(np.minimum(strengths[:-1], strengths[1:]))
 
     def describe_contact(self, contact: int) -> str:
         """Number and bodies of a contact."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -50,7 +51,20 @@ def unusual(excitation: Any, chain: Any) -> list[Fault]:
         from shockwave.scene.plastic_range import range_warnings  # elastic contacts do not need it
 
         faults += range_warnings(chain, excitation)
+    if chain.elastic_only and _lacks_strength(chain, excitation):
+        problem = "refuses every result: a yield strength is not known. State yield_strength of each material."
+        faults.append(Fault("chain.elastic_only", problem))
     return faults
+
+
+def _lacks_strength(chain: Any, excitation: Any) -> bool:
+    """Whether a yield strength at some contact with Hertz's law is not known."""
+    if chain.count is None:
+        return chain.material.yield_strength is None
+    from shockwave.scene.layout import Layout  # endless chains do not need it
+
+    layout = Layout.of(chain, excitation)
+    return any(map(math.isnan, layout.strengths[layout.hertz_contacts]))
 
 
 def unusual_warnings(excitation: Any, chain: Any) -> tuple[str, ...]:

@@ -6,25 +6,18 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from shockwave.base.numerics import FloatArray
 from shockwave.base.text import round_digits
 from shockwave.engine.chain_motion import ChainMotion
-from shockwave.scene.yielding import OTHER_LAWS, UNJUDGED, Yielding, first_yield_force, strength_of
+from shockwave.scene.yielding import OTHER_LAWS, UNJUDGED, Yielding, first_yield_force
 from shockwave.simulation.contact_setup import ChainSetup
 
 # Overlap, over the reduced radius of the contact, beyond which Hertz's law is doubtful.
 _LARGE_OVERLAP = 0.1
 
 
-def _strengths(case: ChainSetup) -> FloatArray:
-    """Smaller yield strength at each contact [Pa]; NaN where one is not known."""
-    strengths = np.array([strength_of(each) for each in case.layout.bodies])
-    return np.asarray(np.minimum(strengths[:-1], strengths[1:]))
-
-
 def warn_unjudged(case: ChainSetup, yielding: Yielding | None) -> Iterator[str]:
     """Warnings of contacts that are not compared with first yield."""
-    strengths, hertz = _strengths(case), case.layout.hertz_contacts
+    strengths, hertz = case.layout.strengths, case.layout.hertz_contacts
     unknown = int((np.isnan(strengths) & hertz).sum())
     if yielding is not None and unknown:
         where = "1 contact" if unknown == 1 else f"{unknown} contacts"
@@ -35,7 +28,7 @@ def warn_unjudged(case: ChainSetup, yielding: Yielding | None) -> Iterator[str]:
 
 def first_yield(case: ChainSetup, motion: ChainMotion) -> Yielding | None:
     """First yield in the weaker material of each contact by Hertz's law, where both yield strengths are known."""
-    layout, softer = case.layout, _strengths(case)
+    layout, softer = case.layout, case.layout.strengths
     at = np.flatnonzero(np.isfinite(softer) & layout.hertz_contacts)
     if not at.size or (case.scene.chain.elastic_only and np.isnan(softer[layout.hertz_contacts]).any()):
         return None

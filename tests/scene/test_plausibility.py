@@ -31,6 +31,29 @@ SCENES: dict[str, tuple[Any, sw.Chain, list[str]]] = {
         evolve(CHAIN, granules=9, end=sw.Wall(material=evolve(STEEL, youngs_modulus=193.0))),
         ["chain.end.wall.youngs_modulus"],
     ),
+    "elastic, of unknown strength": (CASE_A, evolve(CHAIN, elastic_only=True), ["chain.elastic_only"]),
+    "elastic, wall of unknown strength": (
+        CASE_A,
+        evolve(
+            CHAIN,
+            material=sw.material("bearing-steel-52100"),
+            granules=9,
+            end=sw.Wall(material=STEEL),
+            elastic_only=True,
+        ),
+        ["chain.elastic_only"],
+    ),
+    "elastic, rigid wall": (
+        CASE_A,
+        evolve(
+            CHAIN,
+            material=sw.material("bearing-steel-52100"),
+            granules=9,
+            end=sw.Wall(material="rigid"),
+            elastic_only=True,
+        ),
+        [],
+    ),
     "segments": (
         CASE_A,
         sw.Chain(material=STEEL, radius=4.75e-3, granules=[TAPER, sw.Cell(repeat=2, cell=[LIGHT])]),
