@@ -105,7 +105,7 @@ class Integrator(abc.ABC):
         tableau, got = cls.coefficients(), f"(got {cls.name!r}, "
         only = f"{got}which is only for forces that do not depend on velocities)"
         if damped and not (tableau and tableau.damped):
-            kind = "with damping, a bar at its end, or a contact law of a plugin"
+            kind = "with damping, a dashpot or a bar at its end, or a contact law of a plugin"
             return f"must be dop853 for a chain {kind} {only}"
         if rate and not (tableau and (tableau.damped or tableau.extends_to_velocities)):
             return f"must be rkn64, rkn86 or dop853 for a chain with rate-dependent plastic flow {only}"

@@ -42,15 +42,16 @@ class WarningGroups:
     count: int = 0
     groups: dict[str, _Group] = field(factory=dict)
 
-    def add(self, warnings: Iterable[str]) -> None:
-        """Add the warnings of the next scene."""
+    def add(self, warnings: Iterable[str], number: int | None = None) -> None:
+        """Add the warnings of the next scene; its ``number`` is by default that of scenes before it."""
+        number = self.count if number is None else number
         for kind, warning in {kind_of_warning(warning): warning for warning in warnings}.items():
             values = _values_of(warning)
-            group = self.groups.setdefault(kind, _Group(warning, values, self.count))
-            group.places.append(self.count)
+            group = self.groups.setdefault(kind, _Group(warning, values, number))
+            group.places.append(number)
             group.varies |= values != group.values
             if values > group.values:
-                group.warning, group.values, group.greatest = warning, values, self.count
+                group.warning, group.values, group.greatest = warning, values, number
         self.count += 1
 
     def sentences(self, scenes: str = "scenes", besides: Iterable[str] = (), numbered: bool = False) -> tuple[str, ...]:

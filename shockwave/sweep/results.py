@@ -85,7 +85,7 @@ class SweepResults(Result, SweepDefinition):
     """
 
     failed: tuple[Failure, ...]
-    warnings: tuple[str, ...]
+    _remarks: tuple[str, ...]
     folder: Path = attrs.field(eq=False)
     _arrays: dict[str, npt.NDArray[Any]] = attrs.field(eq=attrs.cmp_using(eq=_are_equal), repr=False)
 
@@ -101,6 +101,18 @@ class SweepResults(Result, SweepDefinition):
         main = main_quantity([one.name for one in self.columns if one.kind != "text"])
         names = dict.fromkeys((main, *self.variables, *self._arrays))
         return along(row, places, {each: self.values(each).ravel() for each in names if each != row}, self.units)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        return self.warnings_of(range(self.points))
+
+    def warnings_of(self, points: Iterable[int]) -> tuple[str, ...]:
+        """Return the remarks on the sweep, and the warnings of ``points`` by kind."""
+        groups = WarningGroups()
+        for point in sorted(points) if NOTES in self._arrays else ():
+            text = warnings_in(self._arrays[NOTES].flat[point])
+            groups.add(filter(None, re.split(_BETWEEN_SENTENCES, text)), point)
+        return (*self._remarks, *groups.sentences("points", numbered=True))
 
     @property
     def complete(self) -> bool:
@@ -299,10 +311,10 @@ def load_sweep(folder: str | os.PathLike[str]) -> SweepResults:
     place = folder_path(folder)
     definition = SweepDefinition.read(place)
     journal = Journal(place, definition.points)
-    warnings = [*journal.read(definition.columns), *definition.version_notes]
+    remarks = [*journal.read(definition.columns), *definition.version_notes]
     left = journal.count(NOT_RUN)
     if left:
-        warnings.append(f"{left} of {journal.points} points have not been run; run the sweep again to resume it")
+        remarks.append(f"{left} of {journal.points} points have not been run; run the sweep again to resume it")
     texts = {column.name: column.kind == "text" for column in definition.columns} | {"status": True}
     contents: dict[str, list[Any]] = {name: [] for name in texts}
     failed = []
@@ -312,17 +324,13 @@ def load_sweep(folder: str | os.PathLike[str]) -> SweepResults:
         if row.problem is not None:
             failed.append(Failure(row.number, definition.point(row.number), row.status, row.problem))
         report_progress("loading results", row.number + 1, journal.points)
-    groups = WarningGroups()
-    for text in contents.get(NOTES, ()):
-        groups.add(filter(None, re.split(_BETWEEN_SENTENCES, warnings_in(text))))
-    warnings += groups.sentences("points", numbered=True)
     arrays = {name: _array(values, texts[name]).reshape(definition.shape) for name, values in contents.items()}
     for array in arrays.values():
         array.flags.writeable = False
     return SweepResults(
         **attrs.asdict(definition, recurse=False),
         failed=tuple(failed),
-        warnings=tuple(warnings),
+        remarks=tuple(remarks),
         folder=place,
         arrays=arrays,
     )

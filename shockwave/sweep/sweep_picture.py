@@ -35,7 +35,7 @@ class Plot:
     column : str
         The quantity that is drawn.
     notes : tuple of str
-        The accuracy of the quantity; points without a value; warnings of the sweep.
+        The accuracy of the quantity; points without a value; warnings of the drawn points.
     """
 
     ax: Axes
@@ -102,7 +102,7 @@ def plot(
             elements.mark(ax, f"! {warned} of {status.size} points with warnings")
     accuracy = accuracy_of(name, results.units, axes.pick)
     sentence = accuracy.sentence or next(each.meaning for each in results.columns if each.name == name)
-    return Plot(ax, name, (f"{name}: {sentence}", *missing, *results.warnings))
+    return Plot(ax, name, (f"{name}: {sentence}", *missing, *results.warnings_of(axes.points())))
 
 
 def _draw(axes: PlottedAxes, name: str, ax: Axes | None) -> Axes:
@@ -300,10 +300,18 @@ class PlottedAxes:
 
     def pick(self, name: str) -> npt.NDArray[Any]:
         """Return a quantity at the drawn points, in the order of `axes`."""
+        return self._take(self.results.values(name))
+
+    def points(self) -> list[int]:
+        """Return the numbers of the drawn points."""
+        numbers = np.arange(self.results.points).reshape(self.results.shape)
+        return [int(number) for number in self._take(numbers).flat]
+
+    def _take(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
         indices = [here[:1] for here in self.positions]
         for axis in self.axes:
             indices[axis.place] = axis.positions
-        picked = self.results.values(name)[np.ix_(*indices)].squeeze()
+        picked = values[np.ix_(*indices)].squeeze()
         return picked if self.axes[0].place <= self.axes[-1].place else picked.T
 
     def label(self, name: str) -> str:

@@ -231,7 +231,7 @@ MARKED = {
     ),
     "integrator-without-the-motion-of-a-bar": (
         finite(", end: {bar: {material: brass-260, diameter: 1 cm}}") + STEP % "rkn86", "simulate.integrator",
-        "must be dop853 for a chain with damping, a bar at its end,",
+        "must be dop853 for a chain with damping, a dashpot or a bar at its end,",
     ),
     "interval-without-record": (
         finite() + "simulate: {interval: |1 us}\n", "simulate.interval",

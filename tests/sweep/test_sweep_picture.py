@@ -207,6 +207,12 @@ def test_each_sentence_of_the_warnings_is_listed_once_with_its_points(tmp_path: 
     )
 
 
+def test_warnings_of_points_that_are_not_drawn_are_left_out(tmp_path: Path) -> None:
+    columns = {"amplification": [1.0, 2.0, 3.0, 4.0], "notes": ["A.", "B.", "", "B."]}
+    results = swept(tmp_path / "out", [along(RATIO, 2.0, 3.0), along(TIME, 1.0, 2.0)], columns)
+    assert plot(results, at={RATIO[0]: 3.0}).notes[1:] == ("In 1 of 2 points (3): B.",)
+
+
 def test_an_axis_of_several_variables_is_drawn_as_markers(tmp_path: Path) -> None:
     axis = ([TIME, FORCE], [[1.0, 5.0], [10.0, 5.0], [1.0, 6.0], [10.0, 6.0], [100.0, 6.0]])
     results = numbered(tmp_path, [axis])
