@@ -68,7 +68,9 @@ def sensor_lines(result: Simulation) -> list[str]:
     """A row for each requested sensor, below the motion of a movable end."""
     if not result.sensors:
         return []
-    rows = table(_SENSORS, map(_sensor_row, result.sensors), _SPARE_SENSORS)
+    place, peak, *others = _SENSORS
+    peak = "peak - static" if result.chain.precompression or result.chain.gravity else peak
+    rows = table((place, peak, *others), map(_sensor_row, result.sensors), _SPARE_SENSORS)
     is_partial = any(pulse.arrival is not None and pulse.speed is None for pulse in result.sensors[1:])
     return [*facts(_motion(result)), *rows.split("\n"), *[f"  {_SPEEDS}"] * is_partial]
 

@@ -129,7 +129,7 @@ def test_no_speed_is_that_of_a_wave_to_an_end_and_the_text_says_so() -> None:
 @pytest.mark.parametrize(("error", "shown"), [(1e-7, "1.762"), (0.13, "1.8")], ids=["accurate", "inaccurate"])
 def test_digits_of_a_pulse_are_those_that_its_error_supports(error: float, shown: str) -> None:
     pulse = evolve(NEAR, peak=1762.3, error_estimate=error)
-    result: Any = SimpleNamespace(sensors=[pulse], structure=None)
+    result: Any = SimpleNamespace(sensors=[pulse], structure=None, chain=BEADS)
     assert f"  {shown} kN  " in "\n".join(sensor_lines(result))
 
 
@@ -213,6 +213,14 @@ def test_short_text_shows_every_requested_sensor_and_the_forces_beyond_first_yie
     marks = [line for line in lines if line.startswith("  ! ")]
     assert [mark.split()[1] for mark in marks[:2]] == ["Beyond", "With"]
     assert "--verbose shows all" in marks[2]
+
+
+def test_the_text_states_that_first_peaks_are_less_the_static_force() -> None:
+    texts = [
+        str(sw.simulate(triangle(1.0), evolve(CHAIN, precompression=force), sensors=[{"contact": 2}]))
+        for force in (0.0, 1e-3)
+    ]
+    assert ["peak - static" in text for text in texts] == [False, True]
 
 
 def test_only_what_reads_first_pulses_integrates_them(monkeypatch: pytest.MonkeyPatch) -> None:
